@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Sequence
 from contextlib import closing
-from functools import partial
 from typing import Never, TypeVar
 
 from benchmarks.scenes import later
@@ -82,18 +81,14 @@ def run_each(
         raise BenchError(f"the measurement of {name(task)}: {reason}")
 
     try:
-        with closing(run_tasks(tasks, jobs, partial(_with_task, work), died)) as answers:
-            for done, (task, answer) in enumerate(answers, start=1):
-                take(answer)
+        with closing(run_tasks(tasks, jobs, work)) as answers:
+            for number, done in enumerate(answers, start=1):
+                take(done.or_else(died))
                 if progress is not None:
-                    progress(done, len(tasks), name(task))
+                    progress(number, len(tasks), name(done.task))
     except KeyboardInterrupt:
         return True
     return False
-
-
-def _with_task(work: Callable[[T], R], task: T) -> tuple[T, R]:
-    return task, work(task)
 
 
 def until(scene: Scene, t_max: float) -> Scene:

@@ -81,7 +81,7 @@ def run(
     with steps.bar(PERTURBING) as step:
         count = step(PERTURBING)
 
-        def progress(result: MemberResult, done: int, planned: int) -> None:
+        def progress(done: int, planned: int, result: MemberResult) -> None:
             count(done, planned, f"{result.scene}, {result.index}, on {result.label}")
             where = (result.scene, result.label)
             if result.outcome == "failed" and where not in failing:

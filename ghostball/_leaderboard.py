@@ -59,7 +59,7 @@ def run(
             columns=chosen,
             jobs=jobs,
             rerun=rerun,
-            progress=lambda cell, done, planned: count(done, planned, cell),
+            progress=count,
             compiling=step(COMPILING),
         )
     if sort is not None:

@@ -196,7 +196,7 @@ def _run_one(
     with steps.bar() as step:
         count = step("running")
 
-        def progress(case: CaseRecord, done: int, planned: int) -> None:
+        def progress(done: int, planned: int, case: CaseRecord) -> None:
             count(done, planned, case.scene)
 
         outcome = run_suite(

@@ -101,7 +101,7 @@ def run(
     with Steps(COMPILING, "trying").bar() as step:
         count = step("trying")
 
-        def progress(finding: Finding, done: int, planned: int) -> None:
+        def progress(done: int, planned: int, finding: Finding) -> None:
             count(done, planned, f"{finding.family}/{finding.trial} on {finding.label}")
 
         outcome = run_stress(

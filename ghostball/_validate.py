@@ -40,6 +40,7 @@ from ghostball.validation.checks.verdict import (
 )
 from ghostball.validation.diagnose.predictability.predict import predict_scenes
 from ghostball.validation.parallel.cluster import Cluster
+from ghostball.validation.parallel.runner import Reuse
 from ghostball.validation.results.records import (
     CERTIFIED,
     CLOSED_FORM,
@@ -55,7 +56,7 @@ from ghostball.validation.suite.suite import (
     criteria_beside_paths,
     run_suite,
 )
-from ghostball.validation.suite.unchanged import Unchanged
+from ghostball.validation.suite.unchanged import is_ours
 
 RUNNING, PREDICTING = "running", "predicting"
 
@@ -105,7 +106,7 @@ def run(
     with steps.bar() as step:
         count = step(RUNNING)
 
-        def progress(case: CaseRecord, done: int, planned: int) -> None:
+        def progress(done: int, planned: int, case: CaseRecord) -> None:
             count(done, planned, f"{case.scene} on {case.label}")
             if verdict_of(case) in (Verdict.FAIL, Verdict.CRASHED):
                 verdict = verdict_of(case).words
@@ -122,7 +123,7 @@ def run(
             criteria=criteria,
             metrics=patterns,
             reuse=not rerun,
-            announce=lambda unchanged: _announce(unchanged, out),
+            announce=lambda reused: _announce(reused, specs, out),
             time_limit=time_limit,
             strangers=True,
         )
@@ -250,21 +251,27 @@ def _predict(scenes: Sequence[Scene], out: Path, steps: Steps, *, reuse: bool) -
     """Store how far each scene's shot can be predicted; whether it came to its end."""
     try:
         with steps.bar(PREDICTING) as step:
-            predict_scenes(scenes, out, reuse=reuse, progress=step(PREDICTING))
+            count = step(PREDICTING)
+            predict_scenes(
+                scenes,
+                out,
+                reuse=reuse,
+                progress=lambda done, planned, one: count(done, planned, one.scene),
+            )
     except KeyboardInterrupt:
         return False
     return True
 
 
-def _announce(unchanged: Unchanged, out: Path) -> None:
+def _announce(reused: Reuse[CaseRecord], engines: Sequence[str], out: Path) -> None:
     """Say what isn't run again, or why all is, where there are results to take over."""
-    if unchanged.cases:
-        say(_taken_over(len(unchanged.cases), out))
-    elif unchanged.stored or unchanged.why:
-        why = unchanged.why or "scene, settings, criteria or metrics of every case differ"
+    if reused.records:
+        say(_taken_over(len(reused.records), out))
+    elif reused.stored or reused.why:
+        why = reused.why or "scene, settings, criteria or metrics of every case differ"
         say(f"nothing is taken over from {escape(str(out))}: {escape(why)}")
-    if unchanged.stored and unchanged.always:
-        say(f"always run, for other packages bring them: {escape(', '.join(unchanged.always))}")
+    if reused.stored and (always := [spec for spec in engines if not is_ours(spec)]):
+        say(f"always run, for other packages bring them: {escape(', '.join(always))}")
 
 
 def _taken_over(count: int, out: Path) -> str:

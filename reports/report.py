@@ -28,7 +28,7 @@ from ghostball.reports.shots import load_shot
 from ghostball.validation.baselines import Regression, load_regression
 from ghostball.validation.diagnose.predictability import Predictability, predictability_in
 from ghostball.validation.ensembles import Ensembles
-from ghostball.validation.parallel.pool import run_tasks
+from ghostball.validation.parallel.pool import Progress, run_tasks
 from ghostball.validation.results.files import write_whole
 from ghostball.validation.results.store import Results
 
@@ -57,11 +57,8 @@ Pictures = Literal["png", "svg", "none"]
 Made = PurePosixPath | ScenePart | None
 """What comes of a task: a figure that was drawn, a scene's part of the page, or nothing."""
 
-_Answer = tuple[str, Made | Exception, list[FailedPart]]
-"""A task, what came of it or why all ends here, and what could not be made."""
-
-Progress = Callable[[int, int, str], None]
-"""Called with how many parts are done, of how many, and which was the last."""
+_Answer = tuple[Made | Exception, list[FailedPart]]
+"""What came of a task or why all ends here, and what could not be made."""
 
 WHOLE_FIGURES: dict[str, Callable[[Results], Figure | None]] = {
     "chaos": draw_chaos,
@@ -95,7 +92,7 @@ class Source:
 def write_report(
     results_dir: str | Path,
     *,
-    progress: Progress | None = None,
+    progress: Progress[str] | None = None,
     jobs: int = 1,
     figures: Pictures = "png",
 ) -> Path:
@@ -106,7 +103,7 @@ def write_report(
     results_dir : path
         A folder that the suite wrote.
     progress : callable, optional
-        Called after each part with the number done, the number of all, and the part's name.
+        Called with how many parts are done, of how many, and which was the last.
     jobs : int
         Processes that make it. With more than one, guard a script with `if __name__ == "__main__"`.
     figures : "png", "svg" or "none"
@@ -180,27 +177,28 @@ def _make_all(
             yield task, _make(source, task, failed)
         return
     work = partial(_make_in_worker, source.results.path, source.figures)
-    with closing(run_tasks(tasks, jobs, work, _died)) as answers:
-        for task, made, wrong in answers:
+    with closing(run_tasks(tasks, jobs, work)) as finished:
+        for done in finished:
+            made, wrong = done.or_else(_died)
             if isinstance(made, Exception):
                 raise made
             failed += wrong
-            yield task, made
+            yield done.task, made
 
 
 def _make_in_worker(path: Path, figures: Pictures, task: str) -> _Answer:
     failed: list[FailedPart] = []
     try:
-        return task, _make(_load_once(path, figures), task, failed), failed
+        return _make(_load_once(path, figures), task, failed), failed
     except (GhostballError, OSError) as error:  # whoever asked can mend it
-        return task, error, failed
+        return error, failed
 
 
 def _died(task: str, reason: str) -> _Answer:
     failed = FailedPart(task, reason, reason)
     if task.startswith(PART):
-        return task, failed_scene_part(task.removeprefix(PART), failed), [failed]
-    return task, None, [failed]
+        return failed_scene_part(task.removeprefix(PART), failed), [failed]
+    return None, [failed]
 
 
 @lru_cache(maxsize=1)

@@ -12,6 +12,7 @@ from benchmarks.running import BenchError, after, bytes_per_ball, collision_rate
 from benchmarks.scenes import table_gas
 from ghostball.engine import Status
 from ghostball.engine.running.from_scene import layout_of
+from ghostball.validation.parallel.pool import Done
 from ghostball.validation.scenes.gases import FRICTIONLESS, packed_gas
 
 
@@ -39,8 +40,8 @@ def test_a_run_that_broke_off_is_no_measurement(monkeypatch):
     [(measure_accuracy, "shot 17"), (measure_attribution, "shot 17 on pymunk")],
 )
 def test_a_process_that_dies_names_the_measurement(measure, name, monkeypatch):
-    def dying(tasks, jobs, work, died):
-        yield died(tasks[0], "its process ended with signal 9")
+    def dying(tasks, jobs, work):
+        yield Done(tasks[0], None, "its process ended with signal 9", "")
 
     monkeypatch.setattr("benchmarks.running.run_tasks", dying)
     with pytest.raises(BenchError, match=f"^the measurement of {name}: its process ended"):

@@ -17,6 +17,7 @@ from pathlib import Path
 import pytest
 import tomli_w
 from pydantic import TypeAdapter
+from stored_results import store_findings
 from typer.testing import CliRunner
 
 from ghostball._config import load_config
@@ -43,10 +44,7 @@ VALUES = (None, True, -1, 1e999, "x", "../../out", "\ud800", [], [[1.0], [1.0, 2
 GONE = "gone"
 RECORDS = {
     "documents": "content",
-    "cases": "record",
-    "predictions": "record",
-    "ensembles": "record",
-    "findings": "record",
+    "records": "record",
 }
 """Columns that hold records, by table."""
 
@@ -114,8 +112,10 @@ def sound(tmp_path_factory):
     assert status == 0, output
     (case,) = Results.open(folder).cases
     environment = {"cpu": "a processor", "git": {"revision": "0" * 40, "dirty": False}}
-    asked = EnsembleRun(1, Size(), ("stop",), ("pymunk",), environment, "complete")
     ensemble = EnsembleRecord("stop", case.definition, "pymunk", "pymunk", "shots", Size())
+    asked = EnsembleRun(
+        1, Size(), ("stop",), ("pymunk",), environment, "complete", ensembles=(ensemble,)
+    )
     change = SceneChange(
         scene="stop", title="", change="identical", failed=False, summary="the same"
     )
@@ -125,15 +125,10 @@ def sound(tmp_path_factory):
     with writing(folder) as database, transaction(database):
         for name, document in (("ensembles", asked), ("regression", changed)):
             database.execute("INSERT INTO documents VALUES (?, ?)", [name, dumped(document)])
-        database.execute(
-            "INSERT INTO ensembles (record, current) VALUES (?, 1)", [dumped(ensemble)]
-        )
     (folder / "stress").mkdir()
     tried = StressRun("quick", ("grazing",), ("pymunk",), environment)
     finding = Finding("grazing", "one", "pymunk", "broken", ("it fell",), scene=case.definition)
-    with writing(folder / "stress") as database, transaction(database):
-        database.execute("INSERT INTO documents VALUES ('stress', ?)", [dumped(tried)])
-        database.execute("INSERT INTO findings (record) VALUES (?)", [dumped(finding)])
+    store_findings(folder / "stress", tried, [finding])
     return folder
 
 
@@ -238,23 +233,26 @@ def test_a_text_that_is_no_text_names_the_file_and_what_to_do(sound, tmp_path):
 
 
 @pytest.mark.parametrize("name", ["{}/pwn", "../../../pwn", "a/b", ".."])
-@pytest.mark.parametrize("table", ["cases", "ensembles", "documents", "findings"])
-def test_no_name_in_a_record_leads_out_of_the_folder(sound, tmp_path, name, table):
+@pytest.mark.parametrize("kind", ["case", "ensemble", "ensembles", "finding"])
+def test_no_name_in_a_record_leads_out_of_the_folder(sound, tmp_path, name, kind):
     """With such a name of a scene, a report wrote its picture wherever that led."""
     folder = tmp_path / "a" / "b" / "results"
     shutil.copytree(sound, folder)
     name = name.format(tmp_path)
-    field = "family" if table == "findings" else "scene"
-    part = folder / ("stress" if table == "findings" else ".")
-    if table == "documents":
-        sql = "UPDATE documents SET content = json_set(content, '$.scenes[0]', ?) WHERE name = "
+    field = {"finding": "family", "ensembles": "scenes[0]", "ensemble": "ensembles[0].scene"}.get(
+        kind, "scene"
+    )
+    part = folder / ("stress" if kind == "finding" else ".")
+    if kind.startswith("ensemble"):
+        sql = f"UPDATE documents SET content = json_set(content, '$.{field}', ?) WHERE name = "
         query(part, sql + "'ensembles'", [name])
     else:
-        query(part, f"UPDATE {table} SET record = json_set(record, '$.{field}', ?)", [name])
+        sql = f"UPDATE records SET record = json_set(record, '$.{field}', ?) WHERE kind = '{kind}'"
+        query(part, sql, [name])
     before = {path for path in tmp_path.rglob("*") if not path.is_relative_to(folder)}
     status, output = run("report", folder, "--jobs", "1", "--figures", "none")
     assert status == 2, output
-    assert f"`{field}`" in output or "`scenes.0`" in output
+    assert f"`{field.replace('[0]', '.0')}`" in output
     assert {path for path in tmp_path.rglob("*") if not path.is_relative_to(folder)} == before
 
 

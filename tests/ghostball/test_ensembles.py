@@ -171,9 +171,10 @@ def test_bad_input_is_refused_before_anything_runs(cli, tmp_path, engines, more,
 
 def test_damaged_ensembles_are_refused_and_nothing_is_overwritten(cli, tmp_path):
     assert validate(cli, tmp_path, "--ensemble", 2, "--no-report").exit_code == 0
-    in_database(tmp_path, "UPDATE ensembles SET record = json_set(record, '$.times', 'soon')")
+    soon = "UPDATE documents SET content = json_set(content, '$.ensembles[0].times', 'soon')"
+    in_database(tmp_path, soon + " WHERE name = 'ensembles'")
     before = stored(tmp_path)
     for result in (validate(cli, tmp_path, "--ensemble", 2), cli("report", tmp_path)):
         assert result.exit_code == 2
-        assert "an ensemble is damaged: `times`" in result.stderr
+        assert "what its ensembles are of is damaged: `ensembles.0.times`" in result.stderr
     assert stored(tmp_path) == before

@@ -38,8 +38,7 @@ def test_the_list_of_a_family_names_its_trials_as_the_command_takes_them():
 
 
 @pytest.fixture
-def stress_folder(tmp_path, monkeypatch):
-    monkeypatch.setattr("ghostball.validation.stress.run.run_tasks", in_this_process)
+def stress_folder(tmp_path, monkeypatch, in_this_process):
     folder = tmp_path / "out"
     assert stress(ONE, "-e", "ghostball", "--out", folder, "--no-report").exit_code == 0
     monkeypatch.setattr("ghostball.reports.stress_report.FIGURES", {})
@@ -81,6 +80,7 @@ def test_the_list_as_json_is_plain_values():
     assert all(0 < one["trials"]["quick"] <= one["trials"]["full"] for one in families)
 
 
+@pytest.mark.usefixtures("in_this_process")
 def test_an_engine_that_cannot_run_here_is_refused_where_it_is_named(tmp_path, monkeypatch):
     # Of the engines by default, those that are here will do.
     why = "pybullet is not installed"
@@ -90,15 +90,10 @@ def test_an_engine_that_cannot_run_here_is_refused_where_it_is_named(tmp_path, m
     assert why in result.stderr
     assert not (tmp_path / "out").exists()
     monkeypatch.setattr(ghostball._stress, "DEFAULT_ENGINES", ("ghostball", "pybullet"))
-    monkeypatch.setattr("ghostball.validation.stress.run.run_tasks", in_this_process)
     result = stress(ONE, "--out", tmp_path / "out", "--no-report", "--format=json")
     assert result.exit_code == 0
     found = {one["engine"]: one for one in json.loads(result.stdout)["survival"]}
     assert found["pybullet"]["unavailable"] == found["ghostball"]["survived"] == 1
-
-
-def in_this_process(tasks, jobs, work, *_):
-    yield from map(work, tasks)
 
 
 def test_the_command_to_try_again_gives_the_same_verdict(tmp_path):
@@ -142,7 +137,7 @@ def test_a_folder_with_something_else_is_left_alone(tmp_path):
     (tmp_path / "thesis.tex").write_text("years of work")
     result = stress(ONE, "--out", tmp_path)
     assert result.exit_code == 2
-    assert "something else" in result.stderr
+    assert "not a results folder of ours" in result.stderr
     assert [entry.name for entry in tmp_path.iterdir()] == ["thesis.tex"]
 
 

@@ -210,7 +210,7 @@ def write_results(folder: Path, scenes: list[str], labels: list[str]) -> Path:
     for name in scenes:
         for label in labels:
             record, motion = case_of(name, label)
-            writer.write(record, motion)
+            writer.write((record, motion))
     writer.finish("complete")
     return folder
 

@@ -97,7 +97,7 @@ def test_an_unsolved_contact_step_is_told_at_the_top(small_folder):
 
 
 def test_a_run_that_was_killed_is_reported_and_said_to_be(small_folder):
-    in_database(small_folder, "DELETE FROM cases WHERE id = (SELECT max(id) FROM cases)")
+    in_database(small_folder, "DELETE FROM records WHERE id = (SELECT max(id) FROM cases)")
     edit_document(small_folder, "suite", state="running")
     text = headline(Results.open(small_folder))
     wanted = "**This run is not complete**: it is still running, or was killed; 2 of 3 cases are"
@@ -191,7 +191,7 @@ def test_an_engine_that_is_unavailable_has_no_settings_and_costs_nothing(small_f
     settings = {"ghostball": {}, "pymunk": {"dt": 1e-3}, "pybullet": None}
     writer.begin({"scenes": ["stop"], "engines": list(settings), "engine_settings": settings})
     for case in (results.cases[0], replace(results.cases[1], settings={"dt": 1e-3}), missing):
-        writer.write(case, None if case is missing else results.motion(case))
+        writer.write((case, None if case is missing else results.motion(case)))
     writer.finish("complete")
     page = write_report(writer.path, figures="none").read_text(encoding="utf-8")
     assert "<code>pybullet</code> unavailable: pybullet isn't installed" in page

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
+from stored_results import store_findings
 
 from ghostball.engine import GhostballError
 from ghostball.reports import stress_figures, stress_report, style, write_stress_report
@@ -15,7 +16,7 @@ from ghostball.reports.stress_figures import (
     draw_miss_rates,
     draw_storms,
 )
-from ghostball.validation.stress.findings import Finding, StressFolder, StressRun, StressWriter
+from ghostball.validation.stress.findings import Finding, StressFolder, StressRun
 
 SCENE = {"schema": 1, "name": "x", "balls": [{"id": "a", "position": [0.0, 0.0, 0.028575]}]}
 ENVIRONMENT = {"cpu": "a | b", "date": "2026-01-02T03:04:05+00:00"}
@@ -71,11 +72,10 @@ FOUND = [
 def folder_of(path, findings, planned=None):
     labels = tuple(dict.fromkeys(one.label for one in findings))
     families = tuple(dict.fromkeys(one.family for one in findings))
-    missing = tuple(("f", str(k), "ghostball") for k in range((planned or 0) - len(findings)))
-    run = StressRun("quick", families, labels, ENVIRONMENT, missing=missing)
-    writer = StressWriter(path)
-    with writer.reserved():
-        writer.finish(run, findings)
+    missing = (("f", str(k), "ghostball") for k in range((planned or 0) - len(findings)))
+    asked = (*(one.key for one in findings), *missing)
+    run = StressRun("quick", families, labels, ENVIRONMENT, asked=asked)
+    store_findings(path, run, findings)
     return StressFolder.load(path)
 
 

@@ -6,11 +6,11 @@ Not in the module of the tests: some package that is installed may be called `te
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import ghostball.validation.stress.run
+import ghostball.validation.parallel.pool
 from ghostball.engine import Ball, Scene, Table
 from ghostball.validation.checks.criteria import Criteria
 from ghostball.validation.ensembles import run_ensembles
@@ -40,25 +40,25 @@ Say = Callable[[Key], None]
 def suite(out: Path, say: Say) -> None:
     criteria = {scene.name: Criteria(truth="engine") for scene in SCENES}
 
-    def done(case: Any, *_: int) -> None:
+    def done(_: int, __: int, case: Any) -> None:
         say((case.scene, case.label))
 
     run_suite(SCENES, ENGINES, out, criteria=criteria, reuse=True, progress=done)
 
 
 def ensembles(out: Path, say: Say) -> None:
-    def done(member: Any, *_: int) -> None:
+    def done(_: int, __: int, member: Any) -> None:
         say((member.scene, member.label, member.stream, str(member.index)))
 
     run_ensembles(SCENES[:2], ENGINES, out, 12, progress=done)
 
 
 def stress(out: Path, say: Say) -> None:
-    def here(tasks: Any, _: int, work: Any, *__: Any) -> Iterator[Any]:
-        return (work(task) for task in tasks)
+    def no_limit(_: Any) -> None:
+        """Have trials run in this process."""
 
-    ghostball.validation.stress.run.run_tasks = here
-    run_stress(["ghostball"], out, only=TRIALS, progress=lambda one, *_: say(one.key))
+    ghostball.validation.parallel.pool.limit_of = no_limit
+    run_stress(["ghostball"], out, only=TRIALS, progress=lambda _, __, one: say(one.key))
 
 
 def run_until_killed(

@@ -49,14 +49,14 @@ def small_run(within: Path) -> Path:
     writer.begin(ran.environment | {"engines": [*ENGINES, BROKEN]})
     for case in ran.cases:
         motion = ran.motion(case)
-        writer.write(case, motion)
+        writer.write((case, motion))
         if case.scene == "half-ball-cut" and case.label == "pymunk":
             assert motion is not None
             positions = motion.positions.copy()
             positions[motion.times >= BREAKS_AT, 0] = np.nan
             rest = np.where([[True], [False]], np.nan, case.rest_positions)
             blown_up = replace(case, label=BROKEN, rest_positions=rest)
-            writer.write(blown_up, replace(motion, positions=positions))
+            writer.write((blown_up, replace(motion, positions=positions)))
     writer.finish("complete")
     run_board(["ghostball", "pymunk"], folder / "board", columns=["cut", "line"])
     return folder

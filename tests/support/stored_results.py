@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -17,6 +17,14 @@ from ghostball.validation.results.database import (
     writing,
 )
 from ghostball.validation.results.motions import motion_of_case, put_motion
+from ghostball.validation.stress.findings import (
+    RUN,
+    Finding,
+    StressFolder,
+    StressRun,
+    StressWriter,
+    save_worst,
+)
 
 
 def in_database(folder: Path, statement: str, *given: Any) -> Any:
@@ -29,7 +37,7 @@ def edit_records(folder: Path, change: Callable[[str], str]) -> None:
     """Store other texts as the records of the cases."""
     with writing(folder) as database, transaction(database):
         for number, record in database.execute("SELECT id, record FROM cases").fetchall():
-            database.execute("UPDATE cases SET record = ? WHERE id = ?", [change(record), number])
+            database.execute("UPDATE records SET record = ? WHERE id = ?", [change(record), number])
 
 
 def edit_document(folder: Path, name: Any, **changes: Any) -> None:
@@ -47,8 +55,8 @@ def change_motion(folder: Path, scene: str, label: str, **changes: Callable[[Any
     with writing(folder) as database, transaction(database):
         where = "SELECT id FROM cases WHERE scene = ? AND label = ?"
         (number,) = database.execute(where, [scene, label]).fetchone()
-        database.execute("DELETE FROM motions WHERE case_id = ?", [number])
-        put_motion(database, replace(motion, **changed), case_id=number)
+        database.execute("DELETE FROM motions WHERE record_id = ?", [number])
+        put_motion(database, replace(motion, **changed), record_id=number)
 
 
 def damage_motions(folder: Path) -> None:
@@ -67,5 +75,16 @@ def cut_short(folder: Path) -> bytes:
 def stored(folder: Path) -> list[tuple[Any, ...]]:
     """Return all that a run of the suite stored, to be compared."""
     with reading(folder) as database:
-        tables = ("documents", "cases", "motions", "events")
+        tables = ("documents", "records", "motions", "events")
         return [row for name in tables for row in database.execute(f"SELECT * FROM {name}")]
+
+
+def store_findings(folder: Path, run: StressRun, findings: Iterable[Finding]) -> None:
+    """Store what a stress run found, as it would."""
+    writer = StressWriter(folder)
+    with writer.reserved():
+        writer.begin(RUN.dump_python(run, mode="json"))
+        for one in findings:
+            writer.write(one)
+        writer.finish("complete")
+    save_worst(StressFolder.load(folder))

@@ -19,8 +19,8 @@ from ghostball.engine import EngineFailedError, GhostballError, UnsupportedScene
 from ghostball.reference_adapters.registry import OURS, EngineUnavailableError, make_engine
 from ghostball.validation.board.columns import COLUMNS, QUESTIONS, Cell
 from ghostball.validation.board.shots import cut_to_rest, one_into_two, slide_to_rest
-from ghostball.validation.parallel.compiling import Compiling, compile_kernels
-from ghostball.validation.parallel.pool import run_tasks
+from ghostball.validation.parallel.compiling import compile_kernels
+from ghostball.validation.parallel.pool import Progress, run_tasks
 from ghostball.validation.results.environment import describe_environment
 from ghostball.validation.results.fields import EnvironmentValues
 from ghostball.validation.results.files import BOARD, cannot_write, told, write_whole
@@ -59,9 +59,6 @@ ROWS: Final = (
 
 CELL_LIMIT: Final = 120.0
 """Time after which a cell is given up [s]."""
-
-Progress = Callable[[str, int, int], None]
-"""Called with the cell that is done, how many are, and how many there are."""
 
 Place = tuple[str, str]
 """A row and a column."""
@@ -129,8 +126,8 @@ def run_board(
     columns: Iterable[str] = QUESTIONS,
     jobs: int = 1,
     rerun: bool = False,
-    progress: Progress | None = None,
-    compiling: Compiling | None = None,
+    progress: Progress[str] | None = None,
+    compiling: Progress[str] | None = None,
 ) -> Board:
     """Measure every cell that isn't there yet, and return the board with all that are.
 
@@ -149,7 +146,7 @@ def run_board(
         Whether to measure anew all that is asked for; what isn't stays as it is.
     progress : callable, optional
     compiling : callable, optional
-        How far the compiling of our engine's kernels is, where they aren't; see `Compiling`.
+        How far the compiling of our engine's kernels is, where they aren't.
 
     Raises
     ------
@@ -186,16 +183,16 @@ def run_board(
         plays = any(make_engine(row).name == OURS for row, _ in tasks)
         shots = (one_into_two(), slide_to_rest(), cut_to_rest()) if plays else ()
         prepare = compile_kernels(shots, jobs, labels=present, compiling=compiling)
-    measured = run_tasks(tasks, jobs, measure, _died, CELL_LIMIT, prepare=prepare)
-    with closing(measured) as done:
-        for number, (place, cell, motion) in enumerate(done, start=1):
+    with closing(run_tasks(tasks, jobs, measure, CELL_LIMIT, prepare)) as done:
+        for number, one in enumerate(done, start=1):
+            place, cell, motion = one.or_else(_died)
             row, column = place
             cells[place] = cell
             kept[place] = StoredCell(row=row, column=column, code=code, cell=cell)
             board = StoredBoard(environment=environment, cells=tuple(kept.values()))
             _save(folder, place, motion, board)
             if progress is not None:
-                progress(f"{column} of {row}", number, planned)
+                progress(number, planned, f"{column} of {row}")
     return Board(tuple(present), cells, absent, environment)
 
 

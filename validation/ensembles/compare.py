@@ -144,7 +144,7 @@ def compare(ensembles: Ensembles) -> Compared:
     Holm's correction is over all tests of the run, those of the null test included. Members that
     came to no end are left out: `EnsembleRecord.stopped` and `failed` have them.
     """
-    return _compare(ensembles.folder, ensembles.run.name)
+    return _compare(ensembles.folder, ensembles.run.run)
 
 
 @lru_cache(maxsize=1)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from typing import Any, Final, Literal
-from uuid import uuid4
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +12,7 @@ from pydantic import ConfigDict
 from ghostball.engine import Scene
 from ghostball.engine.scene.fields import SceneName
 from ghostball.validation.ensembles.members import Size, Stream
+from ghostball.validation.parallel.runner import RunState
 from ghostball.validation.results.fields import Definition, EnvironmentValues, FloatArray
 from ghostball.validation.results.records import scene_from
 
@@ -23,35 +23,6 @@ INSTANTS: Final = 41
 """Instants at which the energy is kept, from the start to the end of the unperturbed scene."""
 
 EnsembleOutcomeName = Literal["ran", "not-representable", "unavailable"]
-EnsembleState = Literal["running", "complete", "interrupted"]
-
-
-@dataclass(frozen=True)
-class EnsembleRun:
-    """What a run was asked for, and how it ended.
-
-    Attributes
-    ----------
-    count : int
-        Members of each ensemble.
-    size : Size
-    scenes, labels : tuple of str
-    state : "running", "complete" or "interrupted"
-    environment : dict
-        Date, machine, versions, revision, command line.
-    name : str
-        What tells it from any other run.
-    """
-
-    count: int
-    size: Size
-    scenes: tuple[SceneName, ...]
-    labels: tuple[str, ...]
-    environment: EnvironmentValues
-    state: EnsembleState = "running"
-    name: str = field(default_factory=lambda: uuid4().hex)
-
-    __pydantic_config__ = ConfigDict(extra="forbid")
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,8 +50,8 @@ class EnsembleRecord:
         Why it did not run; else "".
     stopped, failed : dict of str to str
         By number of the member: how it ended early, why it failed.
-    inputs_hash, code_hash : str
-        Hashes of all that decides what its members do. "" where they must be run again.
+    inputs : str
+        Hash of all that is asked of its members.
     """
 
     scene: SceneName
@@ -96,8 +67,7 @@ class EnsembleRecord:
     reason: str = ""
     stopped: dict[str, str] = field(default_factory=dict)
     failed: dict[str, str] = field(default_factory=dict)
-    inputs_hash: str = ""
-    code_hash: str = ""
+    inputs: str = ""
 
     __pydantic_config__ = ConfigDict(extra="forbid", arbitrary_types_allowed=True)
 
@@ -109,6 +79,37 @@ class EnsembleRecord:
     def load_scene(self) -> Scene:
         """Return the unperturbed scene."""
         return scene_from(self.definition, self.scene)
+
+
+@dataclass(frozen=True)
+class EnsembleRun:
+    """What a run was asked for, and how it ended.
+
+    Attributes
+    ----------
+    count : int
+        Members of each ensemble.
+    size : Size
+    scenes, labels : tuple of str
+    state : "running", "complete" or "interrupted"
+    environment : dict
+        Date, machine, versions, revision, command line.
+    run : str
+        What tells it from any other run.
+    ensembles : tuple of EnsembleRecord
+        What is asked of each, before any member was run.
+    """
+
+    count: int
+    size: Size
+    scenes: tuple[SceneName, ...]
+    labels: tuple[str, ...]
+    environment: EnvironmentValues
+    state: RunState = "running"
+    run: str = ""
+    ensembles: tuple[EnsembleRecord, ...] = ()
+
+    __pydantic_config__ = ConfigDict(extra="forbid")
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,12 +1,11 @@
-"""Ensembles in the database of a results folder: a row for each, and one for each member."""
+"""Ensembles in the database of a results folder: what is asked, and a record of each member."""
 
 from __future__ import annotations
 
-import sqlite3
-from collections.abc import Iterator, Mapping
+import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from pydantic import TypeAdapter
@@ -14,28 +13,24 @@ from pydantic import TypeAdapter
 from ghostball.validation.ensembles.ensemble_record import (
     EnsembleRecord,
     EnsembleRun,
-    EnsembleState,
     Members,
 )
 from ghostball.validation.ensembles.member import MemberResult
 from ghostball.validation.ensembles.members import Stream
+from ghostball.validation.parallel.runner import Name
 from ghostball.validation.results.database import (
     AGAIN,
     get_document,
     has_database,
-    put_document,
+    name_text,
     reading,
     record_of,
-    transaction,
 )
 from ghostball.validation.results.fields import check_shape
 from ghostball.validation.results.files import ResultsError
+from ghostball.validation.results.record_store import RecordStore
 
-Key = tuple[str, str, Stream]
-"""Scene, engine label and stream of an ensemble."""
-
-_RUN: Final = TypeAdapter(EnsembleRun)
-_RECORD: Final = TypeAdapter(EnsembleRecord)
+RUN: Final = TypeAdapter(EnsembleRun)
 _MEMBER: Final = TypeAdapter(MemberResult)
 
 
@@ -71,12 +66,8 @@ class Ensembles:
             text = get_document(database, "ensembles")
             if text is None:
                 return None
-            run: EnsembleRun = record_of(_RUN, text, f"{folder}: what its ensembles are of")
-            records = [
-                _with_failures(database, number, record)
-                for number, record in _stored(database, "WHERE current")
-                if record.scene in run.scenes and record.label in run.labels
-            ]
+            run: EnsembleRun = record_of(RUN, text, f"{folder}: what its ensembles are of")
+        records = [_with_members(path, record) for record in run.ensembles]
         records.sort(key=lambda record: _place(record, run))
         return cls(path, run, records)
 
@@ -96,16 +87,9 @@ class Ensembles:
         ResultsError
             Where they can't be read.
         """
-        with reading(self.folder) as database:
-            texts = database.execute(
-                "SELECT members.record FROM members JOIN ensembles ON ensemble_id = id "
-                "WHERE current AND (scene, label, stream) = (?, ?, ?) AND outcome = 'ended' "
-                "AND number < ? ORDER BY number",
-                [*record.key, self.run.count],
-            ).fetchall()
+        found = [one for one in _members_of(self.folder, record) if one.outcome == "ended"]
         what = f"{self.folder}: a perturbed shot"
         balls = len(record.definition["balls"])
-        found: list[MemberResult] = [record_of(_MEMBER, text, what) for (text,) in texts]
         for one in found:
             try:
                 if one.rest_positions is None or one.energy is None or one.rest_time is None:
@@ -131,110 +115,53 @@ def members_of(ended: list[MemberResult], balls: int) -> Members:
     )
 
 
-class EnsembleWriter:
-    """Writes the ensembles of a run, each member as it comes; the folder must be reserved.
+class EnsembleWriter(RecordStore[MemberResult, MemberResult]):
+    """Writes the members of a run, each as it comes."""
 
-    Parameters
-    ----------
-    database : sqlite3.Connection
-    run : EnsembleRun
-    """
+    kind = "member"
+    adapter = _MEMBER
+    what = "a perturbed shot"
+    document = "ensembles"
 
-    def __init__(self, database: sqlite3.Connection, run: EnsembleRun) -> None:
-        self._database = database
-        self._run = run
-        self._numbers: dict[Key, int] = {}
+    def record_of(self, given: MemberResult) -> MemberResult:
+        """Return the member."""
+        return given
 
-    def done_before(self, code: str, count: int) -> dict[str, frozenset[int]]:
-        """Return which members the same code ran to their end, by the hash of the inputs."""
-        done = {}
-        for number, record in _stored(self._database, ""):
-            if code and record.inputs_hash and record.code_hash == code:
-                rows = self._database.execute(
-                    "SELECT number FROM members WHERE ensemble_id = ? AND outcome = 'ended' "
-                    "AND number < ?",
-                    [number, count],
-                )
-                done[record.inputs_hash] = frozenset(index for (index,) in rows)
-        return done
+    def name_of(self, record: MemberResult) -> Name:
+        """Return of which ensemble it is, what was asked of that, and its number."""
+        return *record.ensemble, record.inputs, str(record.index)
 
-    def begin(self, records: Mapping[EnsembleRecord, bool]) -> None:
-        """Start a run: what the same code found stays, for this run or a later one.
-
-        Parameters
-        ----------
-        records : mapping of EnsembleRecord to bool
-            What is to be run, and whether the members of an unchanged one are taken over.
-        """
-        with transaction(self._database):
-            execute = self._database.execute
-            stored: dict[str, int] = {}
-            codes = {record.code_hash for record in records}
-            for number, record in list(_stored(self._database, "")):
-                if record.inputs_hash and record.code_hash in codes:
-                    stored[record.inputs_hash] = number
-                else:
-                    execute("DELETE FROM ensembles WHERE id = ?", [number])
-            execute("UPDATE ensembles SET current = 0")
-            for record, taken_over in records.items():
-                before = stored.get(record.inputs_hash)
-                if before is not None and not taken_over:
-                    execute("DELETE FROM ensembles WHERE id = ?", [before])
-                if before is None or not taken_over:
-                    before = execute(
-                        "INSERT INTO ensembles (record, current) VALUES (?, 1)",
-                        [_RECORD.dump_json(record).decode()],
-                    ).lastrowid
-                    assert before is not None
-                execute("UPDATE ensembles SET current = 1 WHERE id = ?", [before])
-                execute(
-                    "DELETE FROM members WHERE ensemble_id = ? AND outcome != 'ended'", [before]
-                )
-                self._numbers[record.key] = before
-            put_document(self._database, "ensembles", _RUN.dump_json(self._run))
-
-    def write(self, result: MemberResult) -> None:
-        """Add a member."""
-        number = self._numbers[result.scene, result.label, result.stream]
-        with transaction(self._database):
-            self._database.execute(
-                "INSERT INTO members (ensemble_id, record) VALUES (?, ?)",
-                [number, _MEMBER.dump_json(result).decode()],
-            )
-
-    def refuse(self, record: EnsembleRecord) -> None:
-        """Note of an ensemble that its engine can't run it."""
-        with transaction(self._database):
-            self._database.execute(
-                "UPDATE ensembles SET record = ? WHERE id = ?",
-                [_RECORD.dump_json(record).decode(), self._numbers[record.key]],
-            )
-
-    def finish(self, state: EnsembleState) -> None:
-        """Note how the run ended."""
-        with transaction(self._database):
-            run = replace(self._run, state=state)
-            put_document(self._database, "ensembles", _RUN.dump_json(run))
+    def stands(self, record: MemberResult) -> bool:
+        """Whether it came to its end."""
+        return record.outcome == "ended"
 
 
-def _stored(database: sqlite3.Connection, which: str) -> Iterator[tuple[int, EnsembleRecord]]:
-    for number, text in database.execute(f"SELECT id, record FROM ensembles {which}").fetchall():
-        yield number, record_of(_RECORD, text, "an ensemble")
-
-
-def _with_failures(
-    database: sqlite3.Connection, number: int, record: EnsembleRecord
-) -> EnsembleRecord:
+def _with_members(folder: Path, record: EnsembleRecord) -> EnsembleRecord:
     """Return an ensemble with what its members that came to no end say."""
-    stopped: dict[str, str] = {}
-    failed: dict[str, str] = {}
-    for index, outcome, reason in database.execute(
-        "SELECT number, outcome, json_extract(record, '$.reason') FROM members "
-        "WHERE ensemble_id = ? AND outcome != 'ended' ORDER BY number",
-        [number],
-    ):
-        (failed if outcome == "failed" else stopped)[str(index)] = reason
-    return replace(record, stopped=stopped, failed=failed)
+    found = _members_of(folder, record)
+    unended = [one for one in found if one.outcome != "ended"]
+    refused = [one for one in found if one.outcome in ("not-representable", "unavailable")]
+    if refused and refused == found:
+        outcome: Any = found[0].outcome
+        return replace(record, outcome=outcome, reason=found[0].reason)
+    return replace(
+        record,
+        stopped={str(one.index): one.reason for one in unended if one.outcome != "failed"},
+        failed={str(one.index): one.reason for one in unended if one.outcome == "failed"},
+    )
+
+
+def _members_of(folder: Path, record: EnsembleRecord) -> list[MemberResult]:
+    """Return what became of the members that the run asked for, in order of their numbers."""
+    start = name_text(record.key).removesuffix("]") + ","
+    with reading(folder) as database:
+        texts = database.execute(
+            "SELECT record FROM records WHERE kind = 'member' AND current AND name > ? "
+            "AND name < ?",
+            [start, start + chr(sys.maxunicode)],
+        ).fetchall()
+    found = [record_of(_MEMBER, text, f"{folder}: a perturbed shot") for (text,) in texts]
+    return sorted(found, key=lambda one: one.index)
 
 
 def _place(record: EnsembleRecord, run: EnsembleRun) -> tuple[int, int, str]:

@@ -35,6 +35,8 @@ class MemberTask:
     index : int
     times : (q,) float64 [s]
         When to take the energy.
+    inputs : str
+        Hash of what is asked of its ensemble.
     """
 
     scene: Scene
@@ -42,6 +44,7 @@ class MemberTask:
     stream: Stream
     index: int
     times: NDArray[np.float64]
+    inputs: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +53,7 @@ class MemberResult:
 
     Attributes
     ----------
-    scene, label, stream, index
+    scene, label, stream, index, inputs
         Of the task.
     outcome : str
         "ended" came to rest or to the scene's `t_max`; "stopped" didn't, though nothing failed.
@@ -74,8 +77,14 @@ class MemberResult:
     rest_time: float | None = None
     counts: tuple[int, ...] | None = None
     energy: FloatArray | None = None
+    inputs: str = ""
 
     __pydantic_config__ = ConfigDict(arbitrary_types_allowed=True)
+
+    @property
+    def ensemble(self) -> tuple[str, str, Stream]:
+        """Scene, engine label and stream of its ensemble."""
+        return self.scene, self.label, self.stream
 
 
 def run_member(task: MemberTask) -> MemberResult:
@@ -106,6 +115,7 @@ def run_member(task: MemberTask) -> MemberResult:
             rest_time=float(result.rest_time),
             counts=tuple(int(result.collision_counts[kind.label]) for kind in COLLISION_KINDS),
             energy=energy,
+            inputs=task.inputs,
         )
     except EngineUnavailableError as error:
         return without_result(task, "unavailable", str(error))
@@ -125,4 +135,12 @@ def died(task: MemberTask, reason: str) -> MemberResult:
 
 def without_result(task: MemberTask, outcome: MemberOutcome, reason: str) -> MemberResult:
     """Return what became of a member that didn't come to its end."""
-    return MemberResult(task.scene.name, task.label, task.stream, task.index, outcome, reason)
+    return MemberResult(
+        task.scene.name,
+        task.label,
+        task.stream,
+        task.index,
+        outcome,
+        reason,
+        inputs=task.inputs,
+    )

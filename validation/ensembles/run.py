@@ -11,9 +11,7 @@
 from __future__ import annotations
 
 import json
-import sqlite3
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import closing
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from hashlib import sha256
 from pathlib import Path
@@ -31,15 +29,15 @@ from ghostball.validation.ensembles.ensemble_record import (
     EnsembleOutcomeName,
     EnsembleRecord,
     EnsembleRun,
-    EnsembleState,
 )
-from ghostball.validation.ensembles.ensembles_folder import Ensembles, EnsembleWriter, Key
+from ghostball.validation.ensembles.ensembles_folder import RUN, Ensembles, EnsembleWriter
 from ghostball.validation.ensembles.member import MemberResult, MemberTask, died, run_member
 from ghostball.validation.ensembles.members import EnsembleError, Size, Stream, perturb
 from ghostball.validation.parallel.cluster import Cluster
-from ghostball.validation.parallel.compiling import Compiling, compile_kernels
-from ghostball.validation.parallel.pool import run_tasks
-from ghostball.validation.results.database import SCHEMA, reserved, writing
+from ghostball.validation.parallel.compiling import compile_kernels
+from ghostball.validation.parallel.pool import Done, Progress
+from ghostball.validation.parallel.runner import Name, run
+from ghostball.validation.results.database import SCHEMA
 from ghostball.validation.results.environment import describe_environment
 from ghostball.validation.results.store import ResultsError, has_results
 from ghostball.validation.runs.our_run import run_ours
@@ -49,9 +47,6 @@ from ghostball.validation.suite.unchanged import code_hash, is_ours
 
 FEWEST, MOST = 2, 1_000
 """Members of an ensemble. The tests hold a matrix of (2 x members)^2 distances in memory."""
-
-Progress = Callable[[MemberResult, int, int], None]
-"""Called with each member that is done, how many are, and how many there are."""
 
 
 @dataclass(frozen=True)
@@ -68,7 +63,7 @@ class EnsembleOutcome:
     interrupted : bool
         By Ctrl-C; what was done is kept, and a next run goes on from there.
     begun : bool
-        Whether any member was run: if not, an interrupt left the folder as it was.
+        Whether earlier ensembles gave way to these: if not, an interrupt left the folder as it was.
     """
 
     folder: Path
@@ -107,8 +102,8 @@ def run_ensembles(
     size: Size | None = None,
     jobs: int = 1,
     cluster: Cluster | None = None,
-    progress: Progress | None = None,
-    compiling: Compiling | None = None,
+    progress: Progress[MemberResult] | None = None,
+    compiling: Progress[str] | None = None,
     reuse: bool = True,
     time_limit: float | None = None,
 ) -> EnsembleOutcome:
@@ -129,9 +124,9 @@ def run_ensembles(
     cluster : Cluster, optional
         Where the members run instead; `jobs` processes then only compile.
     progress : callable, optional
-        See `Progress`.
+        Called with how many members are done, of how many, and the last.
     compiling : callable, optional
-        How far the compiling of our engine's kernels is, where they aren't; see `Compiling`.
+        How far the compiling of our engine's kernels is, where they aren't; see `compile_kernels`.
     reuse : bool
         Whether members that came to their end in an earlier run into the folder, unchanged in
         scene, size, settings and code, are taken over; see `validation.suite.unchanged`.
@@ -150,7 +145,7 @@ def run_ensembles(
     crashed on. What came to no end is counted and named, and left out of the tests.
     """
     size = size or Size()
-    _check_request(scenes, labels, count, size)
+    check_ensembles(scenes, labels, out, count, size)
     check_time_limit(time_limit)
     if jobs < 1:
         raise EnsembleError(f"`jobs` must be at least 1, got {jobs}")
@@ -158,17 +153,73 @@ def run_ensembles(
         raise ResultsError(
             f"{out}: not a results folder yet. Run the suite into it first: `ghostball validate`"
         )
-    with reserved(out), writing(out) as database:
-        run = EnsembleRun(
-            count,
-            size,
-            tuple(scene.name for scene in scenes),
-            tuple(labels),
-            describe_environment(),
+    records: dict[Name, EnsembleRecord] = {
+        one.key: one for scene in scenes for one in _planned(scene, labels, size)
+    }
+    by_name = {scene.name: scene for scene in scenes}
+    keys: dict[Name, str] = {
+        (*record.key, record.inputs, str(index)): (
+            f"{record.inputs} {index}" if is_ours(record.label) else ""
         )
-        return _Run(run, scenes, out, database, reuse).go(
-            jobs, cluster, progress, compiling, time_limit
-        )
+        for record in records.values()
+        if record.outcome == "ran"
+        for index in range(count)
+    }
+    asked = EnsembleRun(
+        count,
+        size,
+        tuple(by_name),
+        tuple(labels),
+        describe_environment(),
+        ensembles=tuple(records.values()),
+    )
+    refused: set[Name] = set()  # what an engine can't represent, it isn't asked again
+
+    def tasks(names: Sequence[Name]) -> Iterator[MemberTask]:
+        for name in names:
+            if name[:3] not in refused:
+                record, index = records[name[:3]], int(name[-1])
+                member = perturb(by_name[record.scene], size, index, record.stream)
+                yield MemberTask(
+                    member, record.label, record.stream, index, record.times, record.inputs
+                )
+
+    def settle(done: Done[MemberTask, MemberResult]) -> MemberResult:
+        result = done.or_else(died)
+        if result.outcome in ("not-representable", "unavailable"):
+            refused.add(result.ensemble)
+        return result
+
+    def prepare(names: Sequence[Name]) -> Callable[[], None]:
+        wanted = dict.fromkeys(name[0] for name in names)
+        left = dict.fromkeys(name[1] for name in names)
+        those = [by_name[name] for name in wanted]
+        return compile_kernels(those, jobs, labels=left, compiling=compiling)
+
+    ran = run(
+        keys,
+        tasks,
+        run_member,
+        settle,
+        EnsembleWriter(out, code_hash()),
+        jobs=cluster or jobs,
+        limit=time_limit,
+        prepare=prepare,
+        about=lambda _: RUN.dump_python(asked, mode="json"),
+        reuse=reuse,
+        progress=progress,
+    )
+    unasked = count * sum(record.outcome != "ran" for record in records.values())
+    skipped = sum(name[:3] in refused and name not in ran.records for name in keys)
+    return EnsembleOutcome(
+        out,
+        count * len(records),
+        unasked + skipped + len(ran.records),
+        unasked + ran.taken_over,
+        sum(one.outcome == "failed" for one in ran.records.values()),
+        ran.interrupted,
+        ran.begun,
+    )
 
 
 def _check_request(scenes: Sequence[Scene], labels: Sequence[str], count: int, size: Size) -> None:
@@ -191,125 +242,7 @@ def _check_request(scenes: Sequence[Scene], labels: Sequence[str], count: int, s
         size.check(scene)
 
 
-@dataclass(eq=False)
-class _Ensemble:
-    """One ensemble while it is made."""
-
-    record: EnsembleRecord
-    scene: Scene
-    before: frozenset[int]  # numbers of the members that an earlier run did
-    settled: int = 0  # members of this run of which nothing more is to come
-
-    def missing(self, count: int) -> list[int]:
-        """Return the numbers of the members that must be run."""
-        if self.record.outcome != "ran":
-            return []
-        return [index for index in range(count) if index not in self.before]
-
-
-class _Run:
-    """A run of ensembles, from the plan to the last member."""
-
-    def __init__(
-        self,
-        run: EnsembleRun,
-        scenes: Sequence[Scene],
-        out: Path,
-        database: sqlite3.Connection,
-        reuse: bool,
-    ) -> None:
-        self._count, self._out = run.count, out
-        self._writer = EnsembleWriter(database, run)
-        code = code_hash()
-        before = self._writer.done_before(code, run.count) if reuse else {}
-        self._ensembles: dict[Key, _Ensemble] = {}
-        for scene in scenes:
-            for planned in _planned(scene, run):
-                record = replace(planned, code_hash=code)
-                done = before.get(record.inputs_hash, frozenset())
-                self._ensembles[record.key] = _Ensemble(record, scene, done)
-
-    def go(
-        self,
-        jobs: int,
-        cluster: Cluster | None,
-        progress: Progress | None,
-        compiling: Compiling | None,
-        time_limit: float | None,
-    ) -> EnsembleOutcome:
-        """Run what is missing; each member is kept as soon as it is done."""
-        missing = {key: one.missing(self._count) for key, one in self._ensembles.items()}
-        planned = self._count * len(self._ensembles)
-        done = taken_over = planned - sum(map(len, missing.values()))
-        state: EnsembleState = "interrupted"
-        begun, failed = False, 0
-        prepare: Callable[[], None] | None = None
-        try:
-            labels = {key[1] for key, those in missing.items() if those}
-            if wanted := [self._ensembles[key].scene for key, those in missing.items() if those]:
-                prepare = compile_kernels(wanted, jobs, labels=labels, compiling=compiling)
-            finished = run_tasks(
-                self._tasks(missing),
-                cluster or jobs,
-                run_member,
-                died,
-                time_limit,
-                prepare=prepare,
-            )
-            with closing(finished):
-                for result in finished:
-                    if not begun:
-                        self._begin()
-                        begun = True
-                    key = (result.scene, result.label, result.stream)
-                    done += self._note(result, len(missing[key]))
-                    failed += result.outcome == "failed"
-                    if progress is not None:
-                        progress(result, done, planned)
-            if not begun:
-                self._begin()
-            state = "complete"
-        except KeyboardInterrupt:
-            pass  # said in the outcome
-        finally:
-            # Interrupted before anything was done, the folder stays as it was.
-            if begun or state == "complete":
-                self._writer.finish(state)
-        return EnsembleOutcome(
-            self._out, planned, done, taken_over, failed, state == "interrupted", begun
-        )
-
-    def _begin(self) -> None:
-        self._writer.begin({one.record: bool(one.before) for one in self._ensembles.values()})
-
-    def _note(self, result: MemberResult, missing: int) -> int:
-        """Keep a member that is done; return how many of the missing ones that settles."""
-        one = self._ensembles[result.scene, result.label, result.stream]
-        if one.record.outcome != "ran":
-            return 0  # it was on its way already when the first one was refused
-        settles = 1
-        if result.outcome in ("not-representable", "unavailable") and not one.settled:
-            one.record = replace(one.record, outcome=result.outcome, reason=result.reason)
-            self._writer.refuse(one.record)
-            settles = missing
-        else:
-            self._writer.write(result)
-        one.settled += settles
-        return settles
-
-    def _tasks(self, missing: Mapping[Key, Sequence[int]]) -> Iterator[MemberTask]:
-        """Yield what is to be run, ensemble by ensemble; one that was refused is left at once."""
-        for key, indices in missing.items():
-            one = self._ensembles[key]
-            for index in indices:
-                if one.record.outcome != "ran":
-                    break
-                record = one.record
-                member = perturb(one.scene, record.size, index, record.stream)
-                yield MemberTask(member, record.label, record.stream, index, record.times)
-
-
-def _planned(scene: Scene, run: EnsembleRun) -> Iterator[EnsembleRecord]:
+def _planned(scene: Scene, labels: Sequence[str], size: Size) -> Iterator[EnsembleRecord]:
     """Yield the ensembles of a scene, without members."""
     try:
         alone = run_ours(scene, "rest")
@@ -318,7 +251,7 @@ def _planned(scene: Scene, run: EnsembleRun) -> Iterator[EnsembleRecord]:
         lacks = "; ".join(error.features)
         reason, t_end = f"`{REFERENCE}`, with which engines are compared, lacks it: {lacks}", 0.0
     definition = scene.model_dump(mode="json", by_alias=True)
-    for label in run.labels:
+    for label in labels:
         settings: dict[str, Any] = {}
         outcome: EnsembleOutcomeName = "not-representable" if reason else "ran"
         why = reason
@@ -334,15 +267,14 @@ def _planned(scene: Scene, run: EnsembleRun) -> Iterator[EnsembleRecord]:
                 label,
                 engine_name(label),
                 stream,
-                run.size,
+                size,
                 settings,
                 np.linspace(0.0, t_end, INSTANTS),
                 float(energy_of(scene, initial_state(scene)).total[0]),
                 outcome,
                 why,
             )
-            ours = outcome == "ran" and is_ours(label)
-            yield replace(record, inputs_hash=_inputs_hash(record)) if ours else record
+            yield replace(record, inputs=_inputs_hash(record))
 
 
 def _inputs_hash(record: EnsembleRecord) -> str:

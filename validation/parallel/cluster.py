@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from uuid import uuid4
 
 from ghostball.engine.errors import GhostballError
-from ghostball.validation.parallel.pool import WAKE, Answer, Process, wait
+from ghostball.validation.parallel.pool import WAKE, Answer, Done, Process, wait
 from ghostball.validation.parallel.sources import versions
 
 if TYPE_CHECKING:
@@ -134,12 +134,10 @@ class Cluster:
         self,
         tasks: Iterable[T],
         work: Callable[[T], R],
-        died: Callable[[T, str], R],
         limit: Callable[[T], float] | None = None,
-        printed: Callable[[T, str], None] | None = None,
         prepare: Callable[[], object] | None = None,
-    ) -> Generator[R]:
-        """Do tasks; yield what each gives: see `validation.parallel.pool.run_tasks`.
+    ) -> Generator[Done[T, R]]:
+        """Do tasks; yield what came of each: see `validation.parallel.pool.run_tasks`.
 
         Raises
         ------
@@ -175,9 +173,7 @@ class Cluster:
                         future.add_done_callback(done.put)
                         continue
                 _, task = doing.pop(future.key)
-                if answer.printed and printed is not None:
-                    printed(task, answer.printed)
-                yield died(task, answer.reason) if answer.reason else answer.given()
+                yield answer.of(task)
         finally:
             # What runs is ended by the workers, which look whether anybody waits for it.
             with suppress(Exception):  # the cluster may be gone

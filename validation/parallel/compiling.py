@@ -10,14 +10,11 @@ from functools import partial
 from ghostball.engine import GhostballError, Scene
 from ghostball.engine.compilation import Variants, variants_of
 from ghostball.reference_adapters.stepping.kernels import AdapterKernels, adapter_kernels
-from ghostball.validation.parallel.pool import run_tasks
+from ghostball.validation.parallel.pool import Progress, run_tasks
 
 _LOGGER = logging.getLogger("ghostball.validation")
 
 _Kernels = Variants | AdapterKernels
-
-Compiling = Callable[[int, int, str], None]
-"""Called with how many variants of the kernels are compiled, of how many, and the last one."""
 
 
 def compile_kernels(
@@ -27,7 +24,7 @@ def compile_kernels(
     labels: Iterable[str] = (),
     tangents: bool = False,
     contacts_from: int = 2,
-    compiling: Compiling | None = None,
+    compiling: Progress[str] | None = None,
 ) -> Callable[[], None]:
     """Compile in `jobs` processes what `scenes` need of kernels, then load ours into this one.
 
@@ -40,7 +37,8 @@ def compile_kernels(
     tangents, contacts_from
         See `engine.compilation.variants_of`.
     compiling : callable, optional
-        See `Compiling`; first called before the first of them. Left out, a log says it.
+        Called with how many variants are compiled, of how many, and the last one; first before the
+        first of them. Left out, a log says it.
 
     Returns
     -------
@@ -63,12 +61,15 @@ def compile_kernels(
         count = _log if compiling is None else compiling
         total, done = sum(len(variants.names) for variants in missing), 0
         count(done, total, "")
-        with closing(run_tasks(missing, jobs, _compile, _died)) as finished:
-            for variants, failure in finished:
-                if failure:
-                    raise GhostballError(failure)
-                done += len(variants.names)
-                count(done, total, "; ".join(variants.names))
+        with closing(run_tasks(missing, jobs, _compile)) as finished:
+            for one in finished:
+                names = one.task.names
+                if one.died:
+                    raise GhostballError(
+                        f"the kernels ({', '.join(names)}) could not be compiled: {one.died}"
+                    )
+                done += len(names)
+                count(done, total, "; ".join(names))
     for variants in ours:
         variants.compile()
     return partial(_compile_missing, needed)
@@ -85,7 +86,7 @@ def _compile_missing(needed: Iterable[_Kernels]) -> None:
             _compile(variants)
 
 
-def _compile(variants: _Kernels) -> tuple[_Kernels, str]:
+def _compile(variants: _Kernels) -> None:
     logger = logging.getLogger("ghostball.engine")
     level = logger.level
     logger.setLevel(logging.ERROR)  # it was announced by the caller
@@ -93,8 +94,3 @@ def _compile(variants: _Kernels) -> tuple[_Kernels, str]:
         variants.compile()
     finally:
         logger.setLevel(level)
-    return variants, ""
-
-
-def _died(variants: _Kernels, reason: str) -> tuple[_Kernels, str]:
-    return variants, f"the kernels ({', '.join(variants.names)}) could not be compiled: {reason}"

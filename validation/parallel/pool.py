@@ -25,7 +25,7 @@ from dataclasses import dataclass
 from itertools import islice
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait as wait_for_any
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from ghostball.reference_adapters.output import captured, divert, flush, text_of
 
@@ -58,6 +58,38 @@ _SPAWN = multiprocessing.get_context("spawn")
 """Not fork: pybullet's and numba's threads and locks don't survive it."""
 
 
+@dataclass(frozen=True)
+class Done(Generic[T, R]):
+    """What came of a task.
+
+    Attributes
+    ----------
+    task : object
+    given : object
+        What it gave; None where its process died.
+    died : str
+        Why its process died of it; else "".
+    printed : str
+        What was printed while it was done.
+    """
+
+    task: T
+    given: R | None
+    died: str
+    printed: str
+
+    def or_else(self, died: Callable[[T, str], R]) -> R:
+        """Return what it gave, or what `died` makes of it and of why its process died."""
+        if self.died:
+            return died(self.task, self.died)
+        given: Any = self.given  # None too may be what it gave
+        return given  # type: ignore[no-any-return]
+
+
+Progress = Callable[[int, int, R], None]
+"""Called with how many parts are done, how many there are, and the last of them."""
+
+
 def limit_of(limit: Callable[[T], float] | float | None) -> Callable[[T], float] | None:
     """Return how long a task may take [s], of a `limit` of `run_tasks`; None for none.
 
@@ -74,12 +106,10 @@ def run_tasks(
     tasks: Iterable[T],
     jobs: int | Cluster,
     work: Callable[[T], R],
-    died: Callable[[T, str], R],
     limit: Callable[[T], float] | float | None = None,
-    printed: Callable[[T, str], None] | None = None,
     prepare: Callable[[], object] | None = None,
-) -> Generator[R]:
-    """Do tasks in other processes; yield what each gives.
+) -> Generator[Done[T, R]]:
+    """Do tasks in other processes; yield what came of each.
 
     In this very process where `jobs` is 1 and there is no limit. Nothing that a task prints reaches
     our own standard output or, from another process, standard error.
@@ -92,15 +122,10 @@ def run_tasks(
         Processes of this machine, or a cluster, which does as many tasks at once as it can.
     work : callable
         Does a task; a function of a module, for other processes must find it.
-    died : callable
-        Given a task and why its process died of it; what it returns is yielded instead.
     limit : callable or float, optional [s]
         How long a task may take, or what says it of each: after that its process is ended, and it
         has died of it. The start of a process doesn't count; that has a limit of its own, of
         minutes.
-    printed : callable, optional
-        Given a task and what was printed while it was done, where that is anything, before what the
-        task gives is yielded; it is dropped otherwise.
     prepare : callable, optional
         What another process does first, such as importing what tasks need: no task's limit of time
         runs meanwhile.
@@ -111,15 +136,13 @@ def run_tasks(
     """
     limit = limit_of(limit)
     if not isinstance(jobs, int):
-        yield from jobs.run_tasks(tasks, work, died, limit, printed, prepare)
+        yield from jobs.run_tasks(tasks, work, limit, prepare)
         return
     if jobs == 1 and limit is None:
         for task in tasks:
             with captured() as output:
                 given = work(task)
-            if output.text and printed is not None:
-                printed(task, output.text)
-            yield given
+            yield Done(task, given, "", output.text)
         return
     first = pickle.dumps((work, prepare))
     queue = iter(tasks)
@@ -153,9 +176,7 @@ def run_tasks(
                     process.close()
                     processes.remove(process)
                 del doing[process]
-                if answer.printed and printed is not None:
-                    printed(task, answer.printed)
-                yield died(task, answer.reason) if answer.reason else answer.given()
+                yield answer.of(task)
     finally:
         for process in processes:
             process.kill()
@@ -174,6 +195,10 @@ class Answer:
     def given(self) -> Any:
         """Return what the task gave."""
         return pickle.loads(self.pickled)
+
+    def of(self, task: T) -> Done[T, Any]:
+        """Return it as that of a task."""
+        return Done(task, None if self.reason else self.given(), self.reason, self.printed)
 
 
 class Process:

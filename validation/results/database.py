@@ -1,16 +1,17 @@
 """The database of a results folder: one SQLite file, changed in transactions.
 
 What a transaction has committed survives a kill and a full disk, and what it has not was never
-there. Others may read while a run writes. Each kind of record is a row that holds it as JSON; what
-is looked up or joined is a column made of it, so that a query of anyone's needs no code of ours:
+there. Others may read while a run writes. A record of any kind is a row that holds it as JSON, and
+what is looked up in it is a column of a view, so that a query of anyone's needs no code of ours:
 
     sqlite3 out/results.db "SELECT scene, label, value FROM checks WHERE NOT passed"
 """
 
 from __future__ import annotations
 
+import json
 import sqlite3
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, closing, contextmanager, suppress
 from functools import cache
 from pathlib import Path
@@ -25,7 +26,7 @@ from ghostball.validation.results.files import ResultsError, cannot_write, told
 DATABASE: Final = "results.db"
 LOCK: Final = ".lock"
 
-SCHEMA: Final = 6
+SCHEMA: Final = 7
 """Version of the tables and of the records in them; another one is refused."""
 
 APPLICATION: Final = int.from_bytes(b"ball")
@@ -34,24 +35,28 @@ APPLICATION: Final = int.from_bytes(b"ball")
 Document = Literal["suite", "ensembles", "stress", "regression"]
 """What there is one of in a folder: what each kind of run was asked for, and how it ended."""
 
+Kind = Literal["case", "prediction", "member", "finding"]
+"""What a record is of: of which there are many, each with a name of its own."""
+
 _TABLES = """
 CREATE TABLE documents (name TEXT PRIMARY KEY, content TEXT NOT NULL);
 
-CREATE TABLE cases (
+-- `current` is part of what the last run of its kind left; others are kept for a later run. The key
+-- is a hash of all that a record depends on besides the code; "" where it must be made again.
+CREATE TABLE records (
     id INTEGER PRIMARY KEY,
-    record TEXT NOT NULL,
+    kind TEXT NOT NULL,
+    name TEXT NOT NULL,
+    key TEXT NOT NULL,
+    code TEXT NOT NULL,
     current INTEGER NOT NULL,
     taken_over INTEGER NOT NULL DEFAULT 0,
-    scene TEXT NOT NULL AS (json_extract(record, '$.scene')) STORED,
-    label TEXT NOT NULL AS (json_extract(record, '$.label')) STORED,
-    accuracy TEXT AS (json_extract(record, '$.accuracy.kind')) STORED,
-    inputs_hash TEXT AS (json_extract(record, '$.inputs_hash')) STORED,
-    code_hash TEXT AS (json_extract(record, '$.code_hash')) STORED,
-    UNIQUE (scene, label)
+    record TEXT NOT NULL,
+    UNIQUE (kind, name)
 );
 CREATE TABLE motions (
     id INTEGER PRIMARY KEY,
-    case_id INTEGER UNIQUE REFERENCES cases ON DELETE CASCADE,
+    record_id INTEGER UNIQUE REFERENCES records ON DELETE CASCADE,
     scene TEXT,
     side TEXT,
     content BLOB NOT NULL,
@@ -66,9 +71,15 @@ CREATE TABLE events (
     b INTEGER NOT NULL
 );
 CREATE INDEX events_of_motion ON events (motion_id);
+CREATE VIEW cases AS
+    SELECT id, record, taken_over,
+        json_extract(record, '$.scene') AS scene,
+        json_extract(record, '$.label') AS label,
+        json_extract(record, '$.accuracy.kind') AS accuracy
+    FROM records WHERE kind = 'case' AND current;
 CREATE VIEW metrics AS
     SELECT scene, label, json_each.key AS name, json_each.value AS value
-    FROM cases, json_each(record, '$.metrics') WHERE current;
+    FROM cases, json_each(record, '$.metrics');
 CREATE VIEW checks AS
     SELECT scene, label,
         json_extract(json_each.value, '$.metric') AS metric,
@@ -79,38 +90,7 @@ CREATE VIEW checks AS
         json_extract(json_each.value, '$.passed') AS passed,
         json_extract(json_each.value, '$.reason') AS reason,
         json_extract(json_each.value, '$.note') AS note
-    FROM cases, json_each(record, '$.checks') WHERE current;
-
-CREATE TABLE predictions (
-    record TEXT NOT NULL,
-    scene TEXT NOT NULL AS (json_extract(record, '$.scene')) STORED UNIQUE
-);
-
-CREATE TABLE ensembles (
-    id INTEGER PRIMARY KEY,
-    record TEXT NOT NULL,
-    current INTEGER NOT NULL,
-    scene TEXT NOT NULL AS (json_extract(record, '$.scene')) STORED,
-    label TEXT NOT NULL AS (json_extract(record, '$.label')) STORED,
-    stream TEXT NOT NULL AS (json_extract(record, '$.stream')) STORED
-);
-CREATE TABLE members (
-    ensemble_id INTEGER NOT NULL REFERENCES ensembles ON DELETE CASCADE,
-    record TEXT NOT NULL,
-    number INTEGER NOT NULL AS (json_extract(record, '$.index')) STORED,
-    outcome TEXT NOT NULL AS (json_extract(record, '$.outcome')) STORED,
-    UNIQUE (ensemble_id, number)
-);
-
-CREATE TABLE findings (
-    id INTEGER PRIMARY KEY,
-    record TEXT NOT NULL,
-    family TEXT NOT NULL AS (json_extract(record, '$.family')) STORED,
-    trial TEXT NOT NULL AS (json_extract(record, '$.trial')) STORED,
-    label TEXT NOT NULL AS (json_extract(record, '$.label')) STORED,
-    outcome TEXT NOT NULL AS (json_extract(record, '$.outcome')) STORED,
-    UNIQUE (family, trial, label)
-);
+    FROM cases, json_each(record, '$.checks');
 """
 
 
@@ -236,6 +216,11 @@ def put_document(database: sqlite3.Connection, name: Document, content: str | by
     """Put a document in place of what there was; within a `transaction`."""
     text = content if isinstance(content, str) else content.decode()
     database.execute("INSERT OR REPLACE INTO documents VALUES (?, ?)", [name, text])
+
+
+def name_text(name: Sequence[str]) -> str:
+    """Return the name of a record as its row has it."""
+    return json.dumps(list(name), ensure_ascii=False)
 
 
 def record_of(adapter: TypeAdapter[Any], text: str, what: str) -> Any:

@@ -17,27 +17,27 @@ from ghostball.validation.results.database import reading, record_of
 from ghostball.validation.results.files import ResultsError, cannot_write, write_all_whole
 
 TABLES: Final[Mapping[str, str]] = {
-    "cases": "SELECT record, taken_over FROM cases WHERE current ORDER BY id",
+    "cases": "SELECT record, taken_over FROM cases ORDER BY id",
     "metrics": "SELECT * FROM metrics",
     "checks": (
         "SELECT scene, label, value AS record FROM cases, json_each(record, '$.checks') "
-        "WHERE current ORDER BY cases.id"
+        "ORDER BY cases.id"
     ),
     "events": (
-        "SELECT cases.scene, label, t, kind, a, b FROM cases JOIN motions ON case_id = cases.id "
-        "JOIN events ON motion_id = motions.id WHERE current ORDER BY cases.id, events.rowid"
+        "SELECT cases.scene, label, t, kind, a, b FROM cases JOIN motions ON record_id = cases.id "
+        "JOIN events ON motion_id = motions.id ORDER BY cases.id, events.rowid"
     ),
-    "predictions": "SELECT record FROM predictions",
+    "predictions": "SELECT record FROM records WHERE kind = 'prediction' ORDER BY id",
     "changes": (
         "SELECT value AS record FROM documents, json_each(content, '$.scenes') "
         "WHERE name = 'regression'"
     ),
-    "ensembles": "SELECT record FROM ensembles WHERE current ORDER BY id",
-    "members": (
-        "SELECT members.record FROM ensembles JOIN members ON ensemble_id = id WHERE current "
-        "ORDER BY id, number"
+    "ensembles": (
+        "SELECT value AS record FROM documents, json_each(content, '$.ensembles') "
+        "WHERE name = 'ensembles'"
     ),
-    "findings": "SELECT record FROM findings ORDER BY id",
+    "members": "SELECT record FROM records WHERE kind = 'member' AND current ORDER BY id",
+    "findings": "SELECT record FROM records WHERE kind = 'finding' AND current ORDER BY id",
 }
 """What there is of each kind, and how it is asked for; a column `record` is many, as JSON."""
 

@@ -15,7 +15,7 @@ from ghostball.engine import EVENT_DTYPE, EventKind
 from ghostball.engine.result import Events
 from ghostball.engine.scene import CUSHIONS
 from ghostball.engine.trajectory import Phase
-from ghostball.validation.results.database import AGAIN, reading, transaction, writing
+from ghostball.validation.results.database import AGAIN, name_text, reading, transaction, writing
 from ghostball.validation.results.files import ResultsError
 from ghostball.validation.results.records import Motion
 
@@ -29,7 +29,7 @@ def put_motion(
     database: sqlite3.Connection,
     motion: Motion,
     *,
-    case_id: int | None = None,
+    record_id: int | None = None,
     scene: str | None = None,
     side: str | None = None,
 ) -> None:
@@ -41,8 +41,8 @@ def put_motion(
     buffer = io.BytesIO()
     np.savez_compressed(buffer, **{name: p for name, p in parts.items() if p is not None})
     motion_id = database.execute(
-        "INSERT INTO motions (case_id, scene, side, content) VALUES (?, ?, ?, ?)",
-        [case_id, scene, side, buffer.getvalue()],
+        "INSERT INTO motions (record_id, scene, side, content) VALUES (?, ?, ?, ?)",
+        [record_id, scene, side, buffer.getvalue()],
     ).lastrowid
     database.executemany(
         "INSERT INTO events VALUES (?, ?, ?, ?, ?)",
@@ -58,8 +58,10 @@ def motion_of_case(folder: Path, scene: str, label: str) -> Motion | None:
     ResultsError
         Where it is damaged.
     """
-    where = "case_id = (SELECT id FROM cases WHERE scene = ? AND label = ?)"
-    return _motion(folder, where, [scene, label], f'the motion of `{label}` in scene "{scene}"')
+    where = "record_id = (SELECT id FROM records WHERE kind = 'case' AND name = ?)"
+    return _motion(
+        folder, where, [name_text((scene, label))], f'the motion of `{label}` in scene "{scene}"'
+    )
 
 
 def motion_of_side(folder: Path, scene: str, side: str) -> Motion | None:

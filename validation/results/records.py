@@ -236,9 +236,6 @@ class CaseRecord:
         When the case was run: date and time in UTC, ISO 8601. `wall_time` is of then.
     taken_over : bool
         Whether it was run by an earlier run than the one that the folder is of, and is unchanged.
-    inputs_hash, code_hash : str
-        Hashes of all that decides what is measured; see `validation.suite.unchanged`. "" where the
-        case must be run again whatever they are.
     """
 
     scene: SceneName
@@ -275,8 +272,6 @@ class CaseRecord:
     left_out: tuple[str, ...] = ()
     measured: str = ""
     taken_over: bool = False
-    inputs_hash: str = ""
-    code_hash: str = ""
 
     __pydantic_config__ = ConfigDict(extra="forbid", arbitrary_types_allowed=True)
 

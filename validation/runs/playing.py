@@ -23,7 +23,7 @@ from ghostball.engine import EngineFailedError, Record, Result, Scene, Status, U
 from ghostball.reference_adapters.base import EngineSettings, ReferenceEngine
 from ghostball.reference_adapters.ghostball import GhostballEngine
 from ghostball.reference_adapters.registry import OURS, EngineUnavailableError
-from ghostball.validation.parallel.pool import run_tasks
+from ghostball.validation.parallel.pool import Done, run_tasks
 from ghostball.validation.runs.returned import ResultRefusedError, check_result
 
 
@@ -168,14 +168,9 @@ class _Line:
         self, module: str, time_limit: float | None, printed: Callable[[str], None] | None
     ) -> None:
         self._waiting: deque[_Shot] = deque()
-        self._answers: Generator[_Answer] = run_tasks(
-            self,
-            1,
-            _play,
-            _died,
-            time_limit,
-            printed=None if printed is None else lambda _, text: printed(text),
-            prepare=partial(import_module, module),
+        self._printed = printed
+        self._answers: Generator[Done[_Shot, _Answer]] = run_tasks(
+            self, 1, _play, time_limit, partial(import_module, module)
         )
 
     def __iter__(self) -> Iterator[_Shot]:
@@ -195,7 +190,10 @@ class _Line:
 
     def run(self, shot: _Shot) -> Result:
         self._waiting.append(shot)
-        answer = next(self._answers)
+        done = next(self._answers)
+        if done.printed and self._printed is not None:
+            self._printed(done.printed)
+        answer = done.or_else(_died)
         if answer.error is not None:
             raise answer.error
         result: Result = pickle.loads(answer.result)

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import sqlite3
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal
@@ -12,22 +9,17 @@ from typing import Annotated, Any, Final, Literal
 from pydantic import ConfigDict, Field, TypeAdapter
 
 from ghostball.engine import Scene
+from ghostball.validation.parallel.runner import RunState
 from ghostball.validation.results.database import (
-    DATABASE,
-    LOCK,
     documents_in,
     get_document,
-    has_database,
-    put_document,
     reading,
     record_of,
-    reserved,
-    transaction,
-    writing,
 )
 from ghostball.validation.results.fields import Definition, EnvironmentValues
 from ghostball.validation.results.files import ResultsError, cannot_write
-from ghostball.validation.stress.trial import Suite
+from ghostball.validation.results.record_store import RecordStore
+from ghostball.validation.stress.trial import CRASHED, Suite
 
 WORST_FOLDER: Final = "worst"
 
@@ -94,9 +86,10 @@ class StressRun:
         As of a run of the suite.
     code_hash : str
         Of the code that ran, and of the shipped scenes; "" where it can't be told.
-    missing : tuple of (str, str, str)
-        Keys of what was asked for, by this run or an earlier one of the same code, and wasn't found
-        yet when this was written.
+    asked : tuple of (str, str, str)
+        Keys of all that was asked for, by this run or an earlier one of the same code, in order.
+    run, state : str
+        Of the last run: what tells it from any other, and how far it came.
     """
 
     suite: Suite
@@ -104,12 +97,14 @@ class StressRun:
     labels: tuple[str, ...]
     environment: EnvironmentValues
     code_hash: str = ""
-    missing: tuple[Key, ...] = ()
+    asked: tuple[Key, ...] = ()
+    run: str = ""
+    state: RunState = "complete"
 
     __pydantic_config__ = ConfigDict(extra="forbid")
 
 
-_RUN: Final = TypeAdapter(StressRun)
+RUN: Final = TypeAdapter(StressRun)
 _FINDING: Final = TypeAdapter(Finding)
 
 
@@ -122,7 +117,8 @@ class StressFolder:
     path : Path
     run : StressRun
     findings : list of Finding
-        In the order of the run: family by family, trial by trial, engine by engine.
+        In the order in which they were asked for: family by family, trial by trial, engine by
+        engine.
     """
 
     path: Path
@@ -132,7 +128,7 @@ class StressFolder:
     @property
     def missing(self) -> set[Key]:
         """What was asked for and not come to."""
-        return set(self.run.missing) - {one.key for one in self.findings}
+        return set(self.run.asked) - {one.key for one in self.findings}
 
     @property
     def planned(self) -> int:
@@ -156,14 +152,19 @@ class StressFolder:
         path = Path(folder)
         with reading(path) as database:
             text = get_document(database, "stress")
-            texts = database.execute("SELECT record FROM findings ORDER BY id").fetchall()
+            texts = database.execute(
+                "SELECT record FROM records WHERE kind = 'finding' AND current ORDER BY id"
+            ).fetchall()
         if text is None:
             raise ResultsError(
                 f"{folder}: not a folder of `ghostball stress`: it holds no findings"
             )
-        run: StressRun = record_of(_RUN, text, f"{folder}: what was tried")
+        run: StressRun = record_of(RUN, text, f"{folder}: what was tried")
         what = f"{folder}: a finding"
-        return cls(path, run, [record_of(_FINDING, one, what) for (one,) in texts])
+        findings = [record_of(_FINDING, one, what) for (one,) in texts]
+        place = {key: number for number, key in enumerate(run.asked)}
+        findings.sort(key=lambda one: place.get(one.key, len(place)))
+        return cls(path, run, findings)
 
     def of(self, family: str, label: str) -> list[Finding]:
         """Return what was found in a family on an engine."""
@@ -177,86 +178,44 @@ class StressFolder:
         return max(shown, key=lambda one: one.severity, default=None)
 
 
-class StressWriter:
-    """Writes findings as they come: a kill costs no more than the one in hand.
+class StressWriter(RecordStore[Finding, Finding]):
+    """Writes findings as they come."""
 
-    Within `reserved`, which keeps other runs out of the folder.
+    kind = "finding"
+    adapter = _FINDING
+    what = "a finding"
+    document = "stress"
+    others_stay = True
 
-    Parameters
-    ----------
-    path : Path
-        Made where it isn't there.
-    """
+    def record_of(self, given: Finding) -> Finding:
+        """Return the finding."""
+        return given
 
-    def __init__(self, path: Path) -> None:
-        self.path = path
-        self._database: sqlite3.Connection | None = None
+    def name_of(self, record: Finding) -> Key:
+        """Return family, trial and label."""
+        return record.key
 
-    @contextmanager
-    def reserved(self) -> Iterator[None]:
-        """Keep other runs out of the folder while the block runs.
+    def stands(self, record: Finding) -> bool:
+        """Whether trying it again would find the same: a crash may have had another cause."""
+        return record.severity < CRASHED and record.outcome not in ("unavailable", "failed")
 
-        Raises
-        ------
-        ResultsError
-            Where another run is in it, it can't be written, or holds something else.
-        """
-        try:
-            self.path.mkdir(parents=True, exist_ok=True)
-            known = (WORST_FOLDER, LOCK, DATABASE, "stress.md", "figures")
-            names = sorted(one.name for one in self.path.iterdir())
-            strangers = [name for name in names if not name.startswith(known)]
-        except OSError as error:
-            raise cannot_write(self.path, error) from error
-        if strangers and not has_database(self.path):
-            raise ResultsError(
-                f"{self.path}: holds something else ({strangers[0]}), which stays as it is. Choose "
-                "another `--out`, or empty it"
-            )
-        with reserved(self.path), writing(self.path) as self._database:
-            yield
-
-    def earlier(self, suite: Suite) -> StressFolder | None:
-        """Return what earlier runs of a suite left in the folder; None where it is new.
+    def earlier(self, suite: Suite) -> StressRun | None:
+        """Return what earlier runs of a suite by the same code were asked for; None without one.
 
         Raises
         ------
         ResultsError
-            Where what is there can't be read: nothing is overwritten then.
+            Where what is there can't be read, or is of another suite: nothing is overwritten then.
         """
         if not is_stress_folder(self.path):
             return None
-        folder = StressFolder.load(self.path)
-        if folder.run.suite != suite:
+        run = StressFolder.load(self.path).run
+        if run.suite != suite:
             raise ResultsError(
-                f"{self.path}: holds what suite {folder.run.suite} found, which stays as it is. "
+                f"{self.path}: holds what suite {run.suite} found, which stays as it is. "
                 "Choose another `--out`, or remove it"
             )
-        return folder
-
-    def begin(self, run: StressRun, kept: Iterable[Finding]) -> None:
-        """Note what is asked for, and keep of what is there what is taken over."""
-        with self._changing() as database:
-            database.execute("DELETE FROM findings")
-            put_document(database, "stress", _RUN.dump_json(run))
-            for finding in kept:
-                _insert(database, finding)
-
-    def add(self, finding: Finding) -> None:
-        """Add a finding."""
-        with self._changing() as database:
-            _insert(database, finding)
-
-    def finish(self, run: StressRun, findings: Sequence[Finding]) -> None:
-        """Store all in the order of the run, and each family's worst case as a scene file."""
-        self.begin(run, findings)
-        save_worst(StressFolder(self.path, run, list(findings)))
-
-    @contextmanager
-    def _changing(self) -> Iterator[sqlite3.Connection]:
-        assert self._database is not None, "reserved() comes first"
-        with transaction(self._database):
-            yield self._database
+        return run if run.code_hash == self.code != "" else None
 
 
 def is_stress_folder(path: Path) -> bool:
@@ -290,8 +249,3 @@ def stem_of(family: str, label: str) -> str:
     """Return the name of a worst case's file, without its ending."""
     safe = "".join(c if c.isalnum() or c in "-+=.," else "_" for c in label)
     return f"{family}-{safe}"
-
-
-def _insert(database: sqlite3.Connection, finding: Finding) -> None:
-    text = _FINDING.dump_json(finding).decode()
-    database.execute("INSERT INTO findings (record) VALUES (?)", [text])

@@ -9,12 +9,12 @@
 from __future__ import annotations
 
 import hashlib
+import json
 import logging
 import math
 import time
 from collections.abc import Callable, Sequence
-from contextlib import closing
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -26,12 +26,23 @@ from ghostball.reference_adapters.registry import (
     parse_spec,
 )
 from ghostball.validation.parallel.cluster import Cluster
-from ghostball.validation.parallel.compiling import Compiling, compile_kernels
-from ghostball.validation.parallel.pool import run_tasks
+from ghostball.validation.parallel.compiling import compile_kernels
+from ghostball.validation.parallel.pool import Done, Progress
+from ghostball.validation.parallel.runner import Name, run
+from ghostball.validation.results.database import SCHEMA
 from ghostball.validation.results.environment import describe_environment
 from ghostball.validation.scenes.library import FOLDER
 from ghostball.validation.stress.families import FAMILIES
-from ghostball.validation.stress.findings import Finding, Key, StressFolder, StressRun, StressWriter
+from ghostball.validation.stress.findings import (
+    RUN,
+    Finding,
+    Key,
+    StressFolder,
+    StressRun,
+    StressWriter,
+    is_stress_folder,
+    save_worst,
+)
 from ghostball.validation.stress.selection import chosen_trials
 from ghostball.validation.stress.trial import (
     CRASHED,
@@ -56,9 +67,6 @@ DEFAULT_ENGINES: tuple[str, ...] = (
 PASSED, CHECK_FAILED, HARNESS_FAILED, NOTHING_JUDGED, INTERRUPTED = 0, 1, 3, 4, 130
 
 _LOGGER = logging.getLogger("ghostball.validation")
-
-Progress = Callable[[Finding, int, int], None]
-"""Called with each finding, how many there are, and how many there will be."""
 
 
 @dataclass(frozen=True)
@@ -131,8 +139,8 @@ def run_stress(
     only: Sequence[str] = (),
     jobs: int = 1,
     cluster: Cluster | None = None,
-    progress: Progress | None = None,
-    compiling: Compiling | None = None,
+    progress: Progress[Finding] | None = None,
+    compiling: Progress[str] | None = None,
     reuse: bool = True,
     time_limit: float | None = None,
 ) -> StressOutcome:
@@ -153,9 +161,10 @@ def run_stress(
     cluster : Cluster, optional
         Where the trials run instead; `jobs` processes then only compile.
     progress : callable, optional
-        See `Progress`. Not called for what is taken over.
+        Called with how many findings there are, how many there will be, and the last; not for what
+        is taken over.
     compiling : callable, optional
-        How far the compiling of our engine's kernels is, where they aren't; see `Compiling`.
+        How far the compiling of our engine's kernels is, where they aren't; see `compile_kernels`.
     reuse : bool
         Whether what an earlier run of the same code found in the folder stands.
     time_limit : float, optional [s]
@@ -171,21 +180,60 @@ def run_stress(
         raise StressError(f"`jobs` must be at least 1, got {jobs}")
     if time_limit is not None and not 0.0 < time_limit < math.inf:
         raise StressError(f"`time_limit` must be a positive number of seconds, got {time_limit!r}")
-    tasks = _plan(labels, suite, only)
-    writer = StressWriter(out)
-    with writer.reserved():
-        return _run(
-            tasks,
-            tuple(labels),
-            suite,
-            writer,
-            jobs,
-            cluster,
-            progress,
-            compiling,
-            reuse,
-            time_limit,
-        )
+    begun = time.perf_counter()
+    planned = {_key(task): task for task in _plan(labels, suite, only)}
+    tasks = dict[Name, StressTask](planned.items())
+    store = StressWriter(out, _hash_of_all())
+    earlier = store.earlier(suite)
+    # What this run isn't asked for stays: a look at one family must not cost the others.
+    known = dict.fromkeys([*planned, *(() if earlier is None else earlier.asked)])
+    asked = StressRun(
+        suite,
+        tuple(name for name in FAMILIES if name in {family for family, _, _ in known}),
+        tuple(dict.fromkeys([*labels, *(label for _, _, label in known)])),
+        describe_environment(),
+        store.code,
+        tuple(known),
+    )
+
+    def prepare(names: Sequence[Name]) -> Callable[[], None]:
+        rest = [tasks[name] for name in names]
+        trials = {id(task.trial): task.trial for task in rest}.values()
+        ours = any(parse_spec(task.label)[0] == OURS for task in rest)
+        scenes = [scene for trial in trials for scene in trial.examples()] if ours else []
+        left = dict.fromkeys(task.label for task in rest)
+        return compile_kernels(scenes, jobs, labels=left, compiling=compiling)
+
+    heard: set[str] = set()
+
+    def settle(done: Done[StressTask, Finding]) -> Finding:
+        if done.printed and done.task.label not in heard:  # once: it may well print in every shot
+            heard.add(done.task.label)
+            where = f"{done.task.family}/{done.task.trial.name}"
+            _LOGGER.warning(
+                "engine %s printed in %s, and maybe more: %s", done.task.label, where, done.printed
+            )
+        return done.or_else(_died)
+
+    ran = run(
+        {name: _hash(name) if is_ours(task.label) else "" for name, task in tasks.items()},
+        lambda names: (tasks[name] for name in names),
+        run_trial,
+        settle,
+        store,
+        jobs=cluster or jobs,
+        limit=lambda task: min(task.trial.limit, math.inf if time_limit is None else time_limit),
+        prepare=prepare,
+        about=lambda _: RUN.dump_python(asked, mode="json"),
+        reuse=reuse,
+        progress=progress,
+    )
+    folder = StressFolder.load(out) if is_stress_folder(out) else StressFolder(out, asked, [])
+    if ran.begun:
+        save_worst(folder)
+    found = tuple(key for key in planned if key in ran.records)
+    wall_time = time.perf_counter() - begun
+    return StressOutcome(folder, found, ran.taken_over, ran.interrupted, wall_time, jobs)
 
 
 def _plan(labels: Sequence[str], suite: Suite, only: Sequence[str]) -> list[StressTask]:
@@ -218,74 +266,6 @@ def _check_label(label: str) -> None:
         return  # its trials say so
 
 
-def _run(
-    tasks: Sequence[StressTask],
-    labels: tuple[str, ...],
-    suite: Suite,
-    writer: StressWriter,
-    jobs: int,
-    cluster: Cluster | None,
-    progress: Progress | None,
-    compiling: Compiling | None,
-    reuse: bool,
-    time_limit: float | None,
-) -> StressOutcome:
-    begun = time.perf_counter()
-    code = _hash_of_all()
-    asked = [_key(task) for task in tasks]
-    # What this run isn't asked for stays: a look at one family must not cost the others.
-    stays, missing = _left_by(writer.earlier(suite), code, frozenset(asked))
-    found = {key: stays[key] for key in asked if reuse and key in stays and _stands(stays[key])}
-    others = [one for key, one in stays.items() if key not in frozenset(asked)]
-    known = [*asked, *missing, *(one.key for one in others)]
-    run = StressRun(
-        suite,
-        tuple(name for name in FAMILIES if name in {key[0] for key in known}),
-        tuple(dict.fromkeys([*labels, *(label for _, _, label in known)])),
-        describe_environment(),
-        code,
-        tuple(key for key in [*asked, *missing] if key not in found),
-    )
-    taken_over = len(found)
-    rest = [task for task in tasks if _key(task) not in found]
-    writer.begin(run, [*others, *found.values()])
-    interrupted = False
-
-    def limit(task: StressTask) -> float:
-        return min(task.trial.limit, math.inf if time_limit is None else time_limit)
-
-    heard: set[str] = set()
-
-    def printed(task: StressTask, text: str) -> None:
-        if task.label not in heard:  # once: it may well print in every shot
-            heard.add(task.label)
-            trial = f"{task.family}/{task.trial.name}"
-            _LOGGER.warning("engine %s printed in %s, and maybe more: %s", task.label, trial, text)
-
-    prepare: Callable[[], None] | None = None
-    try:
-        examples = {id(task.trial): task.trial for task in rest}.values()
-        ours = any(parse_spec(task.label)[0] == OURS for task in rest)
-        scenes = [scene for trial in examples for scene in trial.examples()] if ours else []
-        labels_left = dict.fromkeys(task.label for task in rest)
-        prepare = compile_kernels(scenes, jobs, labels=labels_left, compiling=compiling)
-        findings = run_tasks(rest, cluster or jobs, run_trial, _died, limit, printed, prepare)
-        with closing(findings):
-            for one in findings:
-                found[one.key] = one
-                writer.add(one)
-                if progress is not None:
-                    progress(one, len(found), len(tasks))
-    except KeyboardInterrupt:
-        interrupted = True
-    in_order = [*(found[key] for key in asked if key in found), *others]
-    run = replace(run, missing=tuple(key for key in run.missing if key not in found))
-    writer.finish(run, in_order)
-    folder = StressFolder(writer.path, run, in_order)
-    wall_time = time.perf_counter() - begun
-    return StressOutcome(folder, tuple(found), taken_over, interrupted, wall_time, jobs)
-
-
 def _hash_of_all() -> str:
     """Return the hash of all that decides what is found; "" where the code can't be told.
 
@@ -298,24 +278,9 @@ def _hash_of_all() -> str:
     return digest.hexdigest() if code else ""
 
 
-def _left_by(
-    earlier: StressFolder | None, code: str, asked: frozenset[Key]
-) -> tuple[dict[Key, Finding], list[Key]]:
-    """Return what an earlier run by the same code found, and what was asked of it in vain.
-
-    The latter without what is asked of this run.
-    """
-    if earlier is None or not earlier.run.code_hash == code != "":
-        return {}, []
-    stays = {one.key: one for one in earlier.findings}
-    return stays, [key for key in earlier.run.missing if key not in stays and key not in asked]
-
-
-def _stands(one: Finding) -> bool:
-    """Whether trying it again would find the same, as far as can be told."""
-    # A crash or a limit of time may have had a cause outside of all this.
-    known = one.severity < CRASHED and one.outcome not in ("unavailable", "failed")
-    return known and is_ours(one.label)
+def _hash(key: Name) -> str:
+    """Return the hash of what a finding depends on besides the code, which makes the trials."""
+    return hashlib.sha256(json.dumps([SCHEMA, *key]).encode()).hexdigest()
 
 
 def _key(task: StressTask) -> Key:

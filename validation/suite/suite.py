@@ -10,9 +10,9 @@ from __future__ import annotations
 
 import math
 import traceback
-from collections.abc import Callable, Container, Generator, Iterable, Iterator, Mapping, Sequence
-from contextlib import closing
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -30,11 +30,12 @@ from ghostball.validation.checks.metric_table import METRICS, choose_metrics
 from ghostball.validation.checks.step_limits import ANY_STEP
 from ghostball.validation.checks.verdict import is_nothing_judged, is_unfinished
 from ghostball.validation.parallel.cluster import Cluster
-from ghostball.validation.parallel.compiling import Compiling, compile_kernels
-from ghostball.validation.parallel.pool import run_tasks
+from ghostball.validation.parallel.compiling import compile_kernels
+from ghostball.validation.parallel.pool import Done, Progress
+from ghostball.validation.parallel.runner import Name, Reuse, run
 from ghostball.validation.results.environment import describe_environment
-from ghostball.validation.results.records import CaseRecord, Motion
-from ghostball.validation.results.store import Pair, Results, ResultsWriter, RunState
+from ghostball.validation.results.records import CaseRecord
+from ghostball.validation.results.store import Finished, ResultsWriter
 from ghostball.validation.scenes.library import FOLDER, find_scene, paths_among, scene_names
 from ghostball.validation.suite.case import (
     Case,
@@ -44,15 +45,7 @@ from ghostball.validation.suite.case import (
     plain_settings,
     run_case,
 )
-from ghostball.validation.suite.unchanged import (
-    Unchanged,
-    code_hash,
-    dates_of,
-    find_unchanged,
-    inputs_hash,
-    is_ours,
-    stamped,
-)
+from ghostball.validation.suite.unchanged import code_hash, dates_of, inputs_hash, is_ours
 from ghostball.validation.truth.scene_truth import PARTS, Truth, TruthPart, check_truth, truth_of
 
 DEFAULT_ENGINES: tuple[str, ...] = (
@@ -73,15 +66,6 @@ PASSED, CHECK_FAILED, HARNESS_FAILED, NOTHING_JUDGED = 0, 1, 3, 4
 
 INTERRUPTED = 130
 """Exit status of an interrupted run, as shells have it: 128 + SIGINT."""
-
-Finished = tuple[CaseRecord, Motion | None]
-"""A case that is done, and the motion that is stored beside it."""
-
-Progress = Callable[[CaseRecord, int, int], None]
-"""Called with each case that is done, how many are, and how many there are; see `run_suite`."""
-
-Announce = Callable[[Unchanged], None]
-"""Called once, before anything runs, with what is taken over from earlier results."""
 
 
 @dataclass(frozen=True)
@@ -172,12 +156,12 @@ def run_suite(
     *,
     jobs: int = 1,
     cluster: Cluster | None = None,
-    progress: Progress | None = None,
-    compiling: Compiling | None = None,
+    progress: Progress[CaseRecord] | None = None,
+    compiling: Progress[str] | None = None,
     criteria: Mapping[str, Criteria] | None = None,
     metrics: Sequence[str] | None = None,
     reuse: bool = False,
-    announce: Announce | None = None,
+    announce: Callable[[Reuse[CaseRecord]], None] | None = None,
     time_limit: float | None = None,
     strangers: bool = False,
 ) -> Outcome:
@@ -199,9 +183,9 @@ def run_suite(
     cluster : Cluster, optional
         Where the cases run instead; `jobs` processes then only compile.
     progress : callable, optional
-        See `Progress`. Not called for what is taken over.
+        Called with how many cases are done, of how many, and the last; not for what is taken over.
     compiling : callable, optional
-        How far the compiling of our engine's kernels is, where they aren't; see `Compiling`.
+        How far the compiling of our engine's kernels is, where they aren't; see `compile_kernels`.
     criteria : mapping of str to Criteria, optional
         By scene name. A scene that isn't named here and equals a shipped one has that one's.
     metrics : sequence of str, optional
@@ -211,7 +195,7 @@ def run_suite(
         Whether cases that are unchanged since an earlier run into the same folder are taken over
         from there instead of run again; see `validation.suite.unchanged`.
     announce : callable, optional
-        See `Announce`.
+        Called once, before anything runs, with what is taken over from earlier results.
     time_limit : float, optional [s]
         For each case, which then runs in another process, also with one of `jobs`: an engine that
         takes longer, or crashes, costs that case, which has "failed". Guard a script with
@@ -234,99 +218,44 @@ def run_suite(
     """
     plan = _plan(scenes, engine_specs, criteria or {}, jobs, metrics, strangers)
     check_time_limit(time_limit)
-    writer = ResultsWriter(out)
-    with writer.reserved():
-        return _run(plan, writer, jobs, cluster, progress, compiling, reuse, announce, time_limit)
+    store = ResultsWriter(out, code_hash())
+
+    def prepare(pairs: Sequence[Name]) -> Callable[[], None]:
+        return compile_kernels(
+            plan.scenes_of(pairs),
+            jobs,
+            labels=dict.fromkeys(label for _, label in pairs),
+            tangents=True,
+            contacts_from=MANY,
+            compiling=compiling,
+        )
+
+    def about(taken_over: Mapping[Name, CaseRecord]) -> dict[str, Any]:
+        dates = dates_of(taken_over.values())
+        return describe_environment() | plan.describe() | {"taken_over": dates}
+
+    ran = run(
+        plan.inputs,
+        plan.cases,
+        run_case,
+        finished,
+        store,
+        jobs=cluster or jobs,
+        limit=time_limit,
+        prepare=prepare,
+        about=about,
+        reuse=reuse,
+        announce=announce,
+        progress=progress,
+    )
+    return Outcome(out, list(ran.records.values()), plan.size, ran.interrupted, ran.begun)
 
 
-def _run(
-    plan: _Plan,
-    writer: ResultsWriter,
-    jobs: int,
-    cluster: Cluster | None,
-    progress: Progress | None,
-    compiling: Compiling | None,
-    reuse: bool,
-    announce: Announce | None,
-    time_limit: float | None,
-) -> Outcome:
-    outcome = Outcome(writer.path, planned=plan.size)
-    code, unchanged = code_hash(), Unchanged()
-    if reuse:
-        unchanged = find_unchanged(writer.path, plan.inputs, code, plan.foreign)
-    if announce is not None:
-        announce(unchanged)
-    taken_over = list(unchanged.cases.values())
-    environment = describe_environment() | plan.describe() | {"taken_over": dates_of(taken_over)}
-    state: RunState = "interrupted"
-    begun = False
-
-    def begin() -> None:
-        writer.begin(environment, unchanged.cases)
-        outcome.cases.extend(taken_over)
-
-    try:
-        rest = plan.without(unchanged.cases)
-        if not rest:
-            begin()
-        else:
-            scenes = plan.scenes_of(rest)
-            compiled = compile_kernels(
-                scenes,
-                jobs,
-                labels=dict.fromkeys(label for _, label in rest),
-                tangents=True,
-                contacts_from=MANY,
-                compiling=compiling,
-            )
-            cases = run_cases(plan.cases(rest), cluster or jobs, time_limit, compiled)
-            with closing(cases) as finished:
-                for ran, motion in finished:
-                    if not begun:
-                        begin()
-                        begun = True
-                    record = stamped(ran, plan.inputs[ran.scene, ran.label], code)
-                    writer.write(record, motion)
-                    outcome.cases.append(record)
-                    if progress is not None:
-                        progress(record, len(outcome.cases), plan.size)
-        state = "complete"
-    except KeyboardInterrupt:
-        outcome = replace(outcome, interrupted=True)
-    finally:
-        # What this code could never take over is of no use once a run has come to its end.
-        writer.finish(state, still_of_use=code if state == "complete" else None)
-    begun = writer.begun
-    if outcome.interrupted and begun:
-        # What the folder says: the interrupt may have come between a line and its being noted here.
-        outcome.cases[:] = Results.open(writer.path).cases
-    return replace(outcome, begun=begun)
-
-
-def run_cases(
-    cases: Iterable[Case],
-    jobs: int | Cluster,
-    time_limit: float | None = None,
-    prepare: Callable[[], object] | None = None,
-) -> Generator[Finished]:
-    """Run cases in `jobs` processes, or on a cluster; yield each as it ends.
-
-    In this one where `jobs` is 1 and there is no `time_limit` [s] for a case. Parameters and notes
-    are those of `validation.parallel.pool.run_tasks`; what an engine prints is in its record.
-    """
-    outputs: dict[Pair, str] = {}
-
-    def keep(case: Case, text: str) -> None:
-        outputs[case.scene.name, case.label] = text
-
-    finished = run_tasks(cases, jobs, run_case, _died, time_limit, keep, prepare)
-    with closing(finished):
-        for record, motion in finished:
-            yield replace(record, printed=outputs.pop((record.scene, record.label), "")), motion
-
-
-def _died(case: Case, reason: str) -> Finished:
-    return failed(blank_record(case), reason), None
+def finished(done: Done[Case, Finished]) -> Finished:
+    """Return what came of a case, with what its engine printed and when that was."""
+    record, motion = done.or_else(lambda case, why: (failed(blank_record(case), why), None))
+    now = datetime.now(UTC).isoformat(timespec="seconds")
+    return replace(record, printed=done.printed, measured=now), motion
 
 
 def check_time_limit(seconds: float | None) -> None:
@@ -380,12 +309,11 @@ class _Plan:
     scenes: Sequence[Scene]
     settings: Mapping[str, dict[str, Any] | None]  # by label; None: the engine is unavailable
     criteria: Mapping[str, Criteria]  # by scene name
-    applying: Mapping[Pair, tuple[Criterion, ...]]  # by scene name and label
-    left_out: Mapping[Pair, tuple[str, ...]]  # metrics of the criteria that aren't judged
-    rules: Mapping[Pair, StepRule | None]  # by which limits are computed from a step
-    inputs: Mapping[Pair, str]  # hashes; "": always run
+    applying: Mapping[Name, tuple[Criterion, ...]]  # by scene name and label
+    left_out: Mapping[Name, tuple[str, ...]]  # metrics of the criteria that aren't judged
+    rules: Mapping[Name, StepRule | None]  # by which limits are computed from a step
+    inputs: Mapping[Name, str]  # hashes; "": always run
     metrics: tuple[str, ...] | None  # None: all
-    foreign: tuple[str, ...]  # labels of engines that other packages bring
 
     @property
     def size(self) -> int:
@@ -400,16 +328,12 @@ class _Plan:
             "metrics": list(self.metrics or METRICS),
         }
 
-    def without(self, done: Container[Pair]) -> list[Pair]:
-        """Return the cases that aren't in `done`, scene by scene."""
-        return [pair for pair in self.inputs if pair not in done]
-
-    def scenes_of(self, pairs: Sequence[Pair]) -> list[Scene]:
+    def scenes_of(self, pairs: Sequence[Name]) -> list[Scene]:
         """Return the scenes that these cases need, each once."""
         names = {name for name, _ in pairs}
         return [scene for scene in self.scenes if scene.name in names]
 
-    def cases(self, pairs: Sequence[Pair]) -> Iterator[Case]:
+    def cases(self, pairs: Sequence[Name]) -> Iterator[Case]:
         """Yield these cases, scene by scene; a scene's truth is computed when its turn comes."""
         computed = METRICS if self.metrics is None else self.metrics
         parts = frozenset(part for name in computed if (part := METRICS[name].compares) is not None)
@@ -455,10 +379,10 @@ def _plan(
         if scene.name in criteria:  # the shipped ones are checked as their truth is computed
             check_truth(scene, own[scene.name].truth)
     foreign = tuple(e for e, values in settings.items() if values is not None and not is_ours(e))
-    applying: dict[Pair, tuple[Criterion, ...]] = {}
-    left_out: dict[Pair, tuple[str, ...]] = {}
-    rules: dict[Pair, StepRule | None] = {}
-    inputs: dict[Pair, str] = {}
+    applying: dict[Name, tuple[Criterion, ...]] = {}
+    left_out: dict[Name, tuple[str, ...]] = {}
+    rules: dict[Name, StepRule | None] = {}
+    inputs: dict[Name, str] = {}
     for scene in scenes:
         for label, values in settings.items():
             pair, limits = (scene.name, label), own[scene.name]
@@ -485,7 +409,7 @@ def _plan(
                     scene, label, values, judged, limits.truth, chosen, left_out[pair], rule
                 )
             )
-    return _Plan(scenes, settings, own, applying, left_out, rules, inputs, chosen, foreign)
+    return _Plan(scenes, settings, own, applying, left_out, rules, inputs, chosen)
 
 
 def _each_once(what: str, names: Sequence[str]) -> None:

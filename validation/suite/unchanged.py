@@ -4,8 +4,9 @@ That is hashed in two parts. The *inputs* of a case: the scene, the engine with 
 the criteria, the truth asked for, the metrics. And the *code*, one hash for all cases of a run: the
 sources of `engine`, `reference_adapters` and `validation`, the interpreter, the versions of the
 packages that compute, the machine, and what in the environment acts on compilers and libraries.
-What is unchanged is then a query. The hashes are generous: an edited comment runs everything again,
-which costs time; a change that is missed would cost the results their meaning.
+What is unchanged is then a query, of the store that `validation.parallel.runner` is given. The
+hashes are generous: an edited comment runs everything again, which costs time; a change that is
+missed would cost the results their meaning.
 
 Two things can't be hashed, so such cases always run: an engine that another package brings depends
 on whatever that package loads; a case that failed, or stopped early, may have done so for a reason
@@ -20,11 +21,8 @@ import json
 import os
 import platform
 import sys
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from datetime import UTC, datetime
+from collections.abc import Collection, Mapping, Sequence
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 from ghostball.engine import Scene
@@ -39,8 +37,7 @@ from ghostball.validation.parallel.sources import (
 )
 from ghostball.validation.results.database import SCHEMA
 from ghostball.validation.results.environment import cpu_flags, cpu_name, versions
-from ghostball.validation.results.records import COMPLETE_STATUSES, CaseRecord
-from ghostball.validation.results.store import Pair, reusable_cases
+from ghostball.validation.results.records import CaseRecord
 
 VARIABLES = ("NUMBA_", "NPY_", "MPMATH_", "LD_", "DYLD_", "GLIBC_", "OMP_", "OPENBLAS_", "MKL_")
 """Beginnings of environment variables that act on compilers or libraries."""
@@ -49,75 +46,7 @@ HARMLESS = frozenset({"NUMBA_CACHE_DIR", "NUMBA_COLOR_SCHEME", "NUMBA_NUM_THREAD
 """Those of them that change where things lie or how they look, and no result."""
 
 
-@dataclass(frozen=True, eq=False)
-class Unchanged:
-    """What a run takes over from the earlier results in its folder.
-
-    Attributes
-    ----------
-    cases : dict of (str, str) to CaseRecord
-        By scene and label, in the order of the run.
-    stored : int
-        How many results there are that could have been taken over.
-    why : str
-        Why none is, where the reason is one for all; else "".
-    always : tuple of str
-        Labels of engines that other packages bring: their cases always run.
-    """
-
-    cases: Mapping[Pair, CaseRecord] = field(default_factory=dict)
-    stored: int = 0
-    why: str = ""
-    always: tuple[str, ...] = ()
-
-
-def find_unchanged(
-    folder: Path, wanted: Mapping[Pair, str], code: str, always: Sequence[str] = ()
-) -> Unchanged:
-    """Return the cases that needn't run again.
-
-    Parameters
-    ----------
-    folder : Path
-        The results folder.
-    wanted : mapping of (str, str) to str
-        `inputs_hash` of each case to be run, by scene and label; "" for those that always run.
-    code : str
-        Hash of what would run them.
-    always : sequence of str
-        Labels of engines that other packages bring.
-
-    Raises
-    ------
-    ResultsError
-        Where what is there can't be read.
-    """
-    stored, same = reusable_cases(folder, code)
-    cases = {
-        pair: replace(same[inputs], taken_over=True)
-        for pair, inputs in wanted.items()
-        if inputs in same
-    }
-    why = "the code or the environment changed" if stored and not same else ""
-    return Unchanged(cases, stored, why, tuple(always))
-
-
-def may_be_taken_over(case: CaseRecord) -> bool:
-    """Whether a case came to an end that it would come to again: not to a failure or a limit."""
-    return case.outcome == "not-representable" or (
-        case.outcome == "ran" and case.status in COMPLETE_STATUSES
-    )
-
-
-def stamped(case: CaseRecord, inputs: str, code: str) -> CaseRecord:
-    """Return a case that has just been run with when that was and what it was made of."""
-    case = replace(case, measured=datetime.now(UTC).isoformat(timespec="seconds"))
-    if not inputs or not code or not may_be_taken_over(case):
-        return case
-    return replace(case, inputs_hash=inputs, code_hash=code)
-
-
-def dates_of(taken_over: Sequence[CaseRecord]) -> dict[str, Any]:
+def dates_of(taken_over: Collection[CaseRecord]) -> dict[str, Any]:
     """Return what the environment of a run says of the cases that are taken over."""
     dates = sorted(case.measured for case in taken_over)
     first, last = (dates[0], dates[-1]) if dates else (None, None)

@@ -14,6 +14,7 @@ from stored_results import (
     edit_document,
     edit_records,
     in_database,
+    store_findings,
 )
 
 from ghostball.engine import GhostballError
@@ -32,7 +33,7 @@ from ghostball.validation.baselines import (
 )
 from ghostball.validation.results.motions import motion_of_case, save_sides
 from ghostball.validation.results.store import Motion, Results
-from ghostball.validation.stress.findings import Finding, StressRun, StressWriter
+from ghostball.validation.stress.findings import Finding, StressRun
 
 # The page needs no figure.
 pytestmark = pytest.mark.usefixtures("without_run_figures")
@@ -366,7 +367,7 @@ def test_both_motions_are_compared_where_there_are_both(small_folder):
 
 def keep_what_holds(folder):
     """Leave out the cases that break a limit, so that only a comparison may fail."""
-    in_database(folder, "DELETE FROM cases WHERE record LIKE '%\"passed\":false%'")
+    in_database(folder, "DELETE FROM records WHERE record LIKE '%\"passed\":false%'")
 
 
 def title_of(html):
@@ -463,9 +464,7 @@ def test_stress_is_shown_where_it_lies_in_the_folder(small_folder):
         Finding("grazing", "hit-1", "pymunk", "broken", (EVIL,), shots=4, broken=3, severity=2.0),
     ]
     run = StressRun("quick", ("grazing",), ("ghostball", "pymunk"), {"cpu": "c", "date": "2026"})
-    writer = StressWriter(small_folder / "stress-quick")
-    with writer.reserved():
-        writer.finish(run, findings)
+    store_findings(small_folder / "stress-quick", run, findings)
     html = page_of(small_folder)
     text = section(html, "stress")
     assert "<td>1/1</td>" in text

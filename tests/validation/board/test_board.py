@@ -19,6 +19,7 @@ from ghostball.validation.board.board import run_board, sorted_rows
 from ghostball.validation.board.columns import COLUMNS, FAULTS, native, with_settings
 from ghostball.validation.board.right import proved_end
 from ghostball.validation.board.shots import head_on
+from ghostball.validation.parallel.pool import Done
 from ghostball.validation.results.files import BOARD
 from ghostball.validation.results.motions import motion_of_side, save_sides
 from ghostball.validation.scenes.library import find_scene
@@ -46,7 +47,7 @@ def asked(monkeypatch):
     def in_this_process(tasks, *_, **__):
         for task in tasks:
             places.append(task)
-            yield boards.measure(task)
+            yield Done(task, boards.measure(task), "", "")
 
     monkeypatch.setattr(boards, "run_tasks", in_this_process)
     return places

@@ -89,11 +89,11 @@ def test_what_each_task_comes_to_is_as_on_one_machine(cluster):
         return 1.0 if task == "sleep 600" else 60.0
 
     def found(jobs) -> tuple[set[str], dict[str, str]]:
-        heard: dict[str, str] = {}
-        with closing(run_tasks(tasks, jobs, work, died, limit, heard.__setitem__)) as answers:
+        with closing(run_tasks(tasks, jobs, work, limit)) as answers:
             got = list(answers)
         assert len(got) == len(tasks)
-        return set(got), heard
+        heard = {done.task: done.printed for done in got if done.printed}
+        return {done.or_else(died) for done in got}, heard
 
     with cluster_at(cluster.address) as there:
         answers, heard = found(there)
@@ -112,7 +112,7 @@ def test_tasks_are_taken_as_workers_become_free(cluster):
 
     with (
         cluster_at(cluster.address) as there,
-        closing(run_tasks(endless(), there, work, died)) as answers,
+        closing(run_tasks(endless(), there, work)) as answers,
     ):
         for number in range(5):
             next(answers)
@@ -123,8 +123,8 @@ def test_tasks_are_taken_as_workers_become_free(cluster):
 def test_closing_ends_what_the_workers_do(cluster, tmp_path):
     note = tmp_path / "note"
     with cluster_at(cluster.address) as there:
-        answers = run_tasks(["a", f"note {note}"], there, work, died)
-        assert next(answers) == "done a"
+        answers = run_tasks(["a", f"note {note}"], there, work)
+        assert next(answers).given == "done a"
         until(lambda: pids(note))
         answers.close()
     until(lambda: not is_running(pids(note)[0][1]))
@@ -151,13 +151,13 @@ def test_a_run_that_ends_early_leaves_nothing_at_work(cluster, tmp_path, sign):
 
 RUN = """
 import sys
-from pool_tasks import died, work
+from pool_tasks import work
 from ghostball.validation.parallel.cluster import cluster_at
 from ghostball.validation.parallel.pool import run_tasks
 
 if __name__ == "__main__":
     with cluster_at(sys.argv[1]) as there:
-        list(run_tasks(sys.argv[2:], there, work, died))
+        list(run_tasks(sys.argv[2:], there, work))
 """
 
 
@@ -166,7 +166,7 @@ def test_a_worker_that_is_killed_costs_nothing(tmp_path):
     note = tmp_path / "note"
     tasks = [f"note {note}", *"abcdef"]
     with dask_cluster(tmp_path) as cluster, cluster_at(cluster.address) as there:
-        answers = run_tasks(tasks, there, work, died, LIMIT)
+        answers = (done.given for done in run_tasks(tasks, there, work, LIMIT))
         got = [next(answers)]
         until(lambda: pids(note))
         ((worker, process),) = pids(note)
@@ -185,7 +185,8 @@ def test_a_task_that_kills_its_workers_has_crashed(tmp_path):
     ) as cluster:
         nanny = cluster.add_worker("--nanny")
         with cluster_at(cluster.address) as there:
-            found = list(run_tasks(["a", "kill", "b"], there, work, died, LIMIT))
+            tasks = run_tasks(["a", "kill", "b"], there, work, LIMIT)
+            found = [done.or_else(died) for done in tasks]
         nanny.terminate()
         nanny.wait(6.0)  # it would kill a worker that waited for a process of ours after 8 s
     assert sorted(found) == [
@@ -203,7 +204,7 @@ def test_a_cluster_without_workers_is_given_up(tmp_path, monkeypatch):
         cluster_at(cluster.address) as there,
         pytest.raises(ClusterLostError, match="it has had no worker for 1 s"),
     ):
-        list(run_tasks(["a"], there, work, died))
+        list(run_tasks(["a"], there, work))
 
 
 @pytest.mark.slow
@@ -213,7 +214,7 @@ def test_workers_with_other_code_are_refused(cluster, monkeypatch):
     ours = {"ghostball's sources": "0123456789ab", "numpy": "1.0"}
     monkeypatch.setattr(ghostball.validation.parallel.cluster, "versions", lambda: theirs | ours)
     with cluster_at(cluster.address) as there, pytest.raises(ClusterError) as refused:
-        list(run_tasks(["a", "b"], there, work, died))
+        list(run_tasks(["a", "b"], there, work))
     assert not isinstance(refused.value, ClusterLostError)
     assert str(refused.value) == (
         f"a worker of the cluster at {cluster.address} has other code: ghostball's sources is "
@@ -234,7 +235,7 @@ def test_workers_without_ghostball_are_refused(tmp_path):
     ):
         lacking = cluster.add_worker("--no-nanny", PYTHONPATH=str(lacks))
         with pytest.raises(ClusterError, match=r"ImportError: no ghostball\. Install the same"):
-            list(run_tasks(["a"], there, work, died))
+            list(run_tasks(["a"], there, work))
         kill_group(lacking)
         cluster.add_worker("--no-nanny")
-        assert list(run_tasks(["a"], there, work, died)) == ["done a"]
+        assert [done.given for done in run_tasks(["a"], there, work)] == ["done a"]

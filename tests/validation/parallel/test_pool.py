@@ -17,20 +17,21 @@ import pytest
 from pool_tasks import died, hangs, never, say, wait_a_second, work
 
 import ghostball.validation.parallel.pool
-from ghostball.validation.parallel.pool import limit_of, run_tasks
+from ghostball.validation.parallel.pool import Done, limit_of, run_tasks
 
 LIMIT = limit_of(30.0)
 
 
-def results(tasks, jobs=1, limit=LIMIT, printed=None, prepare=None) -> list[str]:
-    with closing(run_tasks(tasks, jobs, work, died, limit, printed, prepare)) as found:
-        got = list(found)
+def results(tasks, jobs=1, limit=LIMIT, prepare=None) -> list[str]:
+    with closing(run_tasks(tasks, jobs, work, limit, prepare)) as found:
+        got = [done.or_else(died) for done in found]
     assert multiprocessing.active_children() == []
     return got
 
 
 def test_without_a_limit_one_job_is_this_process():
-    assert list(run_tasks(["pid"], 1, lambda _: str(os.getpid()), died)) == [str(os.getpid())]
+    (done,) = run_tasks(["pid"], 1, lambda _: os.getpid())
+    assert done == Done("pid", os.getpid(), "", "")
 
 
 def test_with_a_limit_one_job_is_another_process_and_a_crash_costs_its_task():
@@ -49,11 +50,11 @@ def test_a_process_that_ends_as_if_all_were_well_has_died_too():
 
 
 def test_what_raises_costs_its_task_and_says_where():
-    heard: list[str] = []
-    found = results(["raise no luck", "a"], printed=lambda _, text: heard.append(text))
-    assert found == ["raise no luck: the process running it died (exit code 1)", "done a"]
-    assert heard[0].endswith("ValueError: no luck")
-    assert "in work" in heard[0]
+    raised, after = run_tasks(["raise no luck", "a"], 1, work, LIMIT)
+    assert (raised.died, raised.given) == ("the process running it died (exit code 1)", None)
+    assert raised.printed.endswith("ValueError: no luck")
+    assert "in work" in raised.printed
+    assert after.given == "done a"
 
 
 def test_tasks_are_taken_as_processes_become_free():
@@ -64,7 +65,7 @@ def test_tasks_are_taken_as_processes_become_free():
             taken.append(number)
             yield f"{number}"
 
-    with closing(run_tasks(endless(), 2, work, died)) as found:
+    with closing(run_tasks(endless(), 2, work)) as found:
         for number in range(5):
             next(found)
             assert len(taken) <= number + 2 + 1  # those before, those at work, the one given
@@ -124,8 +125,8 @@ def test_a_task_and_an_answer_of_many_megabytes_pass():
 
 
 def test_closing_ends_what_runs():
-    running = run_tasks(["a", "sleep 600", "b"], 1, work, died, LIMIT)
-    assert next(running) == "done a"
+    running = run_tasks(["a", "sleep 600", "b"], 1, work, LIMIT)
+    assert next(running).given == "done a"
     running.close()
     assert multiprocessing.active_children() == []
 
@@ -177,7 +178,7 @@ def work(task):
 
 
 if __name__ == "__main__":
-    list(run_tasks([(sys.argv[1], sys.argv[2])], 1, work, print, limit_of(900.0)))
+    list(run_tasks([(sys.argv[1], sys.argv[2])], 1, work, limit_of(900.0)))
     time.sleep(600)
 """
 
@@ -241,7 +242,7 @@ def test_an_interrupt_that_does_not_end_the_wait_is_not_lost():
     other = threading.Thread(target=interrupt)
     other.start()
     with pytest.raises(KeyboardInterrupt):  # which a wait to the task's end would not raise
-        list(run_tasks(["sleep 60"], 1, work, died, limit_of(600.0)))
+        list(run_tasks(["sleep 60"], 1, work, limit_of(600.0)))
     other.join()
     assert multiprocessing.active_children() == []
 
@@ -281,7 +282,7 @@ def kill_late(process):  # so that a worker that answers has the time to say so
 if __name__ == "__main__":
     kill, pool.Process.kill = pool.Process.kill, kill_late
     try:
-        list(run_tasks(sys.argv[1:] * 2, 2, work, print))
+        list(run_tasks(sys.argv[1:] * 2, 2, work))
     except KeyboardInterrupt:
         print("interrupted", flush=True)
         raise SystemExit(130)
@@ -290,12 +291,9 @@ if __name__ == "__main__":
 
 @pytest.mark.parametrize("limit", [LIMIT, None], ids=["other process", "this process"])
 def test_what_a_task_prints_is_told_with_it_and_goes_nowhere_else(capfd, limit):
-    heard: list[tuple[str, str]] = []
     tasks = ["a", "b", "die 3", "c"] if limit else ["a", "b"]
-    with closing(
-        run_tasks(tasks, 1, say, died, limit, printed=lambda *said: heard.append(said))
-    ) as found:
-        list(found)
+    with closing(run_tasks(tasks, 1, say, limit)) as found:
+        heard = [(done.task, done.printed) for done in found]
     assert [task for task, _ in heard] == tasks  # also of the one that died
     for task, text in heard:
         assert text.splitlines()[0] == f"said {task}"
@@ -306,5 +304,4 @@ def test_what_a_task_prints_is_told_with_it_and_goes_nowhere_else(capfd, limit):
 
 
 def test_what_a_process_does_first_is_in_no_limit_of_a_task():
-    with closing(run_tasks(["a"], 1, work, died, limit_of(0.5), prepare=wait_a_second)) as found:
-        assert list(found) == ["done a"]
+    assert results(["a"], limit=limit_of(0.5), prepare=wait_a_second) == ["done a"]

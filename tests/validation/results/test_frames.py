@@ -36,8 +36,8 @@ def folder(tmp_path: Path) -> Path:
     still = np.zeros((1, 1, 3))
     motion = Motion(events, np.zeros(1), still, still, still, *np.zeros((3, 1)))
     failed = replace(PASSED, value=None, passed=None)
-    writer.write(case("ghostball", checks=(PASSED, failed), rest_time=0.1 + 0.2), motion)
-    writer.write(replace(case("pymunk"), outcome="failed", metrics={"overlap_max": None}), None)
+    writer.write((case("ghostball", checks=(PASSED, failed), rest_time=0.1 + 0.2), motion))
+    writer.write((replace(case("pymunk"), outcome="failed", metrics={"overlap_max": None}), None))
     writer.finish("complete")
     return writer.path
 

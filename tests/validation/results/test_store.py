@@ -25,7 +25,6 @@ from ghostball.validation.results.store import (
     ResultsError,
     ResultsWriter,
     has_results,
-    reusable_cases,
 )
 
 SCENE = Scene(name="roll", tags=("smoke",), balls=[Ball(id="cue", position=(0.1, 0.2))])
@@ -58,7 +57,7 @@ def written(path: Path, *records: CaseRecord, finish: bool = True) -> ResultsWri
     writer = ResultsWriter(path)
     writer.begin(ENVIRONMENT)
     for item in records:
-        writer.write(item, motion())
+        writer.write((item, motion()))
     if finish:
         writer.finish("complete")
     return writer
@@ -107,9 +106,6 @@ def test_a_case_reads_back_to_the_bit(tmp_path: Path) -> None:
         checks=(Check("collision_count", 3, "equals", 3, "1", True, "by hand"),),
         left_out=("energy_rise",),
         measured="2026-01-02T03:04:05+00:00",
-        taken_over=True,
-        inputs_hash="12",
-        code_hash="34",
     )
     written(tmp_path, full)
     (read,) = Results.open(tmp_path).cases
@@ -139,7 +135,7 @@ def test_what_is_not_finite_reads_back_as_nan_or_none(tmp_path: Path) -> None:
     # The record must stay JSON: NaN and Infinity are not.
     blown = record(rest_positions=np.array([[np.nan, np.inf, 1.0]]), rest_time=float("inf"))
     written(tmp_path, blown)
-    json.loads(in_database(tmp_path, "SELECT record FROM cases"), parse_constant=pytest.fail)
+    json.loads(in_database(tmp_path, "SELECT record FROM records"), parse_constant=pytest.fail)
     (read,) = Results.open(tmp_path).cases
     assert read.rest_positions is not None
     assert np.array_equal(np.isnan(read.rest_positions), [[True, True, False]])
@@ -160,7 +156,7 @@ def test_a_motion_without_phases_reads_back(tmp_path: Path) -> None:
     # As engines that record frames store it, and versions that knew no phases did.
     writer = ResultsWriter(tmp_path)
     writer.begin(ENVIRONMENT)
-    writer.write(record(), replace(motion(), phases=None))
+    writer.write((record(), replace(motion(), phases=None)))
     writer.finish("complete")
     folder = Results.open(tmp_path)
     read = folder.motion(folder.cases[0])
@@ -172,7 +168,7 @@ def test_a_motion_without_phases_reads_back(tmp_path: Path) -> None:
 def test_a_case_without_motion_has_none(tmp_path: Path) -> None:
     writer = ResultsWriter(tmp_path)
     writer.begin(ENVIRONMENT)
-    writer.write(record(outcome="failed"), None)
+    writer.write((record(outcome="failed"), None))
     writer.finish("complete")
     folder = Results.open(tmp_path)
     assert folder.motion(folder.cases[0]) is None
@@ -207,13 +203,13 @@ def test_a_folder_without_results_of_the_suite_says_so(tmp_path: Path) -> None:
     with writing(tmp_path), pytest.raises(ResultsError, match="holds no results of the suite"):
         Results.open(tmp_path)
     assert not has_results(tmp_path)
-    assert reusable_cases(tmp_path, "code") == (0, {})
-    assert reusable_cases(tmp_path / "missing", "code") == (0, {})
+    assert ResultsWriter(tmp_path, "code").known() == (0, {})
+    assert ResultsWriter(tmp_path / "missing", "code").known() == (0, {})
 
 
 def test_what_somebody_edited_is_named(tmp_path: Path) -> None:
     written(tmp_path, record())
-    in_database(tmp_path, "UPDATE cases SET record = json_set(record, '$.status', 3)")
+    in_database(tmp_path, "UPDATE records SET record = json_set(record, '$.status', 3)")
     with pytest.raises(ResultsError, match="a case is damaged: `status` must be a valid string"):
         Results.open(tmp_path)
 
@@ -283,7 +279,7 @@ def test_arrays_of_a_case_that_do_not_fit_are_refused(
     tmp_path: Path, name: str, value: str
 ) -> None:
     written(tmp_path, record())
-    query = f"UPDATE cases SET record = json_set(record, '$.{name}', json('{value}'))"
+    query = f"UPDATE records SET record = json_set(record, '$.{name}', json('{value}'))"
     in_database(tmp_path, query)
     with pytest.raises(ResultsError, match="a case is damaged"):
         Results.open(tmp_path)
@@ -296,19 +292,19 @@ def labels(cases: list[CaseRecord]) -> list[str]:
     return [case.label for case in cases]
 
 
-def made_of(label: str, code: str = "code") -> CaseRecord:
-    return record(label, inputs_hash=f"inputs of {label}", code_hash=code)
-
-
 def left(path: Path, code: str = "code") -> list[str]:
     """Return the labels of the cases that a next run may take over."""
-    return sorted(labels(list(reusable_cases(path, code)[1].values())))
+    return sorted(labels(list(ResultsWriter(path, code).known()[1].values())))
 
 
-def taking_over(path: Path) -> ResultsWriter:
+def taking_over(path: Path, code: str = "code") -> ResultsWriter:
     """Make a folder of three cases, and begin a run that takes over the second of them."""
-    written(path, made_of("pymunk"), made_of("ghostball"), made_of("pybullet"))
-    writer = ResultsWriter(path)
+    first = ResultsWriter(path, "code")
+    first.begin(ENVIRONMENT)
+    for label in ("pymunk", "ghostball", "pybullet"):
+        first.write((record(label, status="rest"), motion()), f"inputs of {label}")
+    first.finish("complete")
+    writer = ResultsWriter(path, code)
     writer.begin(ENVIRONMENT, [("roll", "ghostball")])
     return writer
 
@@ -320,7 +316,7 @@ def test_earlier_results_stay_until_the_run_begins(tmp_path: Path) -> None:
     writer = ResultsWriter(tmp_path)
     assert contents(tmp_path) == before
     writer.begin(ENVIRONMENT)
-    writer.write(record("pybullet"), motion())
+    writer.write((record("pybullet"), motion()))
     writer.finish("complete")
     assert labels(Results.open(tmp_path).cases) == ["pybullet"]
     assert (tmp_path / "report.html").exists()  # not the store's to delete
@@ -337,9 +333,9 @@ def test_a_run_that_never_begins_changes_nothing(tmp_path: Path) -> None:
 
 
 def test_cases_that_are_taken_over_keep_their_motion(tmp_path: Path) -> None:
-    writer = taking_over(tmp_path)
-    writer.write(record("pymunk"), motion(7))
-    writer.finish("complete", still_of_use="other code")
+    writer = taking_over(tmp_path, "other code")
+    writer.write((record("pymunk"), motion(7)))
+    writer.finish("complete")
     folder = Results.open(tmp_path)
     assert [(case.label, case.taken_over) for case in folder.cases] == [
         ("ghostball", True),
@@ -358,34 +354,40 @@ def test_cases_that_are_taken_over_keep_their_motion(tmp_path: Path) -> None:
 def test_what_is_not_replaced_yet_is_kept_for_a_next_run(tmp_path: Path) -> None:
     writer = taking_over(tmp_path)
     assert left(tmp_path) == ["ghostball", "pybullet", "pymunk"]
-    writer.write(record("pymunk"), motion(7))
+    writer.write((record("pymunk"), motion(7)))
     writer.finish("interrupted")
     assert left(tmp_path) == ["ghostball", "pybullet"]
     assert labels(Results.open(tmp_path).cases) == ["ghostball", "pymunk"]
 
 
-@pytest.mark.parametrize(("code", "stays"), [("code", ["ghostball", "pybullet", "pymunk"])])
-def test_a_whole_run_drops_what_its_code_could_never_take_over(
-    tmp_path: Path, code: str, stays: list[str]
-) -> None:
-    taking_over(tmp_path).finish("complete", still_of_use=code)
-    assert left(tmp_path) == stays
-    writer = ResultsWriter(tmp_path)
+def test_a_whole_run_drops_what_its_code_could_never_take_over(tmp_path: Path) -> None:
+    taking_over(tmp_path).finish("complete")
+    assert left(tmp_path) == ["ghostball", "pybullet", "pymunk"]
+    writer = ResultsWriter(tmp_path, "edited")
     writer.begin(ENVIRONMENT)
-    writer.finish("complete", still_of_use="edited")
+    writer.finish("complete")
     assert left(tmp_path) == []
-    assert reusable_cases(tmp_path, "edited") == (0, {})
+    assert writer.known() == (0, {})
+
+
+def test_what_would_not_come_again_is_kept_for_nobody(tmp_path: Path) -> None:
+    writer = ResultsWriter(tmp_path, "code")
+    writer.begin(ENVIRONMENT)
+    writer.write((record("pymunk", outcome="failed"), None), "inputs")
+    writer.write((record("pybullet", status="rest"), None))  # an engine whose code nobody knows
+    writer.finish("complete")
+    assert writer.known() == (0, {})
 
 
 def test_a_full_disk_loses_nothing_that_was_there(tmp_path: Path) -> None:
     writer = taking_over(tmp_path)
-    writer.write(record("pymunk"), motion(7))
+    writer.write((record("pymunk"), motion(7)))
     assert writer._database is not None
     pages = in_database(tmp_path, "PRAGMA page_count")
     writer._database.execute(f"PRAGMA max_page_count = {pages}")
     with pytest.raises(ResultsError, match="database or disk is full"):  # noqa: PT012
         for seed in range(100):
-            writer.write(record(f"pybullet:n={seed}"), motion(seed))
+            writer.write((record(f"pybullet:n={seed}"), motion(seed)))
     writer.finish("interrupted")
     assert labels(Results.open(tmp_path).cases)[:2] == ["ghostball", "pymunk"]
     assert left(tmp_path) == ["ghostball", "pybullet"]
@@ -404,7 +406,7 @@ def test_two_writers_are_never_in_one_folder(tmp_path: Path) -> None:
     with pytest.raises(ResultsError, match="another run writes there"), second.reserved():
         pass
     second.finish("interrupted")
-    first.write(record("ghostball"), motion())
+    first.write((record("ghostball"), motion()))
     first.finish("complete")
     assert labels(Results.open(tmp_path).cases) == ["pymunk", "ghostball"]
     written(tmp_path, record("pybullet"))

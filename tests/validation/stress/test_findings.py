@@ -10,6 +10,7 @@ import pytest
 from ghostball.validation.results.database import DATABASE, reserved, transaction, writing
 from ghostball.validation.results.files import ResultsError
 from ghostball.validation.stress.findings import (
+    RUN,
     Finding,
     StressFolder,
     StressRun,
@@ -18,7 +19,7 @@ from ghostball.validation.stress.findings import (
 )
 
 KEYS = tuple(("grazing", name, "ghostball") for name in "abc")
-RUN = StressRun("quick", ("grazing",), ("ghostball",), {}, missing=KEYS)
+ASKED = StressRun("quick", ("grazing",), ("ghostball",), {}, asked=KEYS)
 
 
 def finding(trial: str, **changes) -> Finding:
@@ -30,9 +31,9 @@ def folder(tmp_path):
     """Return a folder with two of three findings."""
     writer = StressWriter(tmp_path / "out")
     with writer.reserved():
-        writer.begin(RUN, [])
-        writer.add(finding("a", values={"depth": float("nan"), "é": "\u2028"}))
-        writer.add(finding("b"))
+        writer.begin(RUN.dump_python(ASKED, mode="json"))
+        writer.write(finding("b"))
+        writer.write(finding("a", values={"depth": float("nan"), "é": "\u2028"}))
     return tmp_path / "out"
 
 
@@ -60,15 +61,15 @@ def test_a_folder_of_something_else_is_said_to_be(tmp_path):
 
 def test_what_somebody_edited_is_named(folder):
     with writing(folder) as database, transaction(database):
-        database.execute("UPDATE findings SET record = json_set(record, '$.shots', 'many')")
+        database.execute("UPDATE records SET record = json_set(record, '$.shots', 'many')")
     with pytest.raises(ResultsError, match="a finding is damaged: `shots` must be a valid integer"):
         StressFolder.load(folder)
 
 
 def test_what_strangers_put_there_stays(tmp_path):
     (tmp_path / "thesis.tex").write_text("years of work")
-    with pytest.raises(ResultsError, match=r"something else \(thesis.tex\)"):
-        StressWriter(tmp_path).reserved().__enter__()
+    with pytest.raises(ResultsError, match="not empty and not a results folder of ours"):
+        StressWriter(tmp_path)
     assert [entry.name for entry in tmp_path.iterdir()] == ["thesis.tex"]
 
 
@@ -95,17 +96,16 @@ def test_the_worst_case_of_what_broke_is_never_a_survivor(tmp_path):
 def test_a_full_disk_loses_nothing_that_was_written(folder):
     writer = StressWriter(folder)
     with writer.reserved():
+        writer.begin(RUN.dump_python(ASKED, mode="json"), KEYS)
         pages = writer._database.execute("PRAGMA page_count").fetchone()[0]
         writer._database.execute(f"PRAGMA max_page_count = {pages}")
         with pytest.raises(ResultsError, match=r"disk is full\. Make room, or choose another"):
-            writer.add(finding("c", faults=("x" * 100_000,)))
-        with pytest.raises(ResultsError, match="disk is full"):
-            writer.begin(RUN, [finding("c", faults=("x" * 100_000,))])
+            writer.write(finding("c", faults=("x" * 100_000,)))
     assert trials(folder) == ["a", "b"]
 
 
 def test_records_are_json_without_nan(folder):
     database = sqlite3.connect(folder / DATABASE)
-    for (record,) in database.execute("SELECT record FROM findings").fetchall():
+    for (record,) in database.execute("SELECT record FROM records").fetchall():
         json.loads(record, parse_constant=pytest.fail)
     database.close()

@@ -12,12 +12,12 @@ from faulty_engine import planted
 
 import ghostball.validation.stress.run
 from ghostball.engine import EngineFailedError, GhostballError, SceneError, UnsupportedSceneError
-from ghostball.validation.parallel.pool import run_tasks
 from ghostball.validation.results.database import transaction, writing
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.stress import StressOutcome, run_stress
 from ghostball.validation.stress.findings import Finding, StressFolder, StressRun
 from ghostball.validation.stress.run import StressTask, run_trial
+from ghostball.validation.stress.selection import chosen_trials
 from ghostball.validation.stress.trial import (
     CRASHED,
     NOT_FINITE,
@@ -58,22 +58,20 @@ def test_what_is_wrong_is_refused_before_anything_is_written(tmp_path, labels, o
     assert not (tmp_path / "out").exists()
 
 
-OTHER_CODE = "UPDATE documents SET content = json_set(content, '$.code_hash', 'other')"
-
-
 def in_database(folder, statement):
     with writing(folder) as database, transaction(database):
         database.execute(statement)
 
 
+def made_by_other_code(folder):
+    in_database(folder, "UPDATE documents SET content = json_set(content, '$.code_hash', 'other')")
+    in_database(folder, "UPDATE records SET code = 'other'")
+
+
 @pytest.fixture
 def here(monkeypatch):
     """Run trials in this process: what is kept of a run doesn't ask who made it."""
-    monkeypatch.setattr(
-        ghostball.validation.stress.run,
-        "run_tasks",
-        lambda tasks, _, work, *__: (work(one) for one in tasks),
-    )
+    monkeypatch.setattr("ghostball.validation.parallel.pool.limit_of", lambda _: None)
 
 
 @pytest.mark.usefixtures("here")
@@ -83,9 +81,9 @@ def test_a_run_is_kept_and_taken_over_by_the_same_code_alone(tmp_path):
     assert (first.taken_over, len(first.folder.findings)) == (0, 2)
     again = run_stress(["ghostball"], tmp_path, only=TWO)
     assert again.taken_over == 2
-    in_database(tmp_path, "DELETE FROM findings WHERE id = (SELECT max(id) FROM findings)")
+    in_database(tmp_path, "DELETE FROM records WHERE id = (SELECT max(id) FROM records)")
     assert run_stress(["ghostball"], tmp_path, only=TWO).taken_over == 1
-    in_database(tmp_path, OTHER_CODE)
+    made_by_other_code(tmp_path)
     assert run_stress(["ghostball"], tmp_path, only=TWO).taken_over == 0
     assert len(StressFolder.load(tmp_path).findings) == 2
 
@@ -124,7 +122,7 @@ def test_a_look_at_a_part_does_not_make_a_run_whole(tmp_path):
 @pytest.mark.usefixtures("here")
 def test_what_other_code_was_asked_for_is_no_part_of_a_run(tmp_path):
     run_stress(["ghostball"], tmp_path, only=TWO)
-    in_database(tmp_path, OTHER_CODE)
+    made_by_other_code(tmp_path)
     outcome = run_stress(["pymunk"], tmp_path, only=ONE)
     assert (outcome.folder.planned, outcome.folder.run.labels) == (1, ("pymunk",))
 
@@ -133,9 +131,7 @@ def test_what_other_code_was_asked_for_is_no_part_of_a_run(tmp_path):
 def test_a_crash_is_tried_again_where_it_is_asked_for_and_else_stays(tmp_path, monkeypatch):
     crashed = Finding("grazing", "rolling-hit-1e-01", "pymunk", "broken", ("died",), CRASHED)
     with monkeypatch.context() as patch:
-        patch.setattr(
-            ghostball.validation.stress.run, "run_tasks", lambda *_: (one for one in [crashed])
-        )
+        patch.setattr(ghostball.validation.stress.run, "run_trial", lambda _: crashed)
         run_stress(["pymunk"], tmp_path, only=ONE)
     run_stress(["ghostball"], tmp_path, only=ONE)
     assert {one.outcome for one in StressFolder.load(tmp_path).findings} == {"survived", "broken"}
@@ -213,13 +209,10 @@ def test_all_of_our_labels_must_hold_or_else_all_that_are_asked(outcomes, status
 @pytest.mark.usefixtures("faulty")
 def test_an_engine_that_crashes_or_hangs_costs_its_trial(tmp_path, monkeypatch):
     # The hanging one has a limit of its own: that of the others must do for a busy machine.
-    def impatient(tasks, jobs, work, died, limit, *more):
-        def shortened(task):
-            return 0.5 if "hang" in task.label else limit(task)
+    def impatient(limit):
+        return lambda task: 0.5 if "hang" in task.label else limit(task)
 
-        return run_tasks(tasks, jobs, work, died, shortened, *more)
-
-    monkeypatch.setattr(ghostball.validation.stress.run, "run_tasks", impatient)
+    monkeypatch.setattr("ghostball.validation.parallel.pool.limit_of", impatient)
     labels = ["faulty:does=die", "faulty:does=hang", "faulty:does=exit", "faulty"]
     outcome = run_stress(labels, tmp_path / "out", only=ONE)
     found = {one.label: one for one in outcome.folder.findings}
@@ -237,11 +230,11 @@ def test_an_engine_that_crashes_or_hangs_costs_its_trial(tmp_path, monkeypatch):
 def test_a_limit_of_time_only_shortens_that_of_a_trial(tmp_path, monkeypatch):
     seen = []
 
-    def tasks_done(tasks, jobs, work, died, limit, *_):
-        seen.extend(limit(task) for task in tasks)
-        yield from ()
+    def asked(limit):
+        ((family, trial),) = chosen_trials("quick", ONE)
+        seen.append(limit(StressTask(family.name, trial, "pymunk")))
 
-    monkeypatch.setattr(ghostball.validation.stress.run, "run_tasks", tasks_done)
+    monkeypatch.setattr("ghostball.validation.parallel.pool.limit_of", asked)
     for seconds in (None, 1.0, 1e6):
         run_stress(["pymunk"], tmp_path / str(seconds), only=ONE, time_limit=seconds)
     assert seen == [60.0, 1.0, 60.0]

@@ -16,7 +16,7 @@ from killed_runs import Key, Say, ensembles, run_until_killed, stress, suite
 
 from ghostball.validation.ensembles import Ensembles
 from ghostball.validation.results.database import has_database
-from ghostball.validation.results.store import Results, ResultsWriter, has_results, reusable_cases
+from ghostball.validation.results.store import Results, ResultsWriter, has_results
 from ghostball.validation.stress import StressFolder
 from ghostball.validation.stress.findings import is_stress_folder
 from ghostball.validation.suite.unchanged import code_hash
@@ -29,13 +29,14 @@ pytestmark = [
 
 def cases_in(out: Path) -> set[Key]:
     """Return the cases that a next run takes over; read each, so that it must be whole."""
-    stored, same = reusable_cases(out, code_hash())
+    stored, same = ResultsWriter(out, code_hash()).known()
     assert stored == len(same)
+    found = {(case.scene, case.label) for case in same.values()}
     if has_database(out) and has_results(out):
         results = Results.open(out)
         assert all(results.motion(case) is not None for case in results.cases)
-        assert {case.inputs_hash for case in results.cases} <= same.keys()
-    return {(case.scene, case.label) for case in same.values()}
+        assert {(case.scene, case.label) for case in results.cases} <= found
+    return found
 
 
 def members_in(out: Path) -> set[Key]:

@@ -163,7 +163,7 @@ def test_a_run_measures_judges_and_stores(tmp_path: Path) -> None:
         [scene()],
         ["ghostball", "fake", "fake:shift=0.003"],
         tmp_path / "out",
-        progress=lambda record, done, total: seen.append((record.label, done, total)),
+        progress=lambda done, total, record: seen.append((record.label, done, total)),
         criteria={"roll": limits("ghostball", "fake").model_copy(update={"truth": "engine"})},
     )
     assert seen == [("ghostball", 1, 3), ("fake", 2, 3), ("fake:shift=0.003", 3, 3)]
@@ -418,16 +418,16 @@ def test_the_kernels_are_made_ready_once_and_only_for_a_run_that_starts(
 ) -> None:
     # Breaks where workers start first: each would compile, and say so.
     seen: list[str] = []
-    real = ghostball.validation.suite.suite.run_cases
     monkeypatch.setattr(
         ghostball.validation.suite.suite,
         "compile_kernels",
         lambda *given, **named: seen.append("warm"),
     )
+    real = ghostball.validation.suite.suite.run_case
     monkeypatch.setattr(
         ghostball.validation.suite.suite,
-        "run_cases",
-        lambda *given: (seen.append("run"), real(*given))[1],
+        "run_case",
+        lambda case: (seen.append("run"), real(case))[1],
     )
     with pytest.raises(GhostballError):
         run_suite([scene()], ["fkae"], tmp_path / "out")
@@ -583,7 +583,7 @@ def test_ctrl_c_in_a_terminal(tmp_path: Path, fake_engines: Path, jobs: int) -> 
                 ["fake", "fake:does=hang", "fake:shift=1.0", "fake:does=hang,shift=1.0"],
                 Path({str(tmp_path / "out")!r}),
                 jobs={jobs},
-                progress=lambda record, done, total: print("done", done, flush=True),
+                progress=lambda done, total, record: print("done", done, flush=True),
             )
             raise SystemExit(outcome.exit_status)
         """)

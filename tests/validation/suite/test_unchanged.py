@@ -26,20 +26,19 @@ from ghostball.reference_adapters.ghostball import GhostballEngine
 from ghostball.reference_adapters.paper.discrete import PaperDiscreteEngine
 from ghostball.validation.checks.criteria import Criteria
 from ghostball.validation.checks.criterion import Criterion
+from ghostball.validation.parallel.runner import Reuse
 from ghostball.validation.parallel.sources import OUR_PACKAGES, source_folders
 from ghostball.validation.results.database import DATABASE, SCHEMA
 from ghostball.validation.results.environment import PACKAGES, versions
 from ghostball.validation.results.records import CaseRecord, Motion, status_name
-from ghostball.validation.results.store import Results, ResultsError, ResultsWriter, reusable_cases
+from ghostball.validation.results.store import Results, ResultsError, ResultsWriter
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.suite.suite import Outcome, run_suite
 from ghostball.validation.suite.unchanged import (
-    Unchanged,
     code_hash,
     describe_code,
     inputs_hash,
     is_ours,
-    may_be_taken_over,
 )
 
 # What holds the packages: a checkout, or where a wheel is installed.
@@ -145,14 +144,14 @@ def test_nothing_runs_twice_and_all_say_so(tmp_path: Path, ran: list[tuple[str, 
     run(tmp_path)
     assert sorted(ran) == PAIRS
     ran.clear()
-    announced: list[Unchanged] = []
+    announced: list[Reuse[CaseRecord]] = []
     outcome = run(
         tmp_path,
         progress=lambda *_: pytest.fail("nothing was run"),
         announce=announced.append,
     )
     assert ran == []
-    assert [list(one.cases) for one in announced] == [PAIRS]
+    assert [list(one.records) for one in announced] == [PAIRS]
     assert (outcome.counts.taken_over, outcome.counts.ran) == (4, 4)
     folder = Results.open(tmp_path)
     assert folder.state == "complete"
@@ -231,7 +230,7 @@ def test_other_code_runs_everything_again(
 ) -> None:
     shot = scenes()[1:]
     run(tmp_path, scenes=shot, engines=["paper-discrete"])
-    announced: list[Unchanged] = []
+    announced: list[Reuse[CaseRecord]] = []
     with monkeypatch.context() as changed:
         touch(changed)
         run(tmp_path, scenes=shot, engines=["paper-discrete"], announce=announced.append)
@@ -300,16 +299,17 @@ def test_what_failed_runs_again_until_it_does_not(
     assert run(tmp_path).counts.taken_over == 4
 
 
-def test_only_an_end_that_comes_again_is_taken_over() -> None:
+def test_only_an_end_that_comes_again_is_taken_over(tmp_path: Path) -> None:
+    stands = ResultsWriter(tmp_path).stands
     case = CaseRecord("s", "", (), {}, "e", "e", "ran", status="rest")
-    assert may_be_taken_over(case)
-    assert may_be_taken_over(replace(case, status="t-max"))
+    assert stands(case)
+    assert stands(replace(case, status="t-max"))
     for status in Status:  # a limit may be one of time
-        ended = may_be_taken_over(replace(case, status=status_name(status)))
+        ended = stands(replace(case, status=status_name(status)))
         assert ended is (status in (Status.REST, Status.T_MAX))
-    assert not may_be_taken_over(replace(case, outcome="failed"))
-    assert not may_be_taken_over(replace(case, outcome="unavailable"))
-    assert may_be_taken_over(replace(case, outcome="not-representable", status=None))
+    assert not stands(replace(case, outcome="failed"))
+    assert not stands(replace(case, outcome="unavailable"))
+    assert stands(replace(case, outcome="not-representable", status=None))
 
 
 def test_engines_of_other_packages_always_run(
@@ -329,15 +329,13 @@ def test_engines_of_other_packages_always_run(
         "        return dataclasses.replace(result, engine='foreign')\n"
     )
     monkeypatch.syspath_prepend(str(site))
-    announced: list[Unchanged] = []
-    options = {"engines": ["foreign", "paper-discrete"], "announce": announced.append}
+    options = {"engines": ["foreign", "paper-discrete"]}
     run(tmp_path / "out", **options)
     outcome = run(tmp_path / "out", **options)
     assert {case.label: case.taken_over for case in outcome.cases} == {
         "foreign": False,
         "paper-discrete": True,
     }
-    assert announced[1].always == ("foreign",)
     assert not is_ours("foreign")
     assert is_ours("pymunk:mode=landed")
 
@@ -374,9 +372,8 @@ def test_an_edit_after_the_code_was_loaded_is_not_what_ran(
     )
     assert code_hash() == before
     assert run(tmp_path).exit_status == 0
-    assert list(reusable_cases(tmp_path, before)[1]) == [
-        case.inputs_hash for case in Results.open(tmp_path).cases
-    ]
+    _, same = ResultsWriter(tmp_path, before).known()
+    assert [(case.scene, case.label) for case in same.values()] == PAIRS
 
 
 def test_sources_that_cannot_be_found_reuse_nothing(
@@ -482,8 +479,8 @@ def test_every_input_is_in_the_hash() -> None:
 # --- interrupted, and what a run leaves for the next
 
 
-def interrupt_at(count: int) -> Callable[[CaseRecord, int, int], None]:
-    def progress(case: CaseRecord, done: int, planned: int) -> None:
+def interrupt_at(count: int) -> Callable[[int, int, CaseRecord], None]:
+    def progress(done: int, planned: int, case: CaseRecord) -> None:
         if done == count:
             raise KeyboardInterrupt
 
@@ -550,9 +547,10 @@ def test_an_interrupt_while_a_run_begins_leaves_a_folder_that_reads_back(
         now, pressed[:] = not pressed, [step]
         if now and when == "before":
             raise KeyboardInterrupt
-        real(*given, **named)
+        kept = real(*given, **named)
         if now:
             raise KeyboardInterrupt
+        return kept
 
     with monkeypatch.context() as impatient, suppress(KeyboardInterrupt):
         impatient.setattr(ResultsWriter, step, interrupting)
@@ -576,7 +574,7 @@ def test_a_second_run_is_refused_before_it_reads_or_runs_anything(
     tmp_path: Path, ran: list[tuple[str, str]]
 ) -> None:
     # Breaks where it plans with results that the first run is about to replace.
-    announced: list[Unchanged] = []
+    announced: list[Reuse[CaseRecord]] = []
     with ResultsWriter(tmp_path).reserved():
         with pytest.raises(ResultsError, match="another run writes there"):
             run(tmp_path, announce=announced.append)
@@ -589,7 +587,7 @@ def test_an_interrupt_between_a_line_and_its_being_counted_counts_it(
 ) -> None:
     real = ResultsWriter.write
 
-    def write(self: ResultsWriter, *given: Any) -> None:
+    def write(self: ResultsWriter, *given: Any) -> CaseRecord:
         real(self, *given)
         raise KeyboardInterrupt
 
@@ -618,7 +616,7 @@ def test_a_run_that_ends_drops_what_its_code_could_never_take_over(
     before = code_hash()
     touch_sources(monkeypatch)
     run(tmp_path, scenes=scenes()[:1])
-    assert reusable_cases(tmp_path, before) == (2, {})
+    assert ResultsWriter(tmp_path, before).known() == (2, {})
 
 
 # --- the whole, as a user meets it

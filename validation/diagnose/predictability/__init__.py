@@ -8,18 +8,18 @@
 from ghostball.validation.diagnose.predictability.measure import predictability_of
 from ghostball.validation.diagnose.predictability.prediction import (
     Predictability,
+    PredictionStore,
     load_predictability,
     predictability_in,
-    save_predictability,
 )
 from ghostball.validation.truth.bifurcations import bifurcations_of, nearest_of
 
 __all__ = [
     "Predictability",
+    "PredictionStore",
     "bifurcations_of",
     "load_predictability",
     "nearest_of",
     "predictability_in",
     "predictability_of",
-    "save_predictability",
 ]

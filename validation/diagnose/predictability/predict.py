@@ -2,26 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
 from pathlib import Path
 
 from ghostball.engine import Scene, UnsupportedSceneError
+from ghostball.engine.running.from_scene import admit
 from ghostball.validation.diagnose.predictability.measure import predictability_of
 from ghostball.validation.diagnose.predictability.prediction import (
     Predictability,
-    load_predictability,
-    save_predictability,
+    PredictionStore,
 )
+from ghostball.validation.parallel.pool import Done, Progress
+from ghostball.validation.parallel.runner import Name, run
 from ghostball.validation.results.records import scene_hash
 from ghostball.validation.suite.unchanged import code_hash
 
-Progress = Callable[[int, int, str], None]
-"""Called before each scene with how many are done, how many there are, and the scene's name."""
-
 
 def predict_scenes(
-    scenes: Sequence[Scene], folder: Path, *, reuse: bool = True, progress: Progress | None = None
+    scenes: Sequence[Scene],
+    folder: Path,
+    *,
+    reuse: bool = True,
+    progress: Progress[Predictability] | None = None,
 ) -> list[Predictability]:
     """Measure how far each shot can be predicted, and store each in a results folder at once.
 
@@ -34,30 +36,38 @@ def predict_scenes(
         Whether what the folder holds is kept where it was measured of the very scene by the very
         code; see `validation.suite.unchanged`.
     progress : callable, optional
-        See `Progress`.
+        Called with how many are known, of how many, and the last that was measured.
 
     Raises
     ------
     ResultsError
         Where the folder can't be read or written.
+    KeyboardInterrupt
+        What was measured until then is kept.
     """
-    code = code_hash()
-    earlier = load_predictability(folder) if reuse and code else {}
-    known: list[Predictability] = []
+    asked: dict[Name, Scene] = {(scene.name,): scene for scene in scenes if _is_represented(scene)}
+    ran = run(
+        {name: scene_hash(scene) for name, scene in asked.items()},
+        lambda names: (asked[name] for name in names),
+        predictability_of,
+        _measured,
+        PredictionStore(folder, code_hash()),
+        reuse=reuse,
+        progress=progress,
+    )
+    if ran.interrupted:
+        raise KeyboardInterrupt
+    return [ran.records[name] for name in asked]
 
-    def measured() -> Iterator[Predictability]:
-        for done, scene in enumerate(scenes):
-            if progress is not None:
-                progress(done, len(scenes), scene.name)
-            stored = earlier.get(scene.name)
-            asked = (scene_hash(scene), code)
-            if stored is None or (stored.definition_hash, stored.code_hash) != asked:
-                try:
-                    stored = replace(predictability_of(scene), code_hash=code)
-                except UnsupportedSceneError:
-                    continue
-                yield stored
-            known.append(stored)
 
-    save_predictability(folder, measured())
-    return known
+def _measured(done: Done[Scene, Predictability]) -> Predictability:
+    assert done.given is not None  # it is measured in this process
+    return done.given
+
+
+def _is_represented(scene: Scene) -> bool:
+    try:
+        admit(scene)
+    except UnsupportedSceneError:
+        return False
+    return True

@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
 from pydantic import ConfigDict, TypeAdapter
 
 from ghostball.engine.scene.fields import SceneName
-from ghostball.validation.results.database import (
-    has_database,
-    reading,
-    record_of,
-    transaction,
-    writing,
-)
+from ghostball.validation.parallel.runner import Name
+from ghostball.validation.results.database import has_database, reading, record_of
 from ghostball.validation.results.fields import FloatArray, check_shape
+from ghostball.validation.results.record_store import RecordStore
 from ghostball.validation.results.records import definition_hash
 from ghostball.validation.results.store import Results
 from ghostball.validation.truth.bifurcations import Bifurcation
@@ -73,8 +68,6 @@ class Predictability:
         Of a scene with the tag "chaos".
     definition_hash : str
         Of the scene: one of its name may be another.
-    code_hash : str
-        Of the code that measured it: `validation.suite.unchanged.code_hash`.
     """
 
     scene: SceneName
@@ -89,7 +82,6 @@ class Predictability:
     fragile: bool
     separations: tuple[Separation, ...] = ()
     definition_hash: str = ""
-    code_hash: str = ""
 
     __pydantic_config__ = ConfigDict(extra="forbid", arbitrary_types_allowed=True)
 
@@ -106,19 +98,25 @@ class Predictability:
 _RECORD = TypeAdapter(Predictability)
 
 
-def save_predictability(folder: Path, records: Iterable[Predictability]) -> None:
-    """Store how far shots can be predicted, each at once, in place of what was of its scene's name.
+class PredictionStore(RecordStore[Predictability, Predictability]):
+    """Writes how far shots can be predicted, each at once."""
 
-    Raises
-    ------
-    ResultsError
-        Where the folder can't be written.
-    """
-    with writing(folder) as database:
-        for record in records:
-            text = _RECORD.dump_json(record).decode()
-            with transaction(database):
-                database.execute("INSERT OR REPLACE INTO predictions (record) VALUES (?)", [text])
+    kind = "prediction"
+    adapter = _RECORD
+    what = "a prediction"
+    others_stay = True
+
+    def record_of(self, given: Predictability) -> Predictability:
+        """Return what was measured."""
+        return given
+
+    def name_of(self, record: Predictability) -> Name:
+        """Return the scene's name."""
+        return (record.scene,)
+
+    def stands(self, record: Predictability) -> bool:  # noqa: ARG002
+        """Whether it would be measured again: it always would."""
+        return True
 
 
 def load_predictability(folder: Path) -> dict[str, Predictability]:
@@ -132,7 +130,9 @@ def load_predictability(folder: Path) -> dict[str, Predictability]:
     if not has_database(folder):
         return {}
     with reading(folder) as database:
-        texts = database.execute("SELECT record FROM predictions").fetchall()
+        texts = database.execute(
+            "SELECT record FROM records WHERE kind = 'prediction' ORDER BY id"
+        ).fetchall()
     records = [record_of(_RECORD, text, f"{folder}: a prediction") for (text,) in texts]
     return {record.scene: record for record in records}
 

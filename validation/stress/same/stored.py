@@ -61,7 +61,7 @@ def results(scene: Scene) -> str | None:
     with tempfile.TemporaryDirectory() as folder:
         writer = ResultsWriter(Path(folder, "results"))
         writer.begin({})
-        writer.write(record, motion)
+        writer.write((record, motion))
         writer.finish("complete")
         read = Results.open(writer.path)
         (other,) = read.cases

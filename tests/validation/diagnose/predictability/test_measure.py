@@ -9,9 +9,9 @@ import pytest
 
 from ghostball.engine import Scene, Status, simulate
 from ghostball.validation.diagnose.predictability import (
+    PredictionStore,
     load_predictability,
     predictability_of,
-    save_predictability,
 )
 from ghostball.validation.runs import our_run
 from ghostball.validation.scenes.library import find_scene
@@ -61,7 +61,11 @@ def test_what_a_horizon_comes_from(name, ends):
 
 def test_what_is_stored_reads_back(tmp_path):
     known = [predictability_of(find_scene(name)) for name in ("chaos-a", "push", "stop")]
-    save_predictability(tmp_path, known)
+    store = PredictionStore(tmp_path, "code")
+    store.begin({})
+    for one in known:
+        store.write(one, "key")
+    store.finish("complete")
     read = load_predictability(tmp_path)
     assert list(read) == ["chaos-a", "push", "stop"]
     for one in known:

@@ -1,0 +1,195 @@
+"""The one runner: tasks that have a key are done, stored as they end, and not done again.
+
+The suite, ensembles, stress and predictions are tasks with a key, which is all that their result
+depends on besides the code: `run` takes over what a store knows by that key, does the others in
+processes or on a cluster, and stores each as it ends.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from contextlib import AbstractContextManager, closing
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Generic, Literal, Protocol, TypeVar
+
+from ghostball.validation.parallel.pool import Done, Progress, run_tasks
+
+if TYPE_CHECKING:
+    from ghostball.validation.parallel.cluster import Cluster
+
+T = TypeVar("T")
+G = TypeVar("G")
+W = TypeVar("W")
+R = TypeVar("R")
+W_contra = TypeVar("W_contra", contravariant=True)
+
+Name = tuple[str, ...]
+"""What a task is called: it tells it from all others of its kind, such as a scene and an engine."""
+
+RunState = Literal["running", "complete", "interrupted"]
+
+
+class Store(Protocol[W_contra, R]):
+    """Where records are kept; see `validation.results.record_store.RecordStore`."""
+
+    def reserved(self) -> AbstractContextManager[None]:
+        """Keep other runs out while the block runs."""
+
+    def known(self) -> tuple[int, dict[str, R]]:
+        """Return how many records some code could take over, and those by this code, by key."""
+
+    def current(self) -> dict[Name, R]:
+        """Return the records of the last run, by name."""
+
+    def begin(self, about: Mapping[str, Any], taken_over: Collection[Name] = ()) -> None:
+        """Put what is taken over, and what is written from now on, in the place of all others."""
+
+    def record_of(self, given: W_contra) -> R:
+        """Return the record of what a task gave."""
+
+    def name_of(self, record: R) -> Name:
+        """Return what the task of a record is called."""
+
+    def write(self, given: W_contra, key: str = "") -> R:
+        """Add a record: it is there when this returns, whatever happens then."""
+
+    def finish(self, state: RunState) -> None:
+        """Note how the run ended."""
+
+    @property
+    def begun(self) -> bool:
+        """Whether earlier records gave way to those of this run."""
+
+
+@dataclass(frozen=True, eq=False)
+class Reuse(Generic[R]):
+    """What is taken over from earlier runs.
+
+    Attributes
+    ----------
+    records : mapping of names to records
+        In the order of the run.
+    stored : int
+        How many records there are that could have been taken over.
+    why : str
+        Why none is, where the reason is one for all; else "".
+    """
+
+    records: Mapping[Name, R] = field(default_factory=dict)
+    stored: int = 0
+    why: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Ran(Generic[R]):
+    """What a run came to.
+
+    Attributes
+    ----------
+    records : mapping of names to records
+        Those taken over, then the others as they ended.
+    taken_over : int
+    interrupted : bool
+        Whether it was cut short by Ctrl-C; the store has what was done.
+    begun : bool
+        Whether earlier records gave way to those of this run, be they none.
+    """
+
+    records: Mapping[Name, R]
+    taken_over: int
+    interrupted: bool
+    begun: bool
+
+
+def run(
+    keys: Mapping[Name, str],
+    tasks: Callable[[Sequence[Name]], Iterable[T]],
+    work: Callable[[T], G],
+    settle: Callable[[Done[T, G]], W],
+    store: Store[W, R],
+    *,
+    jobs: int | Cluster = 1,
+    limit: Callable[[T], float] | float | None = None,
+    prepare: Callable[[Sequence[Name]], Callable[[], object] | None] | None = None,
+    about: Callable[[Mapping[Name, R]], Mapping[str, Any]] | None = None,
+    reuse: bool = True,
+    announce: Callable[[Reuse[R]], None] | None = None,
+    progress: Progress[R] | None = None,
+) -> Ran[R]:
+    """Do what isn't known yet, and store each as it ends.
+
+    Parameters
+    ----------
+    keys : mapping of names to str
+        Hash of all that each task's result depends on besides the code, in the order of the run;
+        "" where it is done whatever is known.
+    tasks : callable
+        Yields the tasks of these names; each is asked for when there is a process for it.
+    work : callable
+        Does a task; a function of a module.
+    settle : callable
+        Returns what is stored of what came of a task, also where its process died.
+    store : Store
+    jobs, limit
+        See `run_tasks`.
+    prepare : callable, optional
+        Given the names of what isn't known, does what is needed before, such as compiling; what it
+        returns, each process does first.
+    about : callable, optional
+        Given what is taken over, returns what the store says of the whole run, as plain values.
+    reuse : bool
+        Whether anything is taken over.
+    announce : callable, optional
+        Called once, before anything is done, with what is taken over.
+    progress : callable, optional
+        Called with each record that is done; not for what is taken over.
+
+    Notes
+    -----
+    Earlier records give way when the first of this run is done. Ctrl-C ends it, and is said in what
+    is returned; a next run goes on from there.
+    """
+    with store.reserved():
+        reused = _reuse(keys, store) if reuse else Reuse[R]()
+        if announce is not None:
+            announce(reused)
+        records = dict(reused.records)
+        state: RunState = "interrupted"
+        begun = False
+
+        def begin() -> None:
+            store.begin({} if about is None else about(reused.records), reused.records)
+
+        try:
+            rest = [name for name in keys if name not in records]
+            first = prepare(rest) if rest and prepare is not None else None
+            with closing(run_tasks(tasks(rest), jobs, work, limit, first)) as finished:
+                for done in finished:
+                    if not begun:
+                        begin()
+                        begun = True
+                    given = settle(done)
+                    name = store.name_of(store.record_of(given))
+                    records[name] = store.write(given, keys[name])
+                    if progress is not None:
+                        progress(len(records), len(keys), records[name])
+            if not begun:
+                begin()
+            state = "complete"
+        except KeyboardInterrupt:
+            pass  # said in what is returned
+        finally:
+            store.finish(state)
+    has_begun = store.begun
+    if state == "interrupted":
+        # What the store says: the interrupt may have come between a record and its being noted.
+        current = store.current() if has_begun else {}
+        records = {name: record for name, record in current.items() if name in keys}
+    return Ran(records, len(reused.records), state == "interrupted", has_begun)
+
+
+def _reuse(keys: Mapping[Name, str], store: Store[W, R]) -> Reuse[R]:
+    stored, same = store.known()
+    records = {name: same[key] for name, key in keys.items() if key in same}
+    why = "the code or the environment changed" if stored and not same else ""
+    return Reuse(records, stored, why)

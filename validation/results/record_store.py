@@ -1,0 +1,297 @@
+"""The records of one kind in a results folder, written as they come by `parallel.runner.run`.
+
+A record is committed before the run says that it is done, and what earlier runs found stays until a
+record of this one takes its place: so a run that is interrupted or killed, or finds the disk full,
+leaves a folder that reads back, and a next one goes on from there.
+"""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+from abc import abstractmethod
+from collections.abc import Collection, Iterator, Mapping
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import Any, ClassVar, Generic, TypeVar
+from uuid import uuid4
+
+from pydantic import TypeAdapter
+
+from ghostball.validation.parallel.runner import Name, RunState
+from ghostball.validation.results.database import (
+    DATABASE,
+    LOCK,
+    Document,
+    Kind,
+    documents_in,
+    get_document,
+    has_database,
+    name_text,
+    put_document,
+    reading,
+    record_of,
+    reserved,
+    transaction,
+    writing,
+)
+from ghostball.validation.results.files import BOARD, ResultsError, cannot_write
+
+W = TypeVar("W")
+R = TypeVar("R")
+
+_PROBE = f"{LOCK}.probe"
+"""Written and removed, to see whether a folder can be written; what may stay there is ours."""
+
+
+class RecordStore(Generic[W, R]):
+    """Writes the records of one kind into a folder; a subclass says what they are.
+
+    Making one checks that the folder may be used and can be written, and changes nothing in it;
+    earlier records stay until `begin`. From there, or from `reserved`, to `finish` no other run, of
+    this process or another, gets into the folder.
+
+    Parameters
+    ----------
+    path : str or Path
+    code : str
+        Hash of the code that makes the records; "" where it can't be told, and nothing is reused.
+
+    Attributes
+    ----------
+    kind : Kind
+    adapter : TypeAdapter
+        Reads and writes a record as JSON.
+    what : str
+        What a record is called where it is damaged.
+    document : Document or None
+        What says what a run was asked for, and how it ended; None where nothing does.
+    others_stay : bool
+        Whether records by the same code that a run isn't asked for are a part of what it leaves.
+
+    Raises
+    ------
+    ResultsError
+        Where the path is no folder, can't be made or written, or holds something else.
+    """
+
+    kind: ClassVar[Kind]
+    adapter: ClassVar[TypeAdapter[Any]]
+    what: ClassVar[str]
+    document: ClassVar[Document | None] = None
+    others_stay: ClassVar[bool] = False
+
+    def __init__(self, path: str | Path, code: str = "") -> None:
+        self.path, self.code = Path(path), code
+        self._run = uuid4().hex
+        self._about: dict[str, Any] = {}
+        self._held = ExitStack()
+        self._database: sqlite3.Connection | None = None
+        self._is_reserved = self._has_begun = False
+        self._prepare()
+
+    @abstractmethod
+    def record_of(self, given: W) -> R:
+        """Return the record of what a task gave."""
+
+    @abstractmethod
+    def name_of(self, record: R) -> Name:
+        """Return what the task of a record is called."""
+
+    @abstractmethod
+    def stands(self, record: R) -> bool:
+        """Whether the task would come to the same again: not to a failure, or a limit of time."""
+
+    def taken_over(self, record: R) -> R:
+        """Return a record of an earlier run as one of this run has it."""
+        return record
+
+    def put_beside(self, database: sqlite3.Connection, number: int, given: W) -> None:
+        """Store what goes with a record, whose row has this number; within a `transaction`."""
+
+    @contextmanager
+    def reserved(self) -> Iterator[None]:
+        """Keep other runs out, from before the folder is read: what was read stays true.
+
+        Raises
+        ------
+        ResultsError
+            Where another one is in it, or what is there can't be read.
+        """
+        with reserved(self.path):
+            documents_in(self.path)  # what can't be read is refused before anything runs
+            self._is_reserved = True
+            try:
+                yield
+            finally:
+                self._is_reserved = False
+                self._held.close()
+
+    def known(self) -> tuple[int, dict[str, R]]:
+        """Return how many records may be taken over by some code, and those by this one, by key.
+
+        Raises
+        ------
+        ResultsError
+            Where they can't be read.
+        """
+        if not has_database(self.path):
+            return 0, {}
+        with reading(self.path) as database:
+            (stored,) = database.execute(
+                "SELECT count(*) FROM records WHERE kind = ? AND key != ''", [self.kind]
+            ).fetchone()
+            rows = database.execute(
+                "SELECT key, record FROM records WHERE kind = ? AND key != '' AND code = ?",
+                [self.kind, self.code],
+            ).fetchall()
+        return stored, {key: self.taken_over(self._read(text)) for key, text in rows}
+
+    def current(self) -> dict[Name, R]:
+        """Return the records of the last run by name: those taken over, then as they were written.
+
+        Raises
+        ------
+        ResultsError
+            Where they can't be read.
+        """
+        if not has_database(self.path):
+            return {}
+        with reading(self.path) as database:
+            rows = database.execute(
+                "SELECT record, taken_over FROM records WHERE kind = ? AND current ORDER BY id",
+                [self.kind],
+            ).fetchall()
+        found = (
+            self.taken_over(self._read(text)) if taken_over else self._read(text)
+            for text, taken_over in rows
+        )
+        return {self.name_of(record): record for record in found}
+
+    def begin(self, about: Mapping[str, Any], taken_over: Collection[Name] = ()) -> None:
+        """Start anew: what earlier runs found is kept aside, but for what is taken over.
+
+        Parameters
+        ----------
+        about : mapping
+            What the document says, as plain values; how far the run is comes to it.
+        taken_over : collection of names
+
+        Raises
+        ------
+        ResultsError
+            Where another run writes into the folder, or it can't be written.
+        """
+        if not self._is_reserved:
+            self._held.enter_context(reserved(self.path))
+        database = self._database = self._held.enter_context(writing(self.path))
+        with transaction(database):
+            stays = self.code if self.others_stay else ""
+            database.execute(
+                "UPDATE records SET current = current AND code = ? AND ? != '', taken_over = 0 "
+                "WHERE kind = ?",
+                [stays, stays, self.kind],
+            )
+            database.executemany(
+                "UPDATE records SET current = 1, taken_over = 1 WHERE kind = ? AND name = ?",
+                [(self.kind, name_text(name)) for name in taken_over],
+            )
+            self.forget(database)
+            self._about = {**about, "run": self._run}
+            self._note(database, "running")
+        self._has_begun = True
+
+    def forget(self, database: sqlite3.Connection) -> None:
+        """Remove what is of other records than these are to be; within a `transaction`."""
+
+    def write(self, given: W, key: str = "") -> R:
+        """Add a record in place of what an earlier run found; `begin` must have been called.
+
+        Parameters
+        ----------
+        given : object
+        key : str
+            Hash of all that it depends on besides the code; "" where it must be made again.
+        """
+        assert self._database is not None, "begin() comes first"
+        record = self.record_of(given)
+        name = name_text(self.name_of(record))
+        reusable = self.code and self.stands(record)
+        text = self.adapter.dump_json(record).decode()
+        with transaction(self._database):
+            execute = self._database.execute
+            execute("DELETE FROM records WHERE kind = ? AND name = ?", [self.kind, name])
+            number = execute(
+                "INSERT INTO records (kind, name, key, code, current, record) "
+                "VALUES (?, ?, ?, ?, 1, ?)",
+                [self.kind, name, key if reusable else "", self.code, text],
+            ).lastrowid
+            assert number is not None
+            self.put_beside(self._database, number, given)
+        return record
+
+    def finish(self, state: RunState) -> None:
+        """Note how the run ended, and let other runs in; where it never began, change nothing.
+
+        What the code of a whole run could never take over goes: the folder would grow by each edit.
+        """
+        try:
+            if self._database is not None and self._has_begun:
+                with transaction(self._database):
+                    self._note(self._database, state)
+                    if state == "complete" and self.code:
+                        self._database.execute(
+                            "DELETE FROM records WHERE kind = ? AND NOT current "
+                            "AND (code != ? OR key = '')",
+                            [self.kind, self.code],
+                        )
+        finally:
+            self._database = None
+            self._held.close()
+
+    @property
+    def begun(self) -> bool:
+        """Whether earlier records gave way to those of this run, be they none so far."""
+        if self.document is None or not has_database(self.path):
+            return self._has_begun
+        with reading(self.path) as database:
+            return self._run in (get_document(database, self.document) or "")
+
+    def _note(self, database: sqlite3.Connection, state: RunState) -> None:
+        if self.document is not None:
+            put_document(database, self.document, json.dumps(self._about | {"state": state}))
+
+    def _read(self, text: str) -> R:
+        record: R = record_of(self.adapter, text, f"{self.path}: {self.what}")
+        return record
+
+    def _prepare(self) -> None:
+        try:
+            if self.path.exists() and not self.path.is_dir():
+                raise ResultsError(f"{self.path}: not a folder. Choose another `--out`")
+            self.path.mkdir(parents=True, exist_ok=True)
+            others = (path for path in self.path.iterdir() if not _is_ours(path))
+            if not has_database(self.path) and any(True for _ in others):
+                raise ResultsError(
+                    f"{self.path}: not empty and not a results folder of ours, so nothing in it "
+                    "is replaced. Choose another `--out`, or empty it"
+                )
+            # Killed between the two, a run must not leave what the next takes for a user's file.
+            probe = self.path / _PROBE
+            probe.touch()
+            probe.unlink(missing_ok=True)  # another run may have been quicker
+        except OSError as error:
+            raise cannot_write(self.path, error) from error
+
+
+def _is_ours(path: Path) -> bool:
+    """Whether a path in a results folder is one of its files, or results of another command.
+
+    Such as out/regress, or out/regress/ENGINE, in out; or out/board.
+    """
+    if not path.is_dir():
+        return path.name.startswith((LOCK, DATABASE))
+    inside = list(path.iterdir())
+    if [one.name for one in inside] == [BOARD]:
+        return True
+    return has_database(path) or (bool(inside) and all(map(has_database, inside)))
