@@ -17,9 +17,10 @@ from importlib import import_module
 from pathlib import Path
 from typing import Final
 
+from ghostball.engine import EngineFailedError
 from ghostball.reference_adapters.registry import OURS, make_engine, parse_spec
-from ghostball.validation.board.playing import play
-from ghostball.validation.board.shots import head_on
+from ghostball.validation.board.shots import board_scene, playable
+from ghostball.validation.runs.playing import run_engine
 
 START_LIMIT: Final = 100.0
 """Time after which a process that has not played its first shot is given up [s]."""
@@ -53,12 +54,15 @@ def play_first(spec: str, found: str) -> None:
     """
     if parse_spec(spec)[0] != OURS:
         import_module(_COMPILER)
-    scene = head_on()
+    scene = board_scene("straight-1.9")
     before = _processor_time()
     # Functions that are registered later are called sooner: those that end workers, whose time is
     # known then.
     atexit.register(lambda: Path(found).write_text(repr(_processor_time() - before), "utf-8"))
-    play(make_engine(spec), scene)
+    engine = make_engine(spec)
+    result = run_engine(engine, playable(scene, engine), "rest")
+    if not result.status.complete:
+        raise EngineFailedError(engine.name, f"no end: {result.reason}")
 
 
 def _processor_time() -> float:

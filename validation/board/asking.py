@@ -1,0 +1,57 @@
+"""What a row of the board is asked in a column: scenes and labels, as its engine can play them."""
+
+from __future__ import annotations
+
+from itertools import product
+from typing import Any, Final
+
+from ghostball.engine import Scene
+from ghostball.reference_adapters.base import EngineError
+from ghostball.reference_adapters.registry import make_engine, parse_spec, spec_of
+from ghostball.validation.board.column import Column, Settings
+from ghostball.validation.board.shots import board_scene, playable
+from ghostball.validation.runs.steps import step_setting
+
+MOST: Final = {"max_steps": 1_000_000, "max_events": 1_000_000}
+"""Limits of an engine that is given a step, where it has them."""
+
+
+def asked(column: Column, row: str) -> list[tuple[Scene, str]]:
+    """Return the scenes, and the engine with its settings, that answer a column for a row.
+
+    Nothing where the column requires settings that the engine lacks.
+    """
+    labels = [label for one in column.settings if (label := with_settings(row, one)) is not None]
+    if not labels and not column.required:
+        labels = [row]
+    return [
+        (playable(board_scene(name), make_engine(label)), label)
+        for label, name in product(labels, column.scenes)
+    ]
+
+
+def with_settings(row: str, given: Settings) -> str | None:
+    """Return an engine with more settings; None where it lacks one, refuses or says another.
+
+    What the row says stays as it is. An engine of steps that has no modes has the step alone.
+    """
+    engine = make_engine(row)
+    fields = type(engine.settings).model_fields
+    settings: dict[str, Any] = {}
+    if given.step is not None:
+        step = step_setting(engine)
+        if step is None:
+            return None
+        settings = {step: given.step} | {key: most for key, most in MOST.items() if key in fields}
+    if given.mode is not None and ("mode" in fields or given.step is None):
+        settings["mode"] = given.mode
+    if not set(settings) <= set(fields):
+        return None
+    name, said = parse_spec(row)
+    label = spec_of(name, said | {key: settings[key] for key in settings if key not in said})
+    try:
+        made = make_engine(label)
+    except EngineError:  # settings that exclude each other
+        return None
+    mode = settings.get("mode")
+    return label if mode is None or made.settings.model_dump()["mode"] == mode else None

@@ -1,0 +1,166 @@
+"""The columns of the board, as TOML lists them: each a question, its scenes, a metric, thresholds.
+
+`columns.toml` has those that tell engines apart, `reported.toml` the faults that people reported.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Annotated, Final, Literal, Self, get_args
+
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Field,
+    ValidationError,
+    model_validator,
+)
+
+from ghostball.engine import GhostballError
+from ghostball.validation.board.shots import FOLDER, scene_path
+from ghostball.validation.checks.criterion import Number, Sentence
+from ghostball.validation.checks.metric_table import METRICS
+from ghostball.validation.results.files import told, toml_of
+from ghostball.validation.results.records import AccuracyKind
+
+ACCURACY: Final = "accuracy"
+"""The metric of a column that shows the class of each run."""
+
+UNITS: Final[Mapping[str, str]] = {ACCURACY: "m", "installed": "MB", "start": "s"}
+"""What is no metric of the suite, and its unit: the class of a run, and what no scene gives."""
+
+CLASSES: Final[tuple[AccuracyKind, ...]] = get_args(AccuracyKind)
+"""From the best to the worst."""
+
+
+def _known_metric(name: str) -> str:
+    known = (*UNITS, *METRICS)
+    if name in known:
+        return name
+    close = get_close_matches(name, known, n=1)
+    hint = f"Did you mean {close[0]!r}?" if close else f"There are {', '.join(known)}"
+    raise ValueError(f"must be a known metric, got {name!r}. {hint}")
+
+
+def _known_scene(name: str) -> str:
+    if scene_path(name).is_file():
+        return name
+    known = [path.stem for path in scene_path("*").parent.glob("*.toml")]
+    close = get_close_matches(name, known, n=1)
+    hint = f"Did you mean {close[0]!r}?" if close else f"Put a file {name}.toml there"
+    raise ValueError(f"must be a scene of {scene_path(name).parent}, got {name!r}. {hint}")
+
+
+class _Model(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+class Settings(_Model):
+    """What an engine is given, where it has it: a fixed step [s], a mode, or both."""
+
+    step: Annotated[float, Field(gt=0.0)] | None = None
+    mode: str | None = None
+
+
+class Column(_Model):
+    """A column; `columns.toml` says what each field is."""
+
+    id: Annotated[str, Field(pattern=r"^[a-z0-9-]+$")]
+    title: Sentence
+    question: Sentence
+    metric: Annotated[str, AfterValidator(_known_metric)]
+    scenes: tuple[Annotated[str, AfterValidator(_known_scene)], ...] = ()
+    settings: tuple[Settings, ...] = ()
+    required: bool = False
+    pick: Literal["worst", "least", "fastest"] = "worst"
+    within: AccuracyKind | None = None
+    above: Number | None = None
+    good: Number | None = None
+    fair: Number | None = None
+    laws: Mapping[str, tuple[float, ...]] = Field(default_factory=dict)
+    replay: bool = True
+    thread: (
+        Annotated[str, Field(pattern=r"^https://github\.com/[\w.-]+/[\w.-]+/issues/\d+$")] | None
+    ) = None
+    cause: str = ""
+    cure: str = ""
+
+    @property
+    def of_engine(self) -> bool:
+        """Whether it asks about the engine itself, and plays no scene."""
+        return self.metric in UNITS and self.metric != ACCURACY
+
+    @property
+    def unit(self) -> str:
+        """The unit of what it shows; "" for a pure number."""
+        if self.pick == "fastest":
+            return "m/s"
+        unit = UNITS.get(self.metric) or METRICS[self.metric].unit
+        return "" if unit == "1" else unit
+
+    @model_validator(mode="after")
+    def _belongs_together(self) -> Self:
+        if self.of_engine == bool(self.scenes):
+            must = "no `scenes`" if self.of_engine else "at least one of `scenes`"
+            raise ValueError(f"column {self.id!r}: metric {self.metric!r} must have {must}")
+        if self.metric == ACCURACY and (self.good, self.fair, self.pick) != (None, None, "worst"):
+            raise ValueError(
+                f"column {self.id!r}: metric 'accuracy' must have no `good`, `fair` or `pick`: its "
+                "classes are those of every run. Leave them out"
+            )
+        if self.metric != ACCURACY and self.good is None:
+            raise ValueError(
+                f"column {self.id!r}: `good` must be given, up to which {self.metric!r} is right"
+            )
+        if self.good is not None and self.fair is not None and self.fair < self.good:
+            raise ValueError(
+                f"column {self.id!r}: `fair` must be at least `good`, got {self.fair!r} below "
+                f"{self.good!r}. Swap them"
+            )
+        for field, pick in (("within", "least"), ("above", "fastest")):
+            if (getattr(self, field) is None) == (self.pick == pick):
+                raise ValueError(
+                    f"column {self.id!r}: `{field}` and `pick` = {pick!r} must come together"
+                )
+        return self
+
+
+class _Columns(_Model):
+    column: tuple[Column, ...]
+
+    @model_validator(mode="after")
+    def _each_once(self) -> Self:
+        names = [one.id for one in self.column]
+        if repeated := sorted({name for name in names if names.count(name) > 1}):
+            raise ValueError(f"`id` must differ, got {', '.join(repeated)} again. Rename one")
+        return self
+
+
+def load_columns(path: Path) -> dict[str, Column]:
+    """Read a list of columns, by their ids.
+
+    Raises
+    ------
+    GhostballError
+        Where it can't be read, is no TOML, or breaks a rule.
+    """
+    try:
+        found = _Columns.model_validate(toml_of(path.read_text(encoding="utf-8")))
+    except ValidationError as error:
+        raise GhostballError(f"{path}: {told(error)}") from None
+    except (OSError, ValueError) as error:
+        raise GhostballError(f"{path}: can't read the columns: {error}. Mend it there") from None
+    return {one.id: one for one in found.column}
+
+
+QUESTIONS: Final = load_columns(FOLDER / "columns.toml")
+"""What tells engines apart, in the order of the board."""
+
+FAULTS: Final = load_columns(FOLDER / "reported.toml")
+"""What people reported of engines, by the repository and the number of the thread."""
+
+COLUMNS: Final = {**QUESTIONS, **FAULTS}
+"""All of them, by the names that `--column` takes."""
