@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from benchmarks.measurements import stored_paths
 from ghostball.reports.board import draw_board
-from ghostball.validation.board.board import Board, load_board
+from ghostball.validation.board.board import Board, load
 from ghostball.validation.results.files import BOARD
 
 if TYPE_CHECKING:
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 def committed_board() -> Board | None:
     """Return the committed board, of the first machine that has one; None without any."""
     paths = stored_paths(Path(BOARD).stem)
-    return load_board(paths[0]) if paths else None
+    return load(paths[0]) if paths else None
 
 
 def draw_committed_board() -> Figure | None:

@@ -13,9 +13,8 @@ from ghostball.engine.impacts.laws.registry import BALL_LAWS, CUSHION_LAWS
 from ghostball.engine.scene.features import Capability, Feature
 from ghostball.reference_adapters import EngineUnavailableError, engine_names, make_engine
 from ghostball.reports.accuracy import CLASSES
-from ghostball.reports.board import board_markdown, board_table, columns_of
-from ghostball.validation.board.columns import FAULTS
-from ghostball.validation.board.reported import REPORTED
+from ghostball.reports.board import board_table, columns_of
+from ghostball.validation.board.column import FAULTS
 from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.scenes.library import select
 
@@ -114,19 +113,20 @@ def board() -> str:
     stored = committed_board()
     if stored is None:
         return "No board was measured yet: `ghostball leaderboard` does so."
-    return board_markdown(stored)
+    return board_table(stored, reported=False)
 
 
 def reported() -> str:
     """Return what was reported of engines: each thread, its cause, its cure, and the verdicts."""
     parts = []
-    for one in REPORTED.values():
+    for one in FAULTS.values():
+        assert one.thread is not None
         where = "/".join(one.thread.split("/")[3:5])
         thread = f"[{where} #{one.thread.rpartition('/')[2]}]({one.thread})"
         parts.append(
-            f"- **{one.title}** ({thread}). {one.said} *Cause:* {one.cause} *Cure:* {one.cure}"
+            f"- **{one.title}** ({thread}). {one.question}. *Cause:* {one.cause} *Cure:* {one.cure}"
         )
     stored = committed_board()
-    if stored is not None and columns_of(stored, FAULTS):
-        parts += ["", board_table(stored, FAULTS)]
+    if stored is not None and columns_of(stored, reported=True):
+        parts += ["", board_table(stored, reported=True)]
     return "\n".join(parts)

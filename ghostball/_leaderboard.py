@@ -1,12 +1,11 @@
-"""What `ghostball leaderboard` does: measure the board and show it."""
+"""What `ghostball leaderboard` does: run the board's scenes and show what they come to."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict
+import time
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Final
 
 import typer
 from rich import box
@@ -14,21 +13,13 @@ from rich.markup import escape
 from rich.table import Table
 
 from ghostball._progress import COMPILING, Steps
-from ghostball._terminal import ExitStatus, say, stdout
+from ghostball._terminal import ExitStatus, say, stdout, worst
+from ghostball._verdicts import headline
 from ghostball.engine import GhostballError
 from ghostball.reports import style
-from ghostball.reports.board import about, draw_board
-from ghostball.validation.board.board import ROWS, Board, run_board, sorted_rows
-from ghostball.validation.board.columns import COLUMNS, FAULTS, QUESTIONS, Cell, Worth
-
-_COLOURS: Final[Mapping[Worth, str]] = {
-    "good": "green",
-    "fair": "yellow",
-    "bad": "red",
-    "design": "cyan",
-    "none": "dim",
-    "failed": "bold red",
-}
+from ghostball.reports.board import LOOKS, about, draw_board, value_text
+from ghostball.validation.board.board import ROWS, Board, command, run_board
+from ghostball.validation.board.column import COLUMNS, FAULTS, QUESTIONS, Column
 
 
 def run(
@@ -45,71 +36,95 @@ def run(
     as_json: bool,
 ) -> int:
     """Measure, and return the exit status; see the options of the command."""
-    if sort is not None and sort not in COLUMNS:
-        raise GhostballError(f"`--sort` must be one of {', '.join(COLUMNS)}, got {sort!r}")
     rows = tuple(engines) if only else (*ROWS, *(one for one in engines if one not in ROWS))
     if not rows:
         raise GhostballError("`--only` needs at least one `--engine`")
-    chosen = [*(columns or ()), *(FAULTS if reported else ())] or list(QUESTIONS)
+    chosen = _chosen("--column", [*(columns or ()), *(FAULTS if reported else ())])
+    if sort is not None:
+        _chosen("--sort", [sort])
+    started = time.perf_counter()
     with Steps(COMPILING, "measuring").bar() as step:
         count = step("measuring")
-        board = run_board(
+        board, outcome = run_board(
             rows,
             out,
             columns=chosen,
             jobs=jobs,
             rerun=rerun,
-            progress=count,
+            progress=lambda what, done, planned: count(done, planned, what),
             compiling=step(COMPILING),
         )
-    if sort is not None:
-        board = sorted_rows(board, sort)
+    asked = [row for row in dict.fromkeys(rows) if row not in board.absent]
+    shown = [row for row in (board.sorted_rows(sort) if sort else asked) if row in asked]
     if plot is not None:
         with style.drawing():
             style.save_one(draw_board(board, chosen), plot, about(board))
     if as_json:
-        typer.echo(json.dumps(_plain(board, chosen), indent=1))
+        typer.echo(_plain(board, shown, chosen))
     else:
-        table, console = _table(board, chosen), stdout()
+        table, console = _table(board, shown, chosen), stdout()
         # A cell that is cut short says nothing.
         table.width = console.measure(table, options=console.options.update(width=1000)).maximum
         console.print(table, crop=False)
-        for name in chosen:
-            column = COLUMNS[name]
-            unit = f" [{column.unit}]" if column.unit else ""
-            stdout().print(f"{name}{unit}: {column.asks}", markup=False, style="dim")
+        for one in chosen:
+            unit = f" [{one.unit}]" if one.unit else ""
+            stdout().print(f"{one.id}{unit}: {one.question}", markup=False, style="dim")
+        if outcome is not None:
+            console.print(headline(outcome, time.perf_counter() - started), soft_wrap=True)
     for row, why in board.absent.items():
         say(f"[bold]{escape(row)}[/] is absent: {escape(why)}")
-    failed = any(cell.worth == "failed" for cell in board.cells.values())
-    return ExitStatus.CHECK_FAILED if failed else ExitStatus.PASSED
+    cells = [board.cell(row, one.id) for row in asked for one in chosen if one.of_engine]
+    failed = any(cell is not None and cell.kind == "failed" for cell in cells)
+    status = ExitStatus.CHECK_FAILED if failed else ExitStatus.PASSED
+    return status if outcome is None else worst(status, outcome.exit_status)
 
 
-def _table(board: Board, columns: Sequence[str]) -> Table:
+def _chosen(option: str, names: Sequence[str]) -> list[Column]:
+    """Return the columns of these names, or those that tell engines apart where there is none.
+
+    Raises
+    ------
+    GhostballError
+        Where there is no such column.
+    """
+    for name in names:
+        if name not in COLUMNS:
+            raise GhostballError(f"`{option}` must be one of {', '.join(COLUMNS)}, got {name!r}")
+    return [COLUMNS[name] for name in dict.fromkeys(names)] or list(QUESTIONS.values())
+
+
+def _table(board: Board, rows: Sequence[str], columns: Sequence[Column]) -> Table:
     table = Table(box=box.SIMPLE_HEAD)
     table.add_column("engine", no_wrap=True)
-    for name in columns:
-        table.add_column(name, justify="right", no_wrap=True)
-    for row in board.rows:
-        table.add_row(escape(row), *(_shown(board.cells.get((row, name))) for name in columns))
+    for column in columns:
+        table.add_column(column.id, justify="right", no_wrap=True)
+    for row in rows:
+        table.add_row(escape(row), *(_shown(board, row, column) for column in columns))
     return table
 
 
-def _shown(cell: Cell | None) -> str:
+def _shown(board: Board, row: str, column: Column) -> str:
+    cell = board.cell(row, column.id)
     if cell is None:
         return ""
-    return f"[{_COLOURS[cell.worth]}]{escape(cell.text) or '–'}[/]"
+    return f"[{LOOKS[cell.kind].terminal}]{escape(value_text(column, cell)) or '–'}[/]"
 
 
-def _plain(board: Board, columns: Sequence[str]) -> dict[str, object]:
-    return {
-        "environment": dict(board.environment),
-        "absent": dict(board.absent),
-        "rows": {
-            row: {
-                name: asdict(cell) | {"again": board.command(row, name)}
-                for name in columns
-                if (cell := board.cells.get((row, name))) is not None
-            }
-            for row in board.rows
+def _plain(board: Board, rows: Sequence[str], columns: Sequence[Column]) -> str:
+    ids = [column.id for column in columns]
+    cells = [cell for row in rows for name in ids if (cell := board.cell(row, name)) is not None]
+    return json.dumps(
+        {
+            "environment": dict(board.environment),
+            "absent": dict(board.absent),
+            "rows": {
+                row: {
+                    cell.column: cell.model_dump() | {"again": command(cell)}
+                    for cell in cells
+                    if cell.row == row
+                }
+                for row in rows
+            },
         },
-    }
+        indent=1,
+    )

@@ -15,7 +15,7 @@ from ghostball._options import Format
 from ghostball._progress import COMPILING, DRAWING, Steps
 from ghostball._summary import printed
 from ghostball._terminal import ExitStatus, say, say_printed, tables, worst
-from ghostball._verdicts import colour_of, verdict_tables
+from ghostball._verdicts import colour_of, headline, verdict_tables
 from ghostball.engine import Scene
 from ghostball.reference_adapters import (
     EngineError,
@@ -138,7 +138,7 @@ def run(
     console.print(verdict_tables(results, console), crop=False)
     for line in _truths(results, criteria):
         console.print(line, soft_wrap=True)
-    console.print(_headline(outcome, time.perf_counter() - started), soft_wrap=True)
+    console.print(headline(outcome, time.perf_counter() - started), soft_wrap=True)
     if outcome.counts.taken_over:
         console.print(f"{_taken_over(outcome.counts.taken_over, out)}; their run times are of then")
     _say_all_printed(outcome)
@@ -286,24 +286,6 @@ def _left(outcome: Outcome) -> str:
     if not outcome.begun:
         return "the results stay as they were"
     return "no results yet, but what earlier runs found and a next run may take over is kept"
-
-
-def _headline(outcome: Outcome, seconds: float) -> str:
-    counts = outcome.counts
-    parts = [
-        f"{counts.checks_passed} checks passed",
-        f"{counts.checks_failed} failed",
-    ]
-    if counts.checks_reference:
-        parts.append(f"{counts.checks_reference} only compare our engine with itself")
-    if counts.checks_left_out:
-        parts.append(f"{counts.checks_left_out} left out by --metric")
-    if counts.unfinished:
-        parts.append(f"cases that did not finish: {counts.unfinished}")
-    if counts.unavailable:
-        parts.append(f"cases without their engine here: {counts.unavailable}")
-    colour = "green" if outcome.exit_status == 0 else "bold red"
-    return f"[{colour}]{', '.join(parts)}[/] in {seconds:.0f} s"
 
 
 def _other_engines() -> str:

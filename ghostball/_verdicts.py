@@ -22,6 +22,7 @@ from ghostball.reports.accuracy import (
 )
 from ghostball.validation.checks.verdict import Verdict, unfinished_text, verdict_of
 from ghostball.validation.results.store import CaseRecord, Results
+from ghostball.validation.suite.suite import Outcome
 
 COLOURS = {
     Verdict.PASS: "green",
@@ -61,6 +62,25 @@ def verdict_tables(results: Results, console: Console) -> RenderableType:
 def colour_of(case: CaseRecord) -> str:
     """Return the style in which the verdict on a case is shown."""
     return COLOURS.get(verdict_of(case), "default")
+
+
+def headline(outcome: Outcome, seconds: float) -> str:
+    """Return what a run came to in one line."""
+    counts = outcome.counts
+    parts = [
+        f"{counts.checks_passed} checks passed",
+        f"{counts.checks_failed} failed",
+    ]
+    if counts.checks_reference:
+        parts.append(f"{counts.checks_reference} only compare our engine with itself")
+    if counts.checks_left_out:
+        parts.append(f"{counts.checks_left_out} left out by --metric")
+    if counts.unfinished:
+        parts.append(f"cases that did not finish: {counts.unfinished}")
+    if counts.unavailable:
+        parts.append(f"cases without their engine here: {counts.unavailable}")
+    colour = "green" if outcome.exit_status == 0 else "bold red"
+    return f"[{colour}]{', '.join(parts)}[/] in {seconds:.0f} s"
 
 
 def _matrix(results: Results) -> Table:

@@ -2,32 +2,56 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from ghostball.reports import style
-from ghostball.validation.board.board import Board, load_board
-from ghostball.validation.board.columns import COLUMNS, QUESTIONS, Worth
+from ghostball.reports.accuracy import CLASSES
+from ghostball.validation.board.board import Board, load
+from ghostball.validation.board.cell import Cell, Shade
+from ghostball.validation.board.column import Column
 from ghostball.validation.results.files import BOARD
+from ghostball.validation.results.records import AccuracyKind
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-WORTHS: Final[dict[Worth, tuple[str, str, str]]] = {
-    "good": ("●", "right", "#BFE3D2"),
-    "fair": ("◐", "right to what its step, or its precision, lets one expect", "#F6E8B0"),
-    "bad": ("✗", "wrong", "#F3BFA5"),
-    "design": ("◇", "by design: which law of simultaneous impacts it plays", "#C9E2F5"),
-    "none": ("", "it lacks what the question is of", "#F2F2F2"),
-    "failed": ("!", "not measured: it crashed, hung or raised", "#D9B8D0"),
+
+@dataclass(frozen=True)
+class CellLook:
+    """How a cell is shown: a sign, what it says, its class on the page, its colours elsewhere."""
+
+    sign: str
+    says: str
+    slug: str
+    terminal: str
+    paper: str
+
+
+_PAPERS: Final = ("#BFE5CD", "#C4EBEC", "#CFE0FB", "#F9ECB4", "#FBD9B1", "#F6C3BD", "#E3C6EE")
+"""Of the classes of accuracy, as on the page."""
+
+LOOKS: Final[dict[AccuracyKind | Shade, CellLook]] = {
+    **{
+        kind: CellLook("", f"{kind}: {look.meaning}", f"acc-{look.slug}", look.terminal, paper)
+        for (kind, look), paper in zip(CLASSES.items(), _PAPERS, strict=True)
+    },
+    "good": CellLook("●", "right, or cheap, by the column's threshold", "pass", "green", "#E3F4E8"),
+    "fair": CellLook("◐", "less so", "holds", "yellow", "#FBF1D7"),
+    "bad": CellLook("✗", "wrong, or not reached", "fail", "red", "#FDE8E6"),
+    "none": CellLook("–", "it lacks what the question is of", "ref", "dim", "#F2F2F2"),
+    "failed": CellLook(
+        "!", "not measured: it crashed, hung or raised", "acc-crashed", "bold red", "#D9B8D0"
+    ),
 }
-"""Of each worth a sign, what it says, and the paper of its cells."""
+"""Of each class and shade."""
 
 
 def board_beside(results: Path) -> Board | None:
     """Return the board that lies in a results folder; None without one."""
-    return load_board(results / "board" / BOARD)
+    return load(results / "board" / BOARD)
 
 
 def about(board: Board) -> str:
@@ -38,73 +62,98 @@ def about(board: Board) -> str:
     return f"{where['cpu']}, {where['cores']} cores, {where['date'][:10]}, at {revision}{changed}"
 
 
-def columns_of(board: Board, among: Iterable[str] = QUESTIONS) -> list[str]:
-    """Return those of some columns of which a board has anything, in their order."""
-    found = {column for _, column in board.cells}
-    return [name for name in among if name in found]
+def columns_of(board: Board, *, reported: bool) -> list[Column]:
+    """Return the columns of a board: the faults that people reported, or all others."""
+    return [one for one in board.columns if (one.thread is not None) is reported]
 
 
-def cell_text(board: Board, row: str, name: str) -> str:
+def value_text(column: Column, cell: Cell) -> str:
+    """Return what a cell says, without its sign; "" where it has no value."""
+    if cell.kind == "failed":
+        return "failed"
+    if cell.kind in ("another shot", "broken"):
+        return CLASSES[cell.kind].short
+    if cell.value is None:
+        return "not reached" if cell.kind == "bad" else ""
+    if column.laws and cell.kind != "bad":
+        return cell.note.partition(":")[0]
+    if column.unit == "MB":
+        return f"{cell.value:.0f}"
+    if column.unit in ("m", "s"):
+        return "exact" if cell.kind == "exact" else style.format_quantity(cell.value, column.unit)
+    if column.pick == "fastest":
+        return f"{cell.value:g}" if cell.value else "none"
+    return f"{cell.value:.1e}" if cell.value > _KEPT else "kept"
+
+
+_KEPT: Final = 1e-9
+"""Share of its energy that roundings may make of a shot's that keeps it."""
+
+
+def cell_text(board: Board, row: str, column: Column) -> str:
     """Return a cell with its sign; "–" where there is no value, "" where it was not measured."""
-    cell = board.cells.get((row, name))
+    cell = board.cell(row, column.id)
     if cell is None:
         return ""
-    return f"{WORTHS[cell.worth][0]} {cell.text}".strip() or "–"
+    return f"{LOOKS[cell.kind].sign} {value_text(column, cell)}".strip()
 
 
-def board_table(board: Board, among: Iterable[str] = QUESTIONS) -> str:
-    """Return some columns of a board as a table in Markdown, with what its signs say."""
-    names = columns_of(board, among)
-    heads = ["engine", *(COLUMNS[name].title for name in names)]
+def looks_of(board: Board, columns: Collection[Column]) -> list[CellLook]:
+    """Return the looks that cells of these columns have, in order of `LOOKS`."""
+    ids = {column.id for column in columns}
+    shown = {cell.kind for cell in board.cells if cell.column in ids}
+    return [look for kind, look in LOOKS.items() if kind in shown]
+
+
+def board_table(board: Board, *, reported: bool) -> str:
+    """Return a board as a table in Markdown, with what its signs say and its columns ask."""
+    columns = columns_of(board, reported=reported)
+    heads = ["engine", *(column.title for column in columns)]
     lines = [" | ".join(heads), " | ".join("---" for _ in heads)]
     for row in board.rows:
-        lines.append(" | ".join([f"`{row}`", *(cell_text(board, row, name) for name in names)]))
-    signs = "; ".join(f"{sign} {says}" for sign, says, _ in WORTHS.values() if sign)
-    said = f"{signs}; – it lacks what the question is of. Measured on {about(board)}."
-    return "\n".join([*lines, "", said])
-
-
-def board_markdown(board: Board) -> str:
-    """Return a board as a table in Markdown, and what its columns ask."""
-    lines = [board_table(board), ""]
-    for name in columns_of(board):
-        column = COLUMNS[name]
-        unit = f" [{column.unit}]" if column.unit else ""
-        lines.append(f"- **{column.title}**{unit}: {column.asks}.")
+        cells = (cell_text(board, row, column) for column in columns)
+        lines.append(" | ".join([f"`{row}`", *cells]))
+    signs = [f"{one.sign} {one.says}" for one in looks_of(board, columns) if one.sign]
+    said = f"{'; '.join(signs)}. Lengths are how far off a run ends. Measured on {about(board)}."
+    lines += ["", said, ""]
+    if not reported:
+        lines += (f"- **{one.title}**{_unit(one)}: {one.question}." for one in columns)
     return "\n".join(lines)
 
 
-def draw_board(board: Board, among: Iterable[str] = QUESTIONS) -> Figure:
+def draw_board(board: Board, columns: Collection[Column] | None = None) -> Figure:
     """Draw a board: a row for each engine and configuration, a column for each question."""
     from matplotlib.patches import Patch, Rectangle  # noqa: PLC0415
 
-    names = columns_of(board, among)
-    figure = style.new_figure(2.2 + 0.78 * len(names), 1.3 + 0.25 * len(board.rows))
+    columns = columns_of(board, reported=False) if columns is None else columns
+    figure = style.new_figure(2.2 + 0.78 * len(columns), 1.3 + 0.25 * len(board.rows))
     axes = figure.subplots()
     for y, row in enumerate(board.rows):
-        for x, name in enumerate(names):
-            cell = board.cells.get((row, name))
+        for x, column in enumerate(columns):
+            cell = board.cell(row, column.id)
             if cell is None:
                 continue
-            paper = WORTHS[cell.worth][2]
+            paper = LOOKS[cell.kind].paper
             axes.add_patch(Rectangle((x, y), 1, 1, facecolor=paper, edgecolor="white"))
-            text = cell_text(board, row, name)
+            text = cell_text(board, row, column)
             axes.text(x + 0.5, y + 0.5, text, ha="center", va="center", fontsize=6.8)
-    axes.set(xlim=(0, len(names)), ylim=(len(board.rows), 0))
+    axes.set(xlim=(0, len(columns)), ylim=(len(board.rows), 0))
     axes.set_yticks([y + 0.5 for y in range(len(board.rows))], board.rows)
-    units = {name: f"\n[{COLUMNS[name].unit}]" if COLUMNS[name].unit else "\n" for name in names}
-    titles = [COLUMNS[name].title + units[name] for name in names]
-    axes.set_xticks([x + 0.5 for x in range(len(names))], titles)
+    titles = [f"{one.title}\n{_unit(one).strip()}" for one in columns]
+    axes.set_xticks([x + 0.5 for x in range(len(columns))], titles)
     axes.xaxis.tick_top()
     axes.tick_params(length=0, labelsize=7.5)
     for spine in axes.spines.values():
         spine.set_visible(False)
-    shown = {cell.worth for (_, name), cell in board.cells.items() if name in names}
     legend = [
-        Patch(facecolor=paper, label=f"{sign} {says}".strip())
-        for worth, (sign, says, paper) in WORTHS.items()
-        if worth in shown
+        Patch(facecolor=look.paper, label=f"{look.sign} {look.says}".strip())
+        for look in looks_of(board, columns)
     ]
     figure.legend(handles=legend, loc="outside lower center", ncols=3, fontsize=7.5)
     style.set_title(figure, f"Engines on the questions that tell them apart ({about(board)})")
     return figure
+
+
+def _unit(column: Column) -> str:
+    """Return the unit of a column's heading; lengths and times say theirs in the cells."""
+    return f" [{column.unit}]" if column.unit in ("MB", "m/s") else ""

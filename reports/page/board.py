@@ -3,32 +3,30 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from markupsafe import Markup
 
 from ghostball.engine.scene.toml import dumps
-from ghostball.reports.board import WORTHS, about, board_beside, cell_text, columns_of
+from ghostball.reports.board import (
+    LOOKS,
+    about,
+    board_beside,
+    cell_text,
+    columns_of,
+    looks_of,
+)
 from ghostball.reports.page.rendering import embedded_json, inline, render
 from ghostball.reports.page.replay_data import motions_data
-from ghostball.validation.board.board import Board
-from ghostball.validation.board.columns import COLUMNS, FAULTS, QUESTIONS, Worth
-from ghostball.validation.board.reported import REPORTED
+from ghostball.validation.board.board import Board, command
+from ghostball.validation.board.column import Column
+from ghostball.validation.board.shots import board_scene
 from ghostball.validation.results.database import has_database
-from ghostball.validation.results.motions import motion_of_side
+from ghostball.validation.results.motions import motion_of_case
 
-_CLASSES: Final[dict[Worth, str]] = {
-    "good": "pass",
-    "fair": "holds",
-    "bad": "fail",
-    "design": "acc-um",
-    "none": "ref",
-    "failed": "acc-broken",
-}
-
-_TABLES: Final = {
-    "Engines on the questions that tell them apart": QUESTIONS,
-    "Engines on the faults that people reported": FAULTS,
+_CAPTIONS: Final = {
+    False: "Engines on the questions that tell them apart",
+    True: "Engines on the faults that people reported",
 }
 
 
@@ -38,45 +36,42 @@ def board_html(results: Path) -> Markup:
     if board is None:
         return Markup("<p>%s</p>") % inline("No board is there. `ghostball leaderboard` makes one.")
     tables = []
-    for caption, among in _TABLES.items():
-        if names := columns_of(board, among):
-            columns = [
-                (name, COLUMNS[name], dumps(COLUMNS[name].shot), _replay(board, results, name))
-                for name in names
+    for reported, caption in _CAPTIONS.items():
+        if columns := columns_of(board, reported=reported):
+            shown = [
+                (
+                    column,
+                    [dumps(board_scene(name)) for name in column.scenes[:1]],
+                    _replay(board, results / "board", column),
+                )
+                for column in columns
             ]
-            rows = [(row, [_cell(board, row, name) for name in names]) for row in board.rows]
-            tables.append((caption, columns, rows))
-    return render(
-        "board.html",
-        about=about(board),
-        legend=[(_CLASSES[worth], *look[:2]) for worth, look in WORTHS.items()],
-        tables=tables,
-        reported=REPORTED,
-    )
+            rows = [(row, [_cell(board, row, column) for column in columns]) for row in board.rows]
+            tables.append((caption, shown, rows))
+    legend = [(one.slug, one.sign, one.says) for one in looks_of(board, board.columns)]
+    return render("board.html", about=about(board), legend=legend, tables=tables)
 
 
-def _replay(board: Board, results: Path, name: str) -> Markup | None:
+def _replay(board: Board, folder: Path, column: Column) -> Markup | None:
     """Return the data of a column's replay, or None where nothing is to be seen."""
-    folder = results / "board"
-    if not has_database(folder):  # of a version that kept no motions
+    if column.of_engine or not column.replay or not has_database(folder):
         return None
-    found = {row: motion_of_side(folder, name, row) for row in board.rows}
+    cells = [cell for row in board.rows if (cell := board.cell(row, column.id)) and cell.scene]
+    found = {cell.row: motion_of_case(folder, cell.scene, cell.label) for cell in cells}
     motions = {row: motion for row, motion in found.items() if motion is not None}
-    return embedded_json(motions_data(COLUMNS[name].shot, motions)) if motions else None
+    scene = board_scene(column.scenes[0])
+    return embedded_json(motions_data(scene, motions)) if motions else None
 
 
-def _cell(board: Board, row: str, name: str) -> dict[str, object]:
-    cell = board.cells.get((row, name))
+def _cell(board: Board, row: str, column: Column) -> dict[str, Any]:
+    cell = board.cell(row, column.id)
+    shown = {"text": cell_text(board, row, column), "row": row, "name": column.id}
     if cell is None:
-        why = "not measured"
-        return {"kind": "", "text": "", "value": "", "row": row, "name": name, "why": why}
-    why = f"{row}: {COLUMNS[name].asks}. {WORTHS[cell.worth][1]}"
-    why += f" ({cell.note})" if cell.note else ""
-    return {
-        "kind": _CLASSES[cell.worth],
-        "text": cell_text(board, row, name),
-        "value": "" if cell.value is None else repr(abs(cell.value)),
-        "row": row,
-        "name": name,
-        "why": f"{why}. Again: {board.command(row, name)}",
+        return shown | {"kind": "", "value": "", "why": "not measured"}
+    look = LOOKS[cell.kind]
+    why = f"{row}: {column.question}. {look.says}" + (f" ({cell.note})" if cell.note else "")
+    return shown | {
+        "kind": look.slug,
+        "value": "" if cell.size is None else repr(cell.size),
+        "why": f"{why}. Again: {command(cell)}",
     }

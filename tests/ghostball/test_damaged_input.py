@@ -26,8 +26,9 @@ from ghostball.engine import GhostballError, Scene
 from ghostball.reference_adapters.elsewhere import Run
 from ghostball.validation.baselines.baseline import load_baseline
 from ghostball.validation.baselines.regression import Regression, SceneChange
-from ghostball.validation.board.board import StoredBoard, StoredCell, load
-from ghostball.validation.board.columns import Cell
+from ghostball.validation.board.board import Board, load
+from ghostball.validation.board.cell import Cell
+from ghostball.validation.board.column import QUESTIONS
 from ghostball.validation.checks.criteria import Criteria
 from ghostball.validation.ensembles.ensemble_record import EnsembleRecord, EnsembleRun
 from ghostball.validation.ensembles.members import Size
@@ -35,7 +36,6 @@ from ghostball.validation.results.database import DATABASE, transaction, writing
 from ghostball.validation.results.files import BOARD
 from ghostball.validation.results.store import Results
 from ghostball.validation.stress.findings import Finding, StressRun
-from ghostball.validation.suite.unchanged import code_hash
 
 DEEP = "[" * 100_000
 VALUES = (None, True, -1, 1e999, "x", "../../out", "\ud800", [], [[1.0], [1.0, 2.0]], {}, {"x": {}})
@@ -309,8 +309,10 @@ def test_what_is_graded_may_be_nested_as_deeply_as_one_likes(tmp_path, text):
 
 
 def test_a_board_of_another_shape_is_refused(tmp_path):
-    cell = StoredCell(row="pymunk", column="cut", code=code_hash(), cell=Cell(0.1, "0.1", "good"))
-    board = StoredBoard(environment={"cpu": "a processor"}, cells=(cell,)).model_dump_json()
+    cell = Cell(row="pymunk", column="cut", kind="millimetres", value=0.1)
+    columns = (QUESTIONS["cut"],)
+    board = Board(environment={"cpu": "a processor"}, columns=columns, cells=(cell,))
+    board = board.model_dump_json()
     assert reads(load, tmp_path / BOARD, board)
     every = list(texts(board))
     assert 0 < sum(reads(load, tmp_path / BOARD, text) for text in every) < len(every) / 2

@@ -6,34 +6,59 @@ from pathlib import Path
 
 import pytest
 
-from ghostball.engine import simulate
 from ghostball.reports import style
-from ghostball.reports.board import board_beside, board_markdown, cell_text, draw_board
+from ghostball.reports.board import LOOKS, board_beside, board_table, cell_text, draw_board
 from ghostball.reports.page.board import board_html
-from ghostball.validation.board.board import ROWS, StoredBoard, StoredCell, load_board
-from ghostball.validation.board.columns import COLUMNS, Cell
+from ghostball.validation.board.board import ROWS, Board, load, run_board
+from ghostball.validation.board.cell import Cell
+from ghostball.validation.board.column import CLASSES, COLUMNS
+from ghostball.validation.board.shots import board_scene
 from ghostball.validation.results.environment import describe_environment
 from ghostball.validation.results.files import BOARD
-from ghostball.validation.results.motions import save_motion
 from ghostball.validation.results.store import ResultsWriter
-from ghostball.validation.runs.sampling import motion_of
 
-CELLS = {
-    ("my:Engine", "cut"): Cell(None, "died", "failed", "it took <too> long"),
-    ("pymunk", "cut"): Cell(0.7, "0.7", "fair"),
-    ("pymunk", "line"): Cell(0.0, "Moreau", "design", "-0.333, 0.667, 0.667"),
-    ("ghostball", "cut"): Cell(7e-14, "7e-14", "good"),
-    ("ghostball", "landed"): Cell(None, "", "none", "it has no steps"),
+CELLS = [
+    Cell(row="my:Engine", column="cut", kind="failed", note="it took <too> long"),
+    Cell(row="pymunk", column="cut", kind="millimetres", value=4.35e-3),
+    Cell(row="pymunk", column="line", kind="good", value=0.0, note="Moreau"),
+    Cell(row="pymunk", column="um", kind="bad", note="not reached: pymunk is the last"),
+    Cell(row="pymunk", column="break", kind="bad", value=0.33),
+    Cell(row="pymunk", column="size", kind="good", value=6.1),
+    Cell(row="pymunk", column="slow", kind="fair", value=0.005),
+    Cell(row="ghostball", column="cut", kind="exact", value=3.8e-16),
+    Cell(row="ghostball", column="landed", kind="none", note="it has no landed steps"),
+    Cell(row="ghostball", column="break", kind="good", value=1e-15),
+    Cell(row="ghostball", column="slow", kind="good", value=0.0),
+    Cell(row="ghostball", column="um", kind="good", value=2.7e-6),
+    Cell(row="ghostball", column="line", kind="bad", value=0.17, note="another law: 0.1, 0.9"),
+    Cell(row="my:Engine", column="landed", kind="another shot"),
+]
+TEXTS = {
+    ("my:Engine", "cut"): "! failed",
+    ("pymunk", "cut"): "4.35 mm",
+    ("pymunk", "line"): "● Moreau",
+    ("pymunk", "um"): "✗ not reached",
+    ("pymunk", "break"): "✗ 3.3e-01",
+    ("pymunk", "size"): "● 6",
+    ("pymunk", "slow"): "◐ 0.005",
+    ("ghostball", "cut"): "exact",
+    ("ghostball", "landed"): "–",
+    ("ghostball", "break"): "● kept",
+    ("ghostball", "slow"): "● none",
+    ("ghostball", "um"): "● 2.7 µs",
+    ("ghostball", "line"): "✗ 1.7e-01",
+    ("my:Engine", "landed"): "other shot",
 }
 
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    cells = tuple(
-        StoredCell(row=row, column=column, code="x", cell=cell)
-        for (row, column), cell in CELLS.items()
+    ids = {cell.column for cell in CELLS}
+    stored = Board(
+        environment=describe_environment(),
+        columns=tuple(one for one in COLUMNS.values() if one.id in ids),
+        cells=tuple(CELLS),
     )
-    stored = StoredBoard(environment=describe_environment(), cells=cells)
     (tmp_path / "board").mkdir()
     (tmp_path / "board" / BOARD).write_text(stored.model_dump_json())
     return tmp_path
@@ -43,23 +68,23 @@ def test_a_board_reads_back_in_the_order_of_the_rows(folder: Path) -> None:
     board = board_beside(folder)
     assert board is not None
     assert board.rows == ("ghostball", "pymunk", "my:Engine")
-    assert dict(board.cells) == CELLS
+    assert board.cells == tuple(CELLS)
     assert board_beside(folder / "board") is None
-    assert load_board(folder / BOARD) is None
+    assert load(folder / BOARD) is None
 
 
-def test_cells_have_the_sign_of_what_they_are_worth(folder: Path) -> None:
+def test_cells_say_their_class_or_have_the_sign_of_their_shade(folder: Path) -> None:
     board = board_beside(folder)
-    texts = {place: cell_text(board, *place) for place in CELLS}
-    assert texts == {
-        ("my:Engine", "cut"): "! died",
-        ("pymunk", "cut"): "◐ 0.7",
-        ("pymunk", "line"): "◇ Moreau",
-        ("ghostball", "cut"): "● 7e-14",
-        ("ghostball", "landed"): "–",
-    }
-    assert cell_text(board, "ghostball", "line") == ""
-    assert "`pymunk` | ◐ 0.7 |  | ◇ Moreau" in board_markdown(board)
+    assert {
+        (cell.row, cell.column): cell_text(board, cell.row, COLUMNS[cell.column]) for cell in CELLS
+    } == TEXTS
+    assert cell_text(board, "my:Engine", COLUMNS["line"]) == ""
+    assert "`pymunk` | 4.35 mm |  | ● Moreau" in board_table(board, reported=False)
+
+
+def test_every_class_and_shade_has_a_look_of_its_own() -> None:
+    assert list(LOOKS)[: len(CLASSES)] == list(CLASSES)
+    assert len({(look.sign, look.paper) for look in LOOKS.values()}) == len(LOOKS)
 
 
 def test_a_picture_has_every_cell(folder: Path) -> None:
@@ -67,31 +92,31 @@ def test_a_picture_has_every_cell(folder: Path) -> None:
     with style.drawing():
         (axes,) = draw_board(board).axes
         texts = [text.get_text() for text in axes.texts]
-    assert sorted(texts) == sorted(cell_text(board, *place) for place in CELLS)
+    assert sorted(texts) == sorted(TEXTS.values())
 
 
 def test_the_page_has_values_to_sort_by_and_leads_to_each_scene(folder: Path) -> None:
     html = board_html(folder)
-    assert 'data-value="0.7"' in html
+    assert 'data-value="0.005"' in html
     assert "it took &lt;too&gt; long" in html
     assert "ghostball leaderboard --only -e pymunk --column line --rerun" in html
-    assert html.count('<details id="board-') == 3
+    assert html.count('<details id="board-') == len({cell.column for cell in CELLS})
     assert 'href="#board-line"' in html
+    assert "data-replay" not in html  # no motion was kept
     assert "ghostball leaderboard" in board_html(folder / "nowhere")
 
 
-def test_the_page_replays_what_was_recorded(folder: Path) -> None:
-    assert "data-replay" not in board_html(folder)  # no motion was kept
-    scene = COLUMNS["cut"].shot
-    motion = motion_of(simulate(scene, record="trajectory"))
-    for row in ("ghostball", "pymunk"):
-        save_motion(folder / "board", motion, scene="cut", side=row)
-    html = board_html(folder)
-    assert html.count("data-replay=") == 1
+@pytest.mark.usefixtures("in_this_process")
+def test_the_page_replays_what_was_recorded(tmp_path: Path) -> None:
+    columns = [COLUMNS[name] for name in ("throw", "um", "physx-351", "size")]
+    run_board(["ghostball", "pymunk"], tmp_path / "board", columns=columns)
+    html = board_html(tmp_path)
+    assert html.count("data-replay=") == 2
+    assert "github.com/NVIDIAGameWorks/PhysX/issues/351" in html
     assert 'data-row="pymunk"' in html
-    (content,) = re.findall(r'<script [^>]*id="replay-board-cut">(.*?)</script>', html)
+    (content,) = re.findall(r'<script [^>]*id="replay-board-throw">(.*?)</script>', html)
     data = json.loads(content)
-    assert data["scene"] == scene.name
+    assert data["scene"] == board_scene("throw").name
     assert [engine["label"] for engine in data["engines"]] == ["ghostball", "pymunk"]
     assert all(engine["motion"] for engine in data["engines"])
 
@@ -104,9 +129,5 @@ def test_results_may_be_written_beside_a_board(folder: Path) -> None:
     ResultsWriter(folder)
 
 
-def test_every_row_and_column_says_what_it_is() -> None:
+def test_every_row_is_there_once() -> None:
     assert len(set(ROWS)) == len(ROWS)
-    for column in COLUMNS.values():
-        assert column.title
-        assert column.asks[0].isupper()
-        assert not column.asks.endswith(".")

@@ -10,7 +10,7 @@ from ghostball.reference_adapters import EngineBase, EngineSettings
 
 
 class Slowing(EngineBase):
-    """Our engine, but that the balls end with 10 % less speed than they have."""
+    """Our engine, but that balls bounce off each other with a restitution of 0.8."""
 
     name: ClassVar[str] = "slowing"
     Settings: ClassVar[type[EngineSettings]] = EngineSettings
@@ -21,10 +21,9 @@ class Slowing(EngineBase):
 
     def simulate(self, scene, *, record="rest"):
         self.check(scene)
-        result = simulate(scene, record=record)
-        end = result.final_state
-        slower = end._replace(velocities=0.9 * end.velocities)
-        return replace(result, engine=self.name, final_state=slower)
+        physics = scene.physics.model_copy(update={"ball_restitution": 0.8})
+        result = simulate(scene.model_copy(update={"physics": physics}), record=record)
+        return replace(result, engine=self.name, scene=scene)
 
 
 class Dying(Slowing):

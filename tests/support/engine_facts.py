@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from billiard_shots import FREE, SPEED, half_ball
 from numpy.typing import NDArray
 
 from ghostball.engine import Ball, Physics, Result, Scene, Table
 from ghostball.reference_adapters import engine_class, make_engine
-from ghostball.validation.board.shots import FREE, SPEED, half_ball
 
 PHASES = np.arange(8) / 8
 

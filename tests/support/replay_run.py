@@ -7,6 +7,7 @@ import numpy as np
 
 from ghostball.engine import Ball, Scene, Table
 from ghostball.validation.board.board import run_board
+from ghostball.validation.board.column import QUESTIONS
 from ghostball.validation.results.store import Results, ResultsWriter
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.suite.suite import run_suite
@@ -58,5 +59,6 @@ def small_run(within: Path) -> Path:
             blown_up = replace(case, label=BROKEN, rest_positions=rest)
             writer.write((blown_up, replace(motion, positions=positions)))
     writer.finish("complete")
-    run_board(["ghostball", "pymunk"], folder / "board", columns=["cut", "line"])
+    columns = [QUESTIONS[name] for name in ("cut", "line")]
+    run_board(["ghostball", "pymunk"], folder / "board", columns=columns)
     return folder

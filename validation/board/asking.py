@@ -16,16 +16,17 @@ MOST: Final = {"max_steps": 1_000_000, "max_events": 1_000_000}
 """Limits of an engine that is given a step, where it has them."""
 
 
-def asked(column: Column, row: str) -> list[tuple[Scene, str]]:
-    """Return the scenes, and the engine with its settings, that answer a column for a row.
+def asked(column: Column, row: str) -> list[tuple[str, Scene, str]]:
+    """Return what answers a column for a row: runs of scenes on the engine with its settings.
 
-    Nothing where the column requires settings that the engine lacks.
+    Of each the name of its file, the scene as the engine can play it, and the label. Nothing where
+    the column requires settings that the engine lacks.
     """
     labels = [label for one in column.settings if (label := with_settings(row, one)) is not None]
     if not labels and not column.required:
         labels = [row]
     return [
-        (playable(board_scene(name), make_engine(label)), label)
+        (name, playable(board_scene(name), make_engine(label)), label)
         for label, name in product(labels, column.scenes)
     ]
 

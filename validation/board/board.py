@@ -1,31 +1,36 @@
-"""The board itself: measure each cell in a process of its own time limit, keep it, go on from it.
+"""The board: its columns' scenes run by the suite, its cells made of what that stored.
 
 >>> from ghostball.validation.board.board import run_board
->>> board = run_board(["ghostball", "mujoco"], Path("out/board"))
+>>> board, outcome = run_board(["ghostball", "mujoco"], Path("out/board"))
 """
 
 from __future__ import annotations
 
-import logging
+import subprocess
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import closing
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
-from typing import Any, Final
+from typing import Final, Literal
 
-from pydantic import BaseModel, ConfigDict, ValidationError, field_validator
+from pydantic import BaseModel, ConfigDict, ValidationError
 
-from ghostball.engine import EngineFailedError, GhostballError, UnsupportedSceneError
-from ghostball.reference_adapters.registry import OURS, EngineUnavailableError, make_engine
-from ghostball.validation.board.columns import COLUMNS, QUESTIONS, Cell
-from ghostball.validation.board.shots import cut_to_rest, one_into_two, slide_to_rest
-from ghostball.validation.parallel.compiling import compile_kernels
-from ghostball.validation.parallel.pool import Progress, run_tasks
+from ghostball.engine import GhostballError, Scene
+from ghostball.reference_adapters.registry import EngineUnavailableError, make_engine
+from ghostball.validation.board.asking import asked
+from ghostball.validation.board.cell import Cell, cell_of, law_of, shade
+from ghostball.validation.board.column import COLUMNS, QUESTIONS, Column
+from ghostball.validation.board.installed import installed_size
+from ghostball.validation.board.shots import scene_path
+from ghostball.validation.board.starting import start_time
+from ghostball.validation.checks.criteria import Criteria, criteria_beside
+from ghostball.validation.parallel.pool import Progress
 from ghostball.validation.results.environment import describe_environment
 from ghostball.validation.results.fields import EnvironmentValues
 from ghostball.validation.results.files import BOARD, cannot_write, told, write_whole
-from ghostball.validation.results.motions import save_motion
-from ghostball.validation.results.records import Motion
+from ghostball.validation.results.records import CaseRecord
+from ghostball.validation.results.store import Pair, Results, has_results
+from ghostball.validation.suite.suite import Outcome, Progress as CaseProgress, run_suite
 from ghostball.validation.suite.unchanged import code_hash, is_ours
 
 ROWS: Final = (
@@ -57,178 +62,245 @@ ROWS: Final = (
 )
 """Engines and configurations that the board has, unless others are asked for."""
 
-CELL_LIMIT: Final = 120.0
-"""Time after which a cell is given up [s]."""
+CASE_LIMIT: Final = 120.0
+"""Time after which a shot of the board is given up [s]."""
 
 Place = tuple[str, str]
-"""A row and a column."""
+"""A row and a column's id."""
 
-Measured = tuple[Place, Cell, Motion | None]
-"""What became of a cell, and the motion that shows it."""
-
-
-class _Record(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
-
-
-class StoredCell(_Record):
-    """A cell as it is kept, with the hash of the code that measured it."""
-
-    row: str
-    column: str
-    code: str
-    cell: Cell
-
-    @field_validator("column")
-    @classmethod
-    def _is_a_column(cls, value: str) -> str:
-        if value not in COLUMNS:
-            raise ValueError(f"must be one of {', '.join(COLUMNS)}")
-        return value
+_MEASURES: Final[Mapping[str, Callable[[str], float | None]]] = {
+    "installed": lambda row: None if (size := installed_size(row)) is None else size / 1e6,
+    "start": start_time,
+}
+"""What no scene gives, by its metric."""
 
 
-class StoredBoard(_Record):
-    """All cells that are kept, and where the last of them was measured."""
-
-    environment: EnvironmentValues
-    cells: tuple[StoredCell, ...]
-
-
-@dataclass(frozen=True)
-class Board:
-    """Cells by row and column.
+class Board(BaseModel):
+    """The board as it is kept and shown.
 
     Attributes
     ----------
-    rows : tuple of str
-        Engines with their settings.
-    cells : mapping of (row, column) to Cell
+    version : 2
+    environment : mapping
+        Where, when and with which versions the last of its cells was measured.
+    columns : tuple of Column
+    cells : tuple of Cell
     absent : mapping of str to str
         Rows that can't run here, and why.
-    environment : dict
-        Where, when and with which versions the last of them was measured.
     """
 
-    rows: tuple[str, ...]
-    cells: Mapping[Place, Cell]
-    absent: Mapping[str, str]
-    environment: Mapping[str, Any]
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
-    def command(self, row: str, column: str) -> str:
-        """Return the command that measures a cell again."""
-        return f"ghostball leaderboard --only -e {row} --column {column} --rerun"
+    version: Literal[2] = 2
+    environment: EnvironmentValues
+    columns: tuple[Column, ...]
+    cells: tuple[Cell, ...]
+    absent: Mapping[str, str] = {}
+
+    @property
+    def rows(self) -> tuple[str, ...]:
+        """Engines with their settings, those that are shipped first."""
+        found = dict.fromkeys(one.row for one in self.cells)
+        return (*(row for row in ROWS if row in found), *(row for row in found if row not in ROWS))
+
+    def cell(self, row: str, column: str) -> Cell | None:
+        """Return a cell; None where it wasn't measured."""
+        return next((one for one in self.cells if (one.row, one.column) == (row, column)), None)
+
+    def sorted_rows(self, column: str) -> tuple[str, ...]:
+        """Return the rows in order of a column, the least first, none last."""
+
+        def size(row: str) -> tuple[bool, float]:
+            cell = self.cell(row, column)
+            size = None if cell is None else cell.size
+            return size is None, size or 0.0
+
+        return tuple(sorted(self.rows, key=size))
+
+
+def command(cell: Cell) -> str:
+    """Return the command that measures a cell again."""
+    return f"ghostball leaderboard --only -e {cell.row} --column {cell.column} --rerun"
+
+
+@dataclass(frozen=True)
+class _Plan:
+    """What cells are made of: the cases of each, and what the suite runs."""
+
+    present: tuple[str, ...]
+    absent: Mapping[str, str]
+    pairs_of: Mapping[Place, tuple[Pair, ...]]
+    scenes: Mapping[str, Scene]
+    criteria: Mapping[str, Criteria]
+
+    @property
+    def pairs(self) -> frozenset[Pair]:
+        return frozenset(pair for pairs in self.pairs_of.values() for pair in pairs)
 
 
 def run_board(
     rows: Sequence[str],
     folder: Path,
     *,
-    columns: Iterable[str] = QUESTIONS,
+    columns: Iterable[Column] = tuple(QUESTIONS.values()),
     jobs: int = 1,
     rerun: bool = False,
     progress: Progress[str] | None = None,
     compiling: Progress[str] | None = None,
-) -> Board:
-    """Measure every cell that isn't there yet, and return the board with all that are.
+) -> tuple[Board, Outcome | None]:
+    """Run what the cells of these columns are made of, and return the board with all that are.
 
     Parameters
     ----------
     rows : sequence of str
         Engines as for `--engine`, or `MODULE:CLASS`.
     folder : Path
-        Where cells are kept, each as it is done. A later run takes over those that the same code
-        measured; those of an engine that isn't ours, whose code nobody knows, and those that
-        failed are measured anew.
-    columns : iterable of str
+        A results folder of the suite, which keeps each case as it is done. A later run takes over
+        those that are unchanged; see `validation.suite.unchanged`. `board.json` beside them is what
+        they come to.
+    columns : iterable of Column
     jobs : int
         Processes. Run times are best taken with 1.
     rerun : bool
-        Whether to measure anew all that is asked for; what isn't stays as it is.
+        Whether to run anew all that is asked for; what isn't stays as it is.
     progress : callable, optional
     compiling : callable, optional
         How far the compiling of our engine's kernels is, where they aren't.
 
+    Returns
+    -------
+    board : Board
+    outcome : Outcome or None
+        Of the suite's run; None where the columns play no scene.
+
     Raises
     ------
     GhostballError
-        Where a column, an engine or a setting is unknown, or the folder can't be read or written.
+        Where an engine or a setting is unknown, or the folder can't be read or written.
     """
-    rows, columns = tuple(dict.fromkeys(rows)), list(dict.fromkeys(columns))
-    if unknown := [name for name in columns if name not in COLUMNS]:
-        raise GhostballError(
-            f"unknown column {unknown[0]!r}. Columns of the board: {', '.join(COLUMNS)}"
+    columns = tuple(columns)
+    plan = _plan(rows, columns)
+    stored = load(folder / BOARD)
+    outcome = None
+    if plan.pairs:
+        outcome = run_suite(
+            list(plan.scenes.values()),
+            list(dict.fromkeys(label for _, label in sorted(plan.pairs))),
+            folder,
+            jobs=jobs,
+            progress=None if progress is None else _of_case(progress),
+            compiling=compiling,
+            criteria=plan.criteria,
+            reuse=not rerun,
+            time_limit=CASE_LIMIT,
+            strangers=True,
+            only=plan.pairs,
         )
-    path, code = folder / BOARD, code_hash()
-    stored = load(path)
-    kept = {} if stored is None else {(one.row, one.column): one for one in stored.cells}
+    cells = {} if stored is None else {(one.row, one.column): one for one in stored.cells}
+    if outcome is None or not outcome.interrupted:
+        cells |= _measured(plan.present, columns, {} if rerun else cells, progress)
+    cells |= _of_cases(folder, plan, {one.id: one for one in columns})
+    known = {one.id: one for one in (*COLUMNS.values(), *(stored.columns if stored else ()))}
+    shown = known | {one.id: one for one in columns}
+    board = Board(
+        environment=describe_environment(),
+        columns=tuple(shown[name] for name in shown if any(name == c for _, c in cells)),
+        cells=tuple(cells.values()),
+        absent=plan.absent,
+    )
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        write_whole(folder / BOARD, board.model_dump_json(indent=1, exclude_defaults=True) + "\n")
+    except OSError as error:
+        raise cannot_write(folder / BOARD, error) from None
+    return board, outcome
+
+
+def _plan(rows: Sequence[str], columns: Sequence[Column]) -> _Plan:
     absent: dict[str, str] = {}
     for row in rows:
         try:
             make_engine(row)
         except EngineUnavailableError as error:
             absent[row] = str(error)
-    present = [row for row in rows if row not in absent]
-    ours = {row for row in present if is_ours(row)}
-    cells = {
-        place: one.cell
-        for place, one in kept.items()
-        if one.row in ours and one.code == code != "" and one.cell.worth != "failed"
-    }
-    asked = [(row, column) for row in present for column in columns]
-    tasks = [place for place in asked if rerun or place not in cells]
-    planned = len(tasks)
-    environment = describe_environment()
-    prepare: Callable[[], object] | None = None
-    if tasks:
-        plays = any(make_engine(row).name == OURS for row, _ in tasks)
-        shots = (one_into_two(), slide_to_rest(), cut_to_rest()) if plays else ()
-        prepare = compile_kernels(shots, jobs, labels=present, compiling=compiling)
-    with closing(run_tasks(tasks, jobs, measure, CELL_LIMIT, prepare)) as done:
-        for number, one in enumerate(done, start=1):
-            place, cell, motion = one.or_else(_died)
-            row, column = place
-            cells[place] = cell
-            kept[place] = StoredCell(row=row, column=column, code=code, cell=cell)
-            board = StoredBoard(environment=environment, cells=tuple(kept.values()))
-            _save(folder, place, motion, board)
-            if progress is not None:
-                progress(number, planned, f"{column} of {row}")
-    return Board(tuple(present), cells, absent, environment)
+    present = tuple(row for row in dict.fromkeys(rows) if row not in absent)
+    pairs_of: dict[Place, tuple[Pair, ...]] = {}
+    scenes: dict[str, Scene] = {}
+    criteria: dict[str, Criteria] = {}
+    for row, column in product(present, columns):
+        if column.of_engine:
+            continue
+        shots = asked(column, row)
+        pairs_of[row, column.id] = tuple((scene.name, label) for _, scene, label in shots)
+        for name, scene, _ in shots:
+            scenes[scene.name] = scene
+            if scene.name not in criteria:
+                criteria[scene.name] = criteria_beside(scene_path(name))
+    return _Plan(present, absent, pairs_of, scenes, criteria)
 
 
-def measure(task: Place) -> Measured:
-    """Measure a cell; whatever the engine does becomes part of it."""
-    row, column = task
+def _of_case(progress: Progress) -> CaseProgress:
+    def report(case: CaseRecord, done: int, planned: int) -> None:
+        progress(f"{case.scene} on {case.label}", done, planned)
+
+    return report
+
+
+def _of_cases(folder: Path, plan: _Plan, columns: Mapping[str, Column]) -> dict[Place, Cell]:
+    """Return the cells all of whose cases are stored, of the scenes as they are now."""
+    results = Results.open(folder) if has_results(folder) else None
+    stored = {} if results is None else {(one.scene, one.label): one for one in results.cases}
+    cells = {}
+    for (row, name), pairs in plan.pairs_of.items():
+        cases = [stored.get(pair) for pair in pairs]
+        found = [one for one in cases if one is not None and _is_of(one, plan.scenes[one.scene])]
+        if len(found) < len(cases):
+            continue
+        column = columns[name]
+        cell = cell_of(column, row, found)
+        if column.laws and cell.scene and results is not None:
+            motion = results.motion(stored[cell.scene, cell.label])
+            if motion is not None:
+                cell = cell.model_copy(update={"note": law_of(column, motion)})
+        cells[row, name] = cell
+    return cells
+
+
+def _is_of(case: CaseRecord, scene: Scene) -> bool:
+    return case.definition == scene.model_dump(mode="json", by_alias=True)
+
+
+def _measured(
+    rows: Sequence[str],
+    columns: Sequence[Column],
+    before: Mapping[Place, Cell],
+    progress: Progress | None,
+) -> dict[Place, Cell]:
+    """Measure what no scene gives, where the same code hasn't."""
+    code = code_hash()
+    places = [(row, column) for column in columns if column.of_engine for row in rows]
+    cells: dict[Place, Cell] = {}
+    for done, (row, column) in enumerate(places, start=1):
+        old = before.get((row, column.id))
+        if old is None or old.kind == "failed" or not is_ours(row) or not old.code == code != "":
+            cells[row, column.id] = _measure(row, column, code)
+        if progress is not None:
+            progress(f"{column.id} of {row}", done, len(places))
+    return cells
+
+
+def _measure(row: str, column: Column, code: str) -> Cell:
     try:
-        cell = COLUMNS[column].measure(row)
-        return task, cell, None if cell.worth == "none" else COLUMNS[column].motion(row)
-    except UnsupportedSceneError as error:
-        return task, Cell(None, "", "none", "; ".join(error.features)), None
-    except EngineFailedError as error:
-        return task, Cell(None, "failed", "failed", error.reason), None
-    except Exception as error:
-        logging.getLogger("ghostball").exception("column %s of %s", column, row)
-        return task, Cell(None, "failed", "failed", f"{type(error).__name__}: {error}"), None
+        value = _MEASURES[column.metric](row)
+    except subprocess.SubprocessError as error:
+        return Cell(row=row, column=column.id, kind="failed", note=str(error))
+    if value is None:
+        why = "nothing that is installed here brings it, by itself"
+        return Cell(row=row, column=column.id, kind="none", note=why, code=code)
+    return Cell(row=row, column=column.id, kind=shade(column, value), value=value, code=code)
 
 
-def _died(task: Place, reason: str) -> Measured:
-    return task, Cell(None, "died", "failed", reason), None
-
-
-def _save(folder: Path, place: Place, motion: Motion | None, board: StoredBoard) -> None:
-    """Keep a board with a cell that is done, its motion first: it isn't measured again."""
-    row, column = place
-    path = folder / BOARD
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        save_motion(folder, motion, scene=column, side=row)
-        # Whole or not at all: a run may be ended at any instant.
-        write_whole(path, board.model_dump_json(indent=1) + "\n")
-    except OSError as error:
-        raise cannot_write(path, error) from None
-
-
-def load(path: Path) -> StoredBoard | None:
+def load(path: Path) -> Board | None:
     """Read a board that was kept; None where there is none.
 
     Raises
@@ -237,7 +309,7 @@ def load(path: Path) -> StoredBoard | None:
         Where it is no board of this version.
     """
     try:
-        return StoredBoard.model_validate_json(path.read_bytes())
+        return Board.model_validate_json(path.read_bytes())
     except FileNotFoundError:
         return None
     except (OSError, ValidationError) as error:
@@ -246,25 +318,3 @@ def load(path: Path) -> StoredBoard | None:
             f"{path} is no board that this version can go on from: {why}. Move it away, or choose "
             "another `--out`"
         ) from None
-
-
-def load_board(path: Path) -> Board | None:
-    """Return a board that was kept, with all its rows in the order of `ROWS`; None without one."""
-    stored = load(path)
-    if stored is None:
-        return None
-    found = dict.fromkeys(one.row for one in stored.cells)
-    rows = [row for row in ROWS if row in found] + [row for row in found if row not in ROWS]
-    cells = {(one.row, one.column): one.cell for one in stored.cells}
-    return Board(tuple(rows), cells, {}, stored.environment)
-
-
-def sorted_rows(board: Board, column: str) -> Board:
-    """Return the board with its rows in order of a column, the least first, none last."""
-
-    def size(row: str) -> tuple[bool, float]:
-        cell = board.cells.get((row, column))
-        value = None if cell is None else cell.value
-        return value is None, abs(value or 0.0)
-
-    return replace(board, rows=tuple(sorted(board.rows, key=size)))

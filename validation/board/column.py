@@ -48,7 +48,7 @@ def _known_metric(name: str) -> str:
 def _known_scene(name: str) -> str:
     if scene_path(name).is_file():
         return name
-    known = [path.stem for path in scene_path("*").parent.glob("*.toml")]
+    known = [path.stem for path in FOLDER.glob("scenes/*.toml")]
     close = get_close_matches(name, known, n=1)
     hint = f"Did you mean {close[0]!r}?" if close else f"Put a file {name}.toml there"
     raise ValueError(f"must be a scene of {scene_path(name).parent}, got {name!r}. {hint}")

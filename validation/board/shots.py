@@ -29,10 +29,10 @@ def board_scene(name: str) -> Scene:
 
 
 def playable(scene: Scene, engine: ReferenceEngine) -> Scene:
-    """Return a scene as an engine can play it: as it is, one impact by one, or with balls that slide.
+    """Return a scene as an engine can play it: as it is, impact by impact, or with sliding balls.
 
-    Where nothing slows a ball, one that slides goes as one that always rolls; and where no two balls
-    are hit at once, nor does the order of impacts matter. As it is where none of that helps.
+    Where nothing slows a ball, one that slides goes as one that always rolls; and where no two
+    balls are hit at once, nor does the order of impacts matter. As it is where none of that helps.
     """
     sliding: dict[str, Any] = {}
     if scene.physics.motion == "rolling":

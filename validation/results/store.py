@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final
 
-from pydantic import AfterValidator, Field, TypeAdapter
+from pydantic import AfterValidator, Field, NonNegativeInt, TypeAdapter
 
 from ghostball.engine.scene.fields import SceneName
 from ghostball.validation.parallel.runner import RunState
@@ -65,6 +65,7 @@ class _Suite(Environment):
     engines: tuple[str, ...] = ()
     engine_settings: dict[str, dict[str, Any] | None] = Field(default_factory=dict)
     metrics: tuple[str, ...] = ()
+    planned: NonNegativeInt | None = None
 
 
 def _as_suite(values: dict[str, Any]) -> dict[str, Any]:
@@ -144,7 +145,8 @@ class Results:
     def planned(self) -> int:
         """How many cases there would have been; those that are there where nothing says."""
         asked = [len(self.environment.get(key, ())) for key in ("scenes", "engines")]
-        return asked[0] * asked[1] or len(self.cases)
+        planned: int = self.environment.get("planned", asked[0] * asked[1])
+        return max(planned, len(self.cases))
 
     @property
     def scene_names(self) -> list[str]:
@@ -228,6 +230,12 @@ class ResultsWriter(RecordStore[Finished, CaseRecord]):
         """Store the motion."""
         if given[1] is not None:
             put_motion(database, given[1], record_id=number)
+
+
+class PartWriter(ResultsWriter):
+    """Writes a part of what a folder holds: what the same code left of others there stays."""
+
+    others_stay = True
 
 
 def has_results(folder: Path) -> bool:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import traceback
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -35,7 +35,7 @@ from ghostball.validation.parallel.pool import Done, Progress
 from ghostball.validation.parallel.runner import Name, Reuse, run
 from ghostball.validation.results.environment import describe_environment
 from ghostball.validation.results.records import CaseRecord
-from ghostball.validation.results.store import Finished, ResultsWriter
+from ghostball.validation.results.store import Finished, PartWriter, ResultsWriter
 from ghostball.validation.scenes.library import FOLDER, find_scene, paths_among, scene_names
 from ghostball.validation.suite.case import (
     Case,
@@ -164,6 +164,7 @@ def run_suite(
     announce: Callable[[Reuse[CaseRecord]], None] | None = None,
     time_limit: float | None = None,
     strangers: bool = False,
+    only: Collection[Name] | None = None,
 ) -> Outcome:
     """Run every scene on every engine and write a results folder.
 
@@ -203,6 +204,9 @@ def run_suite(
     strangers : bool
         Whether engines of other packages that no criteria name are held to what the `resolution`
         allows that they state; else nothing is asked of them.
+    only : collection of (str, str), optional
+        The scene and the label of each case that is run, where not every scene is run on every
+        engine. What else the same code left in the folder then stays beside them.
 
     Raises
     ------
@@ -216,9 +220,9 @@ def run_suite(
     by Ctrl-C, the run stops, keeps what is done and says so in `Outcome.interrupted`; what earlier
     runs found and this one has not come to is kept too, for a later run with `reuse`.
     """
-    plan = _plan(scenes, engine_specs, criteria or {}, jobs, metrics, strangers)
+    plan = _plan(scenes, engine_specs, criteria or {}, jobs, metrics, strangers, only)
     check_time_limit(time_limit)
-    store = ResultsWriter(out, code_hash())
+    store = (ResultsWriter if only is None else PartWriter)(out, code_hash())
 
     def prepare(pairs: Sequence[Name]) -> Callable[[], None]:
         return compile_kernels(
@@ -317,7 +321,7 @@ class _Plan:
 
     @property
     def size(self) -> int:
-        return len(self.scenes) * len(self.settings)
+        return len(self.inputs)
 
     def describe(self) -> dict[str, Any]:
         """Return what the environment of the results says of the run."""
@@ -326,6 +330,7 @@ class _Plan:
             "engines": list(self.settings),
             "engine_settings": dict(self.settings),
             "metrics": list(self.metrics or METRICS),
+            "planned": self.size,
         }
 
     def scenes_of(self, pairs: Sequence[Name]) -> list[Scene]:
@@ -361,6 +366,7 @@ def _plan(
     jobs: int,
     metrics: Sequence[str] | None,
     strangers: bool,
+    only: Collection[Name] | None = None,
 ) -> _Plan:
     if jobs < 1:
         raise SuiteError(f"`jobs` must be at least 1, got {jobs}")
@@ -386,6 +392,8 @@ def _plan(
     for scene in scenes:
         for label, values in settings.items():
             pair, limits = (scene.name, label), own[scene.name]
+            if only is not None and pair not in only:
+                continue
             asked = (
                 ()
                 if values is None

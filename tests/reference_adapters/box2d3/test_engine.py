@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+from billiard_shots import half_ball, head_on, rack, throw
 from engine_facts import cut_angles, energy_ratios, needs, play, shares, to_the_wall
 
 from ghostball.engine import UnsupportedSceneError
 from ghostball.reference_adapters.box2d3.engine import Box2d3Settings
-from ghostball.validation.board.shots import half_ball, head_on, rack, throw
 
 pytestmark = needs("box2d3")
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from billiard_shots import head_on, rack
 from engine_facts import cut_angles, energy_ratios, needs, play, shares, slide, to_the_wall
 from pydantic import ValidationError
 
@@ -14,7 +15,6 @@ from ghostball.engine import (
     simulate,
 )
 from ghostball.reference_adapters.dart.engine import DartSettings
-from ghostball.validation.board.shots import head_on, rack
 from ghostball.validation.scenes.library import find_scene
 
 pytestmark = needs("dart")

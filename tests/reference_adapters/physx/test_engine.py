@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from billiard_shots import frozen_line, head_on, rack
 from engine_facts import cut_angles, energy_ratios, needs, play, shares, slide, to_the_wall
 
 from ghostball.engine import EventKind, Scene, UnsupportedSceneError, simulate
-from ghostball.validation.board.shots import frozen_line, head_on, rack
 from ghostball.validation.scenes.library import find_scene
 
 pytestmark = needs("physx")

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from billiard_shots import rack
 from engine_facts import needs, play
 
 from ghostball.engine import UnsupportedSceneError, simulate
@@ -23,7 +24,6 @@ from ghostball.reference_adapters.workers.process import (
     WorkerFailedError,
     installed,
 )
-from ghostball.validation.board.shots import rack
 from ghostball.validation.parallel.sources import versions
 from ghostball.validation.runs.playing import run_engine
 from ghostball.validation.scenes.library import find_scene

@@ -2,7 +2,8 @@
 
 from importlib.metadata import distribution
 
-from ghostball.validation.board.columns import COLUMNS
+from ghostball.validation.board.board import run_board
+from ghostball.validation.board.column import COLUMNS
 from ghostball.validation.board.installed import installed_size
 
 
@@ -16,8 +17,9 @@ def test_an_engine_counts_with_what_it_needs():
     assert installed_size("ghostball") == size_of("numba") + size_of("llvmlite")
 
 
-def test_what_is_a_part_of_ghostball_or_of_the_user_has_no_size():
+def test_what_is_a_part_of_ghostball_or_of_the_user_has_no_size(tmp_path):
     assert installed_size("paper-discrete") is None
     assert installed_size("pooltool") is None
     assert installed_size("my_package:MyEngine") is None
-    assert COLUMNS["size"].measure("paper-discrete").worth == "none"
+    board, _ = run_board(["paper-discrete"], tmp_path, columns=[COLUMNS["size"]])
+    assert [cell.kind for cell in board.cells] == ["none"]

@@ -1,0 +1,85 @@
+"""The lists of columns: what is refused in one, and that no engine is the truth of a column."""
+
+from __future__ import annotations
+
+import pytest
+
+from ghostball.engine import GhostballError
+from ghostball.validation.board.column import ACCURACY, COLUMNS, FAULTS, load_columns
+from ghostball.validation.board.shots import board_scene
+from ghostball.validation.results.records import INDEPENDENT
+from ghostball.validation.scenes.library import scene_names
+from ghostball.validation.truth.scene_truth import truth_of
+
+GOOD = 'id = "cut"\ntitle = "single hit"\nquestion = "How far off"\nmetric = "energy_drift"\n'
+SCENES, LIMITS = 'scenes = ["throw"]\n', "good = 1e-4\nfair = 1e-2\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        (GOOD + SCENES + "good = 1e-2\nfair = 1e-4\n", "`fair` must be at least `good`"),
+        (GOOD + SCENES, "`good` must be given"),
+        (GOOD + LIMITS, "must have at least one of `scenes`"),
+        (GOOD + LIMITS + 'scenes = ["trow"]', "`column.0.scenes.0` must be a scene of .*'throw'"),
+        (GOOD + LIMITS + 'scenes = ["zz"]', r"Put a file zz\.toml there"),
+        (
+            GOOD.replace("drift", "drft") + SCENES + LIMITS,
+            "`column.0.metric` must be a known metric, got 'energy_drft'. Did you mean",
+        ),
+        (GOOD.replace("energy_drift", "zz") + SCENES + LIMITS, "There are accuracy, installed"),
+        (GOOD.replace("energy_drift", "accuracy") + SCENES + LIMITS, "must have no `good`"),
+        (GOOD.replace("energy_drift", "start") + SCENES + LIMITS, "must have no `scenes`"),
+        (GOOD + SCENES + LIMITS + 'pick = "least"', "`within` and `pick` = 'least' must come"),
+        (GOOD + SCENES + LIMITS + "above = 1.0", "`above` and `pick` = 'fastest' must come"),
+        (GOOD + SCENES + LIMITS + "shade = 1", "`column.0.shade` is no field of this file"),
+        (GOOD + SCENES + LIMITS + "settings = [{ step = -1.0 }]", "`column.0.settings.0.step`"),
+        (GOOD + SCENES + LIMITS + "[[column]]\n" + GOOD + SCENES + LIMITS, "must differ, got cut"),
+        ("id = ", "can't read the columns: Invalid value"),
+    ],
+)
+def test_a_list_that_breaks_a_rule_is_refused_in_one_line(tmp_path, text, says):
+    path = tmp_path / "columns.toml"
+    path.write_text("[[column]]\n" + text)
+    with pytest.raises(GhostballError, match=says) as error:
+        load_columns(path)
+    assert str(error.value).startswith(f"{path}: ")
+    assert "\n" not in str(error.value)
+
+
+def test_a_list_that_keeps_them_is_read(tmp_path):
+    path = tmp_path / "columns.toml"
+    path.write_text("[[column]]\n" + GOOD + SCENES + LIMITS)
+    (column,) = load_columns(path).values()
+    assert (column.unit, column.good, column.fair) == ("", 1e-4, 1e-2)
+    with pytest.raises(GhostballError, match="can't read the columns"):
+        load_columns(tmp_path / "nowhere.toml")
+
+
+@pytest.mark.parametrize("physics", [{}, {"impacts": "sequential"}, {"motion": "sliding"}])
+@pytest.mark.parametrize("name", [one.id for one in COLUMNS.values() if one.metric == ACCURACY])
+def test_what_is_right_owes_nothing_to_an_engine_however_a_scene_is_played(name, physics):
+    for scene in map(board_scene, COLUMNS[name].scenes):
+        changes = dict(physics)
+        if "motion" in physics and not scene.rolling_frictions.any():
+            changes["sliding_friction"] = 0.0
+        shot = scene.model_copy(update={"physics": scene.physics.model_copy(update=changes)})
+        assert truth_of(shot).kind in INDEPENDENT
+
+
+def test_scenes_have_the_names_of_their_files_and_of_no_shipped_one():
+    for name in {name for column in COLUMNS.values() for name in column.scenes}:
+        assert board_scene(name).name == name
+        assert name not in scene_names()
+
+
+def test_every_column_says_what_it_is_and_a_fault_names_its_thread():
+    for column in COLUMNS.values():
+        assert column.question[0].isupper()
+        assert not column.question.endswith(".")
+    for name, fault in FAULTS.items():
+        repository, number = name.rsplit("-", 1)
+        assert fault.thread.endswith(f"/{number}")
+        assert repository in fault.thread.lower()
+        assert fault.cause.endswith(".")
+        assert fault.cure.endswith(".")
