@@ -30,7 +30,7 @@ from ghostball.validation.results.fields import EnvironmentValues
 from ghostball.validation.results.files import BOARD, cannot_write, told, write_whole
 from ghostball.validation.results.records import CaseRecord
 from ghostball.validation.results.store import Pair, Results, has_results
-from ghostball.validation.suite.suite import Outcome, Progress as CaseProgress, run_suite
+from ghostball.validation.suite.suite import Outcome, run_suite
 from ghostball.validation.suite.unchanged import code_hash, is_ours
 
 ROWS: Final = (
@@ -181,6 +181,13 @@ def run_board(
     columns = tuple(columns)
     plan = _plan(rows, columns)
     stored = load(folder / BOARD)
+    measured = [(row, column) for column in columns if column.of_engine for row in plan.present]
+    planned = len(plan.pairs) + len(measured)
+
+    def report(what: str, done: int) -> None:
+        if progress is not None:
+            progress(what, done, planned)
+
     outcome = None
     if plan.pairs:
         outcome = run_suite(
@@ -188,7 +195,7 @@ def run_board(
             list(dict.fromkeys(label for _, label in sorted(plan.pairs))),
             folder,
             jobs=jobs,
-            progress=None if progress is None else _of_case(progress),
+            progress=lambda case, done, _: report(f"{case.scene} on {case.label}", done),
             compiling=compiling,
             criteria=plan.criteria,
             reuse=not rerun,
@@ -198,7 +205,12 @@ def run_board(
         )
     cells = {} if stored is None else {(one.row, one.column): one for one in stored.cells}
     if outcome is None or not outcome.interrupted:
-        cells |= _measured(plan.present, columns, {} if rerun else cells, progress)
+        code, before = code_hash(), {} if rerun else dict(cells)
+        for done, (row, column) in enumerate(measured, start=len(plan.pairs) + 1):
+            old = before.get((row, column.id))
+            if old is None or not _may_be_taken_over(old, code):
+                cells[row, column.id] = _measure(row, column, code)
+            report(f"{column.id} of {row}", done)
     cells |= _of_cases(folder, plan, {one.id: one for one in columns})
     known = {one.id: one for one in (*COLUMNS.values(), *(stored.columns if stored else ()))}
     shown = known | {one.id: one for one in columns}
@@ -239,13 +251,6 @@ def _plan(rows: Sequence[str], columns: Sequence[Column]) -> _Plan:
     return _Plan(present, absent, pairs_of, scenes, criteria)
 
 
-def _of_case(progress: Progress) -> CaseProgress:
-    def report(case: CaseRecord, done: int, planned: int) -> None:
-        progress(f"{case.scene} on {case.label}", done, planned)
-
-    return report
-
-
 def _of_cases(folder: Path, plan: _Plan, columns: Mapping[str, Column]) -> dict[Place, Cell]:
     """Return the cells all of whose cases are stored, of the scenes as they are now."""
     results = Results.open(folder) if has_results(folder) else None
@@ -270,23 +275,9 @@ def _is_of(case: CaseRecord, scene: Scene) -> bool:
     return case.definition == scene.model_dump(mode="json", by_alias=True)
 
 
-def _measured(
-    rows: Sequence[str],
-    columns: Sequence[Column],
-    before: Mapping[Place, Cell],
-    progress: Progress | None,
-) -> dict[Place, Cell]:
-    """Measure what no scene gives, where the same code hasn't."""
-    code = code_hash()
-    places = [(row, column) for column in columns if column.of_engine for row in rows]
-    cells: dict[Place, Cell] = {}
-    for done, (row, column) in enumerate(places, start=1):
-        old = before.get((row, column.id))
-        if old is None or old.kind == "failed" or not is_ours(row) or not old.code == code != "":
-            cells[row, column.id] = _measure(row, column, code)
-        if progress is not None:
-            progress(f"{column.id} of {row}", done, len(places))
-    return cells
+def _may_be_taken_over(cell: Cell, code: str) -> bool:
+    """Whether the same code measured a cell that no run is of, of an engine whose code it is."""
+    return cell.kind != "failed" and cell.code == code != "" and is_ours(cell.row)
 
 
 def _measure(row: str, column: Column, code: str) -> Cell:

@@ -152,8 +152,10 @@ def conserves_energy(scene: Scene) -> bool:
         physics.cushion == "restitution"
         and physics.cushion_restitution == physics.cushion_tangential_restitution == 1.0
     )
+    slides = bool(np.any(scene.sliding_frictions)) or physics.ball_friction != 0.0
+    twists = bool(np.any(scene.spinning_friction_rates * scene.angular_velocities[:, 2]))
     return (
-        physics.motion == "rolling"
+        (physics.motion == "rolling" or not (slides or twists))
         and physics.rolling_friction == 0.0
         and physics.air_drag == physics.rolling_friction_quadratic == 0.0
         and not physics.airborne

@@ -278,6 +278,8 @@ def test_a_scene_at_rest_has_no_energy_to_compare_with() -> None:
         ({"ball_restitution": 0.9, "balls": 1}, True),
         ({"air_drag": 0.004}, False),
         ({"motion": "sliding"}, False),
+        ({"motion": "sliding", "sliding_friction": 0.0}, True),
+        ({"motion": "sliding", "sliding_friction": 0.0, "ball_friction": 0.05}, False),
     ],
 )
 def test_where_energy_holds(changes: dict[str, Any], holds: bool) -> None:
