@@ -51,7 +51,7 @@ def run(
             columns=chosen,
             jobs=jobs,
             rerun=rerun,
-            progress=lambda what, done, planned: count(done, planned, what),
+            progress=count,
             compiling=step(COMPILING),
         )
     asked = [row for row in dict.fromkeys(rows) if row not in board.absent]

@@ -186,7 +186,7 @@ def run_board(
 
     def report(what: str, done: int) -> None:
         if progress is not None:
-            progress(what, done, planned)
+            progress(done, planned, what)
 
     outcome = None
     if plan.pairs:
@@ -195,7 +195,7 @@ def run_board(
             list(dict.fromkeys(label for _, label in sorted(plan.pairs))),
             folder,
             jobs=jobs,
-            progress=lambda case, done, _: report(f"{case.scene} on {case.label}", done),
+            progress=lambda done, _, case: report(f"{case.scene} on {case.label}", done),
             compiling=compiling,
             criteria=plan.criteria,
             reuse=not rerun,

@@ -48,7 +48,7 @@ def ran(monkeypatch):
     run = boards.run_suite
 
     def listing(*args, progress, **options):
-        def note(case, done, planned):
+        def note(done, planned, case):
             pairs.append((case.scene, case.label))
 
         return run(*args, progress=note, **options)
