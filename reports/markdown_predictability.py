@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ghostball.reports import style
-from ghostball.reports.markdown_parts import one_line, table_of
+from ghostball.reports.markdown_parts import table_of
 from ghostball.validation.diagnose.predictability import Predictability, predictability_in
 from ghostball.validation.results.store import CaseRecord, Results
 
@@ -13,11 +13,7 @@ _MEANS = """\
 trajectory. The *horizon* is when 32 roundings of it may come to {tolerance}; past it, double
 precision can't say where the balls are. Nor is there a
 derivative after one ball has several collisions at one instant, or in sustained contact: the
-horizon is there at the latest. The *nearest other course* is the smallest relative change of the
-first state (positions by the extent of the scene, velocities by the speed) after which other balls
-meet, or in another order; such changes respect no symmetry, by which rounding may never leave a
-line. Where 32 roundings reach it, the scene is **fragile**: the last bits of
-its numbers decide its course.\
+horizon is there at the latest. How nearly another ball would have met, `ghostball explain` says.\
 """
 
 _OWN_MEANS = """\
@@ -35,7 +31,7 @@ def predictability_section(results: Results) -> list[str]:
     parts = [
         _MEANS.format(tolerance=style.format_length(shots[0].tolerance)),
         table_of(
-            ["scene", "growth [m]", "horizon", "nearest other course", "by a change of"],
+            ["scene", "growth [m]", "horizon"],
             [_row(shot) for shot in shots],
         ),
     ]
@@ -67,13 +63,10 @@ def _own_horizon(case: CaseRecord | None) -> str:
 
 def _row(shot: Predictability) -> list[str]:
     end = shot.growth[-1]
-    nearest = one_line(shot.nearest) or "none"
     return [
         shot.scene,
         "none" if end != end else f"{end:.2g}",  # noqa: PLR0124 - nan: there is no derivative
         horizon_text(shot),
-        f"**fragile:** {nearest}" if shot.fragile else nearest,
-        f"{shot.bifurcations[0].relative:.1e}" if shot.bifurcations else "–",
     ]
 
 

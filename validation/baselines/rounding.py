@@ -21,7 +21,7 @@ from ghostball.validation.grading.certified_widths import is_differentiated
 from ghostball.validation.grading.tolerances import OFF_BY, ROUNDINGS, TOLERANCE, UNIT_ROUNDOFF
 from ghostball.validation.runs.our_run import run_ours
 from ghostball.validation.runs.sampling import events_of
-from ghostball.validation.truth.bifurcations import extent_of
+from ghostball.validation.truth.horizons import extent_of
 from ghostball.validation.truth.proof import proof_of
 
 FloatArray = NDArray[np.float64]

@@ -26,7 +26,7 @@ from ghostball.validation.grading.sequences import TIE, matching_collisions
 from ghostball.validation.grading.tolerances import ROUNDINGS, UNIT_ROUNDOFF
 from ghostball.validation.results.records import CERTIFIED, Accuracy, AccuracyKind, BrokenBy
 from ghostball.validation.runs.sampling import deepest_overlap, energy_series, events_of
-from ghostball.validation.truth.bifurcations import extent_of
+from ghostball.validation.truth.horizons import extent_of
 from ghostball.validation.truth.scene_truth import Truth, collisions_of
 
 FloatArray = NDArray[np.float64]

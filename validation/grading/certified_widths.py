@@ -31,14 +31,19 @@ def is_differentiated(scene: Scene) -> bool:
     return not scene.physics.airborne
 
 
-def width_horizon(scene: Scene, certificate: Certificate) -> float:
-    """Return the first event whose instant `ROUNDINGS` roundings may move by too much [s]; or inf.
+def width_horizon(
+    scene: Scene,
+    certificate: Certificate,
+    tolerance: float = TOLERANCE,
+    error: float = ROUNDINGS * UNIT_ROUNDOFF,
+) -> float:
+    """Return the first event whose instant errors of rounding may move by too much [s]; or inf.
 
-    That is, by so much that the fastest ball goes further than `TOLERANCE` meanwhile.
+    That is, by so much that the fastest ball goes further than the tolerance [m] meanwhile.
     """
-    fastest = max(largest_speeds(problem_of(scene)))
+    fastest = max(largest_speeds(problem_of(scene))) * error / UNIT_ROUNDOFF
     for event in certificate.events:
-        if not _in_doubles(event.t, certificate) * ROUNDINGS * fastest <= TOLERANCE:
+        if not _in_doubles(event.t, certificate) * fastest <= tolerance:
             return float(event.t)
     return math.inf
 

@@ -37,9 +37,11 @@ def test_an_easy_shot_is_predicted_to_its_end(label):
     assert horizon_of("half-ball-cut", label) == math.inf
 
 
-def test_frames_of_20_ms_can_not_tell_whether_a_ball_ends_short_of_a_cushion():
-    # The contact is off by up to 16 mm, a quarter of a ball: the cue ball may go 0.3 m farther.
-    assert horizon_of("half-ball-cut", "paper-discrete") == pytest.approx(2.343, abs=1e-3)
+def test_what_all_but_happens_leaves_a_shot_predictable():
+    """Breaks where the nearness of another course shortens a horizon: errors don't grow by it."""
+    for label in ("pymunk", "paper-discrete"):
+        assert horizon_of("half-ball-cut", label) == math.inf
+    assert horizon_of("break-7", "pymunk") == math.inf
 
 
 def test_a_contact_that_is_landed_on_is_off_by_the_landing_gap():
@@ -61,7 +63,7 @@ def test_who_states_nothing_is_not_taken_to_be_exact_and_excused_from_nothing():
         def resolution(self, scene):
             return 1e-3
 
-    scene = find_scene("break-7")
+    scene = find_scene("chaos-a")
     assert resolution_of(Protocol(), scene) is None
     assert resolution_of(Silent(), scene) is None
     assert resolution_of(Stated(), scene) == 1e-3
@@ -77,13 +79,14 @@ def test_past_its_horizon_nothing_is_said_of_how_a_shot_ends():
     far, _ = run_case(Case(scene, "pymunk", truth))
     assert near.horizon is None
     assert near.metrics["rest_error_max"] < 1e-4
-    assert 0.0 < far.horizon < 1.0
+    assert 0.0 < far.horizon < 2.0
     ends = [name for name, metric in METRICS.items() if metric.to_the_end]
     assert {far.metrics[name] for name in ends} == {None}
     assert all("unpredictable" in far.notes[name] for name in ends)
     assert far.ball_errors is None
     assert far.metrics["matching_events"] >= 0
-    assert far.metrics["energy_difference_max"] < 1e-2
+    # Up to its horizon, by when it plays another shot: errors didn't grow so far by themselves.
+    assert far.metrics["energy_difference_max"] < 0.2
 
 
 def test_a_closed_form_is_compared_with_whatever_errors_become():

@@ -16,7 +16,6 @@ from ghostball.validation.diagnose.attribution._backward import (
     NotCertifiedError,
     backward_error,
 )
-from ghostball.validation.diagnose.attribution._horizon import horizon
 from ghostball.validation.diagnose.attribution._runs import (
     ULPS,
     Played,
@@ -33,9 +32,11 @@ from ghostball.validation.diagnose.attribution._zero_step import (
 )
 from ghostball.validation.diagnose.attribution.attribution_record import Attribution, Better, Part
 from ghostball.validation.diagnose.parting import collisions_in
+from ghostball.validation.grading.tolerances import UNIT_ROUNDOFF
 from ghostball.validation.runs.sampling import events_of
 from ghostball.validation.runs.steps import step_setting, with_setting, with_step
 from ghostball.validation.suite.case import approximations_of
+from ghostball.validation.truth.horizons import rounding_horizon
 from ghostball.validation.truth.known_shot import KnownShot, known_shot
 
 FloatArray = NDArray[np.float64]
@@ -54,6 +55,12 @@ MOST_UNCERTAIN = 0.5
 
 NO_MATTER = 0.01
 """Part of the difference below which it doesn't matter what the step changes."""
+
+PREDICTABLE = 1e-6
+"""How far an ulp of the input may move a ball before the shot counts as unpredictable [m].
+
+A thousandth of what the best stepping engine is off, so that chaos is told from its errors.
+"""
 
 
 class NoInstantError(GhostballError):
@@ -241,7 +248,7 @@ def _climb(scene: Scene, engine: ReferenceEngine, known: KnownShot) -> _Ladder:
         Where there is no such instant.
     """
     true = collisions_in(events_of(known.result))
-    predictable = horizon(scene, ULPS)
+    predictable = rounding_horizon(scene, PREDICTABLE, 2.0 * UNIT_ROUNDOFF)
     instant: float | None = None
     until = ""
     for attempt in range(ATTEMPTS):

@@ -1,8 +1,8 @@
-"""How far a shot can be predicted: growth of rounding, its horizon, nearest other courses.
+"""How far a shot can be predicted: growth of rounding, and its horizon.
 
 >>> from ghostball.validation.diagnose.predictability import predictability_of
 >>> known = predictability_of(scene)
->>> known.horizon, known.nearest, known.fragile
+>>> known.horizon, known.ends
 """
 
 from ghostball.validation.diagnose.predictability.measure import predictability_of
@@ -12,14 +12,11 @@ from ghostball.validation.diagnose.predictability.prediction import (
     load_predictability,
     predictability_in,
 )
-from ghostball.validation.truth.bifurcations import bifurcations_of, nearest_of
 
 __all__ = [
     "Predictability",
     "PredictionStore",
-    "bifurcations_of",
     "load_predictability",
-    "nearest_of",
     "predictability_in",
     "predictability_of",
 ]

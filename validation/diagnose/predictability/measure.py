@@ -9,18 +9,16 @@ from numpy.typing import NDArray
 
 from ghostball.engine import EventKind, Result, Scene
 from ghostball.engine.running.skips import has_drag
-from ghostball.engine.sensitivity import PARTS, QUALITY, ROUNDING
+from ghostball.engine.sensitivity import PARTS
 from ghostball.validation.diagnose.predictability.prediction import Predictability, Separation
+from ghostball.validation.grading.tolerances import TOLERANCE
 from ghostball.validation.results.records import scene_hash
 from ghostball.validation.runs.our_run import run_ours
 from ghostball.validation.runs.rolling import rolling_spin
 from ghostball.validation.runs.sampling import events_of, union_times
-from ghostball.validation.truth.bifurcations import bifurcations_of, nearest_of
+from ghostball.validation.truth.horizons import rounding_horizon
 
 FloatArray = NDArray[np.float64]
-
-TOLERANCE = 1e-3
-"""Error [m] that a shot is predictable within: what can be seen on a table."""
 
 CHAOS = "chaos"
 """Tag of scenes whose shots are also compared with neighbouring ones."""
@@ -47,9 +45,13 @@ def predictability_of(scene: Scene, result: Result | None = None) -> Predictabil
         Where our engine lacks physics that the scene needs.
     """
     result = run_ours(scene) if result is None else result
-    horizon = result.horizon(TOLERANCE)
+    horizon = rounding_horizon(scene)
+    if math.isinf(horizon) and not _has_no_derivative(scene):
+        # A proof goes on after a tie, or a contact that lasts; what grew before says no more.
+        own = result.horizon(TOLERANCE)
+        if math.isfinite(own) and not np.all(np.isfinite(result.sensitivity(own))):
+            horizon = own
     times = union_times(result.rest_time, events_of(result)["t"], uniform=_UNIFORM, limit=_LIMIT)
-    bifurcations = nearest_of(bifurcations_of(result))
     return Predictability(
         scene.name,
         result.rest_time,
@@ -58,9 +60,6 @@ def predictability_of(scene: Scene, result: Result | None = None) -> Predictabil
         _ends(result, horizon),
         times,
         _finite(np.max(result.sensitivity(times), axis=1)),
-        bifurcations,
-        bifurcations[0].describe(scene) if bifurcations else "",
-        bool(bifurcations) and bifurcations[0].relative <= QUALITY * ROUNDING,
         separations_of(result, times) if CHAOS in scene.tags and scene.velocities.any() else (),
         scene_hash(scene),
     )
@@ -104,14 +103,18 @@ def _ends(result: Result, horizon: float) -> str:
         return ""
     if np.all(np.isfinite(result.sensitivity(horizon))):
         return "growth"
-    if horizon == 0.0 and (has_drag(result.scene) or result.scene.physics.airborne):
-        return "no derivative in air, or in flight"
+    if _has_no_derivative(result.scene):
+        return "no derivative in air, or in flight" if horizon == 0.0 else "growth"
     events = events_of(result)
     collisions = events[(events["kind"] <= EventKind.BALL_CUSHION) & (events["t"] <= horizon)]
     last = collisions[collisions["t"] == horizon]
     balls = [*last["a"], *last["b"][last["kind"] == EventKind.BALL_BALL]]
     tied = len(set(balls)) < len(balls)
     return "several collisions at one instant" if tied else "sustained contact"
+
+
+def _has_no_derivative(scene: Scene) -> bool:
+    return has_drag(scene) or scene.physics.airborne
 
 
 def _finite(values: FloatArray) -> FloatArray:

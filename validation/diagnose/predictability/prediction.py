@@ -14,7 +14,6 @@ from ghostball.validation.results.fields import FloatArray, check_shape
 from ghostball.validation.results.record_store import RecordStore
 from ghostball.validation.results.records import definition_hash
 from ghostball.validation.results.store import Results
-from ghostball.validation.truth.bifurcations import Bifurcation
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +40,7 @@ class Separation:
 
 @dataclass(frozen=True, eq=False)
 class Predictability:
-    """How far a shot of our engine can be predicted.
+    """How far a shot can be predicted.
 
     Attributes
     ----------
@@ -57,13 +56,6 @@ class Predictability:
     times : (k,) float64 [s]
     growth : (k,) float64 [m]
         The largest `Result.sensitivity` of a ball; nan where no derivative exists.
-    bifurcations : tuple of Bifurcation
-        The nearest of each kind, the nearest first.
-    nearest : str
-        The first of them in words; "" where there is none.
-    fragile : bool
-        Whether the last bits of the scene's numbers decide its course: the nearest bifurcation is
-        within 32 roundings.
     separations : tuple of Separation
         Of a scene with the tag "chaos".
     definition_hash : str
@@ -77,9 +69,6 @@ class Predictability:
     ends: str
     times: FloatArray
     growth: FloatArray
-    bifurcations: tuple[Bifurcation, ...]
-    nearest: str
-    fragile: bool
     separations: tuple[Separation, ...] = ()
     definition_hash: str = ""
 

@@ -145,7 +145,7 @@ def test_what_is_but_rounding_is_not_divided(few_steps):
 
 
 def test_nothing_is_compared_past_what_can_be_predicted(few_steps):
-    found = attribute(find_scene("galperin-1"), make_engine("pymunk:mode=landed"))
+    found = attribute(find_scene("chaos-a"), make_engine("ghostball"))
     assert found.instant is not None
     assert "last digit" in found.until
     assert found.rounding < 1e-4
