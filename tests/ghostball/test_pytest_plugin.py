@@ -167,10 +167,10 @@ def test_past_the_horizon_nothing_is_expected_of_the_end(pytester):
     option = engine(pytester, "    def resolution(self, scene): return 2e-3\n")
     limits = '[[criteria]]\nengines = ["mine"]\nmetric = "rest_error_max"\nat_most = 1e-3\n'
     pytester.makefile(".toml", limits=limits + 'reason = "a millimetre"\n')
-    result = run(pytester, option, "--ghostball-criteria=limits.toml", "ghostball::break-7")
-    assert outcomes(result)["break-7::rest_error_max"] == "SKIPPED"
-    assert "break-7: unpredictable: from t = " in result.stdout.str()
-    assert outcomes(result)["break-7::energy_rise"] == "PASSED"
+    result = run(pytester, option, "--ghostball-criteria=limits.toml", "ghostball::break-8")
+    assert outcomes(result)["break-8::rest_error_max"] == "SKIPPED"
+    assert "break-8: unpredictable: from t = " in result.stdout.str()
+    assert outcomes(result)["break-8::energy_rise"] == "PASSED"
 
 
 def test_judged_as_another_engine(pytester):
