@@ -28,7 +28,8 @@ from benchmarks.sizes import FULL, QUICK
 from benchmarks.skips import measure_skips
 from benchmarks.targets import chosen_workloads
 from ghostball._options import AUTO, Jobs, engines_option
-from ghostball._terminal import ExitStatus, command, say, stdout
+from ghostball._terminal import command, say, stdout
+from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.scenes.gases import many_balls
 from ghostball.validation.scenes.library import select
 

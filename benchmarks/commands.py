@@ -13,7 +13,8 @@ from benchmarks import measurements
 from benchmarks.measurements import Measurement
 from benchmarks.running import BenchError
 from ghostball._progress import counting
-from ghostball._terminal import ExitStatus, say, stdout
+from ghostball._terminal import say, stdout
+from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.results.environment import describe_environment
 
 M = TypeVar("M", bound=Measurement)

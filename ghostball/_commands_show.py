@@ -18,7 +18,8 @@ from ghostball._options import (
     complete_scene,
     refuse_given,
 )
-from ghostball._terminal import ExitStatus, command, say, stdout
+from ghostball._terminal import command, say, stdout
+from ghostball.validation.exit_status import ExitStatus
 
 app = typer.Typer()
 

@@ -13,13 +13,14 @@ from rich import box
 from rich.markup import escape
 from rich.table import Table
 
-from ghostball._terminal import ExitStatus, stdout
+from ghostball._terminal import stdout
 from ghostball.engine import GhostballError
 from ghostball.reports import style
 from ghostball.reports.accuracy import cell_text
 from ghostball.validation.checks.difference import CaseDifference, Moved, difference_of
 from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.checks.verdict import verdict_of
+from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.results.store import CaseRecord, Results, has_results
 
 MOST_TOLD = 3

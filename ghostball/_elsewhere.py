@@ -10,13 +10,14 @@ from rich import box
 from rich.markup import escape
 from rich.table import Table
 
-from ghostball._terminal import ExitStatus, say, stdout
+from ghostball._terminal import say, stdout
 from ghostball.engine import GhostballError, Scene
 from ghostball.engine.scene import json_schema
 from ghostball.reference_adapters.base import EngineError
 from ghostball.reference_adapters.elsewhere import Run, recorded_engine
 from ghostball.reports.accuracy import CLASSES, accuracy_text
 from ghostball.validation.checks.criteria import common_criteria
+from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.results.files import write_all_whole
 from ghostball.validation.results.records import CaseRecord
 from ghostball.validation.scenes.library import find_scene, select

@@ -12,7 +12,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from ghostball._progress import COMPILING, Steps
-from ghostball._terminal import ExitStatus, say
+from ghostball._terminal import say
 from ghostball.engine import Scene
 from ghostball.reports import style
 from ghostball.reports.markdown_ensembles import effect_text, without_end_text
@@ -30,6 +30,7 @@ from ghostball.validation.ensembles import (
     run_ensembles,
 )
 from ghostball.validation.ensembles.compare import LEVEL
+from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.parallel.cluster import Cluster
 
 PERTURBING, COMPARING = "perturbed shots", "comparing"

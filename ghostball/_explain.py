@@ -13,7 +13,7 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
-from ghostball._terminal import ExitStatus, busy, say, say_printed, stdout
+from ghostball._terminal import busy, say, say_printed, stdout
 from ghostball.engine.result import Status, initial_state
 from ghostball.engine.trajectory import energy_of
 from ghostball.reference_adapters import make_engine
@@ -30,6 +30,7 @@ from ghostball.reports.attribution_text import (
 from ghostball.validation.diagnose.attribution import Attribution
 from ghostball.validation.diagnose.explanation import Explanation, Margin, explain
 from ghostball.validation.diagnose.parting import Collision
+from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.runs.playing import apart
 from ghostball.validation.scenes.library import find_scene
 

@@ -13,13 +13,14 @@ from rich.markup import escape
 from rich.table import Table
 
 from ghostball._progress import COMPILING, Steps
-from ghostball._terminal import ExitStatus, say, stdout, worst
+from ghostball._terminal import say, stdout
 from ghostball._verdicts import headline
 from ghostball.engine import GhostballError
 from ghostball.reports import style
 from ghostball.reports.board import LOOKS, about, draw_board, value_text
 from ghostball.validation.board.board import ROWS, Board, command, run_board
 from ghostball.validation.board.column import COLUMNS, FAULTS, QUESTIONS, Column
+from ghostball.validation.exit_status import ExitStatus, worst
 
 
 def run(

@@ -17,7 +17,7 @@ from rich.table import Table
 from ghostball._config import Config, load_config
 from ghostball._options import Format
 from ghostball._progress import COMPILING, Steps
-from ghostball._terminal import ExitStatus, say, stdout, tables, worst
+from ghostball._terminal import say, stdout, tables
 from ghostball.engine import Scene
 from ghostball.reference_adapters import make_engine
 from ghostball.reports import summary_markdown
@@ -43,6 +43,7 @@ from ghostball.validation.baselines.junit import regression_xml
 from ghostball.validation.baselines.regression import BASELINES, Change, regressions_json
 from ghostball.validation.baselines.timing import ROUNDS
 from ghostball.validation.checks.criteria import Criteria
+from ghostball.validation.exit_status import ExitStatus, worst
 from ghostball.validation.results.records import CaseRecord
 from ghostball.validation.results.store import Results
 from ghostball.validation.scenes.library import select

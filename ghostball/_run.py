@@ -9,9 +9,10 @@ import typer
 from rich.markup import escape
 
 from ghostball._tables import result_table
-from ghostball._terminal import ExitStatus, busy, say, say_printed, stdout
+from ghostball._terminal import busy, say, say_printed, stdout
 from ghostball.engine import Record
 from ghostball.reference_adapters import make_engine
+from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.runs.playing import apart, run_engine
 from ghostball.validation.scenes.library import find_scene
 

@@ -14,9 +14,10 @@ from rich.table import Table
 
 from ghostball._config import load_config
 from ghostball._progress import COMPILING, Steps
-from ghostball._terminal import ExitStatus, say, stdout
+from ghostball._terminal import say, stdout
 from ghostball.reference_adapters import make_engine
 from ghostball.reports import write_stress_report
+from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.parallel.cluster import Cluster
 from ghostball.validation.stress import (
     DEFAULT_ENGINES,
@@ -134,7 +135,7 @@ def run(
             f"{outcome.folder.planned} trials are done and kept in {escape(str(out))}. The "
             "same command goes on from there."
         )
-    return ExitStatus(outcome.exit_status)
+    return outcome.exit_status
 
 
 def summary(outcome: StressOutcome) -> dict[str, Any]:

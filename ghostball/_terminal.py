@@ -5,7 +5,6 @@ Results go to stdout, everything else (progress, warnings, errors) to stderr.
 
 from __future__ import annotations
 
-import enum
 import errno
 import functools
 import logging
@@ -19,6 +18,8 @@ from typing import TYPE_CHECKING, ParamSpec
 
 import typer
 
+from ghostball.validation.exit_status import ExitStatus
+
 if TYPE_CHECKING:
     from rich.console import Console
 
@@ -30,23 +31,6 @@ WIDTH_WITHOUT_TERMINAL = 160
 
 DISK_ERRORS = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EIO})
 """What a full or failing disk answers to output that nobody else wrapped: no bug of ours."""
-
-
-class ExitStatus(enum.IntEnum):
-    """What the exit status of a command says."""
-
-    PASSED = 0
-    CHECK_FAILED = 1
-    BAD_INPUT = 2
-    HARNESS_FAILED = 3
-    NOT_JUDGED = 4
-    INTERRUPTED = 130  # 128 + SIGINT, as shells expect
-
-
-def worst(*statuses: int) -> ExitStatus:
-    """Return the status of a command whose parts came to these: the gravest."""
-    found = set(map(ExitStatus, statuses))
-    return next(status for status in _GRAVEST_FIRST if status in found)
 
 
 @contextmanager
@@ -65,16 +49,6 @@ def _written_at_the_end() -> Iterator[None]:
             with suppress(OSError):
                 os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             raise
-
-
-_GRAVEST_FIRST = (
-    ExitStatus.INTERRUPTED,
-    ExitStatus.HARNESS_FAILED,
-    ExitStatus.BAD_INPUT,
-    ExitStatus.CHECK_FAILED,
-    ExitStatus.NOT_JUDGED,
-    ExitStatus.PASSED,
-)
 
 
 def command(function: Callable[P, None]) -> Callable[P, None]:

@@ -14,7 +14,7 @@ from ghostball._config import load_config
 from ghostball._options import Format
 from ghostball._progress import COMPILING, DRAWING, Steps
 from ghostball._summary import printed
-from ghostball._terminal import ExitStatus, say, say_printed, tables, worst
+from ghostball._terminal import say, say_printed, tables
 from ghostball._verdicts import colour_of, headline, verdict_tables
 from ghostball.engine import Scene
 from ghostball.reference_adapters import (
@@ -39,6 +39,7 @@ from ghostball.validation.checks.verdict import (
     verdict_of,
 )
 from ghostball.validation.diagnose.predictability.predict import predict_scenes
+from ghostball.validation.exit_status import ExitStatus, worst
 from ghostball.validation.parallel.cluster import Cluster
 from ghostball.validation.parallel.runner import Reuse
 from ghostball.validation.results.records import (

@@ -172,12 +172,12 @@ def _make_all(
     source: Source, tasks: Sequence[str], jobs: int, failed: list[FailedPart]
 ) -> Iterator[tuple[str, Made]]:
     """Make what every task asks for; yield each as it is done."""
-    if jobs <= 1:
-        for task in tasks:
-            yield task, _make(source, task, failed)
-        return
-    work = partial(_make_in_worker, source.results.path, source.figures)
-    with closing(run_tasks(tasks, jobs, work)) as finished:
+    work = (
+        partial(_answer, source)
+        if jobs <= 1
+        else partial(_make_in_worker, source.results.path, source.figures)
+    )
+    with closing(run_tasks(tasks, max(jobs, 1), work)) as finished:
         for done in finished:
             made, wrong = done.or_else(_died)
             if isinstance(made, Exception):
@@ -186,12 +186,19 @@ def _make_all(
             yield done.task, made
 
 
-def _make_in_worker(path: Path, figures: Pictures, task: str) -> _Answer:
+def _answer(source: Source, task: str) -> _Answer:
     failed: list[FailedPart] = []
     try:
-        return _make(_load_once(path, figures), task, failed), failed
+        return _make(source, task, failed), failed
     except (GhostballError, OSError) as error:  # whoever asked can mend it
         return error, failed
+
+
+def _make_in_worker(path: Path, figures: Pictures, task: str) -> _Answer:
+    try:
+        return _answer(_load_once(path, figures), task)
+    except GhostballError as error:  # it was sound when this one was started
+        return error, []
 
 
 def _died(task: str, reason: str) -> _Answer:

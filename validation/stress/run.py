@@ -25,6 +25,7 @@ from ghostball.reference_adapters.registry import (
     make_engine,
     parse_spec,
 )
+from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.parallel.cluster import Cluster
 from ghostball.validation.parallel.compiling import compile_kernels
 from ghostball.validation.parallel.pool import Done, Progress
@@ -63,8 +64,6 @@ DEFAULT_ENGINES: tuple[str, ...] = (
     "paper-continuous",
 )
 """What is tried where no engine is named."""
-
-PASSED, CHECK_FAILED, HARNESS_FAILED, NOTHING_JUDGED, INTERRUPTED = 0, 1, 3, 4, 130
 
 _LOGGER = logging.getLogger("ghostball.validation")
 
@@ -113,22 +112,23 @@ class StressOutcome:
         return tuple(label for label in labels if parse_spec(label)[0] == OURS) or labels
 
     @property
-    def exit_status(self) -> int:
+    def exit_status(self) -> ExitStatus:
         """0 our engine survived (or, where it isn't asked, all did); 1 not.
 
         3 the harness failed to judge something; 4 nothing was judged, for no engine could be asked;
         130 interrupted.
         """
         if self.interrupted:
-            return INTERRUPTED
+            return ExitStatus.INTERRUPTED
         asked = frozenset(self.asked)
         found = [one for one in self.folder.findings if one.key in asked]
         if any(one.outcome == "failed" for one in found):
-            return HARNESS_FAILED
+            return ExitStatus.HARNESS_FAILED
         if not any(one.outcome in ("survived", "broken") for one in found):
-            return NOTHING_JUDGED
+            return ExitStatus.NOT_JUDGED
         broken = {one.label for one in found if one.outcome == "broken"}
-        return CHECK_FAILED if broken.intersection(self.must_hold) else PASSED
+        fails = broken.intersection(self.must_hold)
+        return ExitStatus.CHECK_FAILED if fails else ExitStatus.PASSED
 
 
 def run_stress(

@@ -29,6 +29,7 @@ from ghostball.validation.checks.criterion import Criterion, StepRule
 from ghostball.validation.checks.metric_table import METRICS, choose_metrics
 from ghostball.validation.checks.step_limits import ANY_STEP
 from ghostball.validation.checks.verdict import is_nothing_judged, is_unfinished
+from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.parallel.cluster import Cluster
 from ghostball.validation.parallel.compiling import compile_kernels
 from ghostball.validation.parallel.pool import Done, Progress
@@ -60,12 +61,6 @@ DEFAULT_ENGINES: tuple[str, ...] = (
     "paper-continuous",
 )
 """What `ghostball validate` runs where `--engine` is left out."""
-
-PASSED, CHECK_FAILED, HARNESS_FAILED, NOTHING_JUDGED = 0, 1, 3, 4
-"""Exit statuses of a run that went to its end."""
-
-INTERRUPTED = 130
-"""Exit status of an interrupted run, as shells have it: 128 + SIGINT."""
 
 
 @dataclass(frozen=True)
@@ -130,19 +125,19 @@ class Outcome:
         )
 
     @property
-    def exit_status(self) -> int:
+    def exit_status(self) -> ExitStatus:
         """0 all passed; 1 a check failed, or an engine didn't come to its end; 130 interrupted.
 
         3 ghostball itself failed to judge a case; 4 nothing was judged.
         """
         counts = self.counts
         if self.interrupted:
-            return INTERRUPTED
+            return ExitStatus.INTERRUPTED
         if any(case.fault == "ghostball" for case in self.cases):
-            return HARNESS_FAILED
+            return ExitStatus.HARNESS_FAILED
         if counts.unfinished or counts.checks_failed:
-            return CHECK_FAILED
-        return NOTHING_JUDGED if is_nothing_judged(self.cases) else PASSED
+            return ExitStatus.CHECK_FAILED
+        return ExitStatus.NOT_JUDGED if is_nothing_judged(self.cases) else ExitStatus.PASSED
 
 
 class SuiteError(GhostballError, ValueError):

@@ -1,0 +1,32 @@
+"""What the exit status of a command says: of the suite, of stress, and of each command alike."""
+
+from __future__ import annotations
+
+import enum
+
+
+class ExitStatus(enum.IntEnum):
+    """What the exit status of a command says."""
+
+    PASSED = 0
+    CHECK_FAILED = 1
+    BAD_INPUT = 2
+    HARNESS_FAILED = 3
+    NOT_JUDGED = 4
+    INTERRUPTED = 130  # 128 + SIGINT, as shells expect
+
+
+def worst(*statuses: int) -> ExitStatus:
+    """Return the status of a command whose parts came to these: the gravest."""
+    found = set(map(ExitStatus, statuses))
+    return next(status for status in _GRAVEST_FIRST if status in found)
+
+
+_GRAVEST_FIRST = (
+    ExitStatus.INTERRUPTED,
+    ExitStatus.HARNESS_FAILED,
+    ExitStatus.BAD_INPUT,
+    ExitStatus.CHECK_FAILED,
+    ExitStatus.NOT_JUDGED,
+    ExitStatus.PASSED,
+)
