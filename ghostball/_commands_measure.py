@@ -320,8 +320,8 @@ def leaderboard(
 ) -> None:
     """Put engines on one board: how right each is in what tells engines apart, and how fast.
 
-    What earlier runs measured with the same code is reused. An engine that crashes or hangs
-    costs its own cells; exit status 1 where one did.
+    Cells are cases of the suite: what earlier runs measured with the same code is reused, and exit
+    statuses are those of `validate`. An engine that crashes or hangs costs its own cells.
     """
     from ghostball._leaderboard import run as measure  # noqa: PLC0415
 

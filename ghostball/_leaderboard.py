@@ -20,6 +20,7 @@ from ghostball.reports import style
 from ghostball.reports.board import LOOKS, about, draw_board, value_text
 from ghostball.validation.board.board import ROWS, Board, command, run_board
 from ghostball.validation.board.column import COLUMNS, FAULTS, QUESTIONS, Column
+from ghostball.validation.checks.verdict import NOTHING_JUDGED, is_nothing_judged
 from ghostball.validation.exit_status import ExitStatus, worst
 
 
@@ -72,6 +73,8 @@ def run(
             stdout().print(f"{one.id}{unit}: {one.question}", markup=False, style="dim")
         if outcome is not None:
             console.print(headline(outcome, time.perf_counter() - started), soft_wrap=True)
+    if outcome is not None and is_nothing_judged(outcome.cases):
+        say(f"[bold yellow]{NOTHING_JUDGED}[/]")
     for row, why in board.absent.items():
         say(f"[bold]{escape(row)}[/] is absent: {escape(why)}")
     cells = [board.cell(row, one.id) for row in asked for one in chosen if one.of_engine]

@@ -33,7 +33,7 @@ def put_motion(
     scene: str | None = None,
     side: str | None = None,
 ) -> None:
-    """Add the motion of a case, of one side of a comparison, or of a row of the board to a scene.
+    """Add the motion of a case, or of one side of a comparison.
 
     Within a `transaction`.
     """
@@ -65,9 +65,7 @@ def motion_of_case(folder: Path, scene: str, label: str) -> Motion | None:
 
 
 def motion_of_side(folder: Path, scene: str, side: str) -> Motion | None:
-    """Read the motion of the "base" or the "head" of a comparison, or of a row of the board.
-
-    None where there is none.
+    """Read the motion of the "base" or the "head" of a comparison, or None where there is none.
 
     Raises
     ------
@@ -76,20 +74,6 @@ def motion_of_side(folder: Path, scene: str, side: str) -> Motion | None:
     """
     what = f'the motion of the {side} in scene "{scene}"'
     return _motion(folder, "scene = ? AND side = ?", [scene, side], what)
-
-
-def save_motion(folder: Path, motion: Motion | None, *, scene: str, side: str) -> None:
-    """Store one motion that is of no case, in place of an earlier one; None leaves none.
-
-    Raises
-    ------
-    ResultsError
-        Where the folder can't be written.
-    """
-    with writing(folder) as database, transaction(database):
-        database.execute("DELETE FROM motions WHERE scene = ? AND side = ?", [scene, side])
-        if motion is not None:
-            put_motion(database, motion, scene=scene, side=side)
 
 
 def save_sides(folder: Path, motions: dict[tuple[str, str], Motion]) -> None:
@@ -107,11 +91,8 @@ def save_sides(folder: Path, motions: dict[tuple[str, str], Motion]) -> None:
 
 
 def forget_sides(database: sqlite3.Connection) -> None:
-    """Remove the motions of a comparison; those of a board beside the results stay.
-
-    Within a `transaction`.
-    """
-    database.execute("DELETE FROM motions WHERE side IN ('base', 'head')")
+    """Remove the motions of a comparison; within a `transaction`."""
+    database.execute("DELETE FROM motions WHERE side IS NOT NULL")
 
 
 def _motion(folder: Path, where: str, given: list[str], what: str) -> Motion | None:
