@@ -353,22 +353,15 @@ def grade(
             help="Files of runs made elsewhere, as JSON: one run, a list, or one a line.",
         ),
     ],
-    worst: Annotated[
-        str,
-        typer.Option(
-            metavar="CLASS",
-            help="The worst accuracy that passes: exact, nanometres, micrometres, millimetres, "
-            "centimetres, or another shot.",
-        ),
-    ] = "centimetres",
 ) -> None:
     """Judge runs that an engine in any language made, as those of any other engine.
 
     `ghostball scenes --export DIR` writes the scenes. Each run is a JSON object: engine, scene (a
     shipped one's name, or all of it), status ("rest", "t-max"), rest_time, rest_positions, events
     and samples of the motion; reference_adapters/elsewhere.py describes all. A file holds one run,
-    a list of them, or one a line. Exit status 1 where a run is worse than `--worst`.
+    a list of them, or one a line. They are asked what
+    `ghostball validate` asks of any engine, and the exit status is the same.
     """
     from ghostball._elsewhere import grade as judge  # noqa: PLC0415
 
-    raise typer.Exit(judge(files, worst))
+    raise typer.Exit(judge(files))

@@ -11,18 +11,20 @@ from rich.markup import escape
 from rich.table import Table
 
 from ghostball._terminal import say, stdout
+from ghostball._verdicts import failures
 from ghostball.engine import GhostballError, Scene
 from ghostball.engine.scene import json_schema
 from ghostball.reference_adapters.base import EngineError
 from ghostball.reference_adapters.elsewhere import Run, recorded_engine
-from ghostball.reports.accuracy import CLASSES, accuracy_text
-from ghostball.validation.checks.criteria import common_criteria
+from ghostball.reports.accuracy import cell_text
+from ghostball.validation.checks.law import asked_of
+from ghostball.validation.checks.verdict import NOTHING_JUDGED, is_nothing_judged
 from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.results.files import write_all_whole
 from ghostball.validation.results.records import CaseRecord
 from ghostball.validation.scenes.library import find_scene, select
 from ghostball.validation.suite.case import Case, run_case
-from ghostball.validation.suite.suite import shipped_criteria, truth_or_failure
+from ghostball.validation.suite.suite import exit_status_of, shipped_criteria, truth_or_failure
 
 
 def export_scenes(folder: Path, names: Sequence[str] = ()) -> int:
@@ -51,17 +53,8 @@ def plain(scene: Scene) -> dict[str, object]:
     return values
 
 
-def grade(files: Sequence[Path], worst: str) -> int:
-    """Judge runs that were made elsewhere as any engine's, and show what became of each.
-
-    Parameters
-    ----------
-    files : sequence of Path
-    worst : str
-        The last class, in the order of `CLASSES`, that passes.
-    """
-    if worst not in CLASSES:
-        raise EngineError(f"`--worst` must be one of {', '.join(CLASSES)}, got {worst!r}")
+def grade(files: Sequence[Path]) -> int:
+    """Judge runs that were made elsewhere as any engine's, and show what became of each."""
     runs = [run for path in files for run in Run.load(path)]
     if not runs:
         raise EngineError("the files must hold at least one run, got none")
@@ -73,17 +66,16 @@ def grade(files: Sequence[Path], worst: str) -> int:
         table.add_row(
             escape(case.scene),
             escape(case.engine),
-            escape(accuracy_text(case)),
+            escape(cell_text(case)),
             _counts(case),
             escape(case.reason),
         )
     stdout().print(table)
-    kinds: list[str] = list(CLASSES)
-    passing = kinds[: kinds.index(worst) + 1]
-    wrong = [case for case in cases if case.accuracy is None or case.accuracy.kind not in passing]
-    if wrong:
-        say(f"[bold]{len(wrong)} of {len(cases)} runs are worse than {escape(worst)}.[/]")
-    return ExitStatus.CHECK_FAILED if wrong else ExitStatus.PASSED
+    for line in failures(cases):
+        stdout().print(line, soft_wrap=True)
+    if is_nothing_judged(cases):
+        say(f"[bold yellow]{NOTHING_JUDGED}.[/]")
+    return exit_status_of(cases)
 
 
 def _counts(case: CaseRecord) -> str:
@@ -94,9 +86,8 @@ def _counts(case: CaseRecord) -> str:
 def _judge(run: Run) -> CaseRecord:
     scene = _scene_of(run)
     criteria = shipped_criteria(scene)
-    limits = criteria.over_common(common_criteria(), run.engine, run.settings)
     truth = truth_or_failure(scene, criteria)
-    case = Case(scene, run.engine, truth, limits)
+    case = Case(scene, run.engine, truth, asked_of([(run.engine, run.settings)], criteria))
     record, _ = run_case(case, lambda _: recorded_engine(run))
     return record
 

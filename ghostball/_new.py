@@ -28,8 +28,8 @@ out = "out"  # results: not to be committed
 _ABOUT = '''\
 """An engine for `ghostball validate` and `ghostball regress`: put your own in its place.
 
-It sees contacts up to a step late and states no `resolution`, so that nothing is known of how
-exact it is, and little is asked of it.
+It sees contacts up to a step late, and says so by its `resolution`: its shots are held to what a
+step of that size allows.
 """
 
 '''
@@ -59,7 +59,10 @@ def init(engine: str | None) -> None:
     before = path.read_text(encoding="utf-8").rstrip("\n") + "\n\n" if path.exists() else ""
     files[path] = before + _CONFIG.format(engine=json.dumps(engine))
     _write(files)
-    say('Next: `ghostball regress` runs it, `ghostball accept --reason "..."` keeps what it did')
+    say(
+        "Next: `ghostball validate` runs it and says how right it is; `ghostball regress` and "
+        '`ghostball accept --reason "..."` keep what it did'
+    )
 
 
 def new_engine(name: str) -> None:

@@ -25,13 +25,13 @@ from ghostball.validation.baselines.baseline import baseline_path, engine_folder
 from ghostball.validation.baselines.gate import check_baselines, compare_case
 from ghostball.validation.baselines.junit import UNCOMPARED
 from ghostball.validation.checks.criteria import Criteria
+from ghostball.validation.checks.law import Asked
 from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.runs.playing import apart
 from ghostball.validation.scenes.commands import regress as regress_command
 from ghostball.validation.scenes.library import scene_names, select
 from ghostball.validation.suite.conformance import (
     COMPLETES,
-    Asked,
     EngineUnderTest,
     Finding,
     SceneRun,
@@ -39,6 +39,7 @@ from ghostball.validation.suite.conformance import (
     check_names,
     engine_under_test,
     run_scene,
+    what_is_asked,
 )
 from ghostball.validation.suite.suite import (
     check_time_limit,
@@ -186,7 +187,7 @@ class _Plan:
         return cls(engine, tuple(scenes), own, for_all, tuple(options), time_limit, baselines)
 
     def asked(self, scene: Scene) -> Asked:
-        return asked_of(self.engine, scene, self.own[scene.name], self.for_all)
+        return asked_of(self.engine, self.own[scene.name], self.for_all)
 
     def run(self, scene: Scene, asked: Asked) -> SceneRun:
         self.printed.clear()
@@ -246,7 +247,7 @@ class _SceneNode(_Node):
         super().__init__(**node)
         self.plan, self.scene = plan, scene
         self.asked = plan.asked(scene)
-        self.metrics = self.asked.metrics
+        self.metrics = what_is_asked(plan.engine, scene, self.asked)
         if baseline_path(plan.baselines, scene.name).exists():
             self.metrics += (BASELINE,)
         self.failure_told = False  # of the engine in this scene, which all its tests have

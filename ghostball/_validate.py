@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 import time
 from collections.abc import Collection, Iterator, Sequence
 from pathlib import Path
@@ -31,7 +30,7 @@ from ghostball.validation.baselines import (
     save_regression,
 )
 from ghostball.validation.baselines.baseline import baseline_names, engine_folder, engine_key
-from ghostball.validation.checks.criteria import SUFFIX
+from ghostball.validation.checks.criteria import SUFFIX, common_criteria
 from ghostball.validation.checks.verdict import (
     NOTHING_JUDGED,
     Verdict,
@@ -126,7 +125,6 @@ def run(
             reuse=not rerun,
             announce=lambda reused: _announce(reused, specs, out),
             time_limit=time_limit,
-            strangers=True,
         )
     folder = escape(str(out))
     if not outcome.cases:
@@ -325,16 +323,12 @@ def _advice(outcome: Outcome) -> str:
     if not unlimited:
         return "Every limit compares our engine with itself. Add engines"
     case = next((one for one in unlimited if one.scene not in scene_names()), unlimited[0])
+    excuse = common_criteria().excuse(case.engine, case.settings)
+    why = f"Of `{case.label}` nothing is asked that holds for all: {excuse} " if excuse else ""
     if case.scene in scene_names():
-        return (
-            f"Each run has its class, but nothing says how right `{case.engine}` has to be: the "
-            "shipped scenes have no limits for it, and it states no `resolution`, how far off a "
-            "ball may be when it collides. What no engine may break, and limits of yours, are "
-            "judged by "
-            f"`pytest ghostball:: --ghostball-engine {shlex.quote(case.label)}`"
-        )
+        return f"{why}Ask for an engine, or for settings, of which the scene states a limit"
     return (
-        f"Say what must hold in {case.scene}{SUFFIX} beside the scene, such as:\n"
+        f"{why}Say what must hold in {case.scene}{SUFFIX} beside the scene, such as:\n"
         f'[[criteria]]\nengines = ["{case.engine}"]\nmetric = "rest_error_max"\nat_most = 5e-3\n'
         'reason = "why no more than 5 mm"'
     )

@@ -56,7 +56,7 @@ def verdict_tables(results: Results, console: Console) -> RenderableType:
     engines = _engines(results)
     # What is cut short says nothing: a narrow window breaks its lines instead.
     engines.width = Measurement.get(console, unlimited, engines).maximum
-    return Group(*parts, engines, KEY, *_failures(results.cases))
+    return Group(*parts, engines, KEY, *failures(results.cases))
 
 
 def colour_of(case: CaseRecord) -> str:
@@ -145,7 +145,8 @@ def _alarming(count: int) -> str:
     return f"[bold red]{count}[/]" if count else "0"
 
 
-def _failures(cases: Iterable[CaseRecord]) -> Sequence[str]:
+def failures(cases: Iterable[CaseRecord]) -> Sequence[str]:
+    """Return a line for each limit that is broken, and for each case that did not finish."""
     lines = []
     for case in cases:
         where = escape(f"{case.scene} on {case.label}")

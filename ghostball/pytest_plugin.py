@@ -12,10 +12,9 @@ What `[tool.ghostball]` in `pyproject.toml` says of engines, scenes and baseline
 Where the engine has accepted baselines (`ghostball regress`, `ghostball accept`), each scene that
 has one is compared with it, in the test `baseline`.
 
-What is asked: limits that name the engine, of the scene, of the file of `--ghostball-criteria`, and
-the common ones, in this order for each metric; and, where the scene doesn't name the engine, what
-no engine may break (`validation.suite.conformance.asked_of_any`). What an engine doesn't represent
-is skipped, and so is the end of a shot that errors of its size make unpredictable.
+What is asked is what `ghostball validate` asks of any engine (`validation.checks.law`), and the
+limits of the file of `--ghostball-criteria`. What an engine doesn't represent is skipped, and so is
+the end of a shot that errors of its size make unpredictable.
 
 Every pytest in the environment loads this module: without the option it does nothing, and it
 imports nothing but pytest.

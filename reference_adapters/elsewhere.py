@@ -14,10 +14,13 @@ A run is an object with these keys, in SI units; balls are in the order of the s
                         "angular_velocities": [...]}: of each instant, of each ball, three numbers.
                         From t = 0 to `rest_time`; just before and just after each collision is
                         best, since between two samples the motion is interpolated
-    settings, wall_time, version, reason, resolution
+    settings, wall_time, version, reason, resolution, approximate
                         as wanted: how the engine was set; its run time [s]; its version; why it
                         stopped early; how far off a ball may be when it collides [m], 0 by
-                        rounding alone; left out, nothing is known of how exact the engine is
+                        rounding alone, left out where nothing is known of that; and what of the
+                        scene it represents only approximately, and how: {"rolling without slip":
+                        "in steps"}, by the names of `ghostball engines`. The rest it claims to be
+                        exact
 
 `ghostball run --format json` prints the same keys, but the samples.
 """
@@ -45,7 +48,7 @@ from ghostball.engine import (
     Status,
 )
 from ghostball.engine.result import COLLISION_KINDS
-from ghostball.engine.scene.features import Capabilities, Capability, Feature
+from ghostball.engine.scene.features import EXACT, Capabilities, Capability, Feature
 from ghostball.reference_adapters.base import (
     EngineBase,
     EngineError,
@@ -102,6 +105,7 @@ class Run(_Part):
     version: str = ""
     reason: str = ""
     resolution: Annotated[float, Field(ge=0.0)] | None = None
+    approximate: dict[Feature, str] = Field(default_factory=dict)
 
     @classmethod
     def load(cls, path: Path) -> tuple[Run, ...]:
@@ -243,8 +247,9 @@ class _RecordedEngine(EngineBase):
 
     @property
     def capabilities(self) -> Capabilities:
-        """Nobody said: what was run is taken to be represented."""
-        return dict.fromkeys(Feature, Capability("approximate", "as the run made elsewhere has it"))
+        """What was run is represented, and exactly where the run doesn't say how it isn't."""
+        said = {one: Capability("approximate", how) for one, how in self._run.approximate.items()}
+        return dict.fromkeys(Feature, EXACT) | said
 
     def resolution(self, scene: Scene) -> float | None:  # noqa: ARG002
         """Return what the run says of it [m]; None where it says nothing."""

@@ -8,6 +8,7 @@ from pathlib import PurePosixPath
 
 from ghostball.reference_adapters.output import harmless
 from ghostball.reports import style
+from ghostball.validation.results.records import number_with_unit
 from ghostball.validation.results.store import CaseRecord, Results
 
 Drawn = Mapping[str, PurePosixPath]
@@ -76,6 +77,8 @@ def quantity_text(value: float, unit: str) -> str:
     """Return a number as reports show it, a length or a time with the unit that suits it."""
     if unit == "m":
         return style.format_length(value)
+    if unit == "class":
+        return number_with_unit(value, unit)
     return style.format_time(value) if unit == "s" else number_text(value)
 
 

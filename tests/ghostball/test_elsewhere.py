@@ -39,10 +39,10 @@ def made_elsewhere(name: str) -> dict:
     }
 
 
-def graded(tmp_path: Path, *runs: dict, worst: str = "centimetres") -> tuple[int, str]:
+def graded(tmp_path: Path, *runs: dict) -> tuple[int, str]:
     path = tmp_path / "runs.jsonl"
     path.write_text("\n".join(json.dumps(run) for run in runs))
-    done = CliRunner().invoke(app, ["grade", str(path), "--worst", worst])
+    done = CliRunner().invoke(app, ["grade", str(path)])
     return done.exit_code, done.output
 
 
@@ -57,18 +57,28 @@ def test_scenes_come_back_the_same(tmp_path: Path) -> None:
 
 def test_a_right_run_passes_and_a_wrong_one_fails(tmp_path: Path) -> None:
     right = [made_elsewhere(name) for name in ("half-ball-cut", "wall-bounce", "draw-shot")]
-    status, shown = graded(tmp_path, *right, worst="nanometres")
+    status, shown = graded(tmp_path, *right)
     assert status == 0, shown
     # Planted errors: a ball that rests elsewhere, a collision that nobody saw.
     off, blind = made_elsewhere("half-ball-cut"), made_elsewhere("half-ball-cut")
     off["rest_positions"][0][0] += 0.002
-    assert graded(tmp_path, off)[0] == 0
-    assert graded(tmp_path, off, worst="micrometres")[0] == 1
+    status, shown = graded(tmp_path, off)
+    assert status == 1
+    assert "accuracy must be <= nanometres, got millimetres: 0.002 m off" in shown
     blind["events"] = blind["events"][1:]
     status, shown = graded(tmp_path, blind)
     assert status == 1
-    assert "1 of 1 runs are worse than centimetres" in shown
-    assert graded(tmp_path, off, worst="perfect")[0] == 2
+    assert "ball_ball_count_error must be == 0, got 1" in shown
+
+
+def test_who_claims_less_is_asked_for_less(tmp_path: Path) -> None:
+    run = made_elsewhere("half-ball-cut")
+    run["rest_positions"][0][0] += 0.002
+    assert graded(tmp_path, run | {"approximate": {"rolling without slip": "in steps"}})[0] == 0
+    assert graded(tmp_path, run | {"resolution": 2e-3})[0] == 0
+    assert graded(tmp_path, run | {"resolution": 1e-6})[0] == 1
+    with pytest.raises(EngineError, match=r"`approximate.rolling.*` of .* is refused"):
+        Run.parse(run | {"approximate": {"rolling": "so"}}, "a file, run 1")
 
 
 def test_a_whole_scene_may_stand_in_a_run(tmp_path: Path) -> None:

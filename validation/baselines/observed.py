@@ -25,8 +25,8 @@ from ghostball.validation.runs.sampling import events_of
 
 FloatArray = NDArray[np.float64]
 
-UNJUDGED = ("wall_time",)
-"""Metrics that no baseline holds: the time is the machine's."""
+UNJUDGED = ("wall_time", "accuracy")
+"""Metrics that no baseline holds: the time is the machine's, and a class is made of the errors."""
 
 KEPT_EVENTS = 64
 """Events that a baseline holds one by one: what a person reads, and all of most shipped shots.

@@ -25,7 +25,12 @@ from ghostball.validation.grading.grading import Gradable, position_errors
 from ghostball.validation.grading.sequences import TIE, matching_collisions
 from ghostball.validation.grading.tolerances import ROUNDINGS, UNIT_ROUNDOFF
 from ghostball.validation.results.records import CERTIFIED, Accuracy, AccuracyKind, BrokenBy
-from ghostball.validation.runs.sampling import deepest_overlap, energy_series, events_of
+from ghostball.validation.runs.sampling import (
+    deepest_overlap,
+    energy_series,
+    events_of,
+    first_not_finite,
+)
 from ghostball.validation.truth.horizons import extent_of
 from ghostball.validation.truth.scene_truth import Truth, collisions_of
 
@@ -138,7 +143,8 @@ def _broken(result: Result, resolution: Resolution) -> tuple[BrokenBy, float | N
     if not result.status.complete:
         return "stopped", None
     energy = energy_series(result)
-    if not (np.all(np.isfinite(energy)) and np.all(np.isfinite(result.rest_positions))):
+    finite = np.all(np.isfinite(energy)) and np.all(np.isfinite(result.rest_positions))
+    if not finite or first_not_finite(result):
         return "not finite", None
     gain = largest_gain(result, resolution)
     if gain > ENERGY_MADE * float(energy[0]):

@@ -8,15 +8,28 @@
     at_most = 1e-13                  # or at_least, or equals
     reason  = "what a few roundings of a 2.5 m table leave"
 
-Where several criteria on a metric cover an engine, those whose selector states the most settings
-win, and replace the others.
+Where several criteria on a metric cover an engine, those that say most of it win, and replace the
+others: that name it, then whose selector states the most settings, then that say what it claims.
 
-What holds for every scene is in `scenes/common.expect.toml`; a scene's own criterion on a metric
-replaces that for the engines that it covers. What several shipped scenes ask stands once, in
-`scenes/shared.expect.toml`.
+What every engine must keep, shipped or anyone's, in every scene, is in `scenes/common.expect.toml`,
+of `engines = ["*"]`; see `law` for what wins where a scene says something, too. What several
+shipped scenes ask stands once, in `scenes/shared.expect.toml`.
+
+    [[criteria]]
+    engines = ["*"]
+    claiming = "exact"               # or "rounding", "less": what the engine says of itself
+    metric  = "accuracy"
+    at_most = "nanometres"           # a class, by name
+    if_measured = true
+    reason  = "..."
+
+    [[excused]]                      # of these nothing of the common law is asked
+    engines = ["*:config=default"]
+    reason = "..."
 
 Of engines that a `[[steps]]` table names, in a scene's file or in that of all, the limits on how a
-shot ends are computed from their step, on metrics that no criterion limits; see `step_limits`.
+shot ends are computed from their step, on metrics that no criterion of the scene limits; see
+`step_limits`.
 
     [[steps]]
     engines = ["my-engine"]
@@ -31,6 +44,8 @@ shot ends are computed from their step, on metrics that no criterion limits; see
 
 from __future__ import annotations
 
+import math
+import re
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from difflib import get_close_matches
@@ -48,9 +63,12 @@ from pydantic import (
 from pydantic_core import PydanticCustomError
 
 from ghostball.validation.checks.criterion import (
+    EVERY,
     BeyondStep,
+    Claim,
     CriteriaError,
     Criterion,
+    Excused,
     ForEngines,
     Selector,
     SharedCriterion,
@@ -95,6 +113,7 @@ class Criteria(BaseModel):
     criteria: tuple[Criterion, ...] = ()
     steps: tuple[StepRule, ...] = ()
     beyond_step: tuple[BeyondStep, ...] = ()
+    excused: tuple[Excused, ...] = ()
 
     @property
     def least_proved(self) -> int | None:
@@ -102,24 +121,29 @@ class Criteria(BaseModel):
         return 0 if self.truth is None and self.proved is None else self.proved
 
     @model_validator(mode="after")
-    def _no_repetition(self) -> Self:
-        seen: set[tuple[Selector, str, LimitKind]] = set()
+    def _no_contradiction(self) -> Self:
+        seen: dict[tuple[Selector, str, Claim | None], dict[LimitKind, float]] = defaultdict(dict)
         for i, criterion in enumerate(self.criteria):
             for selector in criterion.engines:
-                key = (selector, criterion.metric, criterion.limit_kind)
-                if key in seen:
+                limits = seen[selector, criterion.metric, criterion.claiming]
+                what = {"i": i, "metric": criterion.metric, "selector": str(selector)}
+                if criterion.limit_kind in limits:
                     raise PydanticCustomError(
                         "repeated",
                         "`criteria[{i}]` repeats `{limit}` on `{metric}` for `{selector}`. "
                         "Remove one of the two",
-                        {
-                            "i": i,
-                            "limit": criterion.limit_kind,
-                            "metric": criterion.metric,
-                            "selector": str(selector),
-                        },
+                        what | {"limit": criterion.limit_kind},
                     )
-                seen.add(key)
+                limits[criterion.limit_kind] = criterion.limit
+                exact = limits.get("equals", math.nan)
+                low, high = limits.get("at_least", exact), limits.get("at_most", exact)
+                if low > high or not (math.isnan(exact) or low <= exact <= high):
+                    raise PydanticCustomError(
+                        "repeated",
+                        "`criteria[{i}]`: limits on `{metric}` for `{selector}` must be in order, "
+                        "`at_least` <= `equals` <= `at_most`, got {limits}. Change one of them",
+                        what | {"limits": ", ".join(f"{k} {v:g}" for k, v in limits.items())},
+                    )
         return self
 
     @classmethod
@@ -133,24 +157,35 @@ class Criteria(BaseModel):
         """
         return _load(cls, Path(path))
 
-    def applying_to(self, engine: str, settings: Mapping[str, Any]) -> tuple[Criterion, ...]:
+    def applying_to(
+        self, engine: str, settings: Mapping[str, Any], claim: Claim | None = None
+    ) -> tuple[Criterion, ...]:
         """Return the criteria that hold for an engine with these effective settings.
+
+        Parameters
+        ----------
+        engine : str
+        settings : mapping
+        claim : Claim, optional
+            What the engine claims in the scene; None: only criteria that hold whatever it claims.
 
         Raises
         ------
         CriteriaError
             Where two selectors, equally specific, set the same kind of limit on a metric.
         """
-        covering: dict[str, list[tuple[int, Criterion]]] = defaultdict(list)
+        covering: dict[str, list[tuple[tuple[bool, int, int], Criterion]]] = defaultdict(list)
         for criterion in self.criteria:
+            if criterion.claiming is not None and (claim is None or not criterion.holds_for(claim)):
+                continue
             matching = [s for s in criterion.engines if s.covers(engine, settings)]
             if matching:
-                stated = max(len(selector.settings) for selector in matching)
-                covering[criterion.metric].append((stated, criterion))
+                said = max(map(criterion.specificity, matching))
+                covering[criterion.metric].append((said, criterion))
         chosen: list[Criterion] = []
         for metric, found in covering.items():
-            most = max(stated for stated, _ in found)
-            winners = [criterion for stated, criterion in found if stated == most]
+            most = max(said for said, _ in found)
+            winners = [criterion for said, criterion in found if said == most]
             kinds = [criterion.limit_kind for criterion in winners]
             if len(set(kinds)) < len(kinds):
                 raise CriteriaError(
@@ -160,20 +195,9 @@ class Criteria(BaseModel):
             chosen.extend(winners)
         return tuple(chosen)
 
-    def over_common(
-        self, common: Criteria, engine: str, settings: Mapping[str, Any]
-    ) -> tuple[Criterion, ...]:
-        """Return the criteria that hold for an engine, with the common ones on other metrics.
-
-        Raises
-        ------
-        CriteriaError
-            As `applying_to`.
-        """
-        own = self.applying_to(engine, settings)
-        limited = {criterion.metric for criterion in own}
-        others = common.applying_to(engine, settings)
-        return own + tuple(other for other in others if other.metric not in limited)
+    def excuse(self, engine: str, settings: Mapping[str, Any]) -> str:
+        """Return why nothing of the common law is asked of an engine; "" where all is."""
+        return next((one.reason for one in self.excused if one.covers(engine, settings)), "")
 
     def step_rule(
         self, engine: str, settings: Mapping[str, Any], *wider: Criteria
@@ -184,12 +208,7 @@ class Criteria(BaseModel):
         """
         rules: list[StepRule | BeyondStep] = [*self.beyond_step, *self.steps]
         rules += [rule for criteria in wider for rule in criteria.steps]
-        covering = (
-            rule
-            for rule in rules
-            if any(selector.covers(engine, settings) for selector in rule.engines)
-        )
-        found = next(covering, None)
+        found = next((rule for rule in rules if rule.covers(engine, settings)), None)
         return found if isinstance(found, StepRule) else None
 
     def check_engines(self, known: Iterable[str], source: str) -> None:
@@ -201,22 +220,20 @@ class Criteria(BaseModel):
         """
         names = tuple(known)
         tables: dict[str, tuple[ForEngines, ...]] = {
-            "criteria": self.criteria,
-            "steps": self.steps,
-            "beyond_step": self.beyond_step,
+            table: getattr(self, table) for table in _MODELS
         }
-        for table, i, selector in (
-            (table, i, selector)
+        for table, i, at, selector in (
+            (table, i, row.at, selector)
             for table, rows in tables.items()
             for i, row in enumerate(rows)
             for selector in row.engines
         ):
-            if selector.engine not in names:
+            if selector.engine not in (*names, EVERY):
                 close = get_close_matches(selector.engine, names, n=1)
                 hint = f"Did you mean `{close[0]}`? " if close else ""
                 raise CriteriaError(
-                    f"{source}: `{table}[{i}].engines` must name installed engines, got "
-                    f'"{selector}". {hint}Known engines: {", ".join(names)}'
+                    f"{at or source}: `{table}[{i}].engines` must name installed engines, got "
+                    f'"{selector}". {hint}Known engines: {", ".join(names)}; "{EVERY}" is all'
                 )
 
 
@@ -247,6 +264,7 @@ def criteria_beside(scene_path: str | Path) -> Criteria:
         criteria=(*own.criteria, *shared),
         steps=own.steps,
         beyond_step=own.beyond_step,
+        excused=own.excused,
     )
 
 
@@ -259,19 +277,44 @@ def shared_criteria() -> SharedCriteria:
 def _load(model: type[_Model], source: Path) -> _Model:
     """Read a criteria file; see `Criteria.load`."""
     try:
-        data = toml_of(source.read_text(encoding="utf-8"))
+        text = source.read_text(encoding="utf-8")
+        data = toml_of(text)
     except (OSError, UnicodeDecodeError) as error:
         raise CriteriaError(f"{source}: can't read the criteria: {error}") from None
     except ValueError as error:
         raise CriteriaError(f"{source}: not valid TOML: {error}. Mend it there") from None
+    lines = _lines_of_tables(text)
+    for table in _MODELS:
+        rows = data.get(table)
+        for row, line in zip(rows if isinstance(rows, list) else (), lines[table], strict=False):
+            if isinstance(row, dict):
+                row["at"] = f"{source}:{line}"
     try:
         return model.model_validate(data)
     except ValidationError as error:
-        raise CriteriaError(_describe(error, source)) from None
+        raise CriteriaError(_describe(error, source, lines)) from None
 
 
-def _describe(error: ValidationError, source: Path) -> str:
-    return "\n".join(f"{source}: {_sentence(problem)}" for problem in _one_per_field(error))
+def _lines_of_tables(text: str) -> Mapping[str, Sequence[int]]:
+    """Return in which lines the rows of each table begin."""
+    lines: dict[str, list[int]] = {table: [] for table in _MODELS}
+    for number, line in enumerate(text.splitlines(), start=1):
+        head = re.match(r"\s*\[\[\s*(\w+)\s*\]\]", line)
+        if head is not None and head[1] in lines:
+            lines[head[1]].append(number)
+    return lines
+
+
+def _describe(error: ValidationError, source: Path, lines: Mapping[str, Sequence[int]]) -> str:
+    told = []
+    for problem in _one_per_field(error):
+        table, row = (*problem["loc"], "", "")[:2]
+        if problem["type"] == "repeated":
+            table, row = "criteria", problem["ctx"]["i"]
+        known = table in lines and isinstance(row, int) and row < len(lines[table])
+        at = f"{source}:{lines[table][row]}" if known else source
+        told.append(f"{at}: {_sentence(problem)}")
+    return "\n".join(told)
 
 
 def _one_per_field(error: ValidationError) -> Sequence[Mapping[str, Any]]:
@@ -295,6 +338,7 @@ _MODELS: Mapping[str, type[BaseModel]] = {
     "criteria": Criterion,
     "steps": StepRule,
     "beyond_step": BeyondStep,
+    "excused": Excused,
 }
 """Of the rows of each table."""
 
@@ -304,12 +348,13 @@ def _sentence(problem: Mapping[str, Any]) -> str:
     if kind == "extra_forbidden":
         table = field.partition("[")[0] if "." in field else ""
         model = _MODELS.get(table, Criteria)
-        return f"`{field}` is not a known field. Known here: {', '.join(model.model_fields)}"
+        known = ", ".join(name for name in model.model_fields if name != "at")
+        return f"`{field}` is not a known field. Known here: {known}"
     if kind == "missing":
         return f"`{field}` must be given"
     if kind == "string_pattern_mismatch":
         return f"`{field}` must say why the limit is what it is, got {problem['input']!r}"
     message = str(problem["msg"]).replace("Input should", "must", 1)
-    if kind in ("limit", "metric", "repeated"):
+    if kind in ("limit", "metric", "class", "repeated"):
         return f"`{field}` {message}" if field else message
     return f"`{field}` {message}, got {problem['input']!r}"

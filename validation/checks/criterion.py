@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from difflib import get_close_matches
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, Self, get_args
 
 from pydantic import (
     AfterValidator,
@@ -22,9 +22,22 @@ from ghostball.engine import EventKind, GhostballError
 from ghostball.reference_adapters.base import EngineError
 from ghostball.reference_adapters.registry import parse_spec, spec_of
 from ghostball.validation.checks.metric_table import METRICS
-from ghostball.validation.results.records import Check, LimitKind
+from ghostball.validation.results.records import ACCURACY_KINDS, Check, LimitKind
 
 LIMIT_KINDS: tuple[LimitKind, ...] = ("at_most", "at_least", "equals")
+
+EVERY = "*"
+"""Selects every engine."""
+
+Claim = Literal["rounding", "exact", "less"]
+"""What an engine claims of itself in a scene, by its capabilities and its `resolution`.
+
+"rounding": every feature is exact, and it states that balls are off by rounding alone. "exact":
+every feature is exact, and it states nothing of how far off balls may be. "less": it states a step,
+or that it represents a feature approximately.
+"""
+
+CLAIMS: tuple[Claim, ...] = get_args(Claim)
 
 
 class CriteriaError(GhostballError, ValueError):
@@ -32,7 +45,10 @@ class CriteriaError(GhostballError, ValueError):
 
 
 class Selector(BaseModel):
-    """Which engines a criterion covers: a name, and settings that must have these values."""
+    """Which engines a criterion covers: a name, and settings that must have these values.
+
+    The name "*" covers every engine; with settings, every one that has them.
+    """
 
     model_config = ConfigDict(frozen=True)
 
@@ -61,8 +77,12 @@ class Selector(BaseModel):
         Raises
         ------
         CriteriaError
-            Where the engine has no such setting: the selector could never match.
+            Where the engine that is named has no such setting: the selector could never match.
         """
+        if self.engine == EVERY:
+            return all(
+                key in settings and _same(settings[key], text) for key, text in self.settings
+            )
         if engine != self.engine:
             return False
         for key, _ in self.settings:
@@ -97,16 +117,26 @@ class ForEngines(BaseModel):
         tuple[Annotated[Selector, BeforeValidator(Selector.parse)], ...], Field(min_length=1)
     ]
     reason: Sentence
+    at: Annotated[str, Field(exclude=True, repr=False)] = ""
+    """File and line where it stands; "" where it is of no file."""
+
+    def covers(self, engine: str, settings: Mapping[str, Any]) -> bool:
+        """Whether an engine with these effective settings is among them; see `Selector.covers`."""
+        return any(selector.covers(engine, settings) for selector in self.engines)
 
 
 class Criterion(ForEngines):
     """One limit on one metric for the engines that it covers.
 
-    `if_measured` criteria are judged only where the metric has a value; where it has none, the
-    record says why, and nothing passes; but a run that stops early, or whose value isn't finite,
-    fails them. Without it, no value is a failure. A `past_horizon` criterion judges
-    how a shot ends also where the engine can't be expected to predict that.
+    One with `claiming` covers, of these, those that claim so much of themselves: "exact" also those
+    that claim "rounding". `if_measured` criteria are judged only where the metric has a value that
+    owes nothing to our engine; where it has none, the record says why, and nothing passes; but a
+    run that stops early, or whose value isn't finite, fails them. Without it, no value is a
+    failure. A `past_horizon` criterion judges how a shot ends also where the engine can't be
+    expected to predict that. Limits on `accuracy` are classes, such as "nanometres".
     """
+
+    claiming: Claim | None = None
 
     metric: Annotated[str, Strict(), AfterValidator(_known_metric)]
     at_most: Number | None = None
@@ -114,6 +144,16 @@ class Criterion(ForEngines):
     equals: Number | None = None
     if_measured: Annotated[bool, Strict()] = False
     past_horizon: Annotated[bool, Strict()] = False
+
+    @model_validator(mode="before")
+    @classmethod
+    def _limits_by_name(cls, values: Any) -> Any:
+        """Put the rank of a class in place of its name."""
+        if not isinstance(values, Mapping) or values.get("metric") != "accuracy":
+            return values
+        return dict(values) | {
+            kind: _rank(values[kind]) for kind in LIMIT_KINDS if isinstance(values.get(kind), str)
+        }
 
     @model_validator(mode="after")
     def _one_limit(self) -> Self:
@@ -136,6 +176,15 @@ class Criterion(ForEngines):
         """The limit, in the unit of the metric."""
         limit: int | float = getattr(self, self.limit_kind)
         return limit
+
+    def specificity(self, selector: Selector) -> tuple[bool, int, int]:
+        """Return how much one of its selectors says: of several criteria, the most wins."""
+        claims = 0 if self.claiming is None else 2 if self.claiming == "rounding" else 1
+        return selector.engine != EVERY, len(selector.settings), claims
+
+    def holds_for(self, claim: Claim) -> bool:
+        """Whether an engine that claims this is meant."""
+        return self.claiming in (None, claim) or (self.claiming, claim) == ("exact", "rounding")
 
     def allows(self, value: int | float) -> bool:
         """Whether `value` keeps the limit; nan never does."""
@@ -176,6 +225,16 @@ class SharedCriterion(Criterion):
         return Criterion(**{name: getattr(self, name) for name in Criterion.model_fields})
 
 
+class Excused(ForEngines):
+    """Engines of which the common law asks nothing, and why: what they do is shown alone.
+
+    Attributes
+    ----------
+    engines : tuple of Selector
+    reason : str
+    """
+
+
 class StepRule(ForEngines):
     """Engines whose limits are computed from their step; see `step_limits`.
 
@@ -210,6 +269,17 @@ class BeyondStep(ForEngines):
     reason : str
         What else they get wrong.
     """
+
+
+def _rank(name: str) -> int:
+    """Return the rank of a class of accuracy, from the best, 0."""
+    if name not in ACCURACY_KINDS:
+        raise PydanticCustomError(
+            "class",
+            "must be a class of `accuracy`, got '{name}'. From the best: {known}",
+            {"name": name, "known": ", ".join(ACCURACY_KINDS)},
+        )
+    return ACCURACY_KINDS.index(name)
 
 
 def _same(value: Any, text: str) -> bool:

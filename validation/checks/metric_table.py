@@ -11,6 +11,7 @@ from difflib import get_close_matches
 from fnmatch import fnmatchcase
 
 from ghostball.engine import GhostballError
+from ghostball.validation.results.records import ACCURACY_KINDS
 from ghostball.validation.truth.scene_truth import TruthPart
 
 
@@ -25,7 +26,7 @@ class Metric:
     Attributes
     ----------
     name, unit : str
-        SI; "1" is a pure number.
+        SI; "1" is a pure number, "class" a class of accuracy.
     meaning : str
         One line.
     compares : TruthPart or None
@@ -171,6 +172,13 @@ METRICS: dict[str, Metric] = {
         ),
         Metric("overlap_max", "m", "deepest overlap of two balls in the recorded motion"),
         Metric("wall_time", "s", "run time of the simulation alone, one sample"),
+        Metric(
+            "accuracy",
+            "class",
+            f"how right the run is, from the best class: {', '.join(ACCURACY_KINDS)}",
+            "rest",
+            outcome=True,
+        ),
     )
 }
 """Every metric by name, in the order of reports."""

@@ -20,6 +20,8 @@ from ghostball.validation.checks.energy_gain import largest_gain
 from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.grading.grading import Grade, grade
 from ghostball.validation.grading.sequences import matching_collisions
+from ghostball.validation.grading.tolerances import TOLERANCE
+from ghostball.validation.results.records import ACCURACY_KINDS, Accuracy
 from ghostball.validation.runs.sampling import deepest_overlap, energy_at, energy_series, events_of
 from ghostball.validation.truth.scene_truth import Truth, collisions_of
 
@@ -52,16 +54,42 @@ class Measured:
         By name, one for each that was asked for, in the order of `METRICS`.
     notes : dict of str to str
         Why a value is None.
+    said : dict of str to str
+        More of a value than the value.
     fell_short : set of str
-        Metrics without a value because of what the run did: it ended early, or isn't finite.
+        Metrics that have no good value because of what the run did: it ended early, isn't finite,
+        or is broken.
+    unpredictable : set of str
+        Metrics without a value since they are of the end, which the engine can't predict.
     ball_errors : (n,) float64 [m] or None
         Distance of each ball from where it should end; None where no metric of them has a value.
     """
 
     values: dict[str, Value] = field(default_factory=dict)
     notes: dict[str, str] = field(default_factory=dict)
+    said: dict[str, str] = field(default_factory=dict)
     ball_errors: FloatArray | None = None
     fell_short: set[str] = field(default_factory=set)
+    unpredictable: set[str] = field(default_factory=set)
+
+    def add_class(self, found: Accuracy | None, why: str = "") -> None:
+        """Add the metric `accuracy`, where there is a class that says how right the end is.
+
+        Past the horizon that is left to rounding there is none, unless the run is farther off by
+        then than an exact engine may be, or is another shot. `why` says more of what is broken.
+        """
+        name = "accuracy"
+        self.values[name] = None
+        if found is None:
+            self.notes[name] = "there is nothing to compare the run with"
+        elif found.at is not None and found.error is not None and found.error <= TOLERANCE:
+            self.notes[name] = f"only up to t = {found.at:.3g} s the shot can be predicted"
+        else:
+            self.values[name] = ACCURACY_KINDS.index(found.kind)
+            more = f": {why}" if why else ""
+            self.said[name] = found.sentence.removeprefix(f"{found.kind}: ") + more
+        if found is not None and found.kind == "broken":
+            self.fell_short.add(name)
 
 
 def measure(
@@ -101,6 +129,7 @@ def measure(
             continue
         try:
             if beyond and METRICS[name].to_the_end and name not in anyway:
+                measured.unpredictable.add(name)
                 raise NotMeasuredError(past_horizon(horizon))
             value = compute(result, truth)
         except NotMeasuredError as why:

@@ -63,15 +63,6 @@ STEP_METRICS = frozenset(
 )
 """Metrics on which a limit may be computed."""
 
-ANY_STEP = StepRule(
-    engines=(Selector(engine="any"),),
-    late=("ball-ball", "ball-cushion", "slide-to-roll"),
-    energy_noise=1e-6,
-    drifts=True,
-    reason="Nothing else is known of this engine but what it states in `resolution`.",
-)
-"""The widest rule: of an engine that no file of criteria names, and that states a `resolution`."""
-
 LEAST = 1e-12
 """Error that is allowed whatever the step [m], [s]: roundings of some thousand steps."""
 

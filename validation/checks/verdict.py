@@ -11,6 +11,7 @@ from collections.abc import Collection
 
 from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.results.records import (
+    ACCURACY_KINDS,
     COMPLETE_STATUSES,
     INDEPENDENT,
     CaseRecord,
@@ -67,10 +68,10 @@ def verdict_of(case: CaseRecord | None) -> Verdict:
             "unavailable": Verdict.UNAVAILABLE,
             "failed": Verdict.CRASHED,
         }[case.outcome]
-    if case.passed is False:
-        return Verdict.FAIL
     if is_unfinished(case):
         return Verdict.CRASHED
+    if case.passed is False:
+        return Verdict.FAIL
     if is_own_measure(case):
         return Verdict.REFERENCE
     if case.passed is None:
@@ -144,11 +145,14 @@ def _judges_outcome(check: Check, case: CaseRecord | None) -> bool:
     """Whether a check, passed or not, says if the outcome is right.
 
     A limit from below doesn't: "the first 25 collisions agree" leaves the end free. Nor does a
-    grade by a proof that ends before the shot does, or past the engine's horizon.
+    grade by a proof that ends before the shot does, or past the engine's horizon; nor a class that
+    another shot has, too.
     """
     if check.metric == "quality_factor" and (
         case is None or case.horizon is not None or case.truth not in INDEPENDENT
     ):
+        return False
+    if check.metric == "accuracy" and check.limit >= ACCURACY_KINDS.index("another shot"):
         return False
     metric = METRICS.get(check.metric)
     return (

@@ -5,12 +5,13 @@ from __future__ import annotations
 from ghostball.engine import Scene
 from ghostball.validation.checks.criteria import common_criteria
 from ghostball.validation.grading.grading import Grade
+from ghostball.validation.truth.scene_truth import OUR_NAME
 
 
 def faults_of(grade: Grade, scene: Scene) -> tuple[str, ...]:
-    """Return which limits of `scenes/common.expect.toml` a grade breaks, one sentence each.
+    """Return which limits a grade breaks that hold for what claims to err by rounding alone.
 
-    A metric without a value breaks none.
+    One sentence each; a metric without a value breaks none.
     """
     values = {
         "events_missing": len(grade.missing),
@@ -20,7 +21,7 @@ def faults_of(grade: Grade, scene: Scene) -> tuple[str, ...]:
     }
     broken = [
         criterion
-        for criterion in common_criteria().criteria
+        for criterion in common_criteria().applying_to(OUR_NAME, {}, "rounding")
         if (value := values.get(criterion.metric)) is not None and not criterion.allows(value)
     ]
     faults = [

@@ -2,8 +2,8 @@
 
     pytest ghostball:: --ghostball-engine ghostball.validation.examples.stepper:Stepper
 
-It sees contacts up to a step late and states no `resolution`, so that nothing is known of how
-exact it is, and little is asked of it.
+It sees contacts up to a step late, and says so by its `resolution`: its shots are held to what a
+step of that size allows.
 """
 
 from itertools import combinations
@@ -16,6 +16,7 @@ from ghostball.engine import EventKind, Record, Result, Samples, Scene, Status
 from ghostball.engine.scene import rolling_angular_velocity
 from ghostball.engine.scene.features import EXACT, Capabilities, Feature
 from ghostball.reference_adapters import EngineBase, EngineSettings
+from ghostball.reference_adapters.base import resolution_of_step
 from ghostball.reference_adapters.recording import Recorder
 
 
@@ -30,6 +31,10 @@ class Stepper(EngineBase):
 
     name, Settings = "stepper", StepperSettings
     capabilities: ClassVar[Capabilities] = {Feature.ROLLING: EXACT, Feature.MIRROR_CUSHION: EXACT}
+
+    def resolution(self, scene: Scene) -> float:
+        """Return how far off a ball may be when it collides [m]: what it goes in a step."""
+        return resolution_of_step(self.settings.dt, scene)
 
     def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
         """Run the scene; see `ReferenceEngine.simulate`."""

@@ -10,7 +10,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from hashlib import sha256
-from typing import Any, Final, Literal
+from typing import Any, Final, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,6 +48,9 @@ AccuracyKind = Literal[
     "broken",
 ]
 """How right a run is, from the best to the worst; see `validation.checks.accuracy`."""
+
+ACCURACY_KINDS: Final[tuple[str, ...]] = get_args(AccuracyKind)
+"""The classes in this order: the value of the metric `accuracy` is an index into it."""
 
 BrokenBy = Literal["stopped", "not finite", "energy", "overlap"]
 """What makes a run broken: it gave up, isn't finite, made energy, or let balls through balls."""
@@ -125,11 +128,17 @@ class Check:
         limit = f"{_SIGNS[self.limit_kind]} {number_with_unit(self.limit, self.unit)}"
         if self.value is None:
             return f"{self.metric} must be {limit}, but has no value: {self.note}"
-        return f"{self.metric} must be {limit}, got {number_with_unit(self.value, self.unit)}"
+        found = f"{self.metric} must be {limit}, got {number_with_unit(self.value, self.unit)}"
+        return f"{found}: {self.note}" if self.note and self.passed is not None else found
 
 
 def number_with_unit(value: float | int | None, unit: str) -> str:
-    """Return a value as messages of checks have it; a pure number, unit "1", is alone."""
+    """Return a value as messages of checks have it; a pure number, unit "1", is alone.
+
+    Of unit "class" it is the name of a class of accuracy.
+    """
+    if unit == "class" and value is not None:
+        return ACCURACY_KINDS[int(value)]
     number = "nothing" if value is None else f"{value:.6g}"
     return number if unit == "1" else f"{number} {unit}"
 

@@ -124,6 +124,30 @@ def deepest_overlap(result: Result) -> float:
     return max(_overlap(result.scene, stored[start : start + _CHUNK]) for start in _starts(stored))
 
 
+def first_not_finite(result: Result) -> str:
+    """Return the first number of the recorded motion that isn't finite, and where; "" if all are.
+
+    Of an exact motion, what is sampled of it is looked at.
+    """
+    frames = result.trajectory
+    if not isinstance(frames, SampledTrajectory):
+        times = np.linspace(0.0, result.rest_time, UNIFORM_TIMES)
+        frames = SampledTrajectory(times, *result.sample(times))
+    arrays = {
+        "position": frames.positions,
+        "velocity": frames.velocities,
+        "angular velocity": frames.angular_velocities,
+    }
+    for what, values in arrays.items():
+        where = np.argwhere(~np.isfinite(values))
+        if len(where):
+            k, ball, axis = where[0]
+            return (
+                f"{values[k, ball, axis]} for the {what} of ball {ball} at {frames.times[k]:.6g} s"
+            )
+    return ""
+
+
 def events_of(result: Result) -> Events:
     """Return the event log of a result.
 

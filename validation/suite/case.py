@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import traceback
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from ghostball.engine import EngineFailedError, Result, Scene, Status, UnsupportedSceneError
 from ghostball.engine.result import initial_state
-from ghostball.engine.scene.features import scene_features
 from ghostball.engine.trajectory import energy_of
 from ghostball.reference_adapters.base import ReferenceEngine, Resolution, resolution_of
 from ghostball.reference_adapters.registry import (
@@ -20,13 +19,13 @@ from ghostball.reference_adapters.registry import (
     make_engine,
 )
 from ghostball.validation.checks.accuracy import accuracy_of
-from ghostball.validation.checks.criterion import Criterion, StepRule
+from ghostball.validation.checks.criterion import Criterion
+from ghostball.validation.checks.law import Asked, approximations_of
 from ghostball.validation.checks.metric_table import METRICS
-from ghostball.validation.checks.metrics import measure
-from ghostball.validation.checks.step_limits import step_criteria
-from ghostball.validation.results.records import CaseRecord, Fault, Motion, status_name
+from ghostball.validation.checks.metrics import Measured, measure
+from ghostball.validation.results.records import CaseRecord, Check, Fault, Motion, status_name
 from ghostball.validation.runs.playing import blamed_on_engine, run_engine
-from ghostball.validation.runs.sampling import motion_of
+from ghostball.validation.runs.sampling import first_not_finite, motion_of
 from ghostball.validation.truth.scene_truth import Truth
 
 
@@ -48,23 +47,20 @@ class Case:
     label : str
         The engine with its settings, as asked for.
     truth : Truth or TruthFailure
-    criteria : tuple of Criterion
-        Those that apply to this engine with its settings, and whose metric is computed.
-    rule : StepRule or None
-        By which limits are computed from the engine's step, on metrics that none of them limits.
+    asked : Asked
+        What it is asked there.
     metrics : tuple of str, or None
-        The metrics that are computed; None is all of them.
-    left_out : tuple of str
-        The metric of each criterion that would apply too, but isn't computed.
+        The metrics that are computed; None is all of them. Limits on others aren't judged.
+    judged_as : callable, optional
+        Makes another engine, whose step and claims are held against this one; None: its own.
     """
 
     scene: Scene
     label: str
     truth: Truth | TruthFailure
-    criteria: tuple[Criterion, ...] = ()
+    asked: Asked = field(default_factory=Asked)
     metrics: tuple[str, ...] | None = None
-    left_out: tuple[str, ...] = ()
-    rule: StepRule | None = None
+    judged_as: Callable[[], ReferenceEngine] | None = None
 
 
 def run_case(
@@ -97,13 +93,14 @@ def run_case(
                 approximations=approximations_of(engine, case.scene),
             )
             resolution = resolution_of(engine, case.scene)
-            case = with_step_limits(case, engine)
+            judged = engine if case.judged_as is None else case.judged_as()
+            limits = case.asked.limits(judged, case.scene, truth)
         result = run_engine(engine, case.scene)
         if result.status is Status.FAILED:  # of its numbers none need be one
             return failed(record, f"it says that it failed: {result.reason}"), None
         # A motion that blew up may hold nan and infinity; the metrics say so, numpy need not.
         with np.errstate(invalid="ignore", over="ignore"):
-            return _judged(record, case, truth, result, resolution), motion_of(result)
+            return _judged(record, case, truth, result, resolution, limits), motion_of(result)
     except EngineUnavailableError as error:
         return replace(record, outcome="unavailable", reason=str(error)), None
     except UnsupportedSceneError as error:
@@ -116,26 +113,6 @@ def run_case(
     except (Exception, SystemExit) as error:
         reason, trace = f"{type(error).__name__}: {error}", traceback.format_exc()
         return failed(record, reason, trace, fault="ghostball"), None
-
-
-def with_step_limits(case: Case, engine: ReferenceEngine) -> Case:
-    """Return a case with what is computed from its engine's step among its criteria.
-
-    What is stated wins: nothing is computed on a metric that a criterion of the case limits.
-    """
-    if case.rule is None or isinstance(case.truth, TruthFailure):
-        return case
-    stated = {criterion.metric for criterion in case.criteria} | set(case.left_out)
-    computed = [
-        one
-        for one in step_criteria(case.rule, engine, case.scene, case.truth)
-        if one.metric not in stated
-    ]
-    asked = [one for one in computed if case.metrics is None or one.metric in case.metrics]
-    unasked = tuple(one.metric for one in computed if one not in asked)
-    return replace(
-        case, criteria=(*case.criteria, *asked), left_out=(*case.left_out, *unasked), rule=None
-    )
 
 
 def blank_record(case: Case) -> CaseRecord:
@@ -164,24 +141,26 @@ def plain_settings(engine: ReferenceEngine) -> dict[str, Any]:
     return engine.settings.model_dump(mode="json")
 
 
-def approximations_of(engine: ReferenceEngine, scene: Scene) -> tuple[str, ...]:
-    """Return what of a scene an engine represents only approximately, one sentence each."""
-    capabilities = engine.capabilities
-    return tuple(
-        f"{feature.value}: {capabilities[feature].how}"
-        for feature in scene_features(scene)
-        if feature in capabilities and capabilities[feature].support == "approximate"
-    )
-
-
 def _judged(
-    record: CaseRecord, case: Case, truth: Truth, result: Result, resolution: Resolution
+    record: CaseRecord,
+    case: Case,
+    truth: Truth,
+    result: Result,
+    resolution: Resolution,
+    limits: Sequence[Criterion],
 ) -> CaseRecord:
     horizon = truth.horizon_of(resolution)
-    anyway = {criterion.metric for criterion in case.criteria if criterion.past_horizon}
+    asked = [one for one in limits if case.metrics is None or one.metric in case.metrics]
+    anyway = {criterion.metric for criterion in asked if criterion.past_horizon}
     measured = measure(
         result, truth, case.metrics, horizon=horizon, resolution=resolution, anyway=anyway
     )
+    accuracy = accuracy_of(result, truth, resolution=resolution)
+    if accuracy is not None and accuracy.kind != "broken":
+        accuracy = None if truth.is_own_measure(record.engine, "rest") else accuracy
+    if case.metrics is None or "accuracy" in case.metrics:
+        broken = accuracy is not None and accuracy.cause == "not finite"
+        measured.add_class(accuracy, first_not_finite(result) if broken else result.reason)
     start = energy_of(result.scene, initial_state(result.scene))
     end = energy_of(result.scene, result.final_state)
     return replace(
@@ -191,11 +170,7 @@ def _judged(
         settings=record.settings | dict(result.settings),
         status=status_name(result.status),
         reason=result.reason,
-        accuracy=(
-            None
-            if truth.is_own_measure(record.engine, "rest")
-            else accuracy_of(result, truth, resolution=resolution)
-        ),
+        accuracy=accuracy,
         truth=truth.kind,
         truth_positions=truth.rest_positions,
         truth_rest_time=truth.rest_time,
@@ -212,17 +187,32 @@ def _judged(
         metrics=measured.values,
         notes=measured.notes,
         checks=tuple(
-            criterion.check(
-                measured.values[criterion.metric],
-                measured.notes.get(criterion.metric, ""),
-                reference=truth.is_own_measure(record.engine, METRICS[criterion.metric].compares),
-            )
-            for criterion in case.criteria
-            if not criterion.if_measured
-            or measured.values[criterion.metric] is not None
-            or criterion.metric in measured.fell_short
+            _check(one, measured, truth, record.engine)
+            for one in asked
+            if _is_judged(one, measured, truth)
         ),
-        left_out=case.left_out,
+        left_out=tuple(one.metric for one in limits if one not in asked),
+    )
+
+
+def _is_judged(criterion: Criterion, measured: Measured, truth: Truth) -> bool:
+    """Whether a criterion has something to judge; where it has nothing, the record says why."""
+    metric = criterion.metric
+    if metric in measured.fell_short:
+        return True
+    if not criterion.if_measured:
+        return metric not in measured.unpredictable
+    part = METRICS[metric].compares
+    return measured.values[metric] is not None and (part is None or part in truth.independent)
+
+
+def _check(criterion: Criterion, measured: Measured, truth: Truth, engine: str) -> Check:
+    metric = criterion.metric
+    own = truth.is_own_measure(engine, METRICS[metric].compares)
+    return criterion.check(
+        measured.values[metric],
+        measured.notes.get(metric) or measured.said.get(metric, ""),
+        reference=own and metric not in measured.fell_short,
     )
 
 

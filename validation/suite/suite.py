@@ -24,10 +24,9 @@ from ghostball.reference_adapters.registry import (
     engine_names,
     make_engine,
 )
-from ghostball.validation.checks.criteria import Criteria, common_criteria, criteria_beside
-from ghostball.validation.checks.criterion import Criterion, StepRule
+from ghostball.validation.checks.criteria import Criteria, criteria_beside
+from ghostball.validation.checks.law import Asked, asked_of
 from ghostball.validation.checks.metric_table import METRICS, choose_metrics
-from ghostball.validation.checks.step_limits import ANY_STEP
 from ghostball.validation.checks.verdict import is_nothing_judged, is_unfinished
 from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.parallel.cluster import Cluster
@@ -130,14 +129,18 @@ class Outcome:
 
         3 ghostball itself failed to judge a case; 4 nothing was judged.
         """
-        counts = self.counts
-        if self.interrupted:
-            return ExitStatus.INTERRUPTED
-        if any(case.fault == "ghostball" for case in self.cases):
-            return ExitStatus.HARNESS_FAILED
-        if counts.unfinished or counts.checks_failed:
-            return ExitStatus.CHECK_FAILED
-        return ExitStatus.NOT_JUDGED if is_nothing_judged(self.cases) else ExitStatus.PASSED
+        return ExitStatus.INTERRUPTED if self.interrupted else exit_status_of(self.cases)
+
+
+def exit_status_of(cases: Collection[CaseRecord]) -> ExitStatus:
+    """Return what these cases come to, as `Outcome.exit_status` says."""
+    if any(case.fault == "ghostball" for case in cases):
+        return ExitStatus.HARNESS_FAILED
+    if any(map(is_unfinished, cases)) or any(
+        check.passed is False for case in cases for check in case.checks
+    ):
+        return ExitStatus.CHECK_FAILED
+    return ExitStatus.NOT_JUDGED if is_nothing_judged(cases) else ExitStatus.PASSED
 
 
 class SuiteError(GhostballError, ValueError):
@@ -158,7 +161,6 @@ def run_suite(
     reuse: bool = False,
     announce: Callable[[Reuse[CaseRecord]], None] | None = None,
     time_limit: float | None = None,
-    strangers: bool = False,
     only: Collection[Name] | None = None,
 ) -> Outcome:
     """Run every scene on every engine and write a results folder.
@@ -196,9 +198,6 @@ def run_suite(
         For each case, which then runs in another process, also with one of `jobs`: an engine that
         takes longer, or crashes, costs that case, which has "failed". Guard a script with
         `if __name__ == "__main__"`.
-    strangers : bool
-        Whether engines of other packages that no criteria name are held to what the `resolution`
-        allows that they state; else nothing is asked of them.
     only : collection of (str, str), optional
         The scene and the label of each case that is run, where not every scene is run on every
         engine. What else the same code left in the folder then stays beside them.
@@ -215,7 +214,7 @@ def run_suite(
     by Ctrl-C, the run stops, keeps what is done and says so in `Outcome.interrupted`; what earlier
     runs found and this one has not come to is kept too, for a later run with `reuse`.
     """
-    plan = _plan(scenes, engine_specs, criteria or {}, jobs, metrics, strangers, only)
+    plan = _plan(scenes, engine_specs, criteria or {}, jobs, metrics, only)
     check_time_limit(time_limit)
     store = (ResultsWriter if only is None else PartWriter)(out, code_hash())
 
@@ -308,9 +307,7 @@ class _Plan:
     scenes: Sequence[Scene]
     settings: Mapping[str, dict[str, Any] | None]  # by label; None: the engine is unavailable
     criteria: Mapping[str, Criteria]  # by scene name
-    applying: Mapping[Name, tuple[Criterion, ...]]  # by scene name and label
-    left_out: Mapping[Name, tuple[str, ...]]  # metrics of the criteria that aren't judged
-    rules: Mapping[Name, StepRule | None]  # by which limits are computed from a step
+    asked: Mapping[Name, Asked]  # by scene name and label
     inputs: Mapping[Name, str]  # hashes; "": always run
     metrics: tuple[str, ...] | None  # None: all
 
@@ -337,21 +334,15 @@ class _Plan:
         """Yield these cases, scene by scene; a scene's truth is computed when its turn comes."""
         computed = METRICS if self.metrics is None else self.metrics
         parts = frozenset(part for name in computed if (part := METRICS[name].compares) is not None)
-        if any(self.rules[pair] is not None for pair in pairs):
+        if "accuracy" in computed or any(self.asked[pair].rule is not None for pair in pairs):
             parts |= {"proof"}  # limits of a step are computed along the proved motion
+        if "accuracy" in computed:
+            parts |= {"events", "conditioning"}
         for scene in self.scenes_of(pairs):
             truth = truth_or_failure(scene, self.criteria[scene.name], parts)
             for pair in pairs:
                 if pair[0] == scene.name:
-                    yield Case(
-                        scene,
-                        pair[1],
-                        truth,
-                        self.applying[pair],
-                        self.metrics,
-                        self.left_out[pair],
-                        self.rules[pair],
-                    )
+                    yield Case(scene, pair[1], truth, self.asked[pair], self.metrics)
 
 
 def _plan(
@@ -360,7 +351,6 @@ def _plan(
     criteria: Mapping[str, Criteria],
     jobs: int,
     metrics: Sequence[str] | None,
-    strangers: bool,
     only: Collection[Name] | None = None,
 ) -> _Plan:
     if jobs < 1:
@@ -380,39 +370,20 @@ def _plan(
         if scene.name in criteria:  # the shipped ones are checked as their truth is computed
             check_truth(scene, own[scene.name].truth)
     foreign = tuple(e for e, values in settings.items() if values is not None and not is_ours(e))
-    applying: dict[Name, tuple[Criterion, ...]] = {}
-    left_out: dict[Name, tuple[str, ...]] = {}
-    rules: dict[Name, StepRule | None] = {}
+    asked: dict[Name, Asked] = {}
     inputs: dict[Name, str] = {}
     for scene in scenes:
         for label, values in settings.items():
             pair, limits = (scene.name, label), own[scene.name]
             if only is not None and pair not in only:
                 continue
-            asked = (
-                ()
-                if values is None
-                else limits.over_common(common_criteria(), names[label], values)
-            )
-            judged = tuple(one for one in asked if chosen is None or one.metric in chosen)
-            applying[pair] = judged
-            left_out[pair] = tuple(one.metric for one in asked if one not in judged)
-            rule = (
-                None
-                if values is None
-                else limits.step_rule(names[label], values, common_criteria())
-            )
-            if rule is None and strangers and label in foreign and not asked:
-                rule = ANY_STEP
-            rules[pair] = rule
+            asked[pair] = Asked() if values is None else asked_of([(names[label], values)], limits)
             inputs[pair] = (
                 ""
                 if values is None or label in foreign
-                else inputs_hash(
-                    scene, label, values, judged, limits.truth, chosen, left_out[pair], rule
-                )
+                else inputs_hash(scene, label, values, asked[pair], limits.truth, chosen)
             )
-    return _Plan(scenes, settings, own, applying, left_out, rules, inputs, chosen)
+    return _Plan(scenes, settings, own, asked, inputs, chosen)
 
 
 def _each_once(what: str, names: Sequence[str]) -> None:

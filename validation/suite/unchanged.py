@@ -28,7 +28,7 @@ from typing import Any
 from ghostball.engine import Scene
 from ghostball.reference_adapters.registry import engine_class, parse_spec
 from ghostball.reference_adapters.workers.process import installed
-from ghostball.validation.checks.criterion import Criterion, StepRule
+from ghostball.validation.checks.law import Asked
 from ghostball.validation.parallel.sources import (
     OUR_PACKAGES,
     SourcesError,
@@ -57,11 +57,9 @@ def inputs_hash(
     scene: Scene,
     label: str,
     settings: Mapping[str, Any],
-    criteria: Sequence[Criterion],
+    asked: Asked,
     truth: str | None,
     metrics: Sequence[str] | None,
-    left_out: Sequence[str] = (),
-    rule: StepRule | None = None,
 ) -> str:
     """Return the hash of all that one case is asked to do.
 
@@ -72,16 +70,11 @@ def inputs_hash(
         The engine as asked for.
     settings : mapping
         All its settings, as plain values.
-    criteria : sequence of Criterion
-        Those that apply.
+    asked : Asked
     truth : str or None
         What the scene's criteria ask for.
     metrics : sequence of str or None
         Those that are computed; None is all.
-    left_out : sequence of str
-        Metrics of criteria that aren't judged.
-    rule : StepRule, optional
-        By which limits are computed from the engine's step.
     """
     return _hash(
         {
@@ -89,11 +82,9 @@ def inputs_hash(
             "scene": scene.model_dump(mode="json", by_alias=True),
             "label": label,
             "settings": settings,
-            "criteria": [criterion.model_dump(mode="json") for criterion in criteria],
+            "asked": asked.plain(),
             "truth": truth,
             "metrics": metrics,
-            "left_out": left_out,
-            "rule": None if rule is None else rule.model_dump(mode="json"),
         }
     )
 

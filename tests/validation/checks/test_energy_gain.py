@@ -102,8 +102,9 @@ def test_a_gain_of_an_exact_engine_at_an_impact_is_seen(name: str) -> None:
         assert found == pytest.approx(EXACT_GAIN, rel=0.01)
     limits = [
         one
-        for one in (*shipped_criteria(result.scene).criteria, *common_criteria().criteria)
-        if one.metric == "energy_rise" and any(s.covers("ghostball", {}) for s in one.engines)
+        for criteria in (shipped_criteria(result.scene), common_criteria())
+        for one in criteria.applying_to("ghostball", {}, "rounding")
+        if one.metric == "energy_rise"
     ]
     assert all(one.allows(honest) and not one.allows(EXACT_GAIN) for one in limits)
 

@@ -6,7 +6,7 @@ import pytest
 
 from ghostball.engine import simulate
 from ghostball.engine.sensitivity import QUALITY
-from ghostball.validation.checks.criteria import Criteria, common_criteria
+from ghostball.validation.checks.criteria import common_criteria
 from ghostball.validation.checks.metrics import measure
 from ghostball.validation.grading.tolerances import ROUNDINGS
 from ghostball.validation.scenes.library import find_scene, scene_names
@@ -32,8 +32,8 @@ def test_our_engine_keeps_the_limits_of_every_scene(name: str) -> None:
     scene = find_scene(name)
     truth = truth_of(scene, parts=frozenset({"proof"}))
     measured = measure(simulate(scene, record="trajectory"), truth, GRADED)
-    limits = {criterion.metric: criterion for criterion in common_criteria().criteria}
-    assert set(limits) == set(GRADED)
+    law = common_criteria().applying_to("ghostball", {}, "rounding")
+    limits = {criterion.metric: criterion for criterion in law}
     for metric in GRADED:
         value = measured.values[metric]
         if name in NOTHING_PROVED or name in REFUSED:
@@ -49,21 +49,3 @@ def test_the_limit_on_the_quality_factor_is_what_the_engine_promises() -> None:
     # `Result.horizon` takes errors to stay within it.
     (limit,) = [c.limit for c in common_criteria().criteria if c.metric == "quality_factor"]
     assert limit == QUALITY == ROUNDINGS
-
-
-def test_a_scenes_own_criterion_replaces_the_common_one() -> None:
-    own = Criteria.model_validate(
-        {
-            "criteria": [
-                {
-                    "engines": ["ghostball"],
-                    "metric": "quality_factor",
-                    "at_most": 3.0,
-                    "reason": "by hand",
-                }
-            ]
-        }
-    )
-    held = {c.metric: c.limit for c in own.over_common(common_criteria(), "ghostball", {})}
-    assert held == {"quality_factor": 3.0, "events_missing": 0, "events_invented": 0}
-    assert own.over_common(common_criteria(), "pymunk", {}) == ()

@@ -24,8 +24,9 @@ import ghostball.validation.suite.unchanged
 from ghostball.engine import Ball, Result, Scene, Status, Table
 from ghostball.reference_adapters.ghostball import GhostballEngine
 from ghostball.reference_adapters.paper.discrete import PaperDiscreteEngine
-from ghostball.validation.checks.criteria import Criteria
+from ghostball.validation.checks.criteria import Criteria, common_criteria
 from ghostball.validation.checks.criterion import Criterion
+from ghostball.validation.checks.law import Asked
 from ghostball.validation.parallel.runner import Reuse
 from ghostball.validation.parallel.sources import OUR_PACKAGES, source_folders
 from ghostball.validation.results.database import DATABASE, SCHEMA
@@ -445,15 +446,14 @@ def test_the_description_of_the_code_is_the_same_in_another_process() -> None:
 
 def test_every_input_is_in_the_hash() -> None:
     shot = scenes()[1]
-    criteria = limits().criteria
+    criteria, rules = limits().criteria, common_criteria().steps
     base: dict[str, Any] = {
         "scene": shot,
         "label": "paper-discrete",
         "settings": {"dt": 0.02},
-        "criteria": criteria,
+        "asked": Asked.stating(criteria),
         "truth": None,
         "metrics": None,
-        "left_out": (),
     }
     moved = shot.balls[0].model_copy(update={"velocity": (1.0, -0.0, 0.0)})
     changes: list[dict[str, Any]] = [
@@ -463,13 +463,14 @@ def test_every_input_is_in_the_hash() -> None:
         {"label": "paper-discrete:dt=0.02"},
         {"settings": {"dt": 0.01}},
         {"settings": {"dt": 0.02, "new": None}},
-        {"criteria": ()},
-        {"criteria": limits(2e-6).criteria},
-        {"criteria": limits(metric="rest_error_rms").criteria},
-        {"criteria": (criteria[0].model_copy(update={"reason": "another"}),)},
+        {"asked": Asked()},
+        {"asked": Asked.stating(limits(2e-6).criteria)},
+        {"asked": Asked.stating(limits(metric="rest_error_rms").criteria)},
+        {"asked": Asked.stating((criteria[0].model_copy(update={"reason": "another"}),))},
+        {"asked": Asked.stating(criteria, rules[0])},
+        {"asked": Asked(law=Asked.stating(criteria).stated)},
         {"truth": "engine"},
         {"metrics": ["rest_error_max"]},
-        {"left_out": ("energy_rise",)},
     ]
     hashes = {inputs_hash(**base)} | {inputs_hash(**base | change) for change in changes}
     assert len(hashes) == len(changes) + 1

@@ -10,7 +10,8 @@ from ghostball.engine import simulate
 from ghostball.reference_adapters import make_engine
 from ghostball.reference_adapters.base import EngineBase, resolution_of, stated_error
 from ghostball.reference_adapters.ghostball import GhostballEngine
-from ghostball.validation.checks.criteria import common_criteria
+from ghostball.validation.checks.criteria import Criteria, common_criteria
+from ghostball.validation.checks.law import Asked, asked_of
 from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.checks.verdict import Verdict, verdict_of
 from ghostball.validation.scenes.library import find_scene
@@ -98,7 +99,8 @@ def test_a_closed_form_is_compared_with_whatever_errors_become():
 def test_a_run_that_stops_early_fails_what_every_scene_asks():
     """Breaks where a criterion is dropped because a bad run left nothing to measure."""
     scene = find_scene("half-ball-cut")
-    graded = tuple(one for one in common_criteria().criteria if one.metric == "quality_factor")
+    rows = common_criteria().applying_to("ghostball", {}, "rounding")
+    graded = Asked.stating([one for one in rows if one.metric == "quality_factor"])
     record, _ = run_case(Case(scene, "ghostball:max_events=1", truth_of(scene), graded))
     assert [check.passed for check in record.checks] == [False]
     whole, _ = run_case(Case(scene, "ghostball", truth_of(scene), graded))
@@ -108,7 +110,7 @@ def test_a_run_that_stops_early_fails_what_every_scene_asks():
 def test_what_is_graded_up_to_the_horizon_only_leaves_the_end_open():
     scene = find_scene("chaos-a")
     record, _ = run_case(
-        Case(scene, "ghostball", truth_of(scene), tuple(common_criteria().criteria))
+        Case(scene, "ghostball", truth_of(scene), asked_of([("ghostball", {})], Criteria()))
     )
     assert record.horizon is not None
     assert all(check.passed for check in record.checks)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ghostball.engine import GhostballError, Scene
 from ghostball.reference_adapters import ReferenceEngine
+from ghostball.validation.checks.law import approximations_of
 from ghostball.validation.diagnose.attribution._backward import (
     NoCueBallError,
     NotCertifiedError,
@@ -35,7 +36,6 @@ from ghostball.validation.diagnose.parting import collisions_in
 from ghostball.validation.grading.tolerances import UNIT_ROUNDOFF
 from ghostball.validation.runs.sampling import events_of
 from ghostball.validation.runs.steps import step_setting, with_setting, with_step
-from ghostball.validation.suite.case import approximations_of
 from ghostball.validation.truth.horizons import rounding_horizon
 from ghostball.validation.truth.known_shot import KnownShot, known_shot
 

@@ -1,0 +1,128 @@
+"""What is asked of an engine: by whom it is named, what it claims, and what every engine keeps."""
+
+from toy_engines import ToyEngine
+
+from ghostball.engine.scene.features import Capability, Feature
+from ghostball.reference_adapters import make_engine
+from ghostball.validation.checks.criteria import Criteria, common_criteria
+from ghostball.validation.checks.law import asked_of
+from ghostball.validation.results.records import ACCURACY_KINDS
+from ghostball.validation.scenes.library import find_scene
+from ghostball.validation.suite.case import plain_settings
+from ghostball.validation.suite.suite import shipped_criteria
+from ghostball.validation.truth.scene_truth import truth_of
+
+HALF_BALL = find_scene("half-ball-cut")
+
+
+def limit(engine, metric="overlap_max", at_most=1.0):
+    return {"engines": [engine], "metric": metric, "at_most": at_most, "reason": "because"}
+
+
+def criteria(*limits):
+    return Criteria.model_validate({"criteria": limits})
+
+
+class Coarse(ToyEngine):
+    def resolution(self, scene):
+        return 1e-3
+
+
+class Finer(Coarse):
+    def resolution(self, scene):
+        return 1e-4
+
+
+class Silent(ToyEngine):
+    def resolution(self, scene):
+        return None
+
+
+class Approximate(ToyEngine):
+    @property
+    def capabilities(self):
+        return dict(super().capabilities) | {Feature.ROLLING: Capability("approximate", "roughly")}
+
+
+def limits_of(engine, scene=HALF_BALL, own=None, for_all=None, names=None) -> dict[str, float]:
+    asked = asked_of(names or [(engine.name, {})], own or Criteria(), for_all)
+    found = asked.limits(engine, scene, truth_of(scene))
+    return {one.metric: one.limit for one in found}
+
+
+EXACTNESS = {"ball_ball_count_error", "ball_cushion_count_error"}
+PROVED = {"events_missing", "events_invented", "quality_factor"}
+NANOMETRES, ANOTHER_SHOT = map(ACCURACY_KINDS.index, ("nanometres", "another shot"))
+
+
+def test_who_claims_to_err_by_rounding_alone_is_asked_for_all():
+    asked = limits_of(ToyEngine())
+    assert set(asked) > EXACTNESS | PROVED
+    assert (asked["overlap_max"], asked["energy_rise"]) == (1e-12, 5e-13)
+    assert asked["accuracy"] == NANOMETRES
+
+
+def test_who_states_nothing_but_exact_features_must_be_right_to_nanometres():
+    asked = limits_of(Silent())
+    assert asked["accuracy"] == NANOMETRES
+    assert set(asked) > EXACTNESS
+    assert PROVED.isdisjoint(asked)
+    assert asked["energy_rise"] == 1e-6
+
+
+def test_who_claims_less_is_asked_for_less():
+    asked = limits_of(Approximate())
+    assert EXACTNESS.isdisjoint(asked)
+    assert asked["accuracy"] == ANOTHER_SHOT
+
+
+def test_who_states_a_step_is_held_to_what_that_allows():
+    asked, finer = limits_of(Coarse()), limits_of(Finer())
+    assert asked["accuracy"] == ANOTHER_SHOT
+    assert asked["rest_error_max"] > 2.0 * finer["rest_error_max"] > 0.0
+    assert asked["energy_rise"] == 1e-6
+    assert "overlap_max" in asked
+
+
+def test_every_engine_is_asked_the_same_whatever_its_name_and_package():
+    ours = limits_of(make_engine("ghostball"))
+    assert ours == limits_of(ToyEngine())
+
+
+def test_default_settings_are_excused_by_the_file_and_no_others():
+    default = make_engine("pymunk:config=default")
+    settings = plain_settings(default)
+    assert limits_of(default, names=[("pymunk", settings)]) == {}
+    assert limits_of(default, names=[("mine", settings)]) == {}
+    assert "accuracy" in limits_of(default, names=[("mine", settings | {"config": "tuned"})])
+    assert "default settings" in common_criteria().excuse("mine", settings)
+
+
+def test_the_scene_wins_then_the_file_for_all_then_the_step_then_the_law():
+    own = criteria(limit("toy", "overlap_max", 1.0))
+    for_all = criteria(limit("*", "overlap_max", 2.0), limit("toy", "energy_rise", 3.0))
+    asked = limits_of(Coarse(), own=own, for_all=for_all)
+    assert (asked["overlap_max"], asked["energy_rise"]) == (1.0, 3.0)
+    assert asked["accuracy"] == ANOTHER_SHOT
+    asked = limits_of(Coarse(), for_all=for_all)
+    assert (asked["overlap_max"], asked["energy_rise"]) == (2.0, 3.0)
+
+
+def test_a_scene_says_more_of_an_engine_that_it_names():
+    # Where native steps pass through everything, their criteria leave overlaps and counts open.
+    galperin = find_scene("galperin-3")
+    pymunk = make_engine("pymunk")
+    names = [("pymunk", plain_settings(pymunk))]
+    asked = limits_of(pymunk, galperin, shipped_criteria(galperin), names=names)
+    assert asked["energy_drift"] == 1e-12
+    assert asked["accuracy"] == ACCURACY_KINDS.index("broken")
+    assert {"rest_error_max", "overlap_max"}.isdisjoint(asked)
+
+
+def test_judged_as_another_its_limits_hold_but_own_ones_first():
+    for_all = criteria(limit("toy", "rest_error_ulps", 1e6))
+    names = [("toy", {}), ("ghostball", {})]
+    asked = limits_of(ToyEngine(), HALF_BALL, shipped_criteria(HALF_BALL), for_all, names)
+    assert asked["rest_error_ulps"] == 1e6
+    assert asked["rest_time_error_ulps"] == 4  # of `ghostball`, in the scene
+    assert asked["quality_factor"] == 32  # of every engine that claims so much

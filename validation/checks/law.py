@@ -1,0 +1,146 @@
+"""What is asked of an engine in a scene, be it anyone's, by every command that judges.
+
+    >>> asked = asked_of([(engine.name, settings)], criteria_of_the_scene)
+    >>> asked.limits(engine, scene, truth)
+    (Criterion(...), ...)
+
+Each metric is limited by the first that says something of it: what the scene states, or a file for
+all scenes; then what follows from the engine's step (`step_limits`); then the common law, which is
+the same rows of `scenes/common.expect.toml` for every engine.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from ghostball.engine import Scene
+from ghostball.engine.scene.features import scene_features
+from ghostball.reference_adapters.base import ReferenceEngine, resolution_of
+from ghostball.validation.checks.criteria import Criteria, common_criteria
+from ghostball.validation.checks.criterion import CLAIMS, Claim, Criterion, StepRule
+from ghostball.validation.checks.metric_table import METRICS
+from ghostball.validation.checks.step_limits import STEP_METRICS, step_criteria
+from ghostball.validation.truth.scene_truth import Truth
+
+Named = tuple[str, Mapping[str, Any]]
+"""The name of an engine, and its effective settings."""
+
+ByClaim = Mapping[Claim, tuple[Criterion, ...]]
+
+
+def _nothing() -> ByClaim:
+    return dict.fromkeys(CLAIMS, ())
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What is asked of an engine in a scene, before it is known what it claims there.
+
+    Attributes
+    ----------
+    stated : mapping of Claim to tuple of Criterion
+        By the scene, or by a file for all scenes.
+    law : mapping of Claim to tuple of Criterion
+        Of the common criteria.
+    rule : StepRule or None
+        By which limits are computed from the engine's step.
+    """
+
+    stated: ByClaim = field(default_factory=_nothing)
+    law: ByClaim = field(default_factory=_nothing)
+    rule: StepRule | None = None
+
+    @classmethod
+    def stating(cls, criteria: Sequence[Criterion], rule: StepRule | None = None) -> Asked:
+        """Return that these criteria are asked, whatever the engine claims, and no law."""
+        return cls(dict.fromkeys(CLAIMS, tuple(criteria)), rule=rule)
+
+    def metrics(self, claim: Claim) -> tuple[str, ...]:
+        """Return the metrics that may be limited of who claims this, in the order of `METRICS`."""
+        limited = {one.metric for one in (*self.stated[claim], *self.law[claim])}
+        if self.rule is not None:
+            limited |= STEP_METRICS
+        return tuple(name for name in METRICS if name in limited)
+
+    def limits(self, engine: ReferenceEngine, scene: Scene, truth: Truth) -> tuple[Criterion, ...]:
+        """Return the limits that an engine is held to in a scene."""
+        claim = claim_of(engine, scene)
+        found = self.stated[claim]
+        computed = () if self.rule is None else step_criteria(self.rule, engine, scene, truth)
+        for others in (computed, self.law[claim]):
+            found = _with_others(found, others)
+        return found
+
+    def plain(self) -> dict[str, Any]:
+        """Return it as plain values, for a hash."""
+        return {
+            "limits": [
+                [one.model_dump(mode="json") for one in rows[claim]]
+                for rows in (self.stated, self.law)
+                for claim in CLAIMS
+            ],
+            "rule": None if self.rule is None else self.rule.model_dump(mode="json"),
+        }
+
+
+def asked_of(names: Sequence[Named], own: Criteria, for_all: Criteria | None = None) -> Asked:
+    """Return what is asked of an engine in a scene.
+
+    Parameters
+    ----------
+    names : sequence of (str, mapping)
+        What the engine is called; after that, where it is judged as another one, what that is.
+    own : Criteria
+        Of the scene.
+    for_all : Criteria, optional
+        For all scenes.
+
+    Raises
+    ------
+    CriteriaError
+        Where criteria contradict each other.
+    """
+    files = (own,) if for_all is None else (own, for_all)
+    stated: dict[Claim, tuple[Criterion, ...]] = {}
+    law: dict[Claim, tuple[Criterion, ...]] = {}
+    for claim in CLAIMS:
+        stated[claim], law[claim] = (), ()
+        for name, settings in names:
+            for criteria in files:
+                rows = criteria.applying_to(name, settings, claim)
+                stated[claim] = _with_others(stated[claim], rows)
+            rows = common_criteria().applying_to(name, settings, claim)
+            law[claim] = _with_others(law[claim], rows)
+    judged, settings = names[-1]
+    if any(one.excuse(judged, settings) for one in (*files, common_criteria())):
+        return Asked(stated)
+    rule = own.step_rule(judged, settings, *files[1:], common_criteria())
+    return Asked(stated, law, rule)
+
+
+def claim_of(engine: ReferenceEngine, scene: Scene) -> Claim:
+    """Return what an engine claims of itself in a scene."""
+    stated = resolution_of(engine, scene)
+    if approximations_of(engine, scene) or stated not in (None, 0.0, "proved"):
+        return "less"
+    return "exact" if stated is None else "rounding"
+
+
+def approximations_of(engine: ReferenceEngine, scene: Scene) -> tuple[str, ...]:
+    """Return what of a scene an engine represents only approximately, one sentence each."""
+    capabilities = engine.capabilities
+    return tuple(
+        f"{feature.value}: {capabilities[feature].how}"
+        for feature in scene_features(scene)
+        if feature in capabilities and capabilities[feature].support == "approximate"
+    )
+
+
+def _with_others(
+    first: tuple[Criterion, ...], others: Sequence[Criterion]
+) -> tuple[Criterion, ...]:
+    """Return criteria with those of others that are on other metrics."""
+    limited = {one.metric for one in first}
+    return first + tuple(one for one in others if one.metric not in limited)
