@@ -200,7 +200,6 @@ def run_board(
             criteria=plan.criteria,
             reuse=not rerun,
             time_limit=CASE_LIMIT,
-            strangers=True,
             only=plan.pairs,
         )
     cells = {} if stored is None else {(one.row, one.column): one for one in stored.cells}

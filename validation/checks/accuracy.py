@@ -80,6 +80,8 @@ def accuracy_of(result: Result, truth: Truth, *, resolution: Resolution = 0.0) -
     if agree < max(len(found), len(truth.collisions)):
         parts_at = _parts_at(agree, times, truth.collision_times)
         if parts_at is None or (parts_at <= predictable and parts_at < _counted_until(truth)):
+            if parts_at is not None and parts_at > truth.horizon_of(0.0):
+                return None  # rounding alone makes another shot of it before
             return Accuracy("another shot", at=parts_at, agree=agree, of=len(truth.collisions))
     if within is not None and math.isfinite(predictable):
         return _at_the_horizon(result, truth, within)
