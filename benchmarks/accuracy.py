@@ -12,12 +12,12 @@ from pydantic import BaseModel, ConfigDict
 
 from benchmarks.measurements import Measurement, measured_where
 from benchmarks.running import run_each, shot_numbers
-from benchmarks.timing import Progress
 from ghostball.engine import Status, simulate
 from ghostball.reference_adapters.certified import CertifiedSettings, certify
 from ghostball.validation.checks.violations import faults_of
 from ghostball.validation.grading.grading import grade
 from ghostball.validation.parallel.compiling import compile_kernels
+from ghostball.validation.parallel.pool import Progress
 from ghostball.validation.scenes.random_shots import random_shot
 
 SHOTS = 10_000
@@ -185,7 +185,7 @@ class _Tally:
 
 
 def measure_accuracy(
-    shots: int = SHOTS, *, first: int = 0, jobs: int = JOBS, progress: Progress | None = None
+    shots: int = SHOTS, *, first: int = 0, jobs: int = JOBS, progress: Progress[str] | None = None
 ) -> AccuracyMeasurement:
     """Simulate, prove and grade random shots; Ctrl-C keeps those that are done.
 

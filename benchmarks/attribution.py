@@ -13,13 +13,13 @@ from pydantic import BaseModel, ConfigDict
 
 from benchmarks.measurements import Measurement, measured_where
 from benchmarks.running import run_each, shot_numbers
-from benchmarks.timing import Progress
 from ghostball.engine import Ball, Physics, Scene, Table
 from ghostball.engine.scene import POOL_BALL_RADIUS
 from ghostball.reference_adapters import make_engine
 from ghostball.validation.diagnose.attribution import Attribution, attribute, largest_distance
 from ghostball.validation.diagnose.attribution.attribution_record import Outcome
 from ghostball.validation.parallel.compiling import compile_kernels
+from ghostball.validation.parallel.pool import Progress
 from ghostball.validation.runs.steps import with_setting
 from ghostball.validation.truth.known_shot import KnownShot, known_shot
 
@@ -184,7 +184,7 @@ def pool_shot(number: int, restitution: float = 1.0) -> Scene:
 
 
 def measure_attribution(
-    shots: int = SHOTS, *, first: int = 0, jobs: int = 2, progress: Progress | None = None
+    shots: int = SHOTS, *, first: int = 0, jobs: int = 2, progress: Progress[str] | None = None
 ) -> AttributionMeasurement:
     """Attribute random shots on engines whose model error is known; Ctrl-C keeps those done.
 

@@ -12,8 +12,9 @@ from benchmarks.quantities import QUANTITIES
 from benchmarks.records import Row, TargetsMeasurement, spread_fields
 from benchmarks.sizes import FULL, Size
 from benchmarks.targets import target_of
-from benchmarks.timing import Clock, Progress, Samples, take_turns
+from benchmarks.timing import Clock, Samples, take_turns
 from benchmarks.workloads import Workload
+from ghostball.validation.parallel.pool import Progress
 
 
 def measure_targets(
@@ -23,7 +24,7 @@ def measure_targets(
     rounds: int,
     size: Size = FULL,
     clock: Clock = time.perf_counter,
-    progress: Progress | None = None,
+    progress: Progress[str] | None = None,
 ) -> TargetsMeasurement:
     """Measure workloads by turns; Ctrl-C keeps what was measured.
 

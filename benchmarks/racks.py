@@ -15,16 +15,9 @@ from benchmarks.peer_engines import Peer
 from benchmarks.records import Outcome
 from benchmarks.scaling import OurEngine
 from benchmarks.scenes import random_rack
-from benchmarks.timing import (
-    Clock,
-    Figures,
-    Progress,
-    Sampler,
-    Samples,
-    Task,
-    take_turns,
-)
+from benchmarks.timing import Clock, Figures, Sampler, Samples, Task, take_turns
 from ghostball.engine import Scene
+from ghostball.validation.parallel.pool import Progress
 
 RACKS = 1_000
 """Racks of a whole measurement."""
@@ -112,7 +105,7 @@ def measure_racks(
     rounds: int,
     racks: int = RACKS,
     clock: Clock = time.perf_counter,
-    progress: Progress | None = None,
+    progress: Progress[str] | None = None,
 ) -> RacksMeasurement:
     """Measure our engine on racks, and peers on the first of them; Ctrl-C keeps what was measured.
 

@@ -11,10 +11,9 @@ from contextlib import closing
 from typing import Never, TypeVar
 
 from benchmarks.scenes import later
-from benchmarks.timing import Progress
 from ghostball.engine import GhostballError, Record, Result, Scene, Status, simulate
 from ghostball.engine.scene import POOL_BALL_RADIUS
-from ghostball.validation.parallel.pool import run_tasks
+from ghostball.validation.parallel.pool import Progress, run_tasks
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -65,7 +64,7 @@ def run_each(
     work: Callable[[T], R],
     take: Callable[[R], object],
     name: Callable[[T], str],
-    progress: Progress | None,
+    progress: Progress[str] | None,
 ) -> bool:
     """Do tasks in processes, and hand on what each gives; return whether Ctrl-C ended it early.
 

@@ -14,8 +14,9 @@ from benchmarks.measurements import measured_where
 from benchmarks.peer_engines import Peer, PeerRun
 from benchmarks.records import Curve, Outcome, Physics, Point, ScalingMeasurement
 from benchmarks.running import after, collision_rate, run, until
-from benchmarks.timing import Clock, Progress, Samples, Task, take_turns
+from benchmarks.timing import Clock, Samples, Task, take_turns
 from ghostball.engine import Scene
+from ghostball.validation.parallel.pool import Progress
 from ghostball.validation.scenes.gases import FRICTIONLESS, FULL_CLOTH, packed_gas
 
 Along = Literal["balls", "packing"]
@@ -207,7 +208,7 @@ def measure_scaling(
     rounds: int,
     extent: Extent = WIDE,
     clock: Clock = time.perf_counter,
-    progress: Progress | None = None,
+    progress: Progress[str] | None = None,
 ) -> ScalingMeasurement:
     """Measure time per event of our engine and of peers; Ctrl-C keeps what was measured.
 

@@ -17,9 +17,9 @@ from pydantic import BaseModel, ConfigDict
 
 from benchmarks.measurements import Measurement, measured_where
 from benchmarks.running import run
-from benchmarks.timing import Progress
 from ghostball.engine import Result, Scene
 from ghostball.engine.running.skips import BUILT_IN, Skip, SkipUse, explain_skips
+from ghostball.validation.parallel.pool import Progress
 
 ROUNDING = 16.0
 """Roundings by which the first event that differs may do so, where another formula gives the same
@@ -75,7 +75,7 @@ class SkipsMeasurement(Measurement):
 
 
 def measure_skips(
-    scenes: Sequence[Scene], *, rounds: int, progress: Progress | None = None
+    scenes: Sequence[Scene], *, rounds: int, progress: Progress[str] | None = None
 ) -> SkipsMeasurement:
     """Run every scene with each skip off and on that it uses and that can be off, in turns.
 

@@ -9,14 +9,13 @@ from statistics import mean, median
 
 import numpy as np
 
+from ghostball.validation.parallel.pool import Progress
+
 Clock = Callable[[], float]
 """Returns seconds since some instant; `time.perf_counter`, or a fake one in tests."""
 
 Sampler = Callable[[Clock], Mapping[str, float]]
 """Does the work once and returns what it measured, by quantity, in SI units."""
-
-Progress = Callable[[int, int, str], None]
-"""Called with how many parts are done, of how many, and which was the last."""
 
 
 @dataclass(frozen=True)
@@ -98,7 +97,7 @@ def take_turns(
     rounds: int,
     *,
     clock: Clock = time.perf_counter,
-    progress: Progress | None = None,
+    progress: Progress[str] | None = None,
 ) -> Samples:
     """Sample tasks round by round, each prepared when its first turn comes.
 

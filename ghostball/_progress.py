@@ -9,6 +9,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import TYPE_CHECKING
 
 from rich.markup import escape
 from rich.progress import (
@@ -24,6 +25,9 @@ from rich.text import Text
 
 from ghostball._terminal import say, stderr
 
+if TYPE_CHECKING:
+    from ghostball.validation.parallel.pool import Progress as Count
+
 LOG_INTERVAL = 10.0
 """Seconds between two lines of progress where there is no terminal to draw a bar on."""
 
@@ -32,9 +36,6 @@ SURE_AFTER = 2
 
 COMPILING, DRAWING = "compiling", "drawing"
 """Steps of several commands. Where the kernels are compiled, a run begins with its second step."""
-
-Count = Callable[[int, int, str], None]
-"""Says that so many parts are done, of how many, and which was the last."""
 
 
 class Steps:
@@ -49,7 +50,7 @@ class Steps:
         self._names = names
 
     @contextmanager
-    def bar(self, first: str | None = None) -> Iterator[Callable[[str], Count]]:
+    def bar(self, first: str | None = None) -> Iterator[Callable[[str], Count[str]]]:
         """Show a bar while the block runs; what is yielded gives each step what moves it.
 
         Until something moves, it names the `first` step; left out, the first of all.
@@ -72,7 +73,7 @@ class Steps:
             title = self._title(first or self._names[0])
             task = bar.add_task(title, total=None, planned="?", pace=Pace(), last="")
 
-            def step(name: str) -> Count:
+            def step(name: str) -> Count[str]:
                 pace = Pace()
 
                 def count(done: int, planned: int, last: str, /) -> None:
@@ -96,7 +97,7 @@ class Steps:
             return name
         return f"{name} (step {self._names.index(name) + 1} of {len(self._names)})"
 
-    def _log_lines(self, name: str) -> Count:
+    def _log_lines(self, name: str) -> Count[str]:
         pace = Pace()
         spoke = time.monotonic()
 
@@ -168,7 +169,7 @@ def in_words(seconds: float) -> str:
 
 
 @contextmanager
-def counting(name: str) -> Iterator[Count]:
+def counting(name: str) -> Iterator[Count[str]]:
     """Show a bar for a command of one step; the function yielded moves it."""
     with Steps(name).bar() as step:
         yield step(name)

@@ -20,10 +20,11 @@ from benchmarks.precision.points import (
     reach_of,
 )
 from benchmarks.running import BenchError
-from benchmarks.timing import Clock, Progress, Samples, take_turns
+from benchmarks.timing import Clock, Samples, take_turns
 from ghostball.engine import Scene
 from ghostball.reference_adapters import EngineUnavailableError, ReferenceEngine, make_engine
 from ghostball.reference_adapters.base import resolution_of
+from ghostball.validation.parallel.pool import Progress
 from ghostball.validation.results.records import CERTIFIED, INDEPENDENT
 from ghostball.validation.suite.suite import DEFAULT_ENGINES
 from ghostball.validation.truth.scene_truth import Truth, truth_of
@@ -58,7 +59,7 @@ def measure_precision(
     rounds: int,
     extent: Extent = WIDE,
     clock: Clock = time.perf_counter,
-    progress: Progress | None = None,
+    progress: Progress[str] | None = None,
 ) -> PrecisionMeasurement:
     """Measure errors and times of engines over their ladders; Ctrl-C keeps what was measured.
 
