@@ -23,8 +23,10 @@ from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.results.files import write_all_whole
 from ghostball.validation.results.records import CaseRecord
 from ghostball.validation.scenes.library import find_scene, select
-from ghostball.validation.suite.case import Case, run_case
-from ghostball.validation.suite.suite import exit_status_of, shipped_criteria, truth_or_failure
+from ghostball.validation.suite.case import run_case
+from ghostball.validation.suite.judge import Case
+from ghostball.validation.suite.plan import shipped_criteria, truth_or_failure
+from ghostball.validation.suite.suite import exit_status_of
 
 
 def export_scenes(folder: Path, names: Sequence[str] = ()) -> int:

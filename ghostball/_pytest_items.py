@@ -41,7 +41,7 @@ from ghostball.validation.suite.conformance import (
     run_scene,
     what_is_asked,
 )
-from ghostball.validation.suite.suite import (
+from ghostball.validation.suite.plan import (
     check_time_limit,
     criteria_beside_paths,
     shipped_criteria,

@@ -47,7 +47,8 @@ from ghostball.validation.exit_status import ExitStatus, worst
 from ghostball.validation.results.records import CaseRecord
 from ghostball.validation.results.store import Results
 from ghostball.validation.scenes.library import select
-from ghostball.validation.suite.suite import Outcome, criteria_beside_paths, run_suite
+from ghostball.validation.suite.plan import criteria_beside_paths
+from ghostball.validation.suite.suite import Outcome, run_suite
 from ghostball.validation.truth.scene_truth import OUR_NAME
 
 _COLOURS: dict[Change, str] = {

@@ -50,12 +50,8 @@ from ghostball.validation.results.records import (
 from ghostball.validation.results.store import CaseRecord, Results, has_results
 from ghostball.validation.scenes import commands
 from ghostball.validation.scenes.library import scene_names, select
-from ghostball.validation.suite.suite import (
-    DEFAULT_ENGINES,
-    Outcome,
-    criteria_beside_paths,
-    run_suite,
-)
+from ghostball.validation.suite.plan import criteria_beside_paths
+from ghostball.validation.suite.suite import DEFAULT_ENGINES, Outcome, run_suite
 from ghostball.validation.suite.unchanged import is_ours
 
 RUNNING, PREDICTING = "running", "predicting"

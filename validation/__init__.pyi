@@ -6,10 +6,10 @@ from .results.records import CaseRecord as CaseRecord, Check as Check, Motion as
 from .results.store import Results as Results, ResultsError as ResultsError
 from .scenes.library import find_scene as find_scene, scene_names as scene_names, select as select
 from .suite.junit import junit_xml as junit_xml
+from .suite.plan import criteria_beside_paths as criteria_beside_paths
 from .suite.suite import (
     DEFAULT_ENGINES as DEFAULT_ENGINES,
     Outcome as Outcome,
-    criteria_beside_paths as criteria_beside_paths,
     run_suite as run_suite,
 )
 from .truth.scene_truth import Truth as Truth, TruthError as TruthError, truth_of as truth_of

@@ -33,7 +33,7 @@ from ghostball.validation.results.motions import save_sides
 from ghostball.validation.results.records import Motion
 from ghostball.validation.runs.sampling import motion_of
 from ghostball.validation.scenes import commands
-from ghostball.validation.suite.suite import shipped_criteria
+from ghostball.validation.suite.plan import shipped_criteria
 from ghostball.validation.truth.scene_truth import OUR_NAME, Truth, truth_of
 
 Progress = Callable[[int, int, str], None]

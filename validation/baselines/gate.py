@@ -39,7 +39,8 @@ from ghostball.validation.runs.our_run import run_ours
 from ghostball.validation.runs.returned import check_result
 from ghostball.validation.scenes import commands
 from ghostball.validation.scenes.gases import many_balls
-from ghostball.validation.suite.case import Case, TruthFailure, blank_record, failed
+from ghostball.validation.suite.case import blank_record, failed
+from ghostball.validation.suite.judge import Case, TruthFailure
 from ghostball.validation.suite.unchanged import is_ours
 from ghostball.validation.truth.scene_truth import OUR_NAME
 

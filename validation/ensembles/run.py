@@ -42,7 +42,7 @@ from ghostball.validation.results.environment import describe_environment
 from ghostball.validation.results.store import ResultsError, has_results
 from ghostball.validation.runs.our_run import run_ours
 from ghostball.validation.suite.case import plain_settings
-from ghostball.validation.suite.suite import check_time_limit
+from ghostball.validation.suite.plan import check_time_limit
 from ghostball.validation.suite.unchanged import code_hash, is_ours
 
 FEWEST, MOST = 2, 1_000

@@ -8,25 +8,15 @@
 
 from __future__ import annotations
 
-import math
-import traceback
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from ghostball.engine import GhostballError, Scene
+from ghostball.engine import Scene
 from ghostball.engine.compilation import MANY
-from ghostball.reference_adapters.registry import (
-    EngineUnavailableError,
-    engine_name,
-    engine_names,
-    make_engine,
-)
-from ghostball.validation.checks.criteria import Criteria, criteria_beside
-from ghostball.validation.checks.law import Asked, asked_of
-from ghostball.validation.checks.metric_table import METRICS, choose_metrics
+from ghostball.validation.checks.criteria import Criteria
 from ghostball.validation.checks.verdict import is_nothing_judged, is_unfinished
 from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.parallel.cluster import Cluster
@@ -36,17 +26,10 @@ from ghostball.validation.parallel.runner import Name, Reuse, run
 from ghostball.validation.results.environment import describe_environment
 from ghostball.validation.results.records import CaseRecord
 from ghostball.validation.results.store import Finished, PartWriter, ResultsWriter
-from ghostball.validation.scenes.library import FOLDER, find_scene, paths_among, scene_names
-from ghostball.validation.suite.case import (
-    Case,
-    TruthFailure,
-    blank_record,
-    failed,
-    plain_settings,
-    run_case,
-)
-from ghostball.validation.suite.unchanged import code_hash, dates_of, inputs_hash, is_ours
-from ghostball.validation.truth.scene_truth import PARTS, Truth, TruthPart, check_truth, truth_of
+from ghostball.validation.suite.case import blank_record, failed, run_case
+from ghostball.validation.suite.judge import Case
+from ghostball.validation.suite.plan import check_time_limit, plan
+from ghostball.validation.suite.unchanged import code_hash, dates_of
 
 DEFAULT_ENGINES: tuple[str, ...] = (
     "ghostball",
@@ -143,10 +126,6 @@ def exit_status_of(cases: Collection[CaseRecord]) -> ExitStatus:
     return ExitStatus.NOT_JUDGED if is_nothing_judged(cases) else ExitStatus.PASSED
 
 
-class SuiteError(GhostballError, ValueError):
-    """A run that can't start: no scene, no engine, the same one twice, a wrong number of jobs."""
-
-
 def run_suite(
     scenes: Sequence[Scene],
     engine_specs: Sequence[str],
@@ -214,13 +193,13 @@ def run_suite(
     by Ctrl-C, the run stops, keeps what is done and says so in `Outcome.interrupted`; what earlier
     runs found and this one has not come to is kept too, for a later run with `reuse`.
     """
-    plan = _plan(scenes, engine_specs, criteria or {}, jobs, metrics, only)
+    planned = plan(scenes, engine_specs, criteria or {}, jobs, metrics, only)
     check_time_limit(time_limit)
     store = (ResultsWriter if only is None else PartWriter)(out, code_hash())
 
     def prepare(pairs: Sequence[Name]) -> Callable[[], None]:
         return compile_kernels(
-            plan.scenes_of(pairs),
+            planned.scenes_of(pairs),
             jobs,
             labels=dict.fromkeys(label for _, label in pairs),
             tangents=True,
@@ -230,11 +209,11 @@ def run_suite(
 
     def about(taken_over: Mapping[Name, CaseRecord]) -> dict[str, Any]:
         dates = dates_of(taken_over.values())
-        return describe_environment() | plan.describe() | {"taken_over": dates}
+        return describe_environment() | planned.describe() | {"taken_over": dates}
 
     ran = run(
-        plan.inputs,
-        plan.cases,
+        planned.inputs,
+        planned.cases,
         run_case,
         finished,
         store,
@@ -246,7 +225,7 @@ def run_suite(
         announce=announce,
         progress=progress,
     )
-    return Outcome(out, list(ran.records.values()), plan.size, ran.interrupted, ran.begun)
+    return Outcome(out, list(ran.records.values()), planned.size, ran.interrupted, ran.begun)
 
 
 def finished(done: Done[Case, Finished]) -> Finished:
@@ -254,159 +233,3 @@ def finished(done: Done[Case, Finished]) -> Finished:
     record, motion = done.or_else(lambda case, why: (failed(blank_record(case), why), None))
     now = datetime.now(UTC).isoformat(timespec="seconds")
     return replace(record, printed=done.printed, measured=now), motion
-
-
-def check_time_limit(seconds: float | None) -> None:
-    """Refuse a limit of time that is none.
-
-    Raises
-    ------
-    SuiteError
-        Where it isn't a positive number of seconds.
-    """
-    if seconds is not None and not 0.0 < seconds < math.inf:
-        raise SuiteError(f"`time_limit` must be a positive number of seconds, got {seconds!r}")
-
-
-def shipped_criteria(scene: Scene) -> Criteria:
-    """Return the criteria of the shipped scene that `scene` is; none where it is no shipped one.
-
-    A scene that shares its name with a shipped one but differs in a value has none: the numbers
-    were chosen for the shipped values.
-
-    Raises
-    ------
-    CriteriaError
-        Where its criteria file is refused.
-    """
-    if scene.name not in scene_names() or find_scene(scene.name) != scene:
-        return Criteria()
-    return criteria_beside(FOLDER / f"{scene.name}.toml")
-
-
-def criteria_beside_paths(names_or_tags: Sequence[str]) -> dict[str, Criteria]:
-    """Return the criteria of the scenes that are given by path, by scene name.
-
-    Parameters
-    ----------
-    names_or_tags : sequence of str
-        What `select` was asked for; names and tags are passed over.
-
-    Raises
-    ------
-    GhostballError
-        Where such a scene or the criteria beside it are refused.
-    """
-    return {find_scene(path).name: criteria_beside(path) for path in paths_among(names_or_tags)}
-
-
-@dataclass(frozen=True, eq=False)
-class _Plan:
-    """A run, checked: what will be run and against which criteria."""
-
-    scenes: Sequence[Scene]
-    settings: Mapping[str, dict[str, Any] | None]  # by label; None: the engine is unavailable
-    criteria: Mapping[str, Criteria]  # by scene name
-    asked: Mapping[Name, Asked]  # by scene name and label
-    inputs: Mapping[Name, str]  # hashes; "": always run
-    metrics: tuple[str, ...] | None  # None: all
-
-    @property
-    def size(self) -> int:
-        return len(self.inputs)
-
-    def describe(self) -> dict[str, Any]:
-        """Return what the environment of the results says of the run."""
-        return {
-            "scenes": [scene.name for scene in self.scenes],
-            "engines": list(self.settings),
-            "engine_settings": dict(self.settings),
-            "metrics": list(self.metrics or METRICS),
-            "planned": self.size,
-        }
-
-    def scenes_of(self, pairs: Sequence[Name]) -> list[Scene]:
-        """Return the scenes that these cases need, each once."""
-        names = {name for name, _ in pairs}
-        return [scene for scene in self.scenes if scene.name in names]
-
-    def cases(self, pairs: Sequence[Name]) -> Iterator[Case]:
-        """Yield these cases, scene by scene; a scene's truth is computed when its turn comes."""
-        computed = METRICS if self.metrics is None else self.metrics
-        parts = frozenset(part for name in computed if (part := METRICS[name].compares) is not None)
-        if "accuracy" in computed or any(self.asked[pair].rule is not None for pair in pairs):
-            parts |= {"proof"}  # limits of a step are computed along the proved motion
-        if "accuracy" in computed:
-            parts |= {"events", "conditioning"}
-        for scene in self.scenes_of(pairs):
-            truth = truth_or_failure(scene, self.criteria[scene.name], parts)
-            for pair in pairs:
-                if pair[0] == scene.name:
-                    yield Case(scene, pair[1], truth, self.asked[pair], self.metrics)
-
-
-def _plan(
-    scenes: Sequence[Scene],
-    labels: Sequence[str],
-    criteria: Mapping[str, Criteria],
-    jobs: int,
-    metrics: Sequence[str] | None,
-    only: Collection[Name] | None = None,
-) -> _Plan:
-    if jobs < 1:
-        raise SuiteError(f"`jobs` must be at least 1, got {jobs}")
-    chosen = None if metrics is None else choose_metrics(metrics)
-    _each_once("scene", [scene.name for scene in scenes])
-    _each_once("engine", labels)
-    settings = {label: _settings_of(label) for label in labels}
-    own = {
-        scene.name: criteria[scene.name] if scene.name in criteria else shipped_criteria(scene)
-        for scene in scenes
-    }
-    names = {label: engine_name(label) for label in labels}
-    known = tuple(dict.fromkeys((*engine_names(), *names.values())))
-    for scene in scenes:
-        own[scene.name].check_engines(known, f'criteria of scene "{scene.name}"')
-        if scene.name in criteria:  # the shipped ones are checked as their truth is computed
-            check_truth(scene, own[scene.name].truth)
-    foreign = tuple(e for e, values in settings.items() if values is not None and not is_ours(e))
-    asked: dict[Name, Asked] = {}
-    inputs: dict[Name, str] = {}
-    for scene in scenes:
-        for label, values in settings.items():
-            pair, limits = (scene.name, label), own[scene.name]
-            if only is not None and pair not in only:
-                continue
-            asked[pair] = Asked() if values is None else asked_of([(names[label], values)], limits)
-            inputs[pair] = (
-                ""
-                if values is None or label in foreign
-                else inputs_hash(scene, label, values, asked[pair], limits.truth, chosen)
-            )
-    return _Plan(scenes, settings, own, asked, inputs, chosen)
-
-
-def _each_once(what: str, names: Sequence[str]) -> None:
-    if not names:
-        raise SuiteError(f"a run needs at least one {what}, got none")
-    repeated = sorted({name for name in names if names.count(name) > 1})
-    if repeated:
-        raise SuiteError(f"each {what} must be given once, got {', '.join(repeated)} again")
-
-
-def _settings_of(label: str) -> dict[str, Any] | None:
-    """Return all settings of the engine that `label` names, or None where it can't run here."""
-    try:
-        return plain_settings(make_engine(label))
-    except EngineUnavailableError:
-        return None
-
-
-def truth_or_failure(
-    scene: Scene, criteria: Criteria, parts: frozenset[TruthPart] = PARTS
-) -> Truth | TruthFailure:
-    """Return the truth of a scene, or why it could not be computed."""
-    try:
-        return truth_of(scene, criteria.truth, parts, least=criteria.least_proved)
-    except Exception as error:  # a fault of ours; the run goes on and reports it
-        return TruthFailure(f"{type(error).__name__}: {error}", traceback.format_exc())

@@ -14,7 +14,8 @@ from ghostball.reference_adapters import make_engine
 from ghostball.validation.checks.accuracy import ENERGY_MADE, accuracy_of, kind_of
 from ghostball.validation.results.records import AccuracyKind
 from ghostball.validation.scenes.library import find_scene
-from ghostball.validation.suite.case import Case, run_case
+from ghostball.validation.suite.case import run_case
+from ghostball.validation.suite.judge import Case
 from ghostball.validation.truth.scene_truth import Truth, truth_of
 
 

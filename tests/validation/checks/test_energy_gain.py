@@ -17,7 +17,7 @@ from ghostball.validation.checks.criteria import common_criteria
 from ghostball.validation.checks.energy_gain import cloth_takes, largest_gain, largest_rise
 from ghostball.validation.checks.metrics import measure
 from ghostball.validation.scenes.library import find_scene
-from ghostball.validation.suite.suite import shipped_criteria
+from ghostball.validation.suite.plan import shipped_criteria
 from ghostball.validation.truth.scene_truth import Truth
 
 SCENES = ("head-on", "half-ball-cut", "draw-shot", "break-7")

@@ -9,7 +9,7 @@ from ghostball.validation.checks.law import asked_of
 from ghostball.validation.results.records import ACCURACY_KINDS
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.suite.case import plain_settings
-from ghostball.validation.suite.suite import shipped_criteria
+from ghostball.validation.suite.plan import shipped_criteria
 from ghostball.validation.truth.scene_truth import truth_of
 
 HALF_BALL = find_scene("half-ball-cut")

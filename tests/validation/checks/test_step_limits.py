@@ -18,7 +18,8 @@ from ghostball.validation.checks.law import Asked
 from ghostball.validation.checks.verdict import Verdict, verdict_of
 from ghostball.validation.results.records import CaseRecord
 from ghostball.validation.scenes.library import find_scene
-from ghostball.validation.suite.case import Case, plain_settings, run_case
+from ghostball.validation.suite.case import plain_settings, run_case
+from ghostball.validation.suite.judge import Case
 from ghostball.validation.truth.scene_truth import truth_of
 
 pytest.importorskip("pymunk")

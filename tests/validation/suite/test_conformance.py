@@ -14,7 +14,7 @@ from ghostball.validation.suite.conformance import (
     run_scene,
     what_is_asked,
 )
-from ghostball.validation.suite.suite import shipped_criteria
+from ghostball.validation.suite.plan import shipped_criteria
 
 TOY = "toy_engines:ToyEngine"
 HALF_BALL = find_scene("half-ball-cut")

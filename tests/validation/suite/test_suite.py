@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import ghostball.validation.suite.plan
 import ghostball.validation.suite.suite
 from ghostball.engine import Ball, GhostballError, Scene
 from ghostball.validation.checks.criteria import Criteria
@@ -23,8 +24,9 @@ from ghostball.validation.checks.criterion import Criterion
 from ghostball.validation.checks.verdict import Verdict, unfinished_text, verdict_of
 from ghostball.validation.results.store import CaseRecord, Results, ResultsError
 from ghostball.validation.scenes.library import find_scene
-from ghostball.validation.suite.case import Case
-from ghostball.validation.suite.suite import criteria_beside_paths, run_suite, shipped_criteria
+from ghostball.validation.suite.judge import Case
+from ghostball.validation.suite.plan import criteria_beside_paths, shipped_criteria
+from ghostball.validation.suite.suite import run_suite
 from ghostball.validation.truth.closed_forms import has_closed_form
 
 ENGINES = '''
@@ -301,7 +303,7 @@ def test_what_raises_in_our_own_code_is_our_fault(
     def fail(*_: object, **__: object) -> None:
         raise ZeroDivisionError("by ten")
 
-    monkeypatch.setattr("ghostball.validation.suite.case.measure", fail)
+    monkeypatch.setattr("ghostball.validation.suite.judge.measure", fail)
     found = run_suite([scene()], ["fake"], tmp_path)
     assert (found.cases[0].fault, found.cases[0].reason) == (
         "ghostball",
@@ -345,8 +347,8 @@ def test_a_truth_that_fails_fails_its_scene_alone(
             raise ZeroDivisionError("no truth today")
         return real(shot, *wanted, **more)
 
-    real = ghostball.validation.suite.suite.truth_of
-    monkeypatch.setattr(ghostball.validation.suite.suite, "truth_of", broken)
+    real = ghostball.validation.suite.plan.truth_of
+    monkeypatch.setattr(ghostball.validation.suite.plan, "truth_of", broken)
     outcome = run_suite([scene("broken"), scene()], ["fake"], tmp_path)
     assert [case.outcome for case in outcome.cases] == ["failed", "ran"]
     assert "no truth today" in outcome.cases[0].reason
@@ -357,9 +359,9 @@ def test_truth_is_computed_once_for_each_scene(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     computed = []
-    real = ghostball.validation.suite.suite.truth_of
+    real = ghostball.validation.suite.plan.truth_of
     monkeypatch.setattr(
-        ghostball.validation.suite.suite,
+        ghostball.validation.suite.plan,
         "truth_of",
         lambda shot, *wanted, **more: (computed.append(shot.name), real(shot, *wanted, **more))[1],
     )
@@ -461,7 +463,7 @@ def test_an_engine_that_is_absent_needs_no_settings_for_its_criteria(tmp_path: P
 def test_a_changed_copy_of_a_shipped_scene_has_no_shipped_criteria(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(ghostball.validation.suite.suite, "FOLDER", tmp_path)
+    monkeypatch.setattr(ghostball.validation.suite.plan, "FOLDER", tmp_path)
     (tmp_path / "stop.expect.toml").write_text('truth = "engine"\n')
     shipped = find_scene("stop")
     assert shipped_criteria(shipped) == Criteria(truth="engine")

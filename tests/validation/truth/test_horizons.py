@@ -15,7 +15,8 @@ from ghostball.validation.checks.law import Asked, asked_of
 from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.checks.verdict import Verdict, verdict_of
 from ghostball.validation.scenes.library import find_scene
-from ghostball.validation.suite.case import Case, run_case
+from ghostball.validation.suite.case import run_case
+from ghostball.validation.suite.judge import Case
 from ghostball.validation.truth.horizons import growth_of
 from ghostball.validation.truth.scene_truth import truth_of
 

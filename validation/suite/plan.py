@@ -1,0 +1,199 @@
+"""The first of the suite's five verbs: plan what is run, and what each case is asked.
+
+A scene's way through a run is `plan` here, `run` (`validation.parallel.runner`, and
+`validation.suite.case` in another process), `judge` (`validation.suite.judge`, there too), store
+(`validation.results.store`) and report (`reports`): it returns to none of them.
+"""
+
+from __future__ import annotations
+
+import math
+import traceback
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from ghostball.engine import GhostballError, Scene
+from ghostball.reference_adapters.registry import (
+    EngineUnavailableError,
+    engine_name,
+    engine_names,
+    make_engine,
+)
+from ghostball.validation.checks.criteria import Criteria, criteria_beside
+from ghostball.validation.checks.law import Asked, asked_of
+from ghostball.validation.checks.metric_table import METRICS, choose_metrics
+from ghostball.validation.parallel.runner import Name
+from ghostball.validation.scenes.library import FOLDER, find_scene, paths_among, scene_names
+from ghostball.validation.suite.case import plain_settings
+from ghostball.validation.suite.judge import Case, TruthFailure
+from ghostball.validation.suite.unchanged import inputs_hash, is_ours
+from ghostball.validation.truth.scene_truth import PARTS, Truth, TruthPart, check_truth, truth_of
+
+
+class SuiteError(GhostballError, ValueError):
+    """A run that can't start: no scene, no engine, the same one twice, a wrong number of jobs."""
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """A run, checked: what will be run and against which criteria."""
+
+    scenes: Sequence[Scene]
+    settings: Mapping[str, dict[str, Any] | None]  # by label; None: the engine is unavailable
+    criteria: Mapping[str, Criteria]  # by scene name
+    asked: Mapping[Name, Asked]  # by scene name and label
+    inputs: Mapping[Name, str]  # hashes; "": always run
+    metrics: tuple[str, ...] | None  # None: all
+
+    @property
+    def size(self) -> int:
+        """How many cases there are."""
+        return len(self.inputs)
+
+    def describe(self) -> dict[str, Any]:
+        """Return what the environment of the results says of the run."""
+        return {
+            "scenes": [scene.name for scene in self.scenes],
+            "engines": list(self.settings),
+            "engine_settings": dict(self.settings),
+            "metrics": list(self.metrics or METRICS),
+            "planned": self.size,
+        }
+
+    def scenes_of(self, pairs: Sequence[Name]) -> list[Scene]:
+        """Return the scenes that these cases need, each once."""
+        names = {name for name, _ in pairs}
+        return [scene for scene in self.scenes if scene.name in names]
+
+    def cases(self, pairs: Sequence[Name]) -> Iterator[Case]:
+        """Yield these cases, scene by scene; a scene's truth is computed when its turn comes."""
+        computed = METRICS if self.metrics is None else self.metrics
+        parts = frozenset(part for name in computed if (part := METRICS[name].compares) is not None)
+        if "accuracy" in computed or any(self.asked[pair].rule is not None for pair in pairs):
+            parts |= {"proof"}  # limits of a step are computed along the proved motion
+        if "accuracy" in computed:
+            parts |= {"events", "conditioning"}
+        for scene in self.scenes_of(pairs):
+            truth = truth_or_failure(scene, self.criteria[scene.name], parts)
+            for pair in pairs:
+                if pair[0] == scene.name:
+                    yield Case(scene, pair[1], truth, self.asked[pair], self.metrics)
+
+
+def plan(
+    scenes: Sequence[Scene],
+    labels: Sequence[str],
+    criteria: Mapping[str, Criteria],
+    jobs: int,
+    metrics: Sequence[str] | None,
+    only: Collection[Name] | None = None,
+) -> Plan:
+    """Return what is run and what is asked of it; refuse what is wrong before anything runs.
+
+    Raises
+    ------
+    GhostballError
+        See `validation.suite.suite.run_suite`.
+    """
+    if jobs < 1:
+        raise SuiteError(f"`jobs` must be at least 1, got {jobs}")
+    chosen = None if metrics is None else choose_metrics(metrics)
+    _each_once("scene", [scene.name for scene in scenes])
+    _each_once("engine", labels)
+    settings = {label: _settings_of(label) for label in labels}
+    own = {
+        scene.name: criteria[scene.name] if scene.name in criteria else shipped_criteria(scene)
+        for scene in scenes
+    }
+    names = {label: engine_name(label) for label in labels}
+    known = tuple(dict.fromkeys((*engine_names(), *names.values())))
+    for scene in scenes:
+        own[scene.name].check_engines(known, f'criteria of scene "{scene.name}"')
+        if scene.name in criteria:  # the shipped ones are checked as their truth is computed
+            check_truth(scene, own[scene.name].truth)
+    foreign = tuple(e for e, values in settings.items() if values is not None and not is_ours(e))
+    asked: dict[Name, Asked] = {}
+    inputs: dict[Name, str] = {}
+    for scene in scenes:
+        for label, values in settings.items():
+            pair, limits = (scene.name, label), own[scene.name]
+            if only is not None and pair not in only:
+                continue
+            asked[pair] = Asked() if values is None else asked_of([(names[label], values)], limits)
+            inputs[pair] = (
+                ""
+                if values is None or label in foreign
+                else inputs_hash(scene, label, values, asked[pair], limits.truth, chosen)
+            )
+    return Plan(scenes, settings, own, asked, inputs, chosen)
+
+
+def check_time_limit(seconds: float | None) -> None:
+    """Refuse a limit of time that is none.
+
+    Raises
+    ------
+    SuiteError
+        Where it isn't a positive number of seconds.
+    """
+    if seconds is not None and not 0.0 < seconds < math.inf:
+        raise SuiteError(f"`time_limit` must be a positive number of seconds, got {seconds!r}")
+
+
+def shipped_criteria(scene: Scene) -> Criteria:
+    """Return the criteria of the shipped scene that `scene` is; none where it is no shipped one.
+
+    A scene that shares its name with a shipped one but differs in a value has none: the numbers
+    were chosen for the shipped values.
+
+    Raises
+    ------
+    CriteriaError
+        Where its criteria file is refused.
+    """
+    if scene.name not in scene_names() or find_scene(scene.name) != scene:
+        return Criteria()
+    return criteria_beside(FOLDER / f"{scene.name}.toml")
+
+
+def criteria_beside_paths(names_or_tags: Sequence[str]) -> dict[str, Criteria]:
+    """Return the criteria of the scenes that are given by path, by scene name.
+
+    Parameters
+    ----------
+    names_or_tags : sequence of str
+        What `select` was asked for; names and tags are passed over.
+
+    Raises
+    ------
+    GhostballError
+        Where such a scene or the criteria beside it are refused.
+    """
+    return {find_scene(path).name: criteria_beside(path) for path in paths_among(names_or_tags)}
+
+
+def _each_once(what: str, names: Sequence[str]) -> None:
+    if not names:
+        raise SuiteError(f"a run needs at least one {what}, got none")
+    repeated = sorted({name for name in names if names.count(name) > 1})
+    if repeated:
+        raise SuiteError(f"each {what} must be given once, got {', '.join(repeated)} again")
+
+
+def _settings_of(label: str) -> dict[str, Any] | None:
+    """Return all settings of the engine that `label` names, or None where it can't run here."""
+    try:
+        return plain_settings(make_engine(label))
+    except EngineUnavailableError:
+        return None
+
+
+def truth_or_failure(
+    scene: Scene, criteria: Criteria, parts: frozenset[TruthPart] = PARTS
+) -> Truth | TruthFailure:
+    """Return the truth of a scene, or why it could not be computed."""
+    try:
+        return truth_of(scene, criteria.truth, parts, least=criteria.least_proved)
+    except Exception as error:  # a fault of ours; the run goes on and reports it
+        return TruthFailure(f"{type(error).__name__}: {error}", traceback.format_exc())
