@@ -18,6 +18,7 @@ from ghostball.validation.board import board as boards
 from ghostball.validation.board.board import Board, load, run_board
 from ghostball.validation.board.cell import Cell, cell_of, shade
 from ghostball.validation.board.column import ACCURACY, COLUMNS, QUESTIONS
+from ghostball.validation.board.shots import scene_path
 from ghostball.validation.results.files import BOARD
 from ghostball.validation.results.motions import motion_of_case
 from ghostball.validation.results.store import Results
@@ -277,6 +278,23 @@ def test_the_command_shows_a_strangers_row_and_its_verdict(tmp_path, monkeypatch
     assert rows[SLOWING]["line"]["again"] == (
         f"ghostball leaderboard --only -e {SLOWING} --column line --rerun"
     )
+
+
+@pytest.mark.usefixtures("in_this_process")
+def test_validate_says_the_same_of_the_same_runs(tmp_path):
+    engines = ["-e", "ghostball", "-e", "pymunk", "-e", SLOWING]
+    board = ["leaderboard", "--only", *engines, "--column", "line", "--column", "break"]
+    scenes = [str(scene_path(one)) for name in ("line", "break") for one in COLUMNS[name].scenes]
+    statuses = [
+        CliRunner().invoke(app, [*command, "--out", str(tmp_path / command[0])]).exit_code
+        for command in (board, ["validate", *scenes, *engines, "--no-report"])
+    ]
+    assert statuses[0] == statuses[1]
+    one, other = (
+        {(case.scene, case.label): case.checks for case in Results.open(tmp_path / name).cases}
+        for name in ("leaderboard", "validate")
+    )
+    assert one == other
 
 
 @pytest.mark.parametrize(
