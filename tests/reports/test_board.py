@@ -11,10 +11,11 @@ from ghostball.reports.board import LOOKS, board_beside, board_table, cell_text,
 from ghostball.reports.page.board import board_html
 from ghostball.validation.board.board import ROWS, Board, load, run_board
 from ghostball.validation.board.cell import Cell
-from ghostball.validation.board.column import CLASSES, COLUMNS
+from ghostball.validation.board.column import COLUMNS
 from ghostball.validation.board.shots import board_scene
 from ghostball.validation.results.environment import describe_environment
 from ghostball.validation.results.files import BOARD
+from ghostball.validation.results.records import ACCURACY_KINDS
 from ghostball.validation.results.store import ResultsWriter
 
 CELLS = [
@@ -83,7 +84,7 @@ def test_cells_say_their_class_or_have_the_sign_of_their_shade(folder: Path) -> 
 
 
 def test_every_class_and_shade_has_a_look_of_its_own() -> None:
-    assert list(LOOKS)[: len(CLASSES)] == list(CLASSES)
+    assert list(LOOKS)[: len(ACCURACY_KINDS)] == list(ACCURACY_KINDS)
     assert len({(look.sign, look.paper) for look in LOOKS.values()}) == len(LOOKS)
 
 

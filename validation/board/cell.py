@@ -9,9 +9,10 @@ from typing import Final, Literal
 import numpy as np
 from pydantic import BaseModel, ConfigDict
 
-from ghostball.validation.board.column import ACCURACY, CLASSES, Column
+from ghostball.validation.board.column import ACCURACY, Column
 from ghostball.validation.checks.verdict import is_unfinished, unfinished_text
 from ghostball.validation.results.records import (
+    ACCURACY_KINDS,
     INDEPENDENT,
     Accuracy,
     AccuracyKind,
@@ -62,9 +63,9 @@ class Cell(BaseModel):
     @property
     def size(self) -> float | None:
         """What a column is sorted by, the least first; None comes last."""
-        if self.kind in CLASSES:
+        if self.kind in ACCURACY_KINDS:
             worse = abs(self.value or 0.0)
-            return CLASSES.index(self.kind) + worse / (1.0 + worse)
+            return ACCURACY_KINDS.index(self.kind) + worse / (1.0 + worse)
         return self.value
 
 
@@ -149,20 +150,22 @@ def _class(column: Column, row: str, cases: Sequence[CaseRecord]) -> Cell:
             why = "nothing says how right it is but our engine, which stands on the board"
             return _cell(column, row, case, "none", note=why)
         found.append((case, case.accuracy))
-    case, worst = max(found, key=lambda one: (CLASSES.index(one[1].kind), one[1].error or 0.0))
+    case, worst = max(
+        found, key=lambda one: (ACCURACY_KINDS.index(one[1].kind), one[1].error or 0.0)
+    )
     return _cell(column, row, case, worst.kind, worst.error, worst.sentence)
 
 
 def _least(column: Column, row: str, cases: Sequence[CaseRecord]) -> Cell:
     """Return the least value of the runs that are as right as the column wants them."""
     assert column.within is not None
-    most = CLASSES.index(column.within)
+    most = ACCURACY_KINDS.index(column.within)
     ran = [case for case in cases if case.outcome == "ran" and not is_unfinished(case)]
     right = [
         (float(value), case)
         for case in ran
         if case.accuracy is not None
-        and CLASSES.index(case.accuracy.kind) <= most
+        and ACCURACY_KINDS.index(case.accuracy.kind) <= most
         and (value := case.metrics[column.metric]) is not None
     ]
     if right:

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Annotated, Final, Literal, Self, get_args
+from typing import Annotated, Final, Literal, Self
 
 from pydantic import (
     AfterValidator,
@@ -32,12 +32,9 @@ ACCURACY: Final = "accuracy"
 UNITS: Final[Mapping[str, str]] = {ACCURACY: "m", "installed": "MB", "start": "s"}
 """What is no metric of the suite, and its unit: the class of a run, and what no scene gives."""
 
-CLASSES: Final[tuple[AccuracyKind, ...]] = get_args(AccuracyKind)
-"""From the best to the worst."""
-
 
 def _known_metric(name: str) -> str:
-    known = (*UNITS, *METRICS)
+    known = tuple(dict.fromkeys((*UNITS, *METRICS)))
     if name in known:
         return name
     close = get_close_matches(name, known, n=1)
