@@ -40,7 +40,6 @@ from ghostball.validation.checks.verdict import (
 from ghostball.validation.diagnose.predictability.predict import predict_scenes
 from ghostball.validation.exit_status import ExitStatus, worst
 from ghostball.validation.parallel.cluster import Cluster
-from ghostball.validation.parallel.runner import Reuse
 from ghostball.validation.results.records import (
     CERTIFIED,
     CLOSED_FORM,
@@ -48,6 +47,7 @@ from ghostball.validation.results.records import (
     OUR_ENGINE,
 )
 from ghostball.validation.results.store import CaseRecord, Results, has_results
+from ghostball.validation.runs.runner import Reuse
 from ghostball.validation.scenes import commands
 from ghostball.validation.scenes.library import scene_names, select
 from ghostball.validation.suite.plan import criteria_beside_paths

@@ -575,14 +575,14 @@ def test_ctrl_c_before_the_first_case_says_that_there_are_no_results(cli, tmp_pa
     def interrupted(*_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("ghostball.validation.parallel.runner.run_tasks", interrupted)
+    monkeypatch.setattr("ghostball.validation.runs.runner.run_tasks", interrupted)
     out = tmp_path / "out"
     result = cli("validate", "stop", "-e", "ghostball", "--out", out)
     assert result.exit_code == 130
     assert f"before the first case was done: no results in {out}" in result.stderr
     monkeypatch.undo()
     assert cli("validate", "stop", "-e", "paper-discrete", "--out", out).exit_code == 0
-    monkeypatch.setattr("ghostball.validation.parallel.runner.run_tasks", interrupted)
+    monkeypatch.setattr("ghostball.validation.runs.runner.run_tasks", interrupted)
     result = cli("validate", "stop", "-e", "ghostball", "--out", out)
     assert f"was done: the results stay as they were in {out}" in result.stderr
 

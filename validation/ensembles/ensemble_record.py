@@ -12,8 +12,8 @@ from pydantic import ConfigDict
 from ghostball.engine import Scene
 from ghostball.engine.scene.fields import SceneName
 from ghostball.validation.ensembles.members import Size, Stream
-from ghostball.validation.parallel.runner import RunState
 from ghostball.validation.results.fields import Definition, EnvironmentValues, FloatArray
+from ghostball.validation.results.record_store import RunState
 from ghostball.validation.results.records import scene_from
 
 REFERENCE: Final = "ghostball"

@@ -17,7 +17,6 @@ from ghostball.validation.ensembles.ensemble_record import (
 )
 from ghostball.validation.ensembles.member import MemberResult
 from ghostball.validation.ensembles.members import Stream
-from ghostball.validation.parallel.runner import Name
 from ghostball.validation.results.database import (
     AGAIN,
     get_document,
@@ -28,7 +27,7 @@ from ghostball.validation.results.database import (
 )
 from ghostball.validation.results.fields import check_shape
 from ghostball.validation.results.files import ResultsError
-from ghostball.validation.results.record_store import RecordStore
+from ghostball.validation.results.record_store import Name, RecordStore
 
 RUN: Final = TypeAdapter(EnsembleRun)
 _MEMBER: Final = TypeAdapter(MemberResult)
@@ -122,10 +121,6 @@ class EnsembleWriter(RecordStore[MemberResult, MemberResult]):
     adapter = _MEMBER
     what = "a perturbed shot"
     document = "ensembles"
-
-    def record_of(self, given: MemberResult) -> MemberResult:
-        """Return the member."""
-        return given
 
     def name_of(self, record: MemberResult) -> Name:
         """Return of which ensemble it is, what was asked of that, and its number."""

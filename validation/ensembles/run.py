@@ -36,11 +36,12 @@ from ghostball.validation.ensembles.members import EnsembleError, Size, Stream, 
 from ghostball.validation.parallel.cluster import Cluster
 from ghostball.validation.parallel.compiling import compile_kernels
 from ghostball.validation.parallel.pool import Done, Progress
-from ghostball.validation.parallel.runner import Name, run
 from ghostball.validation.results.database import SCHEMA
 from ghostball.validation.results.environment import describe_environment
+from ghostball.validation.results.record_store import Name
 from ghostball.validation.results.store import ResultsError, has_results
 from ghostball.validation.runs.our_run import run_ours
+from ghostball.validation.runs.runner import run
 from ghostball.validation.suite.case import plain_settings
 from ghostball.validation.suite.plan import check_time_limit
 from ghostball.validation.suite.unchanged import code_hash, is_ours

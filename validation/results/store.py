@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 from pydantic import AfterValidator, Field, NonNegativeInt, TypeAdapter
 
 from ghostball.engine.scene.fields import SceneName
-from ghostball.validation.parallel.runner import RunState
 from ghostball.validation.results.database import (
     documents_in,
     get_document,
@@ -20,7 +19,7 @@ from ghostball.validation.results.fields import Environment
 from ghostball.validation.results.files import ResultsError
 from ghostball.validation.results.frames import frame_of
 from ghostball.validation.results.motions import forget_sides, motion_of_case, put_motion
-from ghostball.validation.results.record_store import RecordStore
+from ghostball.validation.results.record_store import RecordStore, RunState
 from ghostball.validation.results.records import (
     CERTIFIED,
     CLOSED_FORM,

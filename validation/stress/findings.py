@@ -9,7 +9,6 @@ from typing import Annotated, Any, Final, Literal
 from pydantic import ConfigDict, Field, TypeAdapter
 
 from ghostball.engine import Scene
-from ghostball.validation.parallel.runner import RunState
 from ghostball.validation.results.database import (
     documents_in,
     get_document,
@@ -18,7 +17,7 @@ from ghostball.validation.results.database import (
 )
 from ghostball.validation.results.fields import Definition, EnvironmentValues
 from ghostball.validation.results.files import ResultsError, cannot_write
-from ghostball.validation.results.record_store import RecordStore
+from ghostball.validation.results.record_store import RecordStore, RunState
 from ghostball.validation.stress.trial import CRASHED, Suite
 
 WORST_FOLDER: Final = "worst"
@@ -186,10 +185,6 @@ class StressWriter(RecordStore[Finding, Finding]):
     what = "a finding"
     document = "stress"
     others_stay = True
-
-    def record_of(self, given: Finding) -> Finding:
-        """Return the finding."""
-        return given
 
     def name_of(self, record: Finding) -> Key:
         """Return family, trial and label."""

@@ -29,9 +29,10 @@ from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.parallel.cluster import Cluster
 from ghostball.validation.parallel.compiling import compile_kernels
 from ghostball.validation.parallel.pool import Done, Progress
-from ghostball.validation.parallel.runner import Name, run
 from ghostball.validation.results.database import SCHEMA
 from ghostball.validation.results.environment import describe_environment
+from ghostball.validation.results.record_store import Name
+from ghostball.validation.runs.runner import run
 from ghostball.validation.scenes.library import FOLDER
 from ghostball.validation.stress.families import FAMILIES
 from ghostball.validation.stress.findings import (

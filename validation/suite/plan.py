@@ -1,6 +1,6 @@
 """The first of the suite's five verbs: plan what is run, and what each case is asked.
 
-A scene's way through a run is `plan` here, `run` (`validation.parallel.runner`, and
+A scene's way through a run is `plan` here, `run` (`validation.runs.runner`, and
 `validation.suite.case` in another process), `judge` (`validation.suite.judge`, there too), store
 (`validation.results.store`) and report (`reports`): it returns to none of them.
 """
@@ -23,7 +23,7 @@ from ghostball.reference_adapters.registry import (
 from ghostball.validation.checks.criteria import Criteria, criteria_beside
 from ghostball.validation.checks.law import Asked, asked_of
 from ghostball.validation.checks.metric_table import METRICS, choose_metrics
-from ghostball.validation.parallel.runner import Name
+from ghostball.validation.results.record_store import Name
 from ghostball.validation.scenes.library import FOLDER, find_scene, paths_among, scene_names
 from ghostball.validation.suite.case import plain_settings
 from ghostball.validation.suite.judge import Case, TruthFailure

@@ -22,10 +22,11 @@ from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.parallel.cluster import Cluster
 from ghostball.validation.parallel.compiling import compile_kernels
 from ghostball.validation.parallel.pool import Done, Progress
-from ghostball.validation.parallel.runner import Name, Reuse, run
 from ghostball.validation.results.environment import describe_environment
+from ghostball.validation.results.record_store import Name
 from ghostball.validation.results.records import CaseRecord
 from ghostball.validation.results.store import Finished, PartWriter, ResultsWriter
+from ghostball.validation.runs.runner import Reuse, run
 from ghostball.validation.suite.case import blank_record, failed, run_case
 from ghostball.validation.suite.judge import Case
 from ghostball.validation.suite.plan import check_time_limit, plan

@@ -4,7 +4,7 @@ That is hashed in two parts. The *inputs* of a case: the scene, the engine with 
 the criteria, the truth asked for, the metrics. And the *code*, one hash for all cases of a run: the
 sources of `engine`, `reference_adapters` and `validation`, the interpreter, the versions of the
 packages that compute, the machine, and what in the environment acts on compilers and libraries.
-What is unchanged is then a query, of the store that `validation.parallel.runner` is given. The
+What is unchanged is then a query, of the store that `validation.runs.runner` is given. The
 hashes are generous: an edited comment runs everything again, which costs time; a change that is
 missed would cost the results their meaning.
 

@@ -27,12 +27,12 @@ from ghostball.reference_adapters.paper.discrete import PaperDiscreteEngine
 from ghostball.validation.checks.criteria import Criteria, common_criteria
 from ghostball.validation.checks.criterion import Criterion
 from ghostball.validation.checks.law import Asked
-from ghostball.validation.parallel.runner import Reuse
 from ghostball.validation.parallel.sources import OUR_PACKAGES, source_folders
 from ghostball.validation.results.database import DATABASE, SCHEMA
 from ghostball.validation.results.environment import PACKAGES, versions
 from ghostball.validation.results.records import CaseRecord, Motion, status_name
 from ghostball.validation.results.store import Results, ResultsError, ResultsWriter
+from ghostball.validation.runs.runner import Reuse
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.suite.suite import Outcome, run_suite
 from ghostball.validation.suite.unchanged import (

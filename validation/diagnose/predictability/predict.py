@@ -13,8 +13,9 @@ from ghostball.validation.diagnose.predictability.prediction import (
     PredictionStore,
 )
 from ghostball.validation.parallel.pool import Done, Progress
-from ghostball.validation.parallel.runner import Name, run
+from ghostball.validation.results.record_store import Name
 from ghostball.validation.results.records import scene_hash
+from ghostball.validation.runs.runner import run
 from ghostball.validation.suite.unchanged import code_hash
 
 

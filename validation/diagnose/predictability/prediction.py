@@ -8,10 +8,9 @@ from pathlib import Path
 from pydantic import ConfigDict, TypeAdapter
 
 from ghostball.engine.scene.fields import SceneName
-from ghostball.validation.parallel.runner import Name
 from ghostball.validation.results.database import has_database, reading, record_of
 from ghostball.validation.results.fields import FloatArray, check_shape
-from ghostball.validation.results.record_store import RecordStore
+from ghostball.validation.results.record_store import Name, RecordStore
 from ghostball.validation.results.records import definition_hash
 from ghostball.validation.results.store import Results
 
@@ -95,17 +94,9 @@ class PredictionStore(RecordStore[Predictability, Predictability]):
     what = "a prediction"
     others_stay = True
 
-    def record_of(self, given: Predictability) -> Predictability:
-        """Return what was measured."""
-        return given
-
     def name_of(self, record: Predictability) -> Name:
         """Return the scene's name."""
         return (record.scene,)
-
-    def stands(self, record: Predictability) -> bool:  # noqa: ARG002
-        """Whether it would be measured again: it always would."""
-        return True
 
 
 def load_predictability(folder: Path) -> dict[str, Predictability]:

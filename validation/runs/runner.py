@@ -7,12 +7,13 @@ processes or on a cluster, and stores each as it ends.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from contextlib import AbstractContextManager, closing
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import closing
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Generic, Literal, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from ghostball.validation.parallel.pool import Done, Progress, run_tasks
+from ghostball.validation.results.record_store import Name, RecordStore, RunState
 
 if TYPE_CHECKING:
     from ghostball.validation.parallel.cluster import Cluster
@@ -21,44 +22,6 @@ T = TypeVar("T")
 G = TypeVar("G")
 W = TypeVar("W")
 R = TypeVar("R")
-W_contra = TypeVar("W_contra", contravariant=True)
-
-Name = tuple[str, ...]
-"""What a task is called: it tells it from all others of its kind, such as a scene and an engine."""
-
-RunState = Literal["running", "complete", "interrupted"]
-
-
-class Store(Protocol[W_contra, R]):
-    """Where records are kept; see `validation.results.record_store.RecordStore`."""
-
-    def reserved(self) -> AbstractContextManager[None]:
-        """Keep other runs out while the block runs."""
-
-    def known(self) -> tuple[int, dict[str, R]]:
-        """Return how many records some code could take over, and those by this code, by key."""
-
-    def current(self) -> dict[Name, R]:
-        """Return the records of the last run, by name."""
-
-    def begin(self, about: Mapping[str, Any], taken_over: Collection[Name] = ()) -> None:
-        """Put what is taken over, and what is written from now on, in the place of all others."""
-
-    def record_of(self, given: W_contra) -> R:
-        """Return the record of what a task gave."""
-
-    def name_of(self, record: R) -> Name:
-        """Return what the task of a record is called."""
-
-    def write(self, given: W_contra, key: str = "") -> R:
-        """Add a record: it is there when this returns, whatever happens then."""
-
-    def finish(self, state: RunState) -> None:
-        """Note how the run ended."""
-
-    @property
-    def begun(self) -> bool:
-        """Whether earlier records gave way to those of this run."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,7 +69,7 @@ def run(
     tasks: Callable[[Sequence[Name]], Iterable[T]],
     work: Callable[[T], G],
     settle: Callable[[Done[T, G]], W],
-    store: Store[W, R],
+    store: RecordStore[W, R],
     *,
     jobs: int | Cluster = 1,
     limit: Callable[[T], float] | float | None = None,
@@ -129,7 +92,7 @@ def run(
         Does a task; a function of a module.
     settle : callable
         Returns what is stored of what came of a task, also where its process died.
-    store : Store
+    store : RecordStore
     jobs, limit
         See `run_tasks`.
     prepare : callable, optional
@@ -188,7 +151,7 @@ def run(
     return Ran(records, len(reused.records), state == "interrupted", has_begun)
 
 
-def _reuse(keys: Mapping[Name, str], store: Store[W, R]) -> Reuse[R]:
+def _reuse(keys: Mapping[Name, str], store: RecordStore[W, R]) -> Reuse[R]:
     stored, same = store.known()
     records = {name: same[key] for name, key in keys.items() if key in same}
     why = "the code or the environment changed" if stored and not same else ""

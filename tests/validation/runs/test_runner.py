@@ -9,9 +9,9 @@ from pool_tasks import died, work
 from pydantic import TypeAdapter
 
 from ghostball.validation.parallel.pool import limit_of
-from ghostball.validation.parallel.runner import run
 from ghostball.validation.results.files import ResultsError
 from ghostball.validation.results.record_store import RecordStore
+from ghostball.validation.runs.runner import run
 
 
 class Notes(RecordStore):
@@ -20,9 +20,6 @@ class Notes(RecordStore):
     kind = "prediction"
     adapter = TypeAdapter(tuple[str, str])
     what = "a note"
-
-    def record_of(self, given):
-        return given
 
     def name_of(self, record):
         return (record[0],)
