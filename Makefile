@@ -59,7 +59,7 @@ stress: $(READY)  ## try to break the default engines: what CI has time for
 	$(BIN)/ghostball stress --jobs $(JOBS) --out $(OUT)/stress-quick
 
 regress: $(READY)  ## compare our engine with its accepted baselines
-	$(BIN)/ghostball regress --jobs $(JOBS) --out $(OUT)/regress
+	$(BIN)/ghostball regress --jobs $(JOBS) --out $(OUT)
 
 # Coverage makes tests slower by two thirds, so `make test` leaves it out; COVERAGE=1 asks for it.
 COVERAGE ?=

@@ -36,41 +36,52 @@ def regress(
         str | None,
         typer.Option(
             metavar="REV",
-            help="Compare with another revision instead of the baselines: both run interleaved, so "
-            "that run times are compared too.",
+            help="Validate at another revision too, and say what differs, instead of comparing "
+            "with baselines. Its results lie in OUT/against.",
         ),
     ] = None,
     baselines: BaselineFolder = None,
-    out: Annotated[Path | None, out_option("out/regress")] = None,
+    out: Annotated[Path | None, out_option("out")] = None,
     jobs: Jobs = AUTO,
     form: FormatOption = Format.TEXT,
     rerun: Rerun = False,
     time_limit: TimeLimit = 600.0,
-    times: Annotated[
-        bool, typer.Option(help="With --against: time the scenes too, both sides interleaved.")
-    ] = True,
 ) -> None:
     """Say what changed in an engine since its baselines were accepted.
 
-    Each scene is identical, rounding only (within what its conditioning explains, up to its
-    horizon), changed, or better or worse against truth; named are the first event that differs and
-    what moved. Exit status 1 where a deterministic number moved: an event, a bit, a counter, an
-    error against truth; 4 where a scene can't be compared, such as one that has no baseline.
+    The same run as `validate`, in the same folder, that asks for a baseline of each scene. Each
+    scene is identical, rounding only (within what its conditioning explains, up to its horizon),
+    changed, or better or worse against truth; named are the first event that differs and what
+    moved. Exit status 1 where a deterministic number moved: an event, a bit, a counter, an error
+    against truth; 4 where a scene can't be compared, such as one that has no baseline.
     """
+    if against is not None:
+        from ghostball._against import run as run_both  # noqa: PLC0415
+
+        raise typer.Exit(
+            run_both(
+                scenes or [],
+                engine or [],
+                against,
+                out=out,
+                jobs=jobs,
+                rerun=rerun,
+                time_limit=time_limit,
+                as_json=form is Format.JSON,
+            )
+        )
     from ghostball._regress import run as compare  # noqa: PLC0415
 
     raise typer.Exit(
         compare(
             scenes or [],
             engine or [],
-            against=against,
             baselines=baselines,
             out=out,
             form=form,
             jobs=jobs,
             rerun=rerun,
             time_limit=time_limit,
-            timed=times,
         )
     )
 
@@ -91,7 +102,7 @@ def accept(
     ] = None,
     engine: Annotated[list[str] | None, engines_option("ours")] = None,
     out: Annotated[
-        Path | None, out_option("out/regress", "What `regress` wrote and you looked at")
+        Path | None, out_option("out", "What `regress` or `validate` wrote and you looked at")
     ] = None,
     baselines: BaselineFolder = None,
     even_though_limits_fail: Annotated[
@@ -103,7 +114,7 @@ def accept(
         ),
     ] = False,
 ) -> None:
-    """Accept what `regress` found, and note why.
+    """Accept what the last run found, and note why.
 
     The baselines that moved are rewritten. Exit status 1, and nothing is written, where limits of
     truth are broken.

@@ -23,7 +23,7 @@ from ghostball.reference_adapters.registry import OURS
 from ghostball.reports.style import format_length
 from ghostball.validation.baselines.baseline import baseline_path, engine_folder, engine_key
 from ghostball.validation.baselines.gate import check_baselines, compare_case
-from ghostball.validation.baselines.junit import UNCOMPARED
+from ghostball.validation.baselines.regression import UNCOMPARED
 from ghostball.validation.checks.criteria import Criteria
 from ghostball.validation.checks.law import Asked
 from ghostball.validation.checks.metric_table import METRICS

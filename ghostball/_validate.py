@@ -6,12 +6,14 @@ import time
 from collections.abc import Collection, Iterator, Sequence
 from pathlib import Path
 
+from rich.console import Console
 from rich.markup import escape
 
 from ghostball import _ensembles, _report
 from ghostball._config import load_config
 from ghostball._options import Format
 from ghostball._progress import COMPILING, DRAWING, Steps
+from ghostball._regress import compare_guarded, gates_of
 from ghostball._summary import printed
 from ghostball._terminal import say, say_printed, tables
 from ghostball._verdicts import colour_of, headline, verdict_tables
@@ -24,12 +26,8 @@ from ghostball.reference_adapters import (
     parse_spec,
 )
 from ghostball.reports.report import Pictures
-from ghostball.validation.baselines import (
-    check_baselines,
-    compare_results,
-    save_regression,
-)
-from ghostball.validation.baselines.baseline import baseline_names, engine_folder, engine_key
+from ghostball.validation.baselines import Regression, check_baselines
+from ghostball.validation.baselines.regression import UNCOMPARED
 from ghostball.validation.checks.criteria import SUFFIX, common_criteria
 from ghostball.validation.checks.verdict import (
     NOTHING_JUDGED,
@@ -43,7 +41,6 @@ from ghostball.validation.parallel.cluster import Cluster
 from ghostball.validation.results.records import (
     CERTIFIED,
     CLOSED_FORM,
-    COMPLETE_STATUSES,
     OUR_ENGINE,
 )
 from ghostball.validation.results.store import CaseRecord, Results, has_results
@@ -90,7 +87,9 @@ def run(
         make_engine(spec)
     names = wanted or config.scenes
     scenes, criteria = select(names), criteria_beside_paths(names)
-    guarded = _guarded(specs, config.baselines, scenes)
+    gates = gates_of(specs, config.baselines)
+    for gate in gates:
+        check_baselines(gate.folder, sorted(gate.guarded(scenes)), gate.engine)
     patterns = metrics or None
     request = None
     if ensemble is not None:
@@ -145,10 +144,11 @@ def run(
     try:
         if outcome.interrupted or not _predict(scenes, out, steps, reuse=not rerun):
             raise KeyboardInterrupt
-        if guarded and patterns is None and (moved := _compare(results, *guarded, time_limit)):
-            console.print(moved, soft_wrap=True)
+        if patterns is None:
+            for regression in compare_guarded(results, gates, scenes, time_limit):
+                status = worst(status, _say_moved(regression, console))
         if request is not None:
-            status = _ensembles.run(
+            ended = _ensembles.run(
                 request,
                 scenes,
                 specs,
@@ -159,9 +159,9 @@ def run(
                 time_limit=time_limit,
                 steps=steps,
             )
-            if status is ExitStatus.INTERRUPTED:  # that was said
-                return status
-            status = worst(status, _ensembles.show(out, console, steps))
+            if ended is ExitStatus.INTERRUPTED:  # that was said
+                return ended
+            status = worst(status, ended, _ensembles.show(out, console, steps))
         if report:
             written = _report.write(out, jobs=jobs, figures=figures, steps=steps)
             console.print(f"report: {written.page}", soft_wrap=True, markup=False)
@@ -193,53 +193,26 @@ def _truths(results: Results, own: Collection[str]) -> Iterator[str]:
             yield f"{escape(name)} was compared with {_TRUTHS[truth]}"
 
 
-def _guarded(
-    specs: Sequence[str], baselines: Path, scenes: Sequence[Scene]
-) -> tuple[str, Path, frozenset[str]] | None:
-    """Return the first engine that has baselines of these scenes, where they lie, and of which."""
-    for spec in specs:
-        engine = engine_key(spec)
-        folder = engine_folder(baselines, engine)
-        names = frozenset(baseline_names(folder)) & {scene.name for scene in scenes}
-        if names:
-            check_baselines(folder, sorted(names), engine)
-            return spec, folder, names
-    return None
-
-
-def _compare(
-    results: Results, label: str, folder: Path, names: frozenset[str], time_limit: float
-) -> str:
-    """Compare an engine with its baselines; store that, and return in words what moved.
-
-    It is shown, not judged: `ghostball regress` is the gate.
-
-    Raises
-    ------
-    KeyboardInterrupt
-    """
-    ran = {
-        case.scene
-        for case in results.cases
-        if case.label == label and case.status in COMPLETE_STATUSES
-    }
-    regression = compare_results(
-        results,
-        folder,
-        label,
-        whole=False,
-        only=names & ran,
-        candidates=False,
-        time_limit=time_limit,
-    )
-    save_regression(regression, results.path)
-    moved = [one.scene for one in regression.scenes if one.failed]
-    if not moved:
-        return ""
-    return (
-        f"[yellow]{escape(label)} moved since its baselines were accepted:[/] "
-        f"{escape(', '.join(moved))}; `{escape(commands.regress(engine=label))}` says how"
-    )
+def _say_moved(regression: Regression, console: Console) -> ExitStatus:
+    """Say what moved since an engine's baselines were accepted; return what that means."""
+    label, moved = escape(regression.label), [one.scene for one in regression.moved]
+    if moved:
+        command = escape(commands.regress(engine=regression.label))
+        console.print(
+            f"[bold red]{label} moved since its baselines were accepted:[/] "
+            f"{escape(', '.join(moved))}; `{command}` says how",
+            soft_wrap=True,
+        )
+        return ExitStatus.CHECK_FAILED
+    new = [one.scene for one in regression.scenes if one.change in UNCOMPARED]
+    if new:
+        console.print(
+            f"[yellow]{label} can't be compared with its baselines of[/] "
+            f"{escape(', '.join(new))}; `{escape(commands.regress(engine=regression.label))}` "
+            "says why",
+            soft_wrap=True,
+        )
+    return ExitStatus.PASSED
 
 
 def _predict(scenes: Sequence[Scene], out: Path, steps: Steps, *, reuse: bool) -> bool:

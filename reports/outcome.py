@@ -1,7 +1,7 @@
 """What a whole run came to: its limits, and its comparison with what was accepted before.
 
-Two questions with two answers: `ghostball validate` fails on limits alone, `ghostball regress` on
-what moved too. Every report says both, and all say the same.
+Two questions with two answers, and a run fails on either. Every report says both, and all say the
+same.
 """
 
 from __future__ import annotations
@@ -10,9 +10,9 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from ghostball.reference_adapters.registry import OURS
 from ghostball.reports.markdown_parts import many
-from ghostball.validation.baselines.junit import UNCOMPARED
-from ghostball.validation.baselines.regression import Regression, SceneChange
+from ghostball.validation.baselines.regression import UNCOMPARED, Regression, SceneChange
 from ghostball.validation.checks.difference import BAD
 from ghostball.validation.checks.verdict import Verdict, verdict_of
 from ghostball.validation.results.store import CaseRecord, Results
@@ -53,18 +53,19 @@ class Overall:
     why: str
 
 
-def overall(results: Results | None, regression: Regression | None) -> Overall:
+def overall(results: Results | None, *regressions: Regression) -> Overall:
     """Return the verdict on a whole run: the word names both answers, the sign is the worse one's.
 
     Parameters
     ----------
     results : Results or None
         None where a comparison stands alone.
-    regression : Regression or None
-        None where nothing was compared; one of both is there.
+    *regressions : Regression
+        Of each engine that was compared; there is one, or results.
     """
     limits = None if results is None else of_limits(results)
-    compared = None if regression is None else of_comparison(regression)
+    found = [of_comparison(one) for one in regressions]
+    compared = min(found, key=lambda one: _SIGNS.index(one.sign), default=None)
     answers = [answer for answer in (limits, compared) if answer is not None]
     sign = min((answer.sign for answer in answers), key=_SIGNS.index)
     words = [answer.word for answer in answers]
@@ -74,7 +75,7 @@ def overall(results: Results | None, regression: Regression | None) -> Overall:
         elif limits.sign == "✓":
             words = ["Limits hold", compared.word]
     word = ", ".join(words)
-    why = " ".join(answer.why for answer in answers)
+    why = " ".join(answer.why for answer in ([] if limits is None else [limits]) + found)
     return Overall(sign, word[0].upper() + word[1:], _KINDS[sign], why)
 
 
@@ -115,25 +116,17 @@ def of_comparison(regression: Regression) -> Answer:
         said.append(f"{len(uncompared)} of {count} could not be compared")
     if not said:
         said.append(f"nothing moved in {count}" if regression.scenes else "nothing was compared")
-    why = f"Against {base_text(regression)}, {'; '.join(said)}"
-    accepted = regression.accepted
-    gate = "ghostball regress" if accepted else commands.regress(against=regression.against)
+    of = "" if regression.label == OURS else f" of `{regression.label}`"
+    why = f"Against the accepted baselines{of}, {'; '.join(said)}"
+    gate = commands.regress(engine=regression.label)
     if regression.outcome == "failed":
         until = (
             " until that is mended" if regression.broken else " until that is right, or accepted"
         )
-        until *= accepted
         return Answer("✗", "the gate fails", f"{why}: `{gate}` fails{until}.")
     if regression.outcome == "no-baseline":
         return Answer("?", "not all compared", f"{why}: for `{gate}` that is no pass.")
     return Answer("✓", "the gate passes", f"{why}.")
-
-
-def base_text(regression: Regression) -> str:
-    """Say what was compared with."""
-    if regression.accepted:
-        return "the accepted baselines"
-    return f"revision `{regression.against}`"
 
 
 def kind_text(change: SceneChange) -> str:
@@ -142,7 +135,6 @@ def kind_text(change: SceneChange) -> str:
         return change.change
     causes = [
         *["other work"] * any(not count.within for count in change.counters),
-        *["slower"] * (change.time is not None and change.time.slower),
     ]
     return f"same bits, {', '.join(causes or ['limits broken'])}"
 

@@ -1,7 +1,7 @@
 """What a CI shows of a run: Markdown for a page of GitHub Actions, plain lines for any other.
 
     >>> from ghostball.reports import summary_markdown
-    >>> print(summary_markdown(Results.open("out"), load_regression(Path("out"))))
+    >>> print(summary_markdown(Results.open("out"), *load_regressions(Path("out"))))
 
 Made from stored results alone, like the report.
 """
@@ -17,7 +17,6 @@ from ghostball.reports.markdown_parts import many, one_line, table_of
 from ghostball.reports.outcome import (
     CHANGES,
     bad_cases,
-    base_text,
     kind_text,
     kinds_text,
     of_comparison,
@@ -25,8 +24,13 @@ from ghostball.reports.outcome import (
     overall,
 )
 from ghostball.reports.shots import legend_text
-from ghostball.validation.baselines.junit import UNCOMPARED, moved_text
-from ghostball.validation.baselines.regression import Quantity, Regression, SceneChange
+from ghostball.validation.baselines.regression import (
+    UNCOMPARED,
+    Quantity,
+    Regression,
+    SceneChange,
+    moved_text,
+)
 from ghostball.validation.checks.verdict import Verdict, unfinished_text, verdict_of
 from ghostball.validation.results.store import CaseRecord, Results
 from ghostball.validation.scenes import commands
@@ -40,34 +44,35 @@ CELL = 400
 _UNMOVED = ("identical", "rounding-only")
 
 
-def summary_markdown(results: Results | None, regression: Regression | None) -> str:
+def summary_markdown(results: Results | None, *regressions: Regression) -> str:
     """Return the summary as Markdown: the verdict, what changed, what failed, all verdicts.
 
     Parameters
     ----------
     results : Results or None
         None where only a comparison was made.
-    regression : Regression or None
+    *regressions : Regression
+        Of each engine that was compared.
     """
-    parts = list(_headlines(results, regression))
-    if regression is not None:
-        parts += _changes(regression)
+    parts = list(_headlines(results, *regressions))
+    for regression in regressions:
+        parts += _changes(regression, of=f" of `{regression.label}`" * (len(regressions) > 1))
     if results is not None:
         parts += [*_failures(results), _engines(results), _matrix(results)]
     return "\n\n".join(parts) + "\n"
 
 
-def summary_text(results: Results | None, regression: Regression | None) -> str:
+def summary_text(results: Results | None, *regressions: Regression) -> str:
     """Return the summary as lines `SCENE: LEVEL: MESSAGE`, errors and warnings first.
 
     The level is "error", "warning" or "note"; the last lines, of `ghostball`, are the verdicts.
     """
     lines = [] if results is None else list(_case_lines(results))
-    if regression is not None:
+    for regression in regressions:
         lines += _change_lines(regression)
     lines += [
         ("ghostball", "note" if sign == "✓" else "error", words)
-        for sign, words in _verdicts(results, regression)
+        for sign, words in _verdicts(results, *regressions)
     ]
     return harmless(
         "".join(f"{place}: {level}: {' '.join(words.split())}\n" for place, level, words in lines)
@@ -83,16 +88,16 @@ def _section(head: str, rows: Sequence[str], noun: str, where: str) -> str:
     return f"{text}\n\n*{many(more, f'more {noun}')} left out here, for want of room. {where}*"
 
 
-def _headlines(results: Results | None, regression: Regression | None) -> Iterator[str]:
-    whole = overall(results, regression)
+def _headlines(results: Results | None, *regressions: Regression) -> Iterator[str]:
+    whole = overall(results, *regressions)
     yield f"## {whole.sign} Ghostball: {whole.word}"
-    yield from (f"{sign} {words}" for sign, words in _verdicts(results, regression))
+    yield from (f"{sign} {words}" for sign, words in _verdicts(results, *regressions))
 
 
-def _verdicts(results: Results | None, regression: Regression | None) -> list[tuple[str, str]]:
+def _verdicts(results: Results | None, *regressions: Regression) -> list[tuple[str, str]]:
     """Return what came of it all, a sign and a sentence each; what is no pass stands first."""
     said = []
-    if regression is not None:
+    for regression in regressions:
         compared = of_comparison(regression)
         warned = f" {many(len(regression.warnings), 'warning')}." if regression.warnings else ""
         said.append((compared.sign, f"{compared.why}{warned}"))
@@ -119,10 +124,10 @@ def _case_verdict(results: Results) -> str:
     )
 
 
-def _changes(regression: Regression) -> Iterator[str]:
+def _changes(regression: Regression, of: str) -> Iterator[str]:
     told = [one for one in regression.scenes if _is_told(one)]
     before = [one for one in regression.scenes if not _is_told(one)]
-    heading = f"### What changed against {base_text(regression)}"
+    heading = f"### What changed against the accepted baselines{of}"
     rest = f"\n\n{many(len(before), 'scene')} as before: {kinds_text(before)}." if before else ""
     if told:
         header = ["scene", "change", "what", "first difference", "command"]

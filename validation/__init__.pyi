@@ -5,7 +5,6 @@ from .checks.verdict import RestError as RestError, Verdict as Verdict, verdict_
 from .results.records import CaseRecord as CaseRecord, Check as Check, Motion as Motion
 from .results.store import Results as Results, ResultsError as ResultsError
 from .scenes.library import find_scene as find_scene, scene_names as scene_names, select as select
-from .suite.junit import junit_xml as junit_xml
 from .suite.plan import criteria_beside_paths as criteria_beside_paths
 from .suite.suite import (
     DEFAULT_ENGINES as DEFAULT_ENGINES,

@@ -12,11 +12,9 @@ from ghostball.reports import style
 from ghostball.reports.markdown_parts import quantity_text
 from ghostball.reports.outcome import kind_text
 from ghostball.reports.page.rendering import embedded_json, render
-from ghostball.reports.page.replay_data import motion_data
 from ghostball.reports.page.scenes import REPLAY_ID
 from ghostball.validation.baselines import Regression
 from ghostball.validation.baselines.regression import Quantity, SceneChange
-from ghostball.validation.results.motions import motion_of_side
 from ghostball.validation.results.store import CaseRecord, Results
 
 COMPARE_ID = "compare-"
@@ -53,7 +51,7 @@ def has_part(change: SceneChange) -> bool:
 
 def _changed(results: Results, change: SceneChange) -> Markup:
     case = next((one for one in results.cases if one.scene == change.scene), None)
-    data = None if case is None else _compared(results, case, change)
+    data = None if case is None else _compared(change)
     quantities = [*change.metrics, *change.counters]
     moved = [_moved(one) for one in quantities if one.base != one.head or not one.within]
     return render(
@@ -69,15 +67,8 @@ def _changed(results: Results, change: SceneChange) -> Markup:
     )
 
 
-def _compared(results: Results, case: CaseRecord, change: SceneChange) -> dict[str, Any] | None:
-    """Return what the comparison shows: both motions, else where the balls end in both."""
-    scene = case.load_scene()
-    base, head = (motion_of_side(results.path, scene.name, side) for side in ("base", "head"))
-    if base is not None and head is not None:
-        return {
-            side: motion_data(scene, motion, horizon=change.horizon)
-            for side, motion in (("base", base), ("head", head))
-        }
+def _compared(change: SceneChange) -> dict[str, Any] | None:
+    """Return what the comparison shows: where the balls end in both."""
     if change.rest_base is None or change.rest_head is None:
         return None
     # The scene itself is in the page already, with its replay.

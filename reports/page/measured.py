@@ -109,9 +109,8 @@ def hashes_html(
     return render("hashes.html", rows=rows, compared=any(base for _, _, base, _ in rows))
 
 
-def timing_html(results: Results, regression: Regression | None) -> Markup:
-    """Return run times: with intervals where they were measured for that, else single samples."""
-    timed = [] if regression is None else [one for one in regression.scenes if one.time is not None]
+def timing_html(results: Results) -> Markup:
+    """Return run times, single samples."""
     single = [
         (
             scene,
@@ -124,10 +123,8 @@ def timing_html(results: Results, regression: Regression | None) -> Markup:
     ]
     return render(
         "timing.html",
-        timed=timed,
         labels=results.labels,
         single=single,
-        scenes=results.scene_names,
     )
 
 

@@ -22,7 +22,6 @@ from ghostball.reports.markdown_scene import failure_text
 from ghostball.reports.outcome import (
     CHANGES,
     bad_cases,
-    base_text,
     kind_text,
     of_comparison,
     overall,
@@ -78,7 +77,7 @@ def verdict_html(results: Results, regression: Regression | None) -> Markup:
     ]
     return render(
         "verdict.html",
-        overall=overall(results, regression),
+        overall=overall(results, *([] if regression is None else [regression])),
         engines=engines_html(results),
         headline=headline(results),
         metrics=metrics_text(results),
@@ -95,7 +94,6 @@ def changes_html(results: Results, regression: Regression | None) -> Markup:
         "changes.html",
         regression=regression,
         answer=None if regression is None else of_comparison(regression),
-        base=None if regression is None else base_text(regression),
         groups=[] if regression is None else list(_groups(regression)),
         scenes=results.scene_names,
         has_part=has_part,

@@ -110,7 +110,7 @@ def page_text(
         section(
             "hashes", "Hashes", "Determinism", lambda: hashes_html(results, scenes, regression)
         ),
-        section("timing", "Timing", "Run times", lambda: timing_html(results, regression)),
+        section("timing", "Timing", "Run times", lambda: timing_html(results)),
         section(
             "board",
             "Board",
@@ -132,7 +132,7 @@ def page_text(
         render(
             "page.html",
             title=_title(results, regression),
-            overall=overall(results, regression),
+            overall=overall(results, *([] if regression is None else [regression])),
             about=_about(results),
             missing=failed_text(failed) if failed else "",
             styles=[
@@ -168,7 +168,8 @@ def _no_ensembles() -> Markup:
 def _title(results: Results, regression: Regression | None) -> str:
     count = len(results.scene_names)
     scenes = "1 scene" if count == 1 else f"{count} scenes"
-    return f"{overall(results, regression).word}: {scenes} - Ghostball validation report"
+    word = overall(results, *([] if regression is None else [regression])).word
+    return f"{word}: {scenes} - Ghostball validation report"
 
 
 def _about(results: Results) -> list[tuple[str, str]]:

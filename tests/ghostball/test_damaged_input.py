@@ -119,12 +119,10 @@ def sound(tmp_path_factory):
     change = SceneChange(
         scene="stop", title="", change="identical", failed=False, summary="the same"
     )
-    changed = Regression(
-        against="baselines", base=environment, head=environment, outcome="passed", scenes=(change,)
-    )
+    changed = Regression(base=environment, head=environment, outcome="passed", scenes=(change,))
     with writing(folder) as database, transaction(database):
-        for name, document in (("ensembles", asked), ("regression", changed)):
-            database.execute("INSERT INTO documents VALUES (?, ?)", [name, dumped(document)])
+        for name, text in (("ensembles", dumped(asked)), ("regression", f"[{dumped(changed)}]")):
+            database.execute("INSERT INTO documents VALUES (?, ?)", [name, text])
     (folder / "stress").mkdir()
     tried = StressRun("quick", ("grazing",), ("pymunk",), environment)
     finding = Finding("grazing", "one", "pymunk", "broken", ("it fell",), scene=case.definition)

@@ -24,14 +24,13 @@ import ghostball.validation.runs.our_run
 from ghostball.cli import app
 from ghostball.engine import simulate
 from ghostball.validation.baselines import (
-    NotComparableError,
-    RevisionError,
     load_baseline,
     load_regression,
 )
 from ghostball.validation.baselines.accept import CHANGES_FILE
 from ghostball.validation.baselines.baseline import baseline_path
 from ghostball.validation.baselines.regression import Regression
+from ghostball.validation.results.store import Results
 
 BASELINES = Path(__file__).parents[2] / "benchmarks" / "baselines"
 """Those of our own engine, in this repository."""
@@ -131,8 +130,8 @@ def test_what_moved_is_told_and_fails(accepted, planted):
     assert result.exit_code == 1, result.output
     assert re.search(r"cut +worse against truth +.*rests 1\.\d+e-09 m", result.stdout)
     assert result.stdout.splitlines()[-1].startswith("failed: 1 identical, 1 worse against truth")
-    assert "`ghostball report out/regress` shows it" in result.stderr
-    compared = load_regression(accepted / "out" / "regress").scenes
+    assert "`ghostball report out` shows it" in result.stderr
+    compared = load_regression(accepted / "out").scenes
     assert [one.scene for one in compared if one.candidate] == ["cut"]
 
 
@@ -162,7 +161,7 @@ def test_what_breaks_limits_of_truth_is_refused_and_listed(accepted, planted):
     assert re.search(r"cut: .*must be <= .*, got ", refused.stderr)
     assert "--even-though-limits-fail" in refused.stderr
     assert contents(accepted / "accepted" / "ghostball") == before
-    page = cli("report", "out/regress", "--format", "github").stdout
+    page = cli("report", "out", "--format", "github").stdout
     assert "fails until that is mended" in page
 
 
@@ -182,8 +181,9 @@ def test_json_is_one_object_and_all_else_is_on_stderr(accepted, planted):
     result = regress("--rerun", "--format=json")
     assert result.exit_code == 1
     assert result.stdout.count("\n") == 1
-    printed = Regression.model_validate_json(result.stdout)
-    assert printed == load_regression(accepted / "out" / "regress")
+    (one,) = json.loads(result.stdout)["regressions"]
+    printed = Regression.model_validate(one)
+    assert printed == load_regression(accepted / "out")
     assert printed.scene("cut").failed
 
 
@@ -219,10 +219,10 @@ def test_a_baseline_that_is_nonsense_is_refused_before_anything_runs(accepted):
     path = baseline_path(accepted / "accepted" / "ghostball", "cut")
     path.write_text(path.read_text("utf-8").replace('"error"', '"fatal"', 1), "utf-8")
     before = contents(accepted / "accepted" / "ghostball")
-    in_database(accepted / "out" / "regress", "DELETE FROM documents WHERE name = 'regression'")
+    in_database(accepted / "out", "DELETE FROM documents WHERE name = 'regression'")
     assert refused(regress("--rerun"), "accepted/ghostball/cut.toml", "'fatal'", "git checkout")
     assert contents(accepted / "accepted" / "ghostball") == before
-    assert load_regression(accepted / "out" / "regress") is None
+    assert load_regression(accepted / "out") is None
 
 
 def test_a_baseline_of_another_version_cannot_be_compared(accepted):
@@ -264,30 +264,9 @@ def test_accepting_needs_a_reason_and_a_comparison(here):
 
 def test_a_comparison_that_was_cut_short_is_not_accepted(here):
     regress()
-    cut_short(here / "out" / "regress")
+    cut_short(here / "out")
     assert refused(accept(), "is cut short or damaged", "Move the file away")
     assert not (here / "accepted").exists()
-
-
-def test_what_can_not_be_compared_exits_with_4_and_prints_no_result(accepted, monkeypatch):
-    def fail(*_, **__):
-        raise NotComparableError("revision abc can't be built [here]")
-
-    monkeypatch.setattr(ghostball._regress, "compare_revisions", fail)
-    result = regress("--against", "abc")
-    assert result.exit_code == 4
-    assert result.stdout == ""
-    assert "error: revision abc can't be built [here]" in result.stderr
-    # What was compared before is not of these results.
-    assert load_regression(accepted / "out" / "regress") is None
-
-
-def test_a_revision_that_there_is_not_exits_with_2(accepted, monkeypatch):
-    def fail(*_, **__):
-        raise RevisionError("`--against` must name a commit")
-
-    monkeypatch.setattr(ghostball._regress, "compare_revisions", fail)
-    assert refused(regress("--against", "abc"), "`--against` must name a commit")
 
 
 def test_a_crash_of_the_engine_exits_with_3_and_is_told(accepted, monkeypatch):
@@ -313,7 +292,7 @@ def test_limits_of_truth_that_are_broken_fail_though_no_bit_moved(accepted):
     assert last.startswith("failed: 2 identical, 1 limits of truth broken")
 
 
-@pytest.mark.parametrize("where", ["compare_results", "save_regression"])
+@pytest.mark.parametrize("where", ["compare_results", "save_regressions"])
 def test_an_interrupt_leaves_no_comparison(accepted, monkeypatch, where):
     def stop(*_, **__):
         raise KeyboardInterrupt
@@ -322,7 +301,7 @@ def test_an_interrupt_leaves_no_comparison(accepted, monkeypatch, where):
     result = cli("regress", "cut.toml", "--baselines", "accepted")
     assert result.exit_code == 130
     assert "Interrupted" in result.stderr
-    assert load_regression(accepted / "out" / "regress") is None
+    assert load_regression(accepted / "out") is None
     assert refused(accept(), "holds no comparison")
 
 
@@ -382,7 +361,7 @@ def test_the_gate_of_an_engine_of_ones_own_from_none_to_a_change_and_its_accepta
     third = guard()
     assert third.exit_code == 1, third.output
     assert "2 ms" not in third.stdout
-    assert load_regression(project / "out/regress").scene("head-on").failed
+    assert load_regression(project / "out").scene("head-on").failed
     assert cli("accept", "--reason", "A longer step.").exit_code == 0
     assert guard().exit_code == 0
 
@@ -436,23 +415,20 @@ def test_a_baseline_of_another_engine_is_refused(project):
     cli("accept", "--reason", "The first.")
     path = project / "baselines/my-engine/stop.toml"
     path.write_text(path.read_text("utf-8").replace('"my-engine"', '"other"'), "utf-8")
-    assert refused(guard("stop"), "is of engine `other`, and can't be compared with `my-engine`")
+    assert refused(guard("stop"), "`engine` must be `my-engine`, got `other`")
 
 
 def test_each_of_several_engines_has_its_own_gate(project):
     found = guard("stop", "-e", "my_engine:MyEngine", "-e", "ghostball", "--format=junit")
     assert found.exit_code == 4, found.output
-    suites = ElementTree.fromstring(found.stdout.encode()).findall("testsuite")
-    assert [one.get("name") for one in suites] == [
-        "stop on my_engine:MyEngine",
-        "stop on ghostball",
-    ]
+    names = {one.get("name") for one in ElementTree.fromstring(found.stdout).iter("testcase")}
+    assert {"my_engine:MyEngine: baseline", "ghostball: baseline"} <= names
     both = ["-e", "my_engine:MyEngine", "-e", "ghostball"]
     printed = guard("stop", *both, "--format=json")
     assert printed.stdout.count("\n") == 1
     document = json.loads(printed.stdout)
-    assert document["kind"] == "regressions"
     assert [Regression.model_validate(one).label for one in document["regressions"]] == both[1::2]
+    assert {case["label"] for case in document["cases"]} == set(both[1::2])
     assert cli("accept", "--reason", "Both.", *both).exit_code == 0
     folders = sorted(path.name for path in (project / "baselines").iterdir())
     assert folders == ["ghostball", "my-engine"]
@@ -490,7 +466,7 @@ def test_settings_hold_below_the_folder_of_their_file(here, monkeypatch):
     (here / "below").mkdir()
     monkeypatch.chdir(here / "below")
     assert guard().exit_code == 4
-    assert (here / "out/regress").is_dir()
+    assert (here / "out").is_dir()
     assert cli("accept", "--reason", "The first.").exit_code == 0
     assert (here / "kept/ghostball/cut.toml").exists()
 
@@ -501,16 +477,26 @@ def test_an_engine_of_ones_own_is_compared_with_another_revision(project):
         who = ("-c", "user.name=a", "-c", "user.email=a@b")
         subprocess.run(["git", *who, *arguments], check=True, capture_output=True)
 
+    def against(revision="HEAD"):
+        # Of a shell, for both runs are commands of their own, and write to its stderr.
+        words = ["regress", "stop", "--against", revision, "--jobs", "1"]
+        command = [sys.executable, "-m", "ghostball", *words]
+        return subprocess.run(command, capture_output=True, text=True, check=False)
+
     git("init")
     assert refused(guard("stop", "--against", "HEAD"), "needs a git repository with the engine's")
     git("add", "my_engine.py")
     git("commit", "-m", "one")
-    same = guard("stop", "--against", "HEAD", "--no-times")
-    assert same.exit_code == 0, same.output
-    edit_engine("1e-3", "2e-3")
-    found = guard("stop", "--against", "HEAD", "--no-times")
-    assert found.exit_code == 1, found.output
-    assert "rests" in found.stdout
+    assert refused(guard("stop", "--against", "none-such"), "`--against` must name a commit")
+    same = against()
+    assert same.returncode == 0, same.stderr
+    assert "1 of 1 cases are alike" in same.stdout
+    edit_engine("x = t + dt, x + dt * v", "x = t + dt, x + 1.5 * dt * v")
+    found = against()
+    assert found.returncode == 1, found.stdout + found.stderr
+    assert re.search(r"stop +my_engine:MyEngine +", found.stdout)
+    worktrees = subprocess.check_output(["git", "worktree", "list"], text=True)
+    assert worktrees.count("\n") == 1, "a worktree was left"
 
 
 # --- validate ---------------------------------------------------------------------------------
@@ -548,14 +534,47 @@ def test_validate_compares_with_the_projects_baselines(ours):
     assert refused(cli("accept", "--reason", "None.", "--out", "out"), "nothing to accept")
 
 
-def test_validate_says_what_moved_and_judges_by_truth_alone(ours, busier):
+def test_validate_says_what_moved_and_fails(ours, busier):
     here, before = ours, contents(BASELINES / "ghostball")
     result = validate()
-    assert result.exit_code == 0, result.output
+    assert result.exit_code == 1, result.output
     assert "ghostball moved since its baselines were accepted: stop" in result.stdout
     assert "`ghostball regress` says how" in result.stdout
     assert load_regression(here / "out").scene("stop").failed
     assert contents(BASELINES / "ghostball") == before
+
+
+def test_what_breaks_a_limit_alone_has_not_moved(ours):
+    # Breaks where a limit that fails is told as a change since the baselines were accepted.
+    limit = '[[criteria]]\nengines = ["ghostball"]\nmetric = "collision_count"\nequals = 99\n'
+    (ours / "cut.expect.toml").write_text(f'{limit}reason = "planted"\n', "utf-8")
+    write_config(ours, scenes=["cut.toml"])
+    assert cli("regress").exit_code == 1
+    assert cli("accept", "--reason", "No.", "--even-though-limits-fail").exit_code == 0
+    result = cli("validate", "-e", "ghostball", "--no-report")
+    assert result.exit_code == 1, result.output
+    assert "moved since" not in result.output
+
+
+def test_what_validate_found_can_be_accepted(here):
+    assert cli("regress", "cut.toml").exit_code == 4
+    assert cli("accept", "--reason", "The first.").exit_code == 0
+    path = baseline_path(here / "baselines" / "ghostball", "cut")
+    text = path.read_text("utf-8")
+    path.write_text(re.sub(r"\nbounds = \d+", "\nbounds = 1", text), "utf-8")
+    options = ("cut.toml", "-e", "ghostball", "--no-report")
+    assert cli("validate", *options).exit_code == 1
+    assert cli("accept", "--reason", "As it was.").exit_code == 0
+    assert "\nbounds = 1\n" not in path.read_text("utf-8")
+    assert cli("validate", *options).exit_code == 0
+
+
+def test_regress_leaves_what_validate_found_of_other_engines(ours):
+    assert cli("validate", "stop", "-e", "ghostball", "-e", "pymunk", "--no-report").exit_code == 0
+    result = cli("regress", "stop", "-e", "ghostball")
+    assert result.exit_code == 0, result.output
+    assert "passed: 1 identical" in result.stdout
+    assert Results.open(ours / "out").labels == ["ghostball", "pymunk"]
 
 
 def test_validate_without_an_engine_that_is_guarded_compares_nothing(ours):
@@ -574,7 +593,7 @@ def test_validate_without_an_engine_that_is_guarded_compares_nothing(ours):
     [
         (
             "regress",
-            ["--against", "--baselines", "--format", "--no-times", "Exit status 1", "4 where"],
+            ["--against", "--baselines", "--format", "Exit status 1", "4 where"],
         ),
         ("accept", ["--reason", "--engine", "--out", "--baselines"]),
     ],

@@ -21,6 +21,7 @@ from ghostball.reports import (
     summary_text,
     write_report,
 )
+from ghostball.reports.junit import junit_xml
 from ghostball.reports.markdown import counted_section, headline
 from ghostball.reports.markdown_scene import collision_text, number_table, remarks
 from ghostball.reports.page.pictures import CAPTIONS
@@ -29,7 +30,6 @@ from ghostball.reports.physics_figures import PHYSICS_FIGURES
 from ghostball.reports.report import WHOLE_FIGURES
 from ghostball.reports.shots import load_shot
 from ghostball.validation.results.store import CaseRecord, Results, ResultsWriter
-from ghostball.validation.suite.junit import junit_xml
 
 
 @pytest.fixture(scope="module")
@@ -200,8 +200,8 @@ def test_an_engine_that_is_unavailable_has_no_settings_and_costs_nothing(small_f
     assert "<code>ghostball</code><td>none\n" in settings
     assert "dt = 0.001" in settings
     without = Results.open(writer.path)
-    assert "– unavailable" in summary_markdown(without, None)
-    assert "stop: warning: pybullet: unavailable: pybullet isn't" in summary_text(without, None)
+    assert "– unavailable" in summary_markdown(without)
+    assert "stop: warning: pybullet: unavailable: pybullet isn't" in summary_text(without)
     assert "pybullet isn't installed" in junit_xml(without.cases)
 
 

@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 from ghostball.cli import app
 from ghostball.reports.outcome import overall
 from ghostball.reports.summary import summary_markdown, summary_text
-from ghostball.validation.baselines import save_regression
+from ghostball.validation.baselines import save_regressions
 from ghostball.validation.results.store import Results
 
 
@@ -64,7 +64,7 @@ def test_what_changed_comes_with_where_and_how_to_see_it(results):
 
 
 def test_what_failed_comes_with_its_limit_its_reason_and_a_command(results):
-    rows = rows_of(summary_markdown(results, None), "Not right")
+    rows = rows_of(summary_markdown(results), "Not right")
     assert [
         "stop",
         "`paper-discrete`",
@@ -79,7 +79,7 @@ def test_what_failed_comes_with_its_limit_its_reason_and_a_command(results):
 
 def test_a_scene_of_the_users_own_is_run_from_its_file(results):
     mine = [replace(case, scene="mine") for case in results.cases if case.passed is False]
-    text = summary_markdown(with_cases(results, mine, scenes=[]), None)
+    text = summary_markdown(with_cases(results, mine, scenes=[]))
     commands = [row[4] for row in rows_of(text, "Not right")]
     assert commands
     assert all(command.startswith("`ghostball validate ./mine.toml ") for command in commands)
@@ -132,7 +132,7 @@ def test_it_says_what_the_page_says(results, scenes, outcome):
 
 def test_a_run_that_was_cut_short_is_no_pass(results):
     good = [case for case in results.cases if case.passed]
-    text = summary_markdown(with_cases(results, good, state="interrupted"), None)
+    text = summary_markdown(with_cases(results, good, state="interrupted"))
     assert text.startswith("## ! Ghostball: Not complete\n")
     assert "The run is not complete (interrupted): " in text
 
@@ -198,7 +198,7 @@ def invoke(*arguments):
 
 
 def test_the_command_prints_and_writes_no_report(small_folder):
-    save_regression(regression(worse()), small_folder)
+    save_regressions([regression(worse())], small_folder)
     assert "### What changed" in invoke(small_folder, "--format", "github").stdout
     done = invoke(small_folder, "--format", "text")
     assert done.exit_code == 0
@@ -206,25 +206,23 @@ def test_the_command_prints_and_writes_no_report(small_folder):
     assert not (small_folder / "report.html").exists()
 
 
-@pytest.mark.parametrize("judged", [True, False])
-def test_what_only_shows_what_moved_is_told_by_its_cases(small_folder, judged):
-    # What `validate` compares isn't the gate: it must not fail a job that passed.
-    save_regression(regression(worse(), judged=judged), small_folder)
+def test_one_document_holds_what_limits_judge_and_what_moved(small_folder):
+    save_regressions([regression(worse())], small_folder)
     document = ElementTree.fromstring(invoke(small_folder, "--format", "junit").stdout.encode())
-    names = {one.get("name") for one in document.findall("testsuite")}
-    assert (names == {"break-7"}) == judged
+    names = {one.get("name") for one in document.iter("testcase")}
+    assert {"ghostball: baseline", "ghostball: rest_error_max"} <= names
     plain = json.loads(invoke(small_folder, "--format", "json").stdout)
-    assert ("outcome" in plain) == judged
-    assert ("cases" in plain) != judged
+    assert {"state", "cases", "checks", "metrics"} < set(plain)
+    assert [one["outcome"] for one in plain["regressions"]] == ["failed"]
 
 
-def test_a_folder_may_hold_a_comparison_alone(tmp_path):
-    save_regression(regression(worse(), against="main"), tmp_path)
-    done = invoke(tmp_path, "--format", "github")
-    assert done.exit_code == 0
-    assert done.stdout.startswith("## ✗ Ghostball: The gate fails\n")
-    assert "Against revision `main`, 1 of 1 scene fails" in done.stdout
-    assert "`ghostball regress --against main` fails." in done.stdout
+def test_each_engine_that_was_compared_is_told(small_folder):
+    mine = regression(identical(), outcome="passed", label="mine:Engine", engine="mine")
+    save_regressions([mine, regression(worse())], small_folder)
+    text = invoke(small_folder, "--format", "github").stdout
+    assert "against the accepted baselines of `mine:Engine`" in text
+    assert "Against the accepted baselines of `mine:Engine`, nothing moved in 1 scene." in text
+    assert "Against the accepted baselines, 1 of 1 scene fails (1 worse)" in text
 
 
 def test_bad_input_is_refused(tmp_path):
@@ -235,7 +233,7 @@ def test_bad_input_is_refused(tmp_path):
 
 def test_the_summary_says_how_right_each_engine_is(results_folder):
     # Breaks where a class is left out, or an engine that is right looks like one that isn't.
-    text = summary_markdown(Results.open(results_folder), None)
+    text = summary_markdown(Results.open(results_folder))
     table = text.partition("### How right")[2].partition("###")[0]
     assert "| engine | exact | nm | µm | mm | cm | other shot | typical error |" in table
     assert "| `ghostball` | 5 | 0 | 0 | 0 | 0 | 0 | 0 |" in table

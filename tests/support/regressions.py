@@ -6,8 +6,6 @@ from ghostball.validation.baselines import (
     Quantity,
     Regression,
     SceneChange,
-    TimeChange,
-    Timing,
 )
 
 HIT = LoggedEvent(t=0.5, kind="ball-ball", a=0, b=1)
@@ -61,15 +59,6 @@ def worse(scene="break-7", **changes):
             quantity("roots", level="warn", within=False, base=10, head=12, low=10, high=10),
             quantity("bounds", level="off", base=10, head=12),
         ),
-        "time": TimeChange(
-            base=Timing(median=1e-3, low=0.9e-3, high=1.1e-3, samples=9),
-            head=Timing(median=2e-3, low=1.9e-3, high=2.1e-3, samples=9),
-            ratio=2.0,
-            ratio_low=1.8,
-            ratio_high=2.2,
-            slower=True,
-            words="2.0 times as long, 1.8 to 2.2",
-        ),
     }
     return identical(scene, **fields | changes)
 
@@ -89,5 +78,5 @@ def uncompared(scene="head-on", **changes):
 
 
 def regression(*scenes, outcome="failed", **changes):
-    fields = {"against": "baselines", "base": {}, "head": {}, "outcome": outcome, "scenes": scenes}
+    fields = {"base": {}, "head": {}, "outcome": outcome, "scenes": scenes}
     return Regression(**fields | changes)

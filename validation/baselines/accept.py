@@ -1,4 +1,4 @@
-"""Accepts what `ghostball regress` found: rewrites baselines, and says why in their changelog."""
+"""Accepts what the last run found: rewrites baselines, and says why in their changelog."""
 
 from __future__ import annotations
 
@@ -113,29 +113,19 @@ def accept(
         Where the engine gave other bits when it played one of the scenes again. Nothing is written
         then.
     GhostballError
-        Where there is no reason, no comparison, one of other code than what is here now, one with
-        another revision, or nothing to accept. Nothing is written then.
+        Where there is no reason, no comparison, one of other code than what is here now, or nothing
+        to accept. Nothing is written then.
     """
     if not reason.strip():
         raise AcceptError(
             "`reason` must say why the change is right, got nothing. Say it as in --reason "
             '"the root finder polishes once more"'
         )
-    regression = load_regression(results)
+    regression = load_regression(results, engine)
     if regression is None:
         raise AcceptError(
-            f"{results}: holds no comparison, so there is nothing to accept. Run "
-            f"`ghostball regress --out {results}`, and look at what it says"
-        )
-    if not regression.accepted:
-        raise AcceptError(
-            f"{results}: compares with revision {regression.against}, not with baselines. Run "
-            f"`ghostball regress --out {results}` without --against"
-        )
-    if regression.engine != engine:
-        raise AcceptError(
-            f"{results}: compares engine `{regression.engine}`, not `{engine}`. Give the same "
-            "`--engine` as `ghostball regress` had, or the folder of its results by `--out`"
+            f"{results}: holds no comparison of engine `{engine}`, so there is nothing to accept. "
+            "Run `ghostball regress` with the same `--engine` and `--out`, and look at what it says"
         )
     if regression.head.get("sources") != sources_hash(regression.label):
         raise AcceptError(
@@ -188,8 +178,7 @@ def can_be_accepted(change: SceneChange) -> bool:
     """Whether something moved that a baseline holds: broken limits, or times, alone are nothing."""
     if change.change == "not-deterministic":
         return False
-    moved = any(not one.within for one in (*change.metrics, *change.counters))
-    return bool(change.head_hash) and (moved or change.change != "identical")
+    return bool(change.head_hash) and change.moved
 
 
 def _accepted(regression: Regression, reason: str) -> Accepted:
@@ -212,7 +201,7 @@ def _candidates(regression: Regression, results: Path, folder: Path) -> list[Bas
                 found.append(candidate)
         elif can_be_accepted(change):
             raise AcceptError(
-                f"{results}: what {change.scene} came to was only looked at. Run `ghostball "
+                f"{results}: holds no baseline to write for {change.scene}. Run `ghostball "
                 f"regress --out {results}`"
             )
     return found

@@ -23,7 +23,7 @@ from ghostball.validation.baselines.baseline import (
 )
 from ghostball.validation.baselines.classify import classify
 from ghostball.validation.baselines.observed import Observed
-from ghostball.validation.baselines.regression import BASELINES, Regression, SceneChange
+from ghostball.validation.baselines.regression import Regression, SceneChange
 from ghostball.validation.baselines.replay import PlayAgain, not_deterministic, playing_again
 from ghostball.validation.baselines.revision import checkout_of
 from ghostball.validation.baselines.rounding import (
@@ -77,7 +77,6 @@ def compare_results(
     *,
     whole: bool,
     only: Container[str] | None = None,
-    candidates: bool = True,
     time_limit: float | None = None,
 ) -> Regression:
     """Compare the runs of an engine in a results folder with their baselines.
@@ -94,8 +93,6 @@ def compare_results(
         our engine runs the shots of many balls too.
     only : container of str, optional
         Names of the scenes that are compared; all that were run where it is left out.
-    candidates : bool
-        Whether to say which baselines would accept what has moved.
     time_limit : float or None [s]
         For each shot that is played again, as `run_suite` has it; see `baselines.replay`.
 
@@ -127,7 +124,7 @@ def compare_results(
                 scene, found, folder, environment, label, play_again
             )
             change = _within_limits(change, results.case(scene.name, label))
-            if candidate is not None and candidates:
+            if candidate is not None:
                 change = change.model_copy(update={"candidate": candidate.text()})
             changes.append(change)
             accepted = before or accepted
@@ -135,13 +132,11 @@ def compare_results(
     return Regression(
         label=label,
         engine=engine,
-        against=BASELINES,
         base=accepted,
         head=environment,
         outcome=outcome_of(changes),
         scenes=tuple(changes),
         stale=stale,
-        judged=candidates,
         warnings=tuple(_warnings(changes, stale)),
     )
 
@@ -223,16 +218,6 @@ def _crowd(scene: Scene) -> Observed | CaseRecord:
         case = Case(scene, OUR_NAME, TruthFailure("", ""))
         return failed(blank_record(case), f"{type(error).__name__}: {error}")
     return Observed.of_result(result)
-
-
-def with_cases(regression: Regression, results: Results) -> Regression:
-    """Return a comparison with what else was found of the engine: broken limits, and crashes."""
-    cases = {case.scene: case for case in results.cases if case.label == regression.label}
-    changes = [_within_limits(one, cases.pop(one.scene, None)) for one in regression.scenes]
-    changes += [_not_run(case) for case in cases.values() if case.outcome == "failed"]
-    return regression.model_copy(
-        update={"scenes": tuple(changes), "outcome": outcome_of(changes)},
-    )
 
 
 def _within_limits(change: SceneChange, case: CaseRecord | None) -> SceneChange:

@@ -1,11 +1,10 @@
-"""What a comparison of two states of one engine found, kept in a results folder.
+"""What a comparison of an engine with its accepted baselines found, kept in a results folder.
 
-*Base* is what was accepted, or another revision; *head* is the engine as it is now.
+*Base* is what was accepted; *head* is the engine as it is now.
 """
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Final, Literal
@@ -24,11 +23,8 @@ from ghostball.validation.results.database import (
 )
 from ghostball.validation.results.fields import EnvironmentValues
 
-SCHEMA: Final = 5
-"""Version of what `ghostball regress --format json` prints."""
-
-BASELINES: Final = "baselines"
-"""What a comparison with them says that it is against."""
+SCHEMA: Final = 6
+"""Version of a stored comparison."""
 
 Change = Literal[
     "identical",
@@ -96,29 +92,29 @@ class Quantity(_Model):
     why: str
 
 
-class Timing(_Model):
-    """Run time of a scene [s]: the median, and the interval that holds it 95 times in 100."""
-
-    median: float
-    low: float
-    high: float
-    samples: int
+UNCOMPARED: Final = ("no-baseline", "not-comparable")
+"""Changes that say that there was nothing to compare with."""
 
 
-class TimeChange(_Model):
-    """Run times of one scene in two revisions that ran by turns; `ratio` is head over base.
+def moved_text(quantity: Quantity) -> str:
+    """Say in one sentence where a quantity was, where it is, and where it may be."""
+    base, head, low, high = (
+        _number(quantity, value)
+        for value in (quantity.base, quantity.head, quantity.low, quantity.high)
+    )
+    band = {
+        (True, True): f"within [{low}, {high}]",
+        (True, False): f"at least {low}",
+        (False, True): f"at most {high}",
+        (False, False): f"{base}, as it was",
+    }[quantity.low is not None, quantity.high is not None]
+    return f"{quantity.name} must be {band}, got {head} (before: {base})"
 
-    `slower` says so beyond doubt: the whole interval of the ratio's median, which holds it 999
-    times in 1000, for many scenes are looked at, lies above `validation.baselines.timing.SLOWER`.
-    """
 
-    base: Timing
-    head: Timing
-    ratio: float
-    ratio_low: float
-    ratio_high: float
-    slower: bool = False
-    words: str = ""
+def _number(quantity: Quantity, value: float | int | None) -> str:
+    """Return a value of a quantity with its unit, to all digits, for it may differ in the last."""
+    number = "nothing" if value is None else repr(value)
+    return number if quantity.unit == "1" else f"{number} {quantity.unit}"
 
 
 class SceneChange(_Model):
@@ -145,7 +141,6 @@ class SceneChange(_Model):
         Where the balls come to rest, in the scene's order.
     candidate : str
         The baseline that accepting it would write, as TOML; "" where there is nothing to accept.
-    time : TimeChange or None
     command : str
         What shows the difference, or the scene, again.
     """
@@ -165,8 +160,13 @@ class SceneChange(_Model):
     rest_base: tuple[tuple[float, float, float], ...] | None = None
     rest_head: tuple[tuple[float, float, float], ...] | None = None
     candidate: str = ""
-    time: TimeChange | None = None
     command: str = ""
+
+    @property
+    def moved(self) -> bool:
+        """Whether something is other than its baseline says: broken limits alone are not."""
+        quantities = (*self.metrics, *self.counters)
+        return self.change != "identical" or any(not one.within for one in quantities)
 
 
 class Regression(_Model):
@@ -178,11 +178,9 @@ class Regression(_Model):
         Which engine, as it was asked for.
     engine : str
         What its baselines call it.
-    against : str
-        "baselines", or the revision that was asked for.
     base, head : dict
-        Environments (`validation.results.environment.describe_environment`); of baselines, what is
-        kept of the one that they were accepted in.
+        What is kept of the environment that the baselines were accepted in, and the environment now
+        (`validation.results.environment.describe_environment`).
     outcome : "passed", "failed" or "no-baseline"
         The last where nothing failed, but some scene could not be compared: that is no pass.
     scenes : tuple of SceneChange
@@ -190,27 +188,23 @@ class Regression(_Model):
         Baselines of scenes that are no more.
     warnings : tuple of str
         What doesn't fail the gate but should be known, one sentence each.
-    judged : bool
-        Whether it is the gate; `ghostball validate` only shows what moved.
     """
 
-    schema_version: Literal[5] = Field(default=SCHEMA, alias="schema")
+    schema_version: Literal[6] = Field(default=SCHEMA, alias="schema")
     kind: Literal["regression"] = "regression"
     label: str = "ghostball"
     engine: str = "ghostball"
-    against: str
     base: EnvironmentValues
     head: EnvironmentValues
     outcome: Literal["passed", "failed", "no-baseline"]
     scenes: tuple[SceneChange, ...]
     stale: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
-    judged: bool = True
 
     @property
-    def accepted(self) -> bool:
-        """Whether the base is what was accepted, not another revision."""
-        return self.against == BASELINES
+    def moved(self) -> tuple[SceneChange, ...]:
+        """The scenes that fail for what moved, not for their limits alone."""
+        return tuple(change for change in self.scenes if change.failed and change.moved)
 
     @property
     def broken(self) -> tuple[SceneChange, ...]:
@@ -222,31 +216,20 @@ class Regression(_Model):
         return next((change for change in self.scenes if change.scene == name), None)
 
 
-def regressions_json(regressions: Sequence[Regression]) -> str:
-    """Return what `ghostball regress --format json` prints: one JSON object, on one line.
-
-    That of one engine is its comparison; that of several has theirs in `regressions`, in the order
-    in which the engines were asked for.
-    """
-    if len(regressions) == 1:
-        return regressions[0].model_dump_json(by_alias=True)
-    found = [one.model_dump(mode="json", by_alias=True) for one in regressions]
-    return json.dumps({"schema": SCHEMA, "kind": "regressions", "regressions": found})
-
-
-def save_regression(regression: Regression, folder: Path) -> None:
-    """Store it in a results folder, in place of an earlier one.
+def save_regressions(regressions: Sequence[Regression], folder: Path) -> None:
+    """Store them in a results folder, one of each engine, in place of earlier ones.
 
     Raises
     ------
     ResultsError
     """
     with writing(folder) as database, transaction(database):
-        put_document(database, "regression", regression.model_dump_json(by_alias=True))
+        text = _LIST.dump_json([*regressions], by_alias=True).decode()
+        put_document(database, "regression", text)
 
 
-def load_regression(folder: Path) -> Regression | None:
-    """Read it from a results folder; None where there is none.
+def load_regressions(folder: Path) -> list[Regression]:
+    """Read them from a results folder, in the order of the engines; none where there is none.
 
     Raises
     ------
@@ -254,10 +237,27 @@ def load_regression(folder: Path) -> Regression | None:
         Where the folder's database is cut short, damaged or of another version.
     """
     if not has_database(folder):
-        return None
+        return []
     with reading(folder) as database:
         text = get_document(database, "regression")
     if text is None:
-        return None
-    found: Regression = record_of(TypeAdapter(Regression), text, f"{folder}: its comparison")
+        return []
+    found: list[Regression] = record_of(_LIST, text, f"{folder}: its comparison")
     return found
+
+
+def load_regression(folder: Path, engine: str | None = None) -> Regression | None:
+    """Read that of an engine, else the first that fails, else the first; None where there is none.
+
+    Raises
+    ------
+    ResultsError
+        As of `load_regressions`.
+    """
+    found = load_regressions(folder)
+    if engine is not None:
+        return next((one for one in found if one.engine == engine), None)
+    return next((one for one in found if one.outcome == "failed"), found[0] if found else None)
+
+
+_LIST = TypeAdapter(list[Regression])

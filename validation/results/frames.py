@@ -29,8 +29,9 @@ TABLES: Final[Mapping[str, str]] = {
     ),
     "predictions": "SELECT record FROM records WHERE kind = 'prediction' ORDER BY id",
     "changes": (
-        "SELECT value AS record FROM documents, json_each(content, '$.scenes') "
-        "WHERE name = 'regression'"
+        "SELECT json_extract(engines.value, '$.label') AS label, scenes.value AS record "
+        "FROM documents, json_each(content) AS engines, json_each(engines.value, '$.scenes') "
+        "AS scenes WHERE name = 'regression'"
     ),
     "ensembles": (
         "SELECT value AS record FROM documents, json_each(content, '$.ensembles') "

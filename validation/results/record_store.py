@@ -292,7 +292,7 @@ class RecordStore(Generic[W, R]):
 def _is_ours(path: Path) -> bool:
     """Whether a path in a results folder is one of its files, or results of another command.
 
-    Such as out/regress, or out/regress/ENGINE, in out; or out/board.
+    Such as out/against/REVISION in out, or out/board.
     """
     if not path.is_dir():
         return path.name.startswith((LOCK, DATABASE))

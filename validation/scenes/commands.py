@@ -42,21 +42,18 @@ def validate(scene: str, engine: str, out: str) -> str:
     return f"ghostball validate {scene_argument(scene)}{_engine(engine)} --out {shlex.quote(out)}"
 
 
-def regress(scene: str | None = None, against: str | None = None, engine: str | None = None) -> str:
-    """Return the command that compares an engine with its baselines, or with a revision.
+def regress(scene: str | None = None, engine: str | None = None) -> str:
+    """Return the command that compares an engine with its baselines.
 
     Parameters
     ----------
     scene : str, optional
         None compares all: also what is made by a rule and has no file.
-    against : str, optional
-        A revision; None is the accepted baselines.
     engine : str, optional
         With its settings, as a label says it (default: ours).
     """
     chosen = "" if scene is None else f" {scene_argument(scene)}"
-    base = "" if against is None else f" --against {shlex.quote(against)}"
-    return f"ghostball regress{chosen}{_engine(None if engine == OURS else engine)}{base}"
+    return f"ghostball regress{chosen}{_engine(None if engine == OURS else engine)}"
 
 
 def _engine(engine: str | None) -> str:

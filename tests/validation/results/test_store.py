@@ -466,7 +466,7 @@ def test_a_folder_that_is_not_ours_is_refused_and_left_alone(tmp_path: Path) -> 
 
 
 def test_results_of_other_commands_may_lie_in_the_folder(tmp_path: Path) -> None:
-    # `ghostball regress` writes into out/regress: breaks where `validate` refuses out after that.
+    # `regress --against` writes below out first: breaks where `validate` refuses out after that.
     written(tmp_path / "regress", record())
     written(tmp_path / "of-two" / "mine", record())
     written(tmp_path, record())

@@ -29,8 +29,8 @@ ODD = "newcomer:name=a b;rm,dt=1e-3"
         ),
         (commands.regress(), ["regress"]),
         (
-            commands.regress("stop", "main; true"),
-            ["regress", "stop", "--against", "main; true"],
+            commands.regress("stop", ODD),
+            ["regress", "stop", "--engine", ODD],
         ),
         (commands.regress("mine"), ["regress", "./mine.toml"]),
     ],

@@ -1,4 +1,4 @@
-"""JUnit XML: one test case per scene, engine and metric, and nothing that can't fail passes."""
+"""One JUnit document of a run: nothing that can't fail passes, what fails the gate fails there."""
 
 from __future__ import annotations
 
@@ -7,11 +7,13 @@ from typing import Any
 from xml.etree import ElementTree
 
 import pytest
+from regressions import identical, quantity, regression, uncompared, worse
 
+from ghostball.reports.junit import junit_xml
+from ghostball.validation.baselines.regression import Regression, moved_text
 from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.checks.verdict import NOTHING_JUDGED
 from ghostball.validation.results.records import Accuracy, CaseRecord, Check
-from ghostball.validation.suite.junit import junit_xml
 
 
 def case(**changes: Any) -> CaseRecord:
@@ -172,3 +174,71 @@ def test_control_characters_and_markup_survive() -> None:
     (element,) = parsed(bad).values()
     assert verdict(element) == ("error", r"\x1b[31m<&\x00\ud800\ufffe")
     assert element[0].text == "a\\x08\tb\n"
+
+
+# --- baselines --------------------------------------------------------------------------------
+
+
+def of_baselines(*compared: Regression) -> dict[tuple[str, str], ElementTree.Element]:
+    root = ElementTree.fromstring(junit_xml((), compared).encode())
+    return {(str(one.get("classname")), str(one.get("name"))): one for one in root.iter("testcase")}
+
+
+def kind_of(element: ElementTree.Element) -> str:
+    kinds = [one.tag for one in element if one.tag in ("failure", "error", "skipped")]
+    assert len(kinds) <= 1
+    return kinds[0] if kinds else "passed"
+
+
+def test_a_scene_that_is_as_accepted_passes() -> None:
+    found = of_baselines(regression(identical(), outcome="passed"))
+    assert list(found) == [("stop", "ghostball: baseline")]
+    assert kind_of(found["stop", "ghostball: baseline"]) == "passed"
+
+
+def test_a_scene_that_moved_says_by_how_much_and_how_to_see_it() -> None:
+    element = of_baselines(regression(worse()))["break-7", "ghostball: baseline"]
+    assert verdict(element) == ("failure", "worse: rest error 3 mm, was 7 fm")
+    for part in (
+        "which is missing now",
+        "rest_error_max must be at most 1e-12, got 0.003 (before: 7e-15) (as accepted)",
+        "warning: roots must be within [10, 10], got 12 (before: 10)",
+        "ghostball run break-7",
+    ):
+        assert part in str(element[0].text)
+
+
+def test_what_fails_for_its_limits_alone_fails_there_alone() -> None:
+    broken = identical(failed=True, broken=("it is wrong",))
+    assert kind_of(of_baselines(regression(broken))["stop", "ghostball: baseline"]) == "passed"
+
+
+def test_a_counter_alone_may_fail_a_scene() -> None:
+    counter = quantity("roots", within=False, base=10, head=12, low=10, high=10)
+    scene = identical(failed=True, counters=(counter,), summary="more roots")
+    element = of_baselines(regression(scene))["stop", "ghostball: baseline"]
+    assert verdict(element) == ("failure", "identical: more roots")
+
+
+@pytest.mark.parametrize("change", ["rounding-only", "better", "results-changed"])
+def test_bits_that_may_move_pass_and_say_so(change: str) -> None:
+    moved = regression(worse(change=change, failed=False), outcome="passed")
+    element = of_baselines(moved)["break-7", "ghostball: baseline"]
+    assert kind_of(element) == "passed"
+    assert str(element.findtext("system-out")).startswith(f"{change}: ")
+
+
+def test_nothing_to_compare_with_is_an_error() -> None:
+    compared = regression(uncompared(), outcome="no-baseline", warnings=("a word",))
+    assert kind_of(of_baselines(compared)["head-on", "ghostball: baseline"]) == "error"
+    root = ElementTree.fromstring(junit_xml((), [compared]).encode())
+    assert root.findtext("system-out") == "a word"
+
+
+def test_what_moved_is_told_to_the_last_digit() -> None:
+    moved = quantity(base=1.0, head=1.0000000000000002, low=0.5, high=1.0)
+    assert moved_text(moved) == (
+        "energy_rise must be within [0.5, 1.0], got 1.0000000000000002 (before: 1.0)"
+    )
+    assert "at least 0.5, got nothing" in moved_text(quantity(head=None, low=0.5))
+    assert "must be 0.0, as it was" in moved_text(quantity())

@@ -1,0 +1,126 @@
+"""What `ghostball regress --against` does: run another revision, run this one, say what differs."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from ghostball import _diff
+from ghostball._config import load_config
+from ghostball._terminal import say
+from ghostball.engine import GhostballError
+from ghostball.reference_adapters import make_engine
+from ghostball.validation.baselines.gate import source_of
+from ghostball.validation.baselines.revision import repository, resolve, worktree
+from ghostball.validation.exit_status import ExitStatus
+from ghostball.validation.results.store import Results
+from ghostball.validation.scenes.library import select
+from ghostball.validation.truth.scene_truth import OUR_NAME
+
+JUDGED = (
+    ExitStatus.PASSED,
+    ExitStatus.CHECK_FAILED,
+    ExitStatus.HARNESS_FAILED,
+    ExitStatus.NOT_JUDGED,
+)
+"""What a run ends with that left results."""
+
+_WHERE = """\
+import os, sys
+from ghostball.reference_adapters.registry import engine_class, parse_spec
+for label in sys.argv[2:]:
+    module = sys.modules[engine_class(parse_spec(label)[0]).__module__]
+    file, root = os.path.realpath(module.__file__), os.path.realpath(sys.argv[1])
+    if os.path.commonpath([file, root]) != root:
+        sys.exit(f"`{label}` is imported from {file}, which is not of that revision")
+"""
+"""Ends with a message where an engine's code isn't that of the folder it is given."""
+
+
+def run(
+    wanted: Sequence[str],
+    engines: Sequence[str],
+    revision: str,
+    *,
+    out: Path | None,
+    jobs: int,
+    rerun: bool,
+    time_limit: float,
+    as_json: bool,
+) -> ExitStatus:
+    """Validate at both revisions, print what differs, and return the exit status of that.
+
+    Raises
+    ------
+    GhostballError
+        Before anything runs, where the input is wrong or there is no such revision.
+    """
+    config = load_config()
+    labels = tuple(dict.fromkeys(engines or config.engines or (OUR_NAME,)))
+    for label in labels:
+        make_engine(label)
+    names = wanted or config.scenes
+    select(names)
+    here = Path.cwd().resolve()
+    root = repository(source_of(labels[0]))
+    commit = resolve(revision, root)
+    head = (config.out if out is None else out).resolve()
+    base = head / "against" / commit[:12]
+    # A scene's file is the same one for both.
+    scenes = [str(Path(name).resolve()) if Path(name).exists() else name for name in names]
+    options = [word for label in labels for word in ("-e", label)]
+    options += ["--no-report", "--jobs", str(jobs), "--time-limit", str(time_limit)]
+    options += ["--rerun"] * rerun
+    with worktree(root, commit) as place:
+        there = place / here.relative_to(root) if here.is_relative_to(root) else place
+        if why := _not_of(place, there, labels):
+            say(f"[bold red]error:[/] revision {commit[:12]} can't be run here: {why}")
+            return ExitStatus.NOT_JUDGED
+        status = _validate([*scenes, *options], base, there)
+        if status not in JUDGED:
+            return status
+    try:
+        Results.open(base)
+    except GhostballError as error:
+        say(f"[bold red]error:[/] revision {commit[:12]} can't be compared with: {error}")
+        return ExitStatus.NOT_JUDGED
+    status = _validate([*scenes, *options], head, here)
+    if status not in JUDGED:
+        return status
+    return _diff.run(str(base), str(head), head, as_json=as_json)
+
+
+def _environment(there: Path) -> dict[str, str]:
+    paths = [str(there), *filter(None, [os.environ.get("PYTHONPATH")])]
+    return os.environ | {"PYTHONPATH": os.pathsep.join(paths), "PYTHONDONTWRITEBYTECODE": "1"}
+
+
+def _not_of(place: Path, there: Path, labels: Sequence[str]) -> str:
+    """Return why what would run in a worktree isn't its code; "" where it is."""
+    asked = subprocess.run(
+        [sys.executable, "-c", _WHERE, str(place), *labels],
+        cwd=there,
+        env=_environment(there),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    said = asked.stderr.strip().splitlines() or ["no message"]
+    return said[-1] if asked.returncode else ""
+
+
+def _validate(arguments: Sequence[str], out: Path, there: Path) -> ExitStatus:
+    """Run `ghostball validate` in a folder, with the code there; what it prints goes to stderr."""
+    out.mkdir(parents=True, exist_ok=True)
+    say(f"running {there}")
+    ended = subprocess.run(
+        [sys.executable, "-m", "ghostball", "validate", *arguments, "--out", str(out)],
+        cwd=there,
+        env=_environment(there),
+        stdout=sys.stderr.fileno(),
+        check=False,
+    )
+    return ExitStatus(ended.returncode) if ended.returncode >= 0 else ExitStatus.HARNESS_FAILED

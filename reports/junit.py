@@ -1,0 +1,163 @@
+"""One JUnit document of a run: what limits judge, and what moved since baselines were accepted.
+
+A test case for each scene, engine and metric. The first of a scene and engine says how right the
+run is: its class is a property `accuracy`, with its numbers in the output. A metric with a limit
+passes or fails. One that has none, that proves nothing (our engine against itself) or that could
+not be measured is skipped with the reason: a test that can't fail must not count as passed. A case
+that did not run is one test case, skipped or in error; one that stopped early has a test case in
+error too, and so has a run in which nothing was judged. A scene that was compared with its baseline
+has a test case `baseline`, which fails where what moved fails, and is in error where there was
+nothing to compare with.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import defaultdict
+from collections.abc import Collection, Iterable, Iterator, Sequence
+from typing import Literal
+from xml.etree import ElementTree
+from xml.etree.ElementTree import Element, SubElement
+
+from ghostball.validation.baselines.regression import (
+    UNCOMPARED,
+    Regression,
+    SceneChange,
+    moved_text,
+)
+from ghostball.validation.checks.metric_table import METRICS
+from ghostball.validation.checks.verdict import (
+    NOTHING_JUDGED,
+    is_nothing_judged,
+    is_unfinished,
+    unfinished_text,
+)
+from ghostball.validation.results.records import CaseRecord, Check, number_with_unit
+
+# XML 1.0 has no way to write these, not even escaped.
+_FORBIDDEN = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+
+
+def junit_xml(cases: Collection[CaseRecord], regressions: Sequence[Regression] = ()) -> str:
+    """Return a run as a JUnit document; `classname` is the scene, `name` "engine: metric"."""
+    by_scene: dict[str, list[Element]] = defaultdict(list)
+    for case in cases:
+        by_scene[case.scene].extend(_of_case(case))
+    for regression in regressions:
+        for change in regression.scenes:
+            by_scene[change.scene].append(_of_change(regression.label, change))
+    if is_nothing_judged(cases) and not regressions:
+        by_scene["ghostball"].append(_test_case("ghostball", "judged", "error", NOTHING_JUDGED))
+    root = Element("testsuites", name="ghostball")
+    for scene, found in by_scene.items():
+        suite = SubElement(root, "testsuite", name=_clean(scene))
+        suite.extend(found)
+        _count(suite, found)
+    _count(root, [one for found in by_scene.values() for one in found])
+    _put_output(root, [note for one in regressions for note in one.warnings])
+    ElementTree.indent(root)
+    text = ElementTree.tostring(root, encoding="unicode", xml_declaration=False)
+    return f'<?xml version="1.0" encoding="UTF-8"?>\n{text}\n'
+
+
+def _of_case(case: CaseRecord) -> Iterator[Element]:
+    name = f"{case.label}: simulate"
+    if case.outcome != "ran":
+        if is_unfinished(case):
+            found = _test_case(case.scene, name, "error", case.reason, case.traceback)
+        else:
+            found = _test_case(case.scene, name, "skipped", f"{case.outcome}: {case.reason}")
+        _put_output(found, case.printed.splitlines())
+        yield found
+        return
+    if is_unfinished(case):
+        yield _test_case(case.scene, name, "error", unfinished_text(case))
+    checks: dict[str, list[Check]] = defaultdict(list)
+    for check in case.checks:
+        checks[check.metric].append(check)
+    for position, metric in enumerate(METRICS):
+        found = _of_metric(case, metric, checks[metric])
+        if position == 0:
+            # A simulation's time is given once, with its first metric, so that sums are right.
+            found.set("time", f"{case.wall_time or 0.0:.6f}")
+            said = case.printed.splitlines()
+            if case.accuracy is not None:
+                properties = SubElement(found, "properties")
+                SubElement(properties, "property", name="accuracy", value=case.accuracy.kind)
+                said.insert(0, f"accuracy: {case.accuracy.sentence}")
+            _put_output(found, said)
+        yield found
+
+
+def _of_metric(case: CaseRecord, metric: str, checks: list[Check]) -> Element:
+    failed = [check for check in checks if check.passed is False]
+    scene, name = case.scene, f"{case.label}: {metric}"
+    if failed:
+        words = "; ".join(check.sentence for check in failed)
+        return _test_case(scene, name, "failure", words, "\n".join(one.reason for one in failed))
+    if any(check.passed is None for check in checks):
+        return _test_case(scene, name, "skipped", f"reference: {checks[0].note}")
+    if metric not in case.metrics:
+        limit = ", though the scene limits it" if metric in case.left_out else ""
+        words = f"not measured: the run asked for other metrics{limit}"
+        return _test_case(scene, name, "skipped", words)
+    if not checks:
+        value = number_with_unit(case.metrics[metric], METRICS[metric].unit)
+        note = case.notes.get(metric)
+        words = note or f"measured {value}; the scene sets no limit"
+        return _test_case(scene, name, "skipped", words)
+    return _test_case(scene, name)
+
+
+def _of_change(label: str, change: SceneChange) -> Element:
+    """Return what became of a scene since its baseline was accepted.
+
+    It fails for what moved; limits that are broken have test cases of their own.
+    """
+    name, words = f"{label}: baseline", f"{change.change}: {change.summary}"
+    left = [one for one in (*change.metrics, *change.counters) if not one.within]
+    first = change.first_difference
+    lines = [
+        *([] if first is None else [f"first difference: {first.words}"]),
+        *(f"{moved_text(one)} ({one.why})" for one in left if one.level == "error"),
+        *(f"warning: {moved_text(one)} ({one.why})" for one in left if one.level == "warn"),
+        *([change.command] if change.command else []),
+    ]
+    if change.failed and change.moved:
+        return _test_case(change.scene, name, "failure", words, "\n".join(lines))
+    if change.change in UNCOMPARED:
+        return _test_case(change.scene, name, "error", words, change.command)
+    found = _test_case(change.scene, name)
+    if change.moved:
+        _put_output(found, [words, *lines])
+    return found
+
+
+def _test_case(
+    suite: str,
+    name: str,
+    kind: Literal["failure", "error", "skipped"] | None = None,
+    message: str = "",
+    text: str = "",
+) -> Element:
+    found = Element("testcase", classname=_clean(suite), name=_clean(name), time="0")
+    if kind is not None:
+        verdict = SubElement(found, kind, message=_clean(message))
+        verdict.text = _clean(text) or None
+    return found
+
+
+def _put_output(element: Element, lines: Iterable[str]) -> None:
+    if text := "\n".join(lines):
+        SubElement(element, "system-out").text = _clean(text)
+
+
+def _count(suite: Element, found: Sequence[Element]) -> None:
+    suite.set("tests", str(len(found)))
+    for kind, attribute in (("failure", "failures"), ("error", "errors"), ("skipped", "skipped")):
+        suite.set(attribute, str(sum(one.find(kind) is not None for one in found)))
+
+
+def _clean(text: str) -> str:
+    r"""Write characters that XML can't hold as Python escapes, such as \x1b."""
+    return _FORBIDDEN.sub(lambda found: found[0].encode("unicode_escape").decode(), text)
