@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -95,52 +95,34 @@ def run_member(task: MemberTask) -> MemberResult:
     KeyboardInterrupt
         Where the run was interrupted.
     """
-    scene = task.scene
     try:
-        result = run_engine(make_engine(task.label), scene)
+        result = run_engine(make_engine(task.label), task.scene)
         if not result.status.complete:
             why = f": {result.reason}" if result.reason else ""
-            return without_result(task, "stopped", f"{status_name(result.status)}{why}")
+            return unended(task, f"{status_name(result.status)}{why}", "stopped")
         with np.errstate(invalid="ignore", over="ignore"):
             energy = energy_at(result, task.times).total
         if not np.all(np.isfinite(energy)):
-            return without_result(task, "failed", "the energy of its motion is not finite")
-        return MemberResult(
-            scene.name,
-            task.label,
-            task.stream,
-            task.index,
-            "ended",
+            return unended(task, "the energy of its motion is not finite")
+        return replace(
+            unended(task, "", "ended"),
             rest_positions=np.array(result.rest_positions[:, :2], dtype=np.float64),
             rest_time=float(result.rest_time),
             counts=tuple(int(result.collision_counts[kind.label]) for kind in COLLISION_KINDS),
             energy=energy,
-            inputs=task.inputs,
         )
     except EngineUnavailableError as error:
-        return without_result(task, "unavailable", str(error))
+        return unended(task, str(error), "unavailable")
     except UnsupportedSceneError as error:
-        return without_result(task, "not-representable", "; ".join(error.features))
+        return unended(task, "; ".join(error.features), "not-representable")
     except EngineFailedError as error:
-        return without_result(task, "failed", error.reason)
+        return unended(task, error.reason)
     # An engine may raise anything, and its `sys.exit` must not end the run: kept, never fatal.
     except (Exception, SystemExit) as error:
-        return without_result(task, "failed", f"{type(error).__name__}: {error}")
+        return unended(task, f"{type(error).__name__}: {error}")
 
 
-def died(task: MemberTask, reason: str) -> MemberResult:
-    """Return what became of a member whose process died of it."""
-    return without_result(task, "failed", reason)
-
-
-def without_result(task: MemberTask, outcome: MemberOutcome, reason: str) -> MemberResult:
-    """Return what became of a member that didn't come to its end."""
-    return MemberResult(
-        task.scene.name,
-        task.label,
-        task.stream,
-        task.index,
-        outcome,
-        reason,
-        inputs=task.inputs,
-    )
+def unended(task: MemberTask, reason: str, outcome: MemberOutcome = "failed") -> MemberResult:
+    """Return what became of a member that has no end, such as one whose process died of it."""
+    where = (task.scene.name, task.label, task.stream, task.index)
+    return MemberResult(*where, outcome, reason, inputs=task.inputs)

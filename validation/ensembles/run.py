@@ -31,7 +31,7 @@ from ghostball.validation.ensembles.ensemble_record import (
     EnsembleRun,
 )
 from ghostball.validation.ensembles.ensembles_folder import RUN, Ensembles, EnsembleWriter
-from ghostball.validation.ensembles.member import MemberResult, MemberTask, died, run_member
+from ghostball.validation.ensembles.member import MemberResult, MemberTask, run_member, unended
 from ghostball.validation.ensembles.members import EnsembleError, Size, Stream, perturb
 from ghostball.validation.parallel.cluster import Cluster
 from ghostball.validation.parallel.compiling import compile_kernels
@@ -186,7 +186,7 @@ def run_ensembles(
                 )
 
     def settle(done: Done[MemberTask, MemberResult]) -> MemberResult:
-        result = done.or_else(died)
+        result = done.or_else(unended)
         if result.outcome in ("not-representable", "unavailable"):
             refused.add(result.ensemble)
         return result

@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from uuid import uuid4
 
 from ghostball.engine.errors import GhostballError
-from ghostball.validation.parallel.pool import WAKE, Answer, Done, Process, wait
+from ghostball.validation.parallel.pool import WAKE, Done, Process, wait
 from ghostball.validation.parallel.sources import versions
 
 if TYPE_CHECKING:
@@ -52,6 +52,10 @@ _IDLE_LIMIT = 60.0
 
 _LOGGERS = ("distributed", "distributed.client", "tornado.application")
 """Those that Dask gives a level of their own."""
+
+
+_Answer = Done[None, bytes]
+"""What came of a task, given pickled: whoever asked unpickles it."""
 
 
 class ClusterError(GhostballError):
@@ -200,7 +204,7 @@ class Cluster:
             raise ClusterLostError(self._lost(f"it has had no worker for {PATIENCE:g} s"))
         return max(1, self._threads)
 
-    def _answer(self, future: Future) -> Answer | None:
+    def _answer(self, future: Future) -> _Answer | None:
         """Return what came of a task that is done; None where it has to be waited for again."""
         from distributed import KilledWorker  # noqa: PLC0415
 
@@ -210,7 +214,9 @@ class Cluster:
             error = future.exception(timeout=_FETCH_LIMIT)
             if isinstance(error, KilledWorker):
                 workers = error.allowed_failures + 1
-                return Answer(b"", f"it ended {workers} workers of the cluster, one by one", "")
+                return Done(
+                    None, None, f"it ended {workers} workers of the cluster, one by one", ""
+                )
             if isinstance(error, ClusterError):
                 raise ClusterError(
                     f"a worker of the cluster at {self._address} has other code: {error}. Install "
@@ -224,7 +230,7 @@ class Cluster:
                 f"{why}. Install the same version of ghostball on its workers"
             ) from error
         try:
-            answer: Answer = future.result(timeout=_FETCH_LIMIT)
+            answer: _Answer = future.result(timeout=_FETCH_LIMIT)
         except TimeoutError:
             return None
         return answer
@@ -284,7 +290,7 @@ _IDLE: dict[Process, tuple[str, threading.Timer]] = {}
 """Processes of this worker that have no task: the run that each is of, and what will end it."""
 
 
-def serve(run: str, first: bytes, key: str, pickled: bytes, limit: float | None) -> Answer:
+def serve(run: str, first: bytes, key: str, pickled: bytes, limit: float | None) -> _Answer:
     """Do a task in a process of this worker.
 
     Parameters
@@ -311,19 +317,19 @@ def serve(run: str, first: bytes, key: str, pickled: bytes, limit: float | None)
         ending.callback(process.close)
         if is_new:
             answer = _answered(process, key, first, _START_LIMIT)
-            if answer.reason:
+            if answer.died:
                 return answer
-            if differences := answer.given():
+            if differences := answer.of(None).given:
                 raise ClusterError(differences)
         answer = _answered(process, key, pickled, limit)
-        if answer.reason:
+        if answer.died:
             return answer
         ending.pop_all()
     _keep(process, run)
     return answer
 
 
-def _answered(process: Process, key: str, pickled: bytes, limit: float | None) -> Answer:
+def _answered(process: Process, key: str, pickled: bytes, limit: float | None) -> _Answer:
     from distributed import get_worker  # noqa: PLC0415
 
     tasks = get_worker().state.tasks
@@ -331,7 +337,7 @@ def _answered(process: Process, key: str, pickled: bytes, limit: float | None) -
     while (answer := process.answer()) is None:
         wait([process])
         if key not in tasks or tasks[key].state == "cancelled":
-            return Answer(b"", "nobody waits for it any more", "")
+            return Done(None, None, "nobody waits for it any more", "")
     return answer
 
 

@@ -32,6 +32,7 @@ from ghostball.reference_adapters.output import captured, divert, flush, text_of
 if TYPE_CHECKING:
     from ghostball.validation.parallel.cluster import Cluster
 
+S = TypeVar("S")
 T = TypeVar("T")
 R = TypeVar("R")
 
@@ -77,6 +78,11 @@ class Done(Generic[T, R]):
     given: R | None
     died: str
     printed: str
+
+    def of(self, task: S) -> Done[S, Any]:
+        """Return what a process gave, pickled, as that of a task."""
+        given = None if self.given is None else pickle.loads(self.given)  # type: ignore[arg-type]
+        return Done(task, given, self.died, self.printed)
 
     def or_else(self, died: Callable[[T, str], R]) -> R:
         """Return what it gave, or what `died` makes of it and of why its process died."""
@@ -172,7 +178,7 @@ def run_tasks(
                 answer = process.answer()
                 if answer is None:
                     continue
-                if answer.reason:
+                if answer.died:
                     process.close()
                     processes.remove(process)
                 del doing[process]
@@ -182,23 +188,6 @@ def run_tasks(
             process.kill()
         for process in processes:
             process.close()
-
-
-@dataclass(frozen=True)
-class Answer:
-    """What came of a task: what it gave, pickled, or why its process died; and what it printed."""
-
-    pickled: bytes
-    reason: str
-    printed: str
-
-    def given(self) -> Any:
-        """Return what the task gave."""
-        return pickle.loads(self.pickled)
-
-    def of(self, task: T) -> Done[T, Any]:
-        """Return it as that of a task."""
-        return Done(task, None if self.reason else self.given(), self.reason, self.printed)
 
 
 class Process:
@@ -244,8 +233,8 @@ class Process:
         if self._is_ready:
             self._send()
 
-    def answer(self) -> Answer | None:
-        """Return what came of the task; None while it is being done."""
+    def answer(self) -> Done[None, bytes] | None:
+        """Return what came of the task, given pickled; None while it is being done."""
         is_alive = self._process.is_alive()  # what it answers before it dies is there afterwards
         try:
             if not self._is_ready and self._pipe.poll():
@@ -253,7 +242,7 @@ class Process:
                 self._is_ready = True
                 self._send()
             if self._is_ready and self._pipe.poll():
-                return Answer(self._pipe.recv_bytes(), "", text_of(self._output))
+                return Done(None, self._pipe.recv_bytes(), "", text_of(self._output))
         except (EOFError, OSError):
             is_alive = False
         if not is_alive:
@@ -265,7 +254,7 @@ class Process:
             reason = f"it took longer than {self._limit:g} s, and was ended"
         else:
             reason = f"its process did not start within {self._start_limit:g} s"
-        return Answer(b"", reason, text_of(self._output))
+        return Done(None, None, reason, text_of(self._output))
 
     @property
     def left(self) -> float:

@@ -198,7 +198,7 @@ def test_failures_run_again(folder: Path, monkeypatch: pytest.MonkeyPatch):
     real = run_module.run_member
 
     def failing(task):
-        return run_module.died(task, "bad luck") if task.index == 1 else real(task)
+        return run_module.unended(task, "bad luck") if task.index == 1 else real(task)
 
     monkeypatch.setattr(run_module, "run_member", failing)
     assert run_ensembles([scene], labels, folder, 3).failed == 3
