@@ -267,9 +267,7 @@ def test_the_command_shows_a_strangers_row_and_its_verdict(tmp_path, monkeypatch
     monkeypatch.setenv("COLUMNS", "20")  # a narrow window cuts no cell short
     arguments = ["leaderboard", "--only", "-e", "ghostball", "-e", SLOWING, "--out", str(tmp_path)]
     done = CliRunner().invoke(app, [*arguments, "--column", "line", "--column", "throw"])
-    outcome = Results.open(tmp_path)
-    failed = any(case.passed is False for case in outcome.cases)
-    assert done.exit_code == (1 if failed else 0), done.output
+    assert done.exit_code == 1, done.output  # a restitution of 0.8 where 1 is asked
     assert "sequential" in done.output
     assert "exact" in done.output
     assert "checks passed" in done.output
@@ -289,7 +287,7 @@ def test_validate_says_the_same_of_the_same_runs(tmp_path):
         CliRunner().invoke(app, [*command, "--out", str(tmp_path / command[0])]).exit_code
         for command in (board, ["validate", *scenes, *engines, "--no-report"])
     ]
-    assert statuses[0] == statuses[1]
+    assert statuses == [1, 1]
     one, other = (
         {(case.scene, case.label): case.checks for case in Results.open(tmp_path / name).cases}
         for name in ("leaderboard", "validate")
