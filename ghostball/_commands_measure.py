@@ -259,8 +259,8 @@ def stress(
 ) -> None:
     """Try to break engines; say what each survives.
 
-    The worst case of all is kept as a scene. Exit status 1 where our engine breaks; where it isn't
-    asked, where any engine does; 4 where no engine can be asked any of it.
+    The worst case of all is kept as a scene. Exit status 1 where an engine breaks that
+    `--engine` names, or ours where none is named; 4 where no engine can be asked any of it.
     """
     from ghostball import _stress  # noqa: PLC0415
     from ghostball._config import load_config  # noqa: PLC0415

@@ -16,6 +16,7 @@ from ghostball._config import load_config
 from ghostball._progress import COMPILING, Steps
 from ghostball._terminal import say, stdout
 from ghostball.reference_adapters import make_engine
+from ghostball.reference_adapters.registry import OURS
 from ghostball.reports import write_stress_report
 from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.parallel.cluster import Cluster
@@ -110,6 +111,7 @@ def run(
             out,
             suite=suite,
             only=only,
+            must_hold=named or (OURS,),
             jobs=jobs,
             cluster=cluster,
             progress=progress,

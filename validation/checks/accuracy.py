@@ -44,7 +44,7 @@ UP_TO: Final[Mapping[AccuracyKind, float]] = {
 }
 """The largest error of a class [m]: a shot that is right to nanometres is less than 1 um off."""
 
-ENERGY_MADE: Final = 1e-2
+BROKEN_SHARE: Final = 1e-2
 """Share of its first energy that a shot may gain before it counts as broken.
 
 A ball with 1 % more energy rolls 1 % farther, which shows in where it rests; more is made of
@@ -149,7 +149,7 @@ def _broken(result: Result, resolution: Resolution) -> tuple[BrokenBy, float | N
     if not finite or first_not_finite(result):
         return "not finite", None
     gain = largest_gain(result, resolution)
-    if gain > ENERGY_MADE * float(energy[0]):
+    if gain > BROKEN_SHARE * float(energy[0]):
         return "energy", gain / float(energy[0]) if energy[0] > 0.0 else math.inf
     if len(result.scene.balls) > 1:
         overlap = deepest_overlap(result)

@@ -1,9 +1,9 @@
 """What must hold in any run, looked up in its recorded motion by brute force; and how well.
 
 Exact motion is held to rounding, and to what a sustained contact may be off by. An engine that
-steps sees a contact late by up to a step, and solves many of them by iteration: it is asked for
-what can be seen, `VISIBLE` of a diameter and of the energy; and balls may overlap by the way of a
-step.
+steps is held to the law that holds for every engine (`trial.play`). What that doesn't judge, such
+as cushions, momentum and symmetry, is wrong from that share on from which a run is broken, of a
+diameter or of the first speeds; and beyond the way of a step.
 """
 
 from __future__ import annotations
@@ -16,16 +16,12 @@ from numpy.typing import NDArray
 from ghostball.engine import ExactTrajectory, Result, Samples, Scene
 from ghostball.engine.core.tolerances import MOTION_ERROR
 from ghostball.engine.trajectory import SampledTrajectory, energy_of
+from ghostball.validation.checks.accuracy import BROKEN_SHARE
 from ghostball.validation.checks.energy_gain import largest_rise
 from ghostball.validation.grading.tolerances import EPS
 from ghostball.validation.runs.steps import STEP_SETTINGS
 
 FloatArray = NDArray[np.float64]
-
-VISIBLE = 0.01
-"""Error of an engine that steps, in diameters, and in parts of speed, momentum and energy.
-
-0.6 mm for pool balls; ten times what a ball of 1 m/s goes in a step of 0.1 ms."""
 
 CONTACT_SLOP = 2.0**-37
 """Overlap, in diameters, that an exact motion may have in a contact that lasts.
@@ -129,7 +125,7 @@ def overlap_limit(result: Result, positions: FloatArray) -> float:
     diameter = 2.0 * float(scene.radii.max())
     if is_exact(result):
         return gap_rounding(scene, positions) + CONTACT_SLOP * diameter
-    return VISIBLE * diameter + way_of_a_step(result)
+    return BROKEN_SHARE * diameter + way_of_a_step(result)
 
 
 def rise_limit(result: Result) -> float:
@@ -138,7 +134,7 @@ def rise_limit(result: Result) -> float:
     Of exact motion: a rounding of each of the three parts that a ball's energy has, for the sum
     over them may round all the same way; of few balls, those of their speeds as well.
     """
-    return max(16.0, 3.0 * len(result.scene.balls)) * EPS if is_exact(result) else VISIBLE
+    return max(16.0, 3.0 * len(result.scene.balls)) * EPS if is_exact(result) else BROKEN_SHARE
 
 
 def rise_limit_of_many(result: Result, states: Samples) -> float:

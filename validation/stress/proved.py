@@ -21,19 +21,20 @@ from ghostball.engine import GhostballError, Result, Scene, UnsupportedSceneErro
 from ghostball.reference_adapters import ReferenceEngine
 from ghostball.reference_adapters.certified import Certificate, CertifiedSettings, certify
 from ghostball.reference_adapters.registry import OURS
+from ghostball.validation.checks.accuracy import BROKEN_SHARE
 from ghostball.validation.checks.criteria import common_criteria
 from ghostball.validation.checks.violations import faults_of
 from ghostball.validation.grading.certified_growth import GRID, growth_of_proof
 from ghostball.validation.grading.certified_widths import is_differentiated
 from ghostball.validation.grading.grading import Grade, gradable, grade
 from ghostball.validation.grading.tolerances import OFF_BY, ROUNDINGS, TOLERANCE, UNIT_ROUNDOFF
-from ghostball.validation.stress.judges import VISIBLE, is_exact
+from ghostball.validation.stress.judges import is_exact
 from ghostball.validation.stress.trial import Trial, Verdict, play
 
 SteppedRule = Literal["collisions", "places"]
 """What of an engine that steps is judged.
 
-"collisions": that these are the proved ones, and that no ball ends more than `VISIBLE` of a
+"collisions": that these are the proved ones, and that no ball ends more than `BROKEN_SHARE` of a
 diameter off. "places": where balls are, over the longest way; of shots that go for any number of
 diameters, and whose lengths have any size.
 """
@@ -117,9 +118,9 @@ class AsProved:
         faults = list(faults_of(found, scene))
         off = float(np.max(found.position_errors, initial=0.0)) / (2.0 * float(scene.radii.max()))
         if not is_exact(result):
-            if not off <= VISIBLE:
-                faults.append(f"a ball ends {off:.3g} diameters off, at most {VISIBLE:g}")
-            nearest = off / VISIBLE
+            if not off <= BROKEN_SHARE:
+                faults.append(f"a ball ends {off:.3g} diameters off, at most {BROKEN_SHARE:g}")
+            nearest = off / BROKEN_SHARE
         else:
             faults += _moved(found) if not faults else []
             faults += own_words(result, proof, found.until)

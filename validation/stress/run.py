@@ -89,6 +89,8 @@ class StressOutcome:
         asked for.
     asked : tuple of (str, str, str)
         Keys of the findings that this run was asked for, as far as it came.
+    must_hold : tuple of str
+        The engines that have to survive what they are asked; of the others it is shown.
     taken_over : int
         Findings of an earlier run, by the same code, that stood.
     interrupted : bool
@@ -101,20 +103,15 @@ class StressOutcome:
 
     folder: StressFolder
     asked: tuple[Key, ...]
+    must_hold: tuple[str, ...]
     taken_over: int = 0
     interrupted: bool = False
     wall_time: float = 0.0
     jobs: int = 1
 
     @property
-    def must_hold(self) -> tuple[str, ...]:
-        """The engines that have to survive everything: ours, where it is asked; else all."""
-        labels = tuple(dict.fromkeys(label for _, _, label in self.asked))
-        return tuple(label for label in labels if parse_spec(label)[0] == OURS) or labels
-
-    @property
     def exit_status(self) -> ExitStatus:
-        """0 our engine survived (or, where it isn't asked, all did); 1 not.
+        """0 what must hold survived; 1 not.
 
         3 the harness failed to judge something; 4 nothing was judged, for no engine could be asked;
         130 interrupted.
@@ -138,6 +135,7 @@ def run_stress(
     *,
     suite: Suite = "quick",
     only: Sequence[str] = (),
+    must_hold: Sequence[str] | None = None,
     jobs: int = 1,
     cluster: Cluster | None = None,
     progress: Progress[Finding] | None = None,
@@ -156,6 +154,8 @@ def run_stress(
     only : sequence of str
         Families, or trials as `FAMILY/TRIAL`, each of which may be a pattern such as
         "grazing/*-miss-*"; all where it is empty.
+    must_hold : sequence of str, optional
+        Which of the engines have to survive it all; all of them, unless told.
     jobs : int
         Processes. Every trial runs in one of them, apart from this one: an engine that crashes or
         hangs costs that trial.
@@ -234,7 +234,8 @@ def run_stress(
         save_worst(folder)
     found = tuple(key for key in planned if key in ran.records)
     wall_time = time.perf_counter() - begun
-    return StressOutcome(folder, found, ran.taken_over, ran.interrupted, wall_time, jobs)
+    held = tuple(labels if must_hold is None else must_hold)
+    return StressOutcome(folder, found, held, ran.taken_over, ran.interrupted, wall_time, jobs)
 
 
 def _plan(labels: Sequence[str], suite: Suite, only: Sequence[str]) -> list[StressTask]:

@@ -15,9 +15,9 @@ import numpy as np
 
 from ghostball.engine import ExactTrajectory, Result, Samples, Scene
 from ghostball.engine.trajectory import energy_of
+from ghostball.validation.checks.accuracy import BROKEN_SHARE
 from ghostball.validation.grading.tolerances import EPS
 from ghostball.validation.stress.judges import (
-    VISIBLE,
     FloatArray,
     energy_rise,
     instants,
@@ -106,9 +106,9 @@ class Sound:
         if self.isolated:
             some = EPS * (8.0 + len(result.events))  # some roundings at each impact
             change = momentum_change(scene, states)
-            yield "change of the momentum [1]", (change, some if exact else VISIBLE)
+            yield "change of the momentum [1]", (change, some if exact else BROKEN_SHARE)
         if self.images:
-            limit = (self.skew if steps else 0.0) if exact else VISIBLE
+            limit = (self.skew if steps else 0.0) if exact else BROKEN_SHARE
             skew = asymmetry(states.positions, self.images, self.swapped) / diameter
             yield "asymmetry [diameters]", (skew, limit)
         if self.still:
@@ -118,7 +118,7 @@ class Sound:
                 "way of a ball that nothing moves [m]",
                 (
                     float(moved.max()),
-                    0.0 if exact else VISIBLE * diameter,
+                    0.0 if exact else BROKEN_SHARE * diameter,
                 ),
             )
 
@@ -157,7 +157,7 @@ class Ends:
         if self.collisions is not None and counted != self.collisions:
             faults.append(f"{counted} collisions instead of {self.collisions}")
         speed = float(np.max(np.abs(scene.velocities)))
-        limit = self.roundings * EPS + self.slack[1] / speed if exact else VISIBLE
+        limit = self.roundings * EPS + self.slack[1] / speed if exact else BROKEN_SHARE
         off = np.abs(result.final_state.velocities[0, :, :2] - self.velocities).max(axis=1) / speed
         ball = int(np.argmax(off))
         if not off[ball] <= limit:
@@ -174,7 +174,7 @@ class Ends:
             diameter = 2.0 * float(scene.radii.max())
             apart = np.abs(result.rest_positions[:, :2] - self.positions).max(axis=1)
             rounding = self.roundings * EPS * float(size) + self.slack[0]
-            limit = rounding if exact else VISIBLE * diameter
+            limit = rounding if exact else BROKEN_SHARE * diameter
             ball = int(np.argmax(apart))
             if not apart[ball] <= limit:
                 faults.append(

@@ -16,9 +16,14 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, Literal
 
-from ghostball.engine import GhostballError, Record, Result, Scene
+from ghostball.engine import ExactTrajectory, GhostballError, Record, Result, Scene
 from ghostball.reference_adapters import ReferenceEngine
+from ghostball.validation.checks.criteria import Criteria
+from ghostball.validation.checks.law import asked_of
 from ghostball.validation.runs.playing import run_engine
+from ghostball.validation.suite.case import plain_settings
+from ghostball.validation.suite.judge import checks_on
+from ghostball.validation.truth.scene_truth import Truth
 
 Suite = Literal["quick", "full"]
 """How much is tried: what a CI has time for, or all."""
@@ -155,13 +160,28 @@ class SceneTrial(Trial):
         yield self.scene
 
 
+NO_TRUTH = Truth(None, missing="what this shot comes to isn't known")
+
+
+def broken_law(
+    engine: ReferenceEngine, result: Result, truth: Truth, own: Criteria
+) -> tuple[str, ...]:
+    """Return what a run breaks of what every command asks of its engine, one sentence each."""
+    asked = asked_of([(engine.name, plain_settings(engine))], own)
+    checks = checks_on(engine, result, truth, asked)
+    return tuple(check.sentence for check in checks if check.passed is False)
+
+
 def size(value: float) -> str:
     """Return a number as names of trials and scenes have it: "0", "1e-07"."""
     return f"{value:.0e}".replace("+", "") if value else "0"
 
 
 def play(engine: ReferenceEngine, scene: Scene, record: Record = "trajectory") -> Result | Verdict:
-    """Run a shot; return its result, or the verdict where it has no whole one.
+    """Run a shot; return its result, or the verdict where it has no whole one, or breaks the law.
+
+    A motion in steps, where it is recorded, is held to what the law says of every engine whatever
+    the shot. An exact one is held to rounding by whoever judges it.
 
     Raises
     ------
@@ -172,6 +192,8 @@ def play(engine: ReferenceEngine, scene: Scene, record: Record = "trajectory") -
     """
     result = run_engine(engine, scene, record)
     if result.status.complete:
-        return result
+        in_steps = record == "trajectory" and not isinstance(result.trajectory, ExactTrajectory)
+        faults = broken_law(engine, result, NO_TRUTH, Criteria()) if in_steps else ()
+        return Verdict.of(scene, faults, 10.0) if faults else result
     why = f": {result.reason}" if result.reason else ""
     return Verdict.of(scene, [f"it stops at {result.rest_time:.6g} s: {result.status.value}{why}"])

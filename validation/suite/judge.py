@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -10,13 +10,13 @@ import numpy as np
 from ghostball.engine import Result, Scene
 from ghostball.engine.result import initial_state
 from ghostball.engine.trajectory import energy_of
-from ghostball.reference_adapters.base import ReferenceEngine, Resolution
+from ghostball.reference_adapters.base import ReferenceEngine, Resolution, resolution_of
 from ghostball.validation.checks.accuracy import accuracy_of
 from ghostball.validation.checks.criterion import Criterion
 from ghostball.validation.checks.law import Asked
 from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.checks.metrics import Measured, measure
-from ghostball.validation.results.records import CaseRecord, Check, status_name
+from ghostball.validation.results.records import Accuracy, CaseRecord, Check, status_name
 from ghostball.validation.results.store import Finished
 from ghostball.validation.runs.sampling import first_not_finite, motion_of
 from ghostball.validation.truth.scene_truth import Truth
@@ -80,10 +80,22 @@ def judge(
     """
     # A motion that blew up may hold nan and infinity; the metrics say so, numpy need not.
     with np.errstate(invalid="ignore", over="ignore"):
-        return _measured(record, case, truth, result, resolution, limits), motion_of(result)
+        return _judged(record, case, truth, result, resolution, limits), motion_of(result)
 
 
-def _measured(
+def checks_on(
+    engine: ReferenceEngine, result: Result, truth: Truth, asked: Asked
+) -> tuple[Check, ...]:
+    """Return what is asked of an engine, judged on a run of it that was made already."""
+    limits = asked.limits(engine, result.scene, truth)
+    metrics = {one.metric for one in limits}
+    with np.errstate(invalid="ignore", over="ignore"):
+        resolution = resolution_of(engine, result.scene)
+        measured, _ = _measured(result, truth, limits, resolution, metrics)
+    return _checks(limits, measured, truth, engine.name)
+
+
+def _judged(
     record: CaseRecord,
     case: Case,
     truth: Truth,
@@ -91,18 +103,8 @@ def _measured(
     resolution: Resolution,
     limits: Sequence[Criterion],
 ) -> CaseRecord:
-    horizon = truth.horizon_of(resolution)
     asked = [one for one in limits if case.metrics is None or one.metric in case.metrics]
-    anyway = {criterion.metric for criterion in asked if criterion.past_horizon}
-    measured = measure(
-        result, truth, case.metrics, horizon=horizon, resolution=resolution, anyway=anyway
-    )
-    accuracy = accuracy_of(result, truth, resolution=resolution)
-    if accuracy is not None and accuracy.kind != "broken":
-        accuracy = None if truth.is_own_measure(record.engine, "rest") else accuracy
-    if case.metrics is None or "accuracy" in case.metrics:
-        broken = accuracy is not None and accuracy.cause == "not finite"
-        measured.add_class(accuracy, first_not_finite(result) if broken else result.reason)
+    measured, accuracy = _measured(result, truth, asked, resolution, case.metrics)
     start = energy_of(result.scene, initial_state(result.scene))
     end = energy_of(result.scene, result.final_state)
     return replace(
@@ -116,7 +118,7 @@ def _measured(
         truth=truth.kind,
         truth_positions=truth.rest_positions,
         truth_rest_time=truth.rest_time,
-        horizon=_before_end(horizon, truth),
+        horizon=_before_end(truth.horizon_of(resolution), truth),
         truth_counts=truth.collision_counts,
         rest_positions=result.rest_positions,
         ball_errors=measured.ball_errors,
@@ -128,13 +130,41 @@ def _measured(
         wall_time=float(result.wall_time),
         metrics=measured.values,
         notes=measured.notes,
-        checks=tuple(
-            _check(one, measured, truth, record.engine)
-            for one in asked
-            if _is_judged(one, measured, truth)
-        ),
+        checks=_checks(asked, measured, truth, record.engine),
         left_out=tuple(one.metric for one in limits if one not in asked),
     )
+
+
+def _measured(
+    result: Result,
+    truth: Truth,
+    asked: Sequence[Criterion],
+    resolution: Resolution,
+    metrics: Collection[str] | None,
+) -> tuple[Measured, Accuracy | None]:
+    """Measure a run, and say how right it is: not of our engine, where it is the truth itself."""
+    measured = measure(
+        result,
+        truth,
+        metrics,
+        horizon=truth.horizon_of(resolution),
+        resolution=resolution,
+        anyway={criterion.metric for criterion in asked if criterion.past_horizon},
+    )
+    accuracy = accuracy_of(result, truth, resolution=resolution)
+    if accuracy is not None and accuracy.kind != "broken":
+        accuracy = None if truth.is_own_measure(result.engine, "rest") else accuracy
+    if metrics is None or "accuracy" in metrics:
+        broken = accuracy is not None and accuracy.cause == "not finite"
+        measured.add_class(accuracy, first_not_finite(result) if broken else result.reason)
+    return measured, accuracy
+
+
+def _checks(
+    asked: Sequence[Criterion], measured: Measured, truth: Truth, engine: str
+) -> tuple[Check, ...]:
+    judged = (one for one in asked if _is_judged(one, measured, truth))
+    return tuple(_check(one, measured, truth, engine) for one in judged)
 
 
 def _is_judged(criterion: Criterion, measured: Measured, truth: Truth) -> bool:

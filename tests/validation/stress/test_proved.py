@@ -19,12 +19,12 @@ from ghostball.engine import (
 )
 from ghostball.reference_adapters.certified import CertifiedSettings, certify
 from ghostball.reference_adapters.registry import make_engine
+from ghostball.validation.checks.accuracy import BROKEN_SHARE
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.scenes.random_shots import random_shot
 from ghostball.validation.stress.families import graded, near_degenerate, touching
 from ghostball.validation.stress.families.extremes import ICE, cut
 from ghostball.validation.stress.families.graded import FULL_SHOTS, PROOF, form_against_proof
-from ghostball.validation.stress.judges import VISIBLE
 from ghostball.validation.stress.proved import AsProved, ProvedTrial, partly_proved, quality_limit
 from ghostball.validation.stress.sound import Both
 from ghostball.validation.stress.trial import SceneTrial
@@ -81,7 +81,7 @@ def test_an_end_that_is_not_proved_is_seen(run):
     off[0, 0, 0] += 1e-12
     exact = replace(run, final_state=run.final_state._replace(positions=off))
     assert any("quality_factor" in fault for fault in AsProved()(exact).faults)
-    off[0, 0, 0] += 2.0 * VISIBLE * 2.0 * R
+    off[0, 0, 0] += 2.0 * BROKEN_SHARE * 2.0 * R
     stepped = framed(replace(run, final_state=run.final_state._replace(positions=off)))
     assert any("diameters off" in fault for fault in AsProved()(stepped).faults)
 

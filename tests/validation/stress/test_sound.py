@@ -18,7 +18,8 @@ from ghostball.engine import (
     Table,
     simulate,
 )
-from ghostball.validation.stress.judges import VISIBLE, way_of_a_step
+from ghostball.validation.checks.accuracy import BROKEN_SHARE
+from ghostball.validation.stress.judges import way_of_a_step
 from ghostball.validation.stress.sound import (
     Both,
     Ends,
@@ -101,8 +102,8 @@ def test_an_overlap_of_an_engine_that_steps_is_seen_where_it_is_visible(run):
 
         return Sound(most_events=1)(framed(run, change)).faults
 
-    assert deep(0.5 * VISIBLE) == ()
-    assert len(deep(2.0 * VISIBLE)) == 1
+    assert deep(0.5 * BROKEN_SHARE) == ()
+    assert len(deep(2.0 * BROKEN_SHARE)) == 1
 
 
 def test_balls_of_an_engine_that_steps_may_overlap_by_the_way_of_a_step(run):

@@ -19,6 +19,7 @@ from ghostball.engine.scene import POOL_BALL_RADIUS as RADIUS
 from ghostball.reference_adapters import ReferenceEngine
 from ghostball.reference_adapters.base import resolution_of
 from ghostball.reference_adapters.registry import OURS
+from ghostball.validation.checks.accuracy import BROKEN_SHARE
 from ghostball.validation.grading.tolerances import EPS
 from ghostball.validation.stress.family import Family
 from ghostball.validation.stress.gas import (
@@ -31,7 +32,7 @@ from ghostball.validation.stress.gas import (
     patient,
     stray_momentum,
 )
-from ghostball.validation.stress.judges import VISIBLE, is_exact, overlap_limit, overlaps
+from ghostball.validation.stress.judges import is_exact, overlap_limit, overlaps
 from ghostball.validation.stress.pressure import PressureTrial
 from ghostball.validation.stress.trial import Suite, Trial, Verdict, graded_severity, play
 
@@ -48,7 +49,7 @@ DRIFT = 16.0
 Each collision rounds the speeds of two balls of N by some EPS / 2, either way: EPS / N of the
 energy, and as a random walk sqrt(n) times that after n. A law that is off by one rounding to the
 same side in each collision is beyond that after some hundred of them. Engines that step are asked
-for `VISIBLE` of it.
+for `BROKEN_SHARE` of it.
 """
 
 
@@ -152,7 +153,7 @@ class _Seen:
         """Judge all of it."""
         n, balls = self.collisions, len(self.scene.balls)
         drift = abs(self.energy / self.first_energy - 1.0)
-        limit = DRIFT * EPS * math.sqrt(n) / balls if self.exact else VISIBLE
+        limit = DRIFT * EPS * math.sqrt(n) / balls if self.exact else BROKEN_SHARE
         ratios = [drift / limit, self.deepest / self.slack]
         faults = []
         if not drift <= limit:
@@ -251,7 +252,7 @@ class GalperinTrial(Trial):
         found = sum(result.collision_counts.values())
         faults = [] if found == wanted else [f"{found} collisions instead of {wanted}"]
         # Each collision rounds the light ball's speed, at most 10^digits, and the heavy one's.
-        limit = EPS * (wanted + 8) if exact else VISIBLE
+        limit = EPS * (wanted + 8) if exact else BROKEN_SHARE
         v = result.final_state.velocities[0, :, 0]
         scale = 10.0**self.digits
         off = max(abs(v[0] - light) / scale, abs(v[1] - heavy))
