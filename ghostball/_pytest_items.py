@@ -106,7 +106,7 @@ def summary_lines(reports: Iterable[Any]) -> list[str]:
     return [
         f"rest errors in {len(errors)} scenes: median {format_length(median(errors.values()))}, "
         f"largest {format_length(errors[worst])} in {worst}",
-        "Where no limit names the engine they are not judged: give some with --ghostball-criteria.",
+        "Limits of your own on them are given with --ghostball-criteria.",
     ]
 
 

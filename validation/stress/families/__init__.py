@@ -21,6 +21,7 @@ from ghostball.validation.stress.families import (
     long_runs,
     near_degenerate,
     reversal,
+    shipped,
     storms,
     sustained,
     touching,
@@ -46,6 +47,7 @@ _MODULES: Final = (
     air,
     combined,
     graded,
+    shipped,
 )
 
 FAMILIES: Final[Mapping[str, Family]] = {module.FAMILY.name: module.FAMILY for module in _MODULES}

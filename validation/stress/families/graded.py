@@ -13,7 +13,7 @@ from typing import ClassVar
 
 from mpmath import mpf
 
-from ghostball.engine import CUSHIONS, Ball, ExactTrajectory, Physics, Scene, Table
+from ghostball.engine import CUSHIONS, Ball, Physics, Scene, Table
 from ghostball.engine.result import COLLISION_KINDS
 from ghostball.reference_adapters import ReferenceEngine
 from ghostball.reference_adapters.certified import CertifiedSettings
@@ -23,10 +23,8 @@ from ghostball.validation.stress.closed_ends import CLOSED_ENDS, PARTED, PRESSED
 from ghostball.validation.stress.family import Family
 from ghostball.validation.stress.proved import AsProved, partly_proved, proved_too_little
 from ghostball.validation.stress.ties import ties
-from ghostball.validation.stress.trial import SceneTrial, Suite, Trial, Verdict, broken_law, play
-from ghostball.validation.suite.suite import shipped_criteria
+from ghostball.validation.stress.trial import SceneTrial, Suite, Trial, Verdict, play
 from ghostball.validation.truth.closed_forms import closed_form
-from ghostball.validation.truth.scene_truth import truth_of
 
 PROOF = CertifiedSettings(max_events=5_000)
 """How far a shot is proved: a few elastic ones have thousands of events."""
@@ -100,23 +98,9 @@ AS_PROVED = AsProved(settings=PROOF)
 
 @dataclass(frozen=True)
 class ProvedShot(SceneTrial):
-    """A shipped shot, graded against its proof, and asked what `validate` asks."""
+    """A shot of a name, graded against its proof."""
 
     limit: ClassVar[float] = 300.0  # the first one compiles the tangent map
-
-    def run(self, engine: ReferenceEngine) -> Verdict:
-        """Run the shot and judge it."""
-        result = play(engine, self.scene)
-        if isinstance(result, Verdict):
-            return result
-        own = shipped_criteria(self.scene)
-        truth = truth_of(self.scene, own.truth, least=own.least_proved)
-        faults = broken_law(engine, result, truth, own)
-        if not isinstance(result.trajectory, ExactTrajectory):
-            return Verdict.of(self.scene, faults, 10.0 * bool(faults))
-        graded = self.judge(result)
-        nearest = max(graded.severity, 1.0 * bool(faults))
-        return Verdict.of(self.scene, (*graded.faults, *faults), nearest, graded.values)
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,201 @@
+"""Ten engines that are wrong in ten ways: every command says the same of each, and none passes it.
+
+Each command is run as a user would, on one shot of two balls. A run that is asked the same is held
+to the same limits on the same metrics, and the command ends with the same status.
+"""
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+from _pytest.pytester import SysModulesSnapshot
+from typer.testing import CliRunner
+from wrong_engines import WAYS, Wrong
+
+from ghostball.cli import app
+from ghostball.engine import SampledTrajectory
+from ghostball.engine.core.cache_folder import cache_folder
+from ghostball.validation.results.store import Results
+from ghostball.validation.scenes.library import find_scene
+from ghostball.validation.stress import StressFolder
+
+pytest_plugins = ["pytester"]
+
+SCENE = "restitution-cut"
+APART = ("crash", "hang")
+"""Ways that need a process of their own."""
+
+QUICK = "energy"
+IN_THIS_PROCESS = [
+    pytest.param(way, marks=[] if way == QUICK else pytest.mark.slow)
+    for way in WAYS
+    if way not in APART
+]
+CACHES = str(cache_folder("kernels").parent)
+
+Said = dict[str, tuple[int, frozenset[str]]]
+"""By command: its status, and the limits that it says are broken."""
+
+
+@pytest.fixture
+def here(pytester, monkeypatch):
+    """A scratch project, whose home has no kernels."""
+    monkeypatch.setenv("GHOSTBALL_CACHE_DIR", CACHES)
+    monkeypatch.setenv("COLUMNS", "400")
+    # What pytest within pytest loaded stays: neither numpy nor numba's kernels come twice.
+    monkeypatch.setattr(SysModulesSnapshot, "restore", lambda _: None)
+    return pytester
+
+
+def label(way: str) -> str:
+    return f"wrong_engines:Wrong:way={way}"
+
+
+def broken_in(text: str) -> frozenset[str]:
+    """Return the limits that a text says are broken, as "METRIC <= LIMIT"."""
+    return frozenset(
+        " ".join(found)
+        for found in re.findall(
+            r"\b(\w+) must be (==|<=|>=) ([\w.-]+(?: shot)?)(?: \w+)?, (?:got|but)", text
+        )
+    )
+
+
+def run(*arguments: object) -> tuple[int, str]:
+    done = CliRunner().invoke(app, [*map(str, arguments)])
+    return done.exit_code, done.output
+
+
+def judged(*arguments: object) -> tuple[int, frozenset[str]]:
+    status, text = run(*arguments)
+    return status, broken_in(text)
+
+
+def by_pytest(pytester, way: str, *options: str) -> tuple[int, frozenset[str]]:
+    without = ("cacheprovider", "hypothesispytest")
+    done = pytester.runpytest_inprocess(
+        *(f"-pno:{name}" for name in without),
+        f"ghostball::{SCENE}",
+        f"--ghostball-engine={label(way)}",
+        *options,
+    )
+    return int(done.ret), broken_in(done.stdout.str())
+
+
+def by_grade(way: str) -> tuple[int, frozenset[str]]:
+    """Write the same run as another program would, and have it graded."""
+    scene = find_scene(SCENE)
+    result = Wrong(Wrong.Settings(way=way)).simulate(scene, record="trajectory")
+    motion = result.trajectory
+    assert isinstance(motion, SampledTrajectory)
+    run_elsewhere = result.to_dict() | {
+        "resolution": 0.0,
+        "samples": {
+            "t": motion.times.tolist(),
+            "positions": motion.positions.tolist(),
+            "velocities": motion.velocities.tolist(),
+            "angular_velocities": motion.angular_velocities.tolist(),
+        },
+    }
+    Path("run.json").write_text(json.dumps(run_elsewhere), encoding="utf-8")
+    return judged("grade", "run.json")
+
+
+def by_stress(way: str) -> tuple[int, frozenset[str]]:
+    """Try the shot; what is printed is the first fault alone, and all are in the folder."""
+    trial = (f"shipped/{SCENE}", "--full", "--no-report", "--out", "stress")
+    status, _ = run("stress", *trial, "-e", label(way))
+    found = StressFolder.load(Path("stress")).findings
+    return status, broken_in("\n".join(fault for one in found for fault in one.faults))
+
+
+def by_leaderboard(way: str, *options: object) -> tuple[int, frozenset[str]]:
+    """Play shots of the board; what it says is in its folder, in the suite's records."""
+    columns = ("--column", "cut", "--column", "mm")
+    engine = ("--only", "-e", label(way))
+    status, _ = run("leaderboard", *engine, *columns, "--out", "board", *options)
+    cases = Results.open(Path("board")).cases
+    failed = [check.sentence for case in cases for check in case.checks if check.passed is False]
+    return status, broken_in("\n".join(failed))
+
+
+@pytest.mark.usefixtures("in_this_process")
+@pytest.mark.parametrize("way", IN_THIS_PROCESS)
+def test_a_wrong_engine_is_the_same_to_every_command(here, way):
+    engine = ("-e", label(way))
+    said: Said = {
+        "validate": judged("validate", SCENE, *engine, "--no-report"),
+        "regress": judged("regress", SCENE, *engine),
+        "accept": judged("accept", *engine, "--reason", "It is wrong."),
+        "stress": by_stress(way),
+        "pytest": by_pytest(here, way, "--ghostball-time-limit=inf"),
+        "grade": by_grade(way),
+    }
+    assert {command: status for command, (status, _) in said.items()} == dict.fromkeys(said, 1)
+    limits = said["validate"][1]
+    assert limits
+    if way == "nondeterministic":  # of two plays, no more is the same than that both are wrong
+        limits = frozenset({"accuracy <= nanometres"})
+        said = {command: (status, found & limits) for command, (status, found) in said.items()}
+        said["accept"] = said["regress"] = (1, limits)  # they say that it is another one each time
+    assert {command: found for command, (_, found) in said.items()} == dict.fromkeys(said, limits)
+    # Nothing was accepted; and who insists has it in the changelog, and fails all the same.
+    assert not list(Path("baselines").glob("**/*.toml"))
+    status, found = by_leaderboard(way)  # another shot, so that other limits break as well
+    assert status == 1
+    assert found
+    assert {limit.partition(" ")[2] for limit in found & limits} <= {
+        limit.partition(" ")[2] for limit in limits
+    }
+
+
+@pytest.mark.usefixtures("in_this_process")
+def test_the_right_one_passes_with_every_command(here):
+    engine = ("-e", label("right"))
+    said = {
+        "validate": run("validate", SCENE, *engine, "--no-report"),
+        "regress": run("regress", SCENE, *engine),
+        "accept": run("accept", *engine, "--reason", "It is right."),
+        "regress again": run("regress", SCENE, *engine),
+        "stress": run(
+            "stress", f"shipped/{SCENE}", "--full", *engine, "--no-report", "--out", "stress"
+        ),
+        "pytest": by_pytest(here, "right", "--ghostball-time-limit=inf"),
+        "grade": by_grade("right"),
+        "leaderboard": by_leaderboard("right"),
+    }
+    statuses = {command: status for command, (status, _) in said.items()}
+    assert statuses == dict.fromkeys(said, 0) | {"regress": 4}, said  # nothing accepted yet
+
+
+@pytest.mark.usefixtures("in_this_process")
+def test_who_insists_on_a_wrong_engine_keeps_the_reason_and_fails_all_the_same(here):
+    engine = ("-e", label("friction"))
+    run("regress", SCENE, *engine)
+    insists = ("--reason", "The cloth is new.", "--even-though-limits-fail")
+    status, said = run("accept", *engine, *insists)
+    assert status == 0, said
+    assert "limits of truth are broken" in said
+    (changes,) = Path("baselines").glob("**/CHANGES.md")
+    assert "The cloth is new." in changes.read_text(encoding="utf-8")
+    assert judged("regress", SCENE, *engine) == judged("validate", SCENE, *engine, "--no-report")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("way", APART)
+def test_an_engine_that_crashes_or_hangs_is_the_same_to_every_command(here, way):
+    limit = ("--time-limit", "10" if way == "hang" else "600")
+    engine = ("-e", label(way))
+    quiet = ("--no-report", *limit)
+    said = {
+        "validate": run("validate", SCENE, *engine, *quiet),
+        "regress": run("regress", SCENE, *engine, *limit),
+        "stress": run("stress", f"shipped/{SCENE}", "--full", *engine, *quiet, "--out", "stress"),
+    }
+    why = "it took longer than 10 s" if way == "hang" else "exit code 7"
+    for command, (status, text) in said.items():
+        assert status == 1, command
+        assert why in text, command
+    assert run("accept", *engine, "--reason", "It is wrong.")[0] != 0
+    assert by_pytest(here, way, f"--ghostball-time-limit={limit[1]}")[0] == 1
