@@ -5,6 +5,7 @@ from __future__ import annotations
 import traceback
 from collections.abc import Callable
 from dataclasses import replace
+from datetime import UTC, datetime
 from typing import Any
 
 from ghostball.engine import EngineFailedError, Status, UnsupportedSceneError
@@ -15,6 +16,7 @@ from ghostball.reference_adapters.registry import (
     make_engine,
 )
 from ghostball.validation.checks.law import approximations_of
+from ghostball.validation.parallel.pool import Done
 from ghostball.validation.results.records import CaseRecord, Fault
 from ghostball.validation.results.store import Finished
 from ghostball.validation.runs.playing import blamed_on_engine, run_engine
@@ -93,3 +95,10 @@ def failed(
 def plain_settings(engine: ReferenceEngine) -> dict[str, Any]:
     """Return all settings of an engine as plain values."""
     return engine.settings.model_dump(mode="json")
+
+
+def finished(done: Done[Case, Finished]) -> Finished:
+    """Return what came of a case, with what its engine printed and when that was."""
+    record, motion = done.or_else(lambda case, why: (failed(blank_record(case), why), None))
+    now = datetime.now(UTC).isoformat(timespec="seconds")
+    return replace(record, printed=done.printed, measured=now), motion

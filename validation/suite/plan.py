@@ -9,11 +9,12 @@ from __future__ import annotations
 
 import math
 import traceback
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from ghostball.engine import GhostballError, Scene
+from ghostball.engine.compilation import MANY
 from ghostball.reference_adapters.registry import (
     EngineUnavailableError,
     engine_name,
@@ -23,11 +24,14 @@ from ghostball.reference_adapters.registry import (
 from ghostball.validation.checks.criteria import Criteria, criteria_beside
 from ghostball.validation.checks.law import Asked, asked_of
 from ghostball.validation.checks.metric_table import METRICS, choose_metrics
+from ghostball.validation.parallel.compiling import compile_kernels
+from ghostball.validation.parallel.pool import Progress
+from ghostball.validation.results.environment import describe_environment
 from ghostball.validation.results.record_store import Name
+from ghostball.validation.results.records import CaseRecord
 from ghostball.validation.scenes.library import FOLDER, find_scene, paths_among, scene_names
-from ghostball.validation.suite.case import plain_settings
 from ghostball.validation.suite.judge import Case, TruthFailure
-from ghostball.validation.suite.unchanged import inputs_hash, is_ours
+from ghostball.validation.suite.unchanged import dates_of, inputs_hash, is_ours
 from ghostball.validation.truth.scene_truth import PARTS, Truth, TruthPart, check_truth, truth_of
 
 
@@ -51,20 +55,34 @@ class Plan:
         """How many cases there are."""
         return len(self.inputs)
 
-    def describe(self) -> dict[str, Any]:
-        """Return what the environment of the results says of the run."""
-        return {
+    def describe(self, taken_over: Mapping[Name, CaseRecord]) -> dict[str, Any]:
+        """Return what the results say of the run, of which an earlier one did this much."""
+        return describe_environment() | {
             "scenes": [scene.name for scene in self.scenes],
             "engines": list(self.settings),
             "engine_settings": dict(self.settings),
             "metrics": list(self.metrics or METRICS),
             "planned": self.size,
+            "taken_over": dates_of(taken_over.values()),
         }
 
     def scenes_of(self, pairs: Sequence[Name]) -> list[Scene]:
         """Return the scenes that these cases need, each once."""
         names = {name for name, _ in pairs}
         return [scene for scene in self.scenes if scene.name in names]
+
+    def compile(
+        self, pairs: Sequence[Name], jobs: int, compiling: Progress[str] | None
+    ) -> Callable[[], None]:
+        """Compile in `jobs` processes what these cases need; see `compile_kernels`."""
+        return compile_kernels(
+            self.scenes_of(pairs),
+            jobs,
+            labels=dict.fromkeys(label for _, label in pairs),
+            tangents=True,
+            contacts_from=MANY,
+            compiling=compiling,
+        )
 
     def cases(self, pairs: Sequence[Name]) -> Iterator[Case]:
         """Yield these cases, scene by scene; a scene's truth is computed when its turn comes."""
@@ -184,7 +202,7 @@ def _each_once(what: str, names: Sequence[str]) -> None:
 def _settings_of(label: str) -> dict[str, Any] | None:
     """Return all settings of the engine that `label` names, or None where it can't run here."""
     try:
-        return plain_settings(make_engine(label))
+        return make_engine(label).settings.model_dump(mode="json")
     except EngineUnavailableError:
         return None
 

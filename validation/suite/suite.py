@@ -9,28 +9,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from datetime import UTC, datetime
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 from ghostball.engine import Scene
-from ghostball.engine.compilation import MANY
 from ghostball.validation.checks.criteria import Criteria
 from ghostball.validation.checks.verdict import is_nothing_judged, is_unfinished
 from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.parallel.cluster import Cluster
-from ghostball.validation.parallel.compiling import compile_kernels
-from ghostball.validation.parallel.pool import Done, Progress
-from ghostball.validation.results.environment import describe_environment
+from ghostball.validation.parallel.pool import Progress
 from ghostball.validation.results.record_store import Name
 from ghostball.validation.results.records import CaseRecord
-from ghostball.validation.results.store import Finished, PartWriter, ResultsWriter
+from ghostball.validation.results.store import PartWriter, ResultsWriter
 from ghostball.validation.runs.runner import Reuse, run
-from ghostball.validation.suite.case import blank_record, failed, run_case
-from ghostball.validation.suite.judge import Case
+from ghostball.validation.suite.case import finished, run_case
 from ghostball.validation.suite.plan import check_time_limit, plan
-from ghostball.validation.suite.unchanged import code_hash, dates_of
+from ghostball.validation.suite.unchanged import code_hash
 
 DEFAULT_ENGINES: tuple[str, ...] = (
     "ghostball",
@@ -197,21 +191,6 @@ def run_suite(
     planned = plan(scenes, engine_specs, criteria or {}, jobs, metrics, only)
     check_time_limit(time_limit)
     store = (ResultsWriter if only is None else PartWriter)(out, code_hash())
-
-    def prepare(pairs: Sequence[Name]) -> Callable[[], None]:
-        return compile_kernels(
-            planned.scenes_of(pairs),
-            jobs,
-            labels=dict.fromkeys(label for _, label in pairs),
-            tangents=True,
-            contacts_from=MANY,
-            compiling=compiling,
-        )
-
-    def about(taken_over: Mapping[Name, CaseRecord]) -> dict[str, Any]:
-        dates = dates_of(taken_over.values())
-        return describe_environment() | planned.describe() | {"taken_over": dates}
-
     ran = run(
         planned.inputs,
         planned.cases,
@@ -220,17 +199,10 @@ def run_suite(
         store,
         jobs=cluster or jobs,
         limit=time_limit,
-        prepare=prepare,
-        about=about,
+        prepare=lambda pairs: planned.compile(pairs, jobs, compiling),
+        about=planned.describe,
         reuse=reuse,
         announce=announce,
         progress=progress,
     )
     return Outcome(out, list(ran.records.values()), planned.size, ran.interrupted, ran.begun)
-
-
-def finished(done: Done[Case, Finished]) -> Finished:
-    """Return what came of a case, with what its engine printed and when that was."""
-    record, motion = done.or_else(lambda case, why: (failed(blank_record(case), why), None))
-    now = datetime.now(UTC).isoformat(timespec="seconds")
-    return replace(record, printed=done.printed, measured=now), motion

@@ -422,7 +422,7 @@ def test_the_kernels_are_made_ready_once_and_only_for_a_run_that_starts(
     # Breaks where workers start first: each would compile, and say so.
     seen: list[str] = []
     monkeypatch.setattr(
-        ghostball.validation.suite.suite,
+        ghostball.validation.suite.plan,
         "compile_kernels",
         lambda *given, **named: seen.append("warm"),
     )
