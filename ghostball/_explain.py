@@ -29,8 +29,8 @@ from ghostball.reports.attribution_text import (
 )
 from ghostball.validation.diagnose.attribution import Attribution
 from ghostball.validation.diagnose.explanation import Explanation, Margin, explain
-from ghostball.validation.diagnose.parting import Collision
 from ghostball.validation.exit_status import ExitStatus
+from ghostball.validation.grading.collisions import Collision
 from ghostball.validation.runs.playing import apart
 from ghostball.validation.scenes.library import find_scene
 

@@ -14,7 +14,7 @@ from ghostball.reports import style
 from ghostball.reports.figures._table import View, aspect_of, draw_ball, draw_table, view_of
 from ghostball.reports.plot import ENDINGS
 from ghostball.validation.diagnose.explanation import Explanation
-from ghostball.validation.diagnose.parting import Collision
+from ghostball.validation.grading.collisions import Collision
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist

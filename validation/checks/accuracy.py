@@ -21,9 +21,9 @@ from ghostball.engine import Result
 from ghostball.reference_adapters.base import Resolution
 from ghostball.validation.checks.energy_gain import largest_gain
 from ghostball.validation.checks.metrics import EPSILON, ball_errors
+from ghostball.validation.grading.collisions import compare_collisions
 from ghostball.validation.grading.grading import Gradable, position_errors
-from ghostball.validation.grading.sequences import TIE, matching_collisions
-from ghostball.validation.grading.tolerances import ROUNDINGS, UNIT_ROUNDOFF
+from ghostball.validation.grading.tolerances import ROUNDINGS, TIE, UNIT_ROUNDOFF
 from ghostball.validation.results.records import CERTIFIED, Accuracy, AccuracyKind, BrokenBy
 from ghostball.validation.runs.sampling import (
     deepest_overlap,
@@ -32,7 +32,7 @@ from ghostball.validation.runs.sampling import (
     first_not_finite,
 )
 from ghostball.validation.truth.horizons import extent_of
-from ghostball.validation.truth.scene_truth import Truth, collisions_of
+from ghostball.validation.truth.scene_truth import Truth
 
 FloatArray = NDArray[np.float64]
 
@@ -75,10 +75,10 @@ def accuracy_of(result: Result, truth: Truth, *, resolution: Resolution = 0.0) -
         return None
     within = truth.graded if truth.kind == CERTIFIED else None
     predictable = within.until if within is not None and within.extent == "horizon" else math.inf
-    found, times = collisions_of(events_of(result))
-    agree = matching_collisions(found, times, truth.collisions, truth.collision_times)
-    if agree < max(len(found), len(truth.collisions)):
-        parts_at = _parts_at(agree, times, truth.collision_times)
+    times = truth.collision_times
+    found = compare_collisions(truth.collisions, times, events_of(result))
+    if found.parting is not None:
+        agree, parts_at = found.leading, found.parts_at(timed=bool(len(times)))
         if parts_at is None or (parts_at <= predictable and parts_at < _counted_until(truth)):
             if parts_at is not None and parts_at > truth.horizon_of(0.0):
                 return None  # rounding alone makes another shot of it before
@@ -120,12 +120,6 @@ def _rounding(result: Result, truth: Truth, within: Gradable | None) -> FloatArr
         known = np.isfinite(within.sizes)
         rounding[known] = np.maximum(rounding[known], UNIT_ROUNDOFF * within.sizes[known])
     return rounding
-
-
-def _parts_at(agree: int, times: FloatArray, true_times: FloatArray) -> float | None:
-    """Return when the first collision comes that doesn't agree [s]; None where nobody says."""
-    differing = [float(log[agree]) for log in (times, true_times) if agree < len(log)]
-    return min(differing) if differing else None
 
 
 def _counted_until(truth: Truth) -> float:

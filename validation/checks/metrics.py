@@ -18,12 +18,12 @@ from ghostball.engine.result import COLLISION_KINDS
 from ghostball.reference_adapters.base import Resolution
 from ghostball.validation.checks.energy_gain import largest_gain
 from ghostball.validation.checks.metric_table import METRICS
+from ghostball.validation.grading.collisions import compare_collisions
 from ghostball.validation.grading.grading import Grade, grade
-from ghostball.validation.grading.sequences import matching_collisions
 from ghostball.validation.grading.tolerances import TOLERANCE
 from ghostball.validation.results.records import ACCURACY_KINDS, Accuracy
 from ghostball.validation.runs.sampling import deepest_overlap, energy_at, energy_series, events_of
-from ghostball.validation.truth.scene_truth import Truth, collisions_of
+from ghostball.validation.truth.scene_truth import Truth
 
 FloatArray = NDArray[np.float64]
 Value = int | float | None
@@ -246,24 +246,21 @@ def _count_error(kind: EventKind) -> Callable[[Result, Truth], int]:
 def _matching_events(result: Result, truth: Truth) -> int:
     if truth.collisions is None:
         raise NotMeasuredError(truth.why_not("events"))
-    return matching_collisions(
-        *collisions_of(events_of(result)), truth.collisions, truth.collision_times
-    )
+    return compare_collisions(truth.collisions, truth.collision_times, events_of(result)).leading
 
 
 def _first_divergence_time(result: Result, truth: Truth) -> float:
     _require_end(result)
-    matched = _matching_events(result, truth)
-    assert truth.collisions is not None  # _matching_events needed them
-    _, times = collisions_of(events_of(result))
-    differing = [
-        float(log[matched]) for log in (times, truth.collision_times) if matched < len(log)
-    ]
-    if differing:
-        return min(differing)
-    if matched < len(truth.collisions):
+    if truth.collisions is None:
+        raise NotMeasuredError(truth.why_not("events"))
+    times = truth.collision_times
+    found = compare_collisions(truth.collisions, times, events_of(result))
+    parts_at = found.parts_at(timed=bool(len(times)))
+    if parts_at is None:
         raise NotMeasuredError("a collision is missing; the closed form does not say when it comes")
-    raise NotMeasuredError("never: the sequences agree to the end")
+    if math.isinf(parts_at):
+        raise NotMeasuredError("never: the sequences agree to the end")
+    return parts_at
 
 
 def _events_missing(result: Result, truth: Truth) -> int:

@@ -45,7 +45,7 @@ from ghostball.reference_adapters.base import (
 )
 from ghostball.validation.checks.criterion import Criterion, Selector, StepRule
 from ghostball.validation.grading.certified_growth import Lateness
-from ghostball.validation.grading.sequences import TIE
+from ghostball.validation.grading.tolerances import TIE
 from ghostball.validation.runs.steps import step_of
 from ghostball.validation.truth.scene_truth import Truth
 

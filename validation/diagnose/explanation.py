@@ -26,7 +26,7 @@ from ghostball.validation.diagnose.near_misses import (
     in_ulps,
     nearest_approach,
 )
-from ghostball.validation.diagnose.parting import (
+from ghostball.validation.grading.collisions import (
     Agreement,
     Collision,
     Parting,

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ghostball.engine import Ball, EventKind, Result, SampledTrajectory, Samples, Scene
-from ghostball.validation.diagnose.parting import Collision
+from ghostball.validation.grading.collisions import Collision
 from ghostball.validation.runs.our_run import run_ours
 
 FloatArray = NDArray[np.float64]

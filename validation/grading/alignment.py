@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from ghostball.engine import EventKind
 from ghostball.engine.result import Events
 from ghostball.reference_adapters.certified import Certificate, Choice
-from ghostball.validation.grading.sequences import TIE
+from ghostball.validation.grading.tolerances import TIE
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

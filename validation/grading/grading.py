@@ -40,11 +40,11 @@ from ghostball.validation.grading.certified_widths import (
     width_horizon,
     width_sizes,
 )
-from ghostball.validation.grading.sequences import TIE
 from ghostball.validation.grading.tolerances import (
     EPS,
     LEAST_SLIP,
     LOWEST_HOP,
+    TIE,
     UNIT_ROUNDOFF,
 )
 

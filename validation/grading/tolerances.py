@@ -21,6 +21,12 @@ A thirtieth of a pool ball's radius: the next hit may be turned by two degrees, 
 may be missed.
 """
 
+TIE = 2.0**-40
+"""Two times within this fraction of themselves are one instant (1e-12).
+
+It is rounding, amplified by a few collisions; at 10 m/s it is 1e-11 m of path per second of motion.
+"""
+
 OFF_BY = 4.0
 """How many times the proof's growth of errors our engine's account of it may be; or the reverse.
 

@@ -26,14 +26,13 @@ from ghostball.engine import (
     Scene,
     UnsupportedSceneError,
 )
-from ghostball.engine.result import COLLISION_KINDS, Events
 from ghostball.reference_adapters.base import Resolution, stated_error
 from ghostball.reference_adapters.certified import Certificate, CertifiedSettings
 from ghostball.reference_adapters.certified.engine import result_of
 from ghostball.validation.grading.certified_growth import Lateness, growth_of_proof
 from ghostball.validation.grading.certified_widths import is_differentiated, width_horizon
+from ghostball.validation.grading.collisions import Key, collisions_of, lower_first
 from ghostball.validation.grading.grading import Gradable, gradable
-from ghostball.validation.grading.sequences import Collision
 from ghostball.validation.results.records import CERTIFIED, CLOSED_FORM, OUR_ENGINE
 from ghostball.validation.runs.our_run import run_ours
 from ghostball.validation.runs.sampling import (
@@ -87,7 +86,7 @@ class Truth:
     conditioning : (n,) float64 [m] or None
         Times 2^-52: the error of each ball that rounding the scene's numbers once would cause.
     rest_time_conditioning : float [s] or None
-    collisions : tuple of Collision, or None
+    collisions : tuple of Key, or None
         In order of time, the lower ball first.
     collision_times : (m,) float64 [s]
         When they come; empty where a closed form gives their order alone.
@@ -121,7 +120,7 @@ class Truth:
     rest_time_low: float = 0.0
     conditioning: FloatArray | None = None
     rest_time_conditioning: float | None = None
-    collisions: tuple[Collision, ...] | None = None
+    collisions: tuple[Key, ...] | None = None
     collision_times: FloatArray = field(default_factory=lambda: _NO_TIMES)
     collision_counts: dict[str, int] | None = None
     energy_times: FloatArray = field(default_factory=lambda: _NO_TIMES)
@@ -307,16 +306,6 @@ def _from_proof(scene: Scene, proof: Certificate, parts: Collection[TruthPart]) 
     )
 
 
-def collisions_of(events: Events) -> tuple[list[Collision], FloatArray]:
-    """Return the collisions of an event log, the lower ball first, and their times (k,) [s]."""
-    kept = events[np.isin(events["kind"], COLLISION_KINDS)]
-    collisions = [
-        _lower_first(int(kind), int(a), int(b))
-        for kind, a, b in zip(kept["kind"], kept["a"], kept["b"], strict=True)
-    ]
-    return collisions, kept["t"].astype(np.float64)
-
-
 def _from_form(
     scene: Scene,
     form: ClosedForm,
@@ -394,12 +383,7 @@ def _halves(value: Fraction) -> tuple[float, float]:
     return high, float(value - Fraction(high))
 
 
-def _from_labels(kind: str, a: int, b: int | str) -> Collision:
+def _from_labels(kind: str, a: int, b: int | str) -> Key:
     if kind == EventKind.BALL_CUSHION.label:
         return (int(EventKind.BALL_CUSHION), a, CUSHIONS.index(b))
-    return _lower_first(int(EventKind.BALL_BALL), a, int(b))
-
-
-def _lower_first(kind: int, a: int, b: int) -> Collision:
-    """Return the collision with the lower ball first; a cushion's index stays second."""
-    return (kind, b, a) if kind == EventKind.BALL_BALL and b < a else (kind, a, b)
+    return lower_first(int(EventKind.BALL_BALL), a, int(b))

@@ -366,7 +366,7 @@ def test_what_nobody_asks_for_is_not_computed(monkeypatch: pytest.MonkeyPatch) -
     truth = Truth("closed form", PARTS, rest_positions=np.array([[2.0, 0.0, R]]))
     run = result(scene(balls=1), [[0.0], [1.0], [2.5]], [1.0, 1.0, 0.0])
     whole = measure(run, truth)
-    for name in ("energy_at", "energy_series", "deepest_overlap", "collisions_of"):
+    for name in ("energy_at", "energy_series", "deepest_overlap", "compare_collisions"):
         monkeypatch.setattr(ghostball.validation.checks.metrics, name, refuse)
     some = measure(run, truth, ("wall_time", "rest_error_max"))
     assert list(some.values) == ["rest_error_max", "wall_time"]

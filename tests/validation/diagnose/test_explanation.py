@@ -13,7 +13,7 @@ from ghostball.engine.scene.features import EXACT, Feature
 from ghostball.reference_adapters import EngineBase, make_engine
 from ghostball.validation import find_scene
 from ghostball.validation.diagnose.explanation import ExplanationError, explain
-from ghostball.validation.diagnose.parting import Collision
+from ghostball.validation.grading.collisions import Collision
 
 TABLE = Table(length=2.0, width=1.0)
 

@@ -13,7 +13,7 @@ from ghostball.validation.diagnose.near_misses import (
     in_ulps,
     nearest_approach,
 )
-from ghostball.validation.diagnose.parting import Collision, collisions_in
+from ghostball.validation.grading.collisions import Collision, collisions_in
 
 R = 0.028575
 

@@ -14,7 +14,7 @@ from ghostball.engine import EventKind, Scene, SceneError, simulate
 from ghostball.engine.scene import json_schema
 from ghostball.reference_adapters.registry import engine_names
 from ghostball.validation.checks.criteria import SUFFIX, Criteria, criteria_beside, shared_criteria
-from ghostball.validation.grading.sequences import matching_collisions
+from ghostball.validation.grading.collisions import collisions_in, compare_logs
 from ghostball.validation.scenes.library import (
     FOLDER,
     find_scene,
@@ -24,7 +24,6 @@ from ghostball.validation.scenes.library import (
 )
 from ghostball.validation.truth.closed_forms import FORMS, closed_form
 from ghostball.validation.truth.proof import proof_of
-from ghostball.validation.truth.scene_truth import collisions_of
 
 FloatArray = NDArray[np.float64]
 
@@ -310,7 +309,7 @@ def test_limits_on_landed_engines_are_what_a_landing_gap_costs(name: str) -> Non
         for criterion in criteria.applying_to("pymunk", {"mode": "landed", "config": "tuned"})
     }
     exact = simulate(scene, record="events")
-    collisions, times = collisions_of(exact.events)
+    true = collisions_in(exact.events)
     random = np.random.default_rng(5)
     for _ in range(20):
         nudge = random.uniform(-1e-10, 1e-10, (len(scene.balls), 2))
@@ -319,7 +318,7 @@ def test_limits_on_landed_engines_are_what_a_landing_gap_costs(name: str) -> Non
             for ball, by in zip(scene.balls, nudge, strict=True)
         )
         nudged = simulate(scene.model_copy(update={"balls": balls}), record="events")
-        matched = matching_collisions(*collisions_of(nudged.events), collisions, times)
+        matched = compare_logs(true, collisions_in(nudged.events)).leading
         assert matched >= limits["matching_events"]
 
 

@@ -32,7 +32,7 @@ from ghostball.validation.diagnose.attribution._zero_step import (
     zero_step_of,
 )
 from ghostball.validation.diagnose.attribution.attribution_record import Attribution, Better, Part
-from ghostball.validation.diagnose.parting import collisions_in
+from ghostball.validation.grading.collisions import collisions_in
 from ghostball.validation.grading.tolerances import UNIT_ROUNDOFF
 from ghostball.validation.runs.sampling import events_of
 from ghostball.validation.runs.steps import step_setting, with_setting, with_step

@@ -13,7 +13,12 @@ from numpy.typing import NDArray
 from ghostball.engine import Ball, GhostballError, Scene, SceneError
 from ghostball.reference_adapters import ReferenceEngine
 from ghostball.validation.diagnose.attribution._zero_step import LEAST_RATIO, RUNS
-from ghostball.validation.diagnose.parting import Agreement, Collision, collisions_in, compare_logs
+from ghostball.validation.grading.collisions import (
+    Agreement,
+    Collision,
+    collisions_in,
+    compare_logs,
+)
 from ghostball.validation.runs.playing import run_engine
 from ghostball.validation.runs.rolling import rolling_spin
 from ghostball.validation.runs.sampling import events_of

@@ -8,13 +8,24 @@ lives. (Such logs are equivalent as traces: Mazurkiewicz 1977.)
 
 from __future__ import annotations
 
+import math
+from collections import defaultdict, deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ghostball.engine import CUSHIONS, EventKind, Scene
 from ghostball.engine.result import Events
-from ghostball.validation.grading.sequences import TIE
-from ghostball.validation.truth.scene_truth import collisions_of
+from ghostball.validation.grading.tolerances import TIE
+
+FloatArray = NDArray[np.float64]
+
+Key = tuple[int, int, int]
+"""What met what, without when: `EventKind` as int, first ball, second ball or index of cushion."""
+
+KINDS = (EventKind.BALL_BALL, EventKind.BALL_CUSHION)
 
 
 @dataclass(frozen=True)
@@ -80,10 +91,25 @@ class Agreement:
         The collisions that both have, the true one first, in order of the true time.
     parting : Parting or None
         None where they agree to the end.
+    leading : int
+        How many collisions both have before the first that only one of them has.
     """
 
     pairs: tuple[tuple[Collision, Collision], ...]
     parting: Parting | None
+
+    leading: int = 0
+
+    def parts_at(self, *, timed: bool = True) -> float | None:
+        """Return when the logs part [s]; inf: never; None where no log says when.
+
+        `timed` says whether the true collisions have times of their own: see `collisions_from`.
+        """
+        if self.parting is None:
+            return math.inf
+        true, other = self.parting.true, self.parting.other
+        known = [one.t for one in (true if timed else None, other) if one is not None]
+        return min(known, default=None)
 
     @property
     def before(self) -> tuple[tuple[Collision, Collision], ...]:
@@ -96,10 +122,31 @@ class Agreement:
 
 def collisions_in(events: Events) -> list[Collision]:
     """Return the collisions of an event log, the lower ball first."""
-    found, times = collisions_of(events)
+    return collisions_from(*collisions_of(events))
+
+
+def collisions_of(events: Events) -> tuple[list[Key], FloatArray]:
+    """Return the collisions of an event log, the lower ball first, and their times (k,) [s]."""
+    kept = events[np.isin(events["kind"], KINDS)]
+    columns = (kept[name].tolist() for name in ("kind", "a", "b"))
+    keys = [lower_first(kind, a, b) for kind, a, b in zip(*columns, strict=True)]
+    return keys, kept["t"].astype(np.float64)
+
+
+def lower_first(kind: int, a: int, b: int) -> Key:
+    """Return what met what, of two balls the lower one first."""
+    return (kind, b, a) if kind == EventKind.BALL_BALL and b < a else (kind, a, b)
+
+
+def collisions_from(keys: Sequence[Key], times: FloatArray) -> list[Collision]:
+    """Return collisions of these times; without times they come one after another.
+
+    A closed form may know the order alone, which is strict then.
+    """
+    instants = times.tolist() if len(times) else range(1, len(keys) + 1)
     return [
         Collision(EventKind(kind), a, b, float(t))
-        for (kind, a, b), t in zip(found, times, strict=True)
+        for (kind, a, b), t in zip(keys, instants, strict=True)
     ]
 
 
@@ -111,13 +158,15 @@ def compare_logs(true: Sequence[Collision], other: Sequence[Collision]) -> Agree
     Collisions at one instant, to within `TIE` of it, have no order, also where they share a ball:
     an engine that steps reports one time for all collisions of a step.
     """
-    queues: dict[int, list[int]] = {}
+    queues: dict[int, deque[int]] = defaultdict(deque)
     for position, one in enumerate(other):
         for ball in one.balls:
-            queues.setdefault(ball, []).append(position)
+            queues[ball].append(position)
     stuck: set[int] = set()
     pairs: list[tuple[Collision, Collision]] = []
+    places: list[tuple[int, int]] = []
     lost: list[Collision] = []
+    first_lost = len(true)
     for place, one in enumerate(true):
         index: int | None = None
         if stuck.isdisjoint(one.balls):
@@ -126,19 +175,28 @@ def compare_logs(true: Sequence[Collision], other: Sequence[Collision]) -> Agree
         if index is None:
             stuck.update(one.balls)
             lost.append(one)
+            first_lost = min(first_lost, place)
             continue
         pairs.append((one, other[index]))
+        places.append((place, index))
         for ball in one.balls:
             queues[ball].remove(index)
     left = sorted({position for queue in queues.values() for position in queue})
     extra = [other[position] for position in left]
-    return Agreement(tuple(pairs), _first_parting(lost, extra))
+    first_extra = left[0] if left else len(other)
+    leading = sum(i < first_lost and j < first_extra for i, j in places)
+    return Agreement(tuple(pairs), _first_parting(lost, extra), leading)
+
+
+def compare_collisions(keys: Sequence[Key], times: FloatArray, events: Events) -> Agreement:
+    """Compare true collisions, of these times where they have some, with those of an event log."""
+    return compare_logs(collisions_from(keys, times), collisions_in(events))
 
 
 def _counterpart(
     one: Collision,
     other: Sequence[Collision],
-    queues: dict[int, list[int]],
+    queues: dict[int, deque[int]],
     tied: set[tuple[EventKind, int, int]],
 ) -> int | None:
     """Return the index in the other log of what comes next for all its balls, or None."""

@@ -5,7 +5,12 @@ import pytest
 from hypothesis import given, strategies as st
 
 from ghostball.engine import EVENT_DTYPE, EventKind
-from ghostball.validation.diagnose.parting import Collision, collisions_in, compare_logs
+from ghostball.validation.grading.collisions import (
+    Collision,
+    collisions_from,
+    collisions_in,
+    compare_logs,
+)
 
 BALLS = EventKind.BALL_BALL
 CUSHION = EventKind.BALL_CUSHION
@@ -110,3 +115,34 @@ def test_what_comes_after_a_parting_of_other_balls_still_pairs(count):
     found = compare_logs(true, true[1:])
     assert len(found.pairs) == count
     assert found.before == ()
+
+
+BB, BC = int(BALLS), int(CUSHION)
+A, B, C, D = (BB, 0, 1), (BB, 1, 2), (BC, 0, 3), (BC, 2, 0)
+
+
+@pytest.mark.parametrize(
+    ("found", "found_times", "true", "times", "leading"),
+    [
+        ([A, B, C], [1, 2, 3], [A, B, C], [1, 2, 3], 3),
+        ([A, B], [1, 2], [A, B, C], [1, 2, 3], 2),  # one missing
+        ([A, B, C], [1, 2, 3], [A, B], [1, 2], 2),  # one too many
+        ([A, D, B], [1, 2, 3], [A, B], [1, 2], 1),  # one too many in between
+        ([A, D, B], [1, 2, 3], [A, B, D], [1, 2, 3], 1),  # order of a ball counts
+        ([A, C, B], [1, 2, 3], [A, B, C], [1, 2, 3], 3),  # they share no ball
+        ([], [], [A], [1], 0),
+        ([A, D, B], [1, 2, 3], [A, B, D], [1, 2, 2], 3),  # tied in truth: no order
+        ([A, D, B], [1, 2, 2], [A, B, D], [1, 2, 3], 3),  # one time for both: no order claimed
+        ([A, D, B], [1, 2, 3], [A, B, D], [1, 2, 2 * (1 + 1e-13)], 3),  # apart by rounding only
+        ([A, D, B], [1, 2, 3], [A, B, D], [1, 2, 2 * (1 + 1e-11)], 1),  # a true order
+        ([A, D, B], [1, 2, 3], [A, B, D], [], 1),  # a closed form's order is strict
+        ([A, A, D], [1, 1, 2], [A, B, D], [1, 1, 2], 1),  # each true collision serves once
+        ([B], [1], [A, B], [1, 1], 0),  # the log ends inside the tie
+    ],
+)
+def test_leading_collisions(found, found_times, true, times, leading):
+    logs = (
+        collisions_from(true, np.array(times, dtype=float)),
+        collisions_from(found, np.array(found_times, dtype=float)),
+    )
+    assert compare_logs(*logs).leading == leading
