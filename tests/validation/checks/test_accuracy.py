@@ -11,7 +11,7 @@ from toy_engines import ToyEngine, cut
 
 from ghostball.engine import EventKind, Result, Scene, simulate
 from ghostball.reference_adapters import make_engine
-from ghostball.validation.checks.accuracy import ENERGY_MADE, accuracy_of, kind_of
+from ghostball.validation.checks.accuracy import BROKEN_SHARE, accuracy_of, kind_of
 from ghostball.validation.results.records import AccuracyKind
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.suite.case import run_case
@@ -128,7 +128,7 @@ def test_energy_out_of_nothing_is_broken() -> None:
         if kind == "broken":
             assert found.cause == "energy"
             assert found.amount is not None
-            assert found.amount > ENERGY_MADE
+            assert found.amount > BROKEN_SHARE
 
 
 def test_balls_through_each_other_and_nan_are_broken() -> None:
