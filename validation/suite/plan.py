@@ -2,7 +2,8 @@
 
 A scene's way through a run is `plan` here, `run` (`validation.runs.runner`, and
 `validation.suite.case` in another process), `judge` (`validation.suite.judge`, there too), store
-(`validation.results.store`) and report (`reports`): it returns to none of them.
+(`validation.results.store`) and report (`reports`), each once, in this order. Its truth is
+computed here too, but only when its turn comes.
 """
 
 from __future__ import annotations
