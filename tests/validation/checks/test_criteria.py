@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from ghostball.validation.checks.criteria import Criteria, criteria_beside
-from ghostball.validation.checks.criterion import CriteriaError, Criterion, Selector
+from ghostball.validation.checks.criterion import CLAIMS, CriteriaError, Criterion, Selector
 
 NATIVE = {"mode": "native", "dt": 0.001, "gate": True}
 LANDED = {"mode": "landed", "dt": 0.001, "gate": True}
@@ -132,6 +132,41 @@ def test_a_wrong_rule_of_steps_is_refused(tmp_path: Path, old: str, new: str, me
         Criteria.load(path)
 
 
+def test_every_engine_is_meant_by_a_star_and_one_that_is_named_is_meant_more() -> None:
+    every, named = criterion("*"), criterion("pymunk", at_most=2.0)
+    both = criteria(every, named)
+    assert both.applying_to("mine", {}) == (every,)
+    assert both.applying_to("pymunk", NATIVE) == (named,)
+    both.check_engines(["pymunk"], "x.toml")
+    landed = Selector.parse("*:mode=landed")
+    assert landed.covers("mine", LANDED)
+    assert not landed.covers("mine", NATIVE)
+    assert not landed.covers("mine", {})  # it has no such setting, and needs none
+
+
+def test_what_an_engine_claims_decides_which_row_holds() -> None:
+    any_one = criterion("*", at_most=3.0)
+    exact, rounding = (
+        criterion("*", at_most=at_most).model_copy(update={"claiming": claim})
+        for claim, at_most in (("exact", 2.0), ("rounding", 1.0))
+    )
+    rows = criteria(any_one, exact, rounding)
+    found = {claim: rows.applying_to("mine", {}, claim) for claim in CLAIMS}
+    assert found == {"less": (any_one,), "exact": (exact,), "rounding": (rounding,)}
+    assert criteria(exact).applying_to("mine", {}, "rounding") == (exact,)
+    assert criteria(exact).applying_to("mine", {}, "less") == ()
+
+
+def test_an_engine_that_runs_nowhere_is_refused_with_the_line(tmp_path: Path) -> None:
+    path = tmp_path / "shot.expect.toml"
+    path.write_text(GOOD.replace('"pymunk"', '"pimunk"'))
+    read = Criteria.load(path)
+    with pytest.raises(CriteriaError, match="must name installed engines") as caught:
+        read.check_engines(["ghostball", "pymunk", "pybullet"], "x.toml")
+    assert str(caught.value).startswith(f"{path}:3: `criteria[0].engines`")
+    assert "\n" not in str(caught.value)
+
+
 # --- files
 
 GOOD = """
@@ -181,6 +216,17 @@ def test_a_scene_without_a_file_beside_it_has_no_criteria(tmp_path: Path) -> Non
         ('"pymunk",', '"pymunk:fast",', r"`criteria\[0\].engines\[0\]` .*must be `key=value`"),
         ('"pymunk",', "7,", r"`criteria\[0\].engines\[0\]` must be an engine's name"),
         ("equals = 3", "equals 3", r"not valid TOML: .*line 6"),
+        ('"collision_count"', '"collisions"', r":3: `criteria\[0\].metric` must be a known metric"),
+        (
+            'metric = "collision_count"\nequals = 3',
+            'metric = "accuracy"\nat_most = "nanometers"',
+            r":3: `criteria\[0\]` must be a class of `accuracy`, got 'nanometers'. From",
+        ),
+        (
+            "equals = 3",
+            'equals = 3\nclaiming = "most"',
+            r"`criteria\[0\].claiming` must be",
+        ),
     ],
 )
 def test_a_wrong_file_is_refused_by_name_and_field(
@@ -199,6 +245,17 @@ def test_a_repeated_criterion_is_refused(tmp_path: Path) -> None:
     path.write_text(GOOD + GOOD.replace('truth = "engine"', "").replace("equals = 3", "equals = 4"))
     with pytest.raises(CriteriaError, match=r"`criteria\[1\]` repeats `equals` .* for `pymunk`"):
         Criteria.load(path)
+
+
+def test_limits_out_of_order_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / "shot.expect.toml"
+    least = GOOD.replace('truth = "engine"', "").replace("equals = 3", "at_least = 4")
+    path.write_text(GOOD + least)
+    with pytest.raises(CriteriaError, match=r"in order, .*got equals 3, at_least 4") as found:
+        Criteria.load(path)
+    assert str(found.value).startswith(f"{path}:10: ")
+    path.write_text(GOOD + least.replace("at_least = 4", "at_least = 3"))
+    assert len(Criteria.load(path).criteria) == 2
 
 
 def test_a_missing_file_is_refused(tmp_path: Path) -> None:
