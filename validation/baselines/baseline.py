@@ -23,22 +23,26 @@ the value stays in the band.
 
 from __future__ import annotations
 
-import json
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, Final, Literal, Self
+from typing import Annotated, Final, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
 
-from ghostball.engine import CUSHIONS, EventKind, GhostballError
-from ghostball.engine.result import EVENT_DTYPE, OBSTACLE_KINDS, Events, event_dict
+from ghostball.engine import GhostballError
 from ghostball.engine.result.hashes import bits_hash, sequence_hash
 from ghostball.reference_adapters.registry import engine_name, parse_spec, spec_of
 from ghostball.validation.baselines.bands import Band, Bands, band_of_counter, band_of_metric
+from ghostball.validation.baselines.baseline_text import (
+    events_of_lines,
+    line_of,
+    line_of_event,
+    toml_lines,
+)
 from ghostball.validation.baselines.observed import KEPT_EVENTS, Observed
 from ghostball.validation.baselines.regression import Level
 from ghostball.validation.checks.metric_table import METRICS
@@ -199,7 +203,7 @@ class Baseline(_Model):
                 "`events.first` must hold the first {kept} of {count} events, got {got}",
                 {"kept": kept, "count": self.events.count, "got": len(self.events.first)},
             )
-        events = _events(self.events.first)
+        events = events_of_lines(self.events.first)
         found = (sequence_hash(events), bits_hash(events, self.end.rest_positions))
         if self.events.count == kept and found != (self.hash.sequence, self.hash.bits):
             raise PydanticCustomError(
@@ -268,7 +272,7 @@ class Baseline(_Model):
             work=work,
             events=Log(
                 count=observed.event_count,
-                first=tuple(_line(event) for event in observed.events[:KEPT_EVENTS]),
+                first=tuple(line_of_event(event) for event in observed.events[:KEPT_EVENTS]),
             ),
         )
 
@@ -283,7 +287,7 @@ class Baseline(_Model):
             self.end.status,
             self.end.rest_time,
             self.end.rest_positions,
-            _events(self.events.first),
+            events_of_lines(self.events.first),
             self.events.count,
             self.hash.bits,
             self.hash.sequence,
@@ -300,9 +304,9 @@ class Baseline(_Model):
         tables = {name: plain.pop(name) for name in ("accepted", "hash", "end")}
         tables["end.balls"] = tables["end"].pop("balls")
         tables |= {name: plain.pop(name) for name in ("metrics", "work", "events")}
-        lines = [*_lines(plain)]
+        lines = [*toml_lines(plain)]
         for name, fields in tables.items():
-            lines += ["", f"[{name}]", *_lines(fields)]
+            lines += ["", f"[{name}]", *toml_lines(fields)]
         return "\n".join(lines) + "\n"
 
 
@@ -339,7 +343,7 @@ def baseline_of(text: str, path: Path, engine: str = OUR_NAME) -> Baseline:
         raise BaselineError(f"{path}: holds no `schema`: cut short, or no baseline. {_RESTORE}")
     if data["schema"] != SCHEMA:
         raise BaselineSchemaError(
-            f"{path}:{_line_of(text, 'schema')}: `schema` must be {SCHEMA}, got "
+            f"{path}:{line_of(text, 'schema')}: `schema` must be {SCHEMA}, got "
             f"{data['schema']!r}: another version of ghostball wrote it. Use that version, or run "
             "`ghostball regress` and accept anew"
         )
@@ -349,12 +353,12 @@ def baseline_of(text: str, path: Path, engine: str = OUR_NAME) -> Baseline:
         raise BaselineError(f"{path}: {told(error)}. {_RESTORE}") from None
     if baseline.scene != path.name.removesuffix(ENDING):
         raise BaselineError(
-            f"{path}:{_line_of(text, 'scene')}: `scene` must be the name of its file, got "
+            f"{path}:{line_of(text, 'scene')}: `scene` must be the name of its file, got "
             f'"{baseline.scene}". {_RESTORE}'
         )
     if baseline.engine != engine:
         raise BaselineError(
-            f"{path}:{_line_of(text, 'engine')}: `engine` must be `{engine}`, got "
+            f"{path}:{line_of(text, 'engine')}: `engine` must be `{engine}`, got "
             f"`{baseline.engine}`: one engine can't be compared with another. Give each engine a "
             "folder of its own, or remove the file and accept anew"
         )
@@ -416,71 +420,3 @@ def _value(earlier: Value | None, value: int | float, band: Band) -> Value:
         return earlier.model_copy(update={"value": value})
     level = band.level if earlier is None else earlier.level
     return Value(value=value, low=band.low, high=band.high, level=level)
-
-
-def _line(event: Any) -> str:
-    """Return an event as a person reads it: instant, kind, ball, other ball or cushion."""
-    plain = event_dict(event)
-    other = "" if plain["b"] is None else f" {plain['b']}"
-    return f"{plain['t']!r} {plain['kind']} {plain['a']}{other}"
-
-
-_KINDS = {kind.label: kind for kind in EventKind}
-
-
-def _events(lines: tuple[str, ...]) -> Events:
-    """Read events back."""
-    events = np.empty(len(lines), dtype=EVENT_DTYPE)
-    for i, line in enumerate(lines):
-        try:
-            t, label, a, *rest = line.split()
-            kind = _KINDS[label]
-            if len(rest) != (kind is EventKind.BALL_BALL or kind in OBSTACLE_KINDS):
-                raise ValueError
-            b = -1
-            if kind is EventKind.BALL_BALL:
-                b = int(rest[0])
-            elif kind in OBSTACLE_KINDS:
-                b = CUSHIONS.index(rest[0])
-            events[i] = (float(t), int(kind), int(a), b)
-        except (ValueError, KeyError, OverflowError):
-            raise PydanticCustomError(
-                "event",
-                "`events.first[{i}]` must be an event such as '0.5 ball-ball 0 1', got {line}",
-                {"i": i, "line": repr(line)},
-            ) from None
-    return events
-
-
-def _line_of(text: str, field: str) -> int:
-    """Return the line of a field that stands before all tables, counted from 1."""
-    found = re.search(rf"^\s*{field}\s*=", text, re.MULTILINE)
-    return 1 if found is None else text.count("\n", 0, found.end()) + 1
-
-
-def _lines(fields: Mapping[str, Any]) -> Iterator[str]:
-    """Yield fields as TOML, a line each, and events a line each; a writer would spread bands."""
-    for key, value in fields.items():
-        if isinstance(value, tuple) and value and isinstance(value[0], str):
-            yield f"{_key(key)} = ["
-            yield from (f"    {_inline(one)}," for one in value)
-            yield "]"
-        else:
-            yield f"{_key(key)} = {_inline(value)}"
-
-
-def _key(name: str) -> str:
-    return name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else _inline(name)
-
-
-def _inline(value: Any) -> str:
-    """Return a value as TOML in one line; floats read back to the same bits."""
-    if isinstance(value, dict):
-        return (
-            "{ " + ", ".join(f"{_key(key)} = {_inline(one)}" for key, one in value.items()) + " }"
-        )
-    if isinstance(value, (list, tuple)):
-        return "[" + ", ".join(map(_inline, value)) + "]"
-    if isinstance(value, str):
-        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
-    return repr(value)

@@ -26,7 +26,7 @@ from ghostball.validation.results.files import ResultsError, cannot_write, told
 DATABASE: Final = "results.db"
 LOCK: Final = ".lock"
 
-SCHEMA: Final = 8
+SCHEMA: Final = 9
 """Version of the tables and of the records in them; another one is refused."""
 
 APPLICATION: Final = int.from_bytes(b"ball")
@@ -57,10 +57,7 @@ CREATE TABLE records (
 CREATE TABLE motions (
     id INTEGER PRIMARY KEY,
     record_id INTEGER UNIQUE REFERENCES records ON DELETE CASCADE,
-    scene TEXT,
-    side TEXT,
-    content BLOB NOT NULL,
-    UNIQUE (scene, side)
+    content BLOB NOT NULL
 );
 -- An instant has no type: SQLite takes -0.0 in a column of REAL for 0.0.
 CREATE TABLE events (

@@ -15,7 +15,7 @@ from ghostball.engine import EVENT_DTYPE, EventKind
 from ghostball.engine.result import Events
 from ghostball.engine.scene import CUSHIONS
 from ghostball.engine.trajectory import Phase
-from ghostball.validation.results.database import AGAIN, name_text, reading, transaction, writing
+from ghostball.validation.results.database import AGAIN, name_text, reading
 from ghostball.validation.results.files import ResultsError
 from ghostball.validation.results.records import Motion
 
@@ -25,24 +25,13 @@ _ENERGIES: Final = ("energy_translation", "energy_rotation", "energy_height")
 _SAMPLED: Final = [part.name for part in fields(Motion) if part.name != "events"]
 
 
-def put_motion(
-    database: sqlite3.Connection,
-    motion: Motion,
-    *,
-    record_id: int | None = None,
-    scene: str | None = None,
-    side: str | None = None,
-) -> None:
-    """Add the motion of a case, or of one side of a comparison.
-
-    Within a `transaction`.
-    """
+def put_motion(database: sqlite3.Connection, motion: Motion, *, record_id: int) -> None:
+    """Add the motion of a case; within a `transaction`."""
     parts = {name: getattr(motion, name) for name in _SAMPLED}
     buffer = io.BytesIO()
     np.savez_compressed(buffer, **{name: p for name, p in parts.items() if p is not None})
     motion_id = database.execute(
-        "INSERT INTO motions (record_id, scene, side, content) VALUES (?, ?, ?, ?)",
-        [record_id, scene, side, buffer.getvalue()],
+        "INSERT INTO motions (record_id, content) VALUES (?, ?)", [record_id, buffer.getvalue()]
     ).lastrowid
     database.executemany(
         "INSERT INTO events VALUES (?, ?, ?, ?, ?)",
@@ -62,37 +51,6 @@ def motion_of_case(folder: Path, scene: str, label: str) -> Motion | None:
     return _motion(
         folder, where, [name_text((scene, label))], f'the motion of `{label}` in scene "{scene}"'
     )
-
-
-def motion_of_side(folder: Path, scene: str, side: str) -> Motion | None:
-    """Read the motion of the "base" or the "head" of a comparison, or None where there is none.
-
-    Raises
-    ------
-    ResultsError
-        Where it is damaged.
-    """
-    what = f'the motion of the {side} in scene "{scene}"'
-    return _motion(folder, "scene = ? AND side = ?", [scene, side], what)
-
-
-def save_sides(folder: Path, motions: dict[tuple[str, str], Motion]) -> None:
-    """Store the motions of a comparison by scene and side, in place of earlier ones.
-
-    Raises
-    ------
-    ResultsError
-        Where the folder can't be written.
-    """
-    with writing(folder) as database, transaction(database):
-        forget_sides(database)
-        for (scene, side), motion in motions.items():
-            put_motion(database, motion, scene=scene, side=side)
-
-
-def forget_sides(database: sqlite3.Connection) -> None:
-    """Remove the motions of a comparison; within a `transaction`."""
-    database.execute("DELETE FROM motions WHERE side IS NOT NULL")
 
 
 def _motion(folder: Path, where: str, given: list[str], what: str) -> Motion | None:

@@ -18,7 +18,7 @@ from ghostball.validation.results.database import (
 from ghostball.validation.results.fields import Environment
 from ghostball.validation.results.files import ResultsError
 from ghostball.validation.results.frames import frame_of
-from ghostball.validation.results.motions import forget_sides, motion_of_case, put_motion
+from ghostball.validation.results.motions import motion_of_case, put_motion
 from ghostball.validation.results.record_store import RecordStore, RunState
 from ghostball.validation.results.records import (
     CERTIFIED,
@@ -223,7 +223,6 @@ class ResultsWriter(RecordStore[Finished, CaseRecord]):
     def forget(self, database: sqlite3.Connection) -> None:
         """Remove what was compared with other results than these."""
         database.execute("DELETE FROM documents WHERE name = 'regression'")
-        forget_sides(database)
 
     def put_beside(self, database: sqlite3.Connection, number: int, given: Finished) -> None:
         """Store the motion."""
