@@ -140,10 +140,11 @@ def table_of(
     if kind == "none":
         return chance.choice((None, Table(length=_SPREAD[0], width=_SPREAD[1], cushions=())))
     if kind == "narrow":
-        widest = 2.0 * max(reach(ball, physics) for ball in sizes)
+        flies = options["flight"] != "no"  # then also at the height of the noses
+        widest = 2.0 * max(ball["radius"] if flies else reach(ball, physics) for ball in sizes)
         preset = Physics.PRESETS[options["preset"]]
         returned = {**preset, **physics}.get("cushion_restitution", 1.0)
-        bounces = options["flight"] != "no" or options["cushion"] == "mirror" or returned == 1.0
+        bounces = flies or options["cushion"] == "mirror" or returned == 1.0
         least = 0.125 if bounces else 0.0
         return Table(length=_CHANNEL, width=widest * (1.0 + chance.choice((least, 0.0625, 0.5))))
     if kind == "open":
