@@ -36,7 +36,7 @@ from ghostball.engine.event_loop.record import (
     note_rest,
 )
 from ghostball.engine.impacts.impact import collide_balls
-from ghostball.engine.impacts.in_space import bounce_off_nose, collide_in_space
+from ghostball.engine.impacts.in_space import bounce_off_nose, collide_in_space, fastest_nose
 from ghostball.engine.impacts.on_table import end_bounces, land
 from ghostball.engine.impacts.slow_impacts import (
     let_go,
@@ -87,9 +87,10 @@ def resolve_flight(
         leave(balls, i)
         height[i, UP_SPEED], height[i, FALL] = 0.0, 0.0
     elif kind >= OWN_CUSHION and balls.state[i].phase == FLYING:
+        nose = fastest_nose(height, balls, i, kind - OWN_CUSHION, laws)
         log.counters[BALL_CUSHION] += 1
-        note_event(BALL_CUSHION_EVENT, i, int(laws.obstacles[kind - OWN_CUSHION].index), t, log)
-        bounce_off_nose(height, balls, i, kind - OWN_CUSHION, laws)
+        note_event(BALL_CUSHION_EVENT, i, int(laws.obstacles[nose].index), t, log)
+        bounce_off_nose(height, balls, i, nose, laws)
         _note_held(height, balls, contacts, i, t, log)
     else:
         return False
@@ -120,9 +121,12 @@ def bounces_in_space(
         return False
     if not laws.airborne:
         return False
-    bounce_off_nose(height, balls, i, cushion, laws)
-    if other >= 0:
-        bounce_off_nose(height, balls, i, other, laws)
+    if other < 0:
+        bounce_off_nose(height, balls, i, cushion, laws)
+        return True
+    first = fastest_nose(height, balls, i, cushion, laws)
+    bounce_off_nose(height, balls, i, first, laws)
+    bounce_off_nose(height, balls, i, cushion + other - first, laws)
     return True
 
 

@@ -18,11 +18,13 @@ from ghostball.engine.core.state import (
     BASE,
     FLYING,
     RISE,
+    TAKES_OUT,
     UP_SPEED,
     Balls,
     FloatArray,
     Laws,
 )
+from ghostball.engine.core.tolerances import EPS, GAP_ROUNDING, GAP_ULPS
 from ghostball.engine.impacts.impact import bounce, collide_balls
 from ghostball.engine.impacts.laws.friction_curve import friction_coefficient
 from ghostball.engine.impacts.on_table import STICKING, answer_by_table, set_free
@@ -82,6 +84,28 @@ def collide_in_space(height: FloatArray, balls: Balls, i: int, j: int, laws: Law
         ball.wz -= turn * turn_z
     for k in (i, j):
         answer_by_table(height, balls, k, laws)
+
+
+@kernel
+def fastest_nose(height: FloatArray, balls: Balls, i: int, k: int, laws: Laws) -> int:
+    """Return which of the noses that ball i touches it approaches fastest: k, unless another one.
+
+    Noses at one instant are met one after the other, which comes out otherwise in another order:
+    the order may depend on the motion, but not on how the cushions are numbered.
+    """
+    ball = balls.state[i]
+    above = height[i, BASE] + height[i, RISE] - laws.cushion_height
+    sizes = abs(ball.x) + abs(ball.y) + height[i, BASE] + height[i, RISE]
+    reach = ball.radius + GAP_ROUNDING * ball.radius + GAP_ULPS * EPS * sizes
+    fastest, first = 0.0, k
+    for other in range(len(laws.obstacles)):
+        nx, ny, away = facing(laws, other, ball.x, ball.y)
+        distance = math.sqrt(away * away + above * above)
+        rate = (away * (nx * ball.vx + ny * ball.vy) + above * height[i, UP_SPEED]) / distance
+        touches = distance <= reach and laws.obstacles[other].law != TAKES_OUT
+        if touches and (-rate > fastest or (other == k and -rate == fastest)):
+            fastest, first = -rate, other
+    return first
 
 
 @kernel

@@ -47,10 +47,14 @@ def mirrored(scene: Scene) -> str | None:
     """Return what differs in a mirror: x = y; and without cushions also x = 0, and a quarter turn.
 
     Across a table's length a mirror rounds. In air, or where the cloth slows fast balls by more,
-    cushions are met to within rounding, and an image to no more: nothing is compared there.
+    cushions are met to within rounding, and an image to no more: nothing is compared there. Nor
+    where a ball begins exactly above another: it falls off along x, in an image too.
     """
     bounded = scene.table is not None and bool(scene.table.cushions)
     if not is_promised(scene) or (bounded and has_drag(scene)):
+        return None
+    places = {ball.position[:2] for ball in scene.balls}
+    if len(places) < len(scene.balls):
         return None
     for name in ("diagonal",) if bounded else ("diagonal", "left-right", "quarter turn"):
         other = play(image(scene, name), "events")
