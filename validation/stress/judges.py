@@ -31,6 +31,10 @@ holds a gap closed isn't made of rounding.
 """
 
 
+MOST_STEPS = 64
+"""Contact steps that may err the same way: more than a contact takes from its start to its end."""
+
+
 def overlaps(scene: Scene, positions: FloatArray) -> FloatArray:
     """Return the deepest overlap of two balls, and of a ball with a cushion, at each instant.
 
@@ -143,8 +147,8 @@ def rise_limit_of_many(result: Result, states: Samples) -> float:
     Hops of balls that lie on others lose nothing, so that the roundings of many add up, by chance
     half a spacing of doubles each, sqrt(n) / 2 of n together, and four times as much isn't seen. A
     height is recorded as that of the centre, and rounded so: half a spacing at each of two
-    instants. And a contact step errs by `MOTION_ERROR` of the velocities, so by twice that of the
-    energy, at each of two instants.
+    instants. And each contact step may err by `MOTION_ERROR` of the velocities, so by twice that of
+    the energy. Steps of one contact err the same way, and one takes no more than some fifty.
     """
     scene = result.scene
     limit = rise_limit(result) + 2.0 * EPS * math.sqrt(result.work["events"])
@@ -152,7 +156,8 @@ def rise_limit_of_many(result: Result, states: Samples) -> float:
     if scene.physics.airborne and first > 0.0:
         weights = scene.physics.gravity * scene.masses
         limit += EPS * float(weights @ states.positions[:, :, 2].max(axis=0)) / first
-    return limit + (4.0 * MOTION_ERROR if result.work.get("contact_steps") else 0.0)
+    steps = min(result.work.get("contact_steps", 0), MOST_STEPS)
+    return limit + (2.0 * MOTION_ERROR * (1 + steps) if steps else 0.0)
 
 
 def gap_rounding(scene: Scene, positions: FloatArray) -> float:
