@@ -87,7 +87,7 @@ def resolve_flight(
         leave(balls, i)
         height[i, UP_SPEED], height[i, FALL] = 0.0, 0.0
     elif kind >= OWN_CUSHION and balls.state[i].phase == FLYING:
-        nose = fastest_nose(height, balls, i, kind - OWN_CUSHION, laws)
+        nose = nose_of(height, balls, laws, i, kind - OWN_CUSHION)
         log.counters[BALL_CUSHION] += 1
         note_event(BALL_CUSHION_EVENT, i, int(laws.obstacles[nose].index), t, log)
         bounce_off_nose(height, balls, i, nose, laws)
@@ -113,20 +113,27 @@ def collide_pair(height: FloatArray | None, balls: Balls, i: int, j: int, laws: 
 
 
 @kernel(inline=True)
+def nose_of(height: FloatArray | None, balls: Balls, laws: Laws, i: int, cushion: int) -> int:
+    """Return which cushion ball i meets first, of those that it meets with the given one."""
+    if height is None:
+        return cushion
+    return fastest_nose(height, balls, i, cushion, laws) if laws.airborne else cushion
+
+
+@kernel(inline=True)
 def bounces_in_space(
-    height: FloatArray | None, balls: Balls, laws: Laws, i: int, cushion: int, other: int
+    height: FloatArray | None, balls: Balls, laws: Laws, i: int, cushion: int
 ) -> bool:
-    """Bounce ball i off one or two noses, one after the other, where balls may fly."""
+    """Bounce ball i off a nose, where balls may fly.
+
+    Off one alone: in a corner, the first may lift the ball away from the second. Where it doesn't,
+    the ball still approaches that, which is an event of its own.
+    """
     if height is None:
         return False
     if not laws.airborne:
         return False
-    if other < 0:
-        bounce_off_nose(height, balls, i, cushion, laws)
-        return True
-    first = fastest_nose(height, balls, i, cushion, laws)
-    bounce_off_nose(height, balls, i, first, laws)
-    bounce_off_nose(height, balls, i, cushion + other - first, laws)
+    bounce_off_nose(height, balls, i, cushion, laws)
     return True
 
 

@@ -39,6 +39,7 @@ from ghostball.engine.event_loop.in_flight import (
     collide_pair,
     has_settled,
     is_hop,
+    nose_of,
     note_held,
     press_below,
     resolve_flight,
@@ -188,17 +189,16 @@ def _resolve_own(
 @kernel(inline=True)
 def _resolve_cushion(balls: Balls, laws: Laws, i: int, cushion: int, t: float, log: Log) -> None:
     """Bounce ball i off a cushion; in a corner, off both at once."""
+    cushion = nose_of(balls.height, balls, laws, i, cushion)
     log.counters[BALL_CUSHION] += 1
     note_event(BALL_CUSHION_EVENT, i, _index(laws, cushion), t, log)
+    if bounces_in_space(balls.height, balls, laws, i, cushion):
+        return
     other = _corner_cushion(balls, laws, i, cushion, t)
-    if bounces_in_space(balls.height, balls, laws, i, cushion, other):
-        if other < 0:
-            return
-    elif other < 0:
+    if other < 0:
         bounce(balls, i, cushion, laws)
         return
-    else:
-        bounce_in_corner(balls, i, cushion, other, laws)
+    bounce_in_corner(balls, i, cushion, other, laws)
     log.counters[BALL_CUSHION] += 1
     log.counters[JOINT_IMPACTS] += 1
     note_event(BALL_CUSHION_EVENT, i, _index(laws, other), t, log)

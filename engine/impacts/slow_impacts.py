@@ -33,7 +33,6 @@ from ghostball.engine.core.state import (
     RISE,
     ROLLING,
     SECOND,
-    SLIDING,
     STILL_RISE,
     STILL_SINCE,
     STILL_X,
@@ -52,6 +51,7 @@ from ghostball.engine.motion.geometry import (
     contact_tolerance,
     list_near,
     obstacle_in_contact,
+    rolls_on,
 )
 from ghostball.engine.motion.next_piece import mark, predict_again
 from ghostball.engine.motion.obstacles import facing
@@ -175,7 +175,7 @@ def part_slowly(
         )
         if xx != 0.0 or yy != 0.0:
             ball = balls.state[k]
-            if zz == 0.0 and ball.phase not in (SLIDING, FLYING):
+            if zz == 0.0 and rolls_on(balls, k):
                 ball.phase = ROLLING
             else:
                 set_free(balls, k)
@@ -254,8 +254,8 @@ def _yielding(
     over = 1.0 / ball.mass
     if height[k, RISE] > 0.0 or height[k, UP_SPEED] > 0.0 or nz >= 0.0:
         return over, 0.0, over, over, ball.vx, ball.vy
-    if ball.phase not in (SLIDING, FLYING):
-        over /= 1.4  # it rolls on
+    if rolls_on(balls, k):
+        over /= 1.4
     touched, bx, by = 0, 0.0, 0.0
     for row in range(len(laws.obstacles) if held else 0):
         inward_x, inward_y, _ = facing(laws, row, ball.x, ball.y)

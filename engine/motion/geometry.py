@@ -84,6 +84,15 @@ def grip(balls: Balls, i: int) -> float:
     return deceleration
 
 
+@kernel(inline=True)
+def rolls_on(balls: Balls, i: int) -> bool:
+    """Whether ball i, on the cloth, rolls on when a small impulse changes its velocity.
+
+    The cloth turns it then; a cloth without friction turns nothing, and the ball slips.
+    """
+    return bool(balls.state[i].phase not in (SLIDING, FLYING) and grip(balls, i) > 0.0)
+
+
 @kernel
 def gap_rounding(balls: Balls, i: int, j: int) -> float:
     """Return the rounding [m] of a gap computed from the coordinates of balls i and j."""

@@ -30,8 +30,10 @@ from ghostball.engine.motion.geometry import (
     contact_tolerance,
     grip,
     negligible_hop,
+    rolls_on,
     speed_of,
 )
+from ghostball.engine.motion.next_piece import loosen
 from ghostball.engine.resting_contact.cloth_response import answering_mass
 from ghostball.engine.resting_contact.gaps import gap_now
 
@@ -62,7 +64,7 @@ def stop_approach(balls: Balls, laws: Laws, contacts: Contacts, members: int, co
             if not _loosen_pushed(balls, laws, contacts, members, count, solved):
                 break
             solved = end_approach(contacts, count)
-        _push(balls, contacts, members)
+        _push(balls, laws, contacts, members)
         rubbed = False
         for c in range(count):
             if contacts.ends[c, SECOND] < 0:
@@ -70,7 +72,7 @@ def stop_approach(balls: Balls, laws: Laws, contacts: Contacts, members: int, co
         if rubbed and _approaches(balls, laws, contacts, count):
             # In a corner, what one cushion rubs drives the ball into the other.
             solved = end_approach(contacts, count) and solved
-            _push(balls, contacts, members)
+            _push(balls, laws, contacts, members)
     for m in range(members):
         k = contacts.member[m]
         contacts.stopped[k] = contacts.stopped[k] and at_rest(balls, k)
@@ -78,11 +80,13 @@ def stop_approach(balls: Balls, laws: Laws, contacts: Contacts, members: int, co
 
 
 @kernel
-def _push(balls: Balls, contacts: Contacts, members: int) -> None:
+def _push(balls: Balls, laws: Laws, contacts: Contacts, members: int) -> None:
     """Give every member its impulses."""
     for m in range(members):
         k = contacts.member[m]
         x, y = gain_of(contacts, k)
+        if laws.slides and (x != 0.0 or y != 0.0) and not rolls_on(balls, k):
+            loosen(balls, k)
         balls.state[k].vx += x
         balls.state[k].vy += y
 

@@ -21,7 +21,6 @@ from ghostball.engine.core.state import (
     NEW_BX,
     NEW_BY,
     ROLLING,
-    SLIDING,
     SLIPS,
     TWIST_X,
     TWIST_Y,
@@ -36,6 +35,7 @@ from ghostball.engine.motion.geometry import (
     contact_tolerance,
     grip,
     negligible_hop,
+    rolls_on,
     speed_of,
     stop_way,
 )
@@ -243,6 +243,6 @@ def answering_mass(balls: Balls, laws: Laws, k: int) -> float:
     One that rolls, or rests, rolls on: the cloth ends so small a slip within part of
     `CAPTURE_HEIGHT`.
     """
-    rolls = laws.slides and balls.state[k].phase != SLIDING and grip(balls, k) > 0.0
+    rolls = laws.slides and rolls_on(balls, k)
     mass: float = 1.4 * balls.state[k].mass if rolls else balls.state[k].mass
     return mass

@@ -81,7 +81,7 @@ def measured(result: Result, between: int = 3) -> dict[str, tuple[float, float]]
             before = found.get("overlap of ball and nose [m]", (-1.0, sunk))[0]
             found["overlap of ball and nose [m]"] = (max(float(depth.max()), before), sunk)
     energy = energy_of(scene, states).total
-    limit = rise_limit_of_many(result, states)
+    limit = rise_limit_of_many(result, times, states)
     found["rise of the energy [1]"] = (energy_rise(energy), limit)
     if result.status is Status.REST:
         last = result.sample([result.rest_time])

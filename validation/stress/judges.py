@@ -141,13 +141,14 @@ def rise_limit(result: Result) -> float:
     return max(16.0, 3.0 * len(result.scene.balls)) * EPS if is_exact(result) else BROKEN_SHARE
 
 
-def rise_limit_of_many(result: Result, states: Samples) -> float:
+def rise_limit_of_many(result: Result, times: FloatArray, states: Samples) -> float:
     """Return the largest `energy_rise` that an exact motion of many events may have.
 
     Hops of balls that lie on others lose nothing, so that the roundings of many add up, by chance
     half a spacing of doubles each, sqrt(n) / 2 of n together, and four times as much isn't seen. A
     height is recorded as that of the centre, and rounded so: half a spacing at each of two
-    instants. And each contact step may err by `MOTION_ERROR` of the velocities, so by twice that of
+    instants. An instant, too, is rounded, to what the cloth takes in the spacing of the clock there:
+    next to nothing, unless a slow ball slides after days. And each contact step may err by `MOTION_ERROR` of the velocities, so by twice that of
     the energy. Steps of one contact err the same way, and one takes no more than some fifty.
     """
     scene = result.scene
@@ -156,8 +157,19 @@ def rise_limit_of_many(result: Result, states: Samples) -> float:
     if scene.physics.airborne and first > 0.0:
         weights = scene.physics.gravity * scene.masses
         limit += EPS * float(weights @ states.positions[:, :, 2].max(axis=0)) / first
+    if first > 0.0:
+        limit += 4.0 * float(np.max(np.spacing(times) * _most_taken(scene, states))) / first
     steps = min(result.work.get("contact_steps", 0), MOST_STEPS)
     return limit + (2.0 * MOTION_ERROR * (1 + steps) if steps else 0.0)
+
+
+def _most_taken(scene: Scene, states: Samples) -> FloatArray:
+    """Return at most what the cloth takes of the energy at each instant, (k,) [W]."""
+    speeds = np.linalg.norm(states.velocities, axis=2)
+    speeds += scene.radii * np.linalg.norm(states.angular_velocities, axis=2)
+    frictions = np.maximum(scene.sliding_frictions, scene.rolling_frictions)
+    taken: FloatArray = speeds @ (frictions * scene.masses * scene.physics.gravity)
+    return taken
 
 
 def gap_rounding(scene: Scene, positions: FloatArray) -> float:

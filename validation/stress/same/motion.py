@@ -91,10 +91,11 @@ def sound(scene: Scene) -> str | None:
 
 def _measured_on_cloth(result: Result) -> dict[str, tuple[float, float]]:
     """Return what is measured of balls on the cloth, as `measured` of those that fly."""
-    states = result.sample(telling_instants(result, BETWEEN))
+    times = telling_instants(result, BETWEEN)
+    states = result.sample(times)
     rise = energy_rise(energy_of(result.scene, states).total)
     depth = float(overlaps(result.scene, states.positions).max())
-    limit = rise_limit_of_many(result, states)
+    limit = rise_limit_of_many(result, times, states)
     if is_integrated(result.scene):
         limit += 4.0 * LAW_ERROR
     return {
