@@ -407,7 +407,9 @@ M_SPIN = 81  # 1 or -1: the sense of its spin about the vertical, which the clot
 M_TWIST = 82  # how fast contacts alone change that spin [rad/s^2]
 M_TWIST_FROM = 83  # the same at the start of the step
 M_STILL = 84  # 1: it rests, and the cloth holds it
-STAGE_COLUMNS = 85
+M_WAY_X = 85  # how far it has come in the step [m]: its place less that of before would round
+M_WAY_Y = 86
+STAGE_COLUMNS = 87
 
 # Columns of `Contacts.ends` and `Balls.hits`.
 FIRST = 0

@@ -28,6 +28,8 @@ from ghostball.engine.core.state import (
     M_TWIST_FROM,
     M_VX,
     M_VY,
+    M_WAY_X,
+    M_WAY_Y,
     M_WX,
     M_WZ,
     M_X,
@@ -44,7 +46,13 @@ from ghostball.engine.core.state import (
 )
 from ghostball.engine.core.tolerances import MOTION_ERROR
 from ghostball.engine.impacts.contact_solver import gap_rate
-from ghostball.engine.motion.geometry import at_rest, contact_tolerance, grip, negligible_hop
+from ghostball.engine.motion.geometry import (
+    at_rest,
+    contact_tolerance,
+    gap_rounding,
+    grip,
+    negligible_hop,
+)
 from ghostball.engine.resting_contact.cloth_response import answering_mass, stopping
 from ghostball.engine.resting_contact.gaps import balls_of, gap_between, gap_now
 from ghostball.engine.resting_contact.paths import (
@@ -283,6 +291,8 @@ def _try(
                     weight = _WEIGHTS[step, earlier]
                     slope += weight * stage[m, M_SLOPE + NUMBERS * earlier + number]
                 stage[m, M_X + number] = stage[m, M_FROM + number] + duration * slope
+                if number < 2:
+                    stage[m, M_WAY_X + number] = duration * slope
         if not find_rates(balls, laws, contacts, members, count):
             return math.inf
         _keep_slopes(contacts, members, step)
@@ -359,6 +369,8 @@ def _end_rates(balls: Balls, laws: Laws, contacts: Contacts, count: int, gaps: b
         for c in range(count):
             nx, ny, gap, rate = _gap_at(balls, laws, contacts, c)
             a, b = contacts.ends[c, FIRST], contacts.ends[c, SECOND]
+            # What is but rounding, in a step of nanoseconds, would take a speed to be taken out.
+            seen = gaps and abs(gap) > gap_rounding(balls, a, b if b >= 0 else a)
             share = 1.0
             if b >= 0:
                 mass_a, mass_b = answering_mass(balls, laws, a), answering_mass(balls, laws, b)
@@ -375,6 +387,8 @@ def _end_rates(balls: Balls, laws: Laws, contacts: Contacts, count: int, gaps: b
                     continue
                 stage[m, M_VX] += part * rate * nx
                 stage[m, M_VY] += part * rate * ny
-                if gaps:
+                if seen:
                     stage[m, M_X] += part * gap * nx
                     stage[m, M_Y] += part * gap * ny
+                    stage[m, M_WAY_X] += part * gap * nx
+                    stage[m, M_WAY_Y] += part * gap * ny

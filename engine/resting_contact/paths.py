@@ -16,8 +16,8 @@ from ghostball.engine.core.state import (
     M_FROM,
     M_SLOPE,
     M_VX,
+    M_WAY_X,
     M_WX,
-    M_X,
     OWN_CONTACT,
     PATH_X,
     PIECE_TIME,
@@ -72,7 +72,7 @@ def find_paths(contacts: Contacts, members: int, duration: float) -> None:
             x = stage[m, M_FROM + axis]
             v = duration * stage[m, M_FROM + 2 + axis]
             a = duration * duration * stage[m, M_SLOPE + 2 + axis]
-            end = stage[m, M_X + axis] - x - v - 0.5 * a
+            end = stage[m, M_WAY_X + axis] - v - 0.5 * a
             end_v = duration * stage[m, M_VX + axis] - v - a
             end_a = duration * duration * stage[m, last + 2 + axis] - a
             motion[k, path], motion[k, path + 1], motion[k, path + 2] = x, v, 0.5 * a
