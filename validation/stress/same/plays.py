@@ -200,12 +200,15 @@ def _single_shots(scene: Scene, cue: int, speeds: Any, angles: Any) -> Iterator[
     shot = scene.balls[cue]
     first = math.hypot(*shot.velocity[:2])
     turns = angles - np.arctan2(shot.velocity[1], shot.velocity[0])
-    for speed, angle, turn in zip(speeds, angles, turns, strict=True):
+    # Of arrays, as the sweep takes them: numpy rounds those of single numbers otherwise.
+    along, across = speeds * np.cos(angles), speeds * np.sin(angles)
+    cosines, sines = np.cos(turns), np.sin(turns)
+    for speed, vx, vy, c, s in zip(speeds, along, across, cosines, sines, strict=True):
         fields = shot.model_dump(exclude_none=True)
         up = speed / first * shot.velocity[2] if shot.velocity[2] != 0.0 else 0.0
-        fields["velocity"] = (float(speed * np.cos(angle)), float(speed * np.sin(angle)), float(up))
+        fields["velocity"] = (float(vx), float(vy), float(up))
         if shot.angular_velocity is not None:
-            factor, c, s = speed / first, np.cos(turn), np.sin(turn)
+            factor = speed / first
             wx, wy, wz = shot.angular_velocity
             spin = (factor * (c * wx - s * wy), factor * (s * wx + c * wy), factor * wz)
             fields["angular_velocity"] = tuple(map(float, spin))
