@@ -518,14 +518,20 @@ STATUS = 18  # RUN_RESTED ... below: what the loop returned last
 AT_ONCE = 19  # events since the clock last moved
 ALOFT = 20  # balls that lie still on others
 HOPPING = 21  # of RUN_HOPS: 1 and the ball with it
-COUNTERS = 22
+WAITS = 22  # 1: an event waits for `Contacts`; which one, the next four say, and WAITS_SINCE
+WAITING_BALL = 23
+WAITING_PAIRS = 24
+WAITING_VERDICT = 25
+WAITING_JUDGED = 26
+COUNTERS = 27
 
 # Places in the array of instants, float64 [s].
 NOW = 0
 LAST_EVENT = 1
 END = 2  # when the last ball came to rest, or the run stopped
 FARTHEST = 3  # largest coordinate of a ball at the end [m]
-CLOCKS = 4
+WAITS_SINCE = 4  # when the event is that waits for `Contacts`
+CLOCKS = 5
 
 OWN_NONE = 0
 OWN_REST = 1

@@ -11,6 +11,12 @@ from ghostball.engine.core.state import (
     RUN_GOES_ON,
     RUN_STANDSTILL,
     UNSOUND,
+    WAITING_BALL,
+    WAITING_JUDGED,
+    WAITING_PAIRS,
+    WAITING_VERDICT,
+    WAITS,
+    WAITS_SINCE,
     Balls,
     Cells,
     Contacts,
@@ -22,6 +28,7 @@ from ghostball.engine.event_loop.find import find
 from ghostball.engine.event_loop.predict import predict
 from ghostball.engine.event_loop.record import record
 from ghostball.engine.event_loop.resolve import NEEDS_CONTACTS, advance_to, resolve
+from ghostball.engine.scheduling.due_pairs import Event
 
 _MOST_AT_ONCE = 64
 """Events at one instant, for each pair and some: a frozen line of n balls comes to some n^2."""
@@ -49,20 +56,27 @@ def run(
 
     Contract: every ball is marked when the run begins. No allocation, no raising. Everything is in
     the arguments, so a run that returned RUN_LOG_FULL, RUN_EVENT_LIMIT, RUN_PAUSED or RUN_CONTACTS
-    goes on where it stopped when called again. A run that returned RUN_NOT_FINITE has in UNSOUND
+    goes on where it stopped when called again. The event that asked for `contacts` is kept, and not
+    found once more: its balls are at its instant by then, and of pairs that touch at once rounding
+    would leave one. A run that returned RUN_NOT_FINITE has in UNSOUND
     which ball's motion isn't.
     """
     log.counters[UNSOUND] = FREE
-    begun = False
+    begun = log.counters[WAITS] == 1
     while True:
         held = 0
         if begun:
-            status, event = find(balls, laws, pairs, cells, contacts, log, limit)
-            if status != RUN_GOES_ON:
-                return status
-            advance_to(balls, laws, contacts, event)
+            if log.counters[WAITS] == 1:
+                log.counters[WAITS] = 0
+                event = _waiting(log)
+            else:
+                status, event = find(balls, laws, pairs, cells, contacts, log, limit)
+                if status != RUN_GOES_ON:
+                    return status
+                advance_to(balls, laws, contacts, event)
             held = resolve(balls, laws, cells, contacts, event, log)
             if held == NEEDS_CONTACTS:
+                _keep(event, log)
                 return RUN_CONTACTS
             if _stands_still(balls, event.t, log):
                 log.clock[NOW] = event.t
@@ -74,6 +88,30 @@ def run(
         if status != RUN_GOES_ON:
             return status
         begun = True
+
+
+@kernel(inline=True)
+def _keep(event: Event, log: Log) -> None:
+    """Keep an event that waits for `Contacts`; its pairs are kept in `balls.hits`."""
+    log.clock[WAITS_SINCE] = event.t
+    log.counters[WAITS] = 1
+    log.counters[WAITING_BALL] = event.ball
+    log.counters[WAITING_PAIRS] = event.pairs
+    log.counters[WAITING_VERDICT] = event.verdict
+    log.counters[WAITING_JUDGED] = event.judged
+
+
+@kernel(inline=True)
+def _waiting(log: Log) -> Event:
+    """Return the event that has waited for `Contacts`."""
+    counters = log.counters
+    return Event(
+        log.clock[WAITS_SINCE],
+        counters[WAITING_BALL],
+        counters[WAITING_PAIRS],
+        counters[WAITING_VERDICT],
+        counters[WAITING_JUDGED],
+    )
 
 
 @kernel(inline=True)

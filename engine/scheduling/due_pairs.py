@@ -50,7 +50,7 @@ from ghostball.engine.scheduling.ties import (
 class Event(NamedTuple):
     """What happens next: one ball's own event, or pairs that touch.
 
-    `judged` isn't counted yet: a run that needs `Contacts` first finds the same event again.
+    `judged` isn't counted yet: an event that waits for `Contacts` is resolved twice.
     """
 
     t: float  # [s]; inf: nothing does
