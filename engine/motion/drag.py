@@ -38,7 +38,7 @@ from ghostball.engine.core.state import (
     FloatArray,
     Laws,
 )
-from ghostball.engine.core.tolerances import EPS
+from ghostball.engine.core.tolerances import EPS, TIME_ROUNDING
 from ghostball.engine.motion.geometry import speed_of
 
 _STRAIGHT_DEGREE = 14
@@ -235,8 +235,10 @@ def _slide_straight(
     ball = balls.state[i]
     friction = ball.slide_slowing
     speed = ex * ball.vx + ey * ball.vy
-    # From rest, friction moves it against the slip.
-    with_slip = speed > _STILL * size
+    # From rest, or from what ends within the rounding of the clock, friction moves it against the
+    # slip.
+    unseen = TIME_ROUNDING * ball.epoch * friction
+    with_slip = speed > max(_STILL * size, unseen)
     drag = k if with_slip else -k
     duration = _go_straight(higher, air, balls, i, ex, ey, speed, friction, drag)
     p = air.series[_SPEED]

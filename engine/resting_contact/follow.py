@@ -243,7 +243,8 @@ def _least_force(balls: Balls, contacts: Contacts, count: int) -> float:
             most = balls.state[a].mass * grip(balls, a)
             if b >= 0:
                 most += balls.state[b].mass * grip(balls, b)
-            least = min(least, contacts.forces[c, FORCE] / most)
+            if most > 0.0:
+                least = min(least, contacts.forces[c, FORCE] / most)
     return least
 
 

@@ -58,6 +58,8 @@ def rub_all(balls: Balls, laws: Laws, contacts: Contacts, count: int, duration: 
         a, b = balls_of(contacts, c)
         change = (abs(more_along) + abs(more_up)) / _mass(balls, contacts, c)
         little = _LITTLE * max(grip(balls, a), grip(balls, b))
+        if little == 0.0:  # a cloth that can do nothing is no measure: what the contact can is
+            little = _LITTLE * forces[c, LIMIT] / _mass(balls, contacts, c)
         steady = steady and change <= max(
             little, slack(balls, a, b, duration) / (duration * duration)
         )
