@@ -68,13 +68,13 @@ def mirrored(scene: Scene) -> str | None:
 def is_promised(scene: Scene) -> bool:
     """Whether the engine says that order doesn't matter in this shot.
 
-    Not where impacts at one instant are resolved one after another; nor where contact steps took
-    part, whose forces are found by iteration over the contacts, in some order.
+    Not where impacts at one instant are resolved one after another, as they are in space; nor where
+    contact steps took part, whose forces are found by iteration over the contacts, in some order.
     """
     result = played(scene)
     if result.work["contact_steps"]:
         return False
-    if scene.physics.impacts == "simultaneous":
+    if scene.physics.impacts == "simultaneous" and not scene.physics.airborne:
         return True
     assert result.events is not None
     collisions = result.events[np.isin(result.events["kind"], (0, 1))]
