@@ -128,6 +128,19 @@ def stop_of(chance: random.Random, options: Options, balls: list[Ball]) -> float
     return chance.uniform(0.2, 1.0) * (lasts if options["flight"] == "no" else min(lasts, 4.0))
 
 
+def never_rests(options: Options, physics: Draft) -> bool:
+    """Whether a ball may bounce for ever: in the air, between two noses that take nothing."""
+    between = options["flight"] != "no" and options["table"] == "narrow"
+    return between and _is_elastic(options, physics)
+
+
+def _is_elastic(options: Options, physics: Draft) -> bool:
+    """Whether cushions return all of a speed towards them."""
+    preset = Physics.PRESETS[options["preset"]]
+    returned = {**preset, **physics}.get("cushion_restitution", 1.0)
+    return options["cushion"] == "mirror" or returned == 1.0
+
+
 def table_of(
     chance: random.Random, options: Options, sizes: list[Draft], physics: Draft
 ) -> Table | None:
@@ -142,10 +155,7 @@ def table_of(
     if kind == "narrow":
         flies = options["flight"] != "no"  # then also at the height of the noses
         widest = 2.0 * max(ball["radius"] if flies else reach(ball, physics) for ball in sizes)
-        preset = Physics.PRESETS[options["preset"]]
-        returned = {**preset, **physics}.get("cushion_restitution", 1.0)
-        bounces = flies or options["cushion"] == "mirror" or returned == 1.0
-        least = 0.125 if bounces else 0.0
+        least = 0.125 if flies or _is_elastic(options, physics) else 0.0
         return Table(length=_CHANNEL, width=widest * (1.0 + chance.choice((least, 0.0625, 0.5))))
     if kind == "open":
         sides = ["left", "bottom"] if options["layout"] == "corner" else []

@@ -20,6 +20,7 @@ from typing import Final
 from ghostball.engine import Physics, Scene
 from ghostball.engine.scene.features import Feature
 from ghostball.validation.scenes.random_parts import (
+    never_rests,
     physics_of,
     placed,
     sizes_of,
@@ -176,6 +177,8 @@ def random_scene(number: int, **having: str) -> Scene:
     physics = physics_of(chance, options, sizes)
     table = table_of(chance, options, sizes, physics)
     balls = placed(chance, options, sizes, table, physics)
+    if never_rests(options, physics):
+        options["stop"] = "t-max"
     return Scene(
         name=f"random-{number}",
         title=f"Random scene {number}",
