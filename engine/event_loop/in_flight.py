@@ -99,7 +99,9 @@ def resolve_flight(
 
 
 @kernel(inline=True)
-def collide_pair(height: FloatArray | None, balls: Balls, i: int, j: int, laws: Laws) -> None:
+def collide_pair(
+    height: FloatArray | None, balls: Balls, i: int, j: int, laws: Laws, cells: Cells | None
+) -> None:
     """Collide two balls neither of which has another impact now."""
     if height is None:
         collide_balls(balls, i, j, laws)
@@ -107,7 +109,7 @@ def collide_pair(height: FloatArray | None, balls: Balls, i: int, j: int, laws: 
     if laws.airborne:
         let_go(height, balls, i)
         let_go(height, balls, j)
-        collide_in_space(height, balls, i, j, laws)
+        collide_in_space(height, balls, i, j, laws, cells)
     else:
         collide_balls(balls, i, j, laws)
 

@@ -286,9 +286,10 @@ def _resolve_contacts(
         note_event(BALL_BALL_EVENT, a, b, t, log)
     if contacts is None:
         for c in range(count):
-            collide_pair(balls.height, balls, balls.hits[c, FIRST], balls.hits[c, SECOND], laws)
+            i, j = balls.hits[c, FIRST], balls.hits[c, SECOND]
+            collide_pair(balls.height, balls, i, j, laws, cells)
     else:
-        _collide_groups(balls, laws, contacts, count, log)
+        _collide_groups(balls, laws, cells, contacts, count, log)
     note_held(balls.height, balls, contacts, count, t, log)
     return press_below(balls.height, balls, laws, cells, t) if hop else 0
 
@@ -302,7 +303,9 @@ def _share_ball(balls: Balls, c: int, other: int) -> bool:
 
 
 @kernel
-def _collide_groups(balls: Balls, laws: Laws, contacts: Contacts, count: int, log: Log) -> None:
+def _collide_groups(
+    balls: Balls, laws: Laws, cells: Cells | None, contacts: Contacts, count: int, log: Log
+) -> None:
     """Collide the first `count` pairs of `balls.hits`, together where they share balls."""
     for c in range(count):
         contacts.motion[balls.hits[c, FIRST], DEGREE] += 1.0
@@ -311,7 +314,7 @@ def _collide_groups(balls: Balls, laws: Laws, contacts: Contacts, count: int, lo
     for c in range(count):
         a, b = balls.hits[c, FIRST], balls.hits[c, SECOND]
         if contacts.motion[a, DEGREE] == 1.0 and contacts.motion[b, DEGREE] == 1.0:
-            collide_pair(balls.height, balls, a, b, laws)
+            collide_pair(balls.height, balls, a, b, laws, cells)
             contacts.motion[a, DEGREE] = 0.0
             contacts.motion[b, DEGREE] = 0.0
         else:

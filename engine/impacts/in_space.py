@@ -21,6 +21,7 @@ from ghostball.engine.core.state import (
     TAKES_OUT,
     UP_SPEED,
     Balls,
+    Cells,
     FloatArray,
     Laws,
 )
@@ -34,7 +35,9 @@ from ghostball.engine.motion.obstacles import facing
 
 
 @kernel
-def collide_in_space(height: FloatArray, balls: Balls, i: int, j: int, laws: Laws) -> None:
+def collide_in_space(
+    height: FloatArray, balls: Balls, i: int, j: int, laws: Laws, cells: Cells | None
+) -> None:
     """Collide balls i and j, of which one or both may be in the air; then the table answers.
 
     Contract: both are advanced to the instant of the impact and approach each other.
@@ -51,7 +54,7 @@ def collide_in_space(height: FloatArray, balls: Balls, i: int, j: int, laws: Law
     if speed <= slow:
         if free:
             depth = a.radius + b.radius - distance
-            part_slowly(height, balls, i, j, laws, nx, ny, nz, depth)
+            part_slowly(height, balls, i, j, laws, cells, nx, ny, nz, depth)
         else:
             collide_balls(balls, i, j, laws)
         return

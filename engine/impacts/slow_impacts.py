@@ -48,6 +48,7 @@ from ghostball.engine.impacts.on_table import answer_by_table, set_free
 from ghostball.engine.motion.flight import is_near, motion_in_space
 from ghostball.engine.motion.geometry import (
     at_rest,
+    blocking_ball,
     contact_tolerance,
     list_near,
     obstacle_in_contact,
@@ -107,6 +108,7 @@ def part_slowly(
     i: int,
     j: int,
     laws: Laws,
+    cells: Cells | None,
     nx: float,
     ny: float,
     nz: float,
@@ -123,7 +125,9 @@ def part_slowly(
     Where they overlap by `depth` [m], and would come less than half out again, they part fast
     enough to come out, and higher by `LOWEST_HOP`; where one lies on the other, as fast as a slow
     impact may be. What is missing for that comes from the slip. The impulse along it acts as a
-    friction does, and no energy comes in.
+    friction does, and no energy comes in. One on the cloth that is pushed into others yields as
+    heavily as all of them: they take its part of the impulse as the hop ends, and would else press
+    it back, deeper at each hop.
     """
     if _is_held(height, balls, i, j, laws):
         return
@@ -138,11 +142,22 @@ def part_slowly(
         if approach > 0.0:
             nx, ny, nz = lean_x, lean_y, lean_z
     held = True
-    xx, xy, yy, zz, vx, vy = _yielding_together(height, balls, i, j, laws, held, nx, ny, nz)
+    with_i, with_j = 1.0, 1.0
+    xx, xy, yy, zz, vx, vy = _yielding_together(
+        height, balls, i, j, laws, held, with_i, with_j, nx, ny, nz
+    )
     if not vx * nx + vy * ny + vz * nz > 0.0:
         held = False  # that it comes off its cushion is all of the approach
-        xx, xy, yy, zz, vx, vy = _yielding_together(height, balls, i, j, laws, held, nx, ny, nz)
+        xx, xy, yy, zz, vx, vy = _yielding_together(
+            height, balls, i, j, laws, held, with_i, with_j, nx, ny, nz
+        )
     speed = vx * nx + vy * ny + vz * nz
+    if depth > 2.0 * LOWEST_HOP * (balls.state[i].radius + balls.state[j].radius):
+        with_i = _mass_behind(balls, cells, i, -nx, -ny)
+        with_j = _mass_behind(balls, cells, j, nx, ny)
+        xx, xy, yy, zz, vx, vy = _yielding_together(
+            height, balls, i, j, laws, held, with_i, with_j, nx, ny, nz
+        )
     yielding = xx * nx * nx + 2.0 * xy * nx * ny + yy * ny * ny + zz * nz * nz
     if yielding == 0.0:
         answer_by_table(height, balls, i, laws)
@@ -171,7 +186,7 @@ def part_slowly(
     px, py, pz = px + push * nx, py + push * ny, pz + push * nz
     for k, sign in ((i, -1.0), (j, 1.0)):
         xx, xy, yy, zz, _, _ = _yielding(
-            height, balls, k, laws, held, sign * nx, sign * ny, sign * nz
+            height, balls, k, laws, held, 1.0, sign * nx, sign * ny, sign * nz
         )
         if xx != 0.0 or yy != 0.0:
             ball = balls.state[k]
@@ -184,6 +199,23 @@ def part_slowly(
             height[k, UP_SPEED] += sign * zz * pz
     answer_by_table(height, balls, i, laws)
     answer_by_table(height, balls, j, laws)
+
+
+@kernel
+def _mass_behind(balls: Balls, cells: Cells | None, k: int, nx: float, ny: float) -> float:
+    """Return the mass of ball k and of a row of balls that it is pushed into, over its own."""
+    mass: float = balls.state[k].mass
+    last = k
+    for _ in range(len(balls.own_kind)):
+        if balls.state[last].phase == FLYING:
+            break
+        behind = blocking_ball(balls, cells, last, nx, ny, balls.state[k].epoch)
+        if behind < 0:
+            break
+        mass += balls.state[behind].mass
+        last = behind
+    own: float = balls.state[k].mass
+    return mass / own
 
 
 @kernel(inline=True)
@@ -223,13 +255,17 @@ def _yielding_together(
     j: int,
     laws: Laws,
     held: bool,
+    with_i: float,
+    with_j: float,
     nx: float,
     ny: float,
     nz: float,
 ) -> tuple[float, float, float, float, float, float]:
     """Return what `_yielding` does, of ball i and ball j together: sums, and what is between."""
-    xx, xy, yy, zz, vx, vy = _yielding(height, balls, i, laws, held, -nx, -ny, -nz)
-    more_xx, more_xy, more_yy, more_zz, ux, uy = _yielding(height, balls, j, laws, held, nx, ny, nz)
+    xx, xy, yy, zz, vx, vy = _yielding(height, balls, i, laws, held, with_i, -nx, -ny, -nz)
+    more_xx, more_xy, more_yy, more_zz, ux, uy = _yielding(
+        height, balls, j, laws, held, with_j, nx, ny, nz
+    )
     return xx + more_xx, xy + more_xy, yy + more_yy, zz + more_zz, vx - ux, vy - uy
 
 
@@ -240,18 +276,20 @@ def _yielding(
     k: int,
     laws: Laws,
     held: bool,
+    heavier: float,
     nx: float,
     ny: float,
     nz: float,
 ) -> tuple[float, float, float, float, float, float]:
     """Return which velocity an impulse along a normal gives ball k, and which it has meanwhile.
 
-    Of the matrix xx, xy, yy and zz [1/kg], of the velocity x and y [m/s]. One on the table that is
+    Of the matrix xx, xy, yy and zz [1/kg], of the velocity x and y [m/s]; as if it were so many
+    times heavier. One on the table that is
     pressed down doesn't yield downwards, nor, where cushions have `held` it, into one that it
     touches; in a corner it yields not at all.
     """
     ball = balls.state[k]
-    over = 1.0 / ball.mass
+    over = 1.0 / (heavier * ball.mass)
     if height[k, RISE] > 0.0 or height[k, UP_SPEED] > 0.0 or nz >= 0.0:
         return over, 0.0, over, over, ball.vx, ball.vy
     if rolls_on(balls, k):
