@@ -45,6 +45,29 @@ def test_random_scenes_come_out_the_same(first):
     assert trial.run(make_engine("ghostball")).faults == ()
 
 
+FOUND = {
+    "a first nose lifts a ball off the second of a corner": (575, {"flight": "low"}),
+    "a cloth without friction turns no ball that is pressed": (224, {}),
+    "two noses at one instant": (330, {}),
+    "a ball pushed into a rack is deeper at each hop": (2736, {}),
+    "a slide with its slip ends within the clock's rounding": (
+        386,
+        {"quadratic": "yes", "layout": "corner"},
+    ),
+    "a step of nanoseconds along a rail": (459, {"air": "yes", "layout": "rail"}),
+    "friction of contacts where no cloth rubs": (168, {"air": "yes", "layout": "corner"}),
+    "pairs that touch at once ask for contacts": (10395, {}),
+}
+"""What was wrong in scenes that the stress suite found, with their number and their options."""
+
+
+@pytest.mark.compiled
+@pytest.mark.slow  # as above
+@pytest.mark.parametrize(("number", "having"), FOUND.values(), ids=FOUND.keys())
+def test_what_random_scenes_found_is_gone(number, having):
+    assert differences(random_scene(number, **having), OFTEN) == {}
+
+
 LEAN = tuple(name for name in OFTEN if name not in ("cells", "skips"))
 """Checks that ask for no kernels but those that a scene needs."""
 
