@@ -147,9 +147,10 @@ def rise_limit_of_many(result: Result, times: FloatArray, states: Samples) -> fl
     Hops of balls that lie on others lose nothing, so that the roundings of many add up, by chance
     half a spacing of doubles each, sqrt(n) / 2 of n together, and four times as much isn't seen. A
     height is recorded as that of the centre, and rounded so: half a spacing at each of two
-    instants. An instant, too, is rounded, to what the cloth takes in the spacing of the clock there:
-    next to nothing, unless a slow ball slides after days. And each contact step may err by `MOTION_ERROR` of the velocities, so by twice that of
-    the energy. Steps of one contact err the same way, and one takes no more than some fifty.
+    instants. An instant, too, is rounded, to what the cloth takes in the spacing of the clock
+    there: next to nothing, unless a slow ball slides after days. And each contact step may err by
+    `MOTION_ERROR` of the velocities, so by twice that of the energy. Steps of one contact err the
+    same way, and one takes no more than some fifty.
     """
     scene = result.scene
     limit = rise_limit(result) + 2.0 * EPS * math.sqrt(result.work["events"])
