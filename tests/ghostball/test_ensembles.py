@@ -96,7 +96,7 @@ def test_a_member_that_an_engine_fails_on_is_a_fault_of_that_engine(cli, tmp_pat
 
     def failing(task):
         fails = task.label == "paper-discrete" and task.index < 2
-        return run_module.died(task, "bad [luck]") if fails else real(task)
+        return run_module.unended(task, "bad [luck]") if fails else real(task)
 
     monkeypatch.setattr(run_module, "run_member", failing)
     result = validate(cli, tmp_path, "--ensemble", 4, "--no-report")
