@@ -178,7 +178,7 @@ def test_the_figure_shows_every_member_and_the_reference_beneath(folder: Path):
 def test_a_scene_without_any_end_has_no_figure(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     scene = Scene(name="roll", balls=[Ball(id="a", position=(0, 0), velocity=(1.0, 0.0))])
     run_suite([scene], LABELS[:2], tmp_path)
-    monkeypatch.setattr(run_module, "run_member", lambda task: run_module.died(task, "bad luck"))
+    monkeypatch.setattr(run_module, "run_member", lambda task: run_module.unended(task, "bad luck"))
     run_ensembles([scene], LABELS[:2], tmp_path, 2)
     assert draw_ensemble(loaded(tmp_path), "roll") is None
     text = write_report(tmp_path).read_text()

@@ -108,7 +108,7 @@ def test_too_few_ends_make_no_test(roll: Scene, folder: Path, monkeypatch: pytes
 
     def failing(task):
         fails = task.label == "fake" and task.index > 0
-        return run_module.died(task, "bad luck") if fails else real(task)
+        return run_module.unended(task, "bad luck") if fails else real(task)
 
     monkeypatch.setattr(run_module, "run_member", failing)
     found = compared(folder, [roll], ["ghostball", "fake"], count=6)
