@@ -104,8 +104,8 @@ def slide_piece(balls: Balls, i: int, laws: Laws, ux: float, uy: float, size: fl
     speed = speed_of(ball.vx, ball.vy)
     balls.own_kind[i] = OWN_PIECE
     if friction == 0.0:
-        if speed == 0.0:
-            return math.inf
+        if speed == 0.0:  # what slowed it before an impact stopped it slows it no more
+            return _go_straight(higher, air, balls, i, 1.0, 0.0, 0.0, 0.0, 0.0)
         dx, dy = ball.vx / speed, ball.vy / speed
         return _go_straight(higher, air, balls, i, dx, dy, speed, 0.0, laws.air_drag)
     if abs(ex * ball.vy - ey * ball.vx) <= _ALONG * speed:

@@ -159,9 +159,6 @@ def test_key_depends_on_flags(monkeypatch, flag):
     assert kernel_cache.cache_key() != key
 
 
-NOW = time.time()
-
-
 def cache_of(root, number, age=0.0, marker=kernel_cache._MARKED):
     """Make a cache, as one is that was last used some seconds ago."""
     folder = root / f"{number:020x}"
@@ -169,7 +166,8 @@ def cache_of(root, number, age=0.0, marker=kernel_cache._MARKED):
     (folder / "inner" / "index").write_text("x")
     if marker:
         (folder / "CACHEDIR.TAG").write_bytes(marker)
-    os.utime(folder, (NOW - age, NOW - age))
+    used = time.time() - age  # of now: tests may be collected long before they run
+    os.utime(folder, (used, used))
     return folder
 
 

@@ -137,7 +137,9 @@ def _jump(result: Result) -> str | None:
     size = np.maximum(np.abs(before.velocities), np.abs(after.velocities))
     way = size * np.spacing(instants)[:, np.newaxis, np.newaxis]
     off = np.abs(after.positions - before.positions) - way
+    # The way of a ball that stops is the difference of two, of which one is twice as long.
     limit = _slack(result, after.positions)
+    limit += gap_rounding(result.scene, after.positions) if len(instants) else 0.0
     if len(off) and not off.max() <= limit:
         k, i, _ = np.unravel_index(int(np.argmax(off)), off.shape)
         return f"ball {i} jumps by {off.max():.3g} m at {instants[k]!r} s"
