@@ -25,6 +25,8 @@ pieces, for which no force is sought: those after the first are counted in `work
 
 from __future__ import annotations
 
+import math
+
 from ghostball.engine.core.kernel import kernel
 from ghostball.engine.core.state import (
     AHEAD,
@@ -188,6 +190,9 @@ def _press(
     if stopped and follow_on(balls, laws, contacts, members, count, t):
         return
     own_time = own_time_of(balls, contacts, members)
+    if own_time == math.inf:  # nothing moves, and no cloth could move it
+        release(balls, laws, contacts, i, t)
+        return
     fresh = FIRST_STEP * own_time
     shortest = shortest_step(own_time, t)
     change = time_to_half(balls, contacts, members)

@@ -57,6 +57,7 @@ FOUND = {
     "a step of nanoseconds along a rail": (459, {"air": "yes", "layout": "rail"}),
     "friction of contacts where no cloth rubs": (168, {"air": "yes", "layout": "corner"}),
     "pairs that touch at once ask for contacts": (10395, {}),
+    "a ball that stops in a corner, on a cloth without friction": (15476, {}),
     "a ball that an impact stops dead, on a cloth without friction": (10498, {}),
 }
 """What was wrong in scenes that the stress suite found, with their number and their options."""
