@@ -20,6 +20,7 @@ from ghostball.engine.core.state import (
     RISE,
     TAKES_OUT,
     UP_SPEED,
+    WORK,
     Balls,
     Cells,
     FloatArray,
@@ -101,6 +102,7 @@ def fastest_nose(height: FloatArray, balls: Balls, i: int, k: int, laws: Laws) -
     sizes = abs(ball.x) + abs(ball.y) + height[i, BASE] + height[i, RISE]
     reach = ball.radius + GAP_ROUNDING * ball.radius + GAP_ULPS * EPS * sizes
     fastest, first = 0.0, k
+    balls.counters[WORK] += len(laws.obstacles)
     for other in range(len(laws.obstacles)):
         nx, ny, away = facing(laws, other, ball.x, ball.y)
         distance = math.sqrt(away * away + above * above)

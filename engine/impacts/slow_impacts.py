@@ -38,6 +38,7 @@ from ghostball.engine.core.state import (
     STILL_X,
     STILL_Y,
     UP_SPEED,
+    WORK,
     Balls,
     Cells,
     FloatArray,
@@ -207,6 +208,7 @@ def _mass_behind(balls: Balls, cells: Cells | None, k: int, nx: float, ny: float
     mass: float = balls.state[k].mass
     last = k
     for _ in range(len(balls.own_kind)):
+        balls.counters[WORK] += len(balls.own_kind)
         if balls.state[last].phase == FLYING:
             break
         behind = blocking_ball(balls, cells, last, nx, ny, balls.state[k].epoch)

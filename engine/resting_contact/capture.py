@@ -142,7 +142,6 @@ def _approaches(balls: Balls, laws: Laws, contacts: Contacts, count: int) -> boo
         other = b if b >= 0 else a
         height = _RESIDUE * contact_tolerance(balls, a, other)
         residue = negligible_hop(rate, max(grip(balls, a), grip(balls, other)), height)
-        residue = residue and rate * rate > 0.0  # where the square vanishes nothing is compared
         found = found or (rate < -APPROACH_ROUNDING * size and not residue)
     return found
 
