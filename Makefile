@@ -84,12 +84,12 @@ test-slow: kernels  ## the tests that take long
 	$(PYTEST) -m slow --cpu-times
 
 # Every line and branch of a kernel that some test runs is run by these too, in a quarter of the time:
-# the files left out compare shots with other codes and with themselves, which the kernels' own tests
-# run as well. Each file's tests share what they load.
+# the file left out compares shots with another code, which the kernels' own tests run as well. Each
+# file's tests share what they load. The stored hashes of `test_determinism.py` hold here, too.
 test-nojit: $(READY)  ## tests that run every line of the kernels, without compilation
 	export NUMBA_DISABLE_JIT=1; $(call with_coverage,interpreted) \
 		--dist loadfile -m "not slow and not compiled" tests/engine \
-		$(addprefix --ignore tests/engine/,test_determinism.py test_simulate_oracle.py)
+		--ignore tests/engine/test_simulate_oracle.py
 
 coverage: COVERAGE := 1
 
@@ -103,7 +103,7 @@ coverage: engines test test-nojit  ## coverage of both runs
 # where the optimiser does less, and so is every bit: it compiles in three quarters of the time.
 CHECKED := NUMBA_BOUNDSCHECK=1 NUMBA_OPT=1
 BOUNDED := impacts resting_contact scheduling sensitivity trajectory/test_orientation.py test_batch.py \
-	test_elastic_gas.py test_simulate_robustness.py test_unchecked_scenes.py
+	test_unchecked_scenes.py
 
 test-boundscheck: $(READY)  ## tests of the kernels with bounds checks
 	$(CHECKED) $(COMPILE)

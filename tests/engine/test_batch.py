@@ -9,7 +9,6 @@ from functools import partial
 
 import numpy as np
 import pytest
-from breaks import break_scene
 from shots import POOL_TABLE, R, ball, rack, random_break, scene_of
 
 from ghostball.engine import (
@@ -22,6 +21,7 @@ from ghostball.engine import (
     simulate_sweep,
 )
 from ghostball.engine.errors import SceneError, UnsupportedSceneError
+from ghostball.validation.stress.random_breaks import random_break as varied_break
 
 
 def shot(velocity=(2.0, 0.0), **cue) -> Scene:
@@ -43,7 +43,7 @@ def assert_same(batch, k, result):
 @pytest.mark.compiled
 @pytest.mark.parametrize("threads", [1, 2, 3, None])
 def test_many_scenes_are_as_one_by_one(threads):
-    scenes = [shot(), *(break_scene(seed) for seed in (1, 2, 30)), scene_of(ball((0, 0)))]
+    scenes = [shot(), *map(varied_break, (2, 8, 10)), scene_of(ball((0, 0)))]
     batch = simulate_many(scenes, threads=threads)
     for k, scene in enumerate(scenes):
         assert_same(batch, k, simulate(scene))

@@ -14,7 +14,7 @@ Published results that this model can't have:
 - The hop of a cue ball that hits with ball friction, vz = mu (1 + e) v / 2 [B.5]: balls stay on the
   cloth.
 - The equation of state of hard spheres (Carnahan and Starling): on a cloth balls are discs, whose
-  own (Henderson) is in `test_elastic_gas`.
+  own (Henderson) is in `ghostball stress gas`.
 
 Nor does any law of the cushions take all of the spin, as [B.6] has it: see there.
 """

@@ -62,21 +62,6 @@ class TestOneBall:
         assert result.rest_positions[0, 1:].tolist() == [0.0, R]
         assert result.events["kind"].tolist() == [REST]
 
-    @pytest.mark.parametrize("angle", [0.1, 1.0, 2.5, -0.7])
-    def test_it_stops_on_its_line_whatever_the_direction(self, angle):
-        velocity = (2.0 * math.cos(angle), 2.0 * math.sin(angle))
-        scene = scene_of(ball((0, 0), velocity))
-        result = simulate(scene)
-        speed = mp.hypot(*map(mpf, velocity))
-        for axis in range(2):
-            exact = speed * mpf(velocity[axis]) / (2 * deceleration(scene))
-            assert_close(result.rest_positions[0, axis], exact, 6)
-
-    def test_its_speed_at_rest_is_exactly_zero(self):
-        result = simulate(scene_of(ball((0, 0), (1.234, 0.567))))
-        assert not np.any(result.final_state.velocities)
-        assert not np.any(result.final_state.angular_velocities)
-
     def test_a_resting_scene_has_no_events_and_no_time(self):
         result = simulate(scene_of(ball((0.3, 0.1)), ball((0.9, 0.2))), record="events")
         assert result.status is Status.REST
@@ -99,11 +84,6 @@ class TestOneBall:
         assert (result.status, result.rest_time, len(result.events)) == (Status.T_MAX, 2.5, 0)
         assert_close(result.rest_positions[0, 0], 2.5 - a * mpf(2.5) ** 2 / 2, 4)
         assert_close(result.final_state.velocities[0, 0, 0], 1 - a * mpf(2.5), 4)
-
-    def test_t_max_after_rest_is_rest(self):
-        result = simulate(scene_of(ball((0, 0), (1, 0)), t_max=100.0))
-        assert result.status is Status.REST
-        assert result.rest_time < 6.0
 
     def test_the_recorded_motion_is_the_closed_form(self):
         scene = scene_of(ball((0, 0), (1, 0)))
@@ -132,11 +112,6 @@ class TestTwoBalls:
         # Together they roll as far as one would have alone.
         assert_close(result.rest_positions[1, 0], 1 / (2 * a) + 2 * mpf(R), 16)
         assert_close(result.rest_positions[0, 0], path, 32)
-
-    def test_the_cue_ball_of_a_full_elastic_hit_stops_exactly(self):
-        result = simulate(scene_of(ball((0, 0), (1, 0)), ball((0.5, 0))), record="trajectory")
-        t = float(result.events["t"][0])
-        assert not np.any(result.sample(t + 0.1).velocities[0, 0])
 
     @pytest.mark.parametrize(
         ("masses", "e"), [((1.0, 3.0), 0.5), ((5.0, 1.0), 1.0), ((1.0, 1.0), 0.0), ((1e-6, 1), 1.0)]
@@ -180,23 +155,6 @@ class TestTwoBalls:
         )
         assert simulate(scene, record="events").events["t"].tolist() == [1.25]
 
-    def test_catching_up_at_no_relative_acceleration(self):
-        # pooltool 0.6.0 finds a phantom collision at t = 0 here, FastFiz none at all.
-        scene = scene_of(ball((1, 1), (0, 1)), ball((1, 1.5), (0, 0.5)))
-        result = simulate(scene, record="events")
-        assert collisions(result)[0] == (HIT, 0, 1)
-        assert_close(result.events["t"][0], (mpf(0.5) - 2 * mpf(R)) / mpf(0.5), 8)
-        assert round(float(result.events["t"][0]), 4) == 0.8857
-
-    @pytest.mark.parametrize("angle", [0.0, 0.3, 1.1, 2.0, 3.0])
-    def test_the_same_velocity_is_no_collision(self, angle):
-        velocity = (math.cos(angle), math.sin(angle))
-        scene = scene_of(ball((0, 0), velocity), ball((0.06, 0.01), velocity))
-        result = simulate(scene, record="events")
-        assert collisions(result) == []
-        moved = result.rest_positions - scene.positions
-        assert np.allclose(moved[0], moved[1], rtol=0, atol=8 * EPS)
-
     def test_a_ball_that_stops_short_does_not_hit(self):
         a = float(deceleration(scene_of(ball((0, 0)))))
         reach = 1.0 / (2.0 * a) + 2 * R
@@ -226,19 +184,9 @@ class TestTouching:
         assert result.events["t"][0] == 0.0
         assert np.array_equal(result.rest_positions[moving], scene.positions[moving])
 
-    def test_a_frozen_pair_at_rest_stays(self):
-        result = simulate(scene_of(ball((0, 0)), ball((2 * R, 0))), record="events")
-        assert len(result.events) == 0
-
     def test_a_frozen_pair_that_parts_has_no_collision(self):
         scene = scene_of(ball((0, 0), (-1, 0)), ball((2 * R, 0), (0.5, 0.1)))
         assert collisions(simulate(scene, record="events")) == []
-
-    def test_a_frozen_pair_that_rolls_together_has_no_collision(self):
-        scene = scene_of(ball((0, 0), (1, 0.5)), ball((2 * R, 0), (1, 0.5)))
-        result = simulate(scene, record="events")
-        assert collisions(result) == []
-        assert result.status is Status.REST
 
     @pytest.mark.parametrize("n", [2, 3, 5, 8])
     def test_a_frozen_line_passes_an_elastic_hit_to_its_last_ball(self, n):
@@ -280,25 +228,6 @@ class TestCushions:
         assert result.events.tolist() == [(0.75, CUSHION, 0, cushion)]
         assert result.rest_positions[0, :2].tolist() == [1 + v / 2 for v in velocity]
         assert result.collision_counts == {"ball-ball": 0, "ball-cushion": 1}
-
-    @pytest.mark.parametrize(
-        ("place", "velocity", "cushion"),
-        [
-            ((R, 0.5), (-1.0, 0.25), 0),
-            ((2.54 - R, 0.5), (1.0, 0.25), 1),
-            ((0.5, R), (0.25, -1.0), 2),
-            ((0.5, 1.27 - R), (0.25, 1.0), 3),
-        ],
-    )
-    def test_touching_a_cushion_and_moving_into_it_bounces_at_once(self, place, velocity, cushion):
-        # pooltool 0.6.0 lets such a ball escape the table.
-        scene = scene_of(ball(place, velocity), table=POOL_TABLE, t_max=0.1)
-        result = simulate(scene, record="events")
-        assert collisions(result) == [(CUSHION, 0, cushion)]
-        # A double 2.54 - R may leave a gap of a rounding error: "at once" is within that.
-        assert 0.0 <= result.events["t"][0] <= EPS
-        axis = cushion // 2
-        assert result.final_state.velocities[0, 0, axis] * velocity[axis] < 0
 
     def test_touching_a_cushion_and_rolling_along_it_is_no_bounce(self):
         scene = scene_of(ball((0.5, R), (0.5, 0.0)), table=POOL_TABLE)
@@ -342,12 +271,6 @@ class TestCushions:
         assert result.collision_counts["ball-cushion"] <= 2
         assert result.rest_positions[0, 0] == pytest.approx(2.54 - R, abs=4 * EPS * 2.54)
 
-    def test_an_open_side_lets_the_ball_go(self):
-        table = Table(length=2.0, width=2.0, cushions=("left", "bottom", "top"))
-        result = simulate(scene_of(ball((1, 1), (3, 0)), table=table), record="events")
-        assert collisions(result) == []
-        assert result.rest_positions[0, 0] > 20.0
-
 
 def galperin(digits: int) -> Scene:
     """Masses 1 : 100^k, a cushion behind the light ball: the collisions spell pi."""
@@ -376,28 +299,15 @@ def test_galperin_counts_pi(digits, count):
     assert result.status is Status.T_MAX
 
 
-def test_a_symmetric_pair_hit_respects_the_mirror_where_the_gaps_differ_by_nothing():
-    # Not touching each other, hit at one instant from two sides: nothing may prefer a side.
-    scene = scene_of(
-        ball((0, 0), radius=0.25),
-        ball((-1, 0), (1, 0), radius=0.25),
-        ball((1, 0), (-1, 0), radius=0.25),
-        rolling_friction=0.0,
-        t_max=2.0,
-    )
-    velocities = simulate(scene).final_state.velocities[0]
-    assert velocities[:, 0].tolist() == [0.0, -1.0, 1.0]
-
-
 class TestFrontDoor:
     def test_an_unknown_record_is_refused(self):
         with pytest.raises(GhostballError, match=r"`record` must be .*got 'all'"):
             simulate(scene_of(ball((0, 0))), record="all")
 
-    @pytest.mark.parametrize("limit", [0, -5])
+    @pytest.mark.parametrize("limit", [0, -5, 2.5, math.inf, True, "a", None])
     def test_an_event_limit_below_1_is_refused(self, limit):
         with pytest.raises(
-            GhostballError, match=f"`max_events` must be a whole number from 1 to .*, got {limit}"
+            GhostballError, match=f"`max_events` must be a whole number from 1 to .*, got {limit!r}"
         ):
             simulate(scene_of(ball((0, 0))), max_events=limit)
 
@@ -415,11 +325,6 @@ class TestFrontDoor:
         assert len(result.events) == 5
         assert "5 events" in result.reason
         assert result.rest_time == result.events["t"][-1]
-
-    def test_rest_records_nothing_else(self):
-        result = simulate(scene_of(ball((0, 0), (1, 0))))
-        assert result.events is None
-        assert result.trajectory is None
 
     def test_events_have_the_dtype_of_the_contract_and_counts_agree(self):
         scene = scene_of(ball((0.5, 0.5), (2, 0.3)), ball((1.5, 0.6)), table=POOL_TABLE)
