@@ -315,6 +315,7 @@ def leaderboard(
     ] = Path("out/board"),
     jobs: Jobs = AUTO,
     rerun: Rerun = False,
+    time_limit: TimeLimit = 120.0,
     plot: Annotated[Path | None, plot_option("Draw the board")] = None,
     form: PlainFormat = Plain.TEXT,
 ) -> None:
@@ -336,6 +337,7 @@ def leaderboard(
             out=out,
             jobs=jobs,
             rerun=rerun,
+            time_limit=time_limit,
             sort=sort,
             plot=plot,
             as_json=form is Plain.JSON,

@@ -19,7 +19,7 @@ from ghostball.reference_adapters.elsewhere import Run, recorded_engine
 from ghostball.reports.accuracy import cell_text
 from ghostball.validation.checks.law import asked_of
 from ghostball.validation.checks.verdict import NOTHING_JUDGED, is_nothing_judged
-from ghostball.validation.exit_status import ExitStatus
+from ghostball.validation.exit_status import ExitStatus, worst
 from ghostball.validation.results.files import write_all_whole
 from ghostball.validation.results.records import CaseRecord
 from ghostball.validation.scenes.library import find_scene, select
@@ -56,10 +56,17 @@ def plain(scene: Scene) -> dict[str, object]:
 
 
 def grade(files: Sequence[Path]) -> int:
-    """Judge runs that were made elsewhere as any engine's, and show what became of each."""
-    runs = [run for path in files for run in Run.load(path)]
-    if not runs:
-        raise EngineError("the files must hold at least one run, got none")
+    """Judge runs that were made elsewhere as any engine's, and show what became of each.
+
+    A file without a whole run is what an engine leaves that crashed or hung: it did not finish.
+    """
+    runs: list[Run] = []
+    lost: list[str] = []
+    for path in files:
+        try:
+            runs += Run.load(path)
+        except EngineError as error:
+            lost.append(str(error))
     cases = [_judge(run) for run in runs]
     table = Table(box=box.SIMPLE_HEAD)
     for column in ("scene", "engine", "how right", "collisions", "says"):
@@ -72,9 +79,12 @@ def grade(files: Sequence[Path]) -> int:
             _counts(case),
             escape(case.reason),
         )
-    stdout().print(table)
-    for line in failures(cases):
+    if cases:
+        stdout().print(table)
+    for line in (*failures(cases), *(f"[bold red]did not finish[/] {escape(one)}" for one in lost)):
         stdout().print(line, soft_wrap=True)
+    if lost:
+        return worst(ExitStatus.CHECK_FAILED, exit_status_of(cases))
     if is_nothing_judged(cases):
         say(f"[bold yellow]{NOTHING_JUDGED}.[/]")
     return exit_status_of(cases)

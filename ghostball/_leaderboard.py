@@ -14,7 +14,7 @@ from rich.table import Table
 
 from ghostball._progress import COMPILING, Steps
 from ghostball._terminal import say, stdout
-from ghostball._verdicts import headline
+from ghostball._verdicts import failures, headline
 from ghostball.engine import GhostballError
 from ghostball.reports import style
 from ghostball.reports.board import LOOKS, about, draw_board, value_text
@@ -33,6 +33,7 @@ def run(
     out: Path,
     jobs: int,
     rerun: bool,
+    time_limit: float,
     sort: str | None,
     plot: Path | None,
     as_json: bool,
@@ -53,6 +54,7 @@ def run(
             columns=chosen,
             jobs=jobs,
             rerun=rerun,
+            time_limit=time_limit,
             progress=count,
             compiling=step(COMPILING),
         )
@@ -72,6 +74,8 @@ def run(
             unit = f" [{one.unit}]" if one.unit else ""
             stdout().print(f"{one.id}{unit}: {one.question}", markup=False, style="dim")
         if outcome is not None:
+            for line in failures(outcome.cases):
+                stdout().print(line, soft_wrap=True)
             console.print(headline(outcome, time.perf_counter() - started), soft_wrap=True)
     if outcome is not None and is_nothing_judged(outcome.cases):
         say(f"[bold yellow]{NOTHING_JUDGED}[/]")

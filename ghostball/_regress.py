@@ -26,6 +26,7 @@ from ghostball.validation.baselines import (
     AcceptError,
     LimitsBrokenError,
     NotDeterministicError,
+    NotFinishedError,
     NothingToAcceptError,
     Regression,
     SceneChange,
@@ -331,7 +332,7 @@ def run_accept(
         except LimitsBrokenError as error:
             say(f"[bold red]error:[/] {escape(str(error))}, or say --even-though-limits-fail")
             statuses.append(ExitStatus.CHECK_FAILED)
-        except NotDeterministicError as error:
+        except (NotDeterministicError, NotFinishedError) as error:
             say(f"[bold red]error:[/] {escape(str(error))}")
             statuses.append(ExitStatus.CHECK_FAILED)
         except NothingToAcceptError as error:

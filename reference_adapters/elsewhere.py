@@ -131,6 +131,8 @@ class Run(_Part):
                     "or one run a line"
                 ) from None
         listed = values if isinstance(values, list) else [values]
+        if not listed:
+            raise EngineError(f"{path} must hold at least one run, got none")
         return tuple(cls.parse(value, f"{path}, run {k}") for k, value in enumerate(listed, 1))
 
     @classmethod

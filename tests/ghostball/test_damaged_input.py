@@ -301,8 +301,8 @@ def test_what_is_graded_may_be_nested_as_deeply_as_one_likes(tmp_path, text):
     # Python's own reader of JSON gave up with an error that nobody caught.
     (tmp_path / "runs.json").write_text(text)
     status, output = run("grade", tmp_path / "runs.json")
-    assert status == 2
-    assert output.startswith(f"error: {tmp_path / 'runs.json'}")
+    assert status == 1
+    assert output.startswith(f"did not finish {tmp_path / 'runs.json'}")
     assert "Traceback" not in output
 
 

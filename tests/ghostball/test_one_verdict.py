@@ -83,8 +83,8 @@ def by_pytest(pytester, way: str, *options: str) -> tuple[int, frozenset[str]]:
     return int(done.ret), broken_in(done.stdout.str())
 
 
-def by_grade(way: str) -> tuple[int, frozenset[str]]:
-    """Write the same run as another program would, and have it graded."""
+def written_elsewhere(way: str, **said: object) -> None:
+    """Write the same run as another program would; some of it says something else."""
     scene = find_scene(SCENE)
     result = Wrong(Wrong.Settings(way=way)).simulate(scene, record="trajectory")
     motion = result.trajectory
@@ -98,7 +98,11 @@ def by_grade(way: str) -> tuple[int, frozenset[str]]:
             "angular_velocities": motion.angular_velocities.tolist(),
         },
     }
-    Path("run.json").write_text(json.dumps(run_elsewhere), encoding="utf-8")
+    Path("run.json").write_text(json.dumps(run_elsewhere | said), encoding="utf-8")
+
+
+def by_grade(way: str, **said: object) -> tuple[int, frozenset[str]]:
+    written_elsewhere(way, **said)
     return judged("grade", "run.json")
 
 
@@ -182,20 +186,54 @@ def test_who_insists_on_a_wrong_engine_keeps_the_reason_and_fails_all_the_same(h
     assert judged("regress", SCENE, *engine) == judged("validate", SCENE, *engine, "--no-report")
 
 
+LEFT_BEHIND = {
+    "no file": None,
+    "an empty file": "",
+    "a file that is cut off": '{"engine": "wrong", "scene": "restitution-cut", "status": "re',
+    "a run without its end": '{"engine": "wrong", "scene": "restitution-cut", "status": "rest"}',
+    "a run that says that it failed": {"status": "failed", "reason": "out of memory"},
+    "no motion": {"samples": None},
+    "less than a ball": {"rest_positions": []},
+}
+"""What an engine in another language may leave that crashed or was ended, by what that is."""
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("way", APART)
-def test_an_engine_that_crashes_or_hangs_is_the_same_to_every_command(here, way):
-    limit = ("--time-limit", "10" if way == "hang" else "600")
+def test_an_engine_that_crashes_or_hangs_did_not_finish_whatever_the_command(here, way):
+    limit = ("--time-limit", "10" if way == "hang" else "120")
     engine = ("-e", label(way))
-    quiet = ("--no-report", *limit)
+    stress = (f"shipped/{SCENE}", "--full", "--no-report", "--out", "stress")
     said = {
-        "validate": run("validate", SCENE, *engine, *quiet),
+        "validate": run("validate", SCENE, *engine, "--no-report", *limit),
         "regress": run("regress", SCENE, *engine, *limit),
-        "stress": run("stress", f"shipped/{SCENE}", "--full", *engine, *quiet, "--out", "stress"),
+        "accept": run("accept", *engine, "--reason", "It is wrong."),
+        "stress": run("stress", *stress, *engine, *limit),
+        "leaderboard": run("leaderboard", "--only", *engine, "--column", "cut", *limit),
     }
     why = "it took longer than 10 s" if way == "hang" else "exit code 7"
-    for command, (status, text) in said.items():
-        assert status == 1, command
-        assert why in text, command
-    assert run("accept", *engine, "--reason", "It is wrong.")[0] != 0
-    assert by_pytest(here, way, f"--ghostball-time-limit={limit[1]}")[0] == 1
+    assert [command for command, (_, text) in said.items() if why not in text] == []
+    found: Said = {command: (status, broken_in(text)) for command, (status, text) in said.items()}
+    found["pytest"] = by_pytest(here, way, f"--ghostball-time-limit={limit[1]}")
+    found["grade"] = by_grade("right", status="failed", reason=why)
+    assert found == dict.fromkeys(found, (1, frozenset()))
+    assert not list(Path("baselines").glob("**/*.toml"))
+
+
+@pytest.mark.parametrize("left", LEFT_BEHIND)
+def test_what_is_left_of_a_run_is_graded_as_one_that_did_not_finish(here, left):
+    found = LEFT_BEHIND[left]
+    if isinstance(found, dict):
+        written_elsewhere("right", **found)
+    elif found is not None:
+        Path("run.json").write_text(found, encoding="utf-8")
+    status, text = run("grade", "run.json")
+    assert (status, broken_in(text)) == (1, frozenset()), text
+    assert "did not finish" in text
+    # What was played whole is judged all the same.
+    Path("run.json").rename("lost.json") if found is not None else None
+    written_elsewhere("energy")
+    status, text = run("grade", "lost.json", "run.json")
+    assert status == 1
+    assert "did not finish" in text
+    assert broken_in(text)

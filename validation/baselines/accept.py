@@ -44,6 +44,10 @@ class NotDeterministicError(AcceptError):
     """What was to be accepted is something else each time that the engine plays it."""
 
 
+class NotFinishedError(AcceptError):
+    """What was to be accepted has no result: the engine crashed, hung or gave up."""
+
+
 class LimitsBrokenError(AcceptError):
     """What was to be accepted breaks limits of truth, in the scenes `broken`."""
 
@@ -112,6 +116,8 @@ def accept(
     NotDeterministicError
         Where the engine gave other bits when it played one of the scenes again. Nothing is written
         then.
+    NotFinishedError
+        Where there is no more to accept than what the engine did not finish.
     GhostballError
         Where there is no reason, no comparison, one of other code than what is here now, or nothing
         to accept. Nothing is written then.
@@ -145,6 +151,13 @@ def accept(
     left = [name for name in regression.stale if baseline_path(folder, name).exists()]
     stale = [name for name in left if _is_any(name, only)]
     if not chosen and not stale:
+        lost = [one for one in regression.scenes if one.failed and not one.head_hash]
+        if lost := [one for one in lost if _is_any(one.scene, only)]:
+            said = "; ".join(f"{one.scene}: {one.summary}" for one in lost)
+            raise NotFinishedError(
+                f"nothing is accepted of engine `{engine}`: {said}. Mend the engine, and run "
+                "`ghostball regress` again"
+            )
         there = ", ".join([*(one.scene for one in candidates), *left]) or "nothing"
         raise NothingToAcceptError(
             f'nothing to accept matches "{" ".join(only)}"; what there is to accept: {there}'

@@ -63,7 +63,7 @@ ROWS: Final = (
 """Engines and configurations that the board has, unless others are asked for."""
 
 CASE_LIMIT: Final = 120.0
-"""Time after which a shot of the board is given up [s]."""
+"""Time after which a shot of the board is given up [s], unless told."""
 
 Place = tuple[str, str]
 """A row and a column's id."""
@@ -145,6 +145,7 @@ def run_board(
     columns: Iterable[Column] = tuple(QUESTIONS.values()),
     jobs: int = 1,
     rerun: bool = False,
+    time_limit: float = CASE_LIMIT,
     progress: Progress[str] | None = None,
     compiling: Progress[str] | None = None,
 ) -> tuple[Board, Outcome | None]:
@@ -163,6 +164,8 @@ def run_board(
         Processes. Run times are best taken with 1.
     rerun : bool
         Whether to run anew all that is asked for; what isn't stays as it is.
+    time_limit : float [s]
+        Time after which a shot is given up.
     progress : callable, optional
     compiling : callable, optional
         How far the compiling of our engine's kernels is, where they aren't.
@@ -199,7 +202,7 @@ def run_board(
             compiling=compiling,
             criteria=plan.criteria,
             reuse=not rerun,
-            time_limit=CASE_LIMIT,
+            time_limit=time_limit,
             only=plan.pairs,
         )
     cells = {} if stored is None else {(one.row, one.column): one for one in stored.cells}
