@@ -147,10 +147,10 @@ SECTIONS := wall-bounce masse sliding-swerve air-rolls restitution-bounce flight
 SECTION_ENGINES := ghostball pymunk pymunk:mode=landed pybullet pybullet:mode=landed paper-discrete \
 	paper-continuous mujoco physx:cloth=own dart:cloth=own
 
-gallery: engines validate  ## remake the pictures that the README shows
+gallery: engines validate  ## remake the pictures of the README and the documentation
 	$(BIN)/ghostball validate $(SECTIONS) $(addprefix -e ,$(SECTION_ENGINES)) --jobs $(JOBS) \
 		--out $(OUT)/sections --no-report
-	$(BIN)/python -m benchmarks gallery $(OUT) reports/gallery --sections $(OUT)/sections
+	$(BIN)/python -m benchmarks gallery $(OUT) docs/pictures --sections $(OUT)/sections
 
 peers:  ## other billiards engines, into .venv-peers, for `python -m benchmarks` to measure beside ours
 	@test -n "$(PYTHON)" && $(PYTHON) $(FIT) || { \

@@ -2,34 +2,29 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, TypeVar
 
 import typer
+from rich.console import RenderableType
 
 import benchmarks.accuracy
-import benchmarks.attribution
-from benchmarks import tables
-from benchmarks.board import draw_committed_board
-from benchmarks.commands import Out, Quick, Repeats, Store, measured_by, paths_of
-from benchmarks.flight_racks import FLIGHTS, measure_flights, told
-from benchmarks.gallery import write_gallery
-from benchmarks.measure import measure_targets
-from benchmarks.peer_engines import make_peers
+from benchmarks import measurements, tables
+from benchmarks.measurements import Measurement
+from benchmarks.pictures.gallery import write_gallery
 from benchmarks.precision import _ladders, measure as precision_of
-from benchmarks.precision.figure import draw_committed_precision
 from benchmarks.precision.tables import precision_tables
-from benchmarks.racks import RACKS, measure_racks
-from benchmarks.racks_figure import draw_committed_racks
-from benchmarks.scaling import TINY, WIDE, measure_scaling
-from benchmarks.scaling_figure import draw_committed_scaling
-from benchmarks.sizes import FULL, QUICK
+from benchmarks.racks import PEERS, RACKS, measure_racks, our_player, peer
+from benchmarks.running import BenchError
 from benchmarks.skips import measure_skips
-from benchmarks.targets import chosen_workloads
+from benchmarks.speed import chosen_workloads, measure_targets
 from ghostball._options import AUTO, Jobs, engines_option
+from ghostball._progress import counting
 from ghostball._terminal import command, say, stdout
 from ghostball.validation.exit_status import ExitStatus
+from ghostball.validation.results.environment import describe_environment
 from ghostball.validation.scenes.gases import many_balls
 from ghostball.validation.scenes.library import select
 
@@ -41,9 +36,27 @@ app = typer.Typer(
     rich_markup_mode=None,
 )
 
-ROUNDS = 15
-"""Rounds of the targets: some six minutes without peers, three of which compile."""
+M = TypeVar("M", bound=Measurement)
 
+ROUNDS = 15
+"""Rounds of the targets: some four minutes, three of which compile."""
+
+Repeats = Annotated[
+    int, typer.Option(min=1, help="Rounds: how often each is measured; slow ones less often.")
+]
+Quick = Annotated[
+    bool, typer.Option("--smoke", help="Tiny sizes, to see that all runs; its times mean nothing.")
+]
+Out = Annotated[
+    Path | None,
+    typer.Option("--out", "-o", metavar="FILE|DIR", help="Write the measurement there, as JSON."),
+]
+Store = Annotated[
+    bool,
+    typer.Option(
+        "--store", help="Write it to benchmarks/results/MACHINE of the checkout, to be committed."
+    ),
+]
 Workloads = Annotated[
     list[str] | None,
     typer.Argument(metavar="GLOB", help="Only workloads that match, such as 'gas-*'."),
@@ -52,9 +65,9 @@ Peers = Annotated[
     list[str] | None,
     typer.Option(
         "--peer",
-        metavar="NAME|ENGINE",
-        help="Another engine beside ours: pooltool, billiards, FastFiz, or as for `run --engine`; "
-        "give it once for each, or none for none (default: all that are known).",
+        metavar="ENGINE",
+        help="Another engine beside ours, as for `run --engine`; once for each, or none for none "
+        f"(default: {', '.join(PEERS)}).",
     ),
 ]
 Shots = Annotated[
@@ -65,6 +78,45 @@ First = Annotated[
 ]
 
 
+def paths_of(kind: str, out: Path | None, store: bool, *, part: bool) -> dict[str, Path]:
+    """Return the files to write, by option, each checked before anything is measured."""
+    paths: dict[str, Path] = {}
+    if store:
+        if part:
+            raise BenchError(
+                "`--store` keeps whole measurements only, so it can't go with `--smoke`, "
+                "single workloads, `--first`, fewer `--shots` than by default, `--engine`, or "
+                "single scenes. Use `--out FILE`"
+            )
+        paths["--store"] = measurements.store_path(describe_environment(), kind)
+    if out is not None:
+        paths["--out"] = measurements.out_path(out, kind)
+    for option, path in paths.items():
+        measurements.check_target(path, kind, option)
+    return paths
+
+
+def measured_by(
+    measure: Callable[..., M], tables: Callable[[M], RenderableType], paths: dict[str, Path]
+) -> M:
+    """Measure, show it, and write it; end with 130 where that was interrupted."""
+    with counting("measuring") as count:
+        measured = measure(progress=count)
+    stdout().print(tables(measured))
+    for option, path in paths.items():
+        if measured.interrupted and not measured.anything:
+            continue
+        if measured.interrupted and option == "--store":
+            say("[bold]Interrupted:[/] nothing is stored, for a part would replace the whole")
+            continue
+        measurements.save(measured, path, option)
+        stdout().print(f"written: {path}", soft_wrap=True, markup=False)
+    if measured.interrupted:
+        say("[bold]Interrupted:[/] the tables hold what was measured until then")
+        raise typer.Exit(ExitStatus.INTERRUPTED)
+    return measured
+
+
 @app.command()
 @command
 def targets(
@@ -73,37 +125,16 @@ def targets(
     quick: Quick = False,
     out: Out = None,
     store: Store = False,
-    peer: Peers = None,
 ) -> None:
-    """Measure our engine against its targets, and peers beside it; a missed one is no failure."""
+    """Measure our engine against its targets; a missed one is no failure."""
     measure = partial(
         measure_targets,
         chosen_workloads(wanted or ()),
         rounds=1 if quick else repeats,
-        size=QUICK if quick else FULL,
+        quick=quick,
     )
     paths = paths_of("targets", out, store, part=bool(wanted) or quick)
-    measured_by(partial(measure, make_peers(peer)), tables.targets_tables, paths)
-
-
-@app.command()
-@command
-def scaling(
-    repeats: Repeats = 3,
-    quick: Quick = False,
-    out: Out = None,
-    store: Store = False,
-    peer: Peers = None,
-) -> None:
-    """Measure time per event against number of balls and packing."""
-    paths = paths_of("scaling", out, store, part=quick)
-    measure = partial(
-        measure_scaling,
-        make_peers(peer),
-        rounds=1 if quick else repeats,
-        extent=TINY if quick else WIDE,
-    )
-    measured_by(measure, tables.scaling_tables, paths)
+    measured_by(measure, tables.targets_tables, paths)
 
 
 @app.command()
@@ -113,32 +144,23 @@ def racks(
     quick: Quick = False,
     out: Out = None,
     store: Store = False,
-    peer: Peers = None,
+    peers: Peers = None,
 ) -> None:
     """Measure the time of each of 1000 random racks, half frozen.
 
-    The other half is loose by up to 1 mm; all of pool's physics, the cue ball at 4 to 12 m/s. Peers
-    play the first 100 of them, once.
+    The other half is loose by up to 1 mm; all of pool's physics, the cue ball at 4 to 12 m/s. Other
+    engines play the first 100 of them, once.
     """
     paths = paths_of("racks", out, store, part=quick)
+    asked = PEERS if peers is None else [] if peers == ["none"] else peers
     measure = partial(
         measure_racks,
-        make_peers(peer),
+        our_player(),
+        [peer(one) for one in asked],
         rounds=1 if quick else repeats,
         racks=2 if quick else RACKS,
     )
     measured_by(measure, tables.racks_tables, paths)
-
-
-@app.command(name="flight-racks")
-@command
-def flight_racks(
-    repeats: Repeats = 3,
-    quick: Quick = False,
-    shots: Annotated[int, typer.Option(min=1, help="How many.")] = FLIGHTS,
-) -> None:
-    """Measure the time and the work of random shots in flight onto frozen racks."""
-    stdout().print(told(measure_flights(2 if quick else shots, 1 if quick else repeats)))
 
 
 @app.command()
@@ -153,27 +175,6 @@ def accuracy(
     measured = measured_by(measure, tables.accuracy_tables, paths)
     if measured.faulty:
         say(f"[bold red]Shots that break a limit of every scene: {len(measured.faulty)}[/]")
-        raise typer.Exit(ExitStatus.CHECK_FAILED)
-
-
-@app.command()
-@command
-def attribution(
-    shots: Shots = None, first: First = 0, jobs: Jobs = AUTO, out: Out = None, store: Store = False
-) -> None:
-    """Count how often the bound of a model error that `explain` gives holds.
-
-    200 random shots on engines whose model error is known. Exit status 1 where fewer than 95 % of
-    the bounds hold.
-    """
-    shots = shots or benchmarks.attribution.SHOTS
-    paths = paths_of(
-        "attribution", out, store, part=first > 0 or shots < benchmarks.attribution.SHOTS
-    )
-    measure = partial(benchmarks.attribution.measure_attribution, shots, first=first, jobs=jobs)
-    measured = measured_by(measure, tables.attribution_tables, paths)
-    if measured.failing:
-        say(f"[bold red]Too few bounds hold:[/] {', '.join(measured.failing)}")
         raise typer.Exit(ExitStatus.CHECK_FAILED)
 
 
@@ -257,13 +258,7 @@ def gallery(
     ] = None,
 ) -> None:
     """Draw the pictures that the README shows, and those of committed benchmarks beside them."""
-    more = {
-        "precision": draw_committed_precision,
-        "scaling": draw_committed_scaling,
-        "racks": draw_committed_racks,
-        "board": draw_committed_board,
-    }
-    for path in write_gallery(results, out, more, sections_dir=sections):
+    for path in write_gallery(results, out, sections_dir=sections):
         typer.echo(path)
 
 

@@ -4,20 +4,21 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
+from contextlib import closing
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any, Literal, Never
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict
 
 from benchmarks.measurements import Measurement, measured_where
-from benchmarks.running import run_each, shot_numbers
+from benchmarks.running import BenchError
 from ghostball.engine import Status, simulate
 from ghostball.reference_adapters.certified import CertifiedSettings, certify
 from ghostball.validation.checks.violations import faults_of
 from ghostball.validation.grading.grading import grade
 from ghostball.validation.parallel.compiling import compile_kernels
-from ghostball.validation.parallel.pool import Progress
+from ghostball.validation.parallel.pool import Progress, run_tasks
 from ghostball.validation.scenes.random_shots import random_shot
 
 SHOTS = 10_000
@@ -205,11 +206,25 @@ def measure_accuracy(
     BenchError
         Where a number is wrong, or a process dies.
     """
-    numbers = shot_numbers(shots, first, jobs)
+    for name, value, least in (("shots", shots, 1), ("first", first, 0), ("jobs", jobs, 1)):
+        if value < least:
+            raise BenchError(f"`{name}` must be at least {least}, got {value}")
+    numbers = range(first, first + shots)
     compile_kernels((random_shot(number) for number in numbers[:_VARIED]), jobs)
-    tally = _Tally()
-    interrupted = run_each(numbers, jobs, _grade_shot, tally.add, "shot {}".format, progress)
+    tally, interrupted = _Tally(), False
+    try:
+        with closing(run_tasks(numbers, jobs, _grade_shot)) as answers:
+            for count, done in enumerate(answers, start=1):
+                tally.add(done.or_else(_died))
+                if progress is not None:
+                    progress(count, shots, f"shot {done.task}")
+    except KeyboardInterrupt:
+        interrupted = True
     return tally.measurement(first, interrupted=interrupted)
+
+
+def _died(number: int, reason: str) -> Never:
+    raise BenchError(f"the measurement of shot {number}: {reason}")
 
 
 def _grade_shot(number: int) -> _Graded:

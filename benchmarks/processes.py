@@ -6,7 +6,6 @@ import os
 import subprocess
 import sys
 import tempfile
-import threading
 import time
 from collections.abc import Mapping
 from pathlib import Path
@@ -78,7 +77,7 @@ def first_shot(environment: Mapping[str, str], clock: Clock) -> tuple[float, flo
     Returns
     -------
     shot, imported : float [s]
-        From the start of the process to the end of its shot, and what importing the engine took.
+        From the start of the process to its end, and what importing the engine took.
 
     Raises
     ------
@@ -91,28 +90,19 @@ def first_shot(environment: Mapping[str, str], clock: Clock) -> tuple[float, flo
 def _timed(
     program: str, purpose: str, environment: Mapping[str, str], clock: Clock
 ) -> tuple[float, float]:
-    """Run a program; return seconds until it prints a number, and that number."""
+    """Run a program to its end; return how long that took [s], and the number that it printed."""
     root = str(Path(engine.__file__).resolve().parent.parent)
     paths = [root, *filter(None, [os.environ.get("PYTHONPATH")])]
     variables = {**os.environ, "PYTHONPATH": os.pathsep.join(paths), **environment}
     command = [sys.executable, "-c", program, str(FOLDER / f"{SHOT}.toml")]
-    with tempfile.TemporaryFile(mode="w+") as messages:
-        began = clock()
-        with subprocess.Popen(
-            command, env=variables, stdout=subprocess.PIPE, stderr=messages, text=True
-        ) as process:
-            watch = threading.Timer(LONGEST, process.kill)
-            watch.start()
-            try:
-                line = process.stdout.readline() if process.stdout else ""
-                took = clock() - began
-            finally:
-                watch.cancel()
-                if sys.exc_info()[0] is not None:
-                    process.kill()
-        try:
-            return took, float(line)
-        except ValueError:
-            messages.seek(0)
-            said = messages.read().strip().splitlines()[-1:] or [f"it took over {LONGEST:.0f} s"]
-            raise BenchError(f"a new process could not {purpose}: {said[0]}") from None
+    began = clock()
+    try:
+        done = subprocess.run(
+            command, env=variables, capture_output=True, text=True, timeout=LONGEST, check=False
+        )
+        return clock() - began, float(done.stdout)
+    except subprocess.TimeoutExpired:
+        said = f"it took over {LONGEST:.0f} s"
+    except ValueError:
+        said = "".join(done.stderr.strip().splitlines()[-1:])
+    raise BenchError(f"a new process could not {purpose}: {said}")

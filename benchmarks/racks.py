@@ -2,31 +2,43 @@
 
 from __future__ import annotations
 
+import math
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Literal
 
 from pydantic import BaseModel, ConfigDict
 
-from benchmarks.comparison import PEER_ERRORS, outcome_of
 from benchmarks.measurements import Measurement, measured_where
-from benchmarks.peer_engines import Peer
-from benchmarks.records import Outcome
-from benchmarks.scaling import OurEngine
+from benchmarks.running import run
 from benchmarks.scenes import random_rack
 from benchmarks.timing import Clock, Figures, Sampler, Samples, Task, take_turns
-from ghostball.engine import Scene
+from ghostball.engine import EngineFailedError, Scene, UnsupportedSceneError
+from ghostball.reference_adapters import EngineUnavailableError, ReferenceEngine, make_engine
+from ghostball.reference_adapters.output import captured
+from ghostball.reference_adapters.registry import OURS
 from ghostball.validation.parallel.pool import Progress
+from ghostball.validation.results.environment import versions
+from ghostball.validation.runs.playing import ONE_BY_ONE, run_as_it_can
 
 RACKS = 1_000
 """Racks of a whole measurement."""
 
 PEER_RACKS = 100
-"""The first of them, which peers play, once: they need so much longer."""
+"""The first of them, which other engines play, once: they need so much longer."""
 
 WARMING = 10
 """The first of them, which each engine plays beforehand: it may compile."""
+
+PEERS = ("pooltool", "billiards", "pymunk:dt=1e-3", "pybullet:dt=1e-3")
+"""Engines that are measured beside ours unless others are asked for."""
+
+Outcome = Literal["ran", "absent", "not-representable", "failed"]
+
+_PACKAGES = {"pooltool": "pooltool-billiards"}
+"""What an engine is installed as, where that is another name."""
 
 
 class RackTimes(BaseModel):
@@ -62,45 +74,86 @@ class RacksMeasurement(Measurement):
 
 
 @dataclass(eq=False)
-class _Player:
-    """One engine that plays racks, and what becomes of it."""
+class Player:
+    """One engine that plays racks, and what becomes of it.
 
-    engine: Peer
-    scenes: Sequence[Scene]
-    most: int | None = None
+    `play` runs a scene to its end and returns the time of the simulation alone [s].
+    """
+
+    name: str
+    version: str
+    play: Callable[[Scene], float]
     outcome: Outcome = "ran"
     detail: str = ""
 
-    def task(self) -> Task:
-        return Task(self.engine.name, self._prepare, self.most)
+    def task(self, scenes: Sequence[Scene], most: int | None = None) -> Task:
+        """Return it as something to be measured by turns; what fails isn't asked again."""
 
-    def times(self, samples: Samples) -> RackTimes:
-        spreads = samples.spreads(self.engine.name).values()
+        def prepare() -> Sampler:
+            self._times(scenes[:WARMING])
+            return lambda _: self._times(scenes)
+
+        return Task(self.name, prepare, most)
+
+    def found(self, samples: Samples) -> RackTimes:
+        """Return what was measured of it."""
+        spreads = samples.spreads(self.name).values()
         return RackTimes(
-            engine=self.engine.name,
-            version=self.engine.version,
+            engine=self.name,
+            version=self.version,
             outcome=self.outcome,
             detail=self.detail,
             seconds=tuple(float(f"{spread.median:.4g}") for spread in spreads),
         )
 
-    def _prepare(self) -> Sampler:
-        self._play(self.scenes[:WARMING])
-        return lambda _: self._play(self.scenes)
-
-    def _play(self, scenes: Sequence[Scene]) -> dict[str, float]:
+    def _times(self, scenes: Sequence[Scene]) -> dict[str, float]:
         """Return the time of each of the scenes; nothing where the engine fails in one of them."""
         if self.outcome != "ran":
             return {}
         try:
-            return {scene.name: self.engine.simulate(scene).seconds for scene in scenes}
-        except PEER_ERRORS as error:
-            self.outcome, self.detail = outcome_of(error), str(error)
-            return {}
+            return {scene.name: self.play(scene) for scene in scenes}
+        except EngineUnavailableError as error:
+            self.outcome, self.detail = "absent", str(error)
+        except UnsupportedSceneError as error:
+            self.outcome, self.detail = "not-representable", str(error)
+        except EngineFailedError as error:
+            self.outcome, self.detail = "failed", str(error)
+        return {}
+
+
+def our_player() -> Player:
+    """Return our own engine."""
+    return Player(OURS, "", lambda scene: run(scene).wall_time)
+
+
+def peer(spec: str) -> Player:
+    """Return another engine, as `--engine` names it; one that isn't installed says so when asked.
+
+    Raises
+    ------
+    GhostballError
+        Where there is none of that name, or it doesn't know a setting.
+    """
+    try:
+        engine = make_engine(spec)
+    except EngineUnavailableError as error:
+        return Player(spec, "", lambda _: math.nan, "absent", str(error))  # never asked
+    package = _PACKAGES.get(engine.name, engine.name)
+    return Player(spec, versions().get(package) or "", partial(_played, engine))
+
+
+def _played(engine: ReferenceEngine, scene: Scene) -> float:
+    """Run a scene; impacts that share a ball come one by one where the engine knows no other."""
+    with captured():
+        result = run_as_it_can(engine, scene, ({}, ONE_BY_ONE), "rest")
+    if not result.status.complete:
+        raise EngineFailedError(engine.name, f"{result.status.value}: {result.reason}")
+    return result.wall_time
 
 
 def measure_racks(
-    peers: Sequence[Peer] = (),
+    ours: Player,
+    peers: Sequence[Player] = (),
     *,
     rounds: int,
     racks: int = RACKS,
@@ -111,7 +164,8 @@ def measure_racks(
 
     Parameters
     ----------
-    peers : sequence of Peer
+    ours : Player
+    peers : sequence of Player
     rounds : int
         How often our engine plays each rack.
     racks : int
@@ -121,14 +175,12 @@ def measure_racks(
     """
     environment = measured_where()
     scenes = [random_rack(number) for number in range(racks)]
-    players = [_Player(OurEngine(), scenes)]
-    players += [_Player(peer, scenes[:PEER_RACKS], most=1) for peer in peers]
-    tasks = [player.task() for player in players]
+    tasks = [ours.task(scenes), *(one.task(scenes[:PEER_RACKS], most=1) for one in peers)]
     samples = take_turns(tasks, rounds, clock=clock, progress=progress)
     return RacksMeasurement(
         environment=environment,
         rounds=rounds,
         quick=racks < RACKS,
         interrupted=samples.interrupted,
-        engines=tuple(player.times(samples) for player in players),
+        engines=tuple(player.found(samples) for player in (ours, *peers)),
     )

@@ -6,14 +6,12 @@ An interrupt, or a run that broke off, is no measurement.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Sequence
-from contextlib import closing
-from typing import Never, TypeVar
+from collections.abc import Collection
+from typing import TypeVar
 
 from benchmarks.scenes import later
 from ghostball.engine import GhostballError, Record, Result, Scene, Status, simulate
 from ghostball.engine.scene import POOL_BALL_RADIUS
-from ghostball.validation.parallel.pool import Progress, run_tasks
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -44,52 +42,6 @@ def run(scene: Scene, *, record: Record = "rest", no_skip: Collection[str] = ())
     return result
 
 
-def shot_numbers(shots: int, first: int, jobs: int) -> range:
-    """Return the numbers of the random shots that a measurement in `jobs` processes is of.
-
-    Raises
-    ------
-    BenchError
-        Where a number is wrong.
-    """
-    for name, value, least in (("shots", shots, 1), ("first", first, 0), ("jobs", jobs, 1)):
-        if value < least:
-            raise BenchError(f"`{name}` must be at least {least}, got {value}")
-    return range(first, first + shots)
-
-
-def run_each(
-    tasks: Sequence[T],
-    jobs: int,
-    work: Callable[[T], R],
-    take: Callable[[R], object],
-    name: Callable[[T], str],
-    progress: Progress[str] | None,
-) -> bool:
-    """Do tasks in processes, and hand on what each gives; return whether Ctrl-C ended it early.
-
-    `name` says what a task is, for people.
-
-    Raises
-    ------
-    BenchError
-        Where a process dies.
-    """
-
-    def died(task: T, reason: str) -> Never:
-        raise BenchError(f"the measurement of {name(task)}: {reason}")
-
-    try:
-        with closing(run_tasks(tasks, jobs, work)) as answers:
-            for number, done in enumerate(answers, start=1):
-                take(done.or_else(died))
-                if progress is not None:
-                    progress(number, len(tasks), name(done.task))
-    except KeyboardInterrupt:
-        return True
-    return False
-
-
 def until(scene: Scene, t_max: float) -> Scene:
     """Return the scene with another end [s]; its balls are the same objects."""
     return scene.model_copy(update={"t_max": t_max})
@@ -112,10 +64,3 @@ def after(scene: Scene) -> Scene:
     """Return a scene of rolling balls as it is when it ends: a lattice is a gas by then."""
     state = run(scene).final_state
     return later(scene, state.positions[0], state.velocities[0])
-
-
-def bytes_per_ball(scene: Scene) -> float:
-    """Return the memory of the arrays that the kernels work on in a run, per ball [B]."""
-    from ghostball.engine.running.driver import Run  # noqa: PLC0415 - it loads the compiler
-
-    return Run(scene, keep_log=False).nbytes / len(scene.balls)

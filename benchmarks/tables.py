@@ -13,13 +13,10 @@ from rich.table import Table
 from rich.text import Text
 
 from benchmarks.accuracy import AccuracyMeasurement, Distribution
-from benchmarks.attribution import AttributionMeasurement
 from benchmarks.precision.tables import QUICK_SAYS
-from benchmarks.quantities import QUANTITIES
 from benchmarks.racks import RacksMeasurement
-from benchmarks.records import PeerRow, Point, Row, ScalingMeasurement, TargetsMeasurement
 from benchmarks.skips import COUNTERS, SkipRow, SkipsMeasurement
-from benchmarks.targets import Target, target_of
+from benchmarks.speed import QUANTITIES, Row, Target, TargetsMeasurement, target_of
 from ghostball.engine.running.skips import BUILT_IN, Skip
 from ghostball.reports.style import format_quantity, format_time
 
@@ -27,46 +24,13 @@ OUTCOMES = {"absent": "absent", "not-representable": "can't", "failed": "failed"
 
 
 def targets_tables(measured: TargetsMeasurement) -> RenderableType:
-    """Return our engine's workloads with their targets, then the peers beside it."""
+    """Return our engine's workloads with their targets."""
     parts: list[RenderableType] = []
     if measured.quick:
         parts.append(Text(QUICK_SAYS, style="yellow"))
     parts.append(_ours(measured.rows))
-    if measured.peers:
-        parts.append(_peers(measured.peers))
     parts.append(Text(_headline(measured)))
     return Group(*parts)
-
-
-def scaling_tables(measured: ScalingMeasurement) -> RenderableType:
-    """Return time per event against the number of balls and against packing, and who lacks."""
-    parts: list[RenderableType] = []
-    if measured.quick:
-        parts.append(Text(QUICK_SAYS, style="yellow"))
-    at = f"at packing {measured.fixed_packing:g}"
-    parts.append(_points(f"time per event, {at}", "balls", measured.by_balls))
-    parts.append(
-        _points(f"time per event, {measured.fixed_balls} balls", "packing", measured.by_packing)
-    )
-    for curve in measured.curves:
-        if curve.detail:
-            what = OUTCOMES.get(curve.outcome, "measured")
-            parts.append(Text(f"{curve.engine}, {curve.physics}: {what}; {curve.detail}"))
-    return Group(*parts)
-
-
-def _points(title: str, along: str, points: Sequence[Point]) -> Table:
-    """Return a table of the points: a row for each place, a column for each engine and physics."""
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, title=title, title_justify="left")
-    table.add_column(along, justify="right")
-    columns = list(dict.fromkeys((point.engine, point.physics) for point in points))
-    for engine, physics in columns:
-        table.add_column(escape(f"{engine}\n{physics}"), justify="right", no_wrap=True)
-    found = {(getattr(p, along), p.engine, p.physics): p for p in points}
-    for place in dict.fromkeys(getattr(point, along) for point in points):
-        cells = [found.get((place, *column)) for column in columns]
-        table.add_row(f"{place}", *(format_time(p.per_event) if p else "" for p in cells))
-    return table
 
 
 def racks_tables(measured: RacksMeasurement) -> RenderableType:
@@ -113,26 +77,6 @@ def accuracy_tables(measured: AccuracyMeasurement) -> RenderableType:
     return Group(*parts)
 
 
-def attribution_tables(measured: AttributionMeasurement) -> RenderableType:
-    """Return how often bounds of model errors hold, and the shots where one doesn't."""
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    table.add_column(f"{measured.shots} shots from number {measured.first}", no_wrap=True)
-    for heading in ("given", "hold", "blamed", "can't be told", "not compared", "± / difference"):
-        table.add_column(heading, justify="right")
-    for one in measured.engines:
-        hold = f"{one.covered} ({one.covered / one.attributed:.1%})" if one.attributed else "–"
-        counts = map(str, (one.blamed, one.not_told, one.not_compared))
-        wide = "–" if one.relative is None else f"{one.relative:.1%}"
-        table.add_row(escape(one.engine), str(one.attributed), hold, *counts, wide)
-    parts: list[RenderableType] = [table]
-    for row in measured.rows:
-        if row.covered is False:
-            what = f"{row.model:.3g} m ± {row.uncertainty:.2g} m, in truth {row.true_model:.3g} m"
-            again = f"python -m benchmarks attribution --first {row.number} --shots 1"
-            parts.append(Text(f"outside: {what} on {row.engine}: {again}"))
-    return Group(*parts)
-
-
 def _spread_cells(spread: Distribution) -> list[str]:
     values = (spread.median, spread.p99, spread.greatest)
     return [str(spread.count), *("–" if value is None else f"{value:.3g}" for value in values)]
@@ -175,44 +119,8 @@ def _ours(rows: Sequence[Row]) -> Table:
     return table
 
 
-def _peers(rows: Sequence[PeerRow]) -> Table:
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 2, 0, 0))
-    table.add_column("workload", no_wrap=True)
-    table.add_column("peer", no_wrap=True)
-    for heading in ("time", "ours", "ours is quicker", "events", "ours", "per event", "ours"):
-        table.add_column(heading, justify="right", no_wrap=True)
-    table.add_column("target, or why not")
-    for row in rows:
-        name = escape(f"{row.peer} {row.version}".strip())
-        if row.times_quicker is None:
-            said = f"{OUTCOMES.get(row.outcome, 'not measured')}: {row.detail}".rstrip(": ")
-            cells = [""] * 7
-        else:
-            said = _peer_verdict(row)
-            cells = [
-                format_time(row.seconds),
-                format_time(row.ours_seconds),
-                f"{row.times_quicker:,.3g} times".replace("e+0", "e"),
-                f"{row.events:.0f}",
-                f"{row.ours_events:.0f}",
-                format_time(row.per_event),
-                format_time(row.ours_per_event),
-            ]
-        table.add_row(row.workload, name, *cells, said)
-    return table
-
-
-def _peer_verdict(row: PeerRow) -> str:
-    target = target_of(row.workload, "times_quicker", row.peer)
-    if target is None or row.times_quicker is None:
-        return ""
-    verdict = verdict_text(target, row.times_quicker, row.met)
-    return f"≥ {target.limit:g} times: {verdict}"
-
-
 def _headline(measured: TargetsMeasurement) -> str:
-    verdicts = [*(row.met for row in measured.rows), *(row.met for row in measured.peers)]
-    judged = [met for met in verdicts if met is not None]
+    judged = [row.met for row in measured.rows if row.met is not None]
     environment = measured.environment
     where = f"{environment['cpu']}, {environment['cores']} cores"
     return f"{judged.count(True)} of {len(judged)} targets met; medians of up to " + (

@@ -1,8 +1,7 @@
 """Write the report of a results folder: `report.html`, and pictures beside it.
 
 The page is whole without the pictures. There is a sheet for each scene (`NAME-sheet`), and a figure
-for each of the paper's figures, the laws of the game, what chaos does, and each ensemble; these
-the page holds too.
+of each ensemble, which the page holds too.
 """
 
 from __future__ import annotations
@@ -17,13 +16,9 @@ from typing import TYPE_CHECKING, Literal
 from ghostball.engine import GhostballError
 from ghostball.reference_adapters.output import harmless
 from ghostball.reports import style
-from ghostball.reports.chaos_figure import draw_chaos
 from ghostball.reports.figures import draw_ensemble, draw_sheet
 from ghostball.reports.guarded import FailedPart, IncompleteReportError, attempt
 from ghostball.reports.page import ScenePart, failed_scene_part, page_text, scene_part
-from ghostball.reports.paper_figures import PAPER_FIGURES
-from ghostball.reports.physics_figures import PHYSICS_FIGURES
-from ghostball.reports.section_figures import SECTION_FIGURES
 from ghostball.reports.shots import load_shot
 from ghostball.validation.baselines import Regression, load_regression
 from ghostball.validation.diagnose.predictability import Predictability, predictability_in
@@ -59,13 +54,6 @@ Made = PurePosixPath | ScenePart | None
 
 _Answer = tuple[Made | Exception, list[FailedPart]]
 """What came of a task or why all ends here, and what could not be made."""
-
-WHOLE_FIGURES: dict[str, Callable[[Results], Figure | None]] = {
-    "chaos": draw_chaos,
-    **PHYSICS_FIGURES,
-    **PAPER_FIGURES,
-    **SECTION_FIGURES,
-}
 
 
 class ReportError(GhostballError):
@@ -107,7 +95,7 @@ def write_report(
     jobs : int
         Processes that make it. With more than one, guard a script with `if __name__ == "__main__"`.
     figures : "png", "svg" or "none"
-        Draw a sheet of each scene and figures of the whole run as PNG, as PNG and SVG, or not at
+        Draw a sheet of each scene and figures of ensembles as PNG, as PNG and SVG, or not at
         all. What an earlier report drew and this one doesn't is removed.
 
     Returns
@@ -150,22 +138,26 @@ def write_report(
         sheets = [part.sheet for part in parts.values() if part.sheet is not None]
         _remove_stale(results.path, [*drawn.values(), *sheets], figures)
     except OSError as error:
-        raise ReportError(
-            f"{error.filename or results.path}: can't write the report: {error.strerror or error}. "
-            "Copy the results to a folder that can be written, and report on that"
-        ) from error
+        raise _cannot_write(results.path, error) from error
     if failed:
         raise IncompleteReportError(report, failed)
     return report
 
 
+def _cannot_write(path: Path, error: OSError) -> ReportError:
+    return ReportError(
+        f"{error.filename or path}: can't write the report: {error.strerror or error}. "
+        "Copy the results to a folder that can be written, and report on that"
+    )
+
+
 def _figures_of(source: Source) -> list[str]:
-    """Return the files of all figures but sheets, without their ending."""
+    """Return the files of the figures of ensembles, without their ending."""
     if source.figures == "none":
         return []
     ensembles = Ensembles.load(source.results.path)
     perturbed = () if ensembles is None else ensembles.run.scenes
-    return [*WHOLE_FIGURES, *(name + ENSEMBLE for name in perturbed)]
+    return [name + ENSEMBLE for name in perturbed]
 
 
 def _make_all(
@@ -219,8 +211,6 @@ def _make(source: Source, task: str, failed: list[FailedPart]) -> Made:
         made = attempt(task, partial(_scene_part, source, name, failed), failed)
         return failed_scene_part(name, failed[-1]) if made is None else made
     name = task.removeprefix(FIGURE)
-    if name in WHOLE_FIGURES:
-        return _drawn(source, name, partial(WHOLE_FIGURES[name], source.results), failed)
     ensembles = Ensembles.load(source.results.path)
     assert ensembles is not None  # they gave the task its name
     draw = partial(draw_ensemble, ensembles, name.removesuffix(ENSEMBLE))
@@ -250,8 +240,11 @@ def _drawn(
             return None
         stem = source.results.path / FIGURES / name
         save = partial(style.save_figure, figure, stem, endings=endings)
-        if not attempt(FIGURE + name, save, failed, writes=True):
-            return None
+        try:
+            if not attempt(FIGURE + name, save, failed, writes=True):
+                return None
+        except OSError as error:
+            raise _cannot_write(stem, error) from error
     return PurePosixPath(FIGURES, f"{name}.{endings[0]}")
 
 
@@ -259,7 +252,7 @@ def _remove_stale(folder: Path, drawn: Iterable[PurePosixPath], figures: Picture
     """Remove pictures that an earlier report left; what somebody else put there stays."""
     kept = {path.stem for path in drawn}
     for path in (folder / FIGURES).iterdir():
-        ours = path.stem in WHOLE_FIGURES or path.stem.endswith((SHEET, ENSEMBLE))
+        ours = path.stem.endswith((SHEET, ENSEMBLE))
         stale = path.stem not in kept or (path.suffix == ".svg" and figures != "svg")
         if path.suffix in ENDINGS and ours and stale:
             path.unlink()

@@ -45,6 +45,5 @@ def in_this_process(monkeypatch):
 
 @pytest.fixture
 def without_run_figures(monkeypatch):
-    """Draw neither sheets nor figures of the whole run, for what is about other parts."""
-    monkeypatch.setattr("ghostball.reports.report.WHOLE_FIGURES", {})
+    """Draw no sheets, for what is about other parts."""
     monkeypatch.setattr("ghostball.reports.report.draw_sheet", lambda _: None)

@@ -11,7 +11,7 @@ from benchmarks.accuracy import AccuracyMeasurement
 from benchmarks.measurements import load
 from benchmarks.precision.points import PrecisionMeasurement
 from benchmarks.racks import RacksMeasurement
-from benchmarks.records import TargetsMeasurement
+from benchmarks.speed import TargetsMeasurement
 from ghostball.engine import (
     Ball,
     Physics,
@@ -30,7 +30,7 @@ README = (ROOT / "README.md").read_text(encoding="utf-8")
 PHYSICS = (ROOT / "docs/physics.md").read_text(encoding="utf-8")
 MEASUREMENTS = ROOT / "benchmarks/results/amd-epyc-2-cores"
 MEASURED = load(MEASUREMENTS / "targets.json", TargetsMeasurement)
-GALLERY = ROOT / "reports/gallery"
+GALLERY = ROOT / "docs/pictures"
 
 
 def on_one_line(text: str) -> str:
@@ -106,7 +106,6 @@ PROVED_AT = re.search(r"proved at revision ([0-9a-f]{7,40})", on_one_line(README
     ("kind", "revision"),
     [
         ("targets", MEASURED_AT),
-        ("scaling", MEASURED_AT),
         ("racks", MEASURED_AT),
         ("precision", MEASURED_AT),
         ("accuracy", PROVED_AT),

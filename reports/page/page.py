@@ -23,7 +23,7 @@ from ghostball.reports.page.measured import (
     timing_html,
 )
 from ghostball.reports.page.overview import changes_html, matrix_html, verdict_html
-from ghostball.reports.page.pictures import Pictures, ensembles_html, pictures_html
+from ghostball.reports.page.pictures import Pictures, ensembles_html
 from ghostball.reports.page.rendering import asset, inline, markdown, render
 from ghostball.reports.page.replay_assets import replay_script, replay_style
 from ghostball.reports.page.scenes import ScenePart
@@ -59,7 +59,7 @@ def page_text(
     scenes : mapping of str to ScenePart
         The part of each scene, by its name.
     pictures : mapping of str to path
-        Figures of the whole run and of ensembles, which the page holds.
+        Figures of ensembles, which the page holds.
     regression : Regression or None
         What changed since the baselines, where that was asked.
     failed : list of FailedPart, appended to
@@ -124,7 +124,6 @@ def page_text(
             "Failures explained",
             lambda: failures_html(results, scenes, regression),
         ),
-        section("pictures", "Pictures", "Pictures", lambda: pictures_html(results, pictures)),
         section("environment", "Environment", "Environment", lambda: environment_html(results)),
         section("truth", "Truth", "What is true here", lambda: _truth_html(results)),
     ]

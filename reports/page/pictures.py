@@ -9,37 +9,11 @@ from pathlib import Path, PurePosixPath
 from markupsafe import Markup
 
 from ghostball.reports.markdown_ensembles import ensembles_parts
-from ghostball.reports.page.rendering import markdown, render
+from ghostball.reports.page.rendering import markdown
 from ghostball.validation.results.store import Results
 
 Pictures = Mapping[str, PurePosixPath]
 """PNG files that were drawn, by their name without the ending, relative to the page."""
-
-CAPTIONS = {
-    "chaos": "Shots that begin almost alike part exponentially, as the tangent map says",
-    "physics-deflection": "The 30 degree rule: deflection of a rolling cue ball by a cut",
-    "physics-throw": "Throw of the object ball, against cut angle and against side spin",
-    "paper-figure-1": "The paper's Figure 1: a break of 7 balls at four instants",
-    "paper-figure-2": "The paper's Figure 2: clipping, and the same instants without it",
-    "paper-figure-3": "The paper's Figure 3: a ball meets a cushion",
-    "paper-figure-4": "The paper's Figure 4: head-on against slightly skewed",
-    "paper-section-6-1": "The paper's section 6.1: how balls turn, and its own rule for it",
-    "paper-section-6-2": "The paper's section 6.2: a ball that slips",
-    "paper-section-6-3": "The paper's section 6.3: air, and restitution",
-    "paper-section-6-4": "The paper's section 6.4: a ball that flies",
-}
-
-
-def pictures_html(results: Results, drawn: Pictures) -> Markup:
-    """Return the figures of the whole run that were drawn."""
-    return render(
-        "pictures.html",
-        pictures=[
-            _figure(results.path / drawn[name], caption)
-            for name, caption in CAPTIONS.items()
-            if name in drawn
-        ],
-    )
 
 
 def ensembles_html(results: Results, drawn: Pictures) -> Markup:

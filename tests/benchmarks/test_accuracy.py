@@ -13,6 +13,7 @@ from benchmarks import measurements
 from benchmarks.accuracy import AccuracyMeasurement, Distribution, measure_accuracy
 from benchmarks.running import BenchError
 from ghostball.engine import Scene, simulate
+from ghostball.validation.parallel.pool import Done
 from ghostball.validation.scenes.random_shots import random_shot
 
 SCENES = Path(__file__).parents[1] / "support" / "scenes"
@@ -86,6 +87,15 @@ def test_a_shot_that_breaks_a_limit_is_named_with_its_scene(
 def test_wrong_numbers_are_refused(wrong: dict[str, int]) -> None:
     with pytest.raises(BenchError, match=f"`{next(iter(wrong))}` must be at least"):
         measure_accuracy(**{"shots": 1} | wrong)
+
+
+def test_a_process_that_dies_names_the_shot(monkeypatch: pytest.MonkeyPatch) -> None:
+    def dying(tasks: Any, jobs: int, work: Any) -> Any:
+        yield Done(tasks[0], None, "its process ended with signal 9", "")
+
+    monkeypatch.setattr("benchmarks.accuracy.run_tasks", dying)
+    with pytest.raises(BenchError, match=r"^the measurement of shot 17: its process ended"):
+        measure_accuracy(1, first=17, jobs=1)
 
 
 def test_a_distribution_is_of_values_that_occur() -> None:

@@ -3,25 +3,20 @@
 import json
 
 import pytest
-from peers import FakePeer
 from typer.testing import CliRunner
 
 from benchmarks import (
     accuracy as bench_accuracy,
-    attribution as bench_attribution,
     measurements,
     skips as bench_skips,
+    speed,
     tables,
-    targets,
 )
 from benchmarks.__main__ import app
 from benchmarks.accuracy import AccuracyMeasurement
-from benchmarks.attribution import AttributionMeasurement
-from benchmarks.peer_engines import PeerAbsentError
-from benchmarks.racks import RacksMeasurement
-from benchmarks.records import ScalingMeasurement, TargetsMeasurement
+from benchmarks.racks import Player, RacksMeasurement
 from benchmarks.skips import SkipsMeasurement
-from benchmarks.workloads import Workload
+from benchmarks.speed import TargetsMeasurement, Workload
 from ghostball.reports import style
 
 LOAD = Workload("break-pool", "t", lambda _: lambda _: {"kernel": 20e-6, "per_event": 560e-9})
@@ -31,7 +26,7 @@ LOAD = Workload("break-pool", "t", lambda _: lambda _: {"kernel": 20e-6, "per_ev
 def bench(monkeypatch):
     """Run `python -m benchmarks` in this process, on a workload that takes no time."""
     monkeypatch.setenv("COLUMNS", "200")
-    monkeypatch.setattr(targets, "WORKLOADS", (LOAD,))
+    monkeypatch.setattr(speed, "WORKLOADS", (LOAD,))
 
     def run(*arguments):
         return CliRunner().invoke(app, [*map(str, arguments)])
@@ -48,7 +43,7 @@ def refused(result, *parts):
 
 
 def test_a_table_says_met_and_missed_and_by_how_much(bench):
-    result = bench("targets", "--peer", "none", "--repeats", "2")
+    result = bench("targets", "--repeats", "2")
     assert result.exit_code == 0, result.output
     assert "met, 33 % better" in result.stdout
     assert "missed by 100 %" in result.stdout
@@ -57,13 +52,13 @@ def test_a_table_says_met_and_missed_and_by_how_much(bench):
 
 
 def test_a_trial_says_so_and_judges_nothing(bench):
-    result = bench("targets", "--smoke", "--peer", "none")
+    result = bench("targets", "--smoke")
     assert "these times mean nothing" in result.stdout
     assert "0 of 0 targets met" in result.stdout
 
 
 def test_it_writes_what_reads_back(bench, tmp_path):
-    result = bench("targets", "--peer", "none", "--out", tmp_path / "new")
+    result = bench("targets", "--out", tmp_path / "new")
     assert result.exit_code == 0, result.output
     path = tmp_path / "new" / "targets.json"
     assert f"written: {path}" in result.stdout
@@ -75,19 +70,9 @@ def test_it_writes_what_reads_back(bench, tmp_path):
 @pytest.mark.checkout
 def test_store_is_this_machines_file(bench, tmp_path, monkeypatch):
     monkeypatch.setattr(measurements, "STORE", tmp_path)
-    assert bench("targets", "--peer", "none", "--store").exit_code == 0
+    assert bench("targets", "--store").exit_code == 0
     (path,) = tmp_path.glob("*/targets.json")
     assert json.loads(path.read_text())["kind"] == "targets"
-
-
-def test_peers_are_beside_it_and_an_absent_one_is_listed(bench, monkeypatch):
-    fakes = [FakePeer("pooltool", seconds=9.0), FakePeer("FastFiz", error=PeerAbsentError("C++"))]
-    monkeypatch.setattr("benchmarks.__main__.make_peers", lambda *_: fakes)
-    monkeypatch.setattr("benchmarks.comparison.COMPARED", {"break-pool": lambda _: [_scene()]})
-    result = bench("targets", "--repeats", "1")
-    assert result.exit_code == 0, result.output
-    assert "≥ 4000 times: met" in result.stdout
-    assert "absent: C++" in result.stdout
 
 
 @pytest.mark.parametrize(
@@ -95,11 +80,12 @@ def test_peers_are_beside_it_and_an_absent_one_is_listed(bench, monkeypatch):
     [
         (["targets", "brake"], ["must match a workload", "'brake'"]),
         (["targets", "--repeats", "0"], ["--repeats", "greater than or equal to 1"]),
-        (["targets", "--peer", "pooltol"], ['unknown peer "pooltol"', "pooltool"]),
+        (
+            ["racks", "--peer", "pooltol"],
+            ["got 'pooltol'", "pooltool"],
+        ),
         (["targets", "--store", "--smoke"], ["`--store`", "--smoke"]),
         (["targets", "--store", "break*"], ["`--store`", "single workloads"]),
-        (["scaling", "--store", "--smoke"], ["`--store`", "--smoke"]),
-        (["scaling", "--repeats", "0"], ["--repeats"]),
         (["racks", "--store", "--smoke"], ["`--store`", "--smoke"]),
         (["skips", "nosuch"], ["nosuch"]),
         (["skips", "--store", "break-16"], ["`--store`", "single workloads"]),
@@ -110,7 +96,7 @@ def test_bad_input_is_refused(bench, arguments, parts):
     assert refused(bench(*arguments), *parts)
 
 
-@pytest.mark.parametrize("command", [["targets"], ["scaling"], ["racks"]])
+@pytest.mark.parametrize("command", [["targets"], ["racks"]])
 def test_a_file_that_is_not_ours_is_refused_before_measuring(bench, tmp_path, command):
     path = tmp_path / "notes.json"
     path.write_text("{}")
@@ -132,10 +118,10 @@ def test_an_interrupt_prints_and_writes_what_is_there_but_stores_nothing(
         return {"kernel": 20e-6}
 
     load = Workload("break-pool", "t", lambda _: sample)
-    monkeypatch.setattr(targets, "WORKLOADS", (load,))
+    monkeypatch.setattr(speed, "WORKLOADS", (load,))
     monkeypatch.setattr(measurements, "STORE", tmp_path / "store")
     (tmp_path / "store").mkdir()
-    result = bench("targets", "--peer", "none", "--store", "--out", tmp_path / "x.json")
+    result = bench("targets", "--store", "--out", tmp_path / "x.json")
     assert result.exit_code == 130, result.output
     assert "met, 33 % better" in result.stdout
     assert "nothing is stored" in result.stderr
@@ -145,38 +131,24 @@ def test_an_interrupt_prints_and_writes_what_is_there_but_stores_nothing(
 
 def test_an_interrupt_before_anything_was_measured_replaces_nothing(bench, tmp_path, monkeypatch):
     path = tmp_path / "x.json"
-    assert bench("targets", "--peer", "none", "--repeats", "1", "--out", path).exit_code == 0
+    assert bench("targets", "--repeats", "1", "--out", path).exit_code == 0
     before = path.read_text()
 
     def prepare(_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(targets, "WORKLOADS", (Workload("break-pool", "t", prepare),))
-    assert bench("targets", "--peer", "none", "--out", path).exit_code == 130
+    monkeypatch.setattr(speed, "WORKLOADS", (Workload("break-pool", "t", prepare),))
+    assert bench("targets", "--out", path).exit_code == 130
     assert path.read_text() == before
-    ours = FakePeer("ghostball", error=KeyboardInterrupt())
-    monkeypatch.setattr("benchmarks.scaling.OurEngine", lambda: ours)
-    monkeypatch.setattr("benchmarks.__main__.make_peers", lambda *_: [])
-    assert bench("scaling", "--smoke", "--out", tmp_path / "y.json").exit_code == 130
-    assert not (tmp_path / "y.json").exists()
-
-
-def test_scaling_prints_both_tables_and_writes(bench, tmp_path, monkeypatch):
-    fakes = [FakePeer("fake"), FakePeer("gone", error=PeerAbsentError("get it"))]
-    monkeypatch.setattr("benchmarks.__main__.make_peers", lambda *_: fakes)
-    result = bench("scaling", "--smoke", "--out", tmp_path)
-    assert result.exit_code == 0, result.output
-    assert "time per event, at packing 0.3" in result.stdout
-    assert "time per event, 4 balls" in result.stdout
-    assert "gone, gas: absent; get it" in result.stdout
-    stored = measurements.load(tmp_path / "scaling.json", ScalingMeasurement)
-    assert len(stored.by_balls) == 2 * 2 * 2
 
 
 def test_racks_prints_its_figures_and_who_could_not_and_writes(bench, tmp_path, monkeypatch):
-    fakes = [FakePeer("fake", seconds=0.25), FakePeer("gone", error=PeerAbsentError("get it"))]
-    monkeypatch.setattr("benchmarks.__main__.make_peers", lambda *_: fakes)
-    result = bench("racks", "--smoke", "--out", tmp_path)
+    fakes = {
+        "fake": Player("fake", "1.0", lambda _: 0.25),
+        "gone": Player("gone", "", lambda _: 0.0, "absent", "get it"),
+    }
+    monkeypatch.setattr("benchmarks.__main__.peer", fakes.get)
+    result = bench("racks", "--smoke", "--peer", "fake", "--peer", "gone", "--out", tmp_path)
     assert result.exit_code == 0, result.output
     assert "these times mean nothing" in result.stdout
     (line,) = (line for line in result.stdout.splitlines() if line.strip().startswith("fake"))
@@ -205,17 +177,11 @@ def test_values_have_units_that_suit_them(value, unit, text):
 
 
 def test_a_margin_is_told_in_words():
-    target = targets.Target("w", "q", "at_most", 0.05)
+    target = speed.Target("w", "q", "at_most", 0.05)
     assert tables.verdict_text(target, -0.01, True) == "[green]met[/]"
     assert "better" in tables.verdict_text(target, 0.04, True)
     assert "1001 times" in tables.verdict_text(target, 50.05, False)
     assert tables.verdict_text(target, 0.04, None) == ""
-
-
-def _scene():
-    from benchmarks.scenes import table_gas
-
-    return table_gas(2, 0.5)
 
 
 def test_accuracy_is_tabled_stored_and_a_fault_is_the_exit_status(monkeypatch, tmp_path):
@@ -238,36 +204,10 @@ def test_accuracy_is_tabled_stored_and_a_fault_is_the_exit_status(monkeypatch, t
     assert "Shots that break a limit" in result.stderr
 
 
-@pytest.mark.parametrize("kind", ["accuracy", "attribution"])
-def test_few_random_shots_are_not_stored(kind):
+def test_few_random_shots_are_not_stored():
     for part in (["--shots", "10"], ["--first", "3"]):
-        result = CliRunner().invoke(app, [kind, *part, "--store"])
+        result = CliRunner().invoke(app, ["accuracy", *part, "--store"])
         assert refused(result, "fewer `--shots` than by default")
-
-
-def test_attribution_is_tabled_stored_and_a_bound_that_fails_is_the_exit_status(
-    monkeypatch, tmp_path
-):
-    monkeypatch.setenv("COLUMNS", "300")
-    monkeypatch.setattr(bench_attribution, "SUBJECTS", bench_attribution.SUBJECTS[2:])
-
-    def run():
-        arguments = ["attribution", "--shots", "2", "--jobs", "1"]
-        return CliRunner().invoke(app, [*arguments, "--out", str(tmp_path)])
-
-    result = run()
-    assert result.exit_code == 0, result.output
-    assert "2 (100.0%)" in result.stdout
-    stored = measurements.load(tmp_path / "attribution.json", AttributionMeasurement)
-    assert [row.number for row in stored.rows] == [0, 1]
-    monkeypatch.setattr(bench_attribution, "_true_model", lambda *_: 1.0)
-    result = run()
-    assert result.exit_code == 1
-    assert (
-        "in truth 1 m on paper-discrete: python -m benchmarks attribution --first 0"
-        in result.stdout
-    )
-    assert "Too few bounds hold: paper-discrete" in result.stderr
 
 
 def test_skips_are_tabled_and_a_defect_is_the_exit_status(bench, monkeypatch, tmp_path):

@@ -14,8 +14,9 @@ from benchmarks.measurements import (
     store_path,
     stored_paths,
 )
-from benchmarks.records import Row, ScalingMeasurement, TargetsMeasurement
+from benchmarks.racks import RacksMeasurement
 from benchmarks.running import BenchError
+from benchmarks.speed import Row, TargetsMeasurement
 
 ENVIRONMENT = {"cpu": "AMD EPYC", "cores": 2, "date": "2026-01-01"}
 ROW = Row(
@@ -45,7 +46,7 @@ def test_another_kind_or_damage_is_refused_by_name(tmp_path):
     path = tmp_path / "targets.json"
     save(MEASURED, path, "--out")
     with pytest.raises(BenchError, match=r"targets.json: `kind`"):
-        load(path, ScalingMeasurement)
+        load(path, RacksMeasurement)
     path.write_text(path.read_text()[:-20])
     with pytest.raises(BenchError, match="Invalid JSON"):
         load(path, TargetsMeasurement)
@@ -54,8 +55,8 @@ def test_another_kind_or_damage_is_refused_by_name(tmp_path):
 
 
 def test_out_is_a_file_or_a_folder(tmp_path):
-    assert out_path(tmp_path / "x.json", "scaling") == tmp_path / "x.json"
-    assert out_path(tmp_path, "scaling") == tmp_path / "scaling.json"
+    assert out_path(tmp_path / "x.json", "racks") == tmp_path / "x.json"
+    assert out_path(tmp_path, "racks") == tmp_path / "racks.json"
 
 
 def test_a_file_of_ours_may_be_replaced_and_no_other(tmp_path):
@@ -63,7 +64,7 @@ def test_a_file_of_ours_may_be_replaced_and_no_other(tmp_path):
     save(MEASURED, ours, "--out")
     check_target(ours, "targets", "--out")
     other.write_text('{"a": 1}')
-    for path, kind in ((other, "targets"), (ours, "scaling")):
+    for path, kind in ((other, "targets"), (ours, "racks")):
         with pytest.raises(BenchError, match=f"holds no measurement of `{kind}`"):
             check_target(path, kind, "--out")
     assert other.read_text() == '{"a": 1}'

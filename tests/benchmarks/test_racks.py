@@ -1,43 +1,45 @@
 """Fails where a rack's time is lost or another's, or a peer that can't is asked on or not told."""
 
+from dataclasses import replace
+
 import pytest
-from peers import FakePeer
+from engine_facts import needs
 
 from benchmarks import measurements, racks
-from benchmarks.peer_engines import PeerCannotError, PeerFailedError, PeerRun
-from benchmarks.racks import RacksMeasurement, measure_racks
-from benchmarks.scenes import random_rack
+from benchmarks.racks import PEERS, Player, RacksMeasurement, measure_racks, our_player, peer
+from benchmarks.scenes import random_rack, table_gas
+from ghostball.engine import EngineFailedError, GhostballError, Status, UnsupportedSceneError
+from ghostball.reference_adapters import EngineUnavailableError, make_engine
+from ghostball.reference_adapters.workers.process import installed
 
 
-class Counting(FakePeer):
+class Counting(Player):
     """Takes longer each time that it is asked, and fails when it was asked too often."""
 
     def __init__(self, name, fails_at=None, error=None):
-        super().__init__(name)
-        self.fails_at, self.failure = fails_at, error
+        super().__init__(name, "1.0", self.answer)
+        self.asked, self.fails_at, self.failure = [], fails_at, error
 
-    def simulate(self, scene):
-        super().simulate(scene)
+    def answer(self, scene):
+        self.asked.append(scene)
         if len(self.asked) == self.fails_at:
             raise self.failure
-        return PeerRun(float(len(self.asked)), 1)
+        return float(len(self.asked))
 
 
 @pytest.fixture
 def ours(monkeypatch):
     """Another engine in the place of ours."""
-    engine = Counting("ghostball")
-    monkeypatch.setattr(racks, "OurEngine", lambda: engine)
     monkeypatch.setattr(racks, "WARMING", 1)
     monkeypatch.setattr(racks, "PEER_RACKS", 2)
-    return engine
+    return Counting("ghostball")
 
 
 def test_each_rack_has_the_median_of_its_rounds_and_peers_play_the_first_once(ours):
-    peer = Counting("peer")
-    measured = measure_racks([peer], rounds=3, racks=4)
+    other = Counting("peer")
+    measured = measure_racks(ours, [other], rounds=3, racks=4)
     assert [scene.name for scene in ours.asked[:3]] == ["rack-0", "rack-0", "rack-1"]
-    assert peer.asked == [random_rack(number) for number in (0, 0, 1)]
+    assert other.asked == [random_rack(number) for number in (0, 0, 1)]
     mine, theirs = measured.engines
     assert mine.seconds == (6.0, 7.0, 8.0, 9.0)  # the second of three rounds
     assert theirs.seconds == (2.0, 3.0)
@@ -48,31 +50,97 @@ def test_each_rack_has_the_median_of_its_rounds_and_peers_play_the_first_once(ou
 
 @pytest.mark.parametrize(
     ("fails_at", "error", "outcome"),
-    [(1, PeerCannotError("no cloth"), "not-representable"), (3, PeerFailedError("gone"), "failed")],
+    [
+        (1, EngineUnavailableError("get it"), "absent"),
+        (1, UnsupportedSceneError("peer", ("no cloth",)), "not-representable"),
+        (3, EngineFailedError("peer", "gone"), "failed"),
+    ],
 )
-@pytest.mark.usefixtures("ours")
-def test_a_peer_that_fails_is_asked_no_more_and_says_why(fails_at, error, outcome):
-    peer = Counting("peer", fails_at, error)
-    theirs = measure_racks([peer], rounds=2, racks=4).engines[1]
+def test_a_peer_that_fails_is_asked_no_more_and_says_why(ours, fails_at, error, outcome):
+    other = Counting("peer", fails_at, error)
+    theirs = measure_racks(ours, [other], rounds=2, racks=4).engines[1]
     assert (theirs.outcome, theirs.detail, theirs.seconds) == (outcome, str(error), ())
     assert theirs.figures is None
-    assert len(peer.asked) == fails_at
+    assert len(other.asked) == fails_at
 
 
-@pytest.mark.usefixtures("ours")
-def test_an_interrupt_keeps_what_is_there():
-    peer = Counting("peer", 2, KeyboardInterrupt())
-    measured = measure_racks([peer], rounds=1, racks=4)
+def test_an_interrupt_keeps_what_is_there(ours):
+    other = Counting("peer", 2, KeyboardInterrupt())
+    measured = measure_racks(ours, [other], rounds=1, racks=4)
     assert measured.interrupted
     assert measured.anything
     assert [len(one.seconds) for one in measured.engines] == [4, 0]
 
 
 def test_our_engine_plays_and_its_numbers_are_read_back(tmp_path):
-    measured = measure_racks(rounds=1, racks=2)
+    measured = measure_racks(our_player(), rounds=1, racks=2)
     (mine,) = measured.engines
     assert (mine.engine, mine.outcome, len(mine.seconds)) == ("ghostball", "ran", 2)
     assert min(mine.seconds) > 0.0
     path = tmp_path / "racks.json"
     measurements.save(measured, path, "--out")
     assert measurements.load(path, RacksMeasurement) == measured
+
+
+SCENE = table_gas(2, 0.5)
+
+
+@pytest.fixture
+def played_by(monkeypatch):
+    """Return what makes a peer whose adapter does what it is told."""
+
+    def make(simulate):
+        engine = make_engine("paper-discrete")
+        monkeypatch.setattr(type(engine), "simulate", lambda _, scene, **__: simulate(scene))
+        return peer("paper-discrete")
+
+    return make
+
+
+def test_impacts_come_one_by_one_where_an_engine_knows_no_other(played_by):
+    asked = []
+    result = make_engine("paper-discrete").simulate(SCENE)
+
+    def simulate(scene):
+        asked.append(scene.physics.impacts)
+        if scene.physics.impacts == "simultaneous":
+            raise UnsupportedSceneError("peer", ("one after another",))
+        return replace(result, scene=scene)
+
+    physics = SCENE.physics.model_copy(update={"impacts": "simultaneous"})
+    played = played_by(simulate).play(SCENE.model_copy(update={"physics": physics}))
+    assert played == result.wall_time
+    assert asked == ["simultaneous", "sequential"]
+
+
+@pytest.mark.parametrize(
+    ("status", "error"),
+    [(Status.INTERRUPTED, KeyboardInterrupt), (Status.STEP_LIMIT, EngineFailedError)],
+)
+def test_a_run_that_broke_off_is_no_measurement(played_by, status, error):
+    result = replace(make_engine("paper-discrete").simulate(SCENE), status=status)
+    with pytest.raises(error):
+        played_by(lambda _: result).play(SCENE)
+
+
+@needs("pooltool")
+def test_the_version_of_a_worker_is_known_before_it_starts():
+    assert peer("pooltool").version == installed()["pooltool-billiards"]
+
+
+def test_an_adapter_whose_package_is_missing_is_absent(monkeypatch, ours):
+    engine = type(make_engine("pymunk"))
+    monkeypatch.setattr(engine, "unavailable", classmethod(lambda _: "pip install pymunk"))
+    absent = measure_racks(ours, [peer("pymunk")], rounds=1, racks=2).engines[1]
+    assert absent.outcome == "absent"
+    assert "pip install pymunk" in absent.detail
+
+
+@pytest.mark.parametrize(("name", "message"), [("pymnk", "pymunk"), ("pymunk:step=1", "step")])
+def test_an_unknown_peer_or_setting_is_refused(name, message):
+    with pytest.raises(GhostballError, match=message):
+        peer(name)
+
+
+def test_the_peers_are_engines_that_there_are():
+    assert [peer(name).name for name in PEERS] == list(PEERS)

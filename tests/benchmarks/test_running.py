@@ -1,4 +1,4 @@
-"""Fails where a run that broke off counts as a measurement, or memory is counted wrongly."""
+"""Fails where a run that broke off counts as a measurement, or a gas's rate is wrong."""
 
 import dataclasses
 
@@ -6,13 +6,9 @@ import numpy as np
 import pytest
 
 from benchmarks import running
-from benchmarks.accuracy import measure_accuracy
-from benchmarks.attribution import measure_attribution
-from benchmarks.running import BenchError, after, bytes_per_ball, collision_rate
+from benchmarks.running import BenchError, after, collision_rate
 from benchmarks.scenes import table_gas
 from ghostball.engine import Status
-from ghostball.engine.running.from_scene import layout_of
-from ghostball.validation.parallel.pool import Done
 from ghostball.validation.scenes.gases import FRICTIONLESS, packed_gas
 
 
@@ -35,34 +31,11 @@ def test_a_run_that_broke_off_is_no_measurement(monkeypatch):
         running.run(table_gas(2, 0.1))
 
 
-@pytest.mark.parametrize(
-    ("measure", "name"),
-    [(measure_accuracy, "shot 17"), (measure_attribution, "shot 17 on pymunk")],
-)
-def test_a_process_that_dies_names_the_measurement(measure, name, monkeypatch):
-    def dying(tasks, jobs, work):
-        yield Done(tasks[0], None, "its process ended with signal 9", "")
-
-    monkeypatch.setattr("benchmarks.running.run_tasks", dying)
-    with pytest.raises(BenchError, match=f"^the measurement of {name}: its process ended"):
-        measure(1, first=17, jobs=1)
-
-
 def test_a_lattice_is_elsewhere_after_a_while_and_keeps_its_energy():
     scene = packed_gas(4, 0.3, FRICTIONLESS, t_max=0.1)
     later = after(scene)
     assert not np.allclose(later.positions, scene.positions)
     assert np.sum(later.velocities**2) == pytest.approx(np.sum(scene.velocities**2))
-
-
-def test_memory_is_all_arrays_of_a_run():
-    """At least what no run can do without: state, bounds of pairs, state at the end."""
-    scene = table_gas(4, 0.1)
-    layout = layout_of(scene)
-    least = layout.state.nbytes + 4 * 4 * 8 + 3 * 4 * 3 * 8
-    assert least < 4 * bytes_per_ball(scene) < 20 * least
-    crowd = packed_gas(121, 0.3, FRICTIONLESS, 0.1)
-    assert bytes_per_ball(crowd) * 121 > layout_of(crowd).block.numbers.nbytes
 
 
 @pytest.mark.compiled

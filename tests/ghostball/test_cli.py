@@ -353,7 +353,7 @@ def test_what_of_a_report_fails_costs_itself_and_comes_after_the_verdicts(
     def fail(*_):
         raise ZeroDivisionError("no [bold]balls")
 
-    monkeypatch.setattr("ghostball.reports.report.WHOLE_FIGURES", {"chaos": fail, "scaling": fail})
+    monkeypatch.setattr("ghostball.reports.report.draw_sheet", fail)
     monkeypatch.setattr("ghostball.reports.page.page.environment_html", fail)
     out = tmp_path / "out"
     page = out / "report.html"
@@ -365,14 +365,13 @@ def test_what_of_a_report_fails_costs_itself_and_comes_after_the_verdicts(
     for result in (validated, again):
         assert result.exit_code == 3
         (warning,) = (line for line in result.stderr.splitlines() if "warning:" in line)
-        assert "3 parts of it could not be made: figure chaos" in warning
+        assert "2 parts of it could not be made: figure stop-sheet" in warning
         assert "(ZeroDivisionError: no [bold]balls)" in warning
         assert 'section "Environment" of report.html' in warning
         assert "please report it" in warning
-        # Of both figures it is the same.
         assert result.stderr.count("Traceback") == 2
     assert "could not be made: ZeroDivisionError" in page.read_text()
-    assert "could not be made: figure chaos (ZeroDivisionError" in page.read_text()
+    assert "could not be made: figure stop-sheet (ZeroDivisionError" in page.read_text()
 
 
 def test_verdicts_are_printed_before_anything_is_drawn(cli, tmp_path, monkeypatch):

@@ -18,7 +18,6 @@ from ghostball.reports.figures import (
 )
 from ghostball.reports.figures._phases import parts_of, sliding_look
 from ghostball.reports.figures._table import view_of
-from ghostball.reports.paper_figures import PAPER_FIGURES, overlaps
 from ghostball.reports.shots import Run, Shot, load_shot
 from ghostball.validation.checks.verdict import Verdict, is_own_measure, verdict_of
 from ghostball.validation.results.store import Results
@@ -303,21 +302,3 @@ def test_verdicts(results):
     assert verdict_of(None) is Verdict.MISSING
     assert is_own_measure(results.case("break-7", "ghostball"))
     assert not is_own_measure(results.case("stop", "ghostball"))
-
-
-@pytest.mark.parametrize("name", PAPER_FIGURES)
-def test_the_papers_figures(results, tmp_path, name):
-    with style.drawing():
-        figure = PAPER_FIGURES[name](results)
-        assert all(path.stat().st_size for path in style.save_figure(figure, tmp_path / name))
-    assert f"Figure {name[-1]} of the paper" in texts_of(figure)
-
-
-def test_overlaps_are_found_deepest_first(results):
-    shot = load_shot(results, "break-7")
-    found = overlaps(shot, shot.ours.motion)
-    assert [o.depth for o in found] == sorted((o.depth for o in found), reverse=True)
-    worst = found[0]
-    at = np.flatnonzero(shot.ours.motion.times == worst.t)[0]
-    a, b = shot.ours.motion.positions[at, [worst.a, worst.b]]
-    assert worst.depth == pytest.approx(2 * 0.028575 - np.linalg.norm(a - b))

@@ -3,7 +3,7 @@
 import pickle
 
 import pytest
-from dying_figures import die_of_figures
+from dying_figures import die_of_one_scene
 
 from ghostball.engine import GhostballError
 from ghostball.reports import PAGE, IncompleteReportError, report, style, write_report
@@ -46,7 +46,6 @@ SECTIONS = {
     "timing_html": ("timing", "Run times"),
     "stress_html": ("stress", "Stress survival"),
     "failures_html": ("failures", "Failures explained"),
-    "pictures_html": ("pictures", "Pictures"),
     "environment_html": ("environment", "Environment"),
     "_truth_html": ("truth", "What is true here"),
 }
@@ -70,7 +69,7 @@ def test_each_section_costs_itself_alone(small_folder, monkeypatch):
     for kept in ('<section class="scene"', 'class="nav-verdict', 'data-replay="replay-stop"'):
         assert kept in html
         assert kept in whole
-    assert "<strong>Not all of this report is here</strong>: 16 parts of it could not be" in html
+    assert "<strong>Not all of this report is here</strong>: 15 parts of it could not be" in html
 
 
 @pytest.mark.usefixtures("without_run_figures")
@@ -91,26 +90,26 @@ def test_a_scene_costs_itself_alone(module_folder, monkeypatch):
     assert html.count('<section class="scene"') == 3
 
 
-def test_a_figure_costs_itself_alone(small_folder, monkeypatch):
-    kept = {"chaos": draw_something}
-    monkeypatch.setattr(report, "WHOLE_FIGURES", {"broken": fail, **kept})
-    monkeypatch.setattr(report, "draw_sheet", fail)
-    failed, html = written(small_folder)
-    assert failed == ["figure broken", "figure stop-sheet"]
-    assert [path.name for path in (small_folder / "figures").glob("*")] == ["chaos.png"]
-    assert html.count("data:image/png;base64,") == 1
+def test_a_figure_costs_itself_alone(module_folder, monkeypatch):
+    real = report.draw_sheet
+    monkeypatch.setattr(
+        report, "draw_sheet", lambda shot: fail() if shot.scene.name == "stop" else real(shot)
+    )
+    failed, html = written(module_folder)
+    assert failed == ["figure stop-sheet"]
     assert "stop-sheet.png" not in html
+    assert "head-on-sheet.png" in html
     assert f"figure stop-sheet ({SAID})" in html
-    assert '<section class="scene"' in html
+    assert html.count('<section class="scene"') == 3
 
 
-def test_a_process_that_fails_costs_its_figures_alone(small_folder, monkeypatch):
-    monkeypatch.setattr(report, "WHOLE_FIGURES", {"chaos": fail})
-    monkeypatch.setattr(report, "_make_in_worker", die_of_figures)
-    failed, html = written(small_folder, jobs=2)
-    assert failed == ["figure chaos"]
-    assert "figure chaos (the process running it died (exit code 7))" in html
-    assert '<section class="scene"' in html
+@pytest.mark.usefixtures("without_run_figures")
+def test_a_process_that_dies_costs_its_part_alone(module_folder, monkeypatch):
+    monkeypatch.setattr(report, "_make_in_worker", die_of_one_scene)
+    failed, html = written(module_folder, jobs=2)
+    assert failed == ["part of report.html on scene stop"]
+    assert "the process running it died (exit code 7)" in html
+    assert 'data-replay="replay-head-on"' in html
 
 
 def test_what_the_user_can_mend_is_no_fault_of_a_part():
@@ -148,17 +147,17 @@ def test_a_figure_that_lacks_a_file_costs_itself_alone(small_folder, monkeypatch
     def draw(_):
         raise FileNotFoundError(2, "No such file", "font.ttf")
 
-    monkeypatch.setattr(report, "WHOLE_FIGURES", {"broken": draw})
-    assert written(small_folder)[0] == ["figure broken"]
+    monkeypatch.setattr(report, "draw_sheet", draw)
+    assert written(small_folder)[0] == ["figure stop-sheet"]
 
 
 def test_a_disk_that_is_full_is_no_fault_of_a_figure(small_folder, monkeypatch):
     def save(figure, path, **_):
         raise OSError(28, "No space left on device", str(path))
 
-    monkeypatch.setattr(report, "WHOLE_FIGURES", {"chaos": draw_something})
+    monkeypatch.setattr(report, "draw_sheet", draw_something)
     monkeypatch.setattr(report.style, "save_figure", save)
-    with pytest.raises(GhostballError, match="chaos: can't write the report: No space left"):
+    with pytest.raises(GhostballError, match="stop-sheet: can't write the report: No space left"):
         write_report(small_folder)
 
 

@@ -5,13 +5,13 @@ from itertools import combinations
 import numpy as np
 import pytest
 
+from benchmarks.pictures.physics import draw_deflection
 from ghostball.engine import Scene, simulate
 from ghostball.reports import style
 from ghostball.reports.figures import (
     draw_sheet,
 )
 from ghostball.reports.figures.paths import label_balls, scale_of
-from ghostball.reports.physics_figures import draw_deflection
 from ghostball.reports.shots import Run, Shot, load_shot
 from ghostball.validation.results.store import Results
 from ghostball.validation.runs.sampling import motion_of

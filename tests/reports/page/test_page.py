@@ -49,7 +49,6 @@ SECTIONS = [
     "board",
     "stress",
     "failures",
-    "pictures",
     "environment",
     "truth",
 ]

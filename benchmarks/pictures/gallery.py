@@ -7,14 +7,17 @@ from pathlib import Path
 from statistics import median
 from typing import TYPE_CHECKING, Any
 
+from benchmarks.pictures.board import draw_committed_board
+from benchmarks.pictures.chaos import draw_chaos
+from benchmarks.pictures.paper import PAPER_FIGURES
+from benchmarks.pictures.physics import PHYSICS_FIGURES
+from benchmarks.pictures.racks import draw_committed_racks
+from benchmarks.pictures.sections import SECTION_FIGURES
+from benchmarks.precision.figure import draw_committed_precision
 from ghostball.engine import GhostballError
 from ghostball.reports import style
-from ghostball.reports.chaos_figure import draw_chaos
 from ghostball.reports.figures._table import aspect_of, view_of
 from ghostball.reports.figures.paths import WIDTH, draw_panel
-from ghostball.reports.paper_figures import PAPER_FIGURES
-from ghostball.reports.physics_figures import PHYSICS_FIGURES
-from ghostball.reports.section_figures import SECTION_FIGURES
 from ghostball.reports.shots import Shot, load_shot, rest_error
 from ghostball.validation.results.store import CLOSED_FORM, Results
 
@@ -162,18 +165,22 @@ GALLERY: dict[str, Callable[[Results], Figure | None]] = {
 }
 
 
-def write_gallery(
-    results_dir: str | Path,
-    gallery_dir: str | Path,
-    more: Mapping[str, Callable[[], Figure | None]] | None = None,
-    *,
-    sections_dir: str | Path | None = None,
-) -> list[Path]:
-    """Write the pictures of the README, as PNG; return the files written.
+COMMITTED: dict[str, Callable[[], Figure | None]] = {
+    "precision": draw_committed_precision,
+    "racks": draw_committed_racks,
+    "board": draw_committed_board,
+}
+"""Drawn from committed measurements."""
 
-    `more` has others, by name, which are left out where they have nothing to show; so are those of
-    the paper's section 6, from `sections_dir`, whose results may have engines that the suite leaves
-    out, or else from the same results.
+
+def write_gallery(
+    results_dir: str | Path, gallery_dir: str | Path, *, sections_dir: str | Path | None = None
+) -> list[Path]:
+    """Write the pictures of the README and the documentation, as PNG; return the files written.
+
+    Those of committed measurements, of what chaos does, and of the paper's section 6 are left out
+    where they have nothing to show. The last are drawn from `sections_dir`, whose results may have
+    engines that the suite leaves out, or else from the same results.
 
     Each carries, as its description, the revision at which the results were computed.
 
@@ -189,11 +196,11 @@ def write_gallery(
     revision = git["revision"] + ", with changes" * git["dirty"]
     with style.drawing():
         figures = {name: _drawn(results, name) for name in GALLERY}
-        measured = {"chaos": draw_chaos(results)}
         of_sections = results if sections_dir is None else Results.open(sections_dir)
-        measured |= {name: draw(of_sections) for name, draw in SECTION_FIGURES.items()}
-        measured |= {name: draw() for name, draw in (more or {}).items()}
-        figures |= {name: figure for name, figure in measured.items() if figure is not None}
+        more = {"chaos": draw_chaos(results)}
+        more |= {name: draw(of_sections) for name, draw in SECTION_FIGURES.items()}
+        more |= {name: draw() for name, draw in COMMITTED.items()}
+        figures |= {name: figure for name, figure in more.items() if figure is not None}
         try:
             folder.mkdir(parents=True, exist_ok=True)
             saved = [

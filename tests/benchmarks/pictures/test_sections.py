@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
+from benchmarks.pictures.sections import RULES, SECTION_FIGURES, _turned_off
 from ghostball.engine import simulate
 from ghostball.reports import style
 from ghostball.reports.figures.heights import flying, part_in_flight
 from ghostball.reports.figures.paths import is_collinear
 from ghostball.reports.figures.sheet import draw_sheet
 from ghostball.reports.figures.single import draw_single
-from ghostball.reports.section_figures import RULES, SECTION_FIGURES, _turned_off
 from ghostball.reports.shots import Shot, load_shot
 from ghostball.validation.results.store import Results
 from ghostball.validation.scenes.library import find_scene

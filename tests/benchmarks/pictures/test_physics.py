@@ -5,9 +5,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from ghostball.engine import Scene, simulate
-from ghostball.reports import style
-from ghostball.reports.physics_figures import (
+from benchmarks.pictures.physics import (
     DEFLECTION,
     PHYSICS_FIGURES,
     PUBLISHED_DEFLECTIONS,
@@ -19,6 +17,8 @@ from ghostball.reports.physics_figures import (
     natural_deflection,
     throw_angle,
 )
+from ghostball.engine import Scene, simulate
+from ghostball.reports import style
 from ghostball.validation.results.store import Motion, Results
 from ghostball.validation.runs.sampling import motion_of
 from ghostball.validation.scenes.library import find_scene

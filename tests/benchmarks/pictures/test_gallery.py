@@ -2,8 +2,7 @@
 
 import pytest
 
-from benchmarks import gallery
-from benchmarks.gallery import write_gallery
+from benchmarks.pictures.gallery import write_gallery
 from ghostball.engine import GhostballError
 from ghostball.reports import style
 
@@ -19,16 +18,7 @@ def test_the_gallery_is_complete(results_folder, tmp_path, monkeypatch):
     assert {path.suffix for path in written} == {".png"}
     assert all(path.read_text().startswith("Figure(") for path in written)
     assert {"hero", "paper-figure-2"} <= names
-    assert {"physics-deflection", "physics-throw"} <= names
-
-
-def test_the_gallery_has_room_for_pictures_of_others(small_folder, tmp_path, monkeypatch):
-    monkeypatch.setattr(gallery, "GALLERY", {})
-    more = {"mine": lambda: style.new_figure(1.0, 1.0), "nothing": lambda: None}
-    names = {path.name for path in write_gallery(small_folder, tmp_path, more)}
-    assert "mine.png" in names
-    assert {name.rpartition(".")[2] for name in names} == {"png"}
-    assert "nothing.png" not in names
+    assert {"physics-deflection", "physics-throw", "precision", "racks", "board"} <= names
 
 
 def test_a_gallery_without_its_scenes_is_an_error(small_folder, tmp_path):

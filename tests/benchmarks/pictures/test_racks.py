@@ -4,8 +4,8 @@ import pytest
 
 from benchmarks import measurements
 from benchmarks.measurements import save
+from benchmarks.pictures.racks import draw_committed_racks, draw_racks
 from benchmarks.racks import RacksMeasurement, RackTimes
-from benchmarks.racks_figure import draw_committed_racks, draw_racks
 from ghostball.reports import style
 
 MEASURED = RacksMeasurement(

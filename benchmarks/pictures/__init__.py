@@ -1,0 +1,1 @@
+"""The pictures that the README and the documentation show, remade by `make gallery`."""
