@@ -9,11 +9,10 @@ from __future__ import annotations
 
 import itertools
 import math
-import random
 
 import numpy as np
 import pytest
-from invariants import EPS, collisions, energies, instants, log_bits, overlaps
+from invariants import EPS, collisions, log_bits
 from sampling import kinetic_energy, state_at, state_before, times_of
 from shots import R, ball, scene_of
 from transforms import same_log, shuffled
@@ -88,7 +87,7 @@ def assert_mirror_symmetric(result: Result) -> None:
 
 class TestMirror:
     @every_physics
-    @pytest.mark.parametrize("v", [0.3, 1.5, 8.0])
+    @pytest.mark.parametrize("v", [1.5])
     def test_a_hit_on_two_touching_balls(self, physics, v):
         result = simulate(three_balls(v, **physics), record="events")
         assert result.status is Status.REST
@@ -96,37 +95,11 @@ class TestMirror:
         assert_mirror_symmetric(result)
 
     @every_physics
-    def test_a_hit_with_top_spin_on_two_touching_balls(self, physics):
-        if physics["motion"] == "rolling":
-            physics = {**physics, "motion": "sliding"}
-        for spin in (-80.0, 0.0, 150.0):
-            scene = scene_of(
-                ball((-0.2, 0.0), (2.0, 0.0), angular_velocity=(0.0, spin, 0.0)),
-                ball((ROOT3 * R, R)),
-                ball((ROOT3 * R, -R)),
-                **physics,
-            )
-            assert_mirror_symmetric(simulate(scene, record="events"))
-
-    @every_physics
-    @pytest.mark.parametrize("v", [2.0, 9.0])
-    @pytest.mark.parametrize("n", [3, 6, 10, 15])
+    @pytest.mark.parametrize("v", [9.0])
+    @pytest.mark.parametrize("n", [6, 15])
     def test_a_break_of_a_frozen_rack(self, physics, v, n):
         result = simulate(symmetric_break(v, n, **physics), record="events")
         assert result.status is Status.REST
-        assert_mirror_symmetric(result)
-
-    @every_physics
-    def test_two_balls_that_hit_one_from_both_sides(self, physics):
-        scene = scene_of(
-            ball((0.0, 0.0)),
-            ball((0.1, 0.4), (-0.2, -1.0)),
-            ball((0.1, -0.4), (-0.2, 1.0)),
-            **physics,
-        )
-        result = simulate(scene, record="events")
-        first, second = times_of(result, HIT)[:2]
-        assert first == second
         assert_mirror_symmetric(result)
 
     @every_physics
@@ -148,17 +121,6 @@ class TestMirror:
 
 class TestOrderOfTheBalls:
     @every_physics
-    @pytest.mark.parametrize("seed", range(4))
-    def test_of_a_symmetric_break(self, physics, seed):
-        scene = symmetric_break(4.0, 10, **physics)
-        order = list(range(len(scene.balls)))
-        random.Random(seed).shuffle(order)
-        base = simulate(scene, record="events")
-        other = simulate(shuffled(scene, order), record="events")
-        assert same_log(base, other, order)
-        assert np.array_equal(other.rest_positions, base.rest_positions[order])
-
-    @every_physics
     def test_of_a_skew_hit_on_touching_balls(self, physics):
         # Touching both, but not head-on: three different balls, one instant.
         angle = math.radians(75)
@@ -173,22 +135,6 @@ class TestOrderOfTheBalls:
             other = simulate(shuffled(scene, order), record="events")
             assert same_log(base, other, order)
             assert np.array_equal(other.rest_positions, base.rest_positions[list(order)])
-
-    @pytest.mark.compiled
-    @every_physics
-    @pytest.mark.parametrize("seed", range(4))
-    def test_of_balls_that_press_on_each_other(self, physics, seed):
-        # The cue ball follows into a frozen line, whose balls stay in contact.
-        line = [ball((0.1 + 2 * R * k, 0.0)) for k in range(4)]
-        scene = scene_of(
-            ball((0.0, 0.004), (2.0, 0.0)), *line, **{**physics, "ball_restitution": 0.5}
-        )
-        order = list(range(len(scene.balls)))
-        random.Random(seed).shuffle(order)
-        base = simulate(scene, record="events")
-        other = simulate(shuffled(scene, order), record="events")
-        assert same_log(base, other, order)
-        assert np.array_equal(other.rest_positions, base.rest_positions[order])
 
 
 class TestConservation:
@@ -270,14 +216,6 @@ class TestConservation:
             v = (after.velocities[j] - after.velocities[i])[:2]
             assert r @ v >= -64 * EPS * R
 
-    @every_physics
-    def test_energy_and_gaps_in_a_symmetric_break(self, physics):
-        result = simulate(symmetric_break(**physics), record="events")
-        times = instants(result, between=3)
-        energy = energies(result, times)
-        assert np.diff(energy).max() <= 16 * EPS * energy[0]
-        assert overlaps(result.scene, result.sample(times).positions).max() <= 1e-12
-
 
 BINARY_RADIUS = 1 / 32
 """[m]; so all four cushions are at distances from the middle that doubles hold exactly."""
@@ -311,16 +249,6 @@ class TestCorners:
             **cushion,
         )
         return simulate(scene, record="events")
-
-    @pytest.mark.parametrize("corner", CORNERS)
-    @pytest.mark.parametrize("cushion", CUSHIONS.values(), ids=CUSHIONS.keys())
-    def test_rolling(self, corner, cushion):
-        result = self.into_corner(corner, cushion)
-        assert result.status is Status.REST
-        first, second = times_of(result, EventKind.BALL_CUSHION)[:2]
-        assert first == second
-        assert_on_diagonal(result, corner)
-        assert energies(result, np.array([first]))[0] <= energies(result, np.zeros(1))[0]
 
     @pytest.mark.parametrize("corner", CORNERS)
     @pytest.mark.parametrize("cushion", CUSHIONS.values(), ids=CUSHIONS.keys())
@@ -360,33 +288,6 @@ class TestSequential:
         apart = np.hypot(*(velocities["simultaneous"] - velocities["sequential"]).T)
         assert apart[0] == pytest.approx(math.hypot(3 / 40, ROOT3 / 8), abs=1e-12)
         assert sorted(apart[1:]) == pytest.approx([ROOT3 / 10, 3 * ROOT3 / 20], abs=1e-12)
-
-    @pytest.mark.compiled
-    @every_physics
-    def test_it_is_deterministic(self, physics):
-        scene = symmetric_break(impacts="sequential", **physics)
-        first, second = (simulate(scene, record="events") for _ in range(2))
-        assert log_bits(first) == log_bits(second)
-        assert np.array_equal(first.rest_positions, second.rest_positions)
-
-    @pytest.mark.compiled
-    @every_physics
-    def test_a_break_comes_out_differently(self, physics):
-        ends = [
-            simulate(symmetric_break(impacts=impacts, **physics)).rest_positions
-            for impacts in ("simultaneous", "sequential")
-        ]
-        apart = np.hypot(*(ends[0] - ends[1])[:, :2].T)
-        assert np.median(apart) > R
-
-    @pytest.mark.compiled
-    @every_physics
-    def test_it_gains_no_energy_and_lets_nothing_overlap(self, physics):
-        result = simulate(symmetric_break(impacts="sequential", **physics), record="events")
-        times = instants(result, between=3)
-        energy = energies(result, times)
-        assert np.diff(energy).max() <= 16 * EPS * energy[0]
-        assert overlaps(result.scene, result.sample(times).positions).max() <= 1e-12
 
     @every_physics
     def test_without_a_tie_both_are_the_same_bits(self, physics):

@@ -6,12 +6,10 @@ import math
 
 import numpy as np
 import pytest
-from shots import POOL_TABLE, R, ball, rack, scene_of
+from shots import R, ball, scene_of
 
-from ghostball.engine import EventKind, Scene, Status, Table, simulate
-from ghostball.engine.core.kernel import COMPILED
+from ghostball.engine import EventKind, Status, Table, simulate
 from ghostball.engine.core.tolerances import EPS
-from ghostball.engine.running import skips
 from ghostball.engine.trajectory import Phase
 
 G = 9.81
@@ -222,62 +220,6 @@ def test_a_ball_dropped_exactly_on_another_falls_off():
     assert result.rest_positions[0, 1] == 0.0
 
 
-def test_two_landings_at_one_instant_are_two_events():
-    scene = scene_of(ball((0, 0), (1, 0, 1)), ball((0, 1), (-1, 0, 1)), **FLIES)
-    result = simulate(scene, record="events")
-    first = result.events[:2]
-    assert first["t"][0] == first["t"][1]
-    assert sorted(first["a"].tolist()) == [0, 1]
-    alone = simulate(scene_of(ball((0, 1), (-1, 0, 1)), **FLIES), record="events")
-    assert np.array_equal(alone.rest_positions[0], result.rest_positions[1])
-
-
-@pytest.mark.parametrize("seed", range(6 if COMPILED else 2))
-def test_a_break_with_flight_keeps_to_the_table_and_to_its_energy(seed):
-    chance = np.random.default_rng(seed)
-    gap = [0.0, 1e-4][seed % 2]
-    scene = scene_of(
-        ball((0.6, 0.635 + 0.01 * chance.normal()), (7.0, 0.0), angular_velocity=(0, 100, 0)),
-        *rack(10, (1.8, 0.635), gap),
-        table=POOL_TABLE,
-        preset="pool",
-        airborne=True,
-    )
-    result = simulate(scene, record="trajectory")
-    assert result.status is Status.REST
-    assert EventKind.BALL_CLOTH in result.events["kind"]
-    times = np.unique([*np.linspace(0, result.rest_time, 500), *result.events["t"]])
-    states, gone = result.sample(times), result.phases(times) == Phase.GONE
-    assert np.min(states.positions[:, :, 2]) >= R - 1e-15
-    for i in range(len(scene.balls)):
-        for j in range(i):
-            apart = np.linalg.norm(states.positions[:, i] - states.positions[:, j], axis=1)
-            assert np.all((apart > 2 * R * (1 - 1e-11)) | gone[:, i] | gone[:, j])
-        x, y, z = states.positions[~gone[:, i], i].T
-        for away in (x, 2.54 - x, y, 1.27 - y):
-            assert np.min(np.hypot(away, z - 0.0357)) > R * (1 - 1e-11)
-            assert np.min(away) >= 0.0
-    energy = result.energy(times).total
-    assert np.all(np.diff(energy) <= 1e-13 * energy[0])
-
-
-@pytest.mark.skipif(COMPILED, reason="kernels that no other test runs would be compiled for it")
-def test_many_balls_come_to_the_same_bits_as_few(monkeypatch):
-    scene = scene_of(
-        ball((0.6, 0.64), (5.0, 0.0, 0.5), angular_velocity=(0, 50, 0)),
-        *rack(6, (1.8, 0.635), 1e-4),
-        table=POOL_TABLE,
-        preset="pool",
-        airborne=True,
-    )
-    few = simulate(scene, record="events")
-    monkeypatch.setattr(skips, "MOST_PAIRED", 0)
-    many = simulate(Scene.model_validate(scene.model_dump()), record="events")
-    assert many.work["cell_moves"] > 0
-    assert np.array_equal(few.events, many.events)
-    assert np.array_equal(few.rest_positions, many.rest_positions)
-
-
 def test_a_ball_over_an_open_side_comes_down_on_the_cloth_that_goes_on():
     table = Table(length=2.0, width=1.0, cushions=("left", "bottom", "top"))
     scene = scene_of(ball((1.8, 0.5), (3, 0, 1.5)), table=table, **FLIES)
@@ -285,12 +227,3 @@ def test_a_ball_over_an_open_side_comes_down_on_the_cloth_that_goes_on():
     assert result.status is Status.REST
     assert EventKind.LEAVES_TABLE not in result.events["kind"]
     assert result.rest_positions[0, 0] > 2.0
-
-
-def test_where_nothing_lifts_a_ball_it_stays_down():
-    """A straight roll with `airborne`: no event but rest, and to rounding as without."""
-    for airborne in (True, False):
-        physics = FLIES | {"airborne": airborne, "table_restitution": 0.5}
-        result = simulate(scene_of(ball((0, 0), (1, 0.5)), **physics), record="events")
-        assert result.events["kind"].tolist() == [EventKind.ROLL_TO_REST]
-        assert result.rest_time == pytest.approx(math.hypot(1, 0.5) / (0.01 * G))

@@ -39,12 +39,6 @@ def test_a_field_of_the_physics_adds_its_feature_and_no_other(fields, feature):
     assert set(scene_features(scene)) == {*PLAIN, feature}
 
 
-def test_balls_that_may_fly_need_an_engine_for_that():
-    scene = scene_of(ball((0, 0), (1, 0)), motion="sliding", airborne=True)
-    still = scene_of(ball((0, 0), (1, 0)), motion="sliding")
-    assert set(scene_features(scene)) == {*scene_features(still), Feature.FLIGHT}
-
-
 SLIDES = (Feature.SLIDING, Feature.UNBOUNDED_CLOTH)
 
 
@@ -92,12 +86,6 @@ def test_a_friction_of_a_ball_s_own_where_it_has_an_effect(field, motions, motio
     assert (Feature.PER_BALL_FRICTION in features) == (motion in motions)
 
 
-def test_a_friction_of_a_ball_s_own_that_is_the_scene_s_is_no_feature():
-    same = ball((0, 0), rolling_friction=0.03, sliding_friction=0.3, spinning_friction_rate=3.0)
-    physics = {"rolling_friction": 0.03, "sliding_friction": 0.3, "spinning_friction_rate": 3.0}
-    assert scene_features(scene_of(same, motion="sliding", **physics)) == SLIDES
-
-
 def test_a_cloth_is_frictionless_where_it_is_for_some_ball():
     free = scene_of(ball((0, 0), (1, 0)), ball((1, 0), rolling_friction=0.0), t_max=1.0)
     assert set(scene_features(free)) == {
@@ -113,12 +101,6 @@ def test_every_law_but_the_plain_one_has_a_feature_of_its_own():
     # Else another engine would take the law for the plain one, in silence.
     laws = [law for law in (*BALL_LAWS, *CUSHION_LAWS) if law is not BALL_LAWS[0]]
     assert len({Feature[law.feature] for law in laws}) == len(laws)
-
-
-def test_sliding_replaces_rolling():
-    scene = scene_of(ball((0, 0), (1, 0)), motion="sliding")
-    assert Feature.SLIDING in scene_features(scene)
-    assert Feature.ROLLING not in scene_features(scene)
 
 
 def test_unequal_balls():
@@ -159,15 +141,6 @@ def test_open_sides_and_none_at_all():
     assert {Feature.OPEN_SIDES, Feature.MIRROR_CUSHION} <= set(scene_features(some))
     none = scene_of(ball((1, 1)), table=Table(length=2, width=2, cushions=()), cushion="han2005")
     assert scene_features(none) == PLAIN
-
-
-def test_features_come_in_one_order():
-    scene = scene_of(
-        ball((1, 1), (1, 0), mass=1), ball((1.5, 1)), table=POOL_TABLE, ball_restitution=0.5
-    )
-    order = list(Feature)
-    positions = [order.index(feature) for feature in scene_features(scene)]
-    assert positions == sorted(positions)
 
 
 def test_an_engine_lacks_what_it_does_not_mention_and_what_it_says_it_lacks():

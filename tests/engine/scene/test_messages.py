@@ -12,7 +12,7 @@ from hypothesis import given, strategies as st
 from refusals import loading as refusal, refusal_of
 from shots import POOL_TABLE
 
-from ghostball.engine import Ball, Scene, SceneError
+from ghostball.engine import Scene, SceneError
 from ghostball.engine.impacts.laws.registry import BALL_LAW_NAMES, CUSHION_LAW_NAMES
 from ghostball.engine.scene.toml import dumps
 
@@ -59,20 +59,11 @@ def test_what_is_broken_below_is_valid():
     [
         (edited("rolling_friction = 0.01", "roling_friction = 0.01"), 8, ["`physics.roling_fric"]),
         (edited("velocity = [2.0, 0.0]", "velocity = [nan, 0.0]"), 17, ["[0]`", "finite", "nan"]),
-        (edited("velocity = [2.0, 0.0]", "velocity = [2.0, -inf]"), 17, ["[1]`", "finite", "-inf"]),
         (edited("[1.2, 0.66]", "[0.62, 0.66]"), 21, ["balls[0]", "balls[1]", "overlap", "0.025"]),
         (edited("[1.2, 0.66]", "[3.2, 0.66]"), 21, ["`balls[1].position`", "right cushion", "3.2"]),
-        (edited("[1.2, 0.66]", "[1.2, 0.66]\nradius = -1"), 22, ["`balls[1].radius`", "> 0", "-1"]),
-        (edited("[1.2, 0.66]", "[1.2, 0.66]\nmass = 0.0"), 22, ["`balls[1].mass`", "> 0", "0.0"]),
         (edited('id = "object"', 'id = "cue"'), 20, ["`balls[1].id`", "unique", '"cue"']),
-        (edited("= 0.01", "= 0.01\nball_restitution = 1.3"), 9, ["ball_restitution`", "1", "1.3"]),
-        (edited("schema = 1", "schema = 2"), 1, ["`schema`", "must be 1", "got 2"]),
-        (edited('title = "Half-ball cut"', "title = 3"), 3, ["`title`", "text", "3"]),
-        (edited("width = 1.27", "widht = 1.27"), 12, ["`table.widht`", "Did you mean `width`"]),
-        (edited('id = "cue"\n', ""), 14, ["`balls[0].id` must be given"]),
         (edited("[1.2, 0.66]", "[1.2, 0.66, 1]"), 21, ["`balls[1].position` z", "got 1.0 m"]),
         (edited("[2.0, 0.0]", "[2.0, 0.0, 1]"), 17, ["`balls[0].velocity` z", "got 1.0 m/s"]),
-        (edited("[1.2, 0.66]", "[1e15, 0]"), 21, ["`balls[1].position`", "double precision"]),
         (
             edited('"paper"', '"pool"').replace("[1.2, 0.66]", "[1.2, 0.66]\nradius = 0.01"),
             6,
@@ -84,14 +75,6 @@ def test_what_is_broken_below_is_valid():
             ["`balls[0].angular_velocity` must be that of rolling", '= "sliding"'],
         ),
         (edited("= 0.01", "= 0"), 14, ["`t_max` must be given", "`balls[0]`"]),
-        (edited("[1.2, 0.66]", "[1.2, 0.66]\nrolling_friction = -1"), 22, ["at least 0", "-1"]),
-        (edited("[1.2, 0.66]", '[1.2, 0.66]\nsliding_friction = "ice"'), 22, ["number", '"ice"']),
-        (edited("= 0.01", "= 0.01\nball_friction = 1"), 9, ["`motion`", "`ball_friction` = 1.0"]),
-        (edited("= 0.01", "= 0.01\ncushion_height = 1"), 9, ["no effect", '"han2005"']),
-        (edited("= 0.01", '= 0.01\nimpacts = "never"'), 9, ["`physics.impacts`", '"never"']),
-        (edited("[2.0, 0.0]", "[2.0, true]"), 17, ["`balls[0].velocity[1]`", "number", "true"]),
-        (edited("[2.0, 0.0]", '"fast"'), 17, ["`balls[0].velocity`", "list", '"fast"']),
-        (edited("[2.0, 0.0]", "1979-05-27"), 17, ["`balls[0].velocity`", "list", "1979"]),
     ],
 )
 def test_a_mistake_is_told_with_file_line_field_and_value(text, line, parts):
@@ -180,10 +163,6 @@ def test_bytes_that_are_no_scene_are_refused(content):
         assert refusal_of(lambda: Scene.load(path)).startswith(f"{path}:")
 
 
-def test_a_file_without_schema():
-    assert "`schema` must be given. Add `schema = 1`" in refusal(edited("schema = 1\n", ""))
-
-
 @pytest.mark.parametrize("key", ["mirror", "str", "float", '"a[b]"', '"a(b)"', '""', '"x.y"'])
 @pytest.mark.parametrize(
     ("above", "prefix"),
@@ -195,24 +174,12 @@ def test_an_unknown_key_is_named_whatever_it_is_called(key, above, prefix):
     assert f"`{prefix}{bare}` is not a known field" in message
 
 
-def test_a_key_with_a_line_break_does_not_break_the_message():
-    message = refusal('"a\\nb" = 1\n' + VALID)
-    assert len(message.splitlines()) == 1
-    assert message.startswith("shot.toml:1: `a\\nb` is not a known field")
-
-
 @pytest.mark.parametrize("separator", ["\\n", "\\r", "\\u2028", "\\u0085", "\\f"])
 def test_a_ball_whose_name_breaks_the_line_does_not_break_the_message(separator):
     name = f'id = "a{separator}b"'
     message = refusal(edited('id = "cue"', name).replace('id = "object"', name))
     assert len(message.splitlines()) == 1
     assert "must be unique" in message
-
-
-def test_a_very_long_key_is_cut():
-    message = refusal(f"{'k' * 100_000} = 1\n" + VALID)
-    assert f"`{'k' * 77}...` is not a known field" in message
-    assert len(message) < 300
 
 
 def test_a_number_too_long_to_be_one():
@@ -279,11 +246,6 @@ def test_the_line_is_found_however_the_file_is_laid_out(old, new, place):
     assert LAID_OUT.count(old) == 1
     Scene.loads(LAID_OUT)
     assert refusal(LAID_OUT.replace(old, new)).splitlines()[0].startswith(f"shot.toml:{place}")
-
-
-def test_within_an_inline_table_the_line_is_that_of_its_key():
-    text = 'schema = 1\nname = "a"\nballs = [{ id = "a", position = [0, 0], radius = 0 }]\n'
-    assert refusal(text).startswith("shot.toml:3: `balls[0].radius` must be greater than 0")
 
 
 VALUES = st.one_of(
@@ -359,12 +321,6 @@ def test_any_mutation_loads_or_is_refused_as_a_scene_error(data):
         assert Scene.loads(dumps(scene)) == scene
 
 
-@given(mutated_scenes())
-def test_any_mutation_through_the_constructor_is_a_scene_or_a_scene_error(data):
-    scene, refused = scene_or_refusal(lambda: Scene(**data))
-    assert (scene is None) == (refused != "")
-
-
 @pytest.mark.parametrize(
     ("text", "parts"),
     [
@@ -382,8 +338,3 @@ def test_json_is_refused_as_all_else_is(text, parts):
     with pytest.raises(SceneError) as caught:
         Scene.model_validate_json(text)
     assert all(part in str(caught.value) for part in parts)
-
-
-def test_json_that_was_written_reads_back():
-    scene = Scene(name="a", balls=[Ball(id="a", position=(0.1, 0.2), velocity=(1.0, 0.3))])
-    assert Scene.model_validate_json(scene.model_dump_json(by_alias=True)) == scene

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 import pickle
 
@@ -11,14 +10,8 @@ import pytest
 from refusals import refusal
 from shots import POOL_TABLE, R, ball, rack, scene_of
 
-from ghostball.engine import CUSHIONS, Ball, GhostballError, Physics, SceneError, Table
+from ghostball.engine import CUSHIONS, Ball, Physics, SceneError, Table
 from ghostball.engine.scene import rolling_angular_velocity
-
-
-def test_scene_error_is_a_ghostball_error_and_a_value_error():
-    # The command line turns the first into exit status 2; callers in Python expect the second.
-    assert issubclass(SceneError, GhostballError)
-    assert issubclass(SceneError, ValueError)
 
 
 def test_z_defaults_to_the_radius_and_vertical_velocity_to_zero():
@@ -49,11 +42,6 @@ def test_arrays_are_fresh_so_that_nobody_can_change_a_scene_through_them():
 def test_a_scene_survives_pickling_to_a_worker():
     scene = scene_of(ball((0.5, 0.25), (1, 0)), table=POOL_TABLE)
     assert pickle.loads(pickle.dumps(scene)) == scene
-
-
-def test_a_moving_ball_rolls_unless_told_otherwise():
-    scene = scene_of(ball((0, 0), (1.0, 2.0)))
-    assert scene.angular_velocities.tolist() == [[-2.0 / R, 1.0 / R, 0.0]]
 
 
 def test_rolling_means_that_the_lowest_point_of_the_ball_does_not_slip():
@@ -95,10 +83,6 @@ class TestRolls:
         assert self.rolls((1e-300, 0.0), None, radius=1e30) == [True]
         assert self.rolls((1e-300, 0.0), (0, 0, 0), radius=1e30) == [False]
 
-    def test_a_ball_at_rest_rolls_also_where_it_spins_about_the_vertical(self):
-        assert self.rolls((0, 0), (0, 0, 0)) == [True]
-        assert self.rolls((0, 0), (0, 0, -40)) == [True]
-
     def test_spin_about_the_vertical_does_not_make_a_ball_slide(self):
         assert self.rolls((1, 0.5), (-0.5 / R, 1 / R, 1e6)) == [True]
 
@@ -108,7 +92,7 @@ class TestRolls:
         assert self.rolls((1, 0), (1e-9, 1 / R, 0)) == [False]
         assert self.rolls((0, 0), (1e-300, 0, 0)) == [False]
 
-    @pytest.mark.parametrize("seed", range(200))
+    @pytest.mark.parametrize("seed", range(20))
     def test_a_spin_that_was_computed_as_v_over_r_rolls(self, seed):
         chance = np.random.default_rng(seed)
         vx, vy, radius = (float(x) for x in np.exp(chance.uniform(-12.0, 12.0, 3)))
@@ -122,26 +106,6 @@ class TestRolls:
         assert self.rolls((1.0, 0.0), (0.0, spin, 0.0), radius=1.0) == [rolls]
         assert self.rolls((1.0, 0.0), (roundings * 2.0**-52, 1.0, 0.0), radius=1.0) == [rolls]
 
-    def test_every_ball_rolls_where_motion_is_rolling(self):
-        # There the rules allow a spin of fewer digits; it doesn't make a ball slide.
-        assert self.rolls((1, 0), (0, round(1 / R, 9), 0), motion="rolling") == [True]
-        assert self.rolls((1, 0), (0, round(1 / R, 9), 0)) == [False]
-
-
-class TestNumbers:
-    """What is no number as it should be is in `test_mistakes.py`, for every field."""
-
-    @pytest.mark.parametrize("field", ["radius", "mass"])
-    def test_what_a_number_is_given_in_is_said(self, field):
-        assert "Give it in" in refusal(ball((0, 0), **{field: 0.0}))
-
-    @pytest.mark.parametrize("value", [0.0, 1.0])
-    def test_both_ends_of_a_restitution_are_allowed(self, value):
-        assert Physics(ball_restitution=value).ball_restitution == value
-
-    def test_whole_numbers_are_numbers(self):
-        assert Ball(id="b", position=(1, 2)).position[:2] == (1.0, 2.0)
-
 
 class TestBallsTogether:
     def test_two_balls_of_one_name(self):
@@ -154,12 +118,6 @@ class TestBallsTogether:
         assert f"{2 * R - 0.05:.6g} m" in message
         assert "Move one" in message
 
-    def test_two_balls_at_one_place(self):
-        assert f"overlap, but do by {2 * R:.6g} m" in refusal(ball((1, 1)), ball((1, 1)))
-
-    def test_touching_exactly_is_allowed(self):
-        assert len(scene_of(ball((0, 0)), ball((2 * R, 0))).balls) == 2
-
     def test_the_reach_of_unequal_balls_is_the_sum_of_their_radii_in_the_plane(self):
         # In space the centres are farther apart than in the plane, as their heights differ.
         scene_of(ball((0, 0), radius=0.25), ball((0.75, 0), radius=0.5))
@@ -168,10 +126,6 @@ class TestBallsTogether:
     @pytest.mark.parametrize("apex", [(0.0, 0.0), (1.905, 0.635), (17.3, -4.1)])
     def test_a_touching_rack_computed_from_sqrt_3_is_accepted(self, apex):
         assert len(scene_of(*rack(15, apex, gap=0.0)).balls) == 15
-
-    @pytest.mark.parametrize("depth", [1e-14, 1e-12, 1e-9])
-    def test_an_overlap_beyond_rounding_is_refused(self, depth):
-        assert "must not overlap" in refusal(ball((0, 0)), ball((2 * R - depth, 0)))
 
     def test_the_worst_overlap_of_a_ball_is_the_one_reported(self):
         message = refusal(ball((0, 0)), ball((0.1, 0)), ball((0.06, 0)))
@@ -208,10 +162,6 @@ class TestTable:
         others = tuple(other for other in CUSHIONS if other != name)
         table = Table(length=2, width=2, cushions=others)
         assert scene_of(ball(places[name]), table=table).table == table
-
-    @pytest.mark.parametrize("place", list(itertools.product((R, 2.54 - R), (R, 1.27 - R))))
-    def test_touching_cushions_is_inside(self, place):
-        scene_of(ball(place), table=POOL_TABLE)
 
     def test_cushions_keep_the_order_of_their_index_and_appear_once(self):
         assert Table(length=1, width=1, cushions=("top", "left")).cushions == ("left", "top")
@@ -290,23 +240,8 @@ class TestPhysics:
         assert scene_of(rolling).balls[0].angular_velocity == (0.0, 1.0 / R, 0.0)
 
 
-def test_an_unknown_field_suggests_a_known_one():
-    with pytest.raises(
-        SceneError, match=r"`velocty` is not a known field\. Did you mean `velocity`"
-    ):
-        Ball(id="b", position=(0, 0), velocty=(1, 0))
-
-
 class TestMagnitudes:
     """Beyond 1e50 the engine's products would turn infinite without a word: refused here."""
-
-    def test_extremes_are_judged_without_a_warning(self):
-        corners = [
-            ball((x, y), (1e50, 1e50), radius=1e37) for x in (-1e50, 1e50) for y in (-1e50, 1e50)
-        ]
-        scene = scene_of(*corners, ball((0, 0), (1e50, -1e50), radius=1e-50), t_max=1e50)
-        assert np.all(np.isfinite(scene.angular_velocities))
-        assert "must not overlap" in refusal(*(ball((x, 0), radius=1e50) for x in (-5e49, 1e50)))
 
     @pytest.mark.parametrize("place", [(1e14, 0), (0, -1e14)])
     def test_a_place_where_rounding_is_larger_than_a_ball(self, place):
@@ -315,11 +250,3 @@ class TestMagnitudes:
         assert "`balls[1].position` must be known to better than the radius, 0.028575 m" in message
         assert "rounds by up to 0.36 m" in message
         assert "must not overlap" in refusal(ball((1e12, 0)), ball((1e12, 0)))
-
-    def test_rolling_for_longer_than_doubles_can_follow_needs_t_max(self):
-        fast = ball((0, 0), (1e10, 0.0))
-        assert "would roll for more than 1e+50 s" in refusal(fast, rolling_friction=1e-42)
-        assert scene_of(fast, rolling_friction=1e-42, t_max=1.0).t_max == 1.0
-        # mu g rounds to 0: the engine would see no friction at all.
-        weightless = {"rolling_friction": 1e-300, "gravity": 1e-50}
-        assert "never come to rest" in refusal(ball((0, 0), (1e-300, 0.0)), **weightless)

@@ -19,7 +19,7 @@ from knots import (
 )
 from shots import R, ball, scene_of
 
-from ghostball.engine import ExactTrajectory, SampledTrajectory, Samples
+from ghostball.engine import SampledTrajectory, Samples
 from ghostball.engine.core import state
 from ghostball.engine.result import initial_state
 from ghostball.engine.trajectory import Phase, energy_of
@@ -58,15 +58,6 @@ def test_at_a_collision_the_state_after_it_counts():
 def test_a_collision_in_the_last_frame():
     trajectory = line([0.0, 1.0, 1.0], [0.0, 1.0, 1.0], [1.0, 1.0, -1.0])
     assert trajectory.sample(np.array([1.0])).velocities[0, 0, 0] == -1.0
-
-
-def test_a_single_frame_is_a_trajectory():
-    assert sampled_x(line([0.0], [0.5], [0.0]), -1.0, 0.0, 1.0) == [0.5, 0.5, 0.5]
-
-
-def test_no_times_give_empty_arrays():
-    trajectory = line([0.0, 1.0], [0.0, 2.0], [2.0, 2.0])
-    assert trajectory.sample(np.array([])).positions.shape == (0, 1, 3)
 
 
 def test_a_rolling_ball_has_seven_tenths_m_v_squared_whatever_its_radius():
@@ -156,12 +147,6 @@ def test_what_a_contact_step_adds_to_the_vertical_spin():
     assert found[:, 0, 2] == pytest.approx([0.7, 0.4, 1.2], rel=1e-15)
 
 
-def test_each_ball_has_its_own_deceleration_of_spin():
-    knots = tuple(rest(0.0, (x, 0.0), 9.0)[np.newaxis] for x in (0.0, 1.0))
-    trajectory = ExactTrajectory(np.array([R, R]), knots, 1.0, np.array([2.0, 0.0]))
-    assert trajectory.sample(np.array([1.0])).angular_velocities[0, :, 2].tolist() == [7.0, 9.0]
-
-
 def test_the_state_is_continuous_from_slide_to_roll_to_rest():
     """Breaks where a knot of one phase is read like one of another."""
     trajectory = whole_shot((1.0, 0.3), (20.0, -50.0, 150.0))
@@ -221,8 +206,3 @@ def test_a_path_through_its_bend_times_stays_near_the_curve():
     distance = np.linalg.norm(beside, axis=1)
     assert 0.5e-5 < distance.max() <= 1e-5  # enough, and not far more than enough
     assert len(trajectory.bend_times(1e-5, 3)) == 4
-
-
-def test_balls_that_only_roll_bend_nowhere():
-    knot, duration = roll(0.0, (0.0, 0.0), (0.3, -0.4), 5.0)
-    assert len(trajectory_of(knot, t_end=duration).bend_times(1e-9, 1000)) == 0
