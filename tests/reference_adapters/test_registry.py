@@ -10,7 +10,6 @@ import pytest
 from ghostball.reference_adapters import (
     EngineError,
     EngineUnavailableError,
-    ReferenceEngine,
     engine_class,
     engine_names,
     make_engine,
@@ -95,14 +94,6 @@ def test_listing_imports_no_engine():
     assert done.stdout.strip() == "[]"
 
 
-@pytest.mark.parametrize("name", SHIPPED)
-def test_a_shipped_engine_keeps_the_protocol(name):
-    engine = engine_class(name)
-    assert engine.name == name
-    if engine.unavailable() is None:
-        assert isinstance(make_engine(name), ReferenceEngine)
-
-
 def test_a_foreign_engine_joins_by_its_entry_point(packages):
     packages.install("some-engine", foreign())
     assert "foreign" in engine_names()
@@ -116,12 +107,6 @@ def test_a_module_that_fails_to_import_is_named_with_the_reason(packages):
         engine_class("foreign")
     for part in ("`foreign`", "some-engine", "no licence file", "RuntimeError"):
         assert part in str(caught.value)
-
-
-def test_an_entry_point_that_is_no_engine_is_refused(packages):
-    packages.install("some-engine", "class Engine: name = 'foreign'")
-    with pytest.raises(EngineUnavailableError, match=r"lacks `Settings`.*`simulate`"):
-        engine_class("foreign")
 
 
 def test_an_engine_that_calls_itself_otherwise_is_refused(packages):
@@ -235,12 +220,6 @@ def test_a_wrong_setting_names_setting_rule_value_and_the_known_ones(packages, s
         make_engine(f"foreign:{setting}")
     for part in (*parts, "dt=0.001, iterations=10, warm=True, mode=native"):
         assert part in str(caught.value)
-
-
-def test_our_engine_takes_an_event_limit():
-    assert make_engine("ghostball:max_events=12").settings.max_events == 12
-    with pytest.raises(EngineError, match="`max_events` of engine `ghostball` must be greater"):
-        make_engine("ghostball:max_events=0")
 
 
 def test_a_setting_that_is_left_to_the_engine_is_called_unset():

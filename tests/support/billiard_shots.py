@@ -50,16 +50,6 @@ def frozen_line() -> Scene:
     return Scene(name="line", balls=balls, physics=FREE, t_max=0.1)
 
 
-def one_into_two() -> Scene:
-    """Return a ball that runs between two frozen ones."""
-    balls = [
-        Ball(id="cue", position=(0.5, 0.5), velocity=(SPEED, 0.0)),
-        Ball(id="1", position=(0.6, 0.5 + R)),
-        Ball(id="2", position=(0.6, 0.5 - R)),
-    ]
-    return Scene(name="one-into-two", balls=balls, physics=FREE, t_max=0.1)
-
-
 def throw(friction: float = 0.05) -> Scene:
     """Return a half-ball hit of a ball that slides without spin, with friction between the balls.
 

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
 import pytest
 from pydantic import ValidationError
 
 from ghostball.engine import Ball, EventKind, Physics, Scene, Status, Table, UnsupportedSceneError
-from ghostball.reference_adapters.base import ReferenceEngine
 from ghostball.reference_adapters.paper.discrete import PaperDiscreteEngine, PaperDiscreteSettings
 
 R = 0.028575
@@ -30,26 +28,6 @@ def roll(speed: float, **scene) -> Scene:
 def head_on(speed: float, start: float = 0.5, **scene) -> Scene:
     cue = Ball(id="cue", position=(start, 0.635), velocity=(speed, 0))
     return Scene(name="head-on", balls=[cue, Ball(id="object", position=(1.2, 0.635))], **scene)
-
-
-def break_shot(seed: int, gap: float = 1e-4, **scene) -> Scene:
-    """Fifteen balls racked `gap` apart, and a cue ball a little off the line at 6 m/s."""
-    rng = np.random.default_rng(seed)
-    pitch = 2 * R + gap
-    rack = [
-        (1.9 + row * pitch * math.sqrt(0.75), 0.635 + (k - row / 2) * pitch)
-        for row in range(5)
-        for k in range(row + 1)
-    ]
-    cue = Ball(id="cue", position=(0.6, 0.635 + rng.uniform(-0.01, 0.01)), velocity=(6, 0))
-    balls = [cue, *(Ball(id=f"{i}", position=at) for i, at in enumerate(rack, 1))]
-    return Scene(name="break", balls=balls, table=TABLE, **scene)
-
-
-def test_it_is_a_reference_engine():
-    assert isinstance(engine(), ReferenceEngine)
-    assert (engine().name, engine().settings.dt) == ("paper-discrete", 0.02)
-    assert PaperDiscreteEngine.unavailable() is None
 
 
 @pytest.mark.parametrize("dt", [0.02, 0.002])
@@ -148,35 +126,6 @@ def test_a_cushion_mirrors_and_puts_the_ball_back(cushion, position, velocity, e
     assert result.rest_positions[0, :2] == pytest.approx(end)
 
 
-def test_an_open_side_stops_nobody():
-    table = Table(length=2.54, width=1.27, cushions=("left",))
-    result = engine().simulate(roll(2.0, table=table))
-    assert result.rest_positions[0, 0] > 2.54
-    assert result.collision_counts["ball-cushion"] == 0
-
-
-@pytest.mark.parametrize("gap", [0.0, 1e-4])
-def test_a_frictionless_break_keeps_its_energy(gap):
-    """Every reaction is elastic, however wrong its instant."""
-    scene = break_shot(1, gap, t_max=4.0, physics=FRICTIONLESS)
-    result = engine().simulate(scene, record="trajectory")
-    energy = result.energy(result.trajectory.times).translation
-    assert energy == pytest.approx(np.full(len(energy), energy[0]), rel=1e-12)
-    assert result.collision_counts["ball-ball"] > 20
-
-
-def test_a_break_ends_at_rest_and_reruns_to_the_same_bits():
-    scene = break_shot(2)
-    first, second = (engine().simulate(scene, record=record) for record in ("trajectory", "rest"))
-    assert first.status is Status.REST
-    assert not first.final_state.velocities.any()
-    assert first.rest_positions.tobytes() == second.rest_positions.tobytes()
-    assert (first.work, first.collision_counts) == (second.work, second.collision_counts)
-    assert (second.events, second.trajectory) == (None, None)
-    counts = first.events["kind"].tolist().count(EventKind.BALL_BALL)
-    assert counts == first.collision_counts["ball-ball"]
-
-
 def test_t_max_is_met_by_a_shorter_last_step():
     result = engine().simulate(roll(1.0, t_max=0.505, physics=FRICTIONLESS), record="trajectory")
     assert (result.status, result.rest_time) == (Status.T_MAX, 0.505)
@@ -192,11 +141,6 @@ def test_a_run_that_does_not_end_says_so(settings):
     assert result.status is Status.STEP_LIMIT
     assert "`max_time`" in result.reason
     assert result.rest_time == settings["max_time"]
-
-
-def test_a_scene_at_rest_takes_no_step():
-    result = engine().simulate(roll(0.0))
-    assert (result.status, result.rest_time, result.work["steps"]) == (Status.REST, 0.0, 0)
 
 
 @pytest.mark.parametrize(
@@ -215,13 +159,6 @@ def test_a_scene_at_rest_takes_no_step():
 def test_what_the_paper_lacks_is_refused_with_its_section(physics, section):
     with pytest.raises(UnsupportedSceneError, match=section):
         engine().simulate(head_on(1.0, physics=physics, table=TABLE))
-
-
-def test_a_ball_with_a_friction_of_its_own_is_refused():
-    # Run with the scene's one coefficient, it would stop elsewhere without a word.
-    own = Ball(id="cue", position=(0.5, 0.635), velocity=(1, 0), rolling_friction=0.01)
-    with pytest.raises(UnsupportedSceneError, match=r"one coefficient, section 5\.2"):
-        engine().simulate(Scene(name="own", balls=[own]))
 
 
 @pytest.mark.parametrize(

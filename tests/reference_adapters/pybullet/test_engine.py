@@ -18,7 +18,7 @@ from shots import R, ball, scene_of
 from ghostball.engine import EventKind, Record, Result, Scene, Table, simulate
 from ghostball.engine.errors import UnsupportedSceneError
 from ghostball.engine.scene.features import missing_features
-from ghostball.reference_adapters.base import EngineError, ReferenceEngine
+from ghostball.reference_adapters.base import EngineError
 from ghostball.reference_adapters.pybullet import world as pybullet_world
 from ghostball.reference_adapters.pybullet.engine import PybulletEngine, PybulletSettings
 from ghostball.reference_adapters.registry import make_engine
@@ -158,10 +158,6 @@ def test_bad_settings_name_the_field_the_rule_and_the_value(spec: str, message: 
     with pytest.raises(EngineError) as caught:
         make_engine(f"pybullet:{spec}")
     assert message in str(caught.value)
-
-
-def test_is_a_reference_engine() -> None:
-    assert isinstance(PybulletEngine(), ReferenceEngine)
 
 
 def test_says_why_it_is_unavailable(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -9,7 +9,7 @@ import pytest
 from shots import R, ball, random_cloth_shot, scene_of
 
 from ghostball.engine import Result, Scene, Table, simulate
-from ghostball.engine.scene.features import Feature, missing_features, scene_features
+from ghostball.engine.scene.features import missing_features
 from ghostball.reference_adapters.pymunk.engine import PymunkEngine, PymunkSettings
 
 TOUCHING = 2 * R * (1 + 1e-9)
@@ -57,51 +57,12 @@ def test_throw_of_a_hit_without_follow(
     assert throw(landed(scene), cut) == pytest.approx(expected, abs=1e-7)
 
 
-def test_gearing_side_throws_nothing() -> None:
-    cut, speed = math.radians(30), 1.25
-    spin = speed * math.sin(cut) / R
-    result = landed(cut_shot(cut, speed, (0, 0, spin), ball_friction=0.06))
-    assert throw(result, cut) == pytest.approx(0.0, abs=1e-7)
-
-
-def test_topspin_takes_its_share_of_the_friction() -> None:
-    """Friction acts against the whole slip: of a rolling ball that cuts by 30 degrees, half along.
-
-    Breaks where Chipmunk, which sees the part along the contact alone, has the whole coefficient.
-    """
-    cut, speed, mu = math.radians(30), 1.0, 0.05
-    along, up = speed * math.sin(cut), speed * math.cos(cut)
-    result = landed(cut_shot(cut, speed, (0, speed / R, 0), ball_friction=mu))
-    expected = math.atan(mu * along / math.hypot(along, up))
-    assert throw(result, cut) == pytest.approx(expected, abs=1e-7)
-
-
 # --- our engine as the reference --------------------------------------------------------------
 
 ENGINE = PymunkEngine(PymunkSettings(mode="landed"))
 REPRESENTED = [
     seed for seed in range(60) if not missing_features(ENGINE.capabilities, random_cloth_shot(seed))
 ]
-
-
-def test_the_shots_need_all_that_pymunk_claims() -> None:
-    needed = {f for seed in REPRESENTED for f in scene_features(random_cloth_shot(seed))}
-    assert needed == {
-        Feature.SLIDING,
-        Feature.FRICTIONLESS_CLOTH,
-        Feature.VERTICAL_SPIN,
-        Feature.BALL_RESTITUTION,
-        Feature.BALL_FRICTION,
-        Feature.SPEED_DEPENDENT_FRICTION,
-        Feature.UNEQUAL_MASSES,
-        Feature.UNEQUAL_RADII,
-        Feature.PER_BALL_FRICTION,
-        Feature.UNBOUNDED_CLOTH,
-        Feature.MIRROR_CUSHION,
-        Feature.CUSHION_RESTITUTION,
-        Feature.CUSHION_TANGENTIAL,
-        Feature.FRICTIONAL_CUSHION,
-    }
 
 
 @pytest.mark.parametrize("seed", REPRESENTED)

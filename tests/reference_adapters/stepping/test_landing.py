@@ -79,22 +79,6 @@ def test_grazing(depth):
             assert dt == math.inf
 
 
-def test_catching_up_without_relative_acceleration():
-    """Two balls that roll the same way: the case that quartic solvers turn into a phantom."""
-    x = np.array([[0.0, 0.0], [0.5, 0.0]])
-    v = np.array([[1.0, 0.0], [0.5, 0.0]])
-    a = rolling_accelerations(v, np.full(len(v), 0.2))
-    dt = time_to_contact(x, v, a, np.full(2, R), None, horizon=2.0)
-    assert dt == pytest.approx((0.5 - 2 * R - LANDING_GAP) / 0.5, rel=1e-14)
-
-
-def test_rolling_on_together_never_touches():
-    x = np.array([[0.0, 0.0], [2 * R, 0.0], [0.5, 0.0]])
-    v = np.array([[1.0, 0.0], [1.0, 0.0], [1.0, 0.0]])
-    a = rolling_accelerations(v, np.full(len(v), 0.2))
-    assert time_to_contact(x, v, a, np.full(3, R), None, horizon=5.0) == math.inf
-
-
 @pytest.mark.parametrize(("gap", "closing"), [(1e-10, 2e-10), (0.0, 1e-10), (-5e-10, 1e-10)])
 def test_landed_balls_close_to_an_overlap(gap, closing):
     """The second of the two steps of a contact: as long as an overlap takes, and never 0."""
@@ -138,24 +122,6 @@ def test_a_ball_that_turns_before_the_cushion_misses_it():
         x = np.array([[1.0 - R - LANDING_GAP - 0.25 + beyond, 0.5]])
         dt = time_to_contact(x, v, a, np.array([R]), table, horizon=0.9)
         assert (dt < math.inf) is hit
-
-
-def test_nothing_beyond_the_horizon():
-    x = np.array([[0.0, 0.0], [0.5, 0.0]])
-    v = np.array([[1.0, 0.0], [0.0, 0.0]])
-    contact = 0.5 - 2 * R - LANDING_GAP
-    for horizon, expected in ((contact - 1e-9, math.inf), (contact + 1e-9, contact)):
-        dt = time_to_contact(x, v, np.zeros((2, 2)), np.full(2, R), None, horizon=horizon)
-        assert dt == pytest.approx(expected, rel=1e-14)
-
-
-def test_rolling_helpers():
-    v = np.array([[3.0, 4.0], [0.0, 0.0]])
-    np.testing.assert_allclose(
-        rolling_accelerations(v, np.full(2, 0.5)), [[-0.3, -0.4], [0.0, 0.0]]
-    )
-    np.testing.assert_array_equal(time_to_rest(v, np.full(2, 0.5)), [10.0, 0.0])
-    np.testing.assert_array_equal(time_to_rest(v, np.zeros(2)), [np.inf, 0.0])
 
 
 @pytest.mark.parametrize("speed", [5e-324, 1e-310, 1e-302])
