@@ -6,13 +6,11 @@ import re
 from dataclasses import replace
 
 import gate
-import numpy as np
 import pytest
-from stored_results import damage_motions
 
 import ghostball.reference_adapters.ghostball
 import ghostball.validation.runs.our_run
-from ghostball.engine import EngineFailedError, UnsupportedSceneError, simulate
+from ghostball.engine import UnsupportedSceneError, simulate
 from ghostball.validation.baselines import gate as gate_module
 from ghostball.validation.baselines.accept import (
     CHANGES_FILE,
@@ -30,8 +28,6 @@ from ghostball.validation.baselines.baseline import (
 from ghostball.validation.baselines.gate import check_baselines, compare_results, outcome_of
 from ghostball.validation.baselines.regression import Regression, load_regression, save_regressions
 from ghostball.validation.checks.criteria import Criteria
-from ghostball.validation.results.files import ResultsError
-from ghostball.validation.results.frames import rows_of
 from ghostball.validation.results.store import Results
 from ghostball.validation.suite.suite import run_suite
 
@@ -229,7 +225,7 @@ def test_a_run_that_crashed_fails(accepted, monkeypatch):
     assert "planted" in cut.summary
     assert found.outcome == "failed"
     assert accepted.candidates == ()
-    with pytest.raises(AcceptError, match="nothing to accept"):
+    with pytest.raises(AcceptError, match="planted"):
         accepted.accept()
 
 
@@ -255,35 +251,8 @@ def test_a_scene_that_our_engine_no_longer_represents_fails(accepted, monkeypatc
     assert found.outcome == "failed"
 
 
-def test_a_scene_that_our_engine_never_represented_is_left_out(shop, monkeypatch):
-    refuse_rolling(monkeypatch)
-    assert changes(shop.compare()) == {"cut": "no-baseline"}
-
-
-def test_a_shot_without_a_file_is_run_again_with_all_others(accepted, monkeypatch):
-    # Its name is none that the command knows.
-    crowd = gate.cut_shot(name="crowd")
-    monkeypatch.setattr(gate_module, "crowds", lambda: (crowd,))
-    found = accepted.compare(whole=True)
-    assert found.scene("crowd").command == "ghostball regress"
-    assert found.scene("crowd").change == "no-baseline"
-    assert found.scene("cut").command == "ghostball regress ./cut.toml"
-
-
 def test_nothing_that_was_compared_is_no_pass():
     assert outcome_of([]) == "no-baseline"
-
-
-def test_the_platform_of_a_baseline_is_told_where_bits_differ(accepted):
-    path = baseline_path(accepted.baselines, "cut")
-    baseline = load_baseline(path)
-    elsewhere = baseline.accepted.model_copy(update={"platform": "a PDP-11"})
-    path.write_text(baseline.model_copy(update={"accepted": elsewhere}).text(), "utf-8")
-    assert accepted.compare().outcome == "passed", "hashes hold on every platform"
-    accepted.plant({"cut": 1.01})
-    found = accepted.compare()
-    assert "accepted on a PDP-11" in found.scene("cut").summary
-    assert found.scene("cut").failed
 
 
 # --- stale ------------------------------------------------------------------------------------
@@ -318,19 +287,6 @@ def test_nonsense_is_refused_before_anything_runs(accepted):
     check_baselines(accepted.baselines, ["roll", "none"])
 
 
-def test_baselines_in_a_results_folder_survive_its_runs(accepted):
-    accepted.baselines = accepted.baselines.rename(accepted.out / "baselines")
-    before = accepted.contents()
-    assert accepted.compare().outcome == "passed"
-    assert accepted.contents() == before
-
-
-def test_a_motion_that_is_damaged_is_told(accepted):
-    damage_motions(accepted.out)
-    with pytest.raises(ResultsError, match=r"the motion of `ghostball` in scene .* is damaged"):
-        compare_results(Results.open(accepted.out), accepted.baselines, whole=False)
-
-
 @pytest.fixture
 def unsteady(monkeypatch):
     """Our engine says each time that the balls rest a nanometre farther."""
@@ -357,38 +313,6 @@ def test_an_engine_that_gives_other_bits_each_time_is_told(accepted, unsteady):
     with pytest.raises(NotDeterministicError, match="each time that it plays roll:"):
         accepted.accept(only=["roll"])
     assert {path: path.read_bytes() for path in accepted.baselines.iterdir()} == before
-
-
-def test_an_engine_that_gives_other_bits_each_time_gets_no_first_baseline(shop, unsteady):
-    found = shop.compare()
-    assert [one.change for one in found.scenes] == ["not-deterministic"] * 2
-    with pytest.raises(NotDeterministicError):
-        shop.accept()
-    assert not shop.baselines.exists()
-
-
-def test_whoever_switches_the_hash_off_may_give_other_bits_each_time(accepted, unsteady):
-    for path in accepted.baselines.glob("*.toml"):
-        text = path.read_text("utf-8")
-        assert 'level = "error"' in text
-        path.write_text(text.replace('level = "error"', 'level = "off"'), "utf-8")
-    assert {one.change for one in accepted.compare().scenes} <= {"results-changed", "worse"}
-
-
-def test_what_did_as_accepted_is_not_played_again(accepted, monkeypatch):
-    monkeypatch.setattr("ghostball.validation.baselines.replay.run_engine", None)
-    assert {one.change for one in accepted.compare().scenes} == {"identical"}
-
-
-def test_an_engine_that_fails_the_second_time_is_told(shop, monkeypatch):
-    def fail(engine, scene):
-        raise EngineFailedError(engine.name, "no chalk")
-
-    monkeypatch.setattr("ghostball.validation.baselines.replay.run_engine", fail)
-    found = shop.compare().scenes[0]
-    assert found.failed
-    assert "played a second time, it failed: " in found.summary
-    assert "no chalk" in found.summary
 
 
 # --- accept -----------------------------------------------------------------------------------
@@ -420,15 +344,6 @@ def test_a_comparison_of_other_code_is_not_accepted(shop, sources):
     assert not shop.baselines.exists()
 
 
-def test_what_does_not_match_is_refused_with_what_there_is(accepted):
-    accepted.plant({"cut": 1.01})
-    accepted.compare()
-    before = accepted.contents()
-    with pytest.raises(AcceptError, match='matches "b\\*"; what there is to accept: cut'):
-        accepted.accept(only=["b*"])
-    assert accepted.contents() == before
-
-
 def test_what_breaks_limits_of_truth_is_refused_and_named(accepted):
     accepted.plant({"cut": 1.0 + 1e-3})
     found = accepted.compare()
@@ -441,19 +356,6 @@ def test_what_breaks_limits_of_truth_is_refused_and_named(accepted):
     assert "roll" not in str(refused.value)
     assert accepted.contents() == before
     assert [one.scene for one in accepted.accept("A lesson.").broken] == ["cut"]
-
-
-def test_what_was_accepted_is_not_accepted_twice(accepted):
-    # The second reason would replace the first, of a scene that it isn't about.
-    accepted.plant({"cut": 1.01, "roll": 0.99})
-    accepted.compare()
-    accepted.accept("Of the cut.", only=["cut"])
-    done = accepted.accept("Of the roll.")
-    assert (done.written, done.left) == (("roll",), ())
-    cut, roll = (load_baseline(baseline_path(accepted.baselines, name)) for name in ("cut", "roll"))
-    assert (cut.accepted.reason, roll.accepted.reason) == ("Of the cut.", "Of the roll.")
-    with pytest.raises(AcceptError, match="what there is to accept: nothing"):
-        accepted.accept("Again.")
 
 
 def test_a_baseline_that_is_not_the_one_that_was_compared_with_is_not_overwritten(accepted):
@@ -496,34 +398,3 @@ def test_the_changelog_has_the_newest_entry_on_top_and_keeps_the_others(accepted
     assert last == first.split("\n## ")[1] + "\nA note by hand.\n"
     rows = [line for line in second.splitlines() if line.startswith("|")]
     assert all(row.count("|") == 4 for row in rows)
-
-
-@pytest.mark.parametrize("blocked", [CHANGES_FILE, f"{CHANGES_FILE}.part", "cut.toml.part"])
-def test_what_cannot_be_written_leaves_everything_as_it_was(accepted, blocked):
-    accepted.plant({"cut": 1.01, "roll": 0.99})
-    accepted.compare()
-    (accepted.baselines / CHANGES_FILE).unlink()
-    (accepted.baselines / blocked).mkdir()
-    before = tree(accepted.baselines)
-    with pytest.raises(AcceptError, match=re.escape(blocked)):
-        accepted.accept()
-    assert tree(accepted.baselines) == before
-
-
-def test_a_file_in_place_of_the_folder_is_told(shop):
-    shop.compare()
-    shop.baselines.write_text("in the way")
-    with pytest.raises(AcceptError, match="can't be"):
-        shop.accept()
-    assert shop.baselines.read_text() == "in the way"
-
-
-def tree(folder):
-    return {path.name: path.is_dir() or path.read_bytes() for path in folder.iterdir()}
-
-
-def test_the_comparison_is_plain_json(accepted):
-    accepted.compare()
-    rows = rows_of(accepted.out, "changes")
-    assert [one["scene"] for one in rows] == ["cut", "roll"]
-    assert np.shape(rows[0]["rest_head"]) == (2, 3)

@@ -7,16 +7,14 @@ import os
 import signal
 import subprocess
 import sys
-import threading
 import time
 from contextlib import closing
 from itertools import count
 from pathlib import Path
 
 import pytest
-from pool_tasks import died, hangs, never, say, wait_a_second, work
+from pool_tasks import died, never, say, wait_a_second, work
 
-import ghostball.validation.parallel.pool
 from ghostball.validation.parallel.pool import Done, limit_of, run_tasks
 
 LIMIT = limit_of(30.0)
@@ -113,11 +111,6 @@ def test_a_process_that_cannot_start_costs_a_task_each():
     ]
 
 
-def test_a_process_that_never_starts_is_given_up(monkeypatch):
-    monkeypatch.setattr(ghostball.validation.parallel.pool, "START_LIMIT", 0.3)
-    assert results(["a"], prepare=hangs) == ["a: its process did not start within 0.3 s"]
-
-
 def test_a_task_and_an_answer_of_many_megabytes_pass():
     # Breaks where one side waits for the other to read before it reads itself.
     long = "a" * 30_000_000
@@ -209,57 +202,6 @@ def test_ctrl_c_in_a_terminal_is_for_the_parent_alone(tmp_path):
         assert workers.read() == b""  # nothing more until they, who hold the other end, are gone
     assert (rest, errors) == (b"interrupted\n", b"")
     assert parent.returncode == 130
-
-
-@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="needs /proc")
-def test_ctrl_c_while_processes_start_is_for_the_parent_alone(tmp_path):
-    # Breaks where a process has to say first that it is deaf: it would die of it, with a traceback.
-    script = tmp_path / "parent.py"
-    script.write_text(INTERRUPTED)
-    with subprocess.Popen(
-        [sys.executable, str(script), str(tmp_path / "said")],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
-        start_new_session=True,
-    ) as parent:
-        children = Path(f"/proc/{parent.pid}/task/{parent.pid}/children")
-        while len(children.read_text().split()) < 3:  # both processes, and Python's own
-            assert parent.poll() is None
-        os.killpg(parent.pid, signal.SIGINT)
-        said = parent.communicate(timeout=60.0)
-    assert said == (b"interrupted\n", b"")
-
-
-def test_an_interrupt_that_does_not_end_the_wait_is_not_lost():
-    # As one that comes just before the wait begins: here another thread is given it.
-    def interrupt() -> None:
-        while not multiprocessing.active_children():
-            time.sleep(0.01)
-        time.sleep(0.5)
-        signal.pthread_kill(threading.get_ident(), signal.SIGINT)
-
-    other = threading.Thread(target=interrupt)
-    other.start()
-    with pytest.raises(KeyboardInterrupt):  # which a wait to the task's end would not raise
-        list(run_tasks(["sleep 60"], 1, work, limit_of(600.0)))
-    other.join()
-    assert multiprocessing.active_children() == []
-
-
-def test_the_first_process_is_deaf_to_interrupts_from_its_first_instruction_on():
-    script = """
-import signal, subprocess, sys
-from ghostball.validation.parallel.pool import _interrupts_held
-from multiprocessing import resource_tracker
-with _interrupts_held():
-    resource_tracker.ensure_running()  # as the start of a process does
-    print(signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, []))
-"""
-    done = subprocess.run(
-        [sys.executable, "-c", script], capture_output=True, text=True, check=True
-    )
-    assert done.stdout == "True\n"
 
 
 INTERRUPTED = """

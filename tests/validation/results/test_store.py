@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import io
 import json
 import re
 import sqlite3
-import threading
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
@@ -15,7 +13,7 @@ from unittest.mock import Mock
 import numpy as np
 import pytest
 
-from ghostball.engine import EVENT_DTYPE, Ball, GhostballError, Scene
+from ghostball.engine import EVENT_DTYPE, Ball, Scene
 from ghostball.validation.results.database import DATABASE, LOCK, writing
 from ghostball.validation.results.store import (
     CaseRecord,
@@ -142,49 +140,6 @@ def test_what_is_not_finite_reads_back_as_nan_or_none(tmp_path: Path) -> None:
     assert read.rest_time is None
 
 
-def test_names_come_in_the_order_asked_for(tmp_path: Path) -> None:
-    written(tmp_path, record("ghostball", "other"), record("pymunk", "roll"))
-    folder = Results.open(tmp_path)
-    assert folder.scene_names == ["roll", "other"]
-    assert folder.labels == ["pymunk", "ghostball"]
-    assert folder.case("roll", "pymunk") is folder.cases[1]
-    assert folder.case("roll", "ghostball") is None
-    assert folder.state == "complete"
-
-
-def test_a_motion_without_phases_reads_back(tmp_path: Path) -> None:
-    # As engines that record frames store it, and versions that knew no phases did.
-    writer = ResultsWriter(tmp_path)
-    writer.begin(ENVIRONMENT)
-    writer.write((record(), replace(motion(), phases=None)))
-    writer.finish("complete")
-    folder = Results.open(tmp_path)
-    read = folder.motion(folder.cases[0])
-    assert read is not None
-    assert read.phases is None
-    assert np.array_equal(read.positions, motion().positions)
-
-
-def test_a_case_without_motion_has_none(tmp_path: Path) -> None:
-    writer = ResultsWriter(tmp_path)
-    writer.begin(ENVIRONMENT)
-    writer.write((record(outcome="failed"), None))
-    writer.finish("complete")
-    folder = Results.open(tmp_path)
-    assert folder.motion(folder.cases[0]) is None
-
-
-@pytest.mark.parametrize(
-    ("verdicts", "passed"),
-    [([], None), ([None], None), ([True, None], True), ([True, False, None], False)],
-)
-def test_a_case_passes_where_all_its_verdicts_do(
-    verdicts: list[bool | None], passed: bool | None
-) -> None:
-    checks = tuple(Check("m", 1, "at_most", 1, "m", verdict, "r") for verdict in verdicts)
-    assert record(checks=checks).passed is passed
-
-
 # --- interrupted, killed, damaged
 
 
@@ -207,82 +162,12 @@ def test_a_folder_without_results_of_the_suite_says_so(tmp_path: Path) -> None:
     assert ResultsWriter(tmp_path / "missing", "code").known() == (0, {})
 
 
-def test_what_somebody_edited_is_named(tmp_path: Path) -> None:
-    written(tmp_path, record())
-    in_database(tmp_path, "UPDATE records SET record = json_set(record, '$.status', 3)")
-    with pytest.raises(ResultsError, match="a case is damaged: `status` must be a valid string"):
-        Results.open(tmp_path)
-
-
 def test_a_damaged_motion_is_named(tmp_path: Path) -> None:
     written(tmp_path, record())
     folder = Results.open(tmp_path)
     in_database(tmp_path, "UPDATE motions SET content = substr(content, 1, 100)")
     with pytest.raises(ResultsError, match=r'the motion of `pymunk` in scene "roll" is damaged'):
         folder.motion(folder.cases[0])
-
-
-@pytest.mark.parametrize(
-    ("change", "says"),
-    [
-        ({"positions": lambda a: a[:, :, :2]}, "`positions` must be float64 with shape"),
-        ({"velocities": lambda a: a.reshape(-1, 3)}, "`velocities` must be float64 with shape"),
-        ({"times": lambda a: a[1:]}, "`times` must be float64 with shape"),
-        ({"energy_height": lambda a: a.astype(np.float32)}, "got float32 with"),
-        ({"phases": lambda a: a.astype(np.float64)}, "`phases` must be int8 with"),
-        ({"positions": lambda _: None}, "it must hold times, positions,"),
-        ({"spins": lambda _: np.zeros(3)}, "it must hold times, positions,"),
-    ],
-)
-def test_a_motion_whose_arrays_do_not_fit_is_refused(
-    tmp_path: Path, change: dict[str, Any], says: str
-) -> None:
-    """Broken by arrays of another shape, type or name that are half used."""
-    written(tmp_path, record())
-    folder = Results.open(tmp_path)
-    kept = motion()
-    parts = {part.name: getattr(kept, part.name) for part in fields(kept) if part.name != "events"}
-    for name, changed in change.items():
-        parts[name] = changed(parts.get(name))
-    buffer = io.BytesIO()
-    np.savez_compressed(buffer, **{name: a for name, a in parts.items() if a is not None})
-    with sqlite3.connect(tmp_path / DATABASE) as database:
-        database.execute("UPDATE motions SET content = ?", [buffer.getvalue()])
-    database.close()
-    with pytest.raises(ResultsError, match=says):
-        folder.motion(folder.cases[0])
-
-
-@pytest.mark.parametrize(("column", "value"), [("kind", "'bang'"), ("a", "7"), ("t", "'late'")])
-def test_events_of_a_motion_that_do_not_fit_are_refused(
-    tmp_path: Path, column: str, value: str
-) -> None:
-    written(tmp_path, record())
-    folder = Results.open(tmp_path)
-    in_database(tmp_path, f"UPDATE events SET {column} = {value}")
-    with pytest.raises(ResultsError, match=r'the motion of `pymunk` in scene "roll" is damaged'):
-        folder.motion(folder.cases[0])
-
-
-@pytest.mark.parametrize(
-    ("name", "value"),
-    [
-        ("rest_positions", "[[0, 0]]"),
-        ("rest_positions", "[[0, 0, 0], [0, 0, 0]]"),
-        ("truth_positions", "[0, 0, 0]"),
-        ("ball_errors", "[0, 0]"),
-        ("ball_errors", "{}"),
-        ("ball_errors", "[[0], [0, 1]]"),
-    ],
-)
-def test_arrays_of_a_case_that_do_not_fit_are_refused(
-    tmp_path: Path, name: str, value: str
-) -> None:
-    written(tmp_path, record())
-    query = f"UPDATE records SET record = json_set(record, '$.{name}', json('{value}'))"
-    in_database(tmp_path, query)
-    with pytest.raises(ResultsError, match="a case is damaged"):
-        Results.open(tmp_path)
 
 
 # --- taking over a folder
@@ -320,16 +205,6 @@ def test_earlier_results_stay_until_the_run_begins(tmp_path: Path) -> None:
     writer.finish("complete")
     assert labels(Results.open(tmp_path).cases) == ["pybullet"]
     assert (tmp_path / "report.html").exists()  # not the store's to delete
-
-
-def test_a_run_that_never_begins_changes_nothing(tmp_path: Path) -> None:
-    written(tmp_path, record())
-    before = contents(tmp_path)
-    writer = ResultsWriter(tmp_path)
-    with writer.reserved():
-        writer.finish("interrupted")
-        assert not writer.begun
-    assert contents(tmp_path) == before
 
 
 def test_cases_that_are_taken_over_keep_their_motion(tmp_path: Path) -> None:
@@ -427,24 +302,6 @@ def test_a_reserved_folder_is_free_only_afterwards(tmp_path: Path) -> None:
     written(tmp_path)
 
 
-def test_a_thread_may_finish_what_another_began(tmp_path: Path) -> None:
-    writer = written(tmp_path, record(), finish=False)
-    thread = threading.Thread(target=writer.finish, args=("complete",))
-    thread.start()
-    thread.join()
-    written(tmp_path, record())
-
-
-def test_the_lock_is_no_part_of_the_results(tmp_path: Path) -> None:
-    with ResultsWriter(tmp_path).reserved():
-        pass
-    assert contents(tmp_path) in ({}, {LOCK: b""})  # Windows leaves none
-    with pytest.raises(ResultsError, match="not a results folder"):
-        Results.open(tmp_path)
-    written(tmp_path, record())  # not taken for something of the user's
-    assert set(contents(tmp_path)) - {LOCK} == {DATABASE}
-
-
 def test_a_run_that_is_killed_as_it_begins_leaves_the_folder_ours(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -465,14 +322,6 @@ def test_a_folder_that_is_not_ours_is_refused_and_left_alone(tmp_path: Path) -> 
     assert contents(tmp_path) == before
 
 
-def test_results_of_other_commands_may_lie_in_the_folder(tmp_path: Path) -> None:
-    # `regress --against` writes below out first: breaks where `validate` refuses out after that.
-    written(tmp_path / "regress", record())
-    written(tmp_path / "of-two" / "mine", record())
-    written(tmp_path, record())
-    assert has_results(tmp_path)
-
-
 def test_a_file_in_the_way_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "out"
     path.write_text("")
@@ -488,9 +337,3 @@ def test_a_folder_that_refuses_files_is_found_out_before_the_run(tmp_path: Path)
         pytest.skip("no /proc here")
     with pytest.raises(ResultsError, match="can't write the results folder"):
         ResultsWriter("/proc/ghostball-results")
-
-
-def test_a_scene_that_was_damaged_is_named_and_is_no_bug_of_ours() -> None:
-    case = record(scene="stop", definition={"name": "stop", "balls": []})
-    with pytest.raises(GhostballError, match=r'"stop" are damaged: `balls` must .*again'):
-        case.load_scene()

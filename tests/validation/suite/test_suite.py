@@ -21,7 +21,7 @@ import ghostball.validation.suite.suite
 from ghostball.engine import Ball, GhostballError, Scene
 from ghostball.validation.checks.criteria import Criteria
 from ghostball.validation.checks.criterion import Criterion
-from ghostball.validation.checks.verdict import Verdict, unfinished_text, verdict_of
+from ghostball.validation.checks.verdict import Verdict, verdict_of
 from ghostball.validation.results.store import CaseRecord, Results, ResultsError
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.suite.judge import Case
@@ -207,32 +207,6 @@ def test_a_run_measures_judges_and_stores(tmp_path: Path) -> None:
     assert outcome.exit_status == 1
 
 
-def test_only_the_metrics_asked_for_are_measured_and_judged(tmp_path: Path) -> None:
-    both = (*limits("fake").criteria, *limits("fake", metric="overlap_max").criteria)
-    outcome = run_suite(
-        [scene()],
-        ["ghostball", "fake", "fake:does=refuse"],
-        tmp_path,
-        criteria={"roll": Criteria(criteria=both)},
-        metrics=["rest_time_*", "rest_error_m*"],
-    )
-    ours, fake, refused = outcome.cases
-    assert list(fake.metrics) == ["rest_error_max", "rest_time_error", "rest_time_error_ulps"]
-    assert [check.metric for check in fake.checks] == ["rest_error_max"]
-    # Only where it would have been judged: the third did not run.
-    assert set(PROVED) < set(ours.left_out)
-    assert fake.left_out == ("overlap_max", "accuracy", "energy_rise", "energy_drift")
-    assert refused.left_out == ()
-    assert outcome.counts.checks_passed == 1
-    assert outcome.counts.checks_left_out == len(ours.left_out) + len(fake.left_out)
-    folder = Results.open(tmp_path)
-    assert folder.environment["metrics"] == list(fake.metrics)
-    assert folder.motion(fake) is not None  # figures draw it
-    with pytest.raises(GhostballError, match="Did you mean `wall_time`"):
-        run_suite([scene()], ["fake"], tmp_path / "other", metrics=["walltime"])
-    assert not (tmp_path / "other").exists()
-
-
 def test_what_an_engine_cannot_do_is_said_with_the_reason(tmp_path: Path) -> None:
     outcome = run_suite([scene()], ["fake:does=refuse", "absent"], tmp_path)
     refused, absent = outcome.cases
@@ -266,35 +240,6 @@ def test_a_failure_is_kept_and_the_run_goes_on(tmp_path: Path) -> None:
     assert "Traceback" in failed.traceback
     assert (fine.outcome, fine.fault) == ("ran", "")
     assert outcome.exit_status == 1  # the engine failed, not ghostball
-
-
-@pytest.mark.parametrize(
-    ("does", "outcome", "reason"),
-    [
-        ("give up", "failed", "it says that it failed: lost the cue"),
-        ("stop", "ran", "too many steps"),
-    ],
-)
-def test_an_engine_that_says_that_it_did_not_finish_fails_the_run(
-    tmp_path: Path, does: str, outcome: str, reason: str
-) -> None:
-    # Breaks where such an engine passes, since no limit names it.
-    found = run_suite([scene()], [f"fake:does={does}", "ghostball"], tmp_path)
-    case = found.cases[0]
-    assert (case.outcome, case.reason) == (outcome, reason)
-    assert verdict_of(case) is Verdict.CRASHED
-    assert reason in unfinished_text(case)
-    assert (found.counts.unfinished, found.exit_status) == (1, 1)
-
-
-def test_what_an_engine_prints_is_in_its_record(
-    tmp_path: Path, capfd: pytest.CaptureFixture[str]
-) -> None:
-    for limit in (None, 60.0):
-        found = run_suite([scene()], ["fake:does=print", "fake"], tmp_path, time_limit=limit)
-        assert [case.printed for case in found.cases] == ["hello", ""]
-        assert Results.open(tmp_path).cases[0].printed == "hello"
-    assert capfd.readouterr().out == ""
 
 
 def test_what_raises_in_our_own_code_is_our_fault(
@@ -353,20 +298,6 @@ def test_a_truth_that_fails_fails_its_scene_alone(
     assert [case.outcome for case in outcome.cases] == ["failed", "ran"]
     assert "no truth today" in outcome.cases[0].reason
     assert "ZeroDivisionError" in outcome.cases[0].traceback
-
-
-def test_truth_is_computed_once_for_each_scene(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    computed = []
-    real = ghostball.validation.suite.plan.truth_of
-    monkeypatch.setattr(
-        ghostball.validation.suite.plan,
-        "truth_of",
-        lambda shot, *wanted, **more: (computed.append(shot.name), real(shot, *wanted, **more))[1],
-    )
-    run_suite([scene("one"), scene("two")], ["fake", "fake:shift=1.0"], tmp_path)
-    assert computed == ["one", "two"]
 
 
 # --- what is refused before anything runs
@@ -527,33 +458,6 @@ def test_processes_find_what_one_process_finds(tmp_path: Path) -> None:
     assert multiprocessing.active_children() == []
 
 
-# What it costs is asserted of one process with a limit of time, below; that the others go on, in
-# test_pool.py.
-@pytest.mark.slow
-def test_a_process_that_dies_costs_one_case(tmp_path: Path) -> None:
-    engines = ["fake:does=die", "fake", "fake:shift=1.0", "fake:shift=2.0"]
-    outcome = run_suite([scene()], engines, tmp_path, jobs=2)
-    cases = by_label(outcome.cases)
-    assert cases["fake:does=die"].outcome == "failed"
-    assert "exit code 7" in cases["fake:does=die"].reason
-    assert [cases[label].outcome for label in engines[1:]] == ["ran"] * 3
-    assert outcome.exit_status == 1
-    assert multiprocessing.active_children() == []
-
-
-# That stopping early ends what runs is asserted in test_pool.py, and what a run keeps, above.
-@pytest.mark.slow
-def test_an_interrupt_leaves_no_process_behind(tmp_path: Path) -> None:
-    def interrupt(record: CaseRecord, done: int, total: int) -> None:
-        raise KeyboardInterrupt
-
-    engines = ["fake:does=hang", "fake", "ghostball"]
-    outcome = run_suite([scene()], engines, tmp_path, jobs=2, progress=interrupt)
-    assert outcome.interrupted
-    assert [case.label for case in Results.open(tmp_path).cases] == ["fake"]
-    assert multiprocessing.active_children() == []  # the hanging one would be there for 600 s
-
-
 def group_is_gone(group: int, within: float) -> bool:
     """Whether no process of a group is left, given some time for init to bury the dead."""
     deadline = time.monotonic() + within
@@ -634,9 +538,3 @@ def test_with_a_limit_of_time_a_crash_and_a_hang_cost_one_case_each(
     assert cases["fake"].outcome == "ran"
     assert outcome.exit_status == 1
     assert multiprocessing.active_children() == []
-
-
-@pytest.mark.parametrize("seconds", [0.0, -1.0, float("nan"), float("inf")])
-def test_a_limit_of_time_that_is_none_is_refused(tmp_path: Path, seconds: float) -> None:
-    with pytest.raises(GhostballError, match="`time_limit` must be a positive number"):
-        run_suite([scene()], ["fake"], tmp_path / "out", time_limit=seconds)

@@ -3,14 +3,9 @@
 from __future__ import annotations
 
 import ast
-import json
-import os
 import sqlite3
-import subprocess
 import sys
-import textwrap
 from collections.abc import Callable, Iterator
-from contextlib import suppress
 from dataclasses import fields, replace
 from importlib.metadata import packages_distributions
 from pathlib import Path
@@ -18,7 +13,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from copies import copy_packages
 
 import ghostball.validation.suite.unchanged
 from ghostball.engine import Ball, Result, Scene, Status, Table
@@ -27,23 +21,19 @@ from ghostball.reference_adapters.paper.discrete import PaperDiscreteEngine
 from ghostball.validation.checks.criteria import Criteria, common_criteria
 from ghostball.validation.checks.criterion import Criterion
 from ghostball.validation.checks.law import Asked
-from ghostball.validation.parallel.sources import OUR_PACKAGES, source_folders
+from ghostball.validation.parallel.sources import source_folders
 from ghostball.validation.results.database import DATABASE, SCHEMA
 from ghostball.validation.results.environment import PACKAGES, versions
 from ghostball.validation.results.records import CaseRecord, Motion, status_name
 from ghostball.validation.results.store import Results, ResultsError, ResultsWriter
 from ghostball.validation.runs.runner import Reuse
-from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.suite.suite import Outcome, run_suite
 from ghostball.validation.suite.unchanged import (
     code_hash,
-    describe_code,
     inputs_hash,
     is_ours,
 )
 
-# What holds the packages: a checkout, or where a wheel is installed.
-ROOT = Path(ghostball.validation.suite.unchanged.__file__).parents[2]
 ENGINES = ("ghostball", "paper-discrete")
 PAIRS = [(scene, label) for scene in ("cut", "roll") for label in ENGINES]
 
@@ -177,16 +167,6 @@ def test_two_processes_take_over_and_run_the_rest(tmp_path: Path) -> None:
     cases = {(case.scene, case.label): case.taken_over for case in outcome.cases}
     assert cases == {pair: pair[1] == "ghostball" for pair in PAIRS}
     assert run(tmp_path, jobs=2).counts.taken_over == 4
-
-
-def test_what_an_engine_cannot_represent_is_not_asked_again(
-    tmp_path: Path, ran: list[tuple[str, str]]
-) -> None:
-    shot = [find_scene("sliding-stun")]
-    first = run(tmp_path, scenes=shot, engines=["paper-discrete"])
-    assert [case.outcome for case in first.cases] == ["not-representable"]
-    assert run(tmp_path, scenes=shot, engines=["paper-discrete"]).counts.taken_over == 1
-    assert len(ran) == 1
 
 
 # --- what runs again
@@ -363,31 +343,6 @@ def test_a_database_that_cannot_be_read_stops_a_run_before_it_begins(
     assert path.read_bytes() == left
 
 
-def test_an_edit_after_the_code_was_loaded_is_not_what_ran(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    # Breaks where a notebook that loaded the old code stores its results as those of the new.
-    before = code_hash()
-    monkeypatch.setattr(
-        ghostball.validation.suite.unchanged, "hash_sources", lambda folders: "edited"
-    )
-    assert code_hash() == before
-    assert run(tmp_path).exit_status == 0
-    _, same = ResultsWriter(tmp_path, before).known()
-    assert [(case.scene, case.label) for case in same.values()] == PAIRS
-
-
-def test_sources_that_cannot_be_found_reuse_nothing(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(ghostball.validation.parallel.sources, "code_files", lambda folder: [])
-    unread = ghostball.validation.suite.unchanged._loaded_sources.__wrapped__
-    monkeypatch.setattr(ghostball.validation.suite.unchanged, "_loaded_sources", unread)
-    assert code_hash() == ""
-    for _ in range(2):
-        assert run(tmp_path / "out").counts.taken_over == 0
-
-
 # --- the hashes
 
 
@@ -426,22 +381,6 @@ def test_every_library_that_our_code_imports_is_hashed() -> None:
         for name in brings.get(module, [module])
     }
     assert needed <= set(PACKAGES)
-
-
-def test_the_description_of_the_code_is_the_same_in_another_process() -> None:
-    # Breaks where an address or a hash seed gets into it: nothing would ever be taken over.
-    script = (
-        "import json; from ghostball.validation.suite.unchanged import describe_code as d;"
-        "print(json.dumps(d()))"
-    )
-    done = subprocess.run(
-        [sys.executable, "-c", script],
-        env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path), "PYTHONHASHSEED": "7"},
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    assert json.loads(done.stdout) == json.loads(json.dumps(describe_code()))
 
 
 def test_every_input_is_in_the_hash() -> None:
@@ -533,71 +472,6 @@ def test_an_interrupt_before_anything_ran_changes_nothing(
     assert contents(tmp_path) == before
 
 
-@pytest.mark.parametrize("when", ["before", "after"])
-@pytest.mark.parametrize("step", ["begin", "write", "finish"])
-def test_an_interrupt_while_a_run_begins_leaves_a_folder_that_reads_back(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, step: str, when: str
-) -> None:
-    # Breaks where the earlier results are gone, none have taken their place, and nobody says so.
-    run(tmp_path)
-    before = Results.open(tmp_path).environment
-    pressed: list[str] = []
-    real = getattr(ResultsWriter, step)
-
-    def interrupting(*given: Any, **named: Any) -> Any:
-        now, pressed[:] = not pressed, [step]
-        if now and when == "before":
-            raise KeyboardInterrupt
-        kept = real(*given, **named)
-        if now:
-            raise KeyboardInterrupt
-        return kept
-
-    with monkeypatch.context() as impatient, suppress(KeyboardInterrupt):
-        impatient.setattr(ResultsWriter, step, interrupting)
-        faster = [scenes(2.0)[0], scenes()[1]]
-        outcome = run(tmp_path, scenes=faster)
-        assert outcome.interrupted
-        assert outcome.begun is ((step, when) != ("begin", "before"))
-    assert pressed
-    folder, replaced = Results.open(tmp_path), 0
-    if (step, when) == ("begin", "before"):
-        assert folder.environment == before
-    else:
-        shown = [(case.scene, case.taken_over) for case in folder.cases]
-        assert shown.count(("roll", True)) == 2
-        replaced = shown.count(("cut", False))
-        assert len(shown) == 2 + replaced
-    assert run(tmp_path).counts.taken_over == 4 - replaced
-
-
-def test_a_second_run_is_refused_before_it_reads_or_runs_anything(
-    tmp_path: Path, ran: list[tuple[str, str]]
-) -> None:
-    # Breaks where it plans with results that the first run is about to replace.
-    announced: list[Reuse[CaseRecord]] = []
-    with ResultsWriter(tmp_path).reserved():
-        with pytest.raises(ResultsError, match="another run writes there"):
-            run(tmp_path, announce=announced.append)
-        assert (ran, announced) == ([], [])
-    assert run(tmp_path).exit_status == 0
-
-
-def test_an_interrupt_between_a_line_and_its_being_counted_counts_it(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    real = ResultsWriter.write
-
-    def write(self: ResultsWriter, *given: Any) -> CaseRecord:
-        real(self, *given)
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(ResultsWriter, "write", write)
-    outcome = run(tmp_path)
-    assert outcome.interrupted
-    assert [case.scene for case in outcome.cases] == ["cut"]
-
-
 def test_a_run_of_a_part_leaves_the_rest_for_the_next(
     tmp_path: Path, ran: list[tuple[str, str]]
 ) -> None:
@@ -621,40 +495,3 @@ def test_a_run_that_ends_drops_what_its_code_could_never_take_over(
 
 
 # --- the whole, as a user meets it
-
-
-@pytest.mark.slow
-def test_an_edit_of_a_copy_of_the_sources_is_seen(tmp_path: Path) -> None:
-    code = tmp_path / "code"
-    copy_packages(code, *OUR_PACKAGES)
-    script = textwrap.dedent(f"""
-        from pathlib import Path
-        from ghostball.validation import run_suite, select
-        from ghostball import engine
-
-        assert engine.__file__.startswith({str(code)!r})
-        out = Path({str(tmp_path / "out")!r})
-        outcome = run_suite(select(["stop"]), ["ghostball", "paper-discrete"], out, reuse=True)
-        print(outcome.counts.taken_over)
-    """)
-
-    def taken_over() -> int:
-        done = subprocess.run(
-            [sys.executable, "-c", script],
-            env=os.environ | {"PYTHONPATH": str(code), "NUMBA_DISABLE_JIT": "1"},
-            capture_output=True,
-            text=True,
-            check=True,
-            cwd=tmp_path,
-        )
-        return int(done.stdout)
-
-    assert [taken_over(), taken_over()] == [0, 2]
-    for package, module in (
-        ("engine", "motion/next_piece"),
-        ("reference_adapters", "paper/model"),
-        ("validation", "checks/metrics"),
-    ):
-        path = code / "ghostball" / package / f"{module}.py"
-        path.write_text(path.read_text() + "# a comment\n")
-        assert [taken_over(), taken_over()] == [0, 2]
