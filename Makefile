@@ -78,10 +78,10 @@ kernels: $(READY)
 
 # Without coverage none of an older run may stay: `coverage` would take it for this run's.
 test: kernels  ## fast tests, compiled; prints the dearest; COVERAGE=1 measures their coverage too
-	$(call with_coverage,compiled) --cpu-times
+	$(call with_coverage,compiled) --durations=10
 
 test-slow: kernels  ## the tests that take long
-	$(PYTEST) -m slow --cpu-times
+	$(PYTEST) -m slow --durations=10
 
 # Every line and branch of a kernel that some test runs is run by these too, in a quarter of the time:
 # the file left out compares shots with another code, which the kernels' own tests run as well. Each

@@ -8,8 +8,6 @@ import numba
 import pytest
 from hypothesis import HealthCheck, settings
 
-pytest_plugins = ["cpu_time"]  # of tests/support
-
 # For `benchmarks` and `docs`. Last, so that `ghostball` is the one that the tests are run on: the
 # wheel's, or a copy with a planted bug.
 sys.path.append(str(Path(__file__).parents[1]))

@@ -16,13 +16,10 @@ from ghostball.engine import (
     Ball,
     Physics,
     Scene,
-    SceneError,
     Status,
-    UnsupportedSceneError,
     simulate,
 )
 from ghostball.engine.core.tolerances import CAPTURE_HEIGHT, CONTACT_TOLERANCE
-from ghostball.engine.impacts.laws.registry import BALL_LAWS, CUSHION_LAWS
 from ghostball.validation.scenes.library import find_scene, select
 
 ROOT = Path(__file__).parent.parent
@@ -207,11 +204,6 @@ class TestTheTableOfModels:
         pool = re.findall(r"`(\w+)` \(pool\)", others)
         assert pool == [getattr(self.pool, field)] * (getattr(self.pool, field) != chosen)
 
-    def test_each_law_names_its_source(self):
-        for part, laws in (("ball-ball law", BALL_LAWS), ("cushion law", CUSHION_LAWS)):
-            years = {year for law in laws for year in re.findall(r"\b\d{4}\b", law.source)}
-            assert set(re.findall(r"\b\d{4}\b", row_of(part)[2])) == years
-
     def test_its_numbers_are_the_defaults(self):
         assert f"mu = {self.paper.rolling_friction:g}:" in row_of("motion")[0]
         rate = re.search(r"by (\d+) rad/s²", row_of("spin about the vertical")[1])[1]
@@ -221,36 +213,6 @@ class TestTheTableOfModels:
         assert (self.paper.ball_restitution, self.paper.ball_friction) == (1.0, 0.0)
         assert f"(pool: {self.pool.ball_restitution:g})" in others
         assert f"`{self.pool.ball_friction}` (pool)" in others
-
-    def test_the_nose_and_who_uses_it(self):
-        default, others, _ = row_of("height of the nose")
-        height = float(re.match(r"([\d.]+) m", default)[1])
-        assert height == self.paper.cushion_height == self.pool.cushion_height
-        pool_ball = 2 * Ball(id="a", position=(0.0, 0.0)).radius
-        assert height == pytest.approx(5 / 8 * pool_ball, abs=5e-5)  # "5/8", to its digits
-        assert "the last two laws" in others
-        users = {law.name for law in CUSHION_LAWS if "cushion_height" in law.uses}
-        assert users == set(re.findall(r"`(\w+)`", row_of("cushion law")[1])[-2:])
-
-    def test_what_is_not_there_is_refused(self):
-        assert "parabolas without air" in row_of("flight")[1]
-        balls = [Ball(id="a", position=(0.0, 0.0), velocity=(1.0, 0.0))]
-        physics = Physics(motion="sliding", airborne=True, air_drag=0.01)
-        with pytest.raises(UnsupportedSceneError):
-            simulate(Scene(name="shot", balls=balls, physics=physics))
-
-    def test_air_and_flight_are_off_unless_asked_for(self):
-        assert row_of("air, fast rolling")[0].startswith("none:")
-        assert row_of("flight")[0].startswith("off:")
-        for preset in (self.paper, self.pool):
-            assert (preset.air_drag, preset.rolling_friction_quadratic) == (0.0, 0.0)
-            assert not preset.airborne
-
-    def test_spin_is_refused_where_balls_roll(self):
-        assert row_of("spin about the vertical")[0].startswith("none:")
-        spinning = Ball(id="a", position=(0.0, 0.0), angular_velocity=(0.0, 0.0, 1.0))
-        with pytest.raises(SceneError, match="rolling"):
-            Scene(name="shot", balls=[spinning])
 
 
 @pytest.mark.parametrize(

@@ -1,8 +1,6 @@
 """The command line: what it prints where, and the exit status of every kind of input."""
 
 import json
-import logging
-import os
 import re
 import signal
 import subprocess
@@ -12,17 +10,16 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
-from stored_results import cut_short, in_database, stored
+from stored_results import cut_short, in_database
 from typer.testing import CliRunner
 
 import ghostball.reference_adapters.pybullet.world
 from ghostball.cli import app
-from ghostball.engine import Scene
 from ghostball.reference_adapters import make_engine
 from ghostball.reference_adapters.paper.discrete import PaperDiscreteEngine
 from ghostball.validation import find_scene, scene_names
 from ghostball.validation.results.database import DATABASE, has_database
-from ghostball.validation.results.store import Results, ResultsWriter, has_results
+from ghostball.validation.results.store import Results, has_results
 
 BALL = '[[balls]]\nid = "{id}"\nposition = [{x}, 0.5]\nvelocity = [1.0, 0.0]\n'
 HEAD = 'schema = 1\nname = "shot"\n[table]\nlength = 2.0\nwidth = 1.0\n'
@@ -97,29 +94,12 @@ def test_json_reads_back_to_the_same_bits(cli):
     assert result.stdout.count("\n") == 1
 
 
-def test_rest_records_no_events(cli):
-    assert json.loads(cli("run", "stop", "--format=json").stdout)["events"] is None
-
-
-def test_run_takes_an_engine_with_settings(cli):
-    result = cli("run", "stop", "--engine", "paper-discrete:dt=5e-3", "--format=json")
-    printed = json.loads(result.stdout)
-    assert printed["engine"] == "paper-discrete"
-    assert printed["settings"]["dt"] == 5e-3
-
-
 def test_plot_writes_a_picture(cli, tmp_path):
     picture = tmp_path / "shot.png"
     result = cli("run", "stop", "--plot", picture)
     assert result.exit_code == 0, result.output
     assert picture.read_bytes().startswith(b"\x89PNG")
     assert str(picture) in result.stdout
-
-
-def test_a_run_that_stops_early_says_so_and_fails(cli):
-    result = cli("run", "break-7", "--engine", "ghostball:max_events=5")
-    assert result.exit_code == 1
-    assert "engine ghostball did not finish: the event limit was reached" in result.stderr
 
 
 def test_a_scene_that_the_engine_cannot_represent_is_refused(cli):
@@ -172,29 +152,6 @@ def test_a_bad_scene_is_refused_before_anything_is_written(
     assert refused(result, "shot.toml", *parts)
     assert result.stderr.startswith("error: ")
     assert list(tmp_path.iterdir()) == [path]
-
-
-def test_a_bad_scene_ends_the_process_with_status_2(tmp_path):
-    path = tmp_path / "shot.toml"
-    for text in (None, BAD_SCENES["nan"][0]):
-        if text is not None:
-            path.write_text(text)
-        done = subprocess.run(
-            [sys.executable, "-m", "ghostball", "run", str(path)],
-            capture_output=True,
-            text=True,
-            check=False,
-        )
-        assert (done.returncode, done.stdout) == (2, "")
-        assert done.stderr.startswith(f"error: {path}")
-        assert "Traceback" not in done.stderr
-
-
-def test_the_scene_that_the_bad_ones_vary_is_good(cli, tmp_path):
-    # Breaks where a bad scene above is refused for another reason than it names.
-    path = tmp_path / "shot.toml"
-    path.write_text(HEAD + ball())
-    assert cli("run", path).exit_code == 0
 
 
 @pytest.mark.parametrize(
@@ -252,21 +209,10 @@ def test_a_place_that_cannot_be_written_is_refused_before_the_run(
     assert [path.name for path in tmp_path.iterdir()] == ["file"]
 
 
-def test_a_folder_with_other_things_is_not_taken_for_results(cli, tmp_path):
-    (tmp_path / "thesis.tex").write_text("")
-    assert refused(cli("validate", "stop", "--out", tmp_path), "not a results folder of ours")
-    assert [path.name for path in tmp_path.iterdir()] == ["thesis.tex"]
-
-
 @pytest.fixture
 def without_pybullet(monkeypatch):
     reason = "pybullet isn't installed. Run `python -m pip install pybullet`"
     monkeypatch.setattr(ghostball.reference_adapters.pybullet.world, "unavailable", lambda: reason)
-
-
-@pytest.mark.usefixtures("without_pybullet")
-def test_a_missing_optional_engine_says_how_to_get_it(cli):
-    assert refused(cli("run", "stop", "--engine", "pybullet"), "`pybullet`", "pip install pybullet")
 
 
 @pytest.mark.usefixtures("without_pybullet")
@@ -325,67 +271,6 @@ def test_validate_writes_results_verdicts_and_junit(cli_with_processes, tmp_path
     assert "running (step 2 of 3): 4 of 4 done" in result.stderr
 
 
-def test_validate_writes_the_report_and_report_writes_it_again(cli, tmp_path):
-    out = tmp_path / "results"
-    result = cli("validate", "stop", "-e", "ghostball", "--out", out)
-    assert result.exit_code == 0, result.output
-    page = out / "report.html"
-    assert f"report: {page}\n" in result.stdout
-    shown = page.read_text()
-    page.unlink()
-    again = cli("report", out)
-    assert again.exit_code == 0, again.output
-    assert again.stdout == f"{page}\n"
-    assert page.read_text() == shown
-    sheet = out / "figures" / "stop-sheet.png"
-    assert sheet.exists()
-    assert 'href="figures/stop-sheet.png"' in shown
-    assert cli("report", out, "--figures", "svg").exit_code == 0
-    assert sheet.with_suffix(".svg").exists()
-    assert cli("report", out, "--figures", "none").exit_code == 0
-    assert not sheet.exists()
-    assert "stop-sheet" not in page.read_text()
-
-
-def test_what_of_a_report_fails_costs_itself_and_comes_after_the_verdicts(
-    cli, tmp_path, monkeypatch
-):
-    def fail(*_):
-        raise ZeroDivisionError("no [bold]balls")
-
-    monkeypatch.setattr("ghostball.reports.report.draw_sheet", fail)
-    monkeypatch.setattr("ghostball.reports.page.page.environment_html", fail)
-    out = tmp_path / "out"
-    page = out / "report.html"
-    validated = cli("validate", "stop", "-e", "paper-discrete", "--out", out)
-    again = cli("report", out)
-    assert validated.stdout.endswith(f"report: {page}\n")
-    assert "checks passed" in validated.stdout
-    assert again.stdout == f"{page}\n"
-    for result in (validated, again):
-        assert result.exit_code == 3
-        (warning,) = (line for line in result.stderr.splitlines() if "warning:" in line)
-        assert "2 parts of it could not be made: figure stop-sheet" in warning
-        assert "(ZeroDivisionError: no [bold]balls)" in warning
-        assert 'section "Environment" of report.html' in warning
-        assert "please report it" in warning
-        assert result.stderr.count("Traceback") == 2
-    assert "could not be made: ZeroDivisionError" in page.read_text()
-    assert "could not be made: figure stop-sheet (ZeroDivisionError" in page.read_text()
-
-
-def test_verdicts_are_printed_before_anything_is_drawn(cli, tmp_path, monkeypatch):
-    def fail(*_, **__):
-        raise RuntimeError("drawing fails as a whole")
-
-    monkeypatch.setattr("ghostball._report.write_report", fail)
-    result = cli("validate", "stop", "-e", "paper-discrete", "--out", tmp_path)
-    assert result.exit_code == 3
-    assert "checks passed" in result.stdout
-    assert "drawing fails as a whole" in result.stderr
-    assert "report:" not in result.stdout
-
-
 @pytest.mark.usefixtures("without_run_figures")
 def test_a_second_run_takes_over_what_is_unchanged_and_says_so(cli, tmp_path):
     command = ("validate", "stop", "-e", "ghostball", "-e", "paper-discrete", "--out", tmp_path)
@@ -405,16 +290,6 @@ def test_a_second_run_takes_over_what_is_unchanged_and_says_so(cli, tmp_path):
     third = cli(*command, "--rerun", "--no-report")
     assert "taken over" not in third.output
     assert not any(case.taken_over for case in Results.open(tmp_path).cases)
-
-
-def test_a_run_that_takes_over_nothing_says_why(cli, tmp_path, monkeypatch):
-    command = ("validate", "stop", "-e", "paper-discrete", "--out", tmp_path, "--no-report")
-    cli(*command)
-    monkeypatch.setattr("ghostball.validation.suite.unchanged._loaded_sources", lambda: "edited")
-    changed = cli(*command)
-    assert f"nothing is taken over from {tmp_path}: the code or the environment" in changed.stderr
-    other = cli(*command[:3], "paper-discrete:dt=0.01", *command[4:])
-    assert "scene, settings, criteria or metrics of every case differ" in other.stderr
 
 
 @pytest.mark.usefixtures("without_run_figures")
@@ -488,16 +363,6 @@ def test_a_failed_check_of_the_criteria_beside_a_scene_file_fails_the_run(cli, t
     assert "failed  shot on ghostball: ball_cushion_count must be == 77, got" in result.stdout
 
 
-def test_wrong_criteria_beside_a_scene_file_are_refused(cli, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    path = tmp_path / "shot.toml"
-    path.write_text(HEAD + ball())
-    criteria = tmp_path / "shot.expect.toml"
-    criteria.write_text('[[criteria]]\nengines = ["pymonk"]\nmetric = "rest_eror_max"\n')
-    assert refused(cli("validate", path), "shot.expect.toml", "`rest_error_max`", "`criteria[0]")
-    assert sorted(tmp_path.iterdir()) == [criteria, path]
-
-
 def test_a_pass_says_whether_its_outcome_was_judged(cli, tmp_path):
     # Breaks where limits that hold, of energy alone, are shown like a right outcome.
     engines = ("-e", "ghostball", "-e", "pymunk:mode=landed", "-e", "paper-discrete")
@@ -569,59 +434,6 @@ def test_ctrl_c_keeps_what_is_done_and_says_so(tmp_path):
     assert "checks passed" in stdout
 
 
-@pytest.mark.usefixtures("without_run_figures")
-def test_ctrl_c_before_the_first_case_says_that_there_are_no_results(cli, tmp_path, monkeypatch):
-    def interrupted(*_, **__):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr("ghostball.validation.runs.runner.run_tasks", interrupted)
-    out = tmp_path / "out"
-    result = cli("validate", "stop", "-e", "ghostball", "--out", out)
-    assert result.exit_code == 130
-    assert f"before the first case was done: no results in {out}" in result.stderr
-    monkeypatch.undo()
-    assert cli("validate", "stop", "-e", "paper-discrete", "--out", out).exit_code == 0
-    monkeypatch.setattr("ghostball.validation.runs.runner.run_tasks", interrupted)
-    result = cli("validate", "stop", "-e", "ghostball", "--out", out)
-    assert f"was done: the results stay as they were in {out}" in result.stderr
-
-
-@pytest.mark.usefixtures("without_run_figures")
-def test_ctrl_c_while_a_run_begins_says_what_became_of_the_results(cli, tmp_path, monkeypatch):
-    # Breaks where it says that they stay as they were, and there are none.
-    real = ResultsWriter.begin
-
-    def interrupted_after(self, *given):
-        monkeypatch.setattr(ResultsWriter, "begin", real)
-        real(self, *given)
-        raise KeyboardInterrupt
-
-    def validate(scene, folder, interrupt=False):
-        if interrupt:
-            monkeypatch.setattr(ResultsWriter, "begin", interrupted_after)
-        return cli("validate", scene, "-e", "paper-discrete", "--out", folder)
-
-    out, new = tmp_path / "out", tmp_path / "new"
-    assert validate("stop", out).exit_code == 0
-    old, none = (validate("half-ball-cut", folder, interrupt=True) for folder in (out, new))
-    assert (old.exit_code, none.exit_code) == (130, 130)
-    for result in (old, none):
-        assert "no results yet, but what earlier runs found and a next run may" in result.stderr
-    assert Results.open(out).cases == Results.open(new).cases == []
-    assert "1 case unchanged, taken over" in validate("stop", out).stderr
-
-
-@pytest.mark.usefixtures("without_run_figures")
-def test_a_second_run_into_one_folder_is_refused(cli, tmp_path):
-    out = tmp_path / "out"
-    assert cli("validate", "stop", "-e", "paper-discrete", "--out", out).exit_code == 0
-    before = stored(out)
-    with ResultsWriter(out).reserved():
-        again = cli("validate", "stop", "-e", "paper-discrete", "--out", out)
-    assert refused(again, str(out), "another run writes there", "choose another `--out`")
-    assert stored(out) == before
-
-
 # --- lists ------------------------------------------------------------------------------------
 
 
@@ -631,11 +443,6 @@ def test_scenes_lists_every_shipped_scene_with_its_tags(cli):
     for name in scene_names():
         assert f" {name} " in result.stdout
     assert "closed-form" in result.stdout
-
-
-def test_the_schema_is_json_schema(cli):
-    schema = json.loads(cli("scenes", "--schema").stdout)
-    assert set(Scene.model_fields) - {"schema_version"} <= set(schema["properties"])
 
 
 def test_engines_lists_settings_and_capabilities(cli):
@@ -675,21 +482,6 @@ def test_doctor_names_versions_kernels_engines_and_scenes(cli):
         assert part in result.stdout
 
 
-@pytest.mark.compiled
-def test_doctor_finds_an_unwritable_cache(tmp_path):
-    (tmp_path / "file").write_text("")
-    environment = os.environ | {"GHOSTBALL_CACHE_DIR": str(tmp_path / "file" / "cache")}
-    done = subprocess.run(
-        [sys.executable, "-m", "ghostball", "doctor"],
-        env=environment,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 1, done.stderr
-    assert "GHOSTBALL_CACHE_DIR" in done.stdout
-
-
 # --- the command itself -----------------------------------------------------------------------
 
 
@@ -702,10 +494,6 @@ def test_help_loads_none_of_the_heavy_packages():
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.splitlines()[-1] == "[]"
     assert "Exit status: 0 all passed" in done.stdout
-
-
-def test_version(cli):
-    assert cli("--version").stdout.startswith("ghostball ")
 
 
 def test_the_command_is_installed_and_is_the_module():
@@ -725,25 +513,6 @@ def test_an_unexpected_error_is_short_with_its_traceback_and_status_3(cli, monke
     assert result.stdout == ""
     assert "Traceback" in result.stderr
     assert "ghostball itself failed: RuntimeError: disc [bold]error" in result.stderr
-
-
-def test_a_foreign_engine_that_returns_no_result_is_named(cli, monkeypatch):
-    monkeypatch.setattr(PaperDiscreteEngine, "simulate", lambda *_, **__: None)
-    result = cli("run", "stop", "--engine", "paper-discrete")
-    assert result.exit_code == 1
-    assert "must return a `Result`, got NoneType. Mend `simulate` of engine" in result.stderr
-
-
-def test_what_the_engine_logs_is_shown_on_stderr(cli, monkeypatch):
-    def find(name):
-        logging.getLogger("ghostball.engine").warning("compiling the kernels [once]")
-        return find_scene(name)
-
-    monkeypatch.setattr("ghostball._run.find_scene", find)
-    result = cli("run", "stop", "--format=json")
-    assert result.stderr == "compiling the kernels [once]\n"
-    assert json.loads(result.stdout)["status"] == "rest"
-    assert not logging.getLogger("ghostball").handlers
 
 
 def test_ctrl_c_in_any_command_is_status_130(cli, monkeypatch):

@@ -14,7 +14,6 @@ from typer.testing import CliRunner
 
 from ghostball.cli import app
 from ghostball.engine import Scene
-from ghostball.validation.baselines import load_regression
 
 SHOT = """
 schema = 1
@@ -56,27 +55,6 @@ COMMANDS = {
 
 EXCUSED = "pymunk:config=default"
 
-FAULTS = {
-    "raise": "RuntimeError: lost the balls",
-    "exit": "SystemExit: 0",
-    "garbage": "ValueError: \\x1b[31m",
-    "give-up": "\\x1b[31mlost the cue",
-    "stop": "too many steps",
-    "miscount": '`collision_counts["ball-ball"]` must be a whole number from 0 to 2^53, got -3',
-}
-
-
-@pytest.mark.usefixtures("faulty", "in_this_process")
-@pytest.mark.parametrize("does", FAULTS)
-@pytest.mark.parametrize("command", COMMANDS)
-def test_an_engine_that_fails_is_named_and_the_status_is_1(command, does):
-    # Breaks where one command passes what another one refuses, or calls it a bug of ghostball's.
-    result = run(*COMMANDS[command], f"faulty:does={does}")
-    assert result.exit_code == 1, result.output
-    assert FAULTS[does] in result.output
-    assert "faulty" in result.output
-    assert "ghostball itself failed" not in result.output
-
 
 MOTIONS = {
     "lose-motion": "`trajectory.sample` raised RuntimeError: lost the motion",
@@ -93,20 +71,6 @@ def test_a_motion_that_cannot_be_sampled_is_the_engines_failure_of_that_case_alo
     assert f"did not finish stop on faulty:does={does}: {MOTIONS[does]}" in result.output
     assert "ghostball itself failed" not in result.output
     assert "12 checks passed, 0 failed, cases that did not finish: 1" in result.output
-
-
-@pytest.mark.usefixtures("faulty")
-@pytest.mark.parametrize("command", ["run", "explain"])
-def test_a_crash_and_a_hang_are_the_engines_too(command):
-    # `validate` and `stress` have tests of their own.
-    for does, limit, reason in (
-        ("die", "600", "the process running it died (exit code 7)"),
-        ("hang", "0.5", "it took longer than 0.5 s, and was ended"),
-    ):
-        result = run(*COMMANDS[command], f"faulty:does={does}", "--time-limit", limit)
-        assert result.exit_code == 1, result.output
-        assert f"engine faulty failed: {reason}" in result.stderr
-        assert result.stdout == ""
 
 
 def test_what_an_engine_prints_never_reaches_the_terminal_or_the_json(faulty):
@@ -189,17 +153,6 @@ def test_why_nothing_was_judged_is_said_of_each_case():
 
 
 @pytest.mark.usefixtures("in_this_process", "without_run_figures")
-def test_ones_own_scene_has_no_baseline_and_needs_none(faulty):
-    # Breaks where the page warns that the scene couldn't be compared, which nobody asked for.
-    result = run("validate", "shot.toml", "-e", "ghostball")
-    assert result.exit_code == 0, result.output
-    page = (faulty / "out" / "report.html").read_text()
-    assert "not all compared" not in page.lower()
-    assert "no-baseline" not in page
-    assert load_regression(faulty / "out") is None
-
-
-@pytest.mark.usefixtures("in_this_process", "without_run_figures")
 def test_titles_ids_and_reasons_are_no_markup_and_no_escapes_in_a_report(faulty):
     result = run("validate", "shot.toml", "-e", "ghostball", "-e", "faulty:does=garbage")
     assert result.exit_code == 1
@@ -211,17 +164,3 @@ def test_titles_ids_and_reasons_are_no_markup_and_no_escapes_in_a_report(faulty)
         told = run("report", "out", "--format", form).stdout
         assert "in red" in told
         assert "\0" not in told
-
-
-@pytest.mark.usefixtures("faulty")
-def test_stress_names_an_engine_that_fails_and_what_it_prints(tmp_path):
-    faulty = ("miscount", "give-up", "print")
-    engines = [f"-efaulty:does={does}" for does in faulty]
-    trial = "grazing/rolling-hit-1e-04"
-    result = run("stress", trial, *engines, "--out", tmp_path / "out", "--no-report")
-    assert result.exit_code == 1, result.output
-    assert "got -3" in result.stdout
-    assert "\\x1b[31mlost the cue" in result.stdout
-    printed = "engine faulty:does=print printed in grazing/rolling-hit-1e-04"
-    assert f"{printed}, and maybe more: \\x1b[31mfrom Python" in result.stderr
-    assert "\x1b" not in result.stdout

@@ -2,10 +2,8 @@
 
 import inspect
 import re
-import shlex
 import subprocess
 import sys
-from importlib.metadata import entry_points
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -13,7 +11,6 @@ import pytest
 from _pytest.pytester import SysModulesSnapshot
 from typer.testing import CliRunner
 
-from ghostball import pytest_plugin
 from ghostball.cli import app
 from ghostball.engine.core.cache_folder import cache_folder
 from ghostball.validation.examples import stepper
@@ -21,7 +18,6 @@ from ghostball.validation.examples import stepper
 pytest_plugins = ["pytester"]
 
 STEPPER = "--ghostball-engine=ghostball.validation.examples.stepper:Stepper"
-HEADER = "from dataclasses import replace\nimport numpy as np\nfrom ghostball import simulate\n"
 CACHES = str(cache_folder("kernels").parent)
 
 
@@ -77,12 +73,6 @@ def plain(pytester, *arguments):
     return pytester.runpytest_inprocess(*(f"-pno:{name}" for name in without), here, *arguments)
 
 
-def test_it_is_installed():
-    # Where it isn't, the installation is older than `pyproject.toml`: `make venv`.
-    (point,) = entry_points(group="pytest11", name="ghostball")
-    assert point.load() is pytest_plugin
-
-
 def test_loading_it_loads_nothing_else():
     # It is part of every pytest of the environment, whatever that tests.
     code = (
@@ -109,52 +99,6 @@ def test_our_engine_passes_by_its_own_limits(pytester):
     assert result.ret == 0
 
 
-def test_the_example_is_held_to_the_step_that_it_states(pytester):
-    result = run(pytester, STEPPER, "ghostball::half-ball-cut", "ghostball::draw-shot")
-    found = outcomes(result)
-    assert "FAILED" not in found.values()
-    assert found["half-ball-cut::rest_error_max"] == "PASSED"
-    assert found["half-ball-cut::accuracy"] == "PASSED"  # it isn't broken
-    assert "half-ball-cut::events_missing" not in found
-
-
-def test_who_claims_to_be_exact_fails_what_it_does_not_keep(pytester):
-    option = engine(pytester, "    def resolution(self, scene): return 0.0\n")
-    result = run(
-        pytester, option, "ghostball::stop", "ghostball::half-ball-cut", "ghostball::draw-shot"
-    )
-    found = outcomes(result)
-    assert [name for name, outcome in found.items() if outcome == "FAILED"] == [
-        "stop::accuracy",
-        "half-ball-cut::overlap_max",
-        "half-ball-cut::accuracy",
-    ]
-    assert {found[name] for name in found if name.startswith("draw-shot::")} == {"SKIPPED"}
-    text = result.stdout.str()
-    assert "overlap_max must be <= 1e-12 m, got 0.000216527 m" in text
-    assert "accuracy must be <= nanometres, got millimetres: 0.00338732 m off" in text
-    assert "Balls that are off by rounding alone when they collide touch" in text  # why
-    assert "not representable: no sliding that turns into rolling" in text
-    # What the message says to run runs that test alone, with the same outcome.
-    command = shlex.split(re.search(r"again +pytest (.*overlap_max.*)", text)[1])
-    again = run(pytester, *command)
-    assert outcomes(again) == {"half-ball-cut::overlap_max": "FAILED"}
-
-
-def test_an_engine_that_lies_about_its_resolution_fails(pytester):
-    lying = engine(pytester, "    def resolution(self, scene): return 1e-7\n")
-    result = run(pytester, lying, "ghostball::half-ball-cut")
-    found = outcomes(result)
-    assert found["half-ball-cut::overlap_max"] == found["half-ball-cut::rest_error_max"] == "FAILED"
-    assert "Steps end within 1e-07 m of touching" in result.stdout.str()
-    # Of another size: Python takes a file of the same size and second for the one that it compiled.
-    silent = engine(pytester, "    def resolution(self, scene):\n        return None\n")
-    result = run(pytester, silent, "ghostball::half-ball-cut")
-    failed = [name for name, outcome in outcomes(result).items() if outcome == "FAILED"]
-    assert failed == ["half-ball-cut::accuracy"]  # its features are said to be exact
-    assert "An engine that steps states its `resolution`" in result.stdout.str()
-
-
 def test_a_repository_says_how_far_off_its_engine_may_end(pytester):
     limit = '[[criteria]]\nengines = ["stepper"]\nmetric = "rest_error_max"\nat_most = {}\n'
     pytester.makefile(".toml", limits=limit.format("5e-3") + 'reason = "a step, grown"\n')
@@ -169,16 +113,6 @@ def test_a_repository_says_how_far_off_its_engine_may_end(pytester):
     )
 
 
-def test_past_the_horizon_nothing_is_expected_of_the_end(pytester):
-    option = engine(pytester, "    def resolution(self, scene): return 2e-3\n")
-    limits = '[[criteria]]\nengines = ["mine"]\nmetric = "rest_error_max"\nat_most = 1e-3\n'
-    pytester.makefile(".toml", limits=limits + 'reason = "a millimetre"\n')
-    result = run(pytester, option, "--ghostball-criteria=limits.toml", "ghostball::break-8")
-    assert outcomes(result)["break-8::rest_error_max"] == "SKIPPED"
-    assert "break-8: unpredictable: from t = " in result.stdout.str()
-    assert outcomes(result)["break-8::energy_rise"] == "PASSED"
-
-
 def test_judged_as_another_engine(pytester):
     result = run(pytester, STEPPER, "--ghostball-as=ghostball", "ghostball::half-ball-cut")
     found = outcomes(result)
@@ -187,51 +121,6 @@ def test_judged_as_another_engine(pytester):
     assert "--ghostball-as ghostball" in result.stdout.str()  # in the command that repeats it
     result = run(pytester, STEPPER, "--ghostball-as=pymunk", "ghostball::half-ball-cut")
     assert "FAILED" not in outcomes(result).values()
-
-
-def test_an_engine_that_raises_fails_with_its_traceback_once(pytester):
-    option = engine(pytester, "    def simulate(self, scene, *, record): return 1 / 0\n")
-    result = run(pytester, option, "ghostball::stop")
-    # One cause, one failure.
-    assert [name for name, found in outcomes(result).items() if found == "FAILED"] == [
-        "stop::completes"
-    ]
-    alone = run(pytester, option, "ghostball::stop::energy_rise")
-    assert outcomes(alone) == {"stop::energy_rise": "FAILED"}
-    text = result.stdout.str()
-    assert "mine failed: ZeroDivisionError: division by zero" in text
-    assert text.count("Traceback (most recent call last)") == 1
-    assert "def simulate(self, scene, *, record): return 1 / 0" in text
-
-
-BROKEN = {
-    "early": (
-        "status=Status.STEP_LIMIT, reason='tired'",
-        "it stopped early: step-limit: tired",
-        "completes",
-    ),
-    "no result": (
-        "engine='other'",
-        "`engine` of the result must be 'mine', got 'other'",
-        "completes",
-    ),
-    "not finite": (
-        "trajectory=replace(r.trajectory, velocities=np.nan * r.trajectory.velocities)",
-        "got broken: not finite: nan for the velocity of ball 0 at 0 s",
-        "accuracy",
-    ),
-}
-
-
-@pytest.mark.parametrize(("change", "words", "test"), BROKEN.values(), ids=BROKEN)
-def test_what_no_engine_may_hand_back(pytester, change, words, test):
-    body = (
-        "    def simulate(self, scene, *, record):\n"
-        f"        r = super().simulate(scene, record=record)\n        return replace(r, {change})\n"
-    )
-    result = run(pytester, engine(pytester, body, header=HEADER), f"ghostball::stop::{test}")
-    result.assert_outcomes(failed=1)
-    assert words in result.stdout.str()
 
 
 UNRULY = """
@@ -265,19 +154,6 @@ def test_an_engine_that_hangs_or_crashes_fails_that_scene_alone(pytester):
     assert "\x1b[31m" not in text
 
 
-def test_energy_from_nowhere_is_seen(pytester):
-    body = (
-        "    def simulate(self, scene, *, record):\n"
-        "        r = super().simulate(scene, record=record)\n"
-        "        faster = replace(r.trajectory, velocities=r.trajectory.velocities.copy())\n"
-        "        faster.velocities[len(faster.velocities) // 2] *= 1.1\n"
-        "        return replace(r, trajectory=faster)\n"
-    )
-    result = run(pytester, engine(pytester, body, header=HEADER), "ghostball::stop::energy_rise")
-    result.assert_outcomes(failed=1)
-    assert "energy_rise must be <= 1e-06, got " in result.stdout.str()
-
-
 COUNTING = (
     "    def simulate(self, scene, *, record):\n"
     "        with open('runs.txt', 'a') as file: print(scene.name, file=file)\n"
@@ -305,15 +181,6 @@ def test_a_scene_runs_once_in_several_processes_too(pytester):
     ran = Path("runs.txt").read_text(encoding="utf-8").split()
     assert sorted(ran) == ["half-ball-cut", "head-on", "stop"]
     result.stdout.fnmatch_lines(["rest errors in 3 scenes: median * largest * in *"])
-
-
-def test_ours_beside_those_of_the_repository(pytester):
-    pytester.makepyfile("def test_own(): pass")
-    result = run(pytester, "--ghostball", "--ghostball-scenes=stop", STEPPER)
-    assert "test_ours_beside_those_of_the_repository.py::test_own" in outcomes(result)
-    assert "stop::completes" in outcomes(result)
-    result = run(pytester, "ghostball::", "--ghostball-scenes=stop", STEPPER)
-    assert {name.split("::")[0] for name in outcomes(result)} == {"stop"}
 
 
 def test_every_metric_is_in_the_junit_file(pytester):

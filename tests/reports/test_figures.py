@@ -16,8 +16,6 @@ from ghostball.reports.figures import (
     draw_sheet,
     draw_single,
 )
-from ghostball.reports.figures._phases import parts_of, sliding_look
-from ghostball.reports.figures._table import view_of
 from ghostball.reports.shots import Run, Shot, load_shot
 from ghostball.validation.checks.verdict import Verdict, is_own_measure, verdict_of
 from ghostball.validation.results.store import Results
@@ -116,29 +114,6 @@ def test_a_sheet_shows_how_far_each_engine_is_from_ours_as_time_goes_on(results)
         assert line.get_ydata() == pytest.approx(np.maximum(apart, 1e-5), abs=1e-12)
 
 
-def test_a_path_is_drawn_where_the_engine_had_it(results):
-    shot = load_shot(results, "wall-bounce")
-    with style.drawing():
-        axes = axes_titled(draw_sheet(shot), "Where")
-    drawn = [line.get_xydata() for line in axes.lines]
-    for run in shot.drawn:
-        path = run.motion.positions[:, 0, :2]
-        assert any(np.array_equal(path, xy) for xy in drawn), run.label
-
-
-def test_a_crowd_has_places_and_no_paths(results):
-    shot = load_shot(results, "break-7")
-    with style.drawing():
-        axes = axes_titled(draw_sheet(shot), "Where")
-    marked = [line.get_xydata() for line in axes.lines if line.get_linestyle() == "None"]
-    others = [run.case.rest_positions[:, :2] for run in shot.drawn if run is not shot.ours]
-    assert len(marked) == len(others)
-    assert all(map(np.array_equal, marked, others))
-    starts, truth = axes.collections[-2:]
-    assert np.array_equal(starts.get_offsets(), shot.scene.positions[:, :2])
-    assert np.array_equal(truth.get_offsets(), shot.truth_positions[:, :2])
-
-
 @pytest.mark.parametrize(
     ("scene", "draw"),
     [
@@ -171,16 +146,6 @@ def test_where_a_ball_slides_its_path_is_wider_and_darker_and_the_figure_says_so
         assert slides.get_color() == rolls.get_color()
 
 
-@pytest.mark.parametrize("draw", [draw_sheet, draw_single])
-@pytest.mark.parametrize("scene", ["head-on", "break-7"])
-def test_nothing_is_said_of_sliding_where_no_ball_is_known_to_slide(results, scene, draw):
-    shot = load_shot(results, scene)
-    assert shot.ours.motion.phases is None  # as in a folder of an earlier version
-    with style.drawing():
-        for run in (shot.ours, sliding_until(shot.ours, 0.0)):
-            assert "slides" not in texts_of(draw(Shot(shot.scene, (run,))))
-
-
 @pytest.mark.parametrize("name", ["head-on", "break-7"])
 def test_each_ball_of_a_single_run_has_a_colour_of_its_own(results, name):
     shot = load_shot(results, name)
@@ -197,49 +162,10 @@ def test_each_ball_of_a_single_run_has_a_colour_of_its_own(results, name):
     assert len(colours) == len(set(colours)) == count
 
 
-def test_nothing_is_said_to_rest_where_a_scene_ends_at_t_max(results):
-    shot = load_shot(results, "head-on")
-    runs = tuple(
-        Run(r.label, r.case and replace(r.case, status="t-max"), r.motion) for r in shot.runs
-    )
-    with style.drawing():
-        text = texts_of(draw_sheet(Shot(shot.scene, runs)))
-    assert "rest" not in text.replace("restitution", "")
-    assert "Where the balls are at the end" in text
-
-
 def test_nothing_to_draw_is_none(results):
     shot = load_shot(results, "stop")
     still = Shot(shot.scene, tuple(Run(run.label, run.case, None) for run in shot.runs))
     assert draw_sheet(still) is None
-
-
-def test_the_parts_of_a_path_meet_and_none_is_lost():
-    line = np.column_stack((np.arange(7.0), np.arange(7.0) ** 2))
-    slides = np.array([False, True, True, False, True, True, True])
-    parts = dict(parts_of(line, slides))
-    nan = np.nan
-    assert parts[False][:, 0].tolist() == pytest.approx([0, 1, nan, 3, 4], nan_ok=True)
-    assert parts[True][:, 0].tolist() == pytest.approx([1, 2, 3, nan, 4, 5, 6], nan_ok=True)
-    for wanted in (False, True):
-        ((only, part),) = parts_of(line, np.full(7, wanted))
-        assert only is wanted
-        assert np.array_equal(part, line)
-    # A motion of one instant.
-    ((_, point),) = parts_of(line[:1], slides[:1])
-    assert np.array_equal(point, line[:1])
-
-
-def test_a_sliding_part_is_never_more_than_opaque():
-    assert sliding_look({"linewidth": 1.0, "alpha": 0.9})["alpha"] == 1.0
-
-
-def test_a_lost_ball_does_not_shrink_the_table(results):
-    scene = load_shot(results, "break-7").scene
-    lost = np.array([[1e3, -1e9, 0.0], [np.nan, np.inf, 0.0]])
-    left, right, bottom, top = view_of(scene, lost)
-    assert right - left < 2 * scene.table.length
-    assert top - bottom < 2 * scene.table.width
 
 
 @pytest.mark.parametrize("name", ["head-on", "break-7"])

@@ -11,7 +11,6 @@ from ghostball.reports import style
 from ghostball.reports.figures import (
     draw_sheet,
 )
-from ghostball.reports.figures.paths import label_balls, scale_of
 from ghostball.reports.shots import Run, Shot, load_shot
 from ghostball.validation.results.store import Results
 from ghostball.validation.runs.sampling import motion_of
@@ -53,16 +52,6 @@ def test_names_of_touching_balls_do_not_cover_each_other(name):
     assert not any(a.overlaps(b) for a, b in combinations(boxes, 2))
 
 
-def test_a_name_has_a_place_also_where_all_are_taken():
-    with style.drawing():
-        figure = style.new_figure(4.0, 4.0)
-        axes = figure.subplots()
-        middle = np.zeros(2)
-        crowd = [(f"ball {i}", middle, 0.03) for i in range(6)]
-        label_balls(axes, crowd, scale_of((-1.0, 1.0, -1.0, 1.0), 4.0), np.zeros((1, 3)))
-    assert [text.get_text() for text in axes.texts] == [name for name, _, _ in crowd]
-
-
 def test_balls_on_one_line_are_shown_against_time_however_many():
     # In a panel each, five balls on a line are a line.
     shot = shot_of(find_scene("push-line"))
@@ -79,25 +68,6 @@ def test_motion_of_a_few_centimetres_fills_its_axis():
     with style.drawing():
         low, high = draw_sheet(shot).axes[1].get_ylim()
     assert high - low < 0.25
-
-
-def test_where_balls_end_without_a_table_is_in_the_picture(results_folder):
-    shot = load_shot(Results.open(results_folder), "break-7")
-    unbounded = Shot(shot.scene.model_copy(update={"table": None}), shot.runs)
-    with style.drawing():
-        axes = draw_sheet(unbounded).axes[0]
-    (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
-    x, y = shot.truth_positions[:, :2].T
-    assert np.all((left < x) & (x < right) & (bottom < y) & (y < top))
-
-
-def test_energies_have_a_unit_that_suits_them():
-    # Breaks where an axis of the heaviest balls reads "1e7".
-    for name, unit, start in (("galperin-0", "J", 0.7), ("galperin-4", "MJ", 70.0)):
-        with style.drawing():
-            panel = draw_sheet(shot_of(find_scene(name))).axes[-2]
-        assert panel.get_title("left") == f"Energy of all balls [{unit}]"
-        assert panel.lines[0].get_ydata()[0] == pytest.approx(start, rel=1e-12)
 
 
 @pytest.mark.parametrize("name", ["break-7", "head-on", "stop"])

@@ -88,11 +88,6 @@ def test_any_label_gets_a_look_that_is_the_same_in_every_process():
     assert matplotlib_is_loaded == "False"
 
 
-def test_names():
-    assert style.engine_name("pymunk:mode=landed") == "pymunk, landed"
-    assert style.engine_name("pymunk:dt=1e-3,config=default") == "pymunk, dt=1e-3, default"
-
-
 @pytest.mark.parametrize(
     ("metres", "text"),
     [
@@ -119,12 +114,3 @@ def test_names():
 )
 def test_lengths(metres, text):
     assert style.format_length(metres) == text
-
-
-def test_drawing_leaves_the_settings_of_matplotlib_alone():
-    import matplotlib
-
-    before = dict(matplotlib.rcParams)
-    with style.drawing():
-        assert matplotlib.rcParams["svg.hashsalt"] == "ghostball"
-    assert dict(matplotlib.rcParams) == before

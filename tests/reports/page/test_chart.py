@@ -3,7 +3,6 @@
 import re
 
 import numpy as np
-import pytest
 
 from ghostball.reports.page.chart import (
     BOTTOM,
@@ -38,19 +37,6 @@ def test_a_thinned_curve_stays_near():
     assert np.max(np.abs(np.interp(x, kept[:, 0], kept[:, 1]) - curve[:, 1])) < 1.5
 
 
-def test_a_straight_line_needs_two_points_and_a_lone_spike_stays():
-    line = np.column_stack([np.arange(100.0), np.arange(100.0)])
-    assert len(thinned(line, 0.4)) == 2
-    line[50, 1] = 0.0
-    assert [50.0, 0.0] in thinned(line, 0.4).tolist()
-
-
-def test_a_closed_curve_and_a_single_point():
-    square = np.array([[0.0, 0.0], [10.0, 0.0], [10.0, 10.0], [0.0, 0.0]])
-    assert len(thinned(square, 0.4)) == 4
-    assert len(thinned(square[:1], 0.4)) == 1
-
-
 def test_corners_of_the_axes_are_corners_of_the_box():
     one = Series("a", "red", np.array([0.0, 2.0]), np.array([0.0, 8.0]))
     svg = draw("t", [one], linear_axis("x", 2.0), linear_axis("y", 8.0))
@@ -72,18 +58,6 @@ def test_what_lies_outside_is_drawn_at_the_edge():
     low = Series("a", "red", np.array([0.0, 1.0]), np.array([0.0, 1.0]))
     svg = draw("t", [low], linear_axis("x", 1.0), log_axis("y", 1e-6, 1.0))
     assert points_of(svg)[0][0][1] == HEIGHT - BOTTOM
-
-
-@pytest.mark.parametrize("high", [1e-9, 0.03, 1.0, 3.62, 18.1, 7e7])
-def test_linear_ticks_are_few_and_within(high):
-    axis = linear_axis("x", high)
-    assert 3 <= len(axis.ticks) <= 8
-    assert all(0.0 <= value <= high * (1 + 1e-9) for value, _ in axis.ticks)
-
-
-def test_an_axis_without_extent_still_has_one():
-    assert linear_axis("x", 0.0).high > 0.0
-    assert log_axis("x", 1.0, 1.0).high > 1.0
 
 
 def test_logarithmic_ticks_are_lengths():

@@ -5,10 +5,8 @@ import json
 import pytest
 
 from ghostball.reports.page.rendering import (
-    asset,
     embedded_json,
     inline,
-    label_html,
     markdown,
     render,
 )
@@ -60,27 +58,6 @@ def test_json_can_not_end_its_script():
     assert json.loads(text) == value
 
 
-def test_json_refuses_what_it_has_no_word_for():
-    with pytest.raises(ValueError, match="JSON"):
-        embedded_json({"x": float("nan")})
-
-
-def test_assets_are_there_and_can_be_embedded():
-    assert ":root" in asset("page.css")
-    assert "use strict" in asset("page.js")
-
-
-def test_a_label_breaks_after_its_name():
-    assert label_html("pymunk:mode=<b>,dt=1") == (
-        "<code>pymunk:<wbr>mode=&lt;b&gt;,<wbr>dt=1</code>"
-    )  # fmt: skip
-
-
 def test_a_value_that_is_missing_is_no_empty_text():
     with pytest.raises(Exception, match="undefined"):
         render("scene.html")
-
-
-def test_a_table_without_a_caption_has_a_named_region():
-    html = markdown("| a | b |\n| --- | --- |\n| 1 | 2 |")
-    assert '<div class="wide" role="region" aria-label="Table" tabindex="0">' in html

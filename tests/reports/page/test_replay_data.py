@@ -147,19 +147,6 @@ def test_a_ball_without_a_finite_position_is_absent_from_there_on(wrong):
     assert second["t"][-1] == pytest.approx(0.5)
 
 
-def test_a_ball_that_never_had_a_position_has_no_path():
-    motion = motion_of_path(np.linspace(0, 1, 5), np.full((5, 2, 2), np.nan))
-    data = motion_data(two_balls(), motion)
-    assert data["engines"][0]["motion"]["lost"] == [[0, 0.0], [1, 0.0]]
-    _, tracks = decoded(data)["ghostball"]
-    assert [len(track["t"]) for track in tracks] == [0, 0]
-
-
-def test_speeds_beyond_all_sense_make_ticks_shorter():
-    motion = motion_of_path([0.0, 1e-4, 2e-4], [[[0, 0]], [[1, 0]], [[2, 0]]])
-    assert tick_of(motion) <= 1e-10
-
-
 def test_numbers_of_every_size_are_packed():
     numbers = [0, -1, 1, 63, 64, -64, -65, 2**31, -(2**40), 2**52]
     reader = Packed.__new__(Packed)
@@ -184,14 +171,6 @@ def test_a_scene_holds_every_engine_that_was_asked_for(results_folder):
     assert len(looks) == len(engines)  # told apart without knowing their order
 
 
-def test_a_scene_that_no_engine_could_run_has_data_too(results_folder):
-    shot = load_shot(Results.open(results_folder), "stop")
-    none = replace(shot, runs=tuple(run for run in shot.runs if run.motion is None))
-    data = scene_data(none)
-    assert all(engine["motion"] is None for engine in data["engines"])
-    assert decoded(data) == {}
-
-
 def test_what_an_engine_lost_far_off_leaves_the_view_on_the_table():
     times = np.linspace(0.0, 1.0, 11)
     xy = np.zeros((11, 2, 2))
@@ -202,9 +181,3 @@ def test_what_an_engine_lost_far_off_leaves_the_view_on_the_table():
     cloth = motion_data(two_balls(table=None), motion_of_path(times, xy), label="pymunk")
     assert cloth["view"][1] < 5.0
     assert lost["view"][1] < 3.0
-
-
-def test_the_data_of_a_break_are_small():
-    scene = find_scene("break-16")
-    motion = motion_of(simulate(scene, record="trajectory"))
-    assert len(json.dumps(motion_data(scene, motion))) < 12_000
