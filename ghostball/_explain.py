@@ -30,7 +30,7 @@ from ghostball.reports.attribution_text import (
 from ghostball.validation.diagnose.attribution import Attribution
 from ghostball.validation.diagnose.explanation import Explanation, Margin, explain
 from ghostball.validation.exit_status import ExitStatus
-from ghostball.validation.grading.collisions import Collision
+from ghostball.validation.grading.event_logs import Event
 from ghostball.validation.runs.playing import apart
 from ghostball.validation.scenes.library import find_scene
 
@@ -183,7 +183,7 @@ def _telling(explanation: Explanation) -> list[Margin]:
     return [*smallest, *(one for one in others if one.length < ball)]
 
 
-def _event_text(explanation: Explanation, one: Collision | None, instead_of: str) -> str:
+def _event_text(explanation: Explanation, one: Event | None, instead_of: str) -> str:
     if one is None:
         return f"nothing more for these balls, which collide in {instead_of}"
     return f"{one.describe(explanation.scene)} at t = {one.t:.9g} s"

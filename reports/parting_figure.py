@@ -14,7 +14,7 @@ from ghostball.reports import style
 from ghostball.reports.figures._table import View, aspect_of, draw_ball, draw_table, view_of
 from ghostball.reports.plot import ENDINGS
 from ghostball.validation.diagnose.explanation import Explanation
-from ghostball.validation.grading.collisions import Collision
+from ghostball.validation.grading.event_logs import Event
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -143,7 +143,7 @@ def _mark(axes: Axes, explanation: Explanation, size: float) -> None:
         axes.plot(x, y, marker=marker, color=edge, markersize=size, markeredgewidth=1.8, zorder=6)
 
 
-def _point(explanation: Explanation, run: Result, one: Collision) -> FloatArray:
+def _point(explanation: Explanation, run: Result, one: Event) -> FloatArray:
     """Return where a collision of a run touches, (2,) [m]."""
     scene = explanation.scene
     centres = run.sample([min(one.t, run.rest_time)]).positions[0, :, :2]
@@ -215,7 +215,7 @@ def _add_legend(figure: Figure, explanation: Explanation) -> None:
         ),
     ]
     parting = explanation.parting
-    marks: list[tuple[str, str, Collision | None, str]] = []
+    marks: list[tuple[str, str, Event | None, str]] = []
     if parting is not None:
         marks.append(("+", style.BLACK, parting.true, "collision in truth"))
         marks.append(("x", look.colour, parting.other, f"collision in {look.name}"))

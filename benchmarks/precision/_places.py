@@ -13,7 +13,7 @@ from benchmarks.precision.points import LeftOut, PrecisionPoint
 from benchmarks.timing import Clock, Task
 from ghostball.engine import EngineFailedError, Result, Scene, UnsupportedSceneError
 from ghostball.validation.checks.metrics import ball_errors
-from ghostball.validation.grading.collisions import collisions_of
+from ghostball.validation.grading.event_logs import collisions_of
 from ghostball.validation.truth.scene_truth import Truth
 
 LEAST_SAMPLE, MOST_RUNS = 5e-3, 50

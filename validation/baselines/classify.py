@@ -19,7 +19,7 @@ from ghostball.validation.baselines.regression import (
 )
 from ghostball.validation.baselines.rounding import Allowance
 from ghostball.validation.checks.metric_table import METRICS
-from ghostball.validation.grading.alignment import align, found_log
+from ghostball.validation.grading.event_logs import ALL_KINDS, compare_logs, events_in
 
 _SOURCES = {
     "proof": "the proof of the shot",
@@ -163,25 +163,24 @@ def _parted(base: Observed, head: Observed, explained: Allowance) -> FirstDiffer
     # A baseline may hold the first events only: then as many are compared.
     ours = base.events[: len(head.events)] if _is_cut(head) else base.events
     theirs = head.events[: len(base.events)] if _is_cut(base) else head.events
-    pairs = align(found_log(ours), found_log(theirs))
+    compared = compare_logs(events_in(ours, ALL_KINDS), events_in(theirs, ALL_KINDS), strict=True)
     # What has no partner after the last one of the other log may have it beyond the cut.
     ours_end = ours["t"][-1] if len(ours) < base.event_count else math.inf
     theirs_end = theirs["t"][-1] if len(theirs) < head.event_count else math.inf
     found: list[tuple[float, int | None, int | None]] = []
-    for i in pairs.missing.tolist():
+    for i in compared.missing:
         if ours["t"][i] < theirs_end:
             found.append((float(ours["t"][i]), i, None))
-    for j in pairs.invented.tolist():
+    for j in compared.invented:
         if theirs["t"][j] < ours_end:
             found.append((float(theirs["t"][j]), None, j))
-    late = np.abs(ours["t"][pairs.proved] - theirs["t"][pairs.found])
-    beyond = late > explained.event_times[pairs.found]
-    for i, j in zip(pairs.proved[beyond].tolist(), pairs.found[beyond].tolist(), strict=True):
-        found.append((float(ours["t"][i]), i, j))
+    for i, j in compared.places:
+        if abs(ours["t"][i] - theirs["t"][j]) > explained.event_times[j]:
+            found.append((float(min(ours["t"][i], theirs["t"][j])), i, j))
     found = [one for one in found if one[0] <= explained.horizon]
     if found:
-        _, i, j = min(found, key=lambda one: one[0])
-        return _difference(base, head, i, j, explained.horizon)
+        _, before, after = min(found, key=lambda one: one[0])
+        return _difference(base, head, before, after, explained.horizon)
     cut = _is_cut(base) or _is_cut(head)
     return _parted_later(base, head, explained) if cut else None
 

@@ -13,15 +13,15 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine import Result, Scene, UnsupportedSceneError
+from ghostball.engine import Scene, UnsupportedSceneError
 from ghostball.validation.baselines.observed import Observed
-from ghostball.validation.grading.alignment import align, found_log
-from ghostball.validation.grading.certified_growth import CertifiedGrowth, growth_of_proof
+from ghostball.validation.grading.certified_growth import growth_of_proof
 from ghostball.validation.grading.certified_widths import is_differentiated
+from ghostball.validation.grading.event_logs import ALL_KINDS, compare_logs, events_in
+from ghostball.validation.grading.horizon import Growth, RunGrowth, extent_of, horizon
 from ghostball.validation.grading.tolerances import OFF_BY, ROUNDINGS, TOLERANCE, UNIT_ROUNDOFF
 from ghostball.validation.runs.our_run import run_ours
 from ghostball.validation.runs.sampling import events_of
-from ghostball.validation.truth.horizons import extent_of
 from ghostball.validation.truth.proof import proof_of
 
 FloatArray = NDArray[np.float64]
@@ -77,28 +77,26 @@ def allowance_of(scene: Scene) -> Allowance:
     times = events_of(result)["t"].astype(np.float64)
     with np.errstate(over="ignore", invalid="ignore"):
         shifts = np.sqrt(np.mean(np.square(result.rounding.event_shifts), axis=1))
-        growth = result.sensitivity([result.rest_time])[0]
-    horizon, map_end = result.horizon(TOLERANCE, ERROR), math.inf
-    if math.isfinite(horizon) and not np.isfinite(result.sensitivity([horizon])).all():
-        horizon, map_end = math.inf, horizon
+    own = RunGrowth(result)
+    growth: Growth = own
     proof, _ = proof_of(scene)
     proved = proof is not None and proof.proved and is_differentiated(scene)
     if proof is not None and proved:
-        by_proof = growth_of_proof(scene, proof)
-        growth = by_proof.sizes([result.rest_time])[0]
-        ends = by_proof.derivative_ends
-        horizon = by_proof.horizon(TOLERANCE, ERROR)
-        within = times[times < min(horizon, ends)]
-        map_end = min(map_end, ends, _believed_until(result, by_proof, within))
+        growth = growth_of_proof(scene, proof)
+    predictable = horizon(growth, TOLERANCE, ERROR)
+    map_end = min(own.derivative_ends, growth.derivative_ends)
+    if proved:
+        within = times[times < min(predictable, growth.derivative_ends)]
+        map_end = min(map_end, _believed_until(own, growth, within))
     plain = UNAMPLIFIED * np.maximum(times, extent_of(scene))
     known = np.isfinite(shifts) & (times < map_end)
     tolerances = np.where(known, APART * np.where(known, shifts, 0.0) + UNAMPLIFIED * times, plain)
     rest = None
-    if math.isinf(horizon):
-        smallest = UNAMPLIFIED * extent_of(scene)
-        rest = APART * np.where(np.isfinite(growth), growth, 0.0) + smallest
+    if math.isinf(predictable):
+        smallest, sizes = UNAMPLIFIED * extent_of(scene), growth.sizes([result.rest_time])[0]
+        rest = APART * np.where(np.isfinite(sizes), sizes, 0.0) + smallest
     return Allowance(
-        horizon,
+        predictable,
         map_end,
         tolerances,
         rest,
@@ -122,12 +120,13 @@ def allowance_of_other(scene: Scene, head: Observed) -> Allowance:
     except UnsupportedSceneError:
         rest = np.full(len(scene.balls), smallest)
         return Allowance(math.inf, math.inf, allowed, rest, "nothing")
-    pairs = align(found_log(events), found_log(head.events))
-    allowed[pairs.found] = np.maximum(allowed[pairs.found], ours.event_times[pairs.proved])
+    compared = compare_logs(events_in(events, ALL_KINDS), events_in(head.events, ALL_KINDS))
+    for i, j in compared.places:
+        allowed[j] = max(allowed[j], ours.event_times[i])
     return replace(ours, event_times=allowed)
 
 
-def _believed_until(result: Result, growth: CertifiedGrowth, times: FloatArray) -> float:
+def _believed_until(own: Growth, growth: Growth, times: FloatArray) -> float:
     """Return from which event on our engine's growth isn't the proof's any more [s]; inf: never.
 
     Looked at amid two events, per ball, the largest until then: the run's own events may come a
@@ -136,8 +135,7 @@ def _believed_until(result: Result, growth: CertifiedGrowth, times: FloatArray) 
     starts = np.unique(np.append(0.0, times))
     looks = np.append(0.5 * (starts[:-1] + starts[1:]), starts[-1])
     ours, right = (
-        np.maximum.accumulate(sizes, axis=0)
-        for sizes in (result.sensitivity(looks), growth.sizes(looks))
+        np.maximum.accumulate(sizes, axis=0) for sizes in (own.sizes(looks), growth.sizes(looks))
     )
     beyond = np.flatnonzero((ours[:-1] > OFF_BY * right[1:]).any(axis=1))
     return float(starts[beyond[0]]) if len(beyond) else math.inf

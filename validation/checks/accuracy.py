@@ -21,8 +21,9 @@ from ghostball.engine import Result
 from ghostball.reference_adapters.base import Resolution
 from ghostball.validation.checks.energy_gain import largest_gain
 from ghostball.validation.checks.metrics import EPSILON, ball_errors
-from ghostball.validation.grading.collisions import compare_collisions
+from ghostball.validation.grading.event_logs import compare_collisions
 from ghostball.validation.grading.grading import Gradable, position_errors
+from ghostball.validation.grading.horizon import extent_of
 from ghostball.validation.grading.tolerances import ROUNDINGS, TIE, UNIT_ROUNDOFF
 from ghostball.validation.results.records import CERTIFIED, Accuracy, AccuracyKind, BrokenBy
 from ghostball.validation.runs.sampling import (
@@ -31,7 +32,6 @@ from ghostball.validation.runs.sampling import (
     events_of,
     first_not_finite,
 )
-from ghostball.validation.truth.horizons import extent_of
 from ghostball.validation.truth.scene_truth import Truth
 
 FloatArray = NDArray[np.float64]

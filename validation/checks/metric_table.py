@@ -130,13 +130,15 @@ METRICS: dict[str, Metric] = {
         Metric(
             "events_missing",
             "1",
-            "proved events of any kind that were not found, up to where the shot can be predicted",
+            "proved events of any kind that were not found, up to where the shot can be predicted; "
+            "from where a ball's own order of events differs on, all of its",
             "proof",
         ),
         Metric(
             "events_invented",
             "1",
-            "found events that are proved not to happen, up to where the shot can be predicted",
+            "found events without a proved one in their place, up to where the shot can be "
+            "predicted",
             "proof",
         ),
         Metric(

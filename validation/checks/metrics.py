@@ -18,7 +18,7 @@ from ghostball.engine.result import COLLISION_KINDS
 from ghostball.reference_adapters.base import Resolution
 from ghostball.validation.checks.energy_gain import largest_gain
 from ghostball.validation.checks.metric_table import METRICS
-from ghostball.validation.grading.collisions import compare_collisions
+from ghostball.validation.grading.event_logs import compare_collisions
 from ghostball.validation.grading.grading import Grade, grade
 from ghostball.validation.grading.tolerances import TOLERANCE
 from ghostball.validation.results.records import ACCURACY_KINDS, Accuracy

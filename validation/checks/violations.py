@@ -30,5 +30,5 @@ def faults_of(grade: Grade, scene: Scene) -> tuple[str, ...]:
         for criterion in broken
     ]
     if grade.first is not None and faults:
-        faults.append(grade.first.describe(tuple(ball.id for ball in scene.balls)))
+        faults.append(grade.first.describe(scene))
     return tuple(faults)

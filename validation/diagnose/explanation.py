@@ -26,12 +26,12 @@ from ghostball.validation.diagnose.near_misses import (
     in_ulps,
     nearest_approach,
 )
-from ghostball.validation.grading.collisions import (
+from ghostball.validation.grading.event_logs import (
     Agreement,
-    Collision,
+    Event,
     Parting,
-    collisions_in,
     compare_logs,
+    events_in,
 )
 from ghostball.validation.runs.playing import run_engine
 from ghostball.validation.runs.sampling import events_of
@@ -63,7 +63,7 @@ class Margin:
         The collision would be missed, were it this much less deep. It would happen, were the gap at
         nearest approach this much smaller. It would come after what the other run has instead, did
         it come later by the time that this length takes at the speed of approach.
-    event : Collision
+    event : Event
         As it is, or as the other run has it where it doesn't happen here.
     length : float [m]
     ulps : float [1]
@@ -74,7 +74,7 @@ class Margin:
 
     run: Side
     what: What
-    event: Collision
+    event: Event
     length: float
     ulps: float
     seconds: float | None = None
@@ -137,7 +137,7 @@ class Explanation:
         return self.agreement.parting
 
     @property
-    def latest(self) -> tuple[Collision, float] | None:
+    def latest(self) -> tuple[Event, float] | None:
         """The common collision, before they part, whose times differ most, and by how much [s].
 
         Positive is late. None where there is no such collision.
@@ -270,7 +270,7 @@ def explain(
 
 
 def _compare(known: KnownShot, result: Result) -> Agreement:
-    true, other = collisions_in(events_of(known.result)), collisions_in(events_of(result))
+    true, other = events_in(events_of(known.result)), events_in(events_of(result))
     if not result.status.complete:  # what comes after its end, it had no chance to find
         true = [one for one in true if one.t <= result.rest_time]
     return compare_logs(true, other)
@@ -283,7 +283,7 @@ def _margins(
     pairs = agreement.before
     # How far apart in time the two runs have the same collision: nothing nearer is another one.
     late = max((abs(a.t - b.t) for a, b in pairs), default=0.0)
-    sides: tuple[tuple[Side, Result, list[Collision], Collision | None, Collision | None], ...]
+    sides: tuple[tuple[Side, Result, list[Event], Event | None, Event | None], ...]
     sides = (
         ("truth", truth, [a for a, _ in pairs], parting.true, parting.other),
         ("engine", result, [b for _, b in pairs], parting.other, parting.true),
@@ -299,9 +299,9 @@ def _margins(
 def _margins_in(
     name: Side,
     run: Result,
-    common: list[Collision],
-    own: Collision | None,
-    others: Collision | None,
+    common: list[Event],
+    own: Event | None,
+    others: Event | None,
     late: float,
 ) -> Iterator[Margin]:
     """Yield the margins in one run, which has `own` where the other run has `others`."""
@@ -327,9 +327,9 @@ def _margins_in(
         yield _margin(name, "hit", run, others, gap)
 
 
-def _next_of(run: Result, own: Collision, others: Collision) -> Collision | None:
+def _next_of(run: Result, own: Event, others: Event) -> Event | None:
     """Return the collision `others` of a run where it is its balls' next after `own`, or None."""
-    log = collisions_in(events_of(run))
+    log = events_in(events_of(run))
     after = log[log.index(own) + 1 :]
     first = next((one for one in after if not set(one.balls).isdisjoint(others.balls)), None)
     return first if first is not None and first.key == others.key else None
@@ -339,7 +339,7 @@ def _margin(
     name: Side,
     what: What,
     run: Result,
-    event: Collision,
+    event: Event,
     length: float,
     seconds: float | None = None,
 ) -> Margin:
@@ -367,7 +367,7 @@ def _states(truth: Result, result: Result, parting: Parting) -> tuple[BallStates
     )
 
 
-def _event(one: Collision | None) -> dict[str, Any] | None:
+def _event(one: Event | None) -> dict[str, Any] | None:
     """Return a collision as plain values, like an event of `run --format json`."""
     if one is None:
         return None

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ghostball.engine import Ball, EventKind, Result, SampledTrajectory, Samples, Scene
-from ghostball.validation.grading.collisions import Collision
+from ghostball.validation.grading.event_logs import Event
 from ghostball.validation.runs.our_run import run_ours
 
 FloatArray = NDArray[np.float64]
@@ -34,7 +34,7 @@ def state_before(result: Result, t: float) -> tuple[float, Samples]:
     return before, result.sample([before])
 
 
-def depth_of(result: Result, collision: Collision) -> float | None:
+def depth_of(result: Result, collision: Event) -> float | None:
     """Return how deep a collision of a run is [m]: by how much it would have to be missed.
 
     Two balls that went on as they were would come to overlap by this much at most, or a ball to
@@ -55,7 +55,7 @@ def depth_of(result: Result, collision: Collision) -> float | None:
 
 
 def nearest_approach(
-    result: Result, collision: Collision, start: float, end: float
+    result: Result, collision: Event, start: float, end: float
 ) -> tuple[float, float]:
     """Return the smallest gap of what would meet in a collision [m], and when [s], from `start`."""
 
@@ -66,7 +66,7 @@ def nearest_approach(
     return _smallest(result.scene, collision, centres, start, max(end, start))
 
 
-def approach_speed(result: Result, collision: Collision) -> float:
+def approach_speed(result: Result, collision: Event) -> float:
     """Return the speed at which what collides closes its gap just before [m/s]."""
     _, state = state_before(result, collision.t)
     positions, velocities = state.positions[0, :, :2], state.velocities[0, :, :2]
@@ -79,7 +79,7 @@ def approach_speed(result: Result, collision: Collision) -> float:
     return float((velocities[a] - velocities[b]) @ normal)
 
 
-def gaps(scene: Scene, collision: Collision, centres: FloatArray) -> FloatArray:
+def gaps(scene: Scene, collision: Event, centres: FloatArray) -> FloatArray:
     """Return the gap of what would collide for centres (k, balls of it, 2): (k,) [m]."""
     radii = scene.radii[list(collision.balls)]
     if collision.kind is EventKind.BALL_BALL:
@@ -118,7 +118,7 @@ def _coast(scene: Scene, state: Samples, ball: int) -> Result:
 
 
 def _smallest(
-    scene: Scene, collision: Collision, centres: Centres, start: float, end: float
+    scene: Scene, collision: Event, centres: Centres, start: float, end: float
 ) -> tuple[float, float]:
     """Return the smallest gap between two instants [m], and when it is [s]."""
     low, high = start, end

@@ -29,7 +29,6 @@ class EventChange(NamedTuple):
     balls: tuple[int, ...]
     knots: tuple[int, ...]  # that each ball comes to
     matrix: FloatArray | None  # (7 b, 7 b), from those at the knots before; None: no derivative
-    later: FloatArray | None  # (7 b,) by how much later the event comes, likewise
     late: FloatArray | None  # (7 b,) what seeing it late changes of the balls, per second
     approach: float  # [m/s] along the line of contact; 0 where nothing collides
     lasts: float  # [s] for which what collides would overlap if it went on; inf of no two balls
@@ -60,7 +59,7 @@ def event_changes(
         after = tuple(balls[i].starts[at[i]] for i in involved)
         twice = event.kind in COLLISION_KINDS and any(due[i, t] > 1 for i in involved)
         if twice or certificate.lifts:
-            yield EventChange(event.kind, t, involved, after, None, None, None, 0.0, math.inf, ())
+            yield EventChange(event.kind, t, involved, after, None, None, 0.0, math.inf, ())
             continue
         passes = _Passage(mine, before, after, t, slides=scene.physics.motion == "sliding")
         if event.kind is EventKind.BALL_BALL:
@@ -72,14 +71,12 @@ def event_changes(
         noise = tuple(ball.noise(k, passes.states) for ball, k in zip(mine, after, strict=True))
         # One column more than balls have numbers: a change by which the event comes 1 s later.
         matrix, late = passes.change[:, :-1].copy(), passes.change[:, -1].copy()
-        later = passes.later[:-1].copy()
         yield EventChange(
             event.kind,
             t,
             involved,
             after,
             matrix,
-            later,
             late,
             passes.approach,
             passes.lasts,

@@ -334,17 +334,6 @@ class ProvedBall:
         """Whether the ball rests from a knot on, and the cloth would stop it again."""
         return self._rows[k][13] == _RESTING and self.rolls_by > 0.0
 
-    def changed(self, directions: FloatArray) -> FloatArray:
-        """Return changes of the first state, (7, m), given with the angular velocity in them."""
-        change = directions.copy()
-        change[SLIP] = change[VELOCITY]
-        change[4] -= self.radius * directions[5]
-        change[5] += self.radius * directions[4]
-        if not self.slides(0):
-            change[SLIP] = 0.0  # it begins by rolling, or rests
-        self.hold(0, change)
-        return change
-
     def noise(self, k: int, others: tuple[FloatArray, ...]) -> FloatArray:
         """Return the covariance of rounding the state at a knot once, over 2^-53 squared, (7, 7).
 

@@ -2,7 +2,6 @@
 
     >>> growth = growth_of_proof(scene, certify(scene, motion=True))
     >>> growth.sizes([1.0])     # what rounding does to each ball until then, over 2^-53: (1, n) [m]
-    >>> growth.horizon(1e-3, 32 * 2.0**-53)
 
 A small change of a ball follows the derivative of its closed form between events; an event h = 0
 comes later for it by dtau = -(grad h . dz) / (grad h . f), and takes it to
@@ -28,18 +27,8 @@ from ghostball.engine import EventKind, Scene
 from ghostball.reference_adapters.certified import Certificate
 from ghostball.validation.grading.certified_events import EventChange, event_changes
 from ghostball.validation.grading.certified_flow import PARTS, ProvedBall
-from ghostball.validation.grading.tolerances import ROUNDINGS, TOLERANCE, UNIT_ROUNDOFF
 
 FloatArray = NDArray[np.float64]
-
-_BETWEEN = 4
-"""Parts that the time between two events is cut into where growth is looked for."""
-
-_HALVINGS = 40
-"""Of the time in which a growth passes a limit, between two looks."""
-
-GRID = 2.0**-20
-"""Horizons are whole multiples of it [s]: how a matrix product rounds doesn't decide which."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +59,7 @@ class Lateness:
 
 @dataclass(frozen=True, eq=False)
 class CertifiedGrowth:
-    """How changes grow along a proved motion; made by `growth_of_proof`.
+    """How changes grow along a proved motion: `horizon.Growth`; made by `growth_of_proof`.
 
     Attributes
     ----------
@@ -81,41 +70,17 @@ class CertifiedGrowth:
         When a ball first has two collisions at one instant, whose order any change decides; inf
         where none has. Later there is no derivative of what follows from them. 0 where balls may
         fly: nothing is known here of how errors grow then, so that `sizes` are infinite.
+    balls : tuple of ProvedBall
+    events : tuple of EventChange
+        What each event does to small changes of its balls.
     """
 
     t_end: float
     times: FloatArray
     derivative_ends: float
-    _balls: tuple[ProvedBall, ...]
-    _events: tuple[EventChange, ...]
+    balls: tuple[ProvedBall, ...]
+    events: tuple[EventChange, ...]
     _covariances: tuple[FloatArray, ...]
-
-    def carry(self, directions: FloatArray) -> CarriedChanges:
-        """Return what becomes of small changes of the first state, (m, n, 7).
-
-        Each a change of every ball's position x, y [m], velocity x, y [m/s] and angular velocity
-        x, y, z [rad/s], as `Result.tangent` has them.
-        """
-        m, size = len(directions), PARTS * len(self._balls)
-        whole = np.zeros((size, m))
-        kept = [np.full((len(ball.knots), PARTS, m), np.nan) for ball in self._balls]
-        shifts = np.full((len(self._events), m), np.nan)
-        for i, ball in enumerate(self._balls):
-            rows = slice(PARTS * i, PARTS * (i + 1))
-            whole[rows] = kept[i][0] = ball.changed(directions[:, i].T)
-            _go_on(ball, kept[i], 0)
-        with np.errstate(over="ignore", invalid="ignore"):
-            for e, event in enumerate(self._events):
-                rows_of = _rows(event.balls)
-                if event.matrix is None or event.later is None:
-                    whole[rows_of] = np.nan
-                else:
-                    shifts[e] = event.later @ whole[rows_of]
-                    whole[rows_of] = event.matrix @ whole[rows_of]
-                for i, k in zip(event.balls, event.knots, strict=True):
-                    kept[i][k] = whole[PARTS * i : PARTS * (i + 1)]
-                    _go_on(self._balls[i], kept[i], k)
-        return CarriedChanges(self._balls, tuple(kept), shifts)
 
     def sizes(self, times: ArrayLike) -> FloatArray:
         """Return how far rounding displaces each ball, over 2^-53: (k, n) [m], root mean square.
@@ -124,8 +89,8 @@ class CertifiedGrowth:
         derivative is known: from `derivative_ends` on.
         """
         t = np.atleast_1d(np.asarray(times, dtype=np.float64))
-        sizes = np.empty((len(t), len(self._balls)))
-        for k, (ball, kept) in enumerate(zip(self._balls, self._covariances, strict=True)):
+        sizes = np.empty((len(t), len(self.balls)))
+        for k, (ball, kept) in enumerate(zip(self.balls, self._covariances, strict=True)):
             rows, flow = ball.displacement(t)
             with np.errstate(over="ignore", invalid="ignore"):
                 variance = np.einsum("kij,kjl,kil->k", flow, kept[rows], flow)
@@ -133,93 +98,34 @@ class CertifiedGrowth:
             sizes[:, k] = np.where(np.isfinite(variance), size, np.inf)
         return sizes
 
-    @property
-    def rounding_horizon(self) -> float:
-        """Until when `ROUNDINGS` roundings at each event leave the shot predictable [s]."""
-        return self.horizon(TOLERANCE, ROUNDINGS * UNIT_ROUNDOFF)
-
     def lateness(self) -> Lateness:
         """Return what it changes of the shot's end to see each of its events late.
 
         Backwards along the shot: how the end depends on the balls as each event leaves them, times
         what a second of delay changes there.
         """
-        n, size = len(self._balls), PARTS * len(self._balls)
+        n, size = len(self.balls), PARTS * len(self.balls)
         end = np.zeros((2 * n, size))
-        for i, ball in enumerate(self._balls):
+        for i, ball in enumerate(self.balls):
             _, flow = ball.displacement(np.array([self.t_end]))
             end[2 * i : 2 * i + 2, PARTS * i : PARTS * (i + 1)] = flow[0]
-        moved = np.full((len(self._events), 2 * n), np.nan)
+        moved = np.full((len(self.events), 2 * n), np.nan)
         with np.errstate(over="ignore", invalid="ignore"):
-            for e in reversed(range(len(self._events))):
-                event, rows = self._events[e], _rows(self._events[e].balls)
+            for e in reversed(range(len(self.events))):
+                event, rows = self.events[e], _rows(self.events[e].balls)
                 if event.matrix is None or event.late is None:
                     break  # what comes before it has no derivative at the end
                 moved[e] = end[:, rows] @ event.late
                 end[:, rows] = end[:, rows] @ event.matrix
         places = np.hypot(moved[:, ::2], moved[:, 1::2])
         return Lateness(
-            tuple(event.kind for event in self._events),
-            np.array([event.t for event in self._events]),
-            tuple(event.balls for event in self._events),
-            np.array([event.approach for event in self._events]),
-            np.array([event.lasts for event in self._events]),
+            tuple(event.kind for event in self.events),
+            np.array([event.t for event in self.events]),
+            tuple(event.balls for event in self.events),
+            np.array([event.approach for event in self.events]),
+            np.array([event.lasts for event in self.events]),
             places,
         )
-
-    def horizon(self, tolerance: float, error: float) -> float:
-        """Return until when errors stay within a tolerance [s].
-
-        Infinite where they do to the end, or as long as there is a derivative.
-
-        Parameters
-        ----------
-        tolerance : float [m]
-        error : float
-            Relative size of the error that is made at the start and at each event.
-        """
-        limit = tolerance / error
-        marks = np.append(self.times, self.t_end) if self.times[-1] < self.t_end else self.times
-        parts = np.arange(_BETWEEN) / _BETWEEN
-        inner = marks[:-1, np.newaxis] + np.diff(marks)[:, np.newaxis] * parts
-        looks = np.append(inner.ravel(), marks[-1])
-        looks = looks[looks < self.derivative_ends]
-        beyond = np.flatnonzero(~(np.max(self.sizes(looks), axis=1) <= limit))
-        if not len(beyond):
-            return math.inf
-        first = int(beyond[0])
-        low, high = float(looks[max(first - 1, 0)]), float(looks[first])
-        for _ in range(_HALVINGS):
-            middle = 0.5 * (low + high)
-            if float(np.max(self.sizes([middle]))) <= limit:
-                low = middle
-            else:
-                high = middle
-        return math.floor(high / GRID) * GRID
-
-
-@dataclass(frozen=True, eq=False)
-class CarriedChanges:
-    """What becomes of m small changes of a shot's first state.
-
-    Attributes
-    ----------
-    event_shifts : (events, m) float64 [s]
-        How much later each event comes; NaN where no derivative exists.
-    """
-
-    _balls: tuple[ProvedBall, ...]
-    _kept: tuple[FloatArray, ...]
-    event_shifts: FloatArray
-
-    def sample(self, times: FloatArray) -> FloatArray:
-        """Return the changes of the balls' positions at some instants, (k, m, n, 2) [m]."""
-        out = np.empty((len(times), self.event_shifts.shape[1], len(self._balls), 2))
-        for i, (ball, kept) in enumerate(zip(self._balls, self._kept, strict=True)):
-            rows, flow = ball.displacement(times)
-            with np.errstate(over="ignore", invalid="ignore"):
-                out[:, :, i] = (flow @ kept[rows]).transpose(0, 2, 1)
-        return out
 
 
 @lru_cache(maxsize=4)  # by identity: a case that comes from another process has its own
@@ -266,12 +172,6 @@ def growth_of_proof(scene: Scene, certificate: Certificate) -> CertifiedGrowth:
         events,
         _covariances(balls, events),
     )
-
-
-def _go_on(ball: ProvedBall, kept: FloatArray, k: int) -> None:
-    """Carry the changes at a start, (7, m), to the knots that go on with its motion."""
-    for row, flow in ball.along(k):
-        kept[row] = flow @ kept[row - 1]
 
 
 def _rows(balls: tuple[int, ...]) -> NDArray[np.intp]:

@@ -12,13 +12,13 @@ import math
 from fractions import Fraction
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ghostball.engine import EventKind, Scene
 from ghostball.reference_adapters.certified import Certificate, Enclosure
 from ghostball.reference_adapters.certified.problem import problem_of
 from ghostball.reference_adapters.certified.run import largest_speeds
-from ghostball.validation.grading.tolerances import ROUNDINGS, TOLERANCE, UNIT_ROUNDOFF
+from ghostball.validation.grading.tolerances import UNIT_ROUNDOFF
 
 FloatArray = NDArray[np.float64]
 
@@ -31,32 +31,34 @@ def is_differentiated(scene: Scene) -> bool:
     return not scene.physics.airborne
 
 
-def width_horizon(
-    scene: Scene,
-    certificate: Certificate,
-    tolerance: float = TOLERANCE,
-    error: float = ROUNDINGS * UNIT_ROUNDOFF,
-) -> float:
-    """Return the first event whose instant errors of rounding may move by too much [s]; or inf.
+class FlightGrowth:
+    """How errors grow at most along a proved flight: `horizon.Growth`."""
 
-    That is, by so much that the fastest ball goes further than the tolerance [m] meanwhile.
-    """
-    fastest = max(largest_speeds(problem_of(scene))) * error / UNIT_ROUNDOFF
-    for event in certificate.events:
-        if not _in_doubles(event.t, certificate) * fastest <= tolerance:
-            return float(event.t)
-    return math.inf
+    derivative_ends = math.inf
 
+    def __init__(self, scene: Scene, certificate: Certificate) -> None:
+        self.t_end = float(certificate.t_end)
+        instants = [float(event.t) for event in certificate.events]
+        self.times: FloatArray = np.unique([0.0, *instants])
+        fastest = max(largest_speeds(problem_of(scene)))
+        self._events: list[list[tuple[float, float]]] = [[(0.0, 0.0)] for _ in scene.balls]
+        for event, t in zip(certificate.events, instants, strict=True):
+            width = _in_doubles(event.t, certificate) * fastest / UNIT_ROUNDOFF
+            pair = event.kind is EventKind.BALL_BALL
+            for ball in (event.a, event.b) if pair else (event.a,):
+                self._events[ball].append((t, width))
 
-def hit_widths(scene: Scene, certificate: Certificate) -> tuple[FloatArray, FloatArray]:
-    """Return when two balls meet [s], and how far rounding may displace them by then, over 2^-53.
+    def sizes(self, times: ArrayLike) -> FloatArray:
+        """Return how far the fastest ball goes while each ball's last event is uncertain.
 
-    That is, how far the fastest ball goes while their meeting is uncertain [m]; (k,) each.
-    """
-    fastest = max(largest_speeds(problem_of(scene)))
-    hits = [event.t for event in certificate.events if event.kind is EventKind.BALL_BALL]
-    sizes = [_in_doubles(t, certificate) * fastest / UNIT_ROUNDOFF for t in hits]
-    return np.array([float(t) for t in hits]), np.array(sizes)
+        As if the proof were computed in double precision, over 2^-53: (k, n) [m].
+        """
+        t = np.atleast_1d(np.asarray(times, dtype=np.float64))
+        sizes = np.empty((len(t), len(self._events)))
+        for ball, events in enumerate(self._events):
+            instants, widths = np.array(events).T
+            sizes[:, ball] = widths[np.searchsorted(instants, t, side="right") - 1]
+        return sizes
 
 
 def width_sizes(certificate: Certificate) -> FloatArray:

@@ -14,7 +14,8 @@ the scale of errors come from the proved motion (`certified_growth`), limits fro
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Literal
 
@@ -25,26 +26,22 @@ from ghostball.engine import EventKind, ExactTrajectory, GhostballError, Result,
 from ghostball.engine.result import COLLISION_KINDS
 from ghostball.engine.trajectory import Samples
 from ghostball.reference_adapters.certified import Certificate, Enclosure
-from ghostball.validation.grading.alignment import (
+from ghostball.validation.grading.certified_widths import FlightGrowth, width_sizes
+from ghostball.validation.grading.event_logs import (
     ALL_KINDS,
-    Alignment,
-    Difference,
-    Log,
-    align,
-    found_log,
-    proved_log,
+    Event,
+    Parting,
+    compare_logs,
+    events_in,
 )
-from ghostball.validation.grading.certified_growth import CertifiedGrowth, growth_of_proof
-from ghostball.validation.grading.certified_widths import (
-    is_differentiated,
-    width_horizon,
-    width_sizes,
-)
+from ghostball.validation.grading.horizon import Growth, growth_along_proof, horizon
 from ghostball.validation.grading.tolerances import (
     EPS,
     LEAST_SLIP,
     LOWEST_HOP,
+    ROUNDINGS,
     TIE,
+    TOLERANCE,
     UNIT_ROUNDOFF,
 )
 
@@ -94,11 +91,10 @@ class Grade:
         When positions were compared.
     events : int
         Proved events that are compared.
-    alignment : Alignment
-        Of all events, also of those that aren't graded; but without the negligible ones.
     missing, invented : tuple of int
-        Indices of proved events that were not found, and of found events that are not so.
-    first : Difference or None
+        Indices of proved events that were not found, and of found events that are not so. From
+        where a ball's own order of events differs on, all that it goes through is among these.
+    first : Parting or None
         The earliest of these.
     swapped : int
         Events that come before another one instead of after it, without a ball in common with it.
@@ -120,10 +116,9 @@ class Grade:
     until: float
     compared_at: float
     events: int
-    alignment: Alignment
     missing: tuple[int, ...]
     invented: tuple[int, ...]
-    first: Difference | None
+    first: Parting | None
     swapped: int
     negligible: int
     time_errors: FloatArray
@@ -142,8 +137,8 @@ def gradable(
     certificate: Certificate,
     *,
     exact: bool = True,
-    horizon: float | None = None,
-    growth: CertifiedGrowth | None = None,
+    until: float | None = None,
+    growth: Growth | None = None,
 ) -> Gradable:
     """Return what of a proof can be graded, which is the same for all exact engines.
 
@@ -154,12 +149,11 @@ def gradable(
         Of that scene, with its motion: `certify(scene, motion=True)`.
     exact : bool
         Whether for engines that record their motion, not frames.
-    horizon : float [s], optional
-        Up to when the shot can be predicted. Left out: until `ROUNDINGS` roundings at each event
-        have grown to `TOLERANCE`.
-    growth : CertifiedGrowth, optional
-        How errors grow. Left out: as along the proved motion; along a flight, at most as the widths
-        of the proof do (`certified_widths`).
+    until : float [s], optional
+        The horizon: up to when the shot can be predicted. Left out: until `ROUNDINGS` roundings at
+        each event have grown to `TOLERANCE`.
+    growth : Growth, optional
+        How errors grow. Left out: as along the proved motion.
 
     Raises
     ------
@@ -167,24 +161,24 @@ def gradable(
         Where the certificate is of another scene or has no motion.
     """
     _check_proof(scene, certificate)
-    known = growth is not None or is_differentiated(scene)
-    if growth is None and known and (exact or horizon is None):
-        growth = growth_of_proof(scene, certificate)
-    if horizon is None:
-        horizon = width_horizon(scene, certificate) if growth is None else growth.rounding_horizon
+    if growth is None and (exact or until is None):
+        growth = growth_along_proof(scene, certificate)
+    if until is None:
+        assert growth is not None
+        until = horizon(growth, TOLERANCE, ROUNDINGS * UNIT_ROUNDOFF)
     low_hop = _first_low_hop(scene, certificate)
-    extent, why, until = _extent(certificate, horizon, low_hop)
+    extent, why, last = _extent(certificate, until, low_hop)
     if not exact:
-        return Gradable(extent, why, until, until, None)
-    if not known:
-        sizes = width_sizes(certificate)
-        if until < float(certificate.t_end):
-            sizes[:] = math.inf  # the proof has widths of its end alone
-        return Gradable(extent, why, until, until, sizes)
+        return Gradable(extent, why, last, last, None)
     assert growth is not None
-    compared_at = min(until, math.nextafter(growth.derivative_ends, 0.0))
+    if isinstance(growth, FlightGrowth):
+        sizes = width_sizes(certificate)
+        if last < float(certificate.t_end):
+            sizes[:] = math.inf  # the proof has widths of its end alone
+        return Gradable(extent, why, last, last, sizes)
+    compared_at = min(last, math.nextafter(growth.derivative_ends, 0.0))
     sizes = growth.sizes([min(compared_at, float(certificate.t_end))])[0]
-    return Gradable(extent, why, until, compared_at, sizes)
+    return Gradable(extent, why, last, compared_at, sizes)
 
 
 def grade(result: Result, certificate: Certificate, within: Gradable | None = None) -> Grade:
@@ -243,39 +237,39 @@ def grade(result: Result, certificate: Certificate, within: Gradable | None = No
         within = gradable(scene, certificate, exact=exact)
     else:
         _check_proof(scene, certificate)
-    extent, until = within.extent, within.until
-    kinds = ALL_KINDS if exact else COLLISION_KINDS
-    logs = [
-        log.only(np.array([choice.kind in kinds for choice in log.choices], dtype=bool))
-        for log in (proved_log(certificate), found_log(result.events))
-    ]
+    until = within.until
+    logs = _logs(result, certificate, ALL_KINDS if exact else COLLISION_KINDS)
     negligible = [_negligible(scene, log) for log in logs]
-    proved, found = (log.only(~but) for log, but in zip(logs, negligible, strict=True))
-    alignment = align(_without_order(proved), _without_order(found))
-    missing = tuple(
-        i for i in alignment.missing.tolist() if proved_log(certificate).times[i] <= until
+    proved, found = (
+        [one for one, but in zip(log, buts, strict=True) if not but]
+        for log, buts in zip(logs, negligible, strict=True)
     )
+    compared = compare_logs(proved, found, strict=True)
+    pairs = [(true, ours) for true, ours in compared.pairs if true.t <= until]
+    missing = [proved[i] for i in compared.missing if proved[i].t <= until]
     before = until
-    if extent in ("low hop", "proved part"):
-        before = _end_of_found(result, certificate, alignment, until)
-    invented = tuple(j for j in alignment.invented.tolist() if result.events["t"][j] <= before)
+    if within.extent in ("low hop", "proved part"):
+        before = _end_of_found(scene, pairs, until)
+    invented = [found[j] for j in compared.invented if found[j].t <= before]
     compared_at, errors = position_errors(result, certificate, within)
     quality, no_quality = _quality(result, errors, within)
     return Grade(
-        extent,
+        within.extent,
         within.why,
         until,
         compared_at,
-        int(np.sum(proved.times <= until)),
-        alignment,
-        missing,
-        invented,
-        alignment.first if missing or invented else None,
-        _swapped(result, certificate, alignment, until),
+        sum(one.t <= until for one in proved),
+        tuple(one.index for one in missing),
+        tuple(one.index for one in invented),
+        compared.parting if missing or invented else None,
+        _swapped(pairs),
         sum(
-            int(np.sum(log.times[but] <= until)) for log, but in zip(logs, negligible, strict=True)
+            one.t <= until
+            for log, buts in zip(logs, negligible, strict=True)
+            for one, but in zip(log, buts, strict=True)
+            if but
         ),
-        _time_errors(result, certificate, alignment, until),
+        _time_errors(certificate, pairs),
         errors,
         quality,
         no_quality,
@@ -297,15 +291,15 @@ def _check_proof(scene: Scene, certificate: Certificate) -> None:
         )
 
 
-def _extent(certificate: Certificate, horizon: float, low_hop: float) -> tuple[Extent, str, float]:
+def _extent(certificate: Certificate, until: float, low_hop: float) -> tuple[Extent, str, float]:
     """Return how much is graded, why not more, and the last instant of it."""
     end = float(certificate.t_end)
-    if low_hop <= min(horizon, end):
+    if low_hop <= min(until, end):
         why = f"a bounce stays below {LOWEST_HOP:.2g} diameters until t = {low_hop:.6g} s"
         return "low hop", why, math.nextafter(low_hop, 0.0)
-    if horizon <= end:
-        why = f"the shot can't be predicted beyond t = {horizon:.6g} s"
-        return "horizon", why, math.nextafter(horizon, 0.0)
+    if until <= end:
+        why = f"the shot can't be predicted beyond t = {until:.6g} s"
+        return "horizon", why, math.nextafter(until, 0.0)
     if not certificate.proved:
         return "proved part", f"{certificate.ending}: {certificate.reason}", end
     return "whole", "", math.inf
@@ -320,12 +314,11 @@ def _first_low_hop(scene: Scene, certificate: Certificate) -> float:
     truth = _proved_motion(scene, certificate)
     last: dict[tuple[EventKind, int, int], float] = {}
     hops: list[tuple[EventKind, int, int, float, float]] = []
-    times = proved_log(certificate).times.tolist()
-    for event, t in zip(certificate.events, times, strict=True):
+    for event in proved_events(certificate):
         if event.kind in COLLISION_KINDS:
             if event.key in last:
-                hops.append((*event.key, last[event.key], t))
-            last[event.key] = t
+                hops.append((*event.key, last[event.key], event.t))
+            last[event.key] = event.t
     if not hops:
         return math.inf
     kinds, a, b, start, end = (np.array(column) for column in zip(*hops, strict=True))
@@ -357,8 +350,27 @@ def _proved_motion(scene: Scene, certificate: Certificate) -> ExactTrajectory:
     return motion
 
 
-def _negligible(scene: Scene, log: Log) -> NDArray[np.bool_]:
-    """Whether an event ends a slide, a roll or a flight that is but rounding, (k,); see `grade`."""
+@lru_cache(maxsize=4)  # every engine's run is compared with it, and looks its times up
+def proved_events(certificate: Certificate) -> tuple[Event, ...]:
+    """Return the events of a certificate, at their instants in double precision."""
+    # By the instants, not by `CertifiedEvent.tie`: they tie where the proof has no order of them,
+    # 2^-100 s, and also where an engine can't have one, which is far more.
+    return tuple(Event(*event.key, float(event.t), k) for k, event in enumerate(certificate.events))
+
+
+def _logs(
+    result: Result, certificate: Certificate, kinds: Sequence[EventKind]
+) -> tuple[list[Event], list[Event]]:
+    """Return the proved events and those of a run, of some kinds."""
+    assert result.events is not None
+    return (
+        [one for one in proved_events(certificate) if one.kind in kinds],
+        events_in(result.events, kinds),
+    )
+
+
+def _negligible(scene: Scene, log: Sequence[Event]) -> list[bool]:
+    """Whether each event ends a slide, a roll or a flight that is but rounding; see `grade`."""
     gravity, radii = scene.physics.gravity, scene.radii
     surface = np.linalg.norm(scene.velocities, axis=1)
     surface += radii * np.linalg.norm(scene.angular_velocities, axis=1)
@@ -369,22 +381,20 @@ def _negligible(scene: Scene, log: Log) -> NDArray[np.bool_]:
         EventKind.ROLL_TO_REST: gravity * scene.rolling_frictions,
     }
     since = [0.0] * len(scene.balls)
-    negligible = np.zeros(len(log), dtype=bool)
-    for k, (choice, t) in enumerate(zip(log.choices, log.times.tolist(), strict=True)):
-        if choice.kind in slowing:
-            slowed = (t - since[choice.a] - 2.0 * EPS * t) * slowing[choice.kind][choice.a]
-            negligible[k] = slowed <= noise
-        elif choice.kind is EventKind.BALL_CLOTH:
-            negligible[k] = t - since[choice.a] <= TIE * t
-        since[choice.a] = t
-        if choice.kind is EventKind.BALL_BALL:
-            since[choice.b] = t
+    negligible = []
+    for one in log:
+        lasted = one.t - since[one.a]
+        if one.kind in slowing:
+            slowed = (lasted - 2.0 * EPS * one.t) * slowing[one.kind][one.a]
+            negligible.append(bool(slowed <= noise))
+        else:
+            negligible.append(one.kind is EventKind.BALL_CLOTH and lasted <= TIE * one.t)
+        for ball in one.balls:
+            since[ball] = one.t
     return negligible
 
 
-def _end_of_found(
-    result: Result, certificate: Certificate, alignment: Alignment, until: float
-) -> float:
+def _end_of_found(scene: Scene, pairs: Sequence[tuple[Event, Event]], until: float) -> float:
     """Return up to when the run's events are graded, where the proved ones are up to `until` [s].
 
     Just before the run's last one of those, which may come later or sooner by its error: what
@@ -392,48 +402,30 @@ def _end_of_found(
     the shot begins, with balls that touch, that instant is one of some rounding of their places:
     `TIE` of the time in which the fastest ball goes a radius.
     """
-    assert result.events is not None
-    scene, last = result.scene, until
-    compared = np.flatnonzero(proved_log(certificate).times[alignment.proved] <= until)
-    if len(compared):
-        last = min(until, float(result.events["t"][alignment.found[compared[-1]]]))
+    last = min(until, pairs[-1][1].t) if pairs else until
     speed = float(np.max(np.linalg.norm(scene.velocities, axis=1)))
     early = float(np.min(scene.radii)) / speed if speed > 0.0 else 0.0
     return last - TIE * max(last, early)
 
 
-def _without_order(log: Log) -> Log:
-    """Return a log whose events count as one instant: those that share no ball have no order."""
-    return replace(log, windows=np.zeros_like(log.windows))
-
-
-def _swapped(result: Result, certificate: Certificate, alignment: Alignment, until: float) -> int:
+def _swapped(pairs: Sequence[tuple[Event, Event]]) -> int:
     """Count the pairs that come after one that they come before in truth."""
-    assert result.events is not None
-    times = proved_log(certificate).times
-    latest = np.maximum.accumulate(alignment.found) if len(alignment.found) else alignment.found
-    late = np.flatnonzero(alignment.found < latest)
-    swapped = 0
-    for k in late.tolist():
-        other = int(np.flatnonzero(alignment.found == latest[k])[0])
-        t, before = (float(times[alignment.proved[n]]) for n in (k, other))
-        found, after = (float(result.events["t"][alignment.found[n]]) for n in (k, other))
-        tied = t - before <= TIE * t or after - found <= TIE * after
-        swapped += t <= until and not tied
+    swapped, latest = 0, 0
+    for k, (true, found) in enumerate(pairs):
+        if found.index >= pairs[latest][1].index:
+            latest = k
+            continue
+        before, after = pairs[latest]
+        tied = true.t - before.t <= TIE * true.t or after.t - found.t <= TIE * after.t
+        swapped += not tied
     return swapped
 
 
-def _time_errors(
-    result: Result, certificate: Certificate, alignment: Alignment, until: float
-) -> FloatArray:
-    assert result.events is not None
-    times = proved_log(certificate).times[alignment.proved].tolist()
-    found = result.events["t"][alignment.found].tolist()
+def _time_errors(certificate: Certificate, pairs: Sequence[tuple[Event, Event]]) -> FloatArray:
     return np.array(
         [
-            _distance(ours, certificate.events[i].t) / math.ulp(t)
-            for i, t, ours in zip(alignment.proved.tolist(), times, found, strict=True)
-            if t <= until
+            _distance(found.t, certificate.events[true.index].t) / math.ulp(true.t)
+            for true, found in pairs
         ]
     )
 

@@ -24,9 +24,10 @@ from ghostball.reference_adapters.registry import OURS
 from ghostball.validation.checks.accuracy import BROKEN_SHARE
 from ghostball.validation.checks.criteria import common_criteria
 from ghostball.validation.checks.violations import faults_of
-from ghostball.validation.grading.certified_growth import GRID, growth_of_proof
+from ghostball.validation.grading.certified_growth import growth_of_proof
 from ghostball.validation.grading.certified_widths import is_differentiated
 from ghostball.validation.grading.grading import Grade, gradable, grade
+from ghostball.validation.grading.horizon import GRID, horizon
 from ghostball.validation.grading.tolerances import OFF_BY, ROUNDINGS, TOLERANCE, UNIT_ROUNDOFF
 from ghostball.validation.stress.judges import is_exact
 from ghostball.validation.stress.trial import Trial, Verdict, play
@@ -113,7 +114,7 @@ class AsProved:
             return near(result, proof)
         # What a step errs by has no rounding's horizon: these shots end before it matters.
         exact = is_exact(result)
-        within = gradable(scene, proof, exact=exact, horizon=None if exact else math.inf)
+        within = gradable(scene, proof, exact=exact, until=None if exact else math.inf)
         found = grade(result, proof, within)
         faults = list(faults_of(found, scene))
         off = float(np.max(found.position_errors, initial=0.0)) / (2.0 * float(scene.radii.max()))
@@ -168,11 +169,11 @@ def own_words(result: Result, proof: Certificate, until: float = math.inf) -> li
     end, ends = min(float(proof.t_end), until), growth.derivative_ends
     # Where no derivative exists both say so, and beyond the proof the grader says nothing.
     least, said, most = (
-        min(horizon, end, ends)
-        for horizon in (
-            growth.horizon(TOLERANCE / OFF_BY, error),
+        min(known, end, ends)
+        for known in (
+            horizon(growth, TOLERANCE / OFF_BY, error),
             result.horizon(TOLERANCE, error),
-            growth.horizon(TOLERANCE * OFF_BY, error),
+            horizon(growth, TOLERANCE * OFF_BY, error),
         )
     )
     faults = []

@@ -30,9 +30,17 @@ from ghostball.reference_adapters.base import Resolution, stated_error
 from ghostball.reference_adapters.certified import Certificate, CertifiedSettings
 from ghostball.reference_adapters.certified.engine import result_of
 from ghostball.validation.grading.certified_growth import Lateness, growth_of_proof
-from ghostball.validation.grading.certified_widths import is_differentiated, width_horizon
-from ghostball.validation.grading.collisions import Key, collisions_of, lower_first
+from ghostball.validation.grading.certified_widths import is_differentiated
+from ghostball.validation.grading.event_logs import Key, collisions_of, lower_first
 from ghostball.validation.grading.grading import Gradable, gradable
+from ghostball.validation.grading.horizon import (
+    Meetings,
+    RunGrowth,
+    growth_along_proof,
+    horizon,
+    meetings_of,
+)
+from ghostball.validation.grading.tolerances import ROUNDINGS, TOLERANCE, UNIT_ROUNDOFF
 from ghostball.validation.results.records import CERTIFIED, CLOSED_FORM, OUR_ENGINE
 from ghostball.validation.runs.our_run import run_ours
 from ghostball.validation.runs.sampling import (
@@ -43,7 +51,6 @@ from ghostball.validation.runs.sampling import (
     union_times,
 )
 from ghostball.validation.truth.closed_forms import DIGITS, ClosedForm, closed_form, has_closed_form
-from ghostball.validation.truth.horizons import Growth, growth_of, growth_of_flight
 from ghostball.validation.truth.proof import proof_of, refused_features
 
 FloatArray = NDArray[np.float64]
@@ -96,10 +103,10 @@ class Truth:
         What is proved of the shot, with its motion; also where that isn't all of it.
     no_certificate : str
         Why there is none; "" where there is one.
-    growth : Growth or None
-        How errors grow along the shot: as it is proved, or, where the proof isn't of the whole
-        shot, as our engine says. None where nothing says it, or it wasn't asked, as for a closed
-        form.
+    meetings : Meetings or None
+        How errors have grown when balls meet: as the shot is proved, or, where the proof isn't of
+        the whole shot, as our engine says. None where nothing says it, or it wasn't asked, as for
+        a closed form.
     lateness : Lateness or None
         What it changes of the end to see an event late; None where the shot isn't proved to its
         end, or is a flight, or no part "proof" was asked for.
@@ -127,7 +134,7 @@ class Truth:
     energy: FloatArray | None = None
     certificate: Certificate | None = None
     no_certificate: str = "it was not asked for"
-    growth: Growth | None = None
+    meetings: Meetings | None = None
     lateness: Lateness | None = None
     graded: Gradable | None = None
     graded_steps: Gradable | None = None
@@ -147,9 +154,9 @@ class Truth:
         nothing is compared for as long as rounding leaves the shot predictable: what it doesn't say
         excuses nothing.
         """
-        if self.kind == CLOSED_FORM or self.growth is None or resolution == "proved":
+        if self.kind == CLOSED_FORM or self.meetings is None or resolution == "proved":
             return math.inf
-        return self.growth.horizon(stated_error(resolution))
+        return self.meetings.horizon(stated_error(resolution))
 
     def why_not(self, part: TruthPart) -> str:
         """Return why a part of the truth is missing, one sentence."""
@@ -233,28 +240,26 @@ def truth_of(
         truth = _from_our_run(ours, parts)
     else:
         truth = Truth(None, missing=missing)
-    growth, graded, graded_steps, horizon = None, None, None, math.inf
+    meetings, graded, graded_steps, predictable = None, None, None, math.inf
     if truth.kind != CLOSED_FORM and proof is not None and whole:
         proved = result_of(scene, proof, CertifiedSettings(), "trajectory")
-        if is_differentiated(scene):
-            of_proof = growth_of_proof(scene, proof)
-            growth, horizon = growth_of(proved, of_proof), of_proof.rounding_horizon
-        else:
-            growth, horizon = growth_of_flight(scene, proof), width_horizon(scene, proof)
+        growth = growth_along_proof(scene, proof)
+        meetings = meetings_of(growth, proved)
+        predictable = horizon(growth, TOLERANCE, ROUNDINGS * UNIT_ROUNDOFF)
     elif truth.kind != CLOSED_FORM and ours is not None:
-        growth = growth_of(ours)
+        meetings = meetings_of(RunGrowth(ours), ours)
     # How errors grow takes longer to compute than many a run: once is enough for all engines.
     lateness = None
     if proof is not None and "proof" in parts:
         if whole and is_differentiated(scene):
             lateness = growth_of_proof(scene, proof).lateness()
         graded = gradable(scene, proof)
-        graded_steps = gradable(scene, proof, exact=False, horizon=horizon)
+        graded_steps = gradable(scene, proof, exact=False, until=predictable)
     return replace(
         truth,
         certificate=proof,
         no_certificate=no_proof,
-        growth=growth,
+        meetings=meetings,
         lateness=lateness,
         graded=graded,
         graded_steps=graded_steps,

@@ -134,9 +134,16 @@ def test_an_event_that_was_not_there_is_named():
     change = of(gate.with_events(BASE, events[np.argsort(events["t"])]))
     first = change.first_difference
     assert change.change == "results-changed"
-    assert first.base is None
     assert first.head.t == 0.9
-    assert "object meets the top cushion at 0.9 s was not there before" in first.words
+    assert "object meets the top cushion at 0.9 s comes 1.74 s sooner" in first.words
+
+
+def test_an_event_of_other_balls_that_was_not_there_is_named():
+    extra = gate.log((0.9, EventKind.BALL_CUSHION, 1, 0))
+    events = np.concatenate([BASE.events, extra])
+    first = of(gate.with_events(BASE, events[np.argsort(events["t"])])).first_difference
+    assert (first.base, first.head.t) == (None, 0.9)
+    assert "object meets the left cushion at 0.9 s was not there before" in first.words
 
 
 def test_the_order_of_events_of_one_instant_is_a_convention():

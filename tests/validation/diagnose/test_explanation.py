@@ -13,7 +13,7 @@ from ghostball.engine.scene.features import EXACT, Feature
 from ghostball.reference_adapters import EngineBase, make_engine
 from ghostball.validation import find_scene
 from ghostball.validation.diagnose.explanation import ExplanationError, explain
-from ghostball.validation.grading.collisions import Collision
+from ghostball.validation.grading.event_logs import Event
 
 TABLE = Table(length=2.0, width=1.0)
 
@@ -154,8 +154,6 @@ def test_a_run_that_stops_early_is_compared_as_far_as_it_goes():
 
 def test_a_collision_is_described_with_names():
     scene = triangle()
-    assert Collision(EventKind.BALL_BALL, 0, 2, 1.0).describe(scene) == '"cue" hits "b"'
-    assert Collision(EventKind.BALL_CUSHION, 1, 3, 1.0).describe(scene) == (
-        '"a" hits the top cushion'
-    )
+    assert Event(EventKind.BALL_BALL, 0, 2, 1.0).describe(scene) == '"cue" hits "b"'
+    assert Event(EventKind.BALL_CUSHION, 1, 3, 1.0).describe(scene) == ('"a" hits the top cushion')
     assert np.isfinite(explain(scene, make_engine("pymunk"), attributed=False).latest[1])

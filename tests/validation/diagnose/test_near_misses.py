@@ -13,7 +13,7 @@ from ghostball.validation.diagnose.near_misses import (
     in_ulps,
     nearest_approach,
 )
-from ghostball.validation.grading.collisions import Collision, collisions_in
+from ghostball.validation.grading.event_logs import Event, events_in
 
 R = 0.028575
 
@@ -25,7 +25,7 @@ def test_the_depth_of_a_hit_is_what_is_left_of_two_radii_beside_the_aim(aside):
         Ball(id="object", position=(0.6, 0.0)),
     ]
     run = simulate(Scene(name="aim", balls=balls), record="trajectory")
-    (hit,) = collisions_in(run.events)
+    (hit,) = events_in(run.events)
     assert depth_of(run, hit) == pytest.approx(2 * R - aside, rel=1e-6)
 
 
@@ -38,7 +38,7 @@ def test_a_ball_that_would_stop_is_as_deep_as_it_would_still_go():
         Ball(id="object", position=(0.5 + 2 * R, 0.0)),
     ]
     run = simulate(Scene(name="short", balls=balls), record="trajectory")
-    assert depth_of(run, collisions_in(run.events)[0]) == pytest.approx(1e-3, rel=1e-6)
+    assert depth_of(run, events_in(run.events)[0]) == pytest.approx(1e-3, rel=1e-6)
 
 
 def test_a_cushion_is_as_deep_as_the_ball_would_go_on():
@@ -46,7 +46,7 @@ def test_a_cushion_is_as_deep_as_the_ball_would_go_on():
     run = simulate(
         Scene(name="bank", balls=[ball], table=Table(length=1.2, width=1.0)), record="trajectory"
     )
-    hit = collisions_in(run.events)[0]
+    hit = events_in(run.events)[0]
     way = 0.36 / (2.0 * 0.02 * 9.81) - (1.2 - R - 0.5)
     assert depth_of(run, hit) == pytest.approx(way, rel=1e-9)
     assert approach_speed(run, hit) == pytest.approx(
@@ -60,7 +60,7 @@ def test_a_miss_is_as_wide_as_its_gap():
         Ball(id="object", position=(0.6, 0.0)),
     ]
     run = simulate(Scene(name="miss", balls=balls), record="trajectory")
-    gap, when = nearest_approach(run, Collision(EventKind.BALL_BALL, 0, 1, 0.6), 0.0, run.rest_time)
+    gap, when = nearest_approach(run, Event(EventKind.BALL_BALL, 0, 1, 0.6), 0.0, run.rest_time)
     assert gap == pytest.approx(0.002, rel=1e-6)
     assert run.sample([when]).positions[0, 0, 0] == pytest.approx(0.6, abs=1e-4)
 
@@ -68,7 +68,7 @@ def test_a_miss_is_as_wide_as_its_gap():
 def test_frames_of_a_stepping_engine_give_the_same_to_a_step():
     exact = simulate(cut(), record="trajectory")
     stepped = make_engine("pymunk").simulate(cut(), record="trajectory")
-    hits = [collisions_in(run.events)[0] for run in (exact, stepped)]
+    hits = [events_in(run.events)[0] for run in (exact, stepped)]
     assert depth_of(stepped, hits[1]) == pytest.approx(depth_of(exact, hits[0]), rel=1e-3)
     assert approach_speed(stepped, hits[1]) == pytest.approx(
         approach_speed(exact, hits[0]), rel=0.02

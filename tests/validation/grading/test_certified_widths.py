@@ -8,16 +8,23 @@ from dataclasses import replace
 import pytest
 
 from ghostball.engine import Ball, Scene, simulate
-from ghostball.reference_adapters.certified import CertifiedSettings, certify
+from ghostball.reference_adapters.certified import Certificate, CertifiedSettings, certify
 from ghostball.validation.grading.certified_widths import (
+    FlightGrowth,
     is_differentiated,
-    width_horizon,
     width_sizes,
 )
 from ghostball.validation.grading.grading import gradable, grade
+from ghostball.validation.grading.horizon import horizon
+from ghostball.validation.grading.tolerances import ROUNDINGS, TOLERANCE, UNIT_ROUNDOFF
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.stress.random_jumps import random_jump
 from ghostball.validation.truth.scene_truth import truth_of
+
+
+def width_horizon(scene: Scene, proof: Certificate) -> float:
+    return horizon(FlightGrowth(scene, proof), TOLERANCE, ROUNDINGS * UNIT_ROUNDOFF)
+
 
 FLIGHTS = ("flight-bounces", "flight-jump", "flight-leaves", "flight-throw")
 

@@ -156,7 +156,7 @@ def test_without_a_closed_form_the_proof_is_the_truth_and_independent() -> None:
     np.testing.assert_allclose(truth.energy, ours.energy(truth.energy_times).total, atol=1e-13)
     for part in ("rest", "time", "events", "energy", "proof"):
         assert not truth.is_own_measure("ghostball", part)  # type: ignore[arg-type]
-    assert truth.growth is not None
+    assert truth.meetings is not None
     assert truth.conditioning is None
     assert "closed form" in truth.why_not("conditioning")
     copy: Truth = pickle.loads(pickle.dumps(truth))
@@ -295,8 +295,8 @@ def test_in_air_the_horizon_and_what_lateness_does_are_those_of_the_proof() -> N
     truth = truth_of(scene)
     assert truth.kind == CERTIFIED
     assert truth.horizon_of(0.0) == np.inf
-    assert truth.growth is not None
-    assert np.isfinite(truth.growth.largest).all()
+    assert truth.meetings is not None
+    assert np.isfinite(truth.meetings.largest).all()
     assert truth.lateness is not None
     assert np.isfinite(truth.lateness.places).all()
     assert truth.graded is not None

@@ -32,12 +32,13 @@ from ghostball.validation.diagnose.attribution._zero_step import (
     zero_step_of,
 )
 from ghostball.validation.diagnose.attribution.attribution_record import Attribution, Better, Part
-from ghostball.validation.grading.collisions import collisions_in
+from ghostball.validation.grading.event_logs import events_in
+from ghostball.validation.grading.horizon import growth_along, horizon
 from ghostball.validation.grading.tolerances import UNIT_ROUNDOFF
 from ghostball.validation.runs.sampling import events_of
 from ghostball.validation.runs.steps import step_setting, with_setting, with_step
-from ghostball.validation.truth.horizons import rounding_horizon
 from ghostball.validation.truth.known_shot import KnownShot, known_shot
+from ghostball.validation.truth.proof import proof_of
 
 FloatArray = NDArray[np.float64]
 
@@ -247,8 +248,9 @@ def _climb(scene: Scene, engine: ReferenceEngine, known: KnownShot) -> _Ladder:
     NoInstantError
         Where there is no such instant.
     """
-    true = collisions_in(events_of(known.result))
-    predictable = rounding_horizon(scene, PREDICTABLE, 2.0 * UNIT_ROUNDOFF)
+    true = events_in(events_of(known.result))
+    growth = growth_along(scene, proof_of(scene)[0], known.result)
+    predictable = horizon(growth, PREDICTABLE, 2.0 * UNIT_ROUNDOFF)
     instant: float | None = None
     until = ""
     for attempt in range(ATTEMPTS):

@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from ghostball.engine import Ball, GhostballError, Scene, SceneError
 from ghostball.reference_adapters import ReferenceEngine
 from ghostball.validation.diagnose.attribution._zero_step import LEAST_RATIO, RUNS
-from ghostball.validation.grading.collisions import (
+from ghostball.validation.grading.event_logs import (
     Agreement,
-    Collision,
-    collisions_in,
+    Event,
     compare_logs,
+    events_in,
 )
 from ghostball.validation.runs.playing import run_engine
 from ghostball.validation.runs.rolling import rolling_spin
@@ -74,13 +74,13 @@ class Played:
     Attributes
     ----------
     step : float [s]
-    collisions : list of Collision
+    collisions : list of Event
     positions : (n, 2) float64 [m]
         Centres at the end.
     """
 
     step: float
-    collisions: list[Collision]
+    collisions: list[Event]
     positions: FloatArray
 
 
@@ -103,7 +103,7 @@ def play(engine: ReferenceEngine, scene: Scene) -> Played:
             f"{result.reason or result.status.value}"
         )
     step = float(result.settings.get(step_setting(engine) or "", 0.0) or 0.0)
-    return Played(step, collisions_in(events_of(result)), result.rest_positions[:, :2])
+    return Played(step, events_in(events_of(result)), result.rest_positions[:, :2])
 
 
 def play_ulps(engine: ReferenceEngine, scene: Scene, count: int) -> list[Played]:
@@ -144,14 +144,14 @@ def _ulp_away(scene: Scene, i: int, random: np.random.Generator) -> Ball:
 
 
 def agreed_instant(
-    true: Sequence[Collision], runs: Sequence[Sequence[Collision]], end: float
+    true: Sequence[Event], runs: Sequence[Sequence[Event]], end: float
 ) -> float | None:
     """Return the last instant up to which logs agree with the true one, or None if to the `end`.
 
     Parameters
     ----------
-    true : sequence of Collision
-    runs : sequences of Collision
+    true : sequence of Event
+    runs : sequences of Event
     end : float [s]
         Until when to compare; infinite is to the end of the runs.
 

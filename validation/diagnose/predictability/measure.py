@@ -7,16 +7,18 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine import EventKind, Result, Scene
+from ghostball.engine import Result, Scene
 from ghostball.engine.running.skips import has_drag
 from ghostball.engine.sensitivity import PARTS
 from ghostball.validation.diagnose.predictability.prediction import Predictability, Separation
-from ghostball.validation.grading.tolerances import TOLERANCE
+from ghostball.validation.grading.event_logs import events_in
+from ghostball.validation.grading.horizon import growth_along, horizon
+from ghostball.validation.grading.tolerances import ROUNDINGS, TIE, TOLERANCE, UNIT_ROUNDOFF
 from ghostball.validation.results.records import scene_hash
 from ghostball.validation.runs.our_run import run_ours
 from ghostball.validation.runs.rolling import rolling_spin
 from ghostball.validation.runs.sampling import events_of, union_times
-from ghostball.validation.truth.horizons import rounding_horizon
+from ghostball.validation.truth.proof import proof_of
 
 FloatArray = NDArray[np.float64]
 
@@ -45,19 +47,19 @@ def predictability_of(scene: Scene, result: Result | None = None) -> Predictabil
         Where our engine lacks physics that the scene needs.
     """
     result = run_ours(scene) if result is None else result
-    horizon = rounding_horizon(scene)
-    if math.isinf(horizon) and not _has_no_derivative(scene):
-        # A proof goes on after a tie, or a contact that lasts; what grew before says no more.
-        own = result.horizon(TOLERANCE)
-        if math.isfinite(own) and not np.all(np.isfinite(result.sensitivity(own))):
-            horizon = own
+    growth = growth_along(scene, proof_of(scene)[0], result)
+    until = horizon(growth, TOLERANCE, ROUNDINGS * UNIT_ROUNDOFF)
+    ends = "growth" if math.isfinite(until) else ""
+    if math.isinf(until) and math.isfinite(growth.derivative_ends):
+        # What grew before a tie, or a contact that lasts, says nothing of what comes after it.
+        until, ends = growth.derivative_ends, _why_unknown(result, growth.derivative_ends)
     times = union_times(result.rest_time, events_of(result)["t"], uniform=_UNIFORM, limit=_LIMIT)
     return Predictability(
         scene.name,
         result.rest_time,
         TOLERANCE,
-        horizon if math.isfinite(horizon) else None,
-        _ends(result, horizon),
+        until if math.isfinite(until) else None,
+        ends,
         times,
         _finite(np.max(result.sensitivity(times), axis=1)),
         separations_of(result, times) if CHAOS in scene.tags and scene.velocities.any() else (),
@@ -97,24 +99,14 @@ def _faster(scene: Scene, ball: int, by: FloatArray) -> Scene:
     return Scene.model_validate({**scene.model_dump(by_alias=True), "balls": balls})
 
 
-def _ends(result: Result, horizon: float) -> str:
-    """Return what a horizon comes from."""
-    if not math.isfinite(horizon):
-        return ""
-    if np.all(np.isfinite(result.sensitivity(horizon))):
-        return "growth"
-    if _has_no_derivative(result.scene):
-        return "no derivative in air, or in flight" if horizon == 0.0 else "growth"
-    events = events_of(result)
-    collisions = events[(events["kind"] <= EventKind.BALL_CUSHION) & (events["t"] <= horizon)]
-    last = collisions[collisions["t"] == horizon]
-    balls = [*last["a"], *last["b"][last["kind"] == EventKind.BALL_BALL]]
+def _why_unknown(result: Result, t: float) -> str:
+    """Return why no derivative exists from an instant on [s]."""
+    if has_drag(result.scene) or result.scene.physics.airborne:
+        return "no derivative in air, or in flight"
+    last = [one for one in events_in(events_of(result)) if abs(one.t - t) <= TIE * t]
+    balls = [ball for one in last for ball in one.balls]
     tied = len(set(balls)) < len(balls)
     return "several collisions at one instant" if tied else "sustained contact"
-
-
-def _has_no_derivative(scene: Scene) -> bool:
-    return has_drag(scene) or scene.physics.airborne
 
 
 def _finite(values: FloatArray) -> FloatArray:

@@ -4,27 +4,65 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 
 from ghostball.engine import simulate
 from ghostball.reference_adapters import make_engine
 from ghostball.reference_adapters.base import EngineBase, resolution_of, stated_error
+from ghostball.reference_adapters.certified import certify
 from ghostball.reference_adapters.ghostball import GhostballEngine
 from ghostball.validation.checks.criteria import Criteria, common_criteria
 from ghostball.validation.checks.law import Asked, asked_of
 from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.checks.verdict import Verdict, verdict_of
+from ghostball.validation.grading.certified_growth import growth_of_proof
+from ghostball.validation.grading.horizon import RunGrowth, horizon, meetings_of
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.suite.case import run_case
 from ghostball.validation.suite.judge import Case
-from ghostball.validation.truth.horizons import growth_of
 from ghostball.validation.truth.scene_truth import truth_of
 
 
 def horizon_of(name: str, label: str) -> float:
     scene = find_scene(name)
-    growth = growth_of(simulate(scene, record="trajectory"))
-    return growth.horizon(stated_error(resolution_of(make_engine(label), scene)))
+    run = simulate(scene, record="trajectory")
+    return meetings_of(RunGrowth(run), run).horizon(
+        stated_error(resolution_of(make_engine(label), scene))
+    )
+
+
+def test_the_horizon_is_where_the_size_passes_the_limit():
+    scene = find_scene("chaos-a")
+    growth = growth_of_proof(scene, certify(scene, motion=True))
+    ends = horizon(growth, 1e-3, 2.0**-48)
+    assert 0.0 < ends < growth.t_end
+    assert 2.0**-48 * np.max(growth.sizes([ends - 1e-5])) <= 1e-3
+    assert 2.0**-48 * np.max(growth.sizes([ends + 1e-5])) > 1e-3
+    assert horizon(growth, 1e-6, 2.0**-48) < ends
+    assert horizon(growth, 1e60, 2.0**-48) == math.inf
+
+
+@pytest.mark.parametrize(
+    ("name", "ends"), [("three-ball-symmetric", 0.45), ("push", 0.0), ("chaos-a", math.inf)]
+)
+def test_our_run_knows_from_when_on_it_has_no_derivative(name, ends):
+    run = simulate(find_scene(name), record="trajectory")
+    growth = RunGrowth(run)
+    assert (growth.derivative_ends < math.inf) == (ends < math.inf)
+    assert growth.derivative_ends >= ends
+    known = growth.times[growth.times < growth.derivative_ends]
+    assert np.isfinite(growth.sizes(known)).all()
+
+
+def test_a_run_and_a_proof_have_the_same_horizon_but_for_roundings():
+    scene = find_scene("chaos-a")
+    growths = (
+        RunGrowth(simulate(scene, record="trajectory")),
+        growth_of_proof(scene, certify(scene, motion=True)),
+    )
+    ours, proved = (horizon(growth, 1e-3, 2.0**-48) for growth in growths)
+    assert ours == pytest.approx(proved, rel=0.05)
 
 
 def test_who_errs_more_has_the_shorter_horizon():

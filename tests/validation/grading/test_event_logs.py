@@ -1,0 +1,264 @@
+"""Where logs part: each ball's own order counts, nothing else."""
+
+import random
+
+import numpy as np
+import pytest
+from hypothesis import given, strategies as st
+
+from ghostball.engine import EVENT_DTYPE, EventKind, simulate
+from ghostball.reference_adapters.certified import certify
+from ghostball.validation.grading.event_logs import (
+    ALL_KINDS,
+    Event,
+    compare_logs,
+    events_from,
+    events_in,
+)
+from ghostball.validation.grading.grading import proved_events
+from ghostball.validation.scenes.library import find_scene
+
+BALLS = EventKind.BALL_BALL
+CUSHION = EventKind.BALL_CUSHION
+
+
+def hits(*rows):
+    return [Event(BALLS, a, b, t) for t, a, b in rows]
+
+
+TRUE = hits((1.0, 0, 1), (1.5, 2, 3), (2.0, 1, 2), (3.0, 0, 3))
+
+
+def test_a_log_agrees_with_itself_and_with_late_times():
+    late = hits((1.1, 0, 1), (1.6, 2, 3), (2.2, 1, 2), (3.4, 0, 3))
+    for other in (TRUE, late):
+        found = compare_logs(TRUE, other)
+        assert found.parting is None
+        assert [a for a, _ in found.pairs] == TRUE
+        assert found.before == found.pairs
+
+
+def test_collisions_without_a_ball_in_common_may_swap():
+    assert (
+        compare_logs(TRUE, hits((1.0, 2, 3), (1.2, 0, 1), (2.0, 1, 2), (3.0, 0, 3))).parting is None
+    )
+
+
+def test_collisions_that_share_a_ball_may_not():
+    found = compare_logs(TRUE, hits((1.0, 0, 1), (1.5, 1, 2), (2.0, 2, 3), (3.0, 0, 3)))
+    assert found.parting.true == TRUE[1]
+    assert found.parting.other == Event(BALLS, 1, 2, 1.5)
+    assert found.parting.t == 1.5
+    assert len(found.before) == 1
+
+
+def test_unless_they_are_at_one_instant_in_either_log():
+    stepped = hits((1.0, 0, 1), (1.5, 1, 2), (1.5, 2, 3), (3.0, 0, 3))
+    assert compare_logs(TRUE, stepped).parting is None
+    assert compare_logs(stepped, TRUE).parting is None
+
+
+def test_a_missing_and_an_added_collision_are_named():
+    missing = compare_logs(TRUE, TRUE[:2] + TRUE[3:])
+    assert missing.parting.true == TRUE[2]
+    assert missing.parting.other is None
+    added = compare_logs(TRUE, sorted([*TRUE, Event(CUSHION, 3, 1, 0.5)], key=lambda one: one.t))
+    assert added.parting.true == TRUE[1]  # what ball 3 does in truth
+    assert added.parting.other == Event(CUSHION, 3, 1, 0.5)
+    assert added.parting.first == Event(CUSHION, 3, 1, 0.5)
+
+
+def test_a_repeated_collision_is_another_one():
+    twice = hits((1.0, 0, 1), (2.0, 0, 1))
+    assert compare_logs(twice, twice[:1]).parting.true == twice[1]
+
+
+def test_logs_without_collisions_agree():
+    assert compare_logs([], []).parting is None
+
+
+def test_events_of_other_kinds_are_left_out():
+    rows = [(1.0, EventKind.SLIDE_TO_ROLL, 0, -1), (2.0, EventKind.BALL_BALL, 0, 1)]
+    events = np.array([(t, int(k), a, b) for t, k, a, b in rows], dtype=EVENT_DTYPE)
+    assert events_in(events) == [Event(BALLS, 0, 1, 2.0)]
+
+
+logs = st.lists(
+    st.tuples(st.integers(0, 4), st.integers(0, 4)).filter(lambda pair: pair[0] < pair[1]),
+    max_size=12,
+).map(lambda pairs: [Event(BALLS, a, b, 1.0 + k) for k, (a, b) in enumerate(pairs)])
+
+
+@given(logs, st.randoms())
+def test_any_order_that_keeps_each_ball_s_own_agrees_and_no_other(log, random):
+    # Swap neighbours without a ball in common, which makes every order of the same trace.
+    other = list(log)
+    for _ in range(20):
+        if len(other) > 1:
+            k = random.randrange(len(other) - 1)
+            if set(other[k].balls).isdisjoint(other[k + 1].balls):
+                other[k], other[k + 1] = other[k + 1], other[k]
+    other = [Event(one.kind, one.a, one.b, 1.0 + k) for k, one in enumerate(other)]
+    assert compare_logs(log, other).parting is None
+    if log:
+        assert compare_logs(log, other[:-1]).parting is not None
+
+
+@given(logs, logs)
+def test_it_says_the_same_as_each_ball_s_own_log(log, other):
+    def own(one, ball):
+        return [two.key for two in one if ball in two.balls]
+
+    same = all(own(log, ball) == own(other, ball) for ball in range(5))
+    assert (compare_logs(log, other).parting is None) == same
+
+
+@pytest.mark.parametrize("count", [3])
+def test_what_comes_after_a_parting_of_other_balls_still_pairs(count):
+    true = hits((1.0, 0, 1), (2.0, 2, 3), (3.0, 2, 3), (4.0, 2, 3))
+    found = compare_logs(true, true[1:])
+    assert len(found.pairs) == count
+    assert found.before == ()
+
+
+BB, BC = int(BALLS), int(CUSHION)
+A, B, C, D = (BB, 0, 1), (BB, 1, 2), (BC, 0, 3), (BC, 2, 0)
+
+
+@pytest.mark.parametrize(
+    ("found", "found_times", "true", "times", "leading"),
+    [
+        ([A, B, C], [1, 2, 3], [A, B, C], [1, 2, 3], 3),
+        ([A, B], [1, 2], [A, B, C], [1, 2, 3], 2),  # one missing
+        ([A, B, C], [1, 2, 3], [A, B], [1, 2], 2),  # one too many
+        ([A, D, B], [1, 2, 3], [A, B], [1, 2], 1),  # one too many in between
+        ([A, D, B], [1, 2, 3], [A, B, D], [1, 2, 3], 1),  # order of a ball counts
+        ([A, C, B], [1, 2, 3], [A, B, C], [1, 2, 3], 3),  # they share no ball
+        ([], [], [A], [1], 0),
+        ([A, D, B], [1, 2, 3], [A, B, D], [1, 2, 2], 3),  # tied in truth: no order
+        ([A, D, B], [1, 2, 2], [A, B, D], [1, 2, 3], 3),  # one time for both: no order claimed
+        ([A, D, B], [1, 2, 3], [A, B, D], [1, 2, 2 * (1 + 1e-13)], 3),  # apart by rounding only
+        ([A, D, B], [1, 2, 3], [A, B, D], [1, 2, 2 * (1 + 1e-11)], 1),  # a true order
+        ([A, D, B], [1, 2, 3], [A, B, D], [], 1),  # a closed form's order is strict
+        ([A, A, D], [1, 1, 2], [A, B, D], [1, 1, 2], 1),  # each true collision serves once
+        ([B], [1], [A, B], [1, 1], 0),  # the log ends inside the tie
+    ],
+)
+def test_leading_collisions(found, found_times, true, times, leading):
+    logs = (
+        events_from(true, np.array(times, dtype=float)),
+        events_from(found, np.array(found_times, dtype=float)),
+    )
+    assert compare_logs(*logs).leading == leading
+
+
+# --- as strictly as an exact engine is held
+
+KEYS = {
+    "A": (BALLS, 0, 1),
+    "B": (CUSHION, 2, 0),  # no ball in common with A
+    "C": (EventKind.ROLL_TO_REST, 3, -1),  # nor with either
+    "X": (BALLS, 1, 2),  # one with A, one with B
+}
+
+
+def log(text):
+    """Events at 1, 2, 3 ... s; those in brackets at one instant."""
+    found, t, inside = [], 0.0, False
+    for letter in text:
+        if letter == "(":
+            t, inside = t + 1.0, True
+        elif letter == ")":
+            inside = False
+        else:
+            t = t if inside else t + 1.0
+            found.append(Event(*KEYS[letter], t, len(found)))
+    return found
+
+
+@pytest.mark.parametrize(
+    ("proved", "found", "missing", "invented"),
+    [
+        ("ABC", "ABC", (), ()),
+        ("", "", (), ()),
+        ("ABC", "", (0, 1, 2), ()),
+        ("", "AB", (), (0, 1)),
+        ("ABC", "AC", (1,), ()),
+        ("AC", "ABC", (), (1,)),
+        ("ABC", "AXC", (1,), (1,)),
+        ("AB", "BA", (), ()),  # they share no ball: their times are compared instead
+        ("(AX)C", "XAC", (0, 1), (0, 1)),  # they share a ball: order counts at one instant, too
+        ("(AXB)", "BAX", (1, 2), (0, 2)),  # B may not pass X
+        ("(AB)", "BXA", (0,), (1, 2)),  # from X on, balls 1 and 2 play another shot
+        ("ABABAB", "ABAB", (4, 5), ()),
+        ("AAX", "AX", (1, 2), (1,)),
+    ],
+)
+def test_what_has_no_partner(proved, found, missing, invented):
+    compared = compare_logs(log(proved), log(found), strict=True)
+    assert (compared.missing, compared.invented) == (missing, invented)
+    assert (compared.parting is None) == (not missing and not invented)
+
+
+def test_the_parting_says_what_came_instead():
+    scene = find_scene("break-7")
+    one, two, three = (ball.id for ball in scene.balls[:3])
+    missing = compare_logs(log("ABC"), log("AXC"), strict=True).parting
+    assert missing.describe(scene) == (
+        f'"{three}" hits the left cushion at t = 2 s is proved but was not found; found in its '
+        f'place: "{two}" hits "{three}" at t = 2 s'
+    )
+    extra = compare_logs(log("A"), log("AB"), strict=True).parting
+    assert extra.describe(scene).endswith("proved in its place: nothing more of these balls")
+    again = compare_logs(log("A"), log("AA"), strict=True).parting
+    assert again.describe(scene).startswith(f'"{one}" hits "{two}" at t = 2 s was found but is not')
+
+
+def test_thousands_of_events_that_repeat_themselves():
+    # Galperin's billiard: one pair, again and again; here the other log misses the end.
+    whole = log("AX" * 15_000)
+    compared = compare_logs(whole, whole[:-2], strict=True)
+    assert compared.missing == (29_998, 29_999)
+    assert compared.invented == ()
+
+
+@pytest.mark.parametrize("name", ["break-16", "follow-shot", "thirty-degree-rule", "galperin-2"])
+def test_our_engine_finds_what_is_proved(name):
+    scene = find_scene(name)
+    proved = proved_events(certify(scene))
+    events = simulate(scene, record="events").events
+    found = compare_logs(proved, events_in(events, ALL_KINDS), strict=True)
+    assert found.parting is None
+    assert found.places == tuple((k, k) for k in range(len(events)))
+    without = compare_logs(proved, events_in(np.delete(events, 2), ALL_KINDS), strict=True)
+    assert without.parting.true == proved[2]
+    assert without.missing[0] == 2
+    doubled = compare_logs(proved, events_in(np.insert(events, 2, events[2]), ALL_KINDS))
+    assert len(doubled.invented) >= 1
+
+
+def test_the_lower_ball_comes_first_in_a_log():
+    events = simulate(find_scene("half-ball-cut"), record="events").events
+    swapped = events.copy()
+    swapped["a"][0], swapped["b"][0] = events["b"][0], events["a"][0]
+    assert events_in(swapped, ALL_KINDS) == events_in(events, ALL_KINDS)
+
+
+def test_events_keep_their_places_where_some_kinds_are_left_out():
+    events = simulate(find_scene("follow-shot"), record="events").events
+    for one in events_in(events):
+        assert events["t"][one.index] == one.t
+
+
+def test_random_logs_are_paired_alike_each_once_and_in_the_order_of_each_ball():
+    chance = random.Random("logs")
+    for _ in range(400):
+        one, other = (log("".join(chance.choices("ABCX", k=chance.randrange(12)))) for _ in "12")
+        found = compare_logs(one, other, strict=True)
+        assert all(one[i].key == other[j].key for i, j in found.places)
+        assert sorted([*(i for i, _ in found.places), *found.missing]) == [*range(len(one))]
+        assert sorted([*(j for _, j in found.places), *found.invented]) == [*range(len(other))]
+        for k, (i, j) in enumerate(found.places):
+            for p, q in found.places[:k]:
+                if set(one[i].balls) & set(one[p].balls):
+                    assert (p < i) == (q < j)

@@ -1,0 +1,293 @@
+"""Compare two logs of events in the order that matters: each ball's own.
+
+    >>> found = compare_logs(events_from(certificate.keys, times), events_in(result.events))
+    >>> found.parting, found.leading
+
+Two events without a ball in common may swap in a log and nothing changes; two that share one may
+not. So logs agree while every ball goes through the same events one after another, and they part at
+the first event, in time, that the other log doesn't have at that place of its balls' lives. (Such
+logs are equivalent as traces: Mazurkiewicz 1977.) From where a ball's own order differs on, it
+plays another shot: nothing of it is paired any more.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict, deque
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ghostball.engine import CUSHIONS, EventKind, Scene
+from ghostball.engine.result import COLLISION_KINDS, Events
+from ghostball.validation.grading.tolerances import TIE
+
+FloatArray = NDArray[np.float64]
+
+Key = tuple[int, int, int]
+"""What happened to whom, without when: `EventKind` as int, first ball, second ball or index of
+cushion; of two balls the lower one first."""
+
+ALL_KINDS = tuple(EventKind)
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """An event of a log: `kind`, ball `a`, ball or cushion `b`, at `t` [s].
+
+    `index` is its place where it comes from.
+    """
+
+    kind: EventKind
+    a: int
+    b: int
+    t: float
+    index: int = field(default=0, compare=False)
+
+    @property
+    def key(self) -> tuple[EventKind, int, int]:
+        """What happened to whom, without when."""
+        return (self.kind, self.a, self.b)
+
+    @property
+    def balls(self) -> tuple[int, ...]:
+        """Indices of its balls: two where balls collide, else one."""
+        return (self.a, self.b) if self.kind is EventKind.BALL_BALL else (self.a,)
+
+    def describe(self, scene: Scene) -> str:
+        """Return the event in words, with the names of its balls."""
+        first = f'"{scene.balls[self.a].id}"'
+        if self.kind is EventKind.BALL_BALL:
+            return f'{first} hits "{scene.balls[self.b].id}"'
+        if self.kind is EventKind.BALL_CUSHION:
+            return f"{first} hits the {CUSHIONS[self.b]} cushion"
+        return f"{first}: {self.kind.label}"
+
+
+@dataclass(frozen=True)
+class Parting:
+    """Where two logs part.
+
+    Attributes
+    ----------
+    true, other : Event or None
+        What the true log has there, and what the other one has instead; None where a log has
+        nothing more for the balls concerned. One of them isn't None.
+    """
+
+    true: Event | None
+    other: Event | None
+
+    @property
+    def t(self) -> float:
+        """When they part [s]: the earlier of the two events."""
+        return self.first.t
+
+    @property
+    def first(self) -> Event:
+        """The earlier of the two events."""
+        return min((one for one in (self.true, self.other) if one), key=lambda one: one.t)
+
+    def describe(self, scene: Scene) -> str:
+        """Return it as a sentence about a proof and a run, with the names of the balls."""
+        missing = self.first is self.true
+        instead = self.other if missing else self.true
+        words = [
+            f"{self.first.describe(scene)} at t = {self.first.t:.17g} s",
+            "is proved but was not found;" if missing else "was found but is not so;",
+            "found in its place:" if missing else "proved in its place:",
+            "nothing more of these balls"
+            if instead is None
+            else f"{instead.describe(scene)} at t = {instead.t:.17g} s",
+        ]
+        return " ".join(words)
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """How far two logs agree.
+
+    Attributes
+    ----------
+    pairs : tuple of (Event, Event)
+        The events that both have, the true one first, in the order of the true log.
+    places : tuple of (int, int)
+        Where each is among the events that were given.
+    missing : tuple of int
+        Where the true log has events that the other one lacks.
+    invented : tuple of int
+        Where the other log has events that the true one lacks.
+    parting : Parting or None
+        None where they agree to the end.
+    """
+
+    pairs: tuple[tuple[Event, Event], ...]
+    places: tuple[tuple[int, int], ...]
+    missing: tuple[int, ...]
+    invented: tuple[int, ...]
+    parting: Parting | None
+
+    @property
+    def leading(self) -> int:
+        """How many events both have before the first that only one of them has."""
+        first_missing = min(self.missing, default=math.inf)
+        first_invented = min(self.invented, default=math.inf)
+        return sum(i < first_missing and j < first_invented for i, j in self.places)
+
+    def parts_at(self, *, timed: bool = True) -> float | None:
+        """Return when the logs part [s]; inf: never; None where no log says when.
+
+        `timed` says whether the true events have times of their own: see `events_from`.
+        """
+        if self.parting is None:
+            return math.inf
+        true, other = self.parting.true, self.parting.other
+        known = [one.t for one in (true if timed else None, other) if one is not None]
+        return min(known, default=None)
+
+    @property
+    def before(self) -> tuple[tuple[Event, Event], ...]:
+        """The pairs that come before the parting, in either log; all where there is none."""
+        if self.parting is None:
+            return self.pairs
+        t = self.parting.t
+        return tuple((a, b) for a, b in self.pairs if min(a.t, b.t) <= t)
+
+
+def events_in(events: Events, kinds: Collection[EventKind] = COLLISION_KINDS) -> list[Event]:
+    """Return the events of some kinds of a `Result`, of two balls the lower one first."""
+    kept = np.flatnonzero(np.isin(events["kind"], tuple(kinds)))
+    columns = (events[name][kept].tolist() for name in ("kind", "a", "b", "t"))
+    found = []
+    for index, kind, a, b, t in zip(kept.tolist(), *columns, strict=True):
+        number, one, other = lower_first(kind, a, b)
+        found.append(Event(EventKind(number), one, other, t, index))
+    return found
+
+
+def collisions_of(events: Events) -> tuple[list[Key], FloatArray]:
+    """Return the collisions of a `Result`, and their times (k,) [s]."""
+    found = events_in(events)
+    keys = [(int(one.kind), one.a, one.b) for one in found]
+    return keys, np.array([one.t for one in found], dtype=np.float64)
+
+
+def lower_first(kind: int, a: int, b: int) -> Key:
+    """Return what happened to whom, of two balls the lower one first."""
+    return (kind, b, a) if kind == EventKind.BALL_BALL and b < a else (kind, a, b)
+
+
+def events_from(keys: Sequence[Key], times: FloatArray) -> list[Event]:
+    """Return events of these times; without times they come one after another.
+
+    A closed form may know the order alone, which is strict then.
+    """
+    instants = times.tolist() if len(times) else range(1, len(keys) + 1)
+    return [
+        Event(EventKind(kind), a, b, float(t), index)
+        for index, ((kind, a, b), t) in enumerate(zip(keys, instants, strict=True))
+    ]
+
+
+def compare_logs(
+    true: Sequence[Event], other: Sequence[Event], *, strict: bool = False
+) -> Agreement:
+    """Compare two logs, each in order of time.
+
+    Parameters
+    ----------
+    true, other : sequence of Event
+    strict : bool
+        Whether events that share a ball have an order also at one instant, to within `TIE` of it.
+        An exact engine has one; one that steps reports one time for all collisions of a step.
+    """
+    queues: dict[int, deque[int]] = defaultdict(deque)
+    for position, one in enumerate(other):
+        for ball in one.balls:
+            queues[ball].append(position)
+    stuck: set[int] = set()
+    places: list[tuple[int, int]] = []
+    missing: list[int] = []
+    for place, one in enumerate(true):
+        index: int | None = None
+        if stuck.isdisjoint(one.balls):
+            index = _next(one, other, queues)
+            if index is None and not strict:
+                index = _next_at_one_instant(true, place, other, queues)
+        if index is None:
+            stuck.update(one.balls)
+            missing.append(place)
+            continue
+        places.append((place, index))
+        for ball in one.balls:
+            queues[ball].remove(index)
+    invented = sorted({position for queue in queues.values() for position in queue})
+    return Agreement(
+        tuple((true[i], other[j]) for i, j in places),
+        tuple(places),
+        tuple(missing),
+        tuple(invented),
+        _first_parting([true[i] for i in missing], [other[j] for j in invented]),
+    )
+
+
+def compare_collisions(keys: Sequence[Key], times: FloatArray, events: Events) -> Agreement:
+    """Compare true collisions, of these times where they have some, with those of an event log."""
+    return compare_logs(events_from(keys, times), events_in(events))
+
+
+def _next(one: Event, other: Sequence[Event], queues: dict[int, deque[int]]) -> int | None:
+    """Return the index in the other log where that is what comes next for all its balls."""
+    heads = {queues[ball][0] if queues[ball] else None for ball in one.balls}
+    index = heads.pop()
+    if heads or index is None or other[index].key != one.key:
+        return None
+    return index
+
+
+def _next_at_one_instant(
+    true: Sequence[Event], place: int, other: Sequence[Event], queues: dict[int, deque[int]]
+) -> int | None:
+    """Return the index in the other log of what only events of one instant come before."""
+    one = true[place]
+    index = next((i for i in queues[one.a] if other[i].key == one.key), None)
+    if index is None:
+        return None
+    tied = {two.key for two in _tied_with(true, place)}
+    for ball in one.balls:
+        for earlier in queues[ball]:
+            if earlier == index:
+                break
+            before = other[earlier]
+            if before.key not in tied and not _one_instant(before.t, other[index].t):
+                return None
+    return index
+
+
+def _tied_with(log: Sequence[Event], place: int) -> list[Event]:
+    """Return the later events of a log at the same instant as the one at `place`."""
+    tied = []
+    for one in log[place + 1 :]:
+        if not _one_instant(log[place].t, one.t):
+            break
+        tied.append(one)
+    return tied
+
+
+def _one_instant(t: float, later: float) -> bool:
+    return later - t <= TIE * later
+
+
+def _first_parting(lost: Sequence[Event], extra: Sequence[Event]) -> Parting | None:
+    """Return the first event that one log lacks, with what the other has for its balls."""
+    if not lost and not extra:
+        return None
+    if not extra or (lost and lost[0].t <= extra[0].t):
+        return Parting(lost[0], _sharing(extra, lost[0]))
+    return Parting(_sharing(lost, extra[0]), extra[0])
+
+
+def _sharing(log: Sequence[Event], one: Event) -> Event | None:
+    return next((two for two in log if not set(two.balls).isdisjoint(one.balls)), None)

@@ -1,0 +1,227 @@
+"""Until when errors leave a shot predictable: its horizon, by how they grow along its motion.
+
+    >>> horizon(growth_along(scene, proof, result), TOLERANCE, ROUNDINGS * UNIT_ROUNDOFF)
+
+Errors grow along the proved motion where there is one, so that no engine says itself how far it is
+judged: by its tangent map (`certified_growth`), in flight by the widths of its enclosures
+(`certified_widths`); else as our engine says of its own run. An engine makes errors of its own
+size: an exact one those of rounding, one that steps those of a contact seen up to a step late. How
+near the shot comes to another course is no part of it: who takes that one before its errors have
+grown plays another shot.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ghostball.engine import EventKind, Result, Scene
+from ghostball.reference_adapters.certified import Certificate
+from ghostball.validation.grading.certified_growth import growth_of_proof
+from ghostball.validation.grading.certified_widths import FlightGrowth, is_differentiated
+from ghostball.validation.grading.tolerances import ROUNDINGS, UNIT_ROUNDOFF
+from ghostball.validation.runs.sampling import events_of
+
+FloatArray = NDArray[np.float64]
+
+_BETWEEN = 4
+"""Parts that the time between two events is cut into where growth is looked for."""
+
+_AT_ONCE = 256
+"""Instants that are looked at together: of hundreds of balls more don't fit into memory."""
+
+_HALVINGS = 40
+"""Of the time in which a growth passes a limit, between two looks."""
+
+GRID = 2.0**-20
+"""Horizons are whole multiples of it [s]: how a matrix product rounds doesn't decide which."""
+
+
+class Growth(Protocol):
+    """How errors grow along a shot."""
+
+    @property
+    def times(self) -> FloatArray:
+        """When its events are, increasing, from 0 on: (k,) [s]."""
+
+    @property
+    def t_end(self) -> float:
+        """When it ends [s]."""
+
+    @property
+    def derivative_ends(self) -> float:
+        """From when on nothing is known, as after two collisions at one instant [s]; inf: never."""
+
+    def sizes(self, times: ArrayLike) -> FloatArray:
+        """Return what a relative error of 1 at the start and at each event has become of each ball.
+
+        At some instants, (k, n) [m]; infinite where nothing is known.
+        """
+
+
+def growth_along(scene: Scene, proof: Certificate | None, result: Result) -> Growth:
+    """Return how errors grow along a shot: as proved where all of it is, else as a run says.
+
+    Parameters
+    ----------
+    scene : Scene
+    proof : Certificate or None
+        With its motion.
+    result : Result
+        Our engine's run of it, recorded with its trajectory.
+    """
+    if proof is not None and proof.proved:
+        return growth_along_proof(scene, proof)
+    return RunGrowth(result)
+
+
+def growth_along_proof(scene: Scene, proof: Certificate) -> Growth:
+    """Return how errors grow along what is proved of a shot, with its motion."""
+    if is_differentiated(scene):
+        return growth_of_proof(scene, proof)
+    return FlightGrowth(scene, proof)
+
+
+def horizon(
+    growth: Growth, tolerance: float, error: float, *, at: FloatArray | None = None
+) -> float:
+    """Return until when errors stay within a tolerance [s].
+
+    Infinite where they do to the end, or as long as anything is known of them.
+
+    Parameters
+    ----------
+    growth : Growth
+    tolerance : float [m]
+    error : float
+        Relative size of the error that is made at the start and at each event.
+    at : (k,) float64 [s], optional
+        The instants at which they matter, increasing; left out: all.
+    """
+    if at is not None:
+        return _first_beyond(growth, at, tolerance / error, between=False)
+    looks = _looks(growth)
+    ends = _first_beyond(growth, looks[looks < growth.derivative_ends], tolerance / error)
+    return math.floor(ends / GRID) * GRID if math.isfinite(ends) else math.inf
+
+
+def _first_beyond(
+    growth: Growth, looks: FloatArray, limit: float, *, between: bool = True
+) -> float:
+    """Return when a growth first isn't within a limit [s]: at one of some instants, or between."""
+    for start in range(0, len(looks), _AT_ONCE):
+        some = looks[start : start + _AT_ONCE]
+        beyond = np.flatnonzero(~(np.max(growth.sizes(some), axis=1) <= limit))
+        if len(beyond):
+            first = start + int(beyond[0])
+            break
+    else:
+        return math.inf
+    low, high = float(looks[max(first - 1, 0)]), float(looks[first])
+    for _ in range(_HALVINGS * between):
+        middle = 0.5 * (low + high)
+        if float(np.max(growth.sizes([middle]))) <= limit:
+            low = middle
+        else:
+            high = middle
+    return high
+
+
+def _looks(growth: Growth) -> FloatArray:
+    """Return the instants of the events and some between them."""
+    times = growth.times
+    marks = np.append(times, growth.t_end) if times[-1] < growth.t_end else times
+    parts = np.arange(_BETWEEN) / _BETWEEN
+    inner = marks[:-1, np.newaxis] + np.diff(marks)[:, np.newaxis] * parts
+    looks: FloatArray = np.append(inner.ravel(), marks[-1])
+    return looks
+
+
+class RunGrowth:
+    """How errors grow along a run of our engine, as that says itself."""
+
+    def __init__(self, result: Result) -> None:
+        self.result = result
+        self.times: FloatArray = np.unique(np.append(0.0, events_of(result)["t"]))
+        self.t_end = result.rest_time
+
+    def sizes(self, times: ArrayLike) -> FloatArray:
+        """Return what a relative error of 1 at the start and at each event has become; `Growth`."""
+        return self.result.sensitivity(times)
+
+    @cached_property
+    def derivative_ends(self) -> float:
+        """From when on nothing is known of a ball [s]; inf where all is to the end."""
+        return _first_beyond(self, _looks(self), np.finfo(np.float64).max)
+
+
+@dataclass(frozen=True, eq=False)
+class Meetings:
+    """How errors have grown when two balls are about to meet, along a shot; made by `meetings_of`.
+
+    There they may take the shot another course, and what comes after says nothing of the engine.
+
+    Attributes
+    ----------
+    times : (k,) float64 [s]
+        Of the collisions of two balls.
+    largest : (k,) float64 [m]
+        What a relative error of 1 at the start and at each event has become of the two (`Growth`);
+        inf where nothing is known.
+    extent : float [m]
+        Of the scene: what a relative error is relative to.
+    radius : float [m]
+        Of the smallest ball.
+    t_end, derivative_ends : float [s]
+    """
+
+    times: FloatArray
+    largest: FloatArray
+    extent: float
+    radius: float
+    t_end: float = math.inf
+    derivative_ends: float = math.inf
+
+    def sizes(self, times: ArrayLike) -> FloatArray:
+        """Return what a relative error of 1 has become at some of the meetings, (k, 1) [m]."""
+        largest: FloatArray = self.largest[np.searchsorted(self.times, times), np.newaxis]
+        return largest
+
+    def horizon(self, resolution: float) -> float:
+        """Return the first meeting whose course errors may have changed [s]; inf: none.
+
+        Where they have grown to a ball's radius.
+
+        Parameters
+        ----------
+        resolution : float [m]
+            Of the engine: how far off a ball may be when it collides. Rounding comes on top.
+        """
+        error = max(ROUNDINGS * UNIT_ROUNDOFF, resolution / self.extent)
+        return horizon(self, self.radius, error, at=self.times)
+
+
+def meetings_of(growth: Growth, result: Result) -> Meetings:
+    """Return how errors have grown when balls are about to meet in a run of the shot."""
+    scene, events = result.scene, events_of(result)
+    hits = events[events["kind"] == EventKind.BALL_BALL]
+    times, instant = np.unique(hits["t"].astype(np.float64), return_inverse=True)
+    largest = np.zeros(len(times))
+    if len(times):
+        # Of a flight the instants themselves are uncertain; a derivative is known just before.
+        flies = isinstance(growth, FlightGrowth)
+        sizes = growth.sizes(times if flies else np.nextafter(times, 0.0))
+        for ball in ("a", "b"):
+            np.maximum.at(largest, instant, sizes[instant, hits[ball]])
+    return Meetings(times, largest, extent_of(scene), float(np.min(scene.radii)))
+
+
+def extent_of(scene: Scene) -> float:
+    """Return the largest coordinate of a scene, of its table or of a ball [m]."""
+    extent = float(np.max(np.abs(scene.positions[:, :2])) + np.max(scene.radii))
+    return extent if scene.table is None else max(extent, scene.table.length, scene.table.width)
