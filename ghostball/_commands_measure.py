@@ -175,8 +175,8 @@ def explain(
     attribute: Annotated[
         bool,
         typer.Option(
-            help="Say also what the difference is made of, and which other stroke would explain "
-            "it. Takes some two dozen runs, the finest at an eighth of the step or less."
+            help="Say also whether the difference comes from the engine's step or its model. Takes "
+            "three more runs, the finest at a sixteenth of the step."
         ),
     ] = True,
     form: PlainFormat = Plain.TEXT,
@@ -185,10 +185,10 @@ def explain(
     """Say where an engine's shot leaves the true one, and why.
 
     The truth is certified where it can be. Named are the first collision that one of both lacks,
-    what the other has in its place, by how much, and the balls there; then what the difference is
-    made of (model, step, rounding), by how much the engine played another shot, and with which step
-    or mode it would play this one better. Exit status 0, whether they part or not; 1 where the
-    engine fails, crashes, hangs or doesn't come to the end of the shot.
+    what the other has in its place, by how much, and the balls there; then whether the difference
+    goes away with a shorter step, which is the step's, or stays, which is the model's. Exit status
+    0, whether they part or not; 1 where the engine fails, crashes, hangs or doesn't come to the end
+    of the shot.
     """
     if plot is not None:
         check_plot(plot)

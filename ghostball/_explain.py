@@ -18,15 +18,6 @@ from ghostball.engine.result import Status, initial_state
 from ghostball.engine.trajectory import energy_of
 from ghostball.reference_adapters import make_engine
 from ghostball.reports import plot_explanation, style
-from ghostball.reports.attribution_text import (
-    TRUTHS,
-    backward_text,
-    better_text,
-    compared_text,
-    ladder_text,
-    part_text,
-    share_text,
-)
 from ghostball.validation.diagnose.attribution import Attribution
 from ghostball.validation.diagnose.explanation import Explanation, Margin, explain
 from ghostball.validation.exit_status import ExitStatus
@@ -37,7 +28,12 @@ from ghostball.validation.scenes.library import find_scene
 FEW_ULPS = 1e6
 """Spacings of doubles below which a length is told in these too [1]: a tenth of a nanometre."""
 
-NOT_DIVIDED = {"not told": "can't be told apart: ", "not compared": "not compared: "}
+TRUTHS = {
+    "certified": "the certified shot",
+    "closed form": "the closed form's end, with our engine's way to it",
+    "our engine": "our own engine, which is not independent",
+}
+"""What a shot is compared with."""
 
 NAMES = {"truth": "in truth", "engine": "in {label}"}
 
@@ -60,7 +56,7 @@ def run(
         nothing to explain, or the engine fails.
     """
     made, shot = make_engine(engine), find_scene(scene)
-    what = "a ladder of steps" if attribute else "one run"
+    what = "three steps" if attribute else "one run"
     with (
         busy(f"explaining {shot.name} on {engine}: the truth, and {what}"),
         apart(made, time_limit, _said_once(made.name)) as player,
@@ -229,24 +225,28 @@ def _attribution_table(found: Attribution) -> RenderableType:
     table = Table(box=None, show_header=False, padding=(0, 2))
     table.add_column(style="dim", no_wrap=True)
     table.add_column(overflow="fold")
-    when = compared_text(found) + (f" ({found.until})" if found.until else "")
     if found.difference is not None:
-        table.add_row("difference", f"{style.format_length(found.difference)} {when}")
-    if found.reason:
-        table.add_row("model, step", escape(f"{NOT_DIVIDED[found.outcome]}{found.reason}"))
-    if found.model is not None:
-        table.add_row("model", part_text(found.model) + ("" if found.runs else " (it has no step)"))
-    if found.discretisation is not None:
-        table.add_row("step", f"{part_text(found.discretisation)} ({ladder_text(found)})")
-    if share := share_text(found):
-        table.add_row("shares", share)
+        at = "the end" if found.instant is None else style.format_time(found.instant)
+        why = f" ({found.until})" if found.until else ""
+        table.add_row("difference", f"{style.format_length(found.difference)} at {at}{why}")
+    for one in found.ladder[1:]:
+        off = style.format_length(one.difference)
+        table.add_row("", f"{off} with a step of {style.format_time(one.step)}")
+    if found.landed is not None:
+        table.add_row("", f"{style.format_length(found.landed)} with `mode=landed`")
+    table.add_row("comes from", escape(found.reason or _SOURCES[found.outcome]))
+    if found.outcome == "model" and not found.ladder:
+        table.add_row("", "the engine has no step that could be shorter")
     if found.rounding is not None:
-        moved = style.format_length(found.rounding)
-        table.add_row("rounding", f"the last digit of the input moves a ball by {moved}")
+        table.add_row("rounding", f"moves a ball by {style.format_length(found.rounding)} at most")
     if found.approximations:
         table.add_row("approximates", escape("\n".join(found.approximations)))
-    if stroke := backward_text(found):
-        table.add_row("as a shot", escape(stroke))
-    if better := better_text(found):
-        table.add_row("better", escape(better))
     return table
+
+
+_SOURCES = {
+    "step": "the engine's step: with a shorter one it goes away",
+    "model": "the engine's model, its physics: it stays whatever the step",
+    "rounding": "rounding",
+}
+"""What a difference comes from, in words."""

@@ -1,5 +1,6 @@
 """Engines whose every error is known: our engine's answer, displaced by what a test plants."""
 
+import math
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
@@ -8,7 +9,7 @@ import numpy as np
 from ghostball.engine import Ball, Scene, simulate
 from ghostball.engine.scene.features import EXACT, Feature
 from ghostball.reference_adapters import EngineBase, EngineSettings
-from ghostball.validation.diagnose.attribution._backward import changed_shot
+from ghostball.validation.runs.rolling import rolling_spin
 
 
 def roll(**changes) -> Scene:
@@ -66,6 +67,33 @@ class ToyEngine(EngineBase):
         state = result.final_state
         moved = state._replace(positions=state.positions + shift)
         return replace(result, engine=self.name, settings={"dt": s.dt}, final_state=moved)
+
+
+def changed_shot(scene: Scene, ball: int, speed: float, turn: float) -> Scene:
+    """Return the scene with a ball's velocity and spin scaled by 1 + `speed` and turned.
+
+    Parameters
+    ----------
+    scene : Scene
+    ball : int
+    speed : float [1]
+    turn : float [rad]
+        About the vertical, to the left.
+    """
+    one = scene.balls[ball]
+    factor, c, s = 1.0 + speed, math.cos(turn), math.sin(turn)
+    rotation = factor * np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    v = rotation @ np.array(one.velocity)
+    v[2] = one.velocity[2]
+    changes: dict[str, object] = {"velocity": tuple(v.tolist())}
+    if one.angular_velocity is not None:
+        w = tuple((rotation @ np.array(one.angular_velocity)).tolist())
+        changes["angular_velocity"] = (
+            rolling_spin(v.tolist(), one.radius, w[2]) if scene.rolls[ball] else w
+        )
+    balls = list(scene.balls)
+    balls[ball] = Ball(**{**dict(one), **changes})
+    return Scene(**{**dict(scene), "balls": balls})
 
 
 class NoSettings(EngineSettings):

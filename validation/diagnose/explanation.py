@@ -39,7 +39,7 @@ from ghostball.validation.truth.known_shot import KnownShot, known_shot
 
 FloatArray = NDArray[np.float64]
 
-SCHEMA: Final = 2
+SCHEMA: Final = 3
 """Version of `Explanation.to_dict`."""
 
 
@@ -224,7 +224,7 @@ def explain(
     label : str
         The engine as asked for; its name where it is left out.
     attributed : bool
-        Whether to say also what the difference is made of, which takes many runs.
+        Whether to say also what the difference comes from, which takes a few runs more.
 
     Raises
     ------
