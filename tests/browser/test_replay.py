@@ -1,14 +1,10 @@
 """The replay in a browser: what it shows is what was stored, however it is asked."""
 
-import re
-
 import numpy as np
 import pytest
 from replay_run import BREAKS_AT, BROKEN, ENGINES
 
-from ghostball.engine import simulate
 from ghostball.reports.page.replay_tracks import TOLERANCE
-from ghostball.validation.scenes.library import find_scene
 
 CUT, DRAW, CHAIN, JUMP = "half-ball-cut", "draw-shot", "three-ball-chain", "flight-jump"
 PHONE = {"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobile": True}
@@ -168,38 +164,6 @@ def test_keys(open_page):
     assert not state(page, what="playing")
 
 
-def test_keys_of_a_list_stay_its_own(open_page):
-    page = open_page(CUT)
-    replay_of(page).get_by_label("Speed").focus()
-    page.keyboard.press("End")
-    assert state(page) == 0
-
-
-def test_the_slider_says_its_value_in_seconds(open_page):
-    page = open_page(CUT)
-    slider = replay_of(page).get_by_role("slider", name="Time")
-    slider.focus()
-    page.keyboard.press("End")
-    text = slider.get_attribute("aria-valuetext")
-    assert re.fullmatch(r"3\.\d{3} s of 3\.\d{3} s", text)
-    slider.evaluate("(input) => { input.value = 1; input.dispatchEvent(new Event('input')); }")
-    assert state(page) == 1
-
-
-def test_nothing_plays_before_it_is_asked_to(open_page):
-    page = open_page(CUT, reduced_motion="reduce")
-    before = picture(page)
-    assert not state(page, what="playing")
-    assert (state(page), picture(page)) == (0, before)
-
-
-def test_only_one_thing_is_said_aloud(open_page):
-    # A clock that is a live region would talk without end while it plays.
-    page = open_page(CUT)
-    assert replay_of(page).get_by_role("status").count() == 1
-    assert replay_of(page).locator("[aria-live]").count() == 1
-
-
 def test_our_engine_and_one_other_are_shown_at_first_and_others_where_asked_for(open_page):
     page = open_page(CUT)
     seek(page, 1.5)
@@ -223,41 +187,6 @@ def test_what_stands_below_the_table_is_not_of_another_instant(open_page):
     said.filter(has_not_text="t = ").wait_for()
     replay_of(page).get_by_role("button", name="Pause").click()
     said.filter(has_text=f"t = {state(page):.4f} s").wait_for()
-
-
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_the_pause_button_is_seen_under_the_pointer(open_page, scheme):
-    page = open_page(CUT, color_scheme=scheme)
-    button = replay_of(page).locator(".gb-play")
-    button.hover()
-    contrast = button.evaluate(
-        """(button) => {
-            const pixel = document.createElement("canvas")
-                .getContext("2d", { willReadFrequently: true });
-            const colour = (css) => {
-                pixel.fillStyle = css;
-                pixel.fillRect(0, 0, 1, 1);
-                return [...pixel.getImageData(0, 0, 1, 1).data.slice(0, 3)];
-            };
-            const style = getComputedStyle(button);
-            return Ghostball.contrast(colour(style.color), colour(style.backgroundColor));
-        }"""
-    )
-    assert contrast >= 4.5
-
-
-def test_no_button_lies_over_the_table(open_page):
-    page = open_page(CUT)
-    assert replay_of(page).locator(".gb-stage button").count() == 0
-
-
-def test_zoom_and_back(open_page):
-    page = open_page(CUT)
-    before = picture(page)
-    replay_of(page).get_by_role("button", name="Closer").click()
-    assert picture(page) != before
-    replay_of(page).get_by_role("button", name="Whole table").click()
-    assert picture(page) == before
 
 
 def test_the_readout_says_what_is_stored(open_page, results):
@@ -324,26 +253,6 @@ def test_what_cannot_be_replayed_says_so(open_page, change, words):
     assert said == words
 
 
-def test_a_replay_can_be_taken_away_and_put_back(open_page):
-    # The page does so as another scene is opened, perhaps before this one's data are read.
-    page = open_page(CUT)
-    left = replay_of(page).evaluate(
-        """async (element) => {
-            const data = JSON.parse(document.getElementById(element.dataset.replay).textContent);
-            element.ghostball.destroy();
-            const early = Ghostball.mountReplay(element, data);
-            early.destroy();
-            await early.ready;
-            const left = element.querySelectorAll("canvas").length;
-            await Ghostball.mountReplay(element, data).ready;
-            return left;
-        }"""
-    )
-    assert left == 0
-    seek(page, 1.0)
-    assert state(page) == 1
-
-
 def test_names_are_text_whatever_they_hold(open_page):
     page = open_page("hostile")
     assert page.evaluate("typeof pwned") == "undefined"
@@ -369,30 +278,6 @@ def redrawn(page):
     )
 
 
-def test_the_numbers_scroll_by_keys_and_the_time_stays(open_page):
-    page = open_page(CUT)
-    seek(page, 1.0)
-    page.locator(f"[data-replay='replay-{CUT}'] .gb-scroll").focus()
-    for key in ("ArrowRight", "End", "Home", "Space"):
-        page.keyboard.press(key)
-    redrawn(page)
-    assert state(page) == 1
-    page.keyboard.press("n")  # what doesn't scroll is still a key of the replay
-    redrawn(page)
-    assert state(page) != 1
-
-
-def test_the_time_line_moves_over_marks_that_stay(open_page):
-    page = open_page(CUT)
-    line = "element => element.querySelector('canvas.gb-marks').toDataURL()"
-    seen = []
-    for t in (0.0, 1.0, 0.0):
-        seek(page, t)
-        redrawn(page)
-        seen.append(replay_of(page).evaluate(line))
-    assert seen[0] == seen[2] != seen[1]
-
-
 def test_dark_and_light_differ_and_change_while_it_is_open(open_page):
     page = open_page(CUT, color_scheme="light")
     light = picture(page)
@@ -403,12 +288,6 @@ def test_dark_and_light_differ_and_change_while_it_is_open(open_page):
     page.emulate_media(color_scheme="light")
     redrawn(page)
     assert picture(page) == light
-
-
-def test_on_paper_there_are_no_controls(open_page):
-    page = open_page(CUT, color_scheme="dark")
-    page.emulate_media(media="print")
-    assert not replay_of(page).get_by_role("button", name="Play").is_visible()
 
 
 def test_a_flight_has_a_shadow_and_is_seen_from_the_side(open_page):
@@ -429,19 +308,3 @@ def test_a_flight_has_a_shadow_and_is_seen_from_the_side(open_page):
     page.evaluate("location.hash = '#scene=half-ball-cut'")
     page.wait_for_function("Ghostball.decoded === 2")
     assert replay_of(page).locator("canvas.gb-side").count() == 0
-
-
-def test_stripes_turn_as_the_balls_do(open_page):
-    page = open_page(JUMP)
-    scene = find_scene(JUMP)
-    result = simulate(scene, record="trajectory")
-    times = np.linspace(0.0, result.rest_time, 7)
-    shown = replay_of(page, JUMP).evaluate(
-        """(element, times) => times.map((t) => {
-            element.ghostball.seek(t);
-            return element.ghostball.orientations("ghostball");
-        })""",
-        times.tolist(),
-    )
-    cosines = np.abs(np.sum(np.array(shown) * result.orientation(times), axis=2))
-    assert (2.0 * np.arccos(np.minimum(cosines, 1.0))).max() < 0.1

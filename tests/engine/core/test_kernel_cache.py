@@ -1,20 +1,16 @@
 """The kernel cache: nothing stale is ever used, old caches go, and nothing else does."""
 
-import ast
 import os
-import shutil
 import subprocess
 import sys
 import time
-from pathlib import Path
 from threading import Thread
 from types import SimpleNamespace
 
 import pytest
 from copies import copy_packages
 
-from ghostball import reference_adapters
-from ghostball.engine.core import kernel as jit, kernel_cache
+from ghostball.engine.core import kernel_cache
 from ghostball.engine.core.kernel_cache import KEPT_CACHES, UNUSED, KernelCache
 
 # Two kernels in files of their own beside the engine's, which would take far longer to compile.
@@ -72,44 +68,6 @@ def test_an_edited_callee_in_another_file_is_seen(copy):
     assert "compiling" not in silent  # the cache serves a later process
     (copy / "ghostball/engine/_callee.py").write_text(CALLEE.replace("2.0 * x", "3.0 * x"))
     assert run_copy(copy, cache)[0] == 10.0
-
-
-def is_kernel(function):
-    decorators = [getattr(one, "func", one) for one in function.decorator_list]
-    return any(isinstance(one, ast.Name) and one.id == "kernel" for one in decorators)
-
-
-def borrowed_by_kernels(source, folder):
-    """Return what a file's kernels use of what it imports, but from the engine and its folder."""
-    module = ast.parse(source)
-    imported, used = set(), set()
-    for node in ast.walk(module):
-        if isinstance(node, ast.Import):
-            imported |= {(one.asname or one.name) for one in node.names if one.name != "math"}
-        elif isinstance(node, ast.ImportFrom) and not (node.module or "").startswith(
-            ("ghostball.engine", folder)
-        ):
-            imported |= {one.asname or one.name for one in node.names}
-        elif isinstance(node, ast.FunctionDef) and is_kernel(node):
-            used |= {one.id for part in node.body for one in ast.walk(part) if hasattr(one, "id")}
-    return imported & used
-
-
-def test_a_kernel_outside_the_engine_uses_what_is_in_its_folder_alone():
-    """The cache's names have the sources of the engine, and of the folder that a kernel is in.
-
-    A kernel that borrows one, or a number, from elsewhere would stay as it is when that is edited.
-    """
-    folder = Path(reference_adapters.__file__).parent
-    files = [path for path in folder.rglob("*.py") if "@kernel" in path.read_text("utf-8")]
-    assert len(files) >= 2
-    for path in files:
-        within = f"ghostball.reference_adapters.{path.parent.relative_to(folder).as_posix()}"
-        within = within.replace("/", ".")
-        assert borrowed_by_kernels(path.read_text("utf-8"), within) == set(), path.name
-    text = "from ghostball.reports.b import c\n@kernel(entry=True)\ndef f(x):\n    return c(x)\n"
-    assert borrowed_by_kernels(text, "ghostball.validation") == {"c"}
-    assert borrowed_by_kernels(text, "ghostball.reports") == set()
 
 
 def twice(x):
@@ -182,12 +140,6 @@ def test_old_caches_are_removed_and_those_used_last_kept(tmp_path):
     assert names(tmp_path) - {"kernels.lock"} == left
 
 
-def test_what_may_be_in_use_is_kept_however_many_there_are(tmp_path):
-    folders = [cache_of(tmp_path, age, UNUSED - 60.0) for age in range(KEPT_CACHES + 4)]
-    kernel_cache._prune(tmp_path)
-    assert all((folder / "inner" / "index").exists() for folder in folders)
-
-
 def test_what_is_not_ours_is_never_removed(tmp_path):
     """The first use removed whatever folders the user had in what GHOSTBALL_CACHE_DIR named."""
     old = 1000 * UNUSED
@@ -203,75 +155,6 @@ def test_what_is_not_ours_is_never_removed(tmp_path):
     (tmp_path / f"{0x105:020x}").symlink_to(elsewhere)
     kernel_cache._prune(tmp_path)
     assert all((folder / "inner" / "index").exists() for folder in (*theirs, elsewhere))
-
-
-def test_the_first_use_leaves_all_else_in_the_chosen_folder_alone(tmp_path, monkeypatch):
-    for number in range(KEPT_CACHES + 8):
-        (cache_of(tmp_path, number, (number + 2) * UNUSED) / "inner" / "data").write_text("mine")
-    before = names(tmp_path)
-    monkeypatch.setenv("GHOSTBALL_CACHE_DIR", str(tmp_path))
-    directory = kernel_cache.cache_directory.__wrapped__()
-    assert directory == tmp_path / "kernels" / kernel_cache.cache_key()
-    assert names(tmp_path) == before | {"kernels"}
-
-
-def test_nobody_removes_while_another_keeps_something(tmp_path):
-    folders = [cache_of(tmp_path, age, (age + 2) * UNUSED) for age in range(KEPT_CACHES + 4)]
-    with kernel_cache.locked(folders[-1]):
-        kernel_cache._prune(tmp_path)
-        assert all(folder.exists() for folder in folders)
-    kernel_cache._prune(tmp_path)
-    assert folders[-1].exists()  # it was used a moment ago
-    assert not folders[-2].exists()
-
-
-@pytest.mark.compiled
-def test_a_process_whose_cache_was_removed_meanwhile_still_keeps_what_it_compiles(
-    tmp_path, monkeypatch
-):
-    """Its lock had no folder: the run ended with a traceback after minutes of work."""
-    monkeypatch.setattr(jit, "cache_directory", lambda: tmp_path / "kernels" / "0123")
-    doubled = jit.kernel(entry=True)(twice)
-    with jit.compiling("first"):
-        assert doubled(1.5) == 3.0
-    shutil.rmtree(tmp_path / "kernels")
-    with jit.compiling("second"):
-        assert doubled(2) == 4
-    again = jit.kernel(entry=True)(twice)
-    assert again(2) == 4
-    assert sum(again.stats.cache_hits.values()) == 1
-    assert jit.compiled("second")
-
-
-@pytest.mark.compiled
-def test_a_kernel_is_kept_without_a_setting_of_the_whole_process(tmp_path, monkeypatch):
-    """While it was set, another thread's function was kept among our kernels."""
-    monkeypatch.setattr(jit, "cache_directory", lambda: tmp_path / "kernels" / "0123")
-    seen = []
-    njit = jit.numba.njit
-
-    def watched(*arguments, **options):
-        seen.append(jit.numba.config.CACHE_DIR)
-        return njit(*arguments, **options)
-
-    monkeypatch.setattr(jit.numba, "njit", watched)
-    assert jit.kernel(entry=True)(twice)(1.5) == 3.0
-    assert seen == [jit.numba.config.CACHE_DIR]
-    assert list((tmp_path / "kernels" / "0123" / "entries").rglob("*.nbi"))
-
-
-@pytest.mark.compiled
-def test_an_edited_file_beside_a_kernel_outside_the_engine_is_seen(copy):
-    cache = copy / "cache"
-    outside = copy / "ghostball" / "outside"
-    outside.mkdir()
-    (outside / "__init__.py").write_text("")
-    (outside / "callee.py").write_text(CALLEE)
-    caller = CALLER.replace("ghostball.engine._callee", "ghostball.outside.callee")
-    (outside / "caller.py").write_text(caller)
-    assert run_copy(copy, cache, "ghostball.outside.caller")[0] == 7.0
-    (outside / "callee.py").write_text(CALLEE.replace("2.0 * x", "3.0 * x"))
-    assert run_copy(copy, cache, "ghostball.outside.caller")[0] == 10.0
 
 
 @pytest.mark.compiled

@@ -10,7 +10,6 @@ from shots import R, ball, scene_of
 
 from ghostball.engine import EventKind, Table, simulate
 from ghostball.engine.core.tolerances import EPS
-from ghostball.engine.trajectory import Phase
 
 FLIES = {
     "motion": "sliding",
@@ -67,72 +66,6 @@ def test_a_bounce_on_the_table_is_the_published_one(velocity, spin, then, turnin
 # --- two balls
 
 
-def test_a_jumping_ball_hits_a_resting_one_along_the_true_normal():
-    """And presses it into the table, which answers at the same instant, after the ball."""
-    scene = scene_of(
-        ball((0, 0), (2, 0, 0.8), angular_velocity=(0, 0, 0)),
-        ball((0.3, 0.01)),
-        ball_restitution=0.95,
-        **FLIES,
-    )
-    event, v, w = after_the_first_event(scene)
-    assert event["kind"] == EventKind.BALL_BALL
-    assert event["t"] == pytest.approx(0.12445751678484287, rel=2 * EPS)
-    assert v[0] == pytest.approx(
-        (0.29050405037044281, -0.33463777488461412, 0.36845432862537209), abs=1e-14
-    )
-    # Ball first, then the table: half of the speed downwards comes back, and friction rubs.
-    pressed = np.array([1.7094959496295572, 0.33463777488461412, -0.78938256828468065])
-    slip = np.hypot(*pressed[:2])
-    part = min(0.2 * 1.5 * -pressed[2] / slip, 2 / 7)
-    assert v[1] == pytest.approx([*((1 - part) * pressed[:2]), -0.5 * pressed[2]], abs=1e-14)
-    assert w[1, :2] == pytest.approx(
-        2.5 / R * part * np.array([-pressed[1], pressed[0]]), rel=1e-13
-    )
-    assert np.all(w[0] == 0.0)
-
-
-def test_a_ball_with_topspin_lifts_itself_and_presses_the_other_down():
-    """A rolling cue ball against a resting one hops: mu (1 + e) v / 2, Alciatore's proof B.5."""
-    mu, e, v = 0.06, 0.95, 1.5
-    scene = scene_of(
-        ball((0, 0), (v, 0)),
-        ball((2 * R, 0)),
-        ball_friction=mu,
-        ball_restitution=e,
-        **FLIES,
-    )
-    event, velocities, _ = after_the_first_event(scene)
-    assert event["t"] == 0.0
-    up = mu * (1 + e) * v / 2
-    # Its front goes down, and drags the other's back with it.
-    assert velocities[0, 2] == pytest.approx(up, rel=1e-13)
-    assert velocities[1, 2] == pytest.approx(0.5 * up, rel=1e-13)  # what the table returns
-
-
-def test_balls_of_different_size_on_the_cloth_touch_at_the_root_of_their_radii():
-    """Their centres are at different heights: 2 sqrt(R_a R_b) in plan, and the normal leans."""
-    small, large = 0.7 * R, 1.3 * R
-    physics = {**FLIES, "cushion_height": 0.03}
-    reach = 2 * math.sqrt(small * large)
-    scene = scene_of(ball((0, 0), (1, 0), radius=small), ball((0.5, 0), radius=large), **physics)
-    result = simulate(scene, record="trajectory")
-    event = result.events[0]
-    x = result.sample([event["t"]]).positions[0, :, 0]
-    assert x[1] - x[0] == pytest.approx(reach, rel=1e-13)
-    up = result.sample([event["t"]]).velocities[0, :, 2]
-    assert up[1] > 0.0  # hit below its centre, it hops
-    assert up[0] > 0.0  # pressed down, and the table answers
-    flat = scene_of(
-        ball((0, 0), (1, 0), radius=small),
-        ball((0.5, 0), radius=large),
-        **(FLIES | {"airborne": False, "table_restitution": 0.5}),
-    )
-    event = simulate(flat, record="trajectory")
-    x = event.sample([event.events["t"][0]]).positions[0, :, 0]
-    assert x[1] - x[0] == pytest.approx(small + large, rel=1e-13)
-
-
 @pytest.mark.parametrize("seed", range(8))
 def test_in_the_air_momentum_is_kept_and_energy_falls_as_restitution_says(seed):
     chance = np.random.default_rng(seed)
@@ -168,59 +101,6 @@ def test_in_the_air_momentum_is_kept_and_energy_falls_as_restitution_says(seed):
 
 
 # --- a cushion's nose
-
-
-def test_a_ball_on_the_cloth_meets_the_nose_where_it_is_and_hops():
-    """At sqrt(h (2 R - h)), along the normal in space: pressed down, it comes up again."""
-    h, e = 0.0357, 0.85
-    scene = scene_of(
-        ball((0.3, 0.5), (-2, 0)),
-        table=Table(length=2.0, width=1.0),
-        cushion="restitution",
-        cushion_restitution=e,
-        **FLIES,
-    )
-    result = simulate(scene, record="trajectory")
-    event = result.events[0]
-    assert event["kind"] == EventKind.BALL_CUSHION
-    state = result.sample([event["t"]])
-    assert state.positions[0, 0, 0] == pytest.approx(math.sqrt(h * (2 * R - h)), rel=1e-13)
-    v = result.sample([event["t"] * (1 - 1e-12)]).velocities[0, 0, 0]
-    sine = (h - R) / R
-    cosine = math.sqrt(1 - sine**2)
-    push = (1 + e) * -v * cosine
-    # The nose is above the centre: it pushes back and down; the cloth rubs what comes down.
-    back, down = v + push * cosine, push * sine
-    slip = back - R * (v / R)
-    rubbed = min(0.2 * 1.5 * down, 2 / 7 * slip)
-    assert state.velocities[0, 0] == pytest.approx([back - rubbed, 0, 0.5 * down], abs=1e-10)
-    assert result.phases([event["t"]])[0, 0] == Phase.FLYING
-
-
-def test_a_ball_that_comes_in_high_is_lifted_and_one_higher_still_leaves_the_table():
-    table = Table(length=2.0, width=1.0)
-    ends = []
-    for up in (0.6, 0.7, 1.0):
-        scene = scene_of(
-            ball((1.8, 0.5), (3, 0, up), angular_velocity=(0, 0, 0)), table=table, **FLIES
-        )
-        result = simulate(scene, record="trajectory")
-        first = result.events[0]
-        ends.append(EventKind(int(first["kind"])))
-        if first["kind"] == EventKind.LEAVES_TABLE:
-            assert first["b"] == 1  # the right cushion
-            assert result.phases([result.rest_time])[0, 0] == Phase.GONE
-            assert result.work["balls_gone"] == 1
-            at = result.sample([first["t"] * (1 - 1e-12)])
-            assert at.positions[0, 0, 0] == pytest.approx(2.0, abs=1e-10)
-            assert at.positions[0, 0, 2] - R > 0.0357
-            assert result.to_dict()["events"] is not None
-        else:
-            before, after = (
-                result.sample([first["t"] * (1 + s * 1e-12)]).velocities[0, 0, 2] for s in (-1, 1)
-            )
-            assert after > before  # the nose is below its centre
-    assert ends == [EventKind.BALL_CUSHION, EventKind.BALL_CUSHION, EventKind.LEAVES_TABLE]
 
 
 def test_a_nose_that_rubs_turns_the_ball():
@@ -287,17 +167,3 @@ def test_a_ball_that_comes_up_from_the_table_yields_to_one_that_falls_on_it():
         assert np.any(result.events["kind"] == kind)
     energy = result.energy(np.sort(np.concatenate((times, np.nextafter(times, 0.0))))).total
     assert np.diff(energy).max() <= 1e-13 * energy[0]
-
-
-@pytest.mark.parametrize("masses", [(0.17, 0.17), (0.17, 0.23)])
-def test_the_order_of_the_balls_is_no_matter(masses):
-    """Breaks where a ball exactly on top falls off to a side that depends on its number."""
-    below = ball((0, 0), id="below", mass=masses[0])
-    above = ball((0, 0, 3.5 * R), id="above", mass=masses[1])
-    runs = []
-    for balls in ([below, above], [above, below]):
-        result = simulate(scene_of(*balls, ball_restitution=0.3, **FLIES), record="trajectory")
-        places = {one["id"]: place for one, place in zip(balls, result.rest_positions, strict=True)}
-        runs.append([places["below"].tolist(), places["above"].tolist()])
-    assert runs[0] == runs[1]
-    assert runs[0][1][0] > 0.0

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from shots import R, ball, scene_of
 
-from ghostball.engine import EventKind, Result, Scene, Status, Table, simulate
+from ghostball.engine import EventKind, Result, Scene, Status, simulate
 from ghostball.engine.core.state import DISC, LINE, TAKES_OUT
 from ghostball.engine.result.result import event_dict
 from ghostball.engine.running import from_scene, skips
@@ -76,12 +76,6 @@ def test_no_ball_meets_one_that_is_gone(played):
     assert result.status is Status.T_MAX
 
 
-def test_a_run_ends_when_all_others_rest(played):
-    result = played(scene_of(ball((0.0, 0.0), (2.0, 0.0)), ball((0.0, 1.0), (0.3, 0.0))))
-    assert result.status is Status.REST
-    assert len(gone(result)) == 1
-
-
 def test_a_ball_in_a_line_of_touching_ones_leaves_without_the_others(played):
     """They are pushed over a line that takes them out, the first of them first."""
     line = (LINE, 0.5, 0.0, -1.0, 0.0, 0.0, TAKES_OUT, 4)
@@ -96,13 +90,3 @@ def test_a_ball_in_a_line_of_touching_ones_leaves_without_the_others(played):
     inside = [k for k in range(4) if k not in left]
     assert all(result.rest_positions[k, 0] < 0.5 - R for k in inside)
     assert all(result.rest_positions[k, 0] == pytest.approx(0.5 - R, abs=1e-9) for k in left)
-
-
-def test_what_takes_a_ball_out_is_no_side_of_a_corner(played):
-    """The ball meets it and a cushion at one instant: it bounces off the cushion, and is gone."""
-    table = Table(length=1.0, width=1.0, cushions=("top",))
-    scene = scene_of(ball((0.3, 0.3), (1.0, 1.0)), table=table, rolling_friction=0.0, t_max=2.0)
-    result = played(scene, (LINE, 1.0, 0.0, -1.0, 0.0, 0.0, TAKES_OUT, 4))
-    assert result.collision_counts["ball-cushion"] == 1
-    assert len(gone(result)) == 1
-    assert result.rest_positions[0, :2] == pytest.approx([1.0 - R, 1.0 - R])

@@ -55,7 +55,7 @@ def deepest(result: Result) -> float:
 def test_the_numbering_of_the_balls_does_not_matter(name):
     base = shot(name)
     orders = list(itertools.permutations(range(len(base.scene.balls))))
-    for order in random.Random(0).sample(orders, min(len(orders), 24)):
+    for order in random.Random(0).sample(orders, min(len(orders), 6)):
         other = simulate(shuffled(base.scene, order), record="events")
         assert same_log(base, other, order)
         assert np.array_equal(other.rest_positions, base.rest_positions[list(order)])

@@ -23,9 +23,8 @@ from ghostball.validation.checks.criteria import Criteria
 from ghostball.validation.checks.criterion import Criterion
 from ghostball.validation.checks.verdict import Verdict, verdict_of
 from ghostball.validation.results.store import CaseRecord, Results, ResultsError
-from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.suite.judge import Case
-from ghostball.validation.suite.plan import criteria_beside_paths, shipped_criteria
+from ghostball.validation.suite.plan import criteria_beside_paths
 from ghostball.validation.suite.suite import run_suite
 from ghostball.validation.truth.closed_forms import has_closed_form
 
@@ -373,33 +372,12 @@ def test_the_kernels_are_made_ready_once_and_only_for_a_run_that_starts(
     assert seen == ["warm", "run"]
 
 
-@pytest.mark.parametrize("engine", ["pymunk", "pybullet:mode=landed", "pybullet:config=default"])
-def test_stored_settings_say_what_was_used(tmp_path: Path, engine: str) -> None:
-    pytest.importorskip(engine.partition(":")[0])
-    run_suite([scene()], [engine], tmp_path)
-    (case,) = Results.open(tmp_path).cases
-    assert isinstance(case.settings["dt"], float)
-    assert isinstance(case.settings["iterations"], int)
-    assert case.settings["max_time"] == 300.0
-
-
 def test_an_engine_that_is_absent_needs_no_settings_for_its_criteria(tmp_path: Path) -> None:
     outcome = run_suite([scene()], ["absent"], tmp_path, criteria={"roll": limits("absent:dt=1")})
     assert outcome.cases[0].outcome == "unavailable"
 
 
 # --- which criteria a scene has
-
-
-def test_a_changed_copy_of_a_shipped_scene_has_no_shipped_criteria(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(ghostball.validation.suite.plan, "FOLDER", tmp_path)
-    (tmp_path / "stop.expect.toml").write_text('truth = "engine"\n')
-    shipped = find_scene("stop")
-    assert shipped_criteria(shipped) == Criteria(truth="engine")
-    assert shipped_criteria(shipped.model_copy(update={"t_max": 0.5})) == Criteria()
-    assert shipped_criteria(scene()) == Criteria()
 
 
 def test_scenes_given_by_path_bring_the_criteria_beside_them(tmp_path: Path) -> None:
@@ -425,15 +403,6 @@ def test_an_interrupted_run_keeps_what_is_done(tmp_path: Path, does: str) -> Non
     assert [case.label for case in folder.cases] == ["fake"]
     assert folder.motion(folder.cases[0]) is not None
     assert folder.state == "interrupted"
-
-
-def test_an_interrupt_before_the_first_case_leaves_earlier_results(tmp_path: Path) -> None:
-    run_suite([scene()], ["fake"], tmp_path)
-    outcome = run_suite([scene()], ["fake:does=interrupt"], tmp_path)
-    assert outcome.interrupted
-    assert outcome.cases == []
-    folder = Results.open(tmp_path)
-    assert (folder.labels, folder.state) == (["fake"], "complete")
 
 
 # --- several processes

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import ast
-import sqlite3
 import sys
 from collections.abc import Callable, Iterator
 from dataclasses import fields, replace
-from importlib.metadata import packages_distributions
 from pathlib import Path
 from typing import Any
 
@@ -21,11 +19,9 @@ from ghostball.reference_adapters.paper.discrete import PaperDiscreteEngine
 from ghostball.validation.checks.criteria import Criteria, common_criteria
 from ghostball.validation.checks.criterion import Criterion
 from ghostball.validation.checks.law import Asked
-from ghostball.validation.parallel.sources import source_folders
-from ghostball.validation.results.database import DATABASE, SCHEMA
-from ghostball.validation.results.environment import PACKAGES, versions
+from ghostball.validation.results.environment import versions
 from ghostball.validation.results.records import CaseRecord, Motion, status_name
-from ghostball.validation.results.store import Results, ResultsError, ResultsWriter
+from ghostball.validation.results.store import Results, ResultsWriter
 from ghostball.validation.runs.runner import Reuse
 from ghostball.validation.suite.suite import Outcome, run_suite
 from ghostball.validation.suite.unchanged import (
@@ -81,14 +77,6 @@ def run(out: Path, **options: Any) -> Outcome:
     chosen = {"scenes": scenes(), "engines": ENGINES, "reuse": True} | options
     shots, engines = chosen.pop("scenes"), chosen.pop("engines")
     return run_suite(shots, engines, out, **chosen)
-
-
-def contents(folder: Path) -> dict[str, bytes]:
-    return {
-        str(path.relative_to(folder)): path.read_bytes()
-        for path in folder.rglob("*")
-        if path.is_file()
-    }
 
 
 def plain(case: CaseRecord) -> dict[str, Any]:
@@ -159,14 +147,6 @@ def test_it_can_be_switched_off(tmp_path: Path, ran: list[tuple[str, str]]) -> N
     outcome = run(tmp_path, reuse=False)
     assert len(ran) == 8
     assert outcome.counts.taken_over == 0
-
-
-def test_two_processes_take_over_and_run_the_rest(tmp_path: Path) -> None:
-    run(tmp_path, engines=["ghostball"])
-    outcome = run(tmp_path, jobs=2)
-    cases = {(case.scene, case.label): case.taken_over for case in outcome.cases}
-    assert cases == {pair: pair[1] == "ghostball" for pair in PAIRS}
-    assert run(tmp_path, jobs=2).counts.taken_over == 4
 
 
 # --- what runs again
@@ -321,28 +301,6 @@ def test_engines_of_other_packages_always_run(
     assert is_ours("pymunk:mode=landed")
 
 
-@pytest.mark.parametrize("reuse", [False, True])
-@pytest.mark.parametrize("damage", ["cut", "version"])
-def test_a_database_that_cannot_be_read_stops_a_run_before_it_begins(
-    tmp_path: Path, ran: list[tuple[str, str]], damage: str, reuse: bool
-) -> None:
-    run(tmp_path)
-    ran.clear()
-    path = tmp_path / DATABASE
-    if damage == "cut":
-        path.write_bytes(path.read_bytes()[:-5000])
-    else:
-        database = sqlite3.connect(path)
-        database.execute("PRAGMA user_version = 1")
-        database.close()
-    left = path.read_bytes()
-    wanted = "is cut short or damaged" if damage == "cut" else f"must be {SCHEMA}, got 1"
-    with pytest.raises(ResultsError, match=wanted):
-        run(tmp_path, reuse=reuse)
-    assert ran == []
-    assert path.read_bytes() == left
-
-
 # --- the hashes
 
 
@@ -352,35 +310,6 @@ def statements(node: ast.AST) -> Iterator[ast.AST]:
         if not isinstance(child, ast.expr):
             yield child
             yield from statements(child)
-
-
-def test_every_library_that_our_code_imports_is_hashed() -> None:
-    # Breaks where an engine is added on a library whose next version would go unseen.
-    imported = {
-        name.partition(".")[0]
-        for folder in source_folders()
-        for path in folder.rglob("*.py")
-        if "scripts" not in path.parts  # of engines in interpreters of their own
-        for node in statements(ast.parse(path.read_text(encoding="utf-8")))
-        if isinstance(node, ast.Import | ast.ImportFrom)
-        for name in (
-            [node.module or ""]
-            if isinstance(node, ast.ImportFrom)
-            else [alias.name for alias in node.names]
-        )
-    }
-    known = sys.stdlib_module_names | {"ghostball", "__future__", ""}
-    # Where caches lie; how a scene is written; who may write results; when a module is imported;
-    # on which machine a task is done; what a distribution says that it needs.
-    harmless = {"platformdirs", "tomli_w", "filelock", "lazy_loader", "distributed", "packaging"}
-    # An import's name need not be that of the package which brings it, installed here or not.
-    brings = {"mujoco": ["mujoco-core"]} | packages_distributions()
-    needed = {
-        name.lower().replace("_", "-")
-        for module in imported - known - harmless
-        for name in brings.get(module, [module])
-    }
-    assert needed <= set(PACKAGES)
 
 
 def test_every_input_is_in_the_hash() -> None:
@@ -417,70 +346,6 @@ def test_every_input_is_in_the_hash() -> None:
 
 
 # --- interrupted, and what a run leaves for the next
-
-
-def interrupt_at(count: int) -> Callable[[int, int, CaseRecord], None]:
-    def progress(done: int, planned: int, case: CaseRecord) -> None:
-        if done == count:
-            raise KeyboardInterrupt
-
-    return progress
-
-
-def test_an_interrupted_run_goes_on(tmp_path: Path, ran: list[tuple[str, str]]) -> None:
-    assert run(tmp_path, progress=interrupt_at(3)).interrupted
-    assert ran == PAIRS[:3]
-    ran.clear()
-    outcome = run(tmp_path)
-    assert ran == PAIRS[3:]
-    assert (outcome.counts.taken_over, outcome.exit_status) == (3, 0)
-    assert Results.open(tmp_path).state == "complete"
-
-
-def test_an_interrupted_second_run_loses_nothing(
-    tmp_path: Path, ran: list[tuple[str, str]], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    run(tmp_path)
-    with monkeypatch.context() as edited:  # an edit that is taken back
-        touch_sources(edited)
-        assert run(tmp_path, progress=interrupt_at(1)).interrupted
-        assert [case.scene for case in Results.open(tmp_path).cases] == ["cut"]
-    ran.clear()
-    assert run(tmp_path).counts.taken_over == 3
-    assert ran == PAIRS[:1]
-    assert run(tmp_path, reuse=False, progress=interrupt_at(2)).interrupted
-    ran.clear()
-    assert run(tmp_path).counts.taken_over == 4
-    assert ran == []
-
-
-def test_an_interrupt_before_anything_ran_changes_nothing(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    run(tmp_path, engines=["ghostball"])
-    before = contents(tmp_path)
-
-    def interrupt(name: str, scene: Scene) -> None:
-        raise KeyboardInterrupt
-
-    with monkeypatch.context() as impatient:
-        spy_on(impatient, PaperDiscreteEngine, interrupt)
-        faster = [scenes(2.0)[0], scenes()[1]]
-        outcome = run(tmp_path, scenes=faster, engines=["paper-discrete", "ghostball"])
-    assert outcome.interrupted
-    assert outcome.cases == []
-    assert contents(tmp_path) == before
-
-
-def test_a_run_of_a_part_leaves_the_rest_for_the_next(
-    tmp_path: Path, ran: list[tuple[str, str]]
-) -> None:
-    run(tmp_path)
-    assert run(tmp_path, scenes=scenes()[:1], engines=["ghostball"]).counts.taken_over == 1
-    folder = Results.open(tmp_path)
-    assert [(case.scene, case.label) for case in folder.cases] == PAIRS[:1]  # no other is shown
-    ran.clear()
-    assert run(tmp_path).counts.taken_over == 4
 
 
 def test_a_run_that_ends_drops_what_its_code_could_never_take_over(

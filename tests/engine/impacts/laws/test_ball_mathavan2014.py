@@ -1,4 +1,4 @@
-"""The ball-ball impact on the cloth: published shots, the cloth's part, a naive oracle."""
+"""The ball-ball impact on the cloth: published shots, and the cloth's part."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ import pytest
 from ball_impacts import (
     EPS,
     SNOOKER_BALL,
-    Motion,
     after,
     energy,
     frictions,
@@ -103,117 +102,6 @@ def test_however_slow_the_approach_beside_the_spin(approach):
     assert 1.3 * approach <= p.normal <= 1.5 * approach
     assert math.hypot(p.along, p.up) <= 0.06 * p.normal + 1e-14
     assert gained(i, p) <= 8.0 * EPS * energy(i, i[:5], i[8:13])
-
-
-# --- a naive oracle -----------------------------------------------------------------------------
-
-
-def naive(i: BallImpact, e: float, mu: float) -> list[float]:
-    """Integrate the equations in all twelve speeds, by small steps (Runge-Kutta) of the impulse.
-
-    The vertical speeds of a and b come last; the cloth lets them only rise. The steps shrink
-    towards the ends of slips, where the equations are singular.
-    """
-    to_a, to_b = i.b_mass / (i.a_mass + i.b_mass), i.a_mass / (i.a_mass + i.b_mass)
-    approach = i.a_vn - i.b_vn
-
-    def slips(s):
-        a, b = Motion(*s[:5]), Motion(*s[5:10])
-        along = a.vt - b.vt + i.a_radius * a.wz + i.b_radius * b.wz
-        up = s[10] - s[11] - (i.a_radius * a.wt + i.b_radius * b.wt)
-        cloth_a = (a.vn - i.a_radius * a.wt, a.vt + i.a_radius * a.wn)
-        cloth_b = (b.vn - i.b_radius * b.wt, b.vt + i.b_radius * b.wn)
-        return along, up, cloth_a, cloth_b
-
-    def rub(limit, slip, push):
-        if math.hypot(*slip) < 1e-13 * approach:
-            slip = push
-        return tuple(-limit * x / math.hypot(*slip) for x in slip)
-
-    def rates(s, stuck):
-        along, up, cloth_a, cloth_b = slips(s)
-        ft = fz = 0.0
-        ca = cb = (0.0, 0.0)
-        if not stuck:
-            ft, fz = (mu * x / math.hypot(along, up) for x in (along, up))
-            if fz < 0.0:
-                cb = rub(-i.b_cloth * to_b * fz, cloth_b, (1.0 - 2.5 * fz, ft))
-            if fz > 0.0:
-                ca = rub(i.a_cloth * to_a * fz, cloth_a, (-1.0 - 2.5 * fz, -ft))
-        ka, kb = 2.5 / i.a_radius, 2.5 / i.b_radius
-        return (
-            *(-to_a + ca[0], -to_a * ft + ca[1]),
-            *(ka * ca[1], ka * (to_a * fz - ca[0]), -ka * to_a * ft),
-            *(to_b + cb[0], to_b * ft + cb[1]),
-            *(kb * cb[1], kb * (to_b * fz - cb[0]), -kb * to_b * ft),
-            *(max(-to_a * fz, 0.0), max(to_b * fz, 0.0)),
-            s[0] - s[5],  # work
-            *(1.0, ft, fz, *ca, *cb),
-        )
-
-    def step(s, h, stuck):
-        k1 = rates(s, stuck)
-        k2 = rates([x + h / 2 * k for x, k in zip(s, k1, strict=True)], stuck)
-        k3 = rates([x + h / 2 * k for x, k in zip(s, k2, strict=True)], stuck)
-        k4 = rates([x + h * k for x, k in zip(s, k3, strict=True)], stuck)
-        zipped = zip(s, k1, k2, k3, k4, strict=True)
-        return [x + h / 6 * (p + 2 * q + 2 * r + t) for x, p, q, r, t in zipped]
-
-    def phase(s, left):
-        stuck = False
-        while True:
-            along, up, cloth_a, cloth_b = slips(s)
-            slip = math.hypot(along, up)
-            stuck = stuck or slip < 1e-11 * approach
-            h = approach / 1000
-            if not stuck:
-                cloth = math.hypot(*(cloth_a if up > 0.0 else cloth_b))
-                h = min(h, 0.03 * slip / mu, max(0.03 * cloth, 1e-9 * approach))
-            following = step(s, h, stuck)
-            if left(following) <= 0.0:
-                low, high = 0.0, h
-                for _ in range(55):
-                    middle = (low + high) / 2
-                    low, high = (
-                        (middle, high) if left(step(s, middle, stuck)) > 0.0 else (low, middle)
-                    )
-                return step(s, low, stuck)
-            s = following
-
-    s = phase([*i[:5], *i[8:13], *[0.0] * 10], lambda s: s[0] - s[5])
-    stored = s[12]
-    if e > 0.0:
-        s = phase(s, lambda s: s[12] - stored * (1.0 - e * e))
-    return s[13:]
-
-
-ODD_BALL = (0.02, 0.4, 0.35)
-
-
-@pytest.mark.compiled
-@pytest.mark.parametrize(
-    ("i", "e", "mu"),
-    [
-        (impact_of(shot(0.3, 2.0, 1.0)), 0.95, 0.06),  # the ordinary shot
-        (impact_of(shot(1.4, 2.0, -1.0, 0.3)), 0.95, 0.06),  # thin, with draw
-        (impact_of(shot(0.0, 1.0, 1.0)), 1.0, 0.06),  # along a line: all turns on signs
-        (impact_of(shot(0.0, 1.0, 0.3)), 0.95, 0.06),  # slip ends in restitution
-        (impact_of(shot(0.0, 1.0, -0.1)), 0.95, 0.06),  # slip ends in compression
-        (impact_of(shot(0.3, 1.0, 0.1)), 0.5, 0.06),  # the same, sideways too
-        (impact_of(shot(0.2, 1.0, 1.0), (0.0, 0.0, 0.0, 9.0, 0.0)), 0.9, 0.06),  # cloth slip
-        (impact_of(shot(0.0, 1.0, 1.0), (0.0, 0.0, 0.0, 9.0, 0.0)), 0.9, 0.06),  # ... through 0
-        (impact_of(shot(0.0, 1.0, 0.8), (0.0, 0.0, 0.0, 35.0, 0.0)), 0.9, 1.0),  # much friction
-        (impact_of(shot(1e-3, 1.0, 1.0), (0.0, 0.0, 0.0, 9.0, 0.0)), 0.9, 0.06),  # close by 0
-        (impact_of(shot(0.3, 1.0, 1.0), ball_b=ODD_BALL), 0.9, 0.06),
-        (impact_of(shot(0.3, 1.0, -1.0), (0.1, 0.2, 1.0, 2.0, 3.0), ODD_BALL), 0.9, 0.06),
-        (impact_of(shot(0.3, 1.0, 1.0, -0.3), ball_b=ODD_BALL), 0.0, 0.5),  # much, and sideways
-        (impact_of(shot(1.55, 1.0, 1.0)), 1e-3, 0.01),  # hardly any
-    ],
-)
-def test_the_integration_agrees_with_the_naive_one(i: BallImpact, e: float, mu: float):
-    """Fails if an equation differs, or the integration is less accurate than it says."""
-    p = mathavan2014(i, laws(e, mu))
-    assert p == pytest.approx(naive(i, e, mu), abs=1e-7 * (i.a_vn - i.b_vn), rel=0.0)
 
 
 @given(i=impacts, e=restitutions, mu=frictions)
