@@ -184,27 +184,24 @@ def assert_records_are_checked(sound, tmp_path, reader, count, seed):
 @pytest.mark.parametrize("reader", ["summary", "export"])
 def test_a_record_of_another_shape_is_refused(sound, tmp_path, reader):
     # An export is the records as they are, whatever is in them, as long as that is JSON.
-    least = 4 if reader == "summary" else 1
-    assert assert_records_are_checked(sound, tmp_path, reader, 40, seed=1) >= least
+    least = 2 if reader == "summary" else 1
+    assert assert_records_are_checked(sound, tmp_path, reader, 20, seed=1) >= least
 
 
 def test_a_report_of_a_record_of_another_shape_is_refused(sound, tmp_path):
     """Documents weren't checked, and a field that was missing was a bug of ghostball's."""
-    assert assert_records_are_checked(sound, tmp_path, "report", 8, seed=2) > 4
+    assert assert_records_are_checked(sound, tmp_path, "report", 4, seed=2) > 2
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("reader", READERS)
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(1))
 def test_many_records_of_another_shape_are_refused(sound, tmp_path, reader, seed):
     least = 1 if reader == "export" else 20
     assert assert_records_are_checked(sound, tmp_path, reader, 100, seed=100 + seed) >= least
 
 
-SEEDS = [*range(3), *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(3, 20))]
-
-
-@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("seed", range(2))
 def test_a_damaged_byte_is_no_bug_of_ghostball(sound, tmp_path, seed):
     """SQLite finds only some of them: of a text that is none, Python itself complains."""
     data = bytearray((sound / DATABASE).read_bytes())
