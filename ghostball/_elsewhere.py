@@ -16,6 +16,7 @@ from ghostball.engine import GhostballError, Scene
 from ghostball.engine.scene import json_schema
 from ghostball.reference_adapters.base import EngineError
 from ghostball.reference_adapters.elsewhere import Run, recorded_engine
+from ghostball.reference_adapters.registry import engine_names
 from ghostball.reports.accuracy import cell_text
 from ghostball.validation.checks.law import asked_of
 from ghostball.validation.checks.verdict import NOTHING_JUDGED, is_nothing_judged
@@ -96,6 +97,11 @@ def _counts(case: CaseRecord) -> str:
 
 
 def _judge(run: Run) -> CaseRecord:
+    if run.engine in engine_names():
+        raise EngineError(
+            f"`engine` of a run must not be {run.engine!r}, that of an installed engine: limits go "
+            "by it. Rename it, or play that engine by `ghostball validate`"
+        )
     scene = _scene_of(run)
     criteria = shipped_criteria(scene)
     truth = truth_or_failure(scene, criteria)

@@ -28,7 +28,7 @@ from ghostball.reference_adapters import (
 from ghostball.reports.report import Pictures
 from ghostball.validation.baselines import Regression, check_baselines
 from ghostball.validation.baselines.regression import UNCOMPARED
-from ghostball.validation.checks.criteria import SUFFIX, common_criteria
+from ghostball.validation.checks.criteria import SUFFIX
 from ghostball.validation.checks.verdict import (
     NOTHING_JUDGED,
     Verdict,
@@ -292,8 +292,8 @@ def _advice(outcome: Outcome) -> str:
     if not unlimited:
         return "Every limit compares our engine with itself. Add engines"
     case = next((one for one in unlimited if one.scene not in scene_names()), unlimited[0])
-    excuse = common_criteria().excuse(case.engine, case.settings)
-    why = f"Of `{case.label}` nothing is asked that holds for all: {excuse} " if excuse else ""
+    why = f"Of `{case.label}` nothing is asked that holds for all: {case.excused} "
+    why = why if case.excused else ""
     if case.scene in scene_names():
         return f"{why}Ask for an engine, or for settings, of which the scene states a limit"
     return (

@@ -185,10 +185,10 @@ def _class_at(where: str) -> type[ReferenceEngine]:
         lacks = "its `name` must be a text"
     if lacks:
         raise EngineUnavailableError(f"`{where}` isn't an engine: {lacks}")
-    if loaded.name == OURS and loaded is not engine_class(OURS):
+    if loaded.name in engine_names() and loaded is not engine_class(loaded.name):
         raise EngineError(
-            f"engine `{where}`: its `name` must not be {OURS!r}, our own engine's: truths, "
-            "limits and results go by it. Rename it"
+            f"engine `{where}`: its `name` must not be {loaded.name!r}, that of an installed "
+            "engine: truths, limits and results go by it. Rename it"
         )
     engine: type[ReferenceEngine] = loaded
     return engine

@@ -10,7 +10,8 @@ from ghostball.reports import style
 from ghostball.reports.accuracy import CLASSES, Tally, accuracy_text, kinds_of, tally
 from ghostball.reports.markdown_parts import many
 from ghostball.reports.page.rendering import render
-from ghostball.validation.results.store import Results
+from ghostball.validation.checks.metric_table import METRICS
+from ghostball.validation.results.store import CaseRecord, Results
 
 VARIANTS = {
     "mode=landed": (
@@ -46,8 +47,26 @@ def engines_html(results: Results) -> Markup:
         unplayed=any(one.unable for one in tallies),
         judged=any(one.expected or one.worse for one in tallies),
         length=style.format_length,
+        excused=_excused(results),
         variants=[said for setting, said in VARIANTS.items() if setting in labels],
     )
+
+
+def _excused(results: Results) -> list[tuple[str, str, int, str]]:
+    """Return of whom the common law is not asked: label, metrics, number of scenes, reason."""
+    found: dict[tuple[str, str], list[CaseRecord]] = {}
+    for case in results.cases:
+        if case.excused:
+            found.setdefault((case.label, case.excused), []).append(case)
+    return [
+        (
+            label,
+            ", ".join(name for name in METRICS if any(name in one.not_asked for one in cases)),
+            len(cases),
+            why,
+        )
+        for (label, why), cases in found.items()
+    ]
 
 
 def _parts(results: Results, one: Tally) -> list[Part]:

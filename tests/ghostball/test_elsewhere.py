@@ -71,6 +71,14 @@ def test_a_right_run_passes_and_a_wrong_one_fails(tmp_path: Path) -> None:
     assert "ball_ball_count_error must be == 0, got 1" in shown
 
 
+def test_a_run_has_no_name_of_an_installed_engine(tmp_path: Path) -> None:
+    # Limits go by the name: pymunk's default settings are excused from those that hold for all.
+    run = made_elsewhere("stop") | {"engine": "pymunk", "settings": {"config": "default"}}
+    status, shown = graded(tmp_path, run)
+    assert status == 2
+    assert "must not be 'pymunk'" in shown
+
+
 def test_who_claims_less_is_asked_for_less(tmp_path: Path) -> None:
     run = made_elsewhere("half-ball-cut")
     run["rest_positions"][0][0] += 0.002

@@ -123,10 +123,11 @@ def test_a_name_claimed_by_two_packages_is_refused(packages):
         engine_class("foreign")
 
 
-def test_no_other_engine_may_have_the_name_of_ours(packages):
-    # Truths, limits and results go by the name; and its crash would be taken for ghostball's.
-    packages.install("some-engine", foreign(name="ghostball"))
-    with pytest.raises(EngineError, match="must not be 'ghostball'") as caught:
+@pytest.mark.parametrize("name", ["ghostball", "pymunk"])
+def test_no_other_engine_may_have_the_name_of_an_installed_one(packages, name):
+    # Truths, limits and results go by the name; and a crash of ours would be taken for a bug.
+    packages.install("some-engine", foreign(name=name))
+    with pytest.raises(EngineError, match=f"must not be '{name}'") as caught:
         make_engine("some_engine:Engine")
     assert not isinstance(caught.value, EngineUnavailableError)
     ours = "ghostball.reference_adapters.ghostball:GhostballEngine"

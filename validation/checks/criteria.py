@@ -24,7 +24,7 @@ shipped scenes ask stands once, in `scenes/shared.expect.toml`.
     reason  = "..."
 
     [[excused]]                      # of these nothing of the common law is asked
-    engines = ["*:config=default"]
+    engines = ["pymunk:config=default"]      # each by its name
     reason = "..."
 
 Of engines that a `[[steps]]` table names, in a scene's file or in that of all, the limits on how a
@@ -355,6 +355,6 @@ def _sentence(problem: Mapping[str, Any]) -> str:
     if kind == "string_pattern_mismatch":
         return f"`{field}` must say why the limit is what it is, got {problem['input']!r}"
     message = str(problem["msg"]).replace("Input should", "must", 1)
-    if kind in ("limit", "metric", "class", "repeated"):
+    if kind in ("limit", "metric", "class", "repeated", "excused"):
         return f"`{field}` {message}" if field else message
     return f"`{field}` {message}, got {problem['input']!r}"

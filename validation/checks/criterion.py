@@ -228,11 +228,24 @@ class SharedCriterion(Criterion):
 class Excused(ForEngines):
     """Engines of which the common law asks nothing, and why: what they do is shown alone.
 
+    Each is named: "*" with a setting would excuse whoever calls a setting so.
+
     Attributes
     ----------
     engines : tuple of Selector
     reason : str
     """
+
+    @model_validator(mode="after")
+    def _named(self) -> Self:
+        if found := next((one for one in self.engines if one.engine == EVERY), None):
+            raise PydanticCustomError(
+                "excused",
+                "must name the engines that it excuses, got '{found}' in `engines`, which covers "
+                "everybody's. Name each",
+                {"found": str(found)},
+            )
+        return self
 
 
 class StepRule(ForEngines):

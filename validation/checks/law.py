@@ -46,11 +46,14 @@ class Asked:
         Of the common criteria.
     rule : StepRule or None
         By which limits are computed from the engine's step.
+    excuse : str
+        Why only what is stated is asked of it; "" where all is.
     """
 
     stated: ByClaim = field(default_factory=_nothing)
     law: ByClaim = field(default_factory=_nothing)
     rule: StepRule | None = None
+    excuse: str = ""
 
     @classmethod
     def stating(cls, criteria: Sequence[Criterion], rule: StepRule | None = None) -> Asked:
@@ -59,13 +62,28 @@ class Asked:
 
     def metrics(self, claim: Claim) -> tuple[str, ...]:
         """Return the metrics that may be limited of who claims this, in the order of `METRICS`."""
-        limited = {one.metric for one in (*self.stated[claim], *self.law[claim])}
-        if self.rule is not None:
-            limited |= STEP_METRICS
+        limited = {one.metric for one in self.stated[claim]}
+        if not self.excuse:
+            limited |= {one.metric for one in self.law[claim]}
+            limited |= set() if self.rule is None else STEP_METRICS
         return tuple(name for name in METRICS if name in limited)
 
     def limits(self, engine: ReferenceEngine, scene: Scene, truth: Truth) -> tuple[Criterion, ...]:
         """Return the limits that an engine is held to in a scene."""
+        if self.excuse:
+            return self.stated[claim_of(engine, scene)]
+        return self._all(engine, scene, truth)
+
+    def not_asked(
+        self, engine: ReferenceEngine, scene: Scene, truth: Truth
+    ) -> tuple[Criterion, ...]:
+        """Return the limits that an engine would be held to in a scene, were it not excused."""
+        if not self.excuse:
+            return ()
+        asked = self.limits(engine, scene, truth)
+        return tuple(one for one in self._all(engine, scene, truth) if one not in asked)
+
+    def _all(self, engine: ReferenceEngine, scene: Scene, truth: Truth) -> tuple[Criterion, ...]:
         claim = claim_of(engine, scene)
         found = self.stated[claim]
         computed = () if self.rule is None else step_criteria(self.rule, engine, scene, truth)
@@ -82,6 +100,7 @@ class Asked:
                 for claim in CLAIMS
             ],
             "rule": None if self.rule is None else self.rule.model_dump(mode="json"),
+            "excuse": self.excuse,
         }
 
 
@@ -114,10 +133,9 @@ def asked_of(names: Sequence[Named], own: Criteria, for_all: Criteria | None = N
             rows = common_criteria().applying_to(name, settings, claim)
             law[claim] = _with_others(law[claim], rows)
     judged, settings = names[-1]
-    if any(one.excuse(judged, settings) for one in (*files, common_criteria())):
-        return Asked(stated)
     rule = own.step_rule(judged, settings, *files[1:], common_criteria())
-    return Asked(stated, law, rule)
+    excuses = (one.excuse(judged, settings) for one in (*files, common_criteria()))
+    return Asked(stated, law, rule, next(filter(None, excuses), ""))
 
 
 def claim_of(engine: ReferenceEngine, scene: Scene) -> Claim:

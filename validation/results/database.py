@@ -26,7 +26,7 @@ from ghostball.validation.results.files import ResultsError, cannot_write, told
 DATABASE: Final = "results.db"
 LOCK: Final = ".lock"
 
-SCHEMA: Final = 9
+SCHEMA: Final = 10
 """Version of the tables and of the records in them; another one is refused."""
 
 APPLICATION: Final = int.from_bytes(b"ball")

@@ -241,6 +241,10 @@ class CaseRecord:
     checks : tuple of Check
     left_out : tuple of str
         The metric of each limit that wasn't judged, for the run didn't ask for that metric.
+    excused : str
+        Why the law that holds for all engines isn't asked of this one; else "".
+    not_asked : tuple of str
+        The metrics that it limits.
     measured : str
         When the case was run: date and time in UTC, ISO 8601. `wall_time` is of then.
     taken_over : bool
@@ -279,6 +283,8 @@ class CaseRecord:
     notes: dict[str, str] = field(default_factory=dict)
     checks: tuple[Check, ...] = ()
     left_out: tuple[str, ...] = ()
+    excused: str = ""
+    not_asked: tuple[str, ...] = ()
     measured: str = ""
     taken_over: bool = False
 

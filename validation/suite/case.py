@@ -53,6 +53,12 @@ def run_case(case: Case, make: Callable[[str], ReferenceEngine] = make_engine) -
             resolution = resolution_of(engine, case.scene)
             judged = engine if case.judged_as is None else case.judged_as()
             limits = case.asked.limits(judged, case.scene, truth)
+            dropped = case.asked.not_asked(judged, case.scene, truth)
+            record = replace(
+                record,
+                excused=case.asked.excuse,
+                not_asked=tuple(dict.fromkeys(one.metric for one in dropped)),
+            )
         result = run_engine(engine, case.scene)
         if result.status is Status.FAILED:  # of its numbers none need be one
             return failed(record, f"it says that it failed: {result.reason}"), None

@@ -162,6 +162,19 @@ def test_the_verdict_comes_first_with_what_failed(html):
     assert "ghostball regress" in text
 
 
+def test_what_is_excused_stands_beside_the_verdict_with_the_reason(html):
+    said = section(html, "verdict")
+    (listed,) = re.findall(r'<ul class="key excused">(.*?)</ul>', said)
+    assert listed == (
+        "<li><code>pymunk:<wbr>config=default</code> in 3 of the scenes: overlap_max, accuracy. "
+        "A newcomer &lt;types&gt; this.</li>"
+    )
+
+
+def test_nobody_is_said_to_be_excused_who_is_not(small_folder):
+    assert "[[excused]]" not in page_of(small_folder)
+
+
 def test_the_matrix_says_why_without_colour_and_without_a_pointer(html):
     text = section(html, "matrix")
     link = "#scene=stop&amp;engine=ghostball&amp;engine=pymunk%3Aconfig%3Ddefault"

@@ -240,6 +240,16 @@ def test_a_wrong_file_is_refused_by_name_and_field(
     assert str(path) in str(caught.value)
 
 
+def test_an_excuse_names_whom_it_excuses(tmp_path: Path) -> None:
+    # With "*" whoever calls a setting so would be held to nothing.
+    path = tmp_path / "shot.expect.toml"
+    path.write_text('[[excused]]\nengines = ["pymunk", "*:config=default"]\nreason = "so"\n')
+    with pytest.raises(
+        CriteriaError, match=r":1: `excused\[0\]` must name .*got '\*:config=default'"
+    ):
+        Criteria.load(path)
+
+
 def test_a_repeated_criterion_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "shot.expect.toml"
     path.write_text(GOOD + GOOD.replace('truth = "engine"', "").replace("equals = 3", "equals = 4"))

@@ -93,9 +93,23 @@ def test_default_settings_are_excused_by_the_file_and_no_others():
     default = make_engine("pymunk:config=default")
     settings = plain_settings(default)
     assert limits_of(default, names=[("pymunk", settings)]) == {}
-    assert limits_of(default, names=[("mine", settings)]) == {}
-    assert "accuracy" in limits_of(default, names=[("mine", settings | {"config": "tuned"})])
-    assert "default settings" in common_criteria().excuse("mine", settings)
+    tuned = [("pymunk", settings | {"config": "tuned"})]
+    assert "accuracy" in limits_of(default, names=tuned)
+    assert "default settings" in common_criteria().excuse("pymunk", settings)
+    # A setting of the same name excuses nobody else.
+    assert "accuracy" in limits_of(default, names=[("mine", settings)])
+    assert common_criteria().excuse("mine", settings) == ""
+
+
+def test_whoever_is_excused_is_said_what_is_not_asked():
+    default, tuned = make_engine("pymunk:config=default"), make_engine("pymunk")
+    truth = truth_of(HALF_BALL)
+    asked, all_of_it = (
+        asked_of([("pymunk", plain_settings(one))], Criteria()) for one in (default, tuned)
+    )
+    left = {one.metric for one in asked.not_asked(default, HALF_BALL, truth)}
+    assert {"accuracy", "energy_rise", "energy_drift", "overlap_max"} <= left
+    assert all_of_it.not_asked(tuned, HALF_BALL, truth) == ()
 
 
 def test_the_scene_wins_then_the_file_for_all_then_the_step_then_the_law():
