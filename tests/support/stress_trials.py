@@ -9,6 +9,7 @@ from __future__ import annotations
 from functools import cache
 
 from ghostball.validation.stress.family import Family
+from ghostball.validation.stress.proved import ProvedTrial
 from ghostball.validation.stress.trial import SceneTrial, Suite, Trial
 
 
@@ -21,8 +22,8 @@ def trials_of(family: Family, suite: Suite) -> dict[str, Trial]:
     return by_name
 
 
-def scene_trial(family: Family, name: str, suite: Suite = "full") -> SceneTrial:
+def scene_trial(family: Family, name: str, suite: Suite = "full") -> SceneTrial | ProvedTrial:
     """Return the trial of that name, which is one of a single shot."""
     trial = trials_of(family, suite)[name]
-    assert isinstance(trial, SceneTrial)
+    assert isinstance(trial, SceneTrial | ProvedTrial)
     return trial

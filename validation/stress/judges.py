@@ -1,14 +1,15 @@
 """What must hold in any run, looked up in its recorded motion by brute force; and how well.
 
 Exact motion is held to rounding, and to what a sustained contact may be off by. An engine that
-steps is held to the law that holds for every engine (`trial.play`). What that doesn't judge, such
-as cushions, momentum and symmetry, is wrong from that share on from which a run is broken, of a
-diameter or of the first speeds; and beyond the way of a step.
+steps is held to the law that holds for every engine (`trial.play`): of overlaps of balls and of
+energy nothing else is asked. What the law has no metric of may be off by what the engine's step
+explains, where it is a place, and by the noise that the law leaves to a solver, where it is a part.
 """
 
 from __future__ import annotations
 
 import math
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 from ghostball.engine import ExactTrajectory, Result, Samples, Scene
 from ghostball.engine.core.tolerances import MOTION_ERROR
 from ghostball.engine.trajectory import SampledTrajectory, energy_of
-from ghostball.validation.checks.accuracy import BROKEN_SHARE
+from ghostball.validation.checks.criteria import common_criteria
 from ghostball.validation.checks.energy_gain import largest_rise
 from ghostball.validation.grading.tolerances import EPS
 from ghostball.validation.runs.steps import STEP_SETTINGS
@@ -124,21 +125,30 @@ def is_exact(result: Result) -> bool:
 
 
 def overlap_limit(result: Result, positions: FloatArray) -> float:
-    """Return the deepest overlap that a run may have at these places, (k, n, 3) [m]; in metres."""
+    """Return the deepest overlap that a run may have at these places, (k, n, 3) [m]; in metres.
+
+    Of an engine that steps that is with a cushion; the law says how deep balls may overlap.
+    """
     scene = result.scene
-    diameter = 2.0 * float(scene.radii.max())
-    if is_exact(result):
-        return gap_rounding(scene, positions) + CONTACT_SLOP * diameter
-    return BROKEN_SHARE * diameter + way_of_a_step(result)
+    slop = CONTACT_SLOP * 2.0 * float(scene.radii.max())
+    return gap_rounding(scene, positions) + (slop if is_exact(result) else way_of_a_step(result))
+
+
+@cache
+def solver_noise() -> float:
+    """Return the part of the energy that the common law leaves to any engine's solver."""
+    rows = common_criteria().criteria
+    (limit,) = (one.limit for one in rows if one.metric == "energy_rise" and one.claiming is None)
+    return float(limit)
 
 
 def rise_limit(result: Result) -> float:
-    """Return the largest `energy_rise` that a run may have.
+    """Return the largest `energy_rise` that an exact motion may have.
 
-    Of exact motion: a rounding of each of the three parts that a ball's energy has, for the sum
+    A rounding of each of the three parts that a ball's energy has, for the sum
     over them may round all the same way; of few balls, those of their speeds as well.
     """
-    return max(16.0, 3.0 * len(result.scene.balls)) * EPS if is_exact(result) else BROKEN_SHARE
+    return max(16.0, 3.0 * len(result.scene.balls)) * EPS
 
 
 def rise_limit_of_many(result: Result, times: FloatArray, states: Samples) -> float:
@@ -180,15 +190,18 @@ def gap_rounding(scene: Scene, positions: FloatArray) -> float:
 
 
 def way_of_a_step(result: Result) -> float:
-    """Return how far the fastest ball goes at first in a step of the engine [m]; 0 without steps.
+    """Return how far the fastest ball goes at first in a step of the engine [m].
 
-    Its speed is that of the centre or of the surface, whichever is greater: spin becomes speed.
+    Infinite where the result doesn't say how long its steps are. Its speed is that of the centre or
+    of the surface, whichever is greater: spin becomes speed.
     """
-    step = max((float(result.settings.get(name) or 0.0) for name in STEP_SETTINGS), default=0.0)
+    steps = (float(result.settings.get(name) or math.inf) for name in STEP_SETTINGS)
+    step = min(steps, default=math.inf)
     scene = result.scene
     centres = np.linalg.norm(scene.velocities, axis=1)
     surfaces = scene.radii * np.linalg.norm(scene.angular_velocities, axis=1)
-    return step * float(np.maximum(centres, surfaces).max())
+    fastest = float(np.maximum(centres, surfaces).max())
+    return step * fastest if fastest > 0.0 else 0.0
 
 
 def unsolved(result: Result) -> int:

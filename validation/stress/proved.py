@@ -1,8 +1,8 @@
 """The judge of a run against the proof of its shot, and the trials of one shot that it judges.
 
 Exact motion is held to the limits of `scenes/common.expect.toml`: no event missing, none invented,
-and positions within 32 roundings of the state per event. An engine that steps sees contacts late;
-what it is asked for instead is `SteppedRule`'s.
+and positions within 32 roundings of the state per event. An engine that steps sees contacts late:
+it is asked what `ghostball validate` asks of it, by the same rows, with this proof as the truth.
 """
 
 from __future__ import annotations
@@ -10,18 +10,15 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ghostball.engine import GhostballError, Result, Scene, UnsupportedSceneError
 from ghostball.reference_adapters import ReferenceEngine
 from ghostball.reference_adapters.certified import Certificate, CertifiedSettings, certify
 from ghostball.reference_adapters.registry import OURS
-from ghostball.validation.checks.accuracy import BROKEN_SHARE
 from ghostball.validation.checks.criteria import common_criteria
 from ghostball.validation.checks.violations import faults_of
 from ghostball.validation.grading.certified_growth import growth_of_proof
@@ -30,25 +27,8 @@ from ghostball.validation.grading.grading import Grade, gradable, grade
 from ghostball.validation.grading.horizon import GRID, horizon
 from ghostball.validation.grading.tolerances import OFF_BY, ROUNDINGS, TOLERANCE, UNIT_ROUNDOFF
 from ghostball.validation.stress.judges import is_exact
-from ghostball.validation.stress.trial import Trial, Verdict, play
-
-SteppedRule = Literal["collisions", "places"]
-"""What of an engine that steps is judged.
-
-"collisions": that these are the proved ones, and that no ball ends more than `BROKEN_SHARE` of a
-diameter off. "places": where balls are, over the longest way; of shots that go for any number of
-diameters, and whose lengths have any size.
-"""
-
-PERMITTED = 0.01
-"""Error that "places" permits, in units of the longest way that a ball went.
-
-Contacts are seen up to a step late. This is no grade of how exact an engine is, which `validate`
-gives: it tells a shot that is played from one that is lost.
-"""
-
-STILL = 1e-9
-"""How far a ball may move that can't, in radii, in engines that step."""
+from ghostball.validation.stress.trial import Judge, Trial, Verdict, play
+from ghostball.validation.truth.scene_truth import truth_of
 
 LONGEST = 2.0
 """Simulated time [s] beyond which an engine isn't asked that may step through it."""
@@ -62,8 +42,6 @@ class AsProved:
 
     Attributes
     ----------
-    stepped : "collisions" or "places"
-        See `SteppedRule`.
     settings : CertifiedSettings
         How the shot is proved.
     least : int or None
@@ -73,7 +51,6 @@ class AsProved:
         Whether the proof is kept on the disk.
     """
 
-    stepped: SteppedRule = "collisions"
     settings: CertifiedSettings = CertifiedSettings()  # noqa: RUF009 - frozen
     least: int | None = None
     cached: bool = True
@@ -110,22 +87,13 @@ class AsProved:
         scene = result.scene
         if too_little := proved_too_little(scene, proof, self.least):
             return Verdict.of(scene, [too_little], 10.0)
-        if not is_exact(result) and self.stepped == "places":
-            return near(result, proof)
-        # What a step errs by has no rounding's horizon: these shots end before it matters.
-        exact = is_exact(result)
-        within = gradable(scene, proof, exact=exact, until=None if exact else math.inf)
-        found = grade(result, proof, within)
-        faults = list(faults_of(found, scene))
-        off = float(np.max(found.position_errors, initial=0.0)) / (2.0 * float(scene.radii.max()))
         if not is_exact(result):
-            if not off <= BROKEN_SHARE:
-                faults.append(f"a ball ends {off:.3g} diameters off, at most {BROKEN_SHARE:g}")
-            nearest = off / BROKEN_SHARE
-        else:
-            faults += _moved(found) if not faults else []
-            faults += own_words(result, proof, found.until)
-            nearest = (found.quality_factor or 0.0) / quality_limit()
+            return Verdict.of(scene, ())  # the law has judged it
+        found = grade(result, proof, gradable(scene, proof))
+        faults = list(faults_of(found, scene))
+        faults += _moved(found) if not faults else []
+        faults += own_words(result, proof, found.until)
+        nearest = (found.quality_factor or 0.0) / quality_limit()
         values = {
             "quality_factor": found.quality_factor,
             "events": found.events,
@@ -227,27 +195,34 @@ def _moved(found: Grade) -> list[str]:
 
 @dataclass(frozen=True)
 class ProvedTrial(Trial):
-    """One shot that is proved, of any size, judged with the rule "places" for engines that step.
+    """One shot that is proved, of any size.
 
     Attributes
     ----------
     name : str
     scene : Scene
-    least : int or None
+    least, cached
         As of `AsProved`.
+    also : callable or None
+        Another judge of the same run.
     """
 
     name: str
     scene: Scene
     least: int | None = None
+    cached: bool = True
+    also: Judge | None = None
 
     def run(self, engine: ReferenceEngine) -> Verdict:
         """Prove the shot, run it, compare."""
-        judge = AsProved("places", least=self.least)
+        judge = AsProved(least=self.least, cached=self.cached)
         proof = judge.proof(self.scene)
         refuse_long(engine, self.scene, float(proof.t_end))
-        result = play(engine, self.scene)
-        return result if isinstance(result, Verdict) else judge.judge(result, proof)
+        result = play(engine, self.scene, truth=partial(truth_of, self.scene))
+        if isinstance(result, Verdict):
+            return result
+        verdict = judge.judge(result, proof)
+        return verdict if self.also is None else verdict.joined(self.also(result))
 
     def examples(self) -> Iterable[Scene]:
         """Yield the scene."""
@@ -264,33 +239,3 @@ def refuse_long(engine: ReferenceEngine, scene: Scene, t_end: float) -> None:
     if engine.name != OURS and t_end > LONGEST:
         why = f"{t_end:.3g} s of motion, more than the {LONGEST:g} s that steps are asked for"
         raise UnsupportedSceneError(engine.name, (f"{why} (scene {scene.name!r})",))
-
-
-def near(result: Result, proof: Certificate) -> Verdict:
-    """Judge a run by where its balls are at the end of the proof."""
-    scene = result.scene
-    start = scene.positions[:, :2]
-    end = np.array([[float(e) for e in position[:2]] for position in proof.positions])
-    found = result.sample([float(proof.t_end)]).positions[0, :, :2]
-    way = float(np.max(np.hypot(*(end - start).T)))
-    return judge_places(scene, found, end, max(PERMITTED * way, STILL * float(min(scene.radii))))
-
-
-def judge_places(
-    scene: Scene,
-    found: NDArray[np.float64],
-    right: NDArray[np.float64],
-    permitted: float,
-) -> Verdict:
-    """Judge where balls are: (n, 2) [m], against where they should be."""
-    off = np.hypot(*(found - right).T)
-    if not np.all(np.isfinite(off)):
-        return Verdict.of(scene, ["a position isn't finite"], 10.0)
-    k = int(np.argmax(off))
-    worst = float(off[k])
-    faults = []
-    if worst > permitted:
-        faults.append(
-            f'ball "{scene.balls[k].id}" is {worst:.3g} m off, more than {permitted:.3g} m'
-        )
-    return Verdict.of(scene, faults, worst / permitted, {"error": worst})

@@ -87,6 +87,16 @@ class Verdict:
         near = graded_severity(severity, bool(found))
         return cls(found, scene, near, 1, bool(found), values or {})
 
+    def joined(self, other: Verdict) -> Verdict:
+        """Return the verdict of this judge and of another one on the same shot."""
+        assert self.scene is not None
+        return Verdict.of(
+            self.scene,
+            (*self.faults, *other.faults),
+            max(self.severity, other.severity),
+            {**self.values, **other.values},
+        )
+
 
 def graded_severity(nearness: float, broken: bool) -> float:
     """Return the severity of what came so near to a limit, or went so far beyond: a ratio to it.
@@ -178,13 +188,18 @@ def size(value: float) -> str:
 
 
 def play(
-    engine: ReferenceEngine, scene: Scene, record: Record = "trajectory", *, law: bool = True
+    engine: ReferenceEngine,
+    scene: Scene,
+    record: Record = "trajectory",
+    *,
+    law: bool = True,
+    truth: Callable[[], Truth] = lambda: NO_TRUTH,
 ) -> Result | Verdict:
     """Run a shot; return its result, or the verdict where it has no whole one, or breaks the law.
 
     A motion in steps, where it is recorded, is held to what the law says of every engine whatever
-    the shot, unless `law` says that somebody else asks that. An exact one is held to rounding by
-    whoever judges it.
+    the shot, and of its `truth`, where there is one; unless `law` says that somebody else asks it.
+    An exact one is held to rounding by whoever judges it.
 
     Raises
     ------
@@ -196,7 +211,7 @@ def play(
     result = run_engine(engine, scene, record)
     if result.status.complete:
         in_steps = record == "trajectory" and not isinstance(result.trajectory, ExactTrajectory)
-        faults = broken_law(engine, result, NO_TRUTH, Criteria()) if law and in_steps else ()
+        faults = broken_law(engine, result, truth(), Criteria()) if law and in_steps else ()
         return Verdict.of(scene, faults, 10.0) if faults else result
     why = f": {result.reason}" if result.reason else ""
     return Verdict.of(scene, [f"it stops at {result.rest_time:.6g} s: {result.status.value}{why}"])

@@ -10,12 +10,12 @@ import math
 import numpy as np
 import pytest
 from mpmath import mp, mpf
+from scaled_shots import differences, scaled
 from shots import POOL_TABLE, R, ball, random_shot, scene_of
 
 from ghostball.engine import EventKind, Scene, Status, Table, simulate
 from ghostball.engine.core.tolerances import EPS
 from ghostball.validation.scenes.library import find_scene
-from ghostball.validation.stress.scaling import differences, scaled
 
 K = 0.0041
 G = 9.81

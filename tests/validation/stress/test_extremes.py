@@ -9,15 +9,8 @@ from ghostball.reference_adapters.certified import certify
 from ghostball.reference_adapters.registry import make_engine
 from ghostball.validation.stress.families.extremes import FAMILY
 from ghostball.validation.stress.proved import ProvedTrial
-from ghostball.validation.stress.scaling import ScaledTrial
 
 TRIALS = {trial.name: trial for trial in FAMILY.trials("quick")}
-
-
-def test_the_quick_suite_is_part_of_the_full_one():
-    full = [trial.name for trial in FAMILY.trials("full")]
-    assert len(full) == len(set(full))
-    assert set(TRIALS) < set(full)
 
 
 def test_what_is_proved_has_a_collision_wherever_a_ball_can_get_to_one():
@@ -31,10 +24,8 @@ def test_what_is_proved_has_a_collision_wherever_a_ball_can_get_to_one():
 
 
 def test_steps_are_not_asked_to_go_on_for_years():
-    trial = next(t for t in TRIALS.values() if isinstance(t, ScaledTrial))
-    assert trial.time == 30
     with pytest.raises(Exception, match="more than the 2 s"):
-        trial.run(make_engine("paper-continuous"))
+        TRIALS["speed-elastic-1e-09"].run(make_engine("paper-continuous"))
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from ghostball.engine import SampledTrajectory, UnsupportedSceneError, simulate
-from ghostball.engine.scene import POOL_BALL_RADIUS as RADIUS
 from ghostball.reference_adapters.registry import make_engine
 from ghostball.validation.stress.families.long_runs import (
     GalperinTrial,
@@ -39,10 +38,10 @@ def test_galperin_is_counted_and_a_lost_collision_is_seen(digits, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("engine", "passes", "breaks"), [("pymunk", 1e-3, 0.02), ("ghostball", 1e-16, 1e-14)]
+    ("engine", "passes", "breaks"), [("pymunk", 1e-7, 1e-5), ("ghostball", 1e-16, 1e-14)]
 )
 def test_speeds_of_galperin_that_are_off_are_seen(engine, passes, breaks, monkeypatch):
-    """By a hundredth of the largest, in an engine that steps; by rounding, in ours."""
+    """By the noise of a solver, in an engine that steps; by rounding, in ours."""
     count, light, heavy = galperin(0)
     for off, seen in ((passes, False), (breaks, True)):
         wrong = (count, light + off, heavy)
@@ -70,25 +69,15 @@ def test_a_gas_survives_and_its_drift_overlap_and_stray_momentum_are_seen():
     assert "from nowhere" in replace(seen, stray=[(1e-10, 0.0)]).verdict().faults[0]
 
 
-def stepped(result, speed=1.0):
-    """Return a gas as an engine that steps records it, its balls at the end faster by a factor."""
-    times = np.linspace(0.0, result.rest_time, 101)
-    frames = SampledTrajectory(times, *result.sample(times))
-    end = result.final_state._replace(velocities=speed * result.final_state.velocities)
-    return replace(result, trajectory=frames, final_state=end, settings={"dt": 1e-4})
-
-
-def test_an_engine_that_steps_is_asked_for_what_can_be_seen():
+def test_an_engine_that_steps_is_asked_by_the_law_alone_how_energy_drifts():
     scene = gas(4, 0.3, 1.0)
     result = simulate(scene, record="trajectory")
-    for factor, word in ((1.0 + 1e-9, None), (1.004, None), (1.006, "drifts")):
-        seen = _Seen(scene)
-        seen.add(stepped(result, factor))
-        faults = seen.verdict().faults
-        assert (word is None) == (faults == ())
-        assert word is None or word in faults[0]
+    times = np.linspace(0.0, result.rest_time, 101)
+    frames = SampledTrajectory(times, *result.sample(times))
+    end = result.final_state._replace(velocities=1.1 * result.final_state.velocities)
     seen = _Seen(scene)
-    seen.add(stepped(result))
+    seen.add(replace(result, trajectory=frames, final_state=end, settings={"dt": 1e-4}))
+    assert seen.verdict().faults == ()
     way = 1e-4 * np.max(np.linalg.norm(scene.velocities, axis=1))
-    assert seen.slack == pytest.approx(0.01 * 2.0 * RADIUS + way)
+    assert seen.slack == pytest.approx(way)
     assert "overlap" in replace(seen, deepest=1.01 * seen.slack).verdict().faults[0]

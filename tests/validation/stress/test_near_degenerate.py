@@ -12,7 +12,7 @@ from stress_trials import trials_of
 from ghostball.engine import simulate
 from ghostball.reference_adapters.certified import certify
 from ghostball.validation.stress.families.near_degenerate import FAMILY
-from ghostball.validation.stress.proved import AsProved
+from ghostball.validation.stress.proved import ProvedTrial
 from ghostball.validation.stress.trial import SceneTrial
 
 
@@ -31,8 +31,7 @@ def test_the_quick_suite_is_of_the_same_kinds():
 def test_what_is_asked_is_proved_and_happens():
     endings, events = Counter(), Counter()
     for trial in trials_of(FAMILY, "quick").values():
-        assert isinstance(trial, SceneTrial)
-        if isinstance(trial.judge, AsProved):
+        if isinstance(trial, ProvedTrial):
             certificate = certify(trial.scene)
             endings[certificate.ending] += 1
             events[len(certificate.events)] += 1
@@ -55,7 +54,7 @@ def test_a_phantom_collision_of_such_balls_is_seen():
     trial = trials_of(FAMILY, "quick")["rolling-alike-gap-1e-03-course-0.0"]
     other = trials_of(FAMILY, "quick")["rolling-slower-by-1e-01-at-0-turned-0"]
     assert isinstance(trial, SceneTrial)
-    assert isinstance(other, SceneTrial)
+    assert isinstance(other, ProvedTrial)
     faults = trial.judge(simulate(other.scene, record="trajectory")).faults
     assert any("1 collisions instead of 0" in fault for fault in faults)
 

@@ -3,8 +3,7 @@
 Each is proved by the certified engine from its very doubles. What growing numbers do to a shot is
 their conditioning: far from the origin a coordinate is rounded by more, and so a right answer is
 one within some roundings of the coordinates, carried along the shot; our engine may be 32 times as
-far off as one rounding at each event makes it, as everywhere (scenes/common.expect.toml). Scaled by
-powers of two a shot is the same to the bit.
+far off as one rounding at each event makes it, as everywhere (scenes/common.expect.toml).
 
 Below 1e-50 and above 1e50 a scene is refused, with the field and the rule; so is a ball so far from
 the origin that doubles don't resolve its radius.
@@ -20,7 +19,6 @@ from ghostball.engine import Ball, Physics, Scene, Table
 from ghostball.engine.scene import POOL_BALL_MASS as MASS, POOL_BALL_RADIUS as RADIUS
 from ghostball.validation.stress.family import Family
 from ghostball.validation.stress.proved import ProvedTrial
-from ghostball.validation.stress.scaling import ScaledTrial
 from ghostball.validation.stress.trial import Suite, Trial
 
 WAY = 0.0625
@@ -248,27 +246,8 @@ def _tiny(suite: Suite) -> Iterator[Trial]:
         yield ProvedTrial(f"limit-elastic-{_tag(power)}", scene)
 
 
-SIZES = (
-    (0, 30, 0), (19, -13, 20), (-11, 30, -20), (0, -13, 0), (-11, 0, 0), (19, 0, 0),
-    (-30, -40, 0), (40, 7, -40), (100, 50, 60), (-100, -60, 30),
-)  # fmt: skip
-"""Powers of two that lengths, times and masses are multiplied by: 1e-9 to 1e4 times as fast, tables
-of 0.2 mm to 2e5 m, 1e-6 to 1e6 of the mass; then far beyond."""
-
-
-def _scaled(suite: Suite) -> Iterator[Trial]:
-    for kind, fields in KINDS.items():
-        shots = {"bank": bank("scaled", Physics(**fields), t_max=0.4)}
-        if suite == "full":
-            shots["cut"] = cut("scaled", Physics(**fields))
-        for shape, scene in shots.items():
-            for length, time, mass in SIZES[: 2 if suite == "quick" else None]:
-                name = f"scaled-{shape}-{kind}-{length:+d},{time:+d},{mass:+d}"
-                yield ScaledTrial(name, scene, length, time, mass)
-
-
 def _trials(suite: Suite) -> Iterator[Trial]:
-    parts = (_speeds, _ratios, _crowds, _tables, _moved, _frictions, _restitutions, _tiny, _scaled)
+    parts = (_speeds, _ratios, _crowds, _tables, _moved, _frictions, _restitutions, _tiny)
     for part in parts:
         yield from part(suite)
 
@@ -278,7 +257,6 @@ FAMILY = Family(
     "Extremes of speed, size, mass, place and friction",
     "Shots with one number far out (speeds 5e-324 to 1e49 m/s, ratios of radii and masses to 1e6, "
     "tables from 1 mm to 1e6 m, 1e6 m from the origin, friction 0 to 10, restitution 0 and 1) come "
-    "out as proved: within some roundings, or, of engines that step, within 1 % of the way; scaled "
-    "by powers of two, to the bit.",
+    "out as proved: within some roundings, or, of engines that step, within what the step allows.",
     _trials,
 )

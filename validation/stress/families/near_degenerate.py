@@ -9,7 +9,7 @@ from typing import Any
 from ghostball.engine import Ball, Physics, Scene
 from ghostball.validation.grading.tolerances import LOWEST_HOP
 from ghostball.validation.stress.family import Family
-from ghostball.validation.stress.proved import AsProved
+from ghostball.validation.stress.proved import ProvedTrial
 from ghostball.validation.stress.rows import RADIUS
 from ghostball.validation.stress.sound import Both, Ends, Sound
 from ghostball.validation.stress.trial import SceneTrial, Suite, Trial, size
@@ -77,7 +77,7 @@ def _catching_up(kind: str, physics: Physics, suite: Suite) -> Iterator[Trial]:
                 ahead = (speed * math.cos(angle), speed * math.sin(angle))
                 gap = less * SPEED * T_CATCH
                 scene = _pair(name, physics, gap, ahead, 2.0 * T_CATCH, turn)
-                yield SceneTrial(name, scene, AsProved(cached=False))
+                yield ProvedTrial(name, scene, cached=False)
 
 
 def _slowed_alike(suite: Suite) -> Iterator[Trial]:
@@ -108,8 +108,10 @@ def _slowed_alike(suite: Suite) -> Iterator[Trial]:
                 scene.positions[1, 0] - 2.0 * RADIUS
             )  # as high as one that bounced would rise again
             pressed = word == "met" and part > 0.0 and hop <= LOWEST_HOP * 2.0 * RADIUS
-            right = _pressed(hop, friction, own) if pressed else AsProved(cached=False)
-            yield SceneTrial(name, scene, Both(sound, right))
+            if pressed:
+                yield SceneTrial(name, scene, Both(sound, _pressed(hop, friction, own)))
+            else:
+                yield ProvedTrial(name, scene, cached=False, also=sound)
 
 
 def _pressed(hop: float, behind: float, ahead: float) -> Ends:

@@ -8,9 +8,8 @@ from dataclasses import replace
 from itertools import product
 
 from ghostball.engine import Physics, Scene, Table
-from ghostball.validation.checks.accuracy import BROKEN_SHARE
 from ghostball.validation.stress.family import Family
-from ghostball.validation.stress.proved import AsProved
+from ghostball.validation.stress.proved import ProvedTrial
 from ghostball.validation.stress.rows import RADIUS, Plane, ball, resting_row
 from ghostball.validation.stress.sound import Both, Ends, Sound
 from ghostball.validation.stress.trial import SceneTrial, Suite, Trial, size
@@ -36,6 +35,9 @@ DIRECTIONS = {
     "away": (-1.0, 0.0),
 }
 """Velocities at a contact whose normal is (1, 0)."""
+
+SKEW_OF_RACK = 1e-2
+"""Asymmetry of a rack that is broken, in diameters: order of contacts makes that of rounding."""
 
 EVENTS_PER_BALL = 36
 """Three times the most that any row, rack or wedge of the full suite needs: 12, of a row of 15.
@@ -87,7 +89,7 @@ def _pairs(suite: Suite) -> Iterator[Trial]:
             traded = Ends(((0.0, 0.0), (c, s)), 1, ((0.0, 0.0), there))
             yield SceneTrial(name, scene, Both(sound, traded))
         else:
-            yield SceneTrial(name, scene, Both(sound, AsProved(cached=False)))
+            yield ProvedTrial(name, scene, also=sound, cached=False)
 
 
 def _on_cushions(suite: Suite) -> Iterator[Trial]:
@@ -113,7 +115,7 @@ def _on_cushions(suite: Suite) -> Iterator[Trial]:
             if where == "corner" and word == "slanting" and gap == 0.0:
                 yield SceneTrial(name, scene, _from_corner(kind, place, course, sound))
             else:
-                yield SceneTrial(name, scene, Both(sound, AsProved(cached=False)))
+                yield ProvedTrial(name, scene, also=sound, cached=False)
 
 
 def _from_corner(kind: str, place: Plane, course: Plane, sound: Sound) -> Sound | Both:
@@ -203,7 +205,7 @@ def _triangles(suite: Suite) -> Iterator[Trial]:
         yield SceneTrial(
             name,
             scene,
-            replace(_bounds(scene, kind), images=images_of(places), skew=BROKEN_SHARE),
+            replace(_bounds(scene, kind), images=images_of(places), skew=SKEW_OF_RACK),
         )
         still = Scene(name=f"still-{name}", physics=physics, t_max=0.01, balls=balls)
         calm = Sound(most_events=0, still=tuple(range(n)), images=images_of(places))

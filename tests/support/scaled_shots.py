@@ -1,64 +1,10 @@
-"""Trials that hold an engine against a shot like it: made larger, faster, heavier."""
+"""Shots made larger, faster, heavier by powers of two: doubles scale so exactly."""
 
 from __future__ import annotations
-
-from collections.abc import Iterable
-from dataclasses import dataclass
 
 import numpy as np
 
 from ghostball.engine import GhostballError, Result, Scene
-from ghostball.reference_adapters import ReferenceEngine
-from ghostball.reference_adapters.registry import OURS
-from ghostball.validation.runs.our_run import run_ours
-from ghostball.validation.stress.proved import PERMITTED, judge_places, refuse_long
-from ghostball.validation.stress.trial import Trial, Verdict, play
-
-
-@dataclass(frozen=True)
-class ScaledTrial(Trial):
-    """A shot made larger, faster and heavier by powers of two: the same shot.
-
-    Doubles scale exactly by powers of two, and no constant of ours has a unit: our engine must
-    answer the same to the bit. Others, whose steps have a length, are asked for `PERMITTED`.
-
-    Attributes
-    ----------
-    name : str
-    scene : Scene
-        The shot in the size of a table.
-    length, time, mass : int
-        Powers of two that lengths, times and masses are multiplied by.
-    """
-
-    name: str
-    scene: Scene
-    length: int
-    time: int
-    mass: int
-
-    def run(self, engine: ReferenceEngine) -> Verdict:
-        """Run both and compare."""
-        larger = scaled(self.scene, self.length, self.time, self.mass)
-        right = run_ours(self.scene)
-        refuse_long(engine, larger, right.rest_time * 2.0**self.time)
-        result = play(engine, larger)
-        if isinstance(result, Verdict):
-            return result
-        if engine.name == OURS:
-            return Verdict.of(larger, differences(right, result, self.length, self.time))
-        way = right.rest_positions[:, :2] - self.scene.positions[:, :2]
-        unit = 2.0**self.length
-        return judge_places(
-            larger,
-            result.rest_positions[:, :2],
-            right.rest_positions[:, :2] * unit,
-            PERMITTED * unit * float(np.max(np.hypot(*way.T))),
-        )
-
-    def examples(self) -> Iterable[Scene]:
-        """Yield the scene."""
-        yield self.scene
 
 
 def differences(one: Result, other: Result, length: int, time: int) -> list[str]:

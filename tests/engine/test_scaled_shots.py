@@ -6,10 +6,27 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scaled_shots import differences, scaled
 
 from ghostball.engine import Physics, simulate
-from ghostball.validation.stress.families.extremes import ICE, bank
-from ghostball.validation.stress.scaling import differences, scaled
+from ghostball.validation.stress.families.extremes import ICE, KINDS, bank, cut
+
+SIZES = (
+    (0, 30, 0), (19, -13, 20), (-11, 30, -20), (0, -13, 0), (-11, 0, 0), (19, 0, 0),
+    (-30, -40, 0), (40, 7, -40), (100, 50, 60), (-100, -60, 30),
+)  # fmt: skip
+"""Powers of two that lengths, times and masses are multiplied by: 1e-9 to 1e4 times as fast, tables
+of 0.2 mm to 2e5 m, 1e-6 to 1e6 of the mass; then far beyond."""
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("shape", [cut, bank])
+def test_a_shot_is_the_same_at_any_size(kind, shape):
+    scene = shape("scaled", Physics(**KINDS[kind]), t_max=0.4)
+    one = simulate(scene, record="events")
+    for length, time, mass in SIZES:
+        other = simulate(scaled(scene, length, time, mass), record="events")
+        assert differences(one, other, length, time) == [], (length, time, mass)
 
 
 @pytest.mark.parametrize("physics", [ICE, Physics(preset="pool", ball_friction=0.05)])
