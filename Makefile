@@ -80,8 +80,11 @@ kernels: $(READY)
 test: kernels  ## fast tests, compiled; prints the dearest; COVERAGE=1 measures their coverage too
 	$(call with_coverage,compiled) --durations=10
 
+# Of the files that have any: to collect all the others takes each process ten seconds.
+SLOW = tests/browser $(shell grep -rl --include='test_*.py' 'mark\.slow' tests)
+
 test-slow: kernels  ## the tests that take long
-	$(PYTEST) -m slow --durations=10
+	$(PYTEST) -m slow --durations=10 $(SLOW)
 
 # Every line and branch of a kernel that some test runs is run by these too, in a quarter of the time:
 # the file left out compares shots with another code, which the kernels' own tests run as well. Each

@@ -29,11 +29,6 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-def pytest_collection_modifyitems(items):
-    """Begin with the tests that take longest: begun last, one would keep a single process busy."""
-    items.sort(key=lambda item: item.get_closest_marker("first") is None)
-
-
 @pytest.fixture
 def in_this_process(monkeypatch):
     """Run engines in this process, where a test plants its own, instead of in ones of their own."""

@@ -66,12 +66,10 @@ def test_two_balls_frozen_into_a_corner_in_air_end():
 
 
 ON_CLOTH = ["break-7", "frozen-triangle", "push-line"]
-NOT_ONLY = ["air-slides", "flight-jump"]
 PLAYED = [
     *((name, many) for name in ON_CLOTH for many in (False, True)),
-    *((name, False) for name in NOT_ONLY),
-    # In cells they need kernels that no other test does.
-    *(pytest.param(name, True, marks=pytest.mark.slow) for name in NOT_ONLY),
+    ("air-slides", False),  # in cells they need kernels that no other test does
+    ("flight-jump", False),
 ]
 
 

@@ -40,18 +40,12 @@ for scene in sys.argv[2:]:
     engine.simulate(find_scene(scene), record="trajectory")
 """
 
-# One process of each engine is enough for the fast run: each loads all that its engine needs.
-SLOW = pytest.mark.slow
-
 
 @pytest.mark.compiled
 @pytest.mark.parametrize(
     ("spec", "scenes"),
     [
         ("pymunk:mode=landed", ["stop", "break-7"]),  # one ball, whose arrays are all contiguous
-        pytest.param("pymunk:mode=landed", ["sliding-swerve", "follow-shot"], marks=SLOW),
-        pytest.param("pymunk", ["sliding-swerve", "follow-shot"], marks=SLOW),
-        pytest.param("pybullet:mode=landed", ["stop", "break-7"], marks=SLOW),
         ("pybullet:mode=landed", ["break-7", "stop"]),
     ],
 )

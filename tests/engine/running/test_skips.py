@@ -118,18 +118,6 @@ def test_a_matrix_that_would_not_fit_is_refused():
         simulate(scene, no_skip=["far-cells"])
 
 
-@pytest.mark.slow  # it compiles a variant of the kernels of its own
-def test_a_ball_flies_with_kernels_of_laws_that_integrate():
-    # No law that integrates is for balls that fly, so that a scene to compile both with is hard to
-    # find: with this skip off such a shot was refused.
-    flies = scene_of(
-        ball((0.6, 0.6, 0.1), velocity=(1.0, 0.0, 1.0)), motion="sliding", airborne=True
-    )
-    off = simulate(flies, no_skip=[Skip.INTEGRATED_LAWS])
-    assert off.rest_time == simulate(flies).rest_time
-    assert np.array_equal(off.rest_positions, simulate(flies).rest_positions)
-
-
 # --- with air, and in flight: skips whose parts were written for a ball that rolls
 
 
