@@ -15,7 +15,7 @@ from ghostball._progress import COMPILING, Steps
 from ghostball._terminal import say
 from ghostball.engine import Scene
 from ghostball.reports import style
-from ghostball.reports.markdown_ensembles import effect_text, without_end_text
+from ghostball.reports.page.ensembles import effect_text, without_end_text
 from ghostball.validation.ensembles import (
     QUANTITIES,
     REFERENCE,

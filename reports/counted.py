@@ -9,9 +9,9 @@ from ghostball.validation.results.store import CaseRecord, Results
 COUNTED = {
     "joint_impacts": "impacts of one instant, resolved together",
     "unsolved_joint_impacts": "of those, impacts whose impulses were not found",
-    "contact_steps": "steps of balls that press each other",
+    "contact_steps": "steps of balls in resting contact",
     "contact_pieces": "further pieces of the motion over such steps",
-    "unsolved_contact_steps": "steps of pressing balls whose forces were not found",
+    "unsolved_contact_steps": "steps of balls in resting contact whose forces were not found",
     "pulls": "overlapping balls pulled apart",
     "put_backs": "balls put back from beyond a cushion",
     "coincident_pairs": "balls at one and the same place",
@@ -20,13 +20,6 @@ COUNTED = {
 """Counters of `Result.work` that stand for an approximation or a repair, in words."""
 
 UNSOLVED = ("unsolved_joint_impacts", "unsolved_contact_steps")
-
-COUNTED_MEANS = """\
-Everything that a run did beyond exact events is counted in `Result.work`. Of `ghostball`: impacts
-that share a ball at one instant have no order, and are resolved together; balls that keep pressing
-each other are followed in steps, which hold every gap to a few 1e-13 m. A scene that isn't listed
-needed neither. Of the others: repairs of overlaps. The time steps of engines that have one are in
-the work of each scene."""
 
 SCENES_SHOWN = 8
 """More scenes than this in a cell of a table are no longer read."""
@@ -42,8 +35,10 @@ def work_text(case: CaseRecord) -> str:
     return ", ".join(f"{name.replace('_', ' ')} {count}" for name, count in case.work.items())
 
 
-def counted_rows(results: Results) -> Iterator[tuple[str, str, int, str]]:
-    """Yield engine, what it counted, how often in all, and in which scenes, most first."""
+def counted_rows(
+    results: Results,
+) -> Iterator[tuple[str, str, int, list[tuple[str, int]], int]]:
+    """Yield engine, what it counted, how often in all, where most, and in how many scenes more."""
     for label in results.labels:
         cases = [case for case in results.cases if case.label == label]
         for name, words in COUNTED.items():
@@ -51,10 +46,8 @@ def counted_rows(results: Results) -> Iterator[tuple[str, str, int, str]]:
             if not found:
                 continue
             most = sorted(found, key=lambda scene: (-found[scene], scene))
-            shown = [f"[{scene}](#{scene}) {found[scene]}" for scene in most[:SCENES_SHOWN]]
-            if len(most) > SCENES_SHOWN:
-                shown.append(f"{len(most) - SCENES_SHOWN} more")
-            yield label, words, sum(found.values()), ", ".join(shown)
+            shown = [(scene, found[scene]) for scene in most[:SCENES_SHOWN]]
+            yield label, words, sum(found.values()), shown, len(most) - len(shown)
 
 
 def unsolved(results: Results) -> int:

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ghostball.reference_adapters.registry import OURS
-from ghostball.reports.markdown_parts import many
+from ghostball.reports.words import many
 from ghostball.validation.baselines.regression import UNCOMPARED, Regression, SceneChange
 from ghostball.validation.checks.difference import BAD
 from ghostball.validation.checks.verdict import Verdict, verdict_of

@@ -6,7 +6,8 @@ from pathlib import Path, PurePosixPath
 
 from ghostball.engine import GhostballError
 from ghostball.reports import style
-from ghostball.reports.markdown_parts import (
+from ghostball.reports.stress_figures import FIGURES
+from ghostball.reports.words import (
     Drawn,
     figure_link,
     harmless_markdown,
@@ -14,7 +15,6 @@ from ghostball.reports.markdown_parts import (
     one_line,
     table_of,
 )
-from ghostball.reports.stress_figures import FIGURES
 from ghostball.validation.results.files import write_whole
 from ghostball.validation.stress import FAMILIES, StressFolder
 from ghostball.validation.stress.survival import Survival, all_survival, survival_of, trying_again

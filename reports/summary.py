@@ -13,7 +13,6 @@ from collections.abc import Iterator, Sequence
 from ghostball.reference_adapters.output import harmless
 from ghostball.reports import style
 from ghostball.reports.accuracy import CLASSES, CLASSES_KEY, cell_text, kinds_of, tally
-from ghostball.reports.markdown_parts import many, one_line, table_of
 from ghostball.reports.outcome import (
     CHANGES,
     bad_cases,
@@ -24,6 +23,7 @@ from ghostball.reports.outcome import (
     overall,
 )
 from ghostball.reports.shots import legend_text
+from ghostball.reports.words import many, one_line, table_of
 from ghostball.validation.baselines.regression import (
     UNCOMPARED,
     Quantity,

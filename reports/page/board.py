@@ -16,7 +16,7 @@ from ghostball.reports.board import (
     columns_of,
     looks_of,
 )
-from ghostball.reports.page.rendering import embedded_json, inline, render
+from ghostball.reports.page.rendering import embedded_json, render
 from ghostball.reports.page.replay_data import motions_data
 from ghostball.validation.board.board import Board, command
 from ghostball.validation.board.column import Column
@@ -31,10 +31,10 @@ _CAPTIONS: Final = {
 
 
 def board_html(results: Path) -> Markup:
-    """Return the board that lies in a results folder, as a table."""
+    """Return the board that lies in a results folder, as a table; "" where there is none."""
     board = board_beside(results)
     if board is None:
-        return Markup("<p>%s</p>") % inline("No board is there. `ghostball leaderboard` makes one.")
+        return Markup()
     tables = []
     for reported, caption in _CAPTIONS.items():
         if columns := columns_of(board, reported=reported):

@@ -9,10 +9,10 @@ from typing import Any
 from markupsafe import Markup
 
 from ghostball.reports import style
-from ghostball.reports.markdown_parts import quantity_text
 from ghostball.reports.outcome import kind_text
 from ghostball.reports.page.rendering import embedded_json, render
 from ghostball.reports.page.scenes import REPLAY_ID
+from ghostball.reports.words import quantity_text
 from ghostball.validation.baselines import Regression
 from ghostball.validation.baselines.regression import Quantity, SceneChange
 from ghostball.validation.results.store import CaseRecord, Results

@@ -8,8 +8,8 @@ from markupsafe import Markup
 
 from ghostball.reports import style
 from ghostball.reports.accuracy import CLASSES, Tally, accuracy_text, kinds_of, tally
-from ghostball.reports.markdown_parts import many
 from ghostball.reports.page.rendering import render
+from ghostball.reports.words import many
 from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.results.store import CaseRecord, Results
 

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
-from ghostball.reports.markdown_parts import number_text, quantity_text
-from ghostball.reports.markdown_scene import COMPARISONS
 from ghostball.reports.outcome import bad_cases, kind_text
+from ghostball.reports.page.numbers import COMPARISONS
 from ghostball.reports.page.rendering import render
 from ghostball.reports.page.scenes import ScenePart
+from ghostball.reports.words import number_text, quantity_text
 from ghostball.validation.baselines import Regression
 from ghostball.validation.baselines.regression import SceneChange, moved_text
 from ghostball.validation.checks.verdict import is_unfinished, unfinished_text

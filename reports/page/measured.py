@@ -9,15 +9,15 @@ import numpy as np
 from markupsafe import Markup
 
 from ghostball.reports import style
-from ghostball.reports.markdown_parts import metric_of, run_time_text
-from ghostball.reports.markdown_predictability import predictability_section
 from ghostball.reports.page.chart import Series, draw, log_axis
 from ghostball.reports.page.rendering import render
 from ghostball.reports.page.scenes import ScenePart
 from ghostball.reports.shots import rest_error
+from ghostball.reports.words import metric_of, run_time_text
 from ghostball.validation.baselines import Regression
 from ghostball.validation.checks.verdict import RestError, rest_error_standing
 from ghostball.validation.diagnose.energy_ledger import ENTRIES, EnergyLedger
+from ghostball.validation.diagnose.predictability import Predictability, predictability_in
 from ghostball.validation.results.store import CLOSED_FORM, CaseRecord, Results
 
 SMALLEST_ERROR = 1e-17
@@ -83,8 +83,42 @@ def cost_html(results: Results) -> Markup:
 
 
 def horizons_html(results: Results) -> Markup:
-    """Return how far the shots can be predicted."""
-    return render("horizons.html", parts=predictability_section(results))
+    """Return how far the shots can be predicted, and each engine in each of them."""
+    shots = predictability_in(results)
+    labels = [
+        label
+        for label in results.labels
+        if any(case.label == label and case.horizon is not None for case in results.cases)
+    ]
+    rows = []
+    for scene in results.scene_names:
+        cases = [results.case(scene, label) for label in labels]
+        if any(case is not None and case.horizon is not None for case in cases):
+            rows.append((scene, [*map(_own_horizon, cases)]))
+    return render(
+        "horizons.html",
+        tolerance=style.format_length(shots[0].tolerance) if shots else "",
+        shots=[(one.scene, _growth_text(one), _horizon_text(one)) for one in shots],
+        labels=labels,
+        rows=rows,
+    )
+
+
+def _own_horizon(case: CaseRecord | None) -> str:
+    if case is None or case.outcome != "ran":
+        return "–"
+    return "to its end" if case.horizon is None else style.format_time(case.horizon)
+
+
+def _growth_text(shot: Predictability) -> str:
+    return "none" if math.isnan(shot.growth[-1]) else f"{shot.growth[-1]:.2g}"
+
+
+def _horizon_text(shot: Predictability) -> str:
+    if shot.horizon is None:
+        return f"past its end ({style.format_time(shot.rest_time)})"
+    why = "" if shot.ends == "growth" else f" ({shot.ends})"
+    return f"{style.format_time(shot.horizon)} of {style.format_time(shot.rest_time)}{why}"
 
 
 def ledgers_html(ledgers: Mapping[str, EnergyLedger]) -> Markup:

@@ -1,4 +1,4 @@
-"""The top of the page: the verdict, what changed since the baselines, and engines by scenes."""
+"""What changed since the baselines, and the matrix of engines by scenes."""
 
 from __future__ import annotations
 
@@ -16,18 +16,8 @@ from ghostball.reports.accuracy import (
     kinds_of,
     meaning_text,
 )
-from ghostball.reports.markdown import headline, metrics_text
-from ghostball.reports.markdown_parts import taken_over_text
-from ghostball.reports.markdown_scene import failure_text
-from ghostball.reports.outcome import (
-    CHANGES,
-    bad_cases,
-    kind_text,
-    of_comparison,
-    overall,
-)
+from ghostball.reports.outcome import CHANGES, of_comparison
 from ghostball.reports.page.changed import has_part
-from ghostball.reports.page.engines import engines_html
 from ghostball.reports.page.rendering import render, scene_link
 from ghostball.validation.baselines import Regression
 from ghostball.validation.baselines.regression import SceneChange
@@ -63,29 +53,6 @@ class Cell:
     kind: str
     why: str
     link: str
-
-
-def verdict_html(results: Results, regression: Regression | None) -> Markup:
-    """Return the verdict in words and numbers, with what failed by name."""
-    failures = [
-        (
-            case,
-            unfinished_text(case),
-            [failure_text(case, check) for check in case.checks if check.passed is False],
-        )
-        for case in bad_cases(results)
-    ]
-    return render(
-        "verdict.html",
-        overall=overall(results, *([] if regression is None else [regression])),
-        engines=engines_html(results),
-        headline=headline(results),
-        metrics=metrics_text(results),
-        taken_over=taken_over_text(results),
-        failures=failures,
-        beyond=[] if regression is None else [one for one in regression.scenes if one.failed],
-        kind_text=kind_text,
-    )
 
 
 def changes_html(results: Results, regression: Regression | None) -> Markup:

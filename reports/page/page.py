@@ -8,12 +8,13 @@ from dataclasses import dataclass
 from markupsafe import Markup
 
 from ghostball.reports.guarded import FailedPart, attempt, failed_text
-from ghostball.reports.markdown import TRUTH_TEXT, counted_section
 from ghostball.reports.outcome import overall
 from ghostball.reports.page.board import board_html
 from ghostball.reports.page.changed import changed_html
 from ghostball.reports.page.colours import engine_css
+from ghostball.reports.page.ensembles import Pictures, ensembles_html
 from ghostball.reports.page.failures import failures_html
+from ghostball.reports.page.headline import verdict_html
 from ghostball.reports.page.measured import (
     closed_forms_html,
     cost_html,
@@ -22,12 +23,12 @@ from ghostball.reports.page.measured import (
     ledgers_html,
     timing_html,
 )
-from ghostball.reports.page.overview import changes_html, matrix_html, verdict_html
-from ghostball.reports.page.pictures import Pictures, ensembles_html
-from ghostball.reports.page.rendering import asset, inline, markdown, render
+from ghostball.reports.page.overview import changes_html, matrix_html
+from ghostball.reports.page.rendering import asset, render
 from ghostball.reports.page.replay_assets import replay_script, replay_style
 from ghostball.reports.page.scenes import ScenePart
-from ghostball.reports.page.surroundings import environment_html, stress_html
+from ghostball.reports.page.stress import stress_html
+from ghostball.reports.page.surroundings import environment_html, truth_html
 from ghostball.validation.baselines import Regression
 from ghostball.validation.checks.verdict import Verdict, verdict_of
 from ghostball.validation.diagnose.energy_ledger import EnergyLedger
@@ -42,6 +43,16 @@ class Section:
     name: str
     heading: str
     html: Markup
+
+
+@dataclass(frozen=True)
+class Part:
+    """A part of a section; one that has an anchor and a heading is folded, unless `opened`."""
+
+    make: Callable[[], Markup]
+    anchor: str = ""
+    heading: str = ""
+    opened: bool = False
 
 
 def page_text(
@@ -66,66 +77,66 @@ def page_text(
         Sections that could not be made; each says so in its place.
     """
 
-    def section(anchor: str, name: str, heading: str, *makes: Callable[[], Markup]) -> Section:
-        html = Markup("").join(_made(heading, make, failed) for make in makes)
-        return Section(anchor, name, heading, html)
+    def section(anchor: str, name: str, heading: str, *parts: Part) -> Section:
+        made = [(part, _made(part.heading or heading, part.make, failed)) for part in parts]
+        html = render("parts.html", parts=[(part, html) for part, html in made if html])
+        return Section(anchor, name, heading, html if any(html for _, html in made) else Markup())
 
     before = [
         section(
             "verdict",
             "Verdict",
             "Verdict and what changed",
-            lambda: verdict_html(results, regression),
-            lambda: changes_html(results, regression),
-            lambda: changed_html(results, regression),
+            Part(lambda: verdict_html(results, regression)),
+            Part(lambda: changes_html(results, regression)),
+            Part(lambda: changed_html(results, regression)),
         ),
-        section("matrix", "Matrix", "Engines by scenes", lambda: matrix_html(results)),
+        section("matrix", "Matrix", "Engines by scenes", Part(lambda: matrix_html(results))),
     ]
     after = [
-        section(
-            "closed-forms",
-            "Closed forms",
-            "Closed forms, in units of rounding",
-            lambda: closed_forms_html(results),
-        ),
-        section("cost", "Cost", "Run time against error", lambda: cost_html(results)),
-        section(
-            "horizons",
-            "Horizons",
-            "How far the shots can be predicted",
-            lambda: horizons_html(results),
-        ),
-        section(
-            "ensembles",
-            "Ensembles",
-            "Ensembles: how perturbed shots end",
-            lambda: ensembles_html(results, pictures) or _no_ensembles(),
-        ),
-        section(
-            "energy",
-            "Energy",
-            "Where the energy went",
-            lambda: ledgers_html(_ledgers(results, scenes)),
-        ),
-        section(
-            "hashes", "Hashes", "Determinism", lambda: hashes_html(results, scenes, regression)
-        ),
-        section("timing", "Timing", "Run times", lambda: timing_html(results)),
-        section(
-            "board",
-            "Board",
-            "Engines on the questions that tell them apart",
-            lambda: board_html(results.path),
-        ),
-        section("stress", "Stress", "Stress survival", lambda: stress_html(results)),
         section(
             "failures",
             "Failures",
             "Failures explained",
-            lambda: failures_html(results, scenes, regression),
+            Part(lambda: failures_html(results, scenes, regression)),
         ),
-        section("environment", "Environment", "Environment", lambda: environment_html(results)),
-        section("truth", "Truth", "What is true here", lambda: _truth_html(results)),
+        section(
+            "numbers",
+            "Numbers",
+            "Numbers over all scenes",
+            Part(lambda: cost_html(results), "cost", "Run time against error", opened=True),
+            Part(
+                lambda: closed_forms_html(results),
+                "closed-forms",
+                "Closed forms, in units of rounding",
+            ),
+            Part(lambda: horizons_html(results), "horizons", "How far the shots can be predicted"),
+            Part(
+                lambda: ensembles_html(results, pictures),
+                "ensembles",
+                "Ensembles: how perturbed shots end",
+                opened=True,
+            ),
+            Part(
+                lambda: ledgers_html(_ledgers(results, scenes)), "energy", "Where the energy went"
+            ),
+            Part(lambda: hashes_html(results, scenes, regression), "hashes", "Determinism"),
+            Part(lambda: timing_html(results), "timing", "Run times"),
+        ),
+        section(
+            "board",
+            "Board",
+            "Engines on the questions that tell them apart",
+            Part(lambda: board_html(results.path)),
+        ),
+        section("stress", "Stress", "Stress survival", Part(lambda: stress_html(results))),
+        section(
+            "run",
+            "About this run",
+            "About this run",
+            Part(lambda: truth_html(results), "truth", "What is true here"),
+            Part(lambda: environment_html(results), "environment", "Environment"),
+        ),
     ]
     return str(
         render(
@@ -141,7 +152,7 @@ def page_text(
             ],
             scripts=[replay_script(), asset("page.js")],
             before=before,
-            after=after,
+            after=[one for one in after if one.html],
             scene_list=[(name, _worst(results, name)) for name in results.scene_names],
             scenes=[scenes[name].html for name in results.scene_names],
         )
@@ -157,11 +168,6 @@ def _made(heading: str, make: Callable[[], Markup], failed: list[FailedPart]) ->
 def _ledgers(results: Results, scenes: Mapping[str, ScenePart]) -> dict[str, EnergyLedger]:
     parts = {name: scenes[name].ledger for name in results.scene_names}
     return {name: ledger for name, ledger in parts.items() if ledger is not None}
-
-
-def _no_ensembles() -> Markup:
-    advice = "No scene was perturbed. `ghostball validate SCENE --ensemble K` does so."
-    return Markup("<p>%s</p>") % inline(advice)
 
 
 def _title(results: Results, regression: Regression | None) -> str:
@@ -191,12 +197,3 @@ def _worst(results: Results, scene: str) -> tuple[str, str]:
     order = (Verdict.FAIL, Verdict.CRASHED, Verdict.PASS, Verdict.LIMITS_HOLD, Verdict.REFERENCE)
     worst = next((one for one in order if one in verdicts), Verdict.SHOWN)
     return worst.symbol, worst.words
-
-
-def _truth_html(results: Results) -> Markup:
-    counted = counted_section(results).removeprefix("## What the runs counted\n\n")
-    parts = [markdown(TRUTH_TEXT)]
-    if counted:
-        heading = Markup("<h3>What the runs counted</h3>")
-        parts += [heading, markdown(counted, "What the runs counted", wraps=True)]
-    return Markup("").join(parts)

@@ -16,12 +16,18 @@ from ghostball.reports import style
 from ghostball.reports.accuracy import cell_text
 from ghostball.reports.counted import work_text
 from ghostball.reports.guarded import FailedPart
-from ghostball.reports.markdown_parts import quantity_text
-from ghostball.reports.markdown_scene import COMPARISONS, collision_text, number_table, remarks
 from ghostball.reports.page.curves import colour_of, dash_of, energy_chart, error_chart
+from ghostball.reports.page.numbers import (
+    COMPARISONS,
+    collisions_of,
+    number_heads,
+    number_row,
+    remarks,
+)
 from ghostball.reports.page.rendering import embedded_json, render
 from ghostball.reports.page.replay_data import scene_data
 from ghostball.reports.shots import Run, Shot
+from ghostball.reports.words import quantity_text
 from ghostball.validation.baselines.regression import SceneChange
 from ghostball.validation.checks.verdict import verdict_of
 from ghostball.validation.diagnose.energy_ledger import ENTRIES, EnergyLedger, ledger_of
@@ -123,9 +129,10 @@ def scene_part(
         ],
         cell_text=cell_text,
         verdict_of=verdict_of,
-        collisions=collision_text(cases),
-        numbers=number_table(cases),
-        remarks=remarks(cases),
+        collisions=collisions_of(cases),
+        heads=number_heads(cases),
+        numbers=[(case.label, number_row(case)) for case in cases],
+        remarks=list(remarks(cases)),
         limits=list(_limits(cases)),
         rest=list(_rest(shot)),
         courses=list(_courses(cases)),

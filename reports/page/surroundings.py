@@ -1,23 +1,19 @@
-"""What lies around a run: its environment, and what the stress suite found beside it."""
+"""What lies around a run: what is true in it, where it was made, what was found beside it."""
 
 from __future__ import annotations
 
 import shlex
 from collections.abc import Iterable, Mapping
-from pathlib import Path
 from typing import Any
 
 from markupsafe import Markup
 
-from ghostball.reports.markdown import UNAVAILABLE, engine_settings, flat_values
+from ghostball.reports.counted import counted_rows
 from ghostball.reports.page.rendering import render
-from ghostball.reports.stress_report import about_text, survival_table, worst_cases
 from ghostball.validation.results.store import Results
-from ghostball.validation.stress import StressFolder
-from ghostball.validation.stress.findings import is_stress_folder
 
-STRESS_FOLDERS = ("stress", "stress-quick", "stress-full")
-"""Where in a results folder a stress run may lie."""
+UNAVAILABLE = "unavailable here"
+"""Stands for the settings of an engine that could not run, which has none."""
 
 _GROUPS: dict[str, tuple[str, ...]] = {
     "Machine": ("cpu", "cores", "os", "python"),
@@ -51,27 +47,36 @@ def environment_html(results: Results) -> Markup:
     )
 
 
-def stress_html(results: Results) -> Markup:
-    """Return what engines survived, where a stress run lies in the results folder."""
-    runs = []
-    for folder in stress_folders(results.path):
-        # The headings of stress.md are not those of the page.
-        worst = [part for part in worst_cases(folder) if not part.startswith("## ")]
-        runs.append((folder.path.name, about_text(folder), survival_table(folder), worst))
-    return render("stress.html", runs=runs)
+def truth_html(results: Results) -> Markup:
+    """Return what is meant by truth here, and what runs counted beyond exact events."""
+    return render("truth.html", counted=list(counted_rows(results)))
 
 
-def stress_folders(path: Path) -> list[StressFolder]:
-    """Return the stress runs in a results folder.
+def engine_settings(results: Results) -> dict[str, dict[str, Any] | None]:
+    """Return the settings of each engine as used, by its label; None where it is unavailable.
 
-    Raises
-    ------
-    ResultsError
-        Where one of them is damaged, or of another schema version.
+    The environment has them as asked for, where a step may be left to the engine.
     """
-    return [
-        StressFolder.load(path / name) for name in STRESS_FOLDERS if is_stress_folder(path / name)
-    ]
+    used = {case.label: case.settings for case in reversed(results.cases) if case.outcome == "ran"}
+    asked: dict[str, dict[str, Any] | None] = results.environment.get("engine_settings", {})
+    return {**asked, **used}
+
+
+def flat_values(values: Mapping[str, Any]) -> Iterable[tuple[str, str]]:
+    """Yield a row for each value, for a mapping one for each of its entries."""
+    for key, value in values.items():
+        if isinstance(value, Mapping):
+            yield from ((f"{key}.{inner}", _plain(entry)) for inner, entry in value.items())
+        else:
+            yield key, _plain(value)
+
+
+def _plain(value: Any) -> str:
+    if isinstance(value, Mapping):
+        return ", ".join(f"{key}={_plain(entry)}" for key, entry in value.items())
+    if isinstance(value, list):
+        return ", ".join(map(_plain, value))
+    return str(value)
 
 
 def _rows(values: Mapping[str, Any]) -> list[tuple[str, str]]:

@@ -13,7 +13,7 @@ import ghostball.validation.ensembles.run as run_module
 from ghostball.engine import Ball, Scene
 from ghostball.reports import style, write_report
 from ghostball.reports.figures import draw_ensemble
-from ghostball.reports.markdown_ensembles import ensembles_parts, without_end_text
+from ghostball.reports.page.ensembles import ensembles_html, without_end_text
 from ghostball.validation.ensembles import EnsembleRecord, Ensembles, Size, run_ensembles
 from ghostball.validation.results.store import Results
 from ghostball.validation.scenes.library import find_scene
@@ -33,7 +33,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def section(folder: Path) -> str:
-    return "\n\n".join(text for _, text in ensembles_parts(Results.open(folder)))
+    return ensembles_html(Results.open(folder), {})
 
 
 def loaded(folder: Path) -> Ensembles:
@@ -49,19 +49,17 @@ def test_the_section_says_what_was_perturbed_compared_and_found(folder: Path):
         "0.001 rad",
         "100 µm",
         "comparison of codes",
-        "touching balls are perturbed by\nopening gaps alone",
-        "**Null test of `ghostball`**",
-        "### Ensemble of break-7",
-        "`ghostball`, other members (null test) | 12 of 12",
-        "`paper-continuous` | 12 of 12",
-        "- `paper-discrete`: not representable: no sliding",
+        "touching balls are perturbed by opening gaps alone",
+        "<strong>Null test of <code>ghostball</code></strong>",
+        "<h4>Ensemble of break-7</h4>",
+        "<code>ghostball</code>, other members (null test)<td>12 of 12",
+        "<code>paper-continuous</code><td>12 of 12",
+        "<code>paper-discrete</code>: not representable: no sliding",
     ):
         assert part in text
     # Balls of paper-discrete are seen 20 ms late: it misses collisions, or has them again.
-    (row,) = (
-        line for line in text.split("### ")[1].splitlines() if line.startswith("| `paper-discrete`")
-    )
-    assert len(row.split(" | ")) == 8
+    (row,) = re.findall(r"<code>paper-discrete</code>(<td>.*)", text.split("<h4>")[1])
+    assert row.count("<td>") == 7
     assert re.search(r"\d\.\d\d \(\d\.\d\d\), p ", row)
 
 
@@ -69,13 +67,13 @@ def test_a_comparison_with_proved_shots_is_said_to_be_one(folder: Path, tmp_path
     scene, labels = find_scene("stop"), ["ghostball", "certified"]
     run_suite([scene], labels, tmp_path)
     run_ensembles([scene], labels, tmp_path, 3)
-    assert "`certified` proves each of its shots" in section(tmp_path)
+    assert "<code>certified</code> proves each of its shots" in section(tmp_path)
     assert "not judged: too few members" in section(tmp_path)
-    assert "`certified` proves" not in section(folder)
+    assert "<code>certified</code> proves" not in section(folder)
 
 
 def test_a_folder_without_ensembles_has_no_section(small_folder: Path):
-    assert list(ensembles_parts(Results.open(small_folder))) == []
+    assert ensembles_html(Results.open(small_folder), {}) == ""
 
 
 @pytest.mark.slow
@@ -97,12 +95,12 @@ def test_the_report_holds_figure_and_section_and_nothing_stale(tmp_path: Path):
     run_suite([scene], LABELS[:2], tmp_path)
     run_ensembles([scene], LABELS[:2], tmp_path, 4)
     text = write_report(tmp_path).read_text()
-    ensembles = text[text.index('<section id="ensembles"') : text.index('<section id="energy"')]
+    ensembles = text[text.index('id="ensembles"') : text.index('id="energy"')]
     assert 'alt="How perturbed shots of stop end" src="data:image/png;base64,' in ensembles
     assert "perturbed 4 times" in ensembles
     assert (tmp_path / "figures" / "stop-ensemble.png").exists()
     in_database(tmp_path, "DELETE FROM documents WHERE name = 'ensembles'")
-    assert "No scene was perturbed." in write_report(tmp_path).read_text()
+    assert 'id="ensembles"' not in write_report(tmp_path).read_text()
     assert not (tmp_path / "figures" / "stop-ensemble.png").exists()
 
 
@@ -121,7 +119,7 @@ def test_an_interrupted_run_and_another_state_of_the_code_are_said(tmp_path: Pat
     run_ensembles([scene], LABELS[:2], tmp_path, 4, progress=interrupt)
     edit_document(tmp_path, "suite", git={"revision": "another", "dirty": False})
     text = section(tmp_path)
-    assert "**These ensembles are not complete**: the run was interrupted" in text
+    assert "<strong>These ensembles are not complete</strong>: the run was interrupted" in text
     assert "another state of the code than the cases above" in text
     assert write_report(tmp_path).exists()
 

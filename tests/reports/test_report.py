@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from PIL import Image
-from stored_results import edit_document, edit_records, in_database
 
 from ghostball.engine import GhostballError, SampledTrajectory, Status
 from ghostball.engine.result import EVENT_DTYPE, Result, initial_state
@@ -18,8 +17,6 @@ from ghostball.reports import (
     write_report,
 )
 from ghostball.reports.junit import junit_xml
-from ghostball.reports.markdown import counted_section, headline
-from ghostball.reports.markdown_scene import collision_text, remarks
 from ghostball.reports.shots import load_shot
 from ghostball.validation.results.store import CaseRecord, Results, ResultsWriter
 
@@ -32,69 +29,6 @@ def results(module_folder):
 
 def cases_of(results, scene):
     return [case for case in results.cases if case.scene == scene]
-
-
-def test_the_headline_counts_verdicts_and_names_what_is_wrong(results):
-    text = headline(results)
-    assert (
-        "3 scenes on 5 engines in 7 configurations: **8 passed, 6 failed**, "
-        "**1 did not finish**, 0 keep their limits" in text
-    )
-    assert "3 not representable" in text
-    assert "Not right: [stop](#stop) on `pymunk:config=default`, [stop]" in text
-    assert "[head-on](#head-on) on `newcomer:dt=1e-3`" in text
-    assert "left unsolved" not in text
-
-
-def test_the_true_counts_are_said_with_who_counts_them(results):
-    text = collision_text(cases_of(results, "head-on"))
-    assert "Collisions in truth: **1 ball-ball**. Right: `ghostball`, `pymunk`," in text
-    assert "Wrong: `paper-discrete` 7 ball-ball." in text
-    text = collision_text(cases_of(results, "break-7"))
-    assert (
-        "Collisions by our engine (not independent): **2 ball-ball**. The same: `pymunk`," in text
-    )
-    assert "Different: `paper-discrete` 7 ball-ball." in text
-
-
-def test_every_failure_has_its_reason(results):
-    text = remarks(cases_of(results, "head-on"))
-    assert (
-        "- **`paper-discrete` fails**: rest_error_max must be <= 0.005 m, got 0.03 m "
-        "(a tenth of a ball)" in text
-    )
-    assert "- `pybullet` not representable: no table \\| with legs" in text
-    assert "- `newcomer:dt=1e-3` did not finish: division by zero" in text
-
-
-def test_what_a_run_counted_is_shown(results):
-    # Breaks where an approximation or a repair stays in the results unseen.
-    section = counted_section(results)
-    joint = "impacts of one instant, resolved together"
-    assert f"| `ghostball` | {joint} | 2 | [break-7](#break-7) 2 |" in section
-    pulls = "overlapping balls pulled apart"
-    where = ", ".join(f"[{scene}](#{scene}) 3" for scene in ("break-7", "head-on", "stop"))
-    assert f"| `paper-discrete` | {pulls} | 9 | {where} |" in section
-    assert "press each other |" not in section  # none was
-    assert f"- `ghostball` counted 2 {joint}" in remarks(cases_of(results, "break-7"))
-
-
-def test_an_unsolved_contact_step_is_told_at_the_top(small_folder):
-    edit_records(
-        small_folder, lambda text: text.replace('"steps":50', '"unsolved_contact_steps":1')
-    )
-    assert "**3 sustained or joint contacts left unsolved.**" in headline(
-        Results.open(small_folder)
-    )
-
-
-def test_a_run_that_was_killed_is_reported_and_said_to_be(small_folder):
-    in_database(small_folder, "DELETE FROM records WHERE id = (SELECT max(id) FROM cases)")
-    edit_document(small_folder, "suite", state="running")
-    text = headline(Results.open(small_folder))
-    wanted = "**This run is not complete**: it is still running, or was killed; 2 of 3 cases are"
-    assert wanted in text
-    assert "1 scene on 2 engines: " in text
 
 
 def drawn(folder):
@@ -155,7 +89,7 @@ def test_an_engine_that_is_unavailable_has_no_settings_and_costs_nothing(small_f
         writer.write((case, None if case is missing else results.motion(case)))
     writer.finish("complete")
     page = write_report(writer.path, figures="none").read_text(encoding="utf-8")
-    assert "<code>pybullet</code> unavailable: pybullet isn't installed" in page
+    assert "<code>pybullet</code> unavailable: pybullet isn&#39;t installed" in page
     settings = page[page.index("Engines with all settings") :]
     assert "<code>pybullet</code><td>unavailable here\n" in settings
     assert "<code>ghostball</code><td>none\n" in settings

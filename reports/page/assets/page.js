@@ -183,10 +183,19 @@
     folded = [];
   });
 
+  // A link to what is folded, or to something in it, unfolds it.
+  const unfold = () => {
+    const target = location.hash && document.getElementById(location.hash.slice(1));
+    if (!target) return;
+    for (let one = target.closest("details"); one; one = one.parentElement.closest("details")) one.open = true;
+  };
+  window.addEventListener("hashchange", unfold);
+
   document.querySelector(".picker").hidden = false;
   if (scenes.length) show(scenes[0].dataset.scene);
   update();
   follow();
+  unfold();
 
   // What a cell of the board leads to opens, and its replay shows that row beside ours.
   const shots = new Map();

@@ -1,4 +1,4 @@
-"""What the text of a report is made of: tables, figures, numbers with their units."""
+"""Words and numbers as every report says them, and what tables in Markdown are made of."""
 
 from __future__ import annotations
 
