@@ -93,7 +93,8 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "        return bool(speed > fastest)",
         "        return bool(listed == 0 or speed < fastest)",
         "Of impacts at one instant, resolved one by one, the slowest is the first.",
-        "graded/tie-uneven-sequential-1",
+        "tests/engine/test_ties.py"
+        "::test_impacts_at_one_instant_come_out_as_their_closed_forms[uneven-sequential-1.0]",
     ),
     Mutation(
         "ties mirrored",
@@ -101,7 +102,8 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "    return bool(x > first_x or (x == first_x and y > first_y))",
         "    return bool(x > first_x or (x == first_x and y < first_y))",
         "Of impacts as fast at one instant, resolved one by one, the last by place is the first.",
-        "graded/tie-symmetric-sequential-1",
+        "tests/engine/test_ties.py"
+        "::test_impacts_at_one_instant_come_out_as_their_closed_forms[symmetric-sequential-1.0]",
     ),
     Mutation(
         "ties torn apart",
@@ -109,7 +111,8 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "        if contacts.motion[a, DEGREE] == 1.0 and contacts.motion[b, DEGREE] == 1.0:",
         "        if contacts.motion[a, DEGREE] >= 1.0:",
         "A ball that hits two at once hits one, then the other.",
-        "graded/three-ball-symmetric-end",
+        "tests/engine/resting_contact/test_closed_ends.py"
+        "::test_a_shot_ends_as_its_closed_form_says[three-ball-symmetric-1e-14-1e-14]",
     ),
     # What an impact does.
     Mutation(
@@ -206,7 +209,8 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "    if nx * balls.state[i].vx + ny * balls.state[i].vy < -math.inf:\n"
         "        bounce(balls, i, second, laws)",
         "A ball that runs into a corner bounces off one cushion only.",
-        "graded/corner-exact-end",
+        "tests/engine/resting_contact/test_closed_ends.py"
+        "::test_a_shot_ends_as_its_closed_form_says[corner-exact-1e-14-1e-14]",
     ),
     # What the cloth does.
     Mutation(
@@ -248,7 +252,8 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "        change = forces[c, FORCE] - forces[c, FORCE_BEFORE]",
         "        change = max(0.0, forces[c, FORCE] - forces[c, FORCE_BEFORE])",
         "The force of a contact never lessens: it goes on pushing when nothing presses any more.",
-        "graded/push-end",
+        "tests/engine/resting_contact/test_closed_ends.py"
+        "::test_a_shot_ends_as_its_closed_form_says[push-1e-06-5e-06]",
     ),
     Mutation(
         "contact pushes one ball",
@@ -264,7 +269,8 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "        balls.state[k].vx += x",
         "        balls.state[k].vx += 2.0 * x",
         "Where balls start to press each other, what ends their approach acts twice along x.",
-        "held/held-0.02-0.1-spin-0-60-0-height-0.0357",
+        "tests/engine/resting_contact/test_held_to_cushion.py"
+        "::test_it_leaves_the_cushion_as_rebounds_of_vanishing_speed_make_it[0.02-0.1-spin1-0.0357]",
     ),
     Mutation(
         "gap half as fast",
@@ -326,7 +332,8 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "    toward = down * sine - cosine",
         "    toward = -down * sine - cosine",
         "The friction that holds a ball at a cushion's nose lifts its normal force the wrong way.",
-        "held/held-0.05-0.3-spin-0-80-40-height-0.0357",
+        "tests/engine/resting_contact/test_held_to_cushion.py"
+        "::test_it_leaves_the_cushion_as_rebounds_of_vanishing_speed_make_it[0.05-0.3-spin0-0.0357]",
     ),
     Mutation(
         "followed spin slowed twice",
@@ -334,7 +341,8 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "        ball.bz = (turn_at(contacts, k, 2, part) - alone) / time",
         "        ball.bz = (turn_at(contacts, k, 2, part) - ball.wz) / time",
         "Along a motion that is followed, the cloth slows the spin about the vertical twice.",
-        "held/held-0.05-0.3-spin-0-80-40-height-0.0357",
+        "tests/engine/resting_contact/test_held_to_cushion.py"
+        "::test_it_leaves_the_cushion_as_rebounds_of_vanishing_speed_make_it[0.05-0.3-spin0-0.0357]",
     ),
     Mutation(
         "pieces beside their path",
@@ -342,7 +350,8 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "        ax = ((x - from_x) - 2.0 * time * ball.vx) / (time * time) - 0.5 * ax",
         "        ax = ((x - from_x) - 2.0 * time * ball.vx) / (time * time) - ax",
         "The first of two pieces doesn't lead along x to where the second is to end.",
-        "graded/push-end",
+        "tests/engine/resting_contact/test_closed_ends.py"
+        "::test_a_shot_ends_as_its_closed_form_says[push-1e-06-5e-06]",
     ),
     Mutation(
         "pressed without air",
@@ -480,7 +489,8 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "wz + turn * py * cos,",
         "wz - turn * py * cos,",
         "In closed forms a cushion's friction turns the ball the wrong way.",
-        "graded/closed-forms",
+        "tests/validation/truth/test_forms_and_proofs.py"
+        "::test_a_closed_form_ends_where_it_is_proved_to_end[english-check]",
         "validation",
     ),
     Mutation(
@@ -489,7 +499,8 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "size = min(friction * push, 2 * speed / 7)",
         "size = (1 + mp.mpf(10) ** -9) * min(friction * push, 2 * speed / 7)",
         "In closed forms friction between balls is too large by a part in a billion.",
-        "graded/closed-forms",
+        "tests/validation/truth/test_forms_and_proofs.py"
+        "::test_a_closed_form_ends_where_it_is_proved_to_end[throw-alciatore]",
         "validation",
     ),
     Mutation(
@@ -499,7 +510,8 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "        if collision is not None and self.collisions:\n"
         "            self.collisions.append(collision)",
         "A closed form leaves the first collision out of its sequence.",
-        "graded/closed-forms",
+        "tests/validation/truth/test_forms_and_proofs.py"
+        "::test_a_closed_form_ends_where_it_is_proved_to_end[head-on]",
         "validation",
     ),
     # Where balls differ much in size.

@@ -21,7 +21,7 @@ from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.scenes.random_shots import random_shot
 from ghostball.validation.stress.families import graded, near_degenerate, touching
 from ghostball.validation.stress.families.extremes import ICE, cut
-from ghostball.validation.stress.families.graded import FULL_SHOTS, PROOF, form_against_proof
+from ghostball.validation.stress.families.graded import FULL_SHOTS, PROOF
 from ghostball.validation.stress.proved import AsProved, ProvedTrial, partly_proved, quality_limit
 from ghostball.validation.stress.trial import SceneTrial
 
@@ -156,20 +156,3 @@ def test_partly_proved_shots_are_listed_and_no_others() -> None:
         proof = certify(random_shot(number), PROOF, motion=True)
         assert proof.proved == (number not in listed)
         assert proof.proved or len(proof.events) == listed[number]
-
-
-def test_closed_forms_and_proofs_say_the_same_and_a_wrong_one_is_seen(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    scene = find_scene("draw-shot")
-    form = graded.closed_form(scene)
-    assert form is not None
-    assert form_against_proof(scene) == []
-    x, y = form.rest_positions[0]
-    moved = replace(form, rest_positions=((x * (1 + 1e-12), y), *form.rest_positions[1:]))
-    monkeypatch.setattr(graded, "closed_form", lambda _: moved)
-    assert "m or s apart" in form_against_proof(scene)[0]
-    monkeypatch.setattr(graded, "closed_form", lambda _: replace(form, event_sequence=()))
-    assert "has the collisions []" in form_against_proof(scene)[0]
-    monkeypatch.setattr(graded, "closed_form", lambda _: None)
-    assert form_against_proof(scene) == ["it has no closed form any more"]

@@ -1,30 +1,20 @@
-"""Graded: shots of all physics that can be proved, and how a run of each compares with its proof.
-
-And what no proof covers, or not to its end: impacts at one instant, and sustained contact.
-"""
+"""Graded: shots of all physics that can be proved, and how a run compares with the proof."""
 
 from __future__ import annotations
 
 import random
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
-from fractions import Fraction
 from typing import ClassVar
 
-from mpmath import mpf
-
-from ghostball.engine import CUSHIONS, Ball, Physics, Scene, Table
-from ghostball.engine.result import COLLISION_KINDS
+from ghostball.engine import Ball, Physics, Scene, Table
 from ghostball.reference_adapters import ReferenceEngine
 from ghostball.reference_adapters.certified import CertifiedSettings
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.scenes.random_shots import random_shot
-from ghostball.validation.stress.closed_ends import CLOSED_ENDS, PARTED, PRESSED, parting
 from ghostball.validation.stress.family import Family
-from ghostball.validation.stress.proved import AsProved, partly_proved, proved_too_little
-from ghostball.validation.stress.ties import ties
+from ghostball.validation.stress.proved import AsProved, partly_proved
 from ghostball.validation.stress.trial import SceneTrial, Suite, Trial, Verdict, play
-from ghostball.validation.truth.closed_forms import closed_form
 
 PROOF = CertifiedSettings(max_events=5_000)
 """How far a shot is proved: a few elastic ones have thousands of events."""
@@ -63,26 +53,6 @@ BATCH = 10
 """Random shots in a trial."""
 
 QUICK_SHOTS, FULL_SHOTS = 100, 3_000
-
-FORMS_PROVED = (
-    "head-on",
-    "unequal-balls",
-    "restitution-cut",
-    "corner-double-bounce",
-    "sliding-swerve",
-    "draw-shot",
-    "masse",
-    "han-running",
-    "english-check",
-    "throw-slip",
-    "throw-alciatore",
-    "flight-bounces",
-    "flight-throw",
-)
-"""Shipped scenes with a closed form, of each law and way of moving, that are proved in no time."""
-
-FORM_ROUNDING = Fraction(1, 10**17)
-"""Distance [m], [s] of a closed form from its proof: forms have 50 digits, proofs 18 and more."""
 
 PARTLY_PROVED = {"frozen-triangle": 1}
 """Events that are proved of the shipped scenes here whose proof ends early, in a tie."""
@@ -163,70 +133,6 @@ class CalmShots(ProvedShots):
     cached: ClassVar[bool] = True
 
 
-@dataclass(frozen=True)
-class ClosedForms(Trial):
-    """Whether the closed forms of some shipped scenes end where they are proved to end.
-
-    Neither shares a formula with the other: a bug in one of them is seen here, and whatever engine
-    is tried has no part in it.
-
-    Attributes
-    ----------
-    name : str
-    scenes : tuple of str
-    """
-
-    name: str
-    scenes: tuple[str, ...]
-    limit: ClassVar[float] = 300.0  # where no proof is kept yet
-
-    def run(self, engine: ReferenceEngine) -> Verdict:  # noqa: ARG002 - of no engine
-        """Compare them; the verdict shows the first scene where they differ."""
-        faults = {name: form_against_proof(find_scene(name)) for name in self.scenes}
-        wrong = [name for name, found in faults.items() if found]
-        scene = find_scene((wrong or self.scenes)[0])
-        told = [f"{name}: {fault}" for name in wrong for fault in faults[name]]
-        return Verdict.of(scene, told, 10.0 if wrong else 0.0, {"scenes": len(self.scenes)})
-
-    def examples(self) -> Iterable[Scene]:
-        """Yield the scenes."""
-        return map(find_scene, self.scenes)
-
-
-def form_against_proof(scene: Scene) -> list[str]:
-    """Return where a scene's closed form isn't what is proved: positions, time, collisions."""
-    form, proof = closed_form(scene), AS_PROVED.proof(scene)
-    if form is None:
-        return ["it has no closed form any more"]
-    if too_little := proved_too_little(scene, proof, None):
-        return [too_little]
-    ends = [*(x for place in form.rest_positions for x in place), form.rest_time]
-    proved = [*(x for place in proof.positions for x in place[:2]), proof.t_end]
-    apart = max(
-        abs(_fraction(x) - enclosure.mid) - enclosure.rad
-        for x, enclosure in zip(ends, proved, strict=True)
-    )
-    faults = []
-    if apart > FORM_ROUNDING:
-        faults.append(f"closed form and proof end {float(apart):.3g} m or s apart")
-    log = [event for event in proof.events if event.kind in COLLISION_KINDS]
-    found = [(event.kind.label, event.a, event.b) for event in log]
-    stated = [
-        (kind, a, CUSHIONS.index(b) if isinstance(b, str) else b)
-        for kind, a, b in form.event_sequence
-    ]
-    if sorted(found) != sorted(stated):
-        faults.append(f"the closed form has the collisions {stated}, the proof {found}")
-    return faults
-
-
-def _fraction(value: mpf) -> Fraction:
-    """Return the rational number that a multiprecision one is."""
-    sign, mantissa, exponent, _ = value._mpf_
-    size = int(mantissa) << exponent if exponent >= 0 else Fraction(int(mantissa), 1 << -exponent)
-    return Fraction(-size if sign else size)
-
-
 def crowd(name: str, physics: Physics, number: int) -> Scene:
     """Return a fifth of a second of 110 balls, so many that only neighbours are looked at.
 
@@ -276,14 +182,8 @@ def _trials(suite: Suite) -> Iterator[Trial]:
     for name in SHIPPED:
         as_proved = replace(AS_PROVED, least=PARTLY_PROVED.get(name))
         yield ProvedShot(name, find_scene(name), as_proved)
-    yield ClosedForms("closed-forms", FORMS_PROVED)
-    for name, judge in CLOSED_ENDS.items():
-        yield SceneTrial(f"{name}-end", find_scene(name), judge)
-    yield SceneTrial("parting-end", parting(), PARTED)
-    yield SceneTrial("push-line-sound", find_scene("push-line"), PRESSED)
     for scene in _odd_shots():
         yield ProvedShot(scene.name, scene, AS_PROVED)
-    yield from ties(suite)
     for kind, physics in (
         ("elastic", Physics(rolling_friction=0.0)),
         ("sliding", Physics(preset="pool")),
@@ -302,8 +202,7 @@ FAMILY = Family(
     "Shots against their proofs",
     "Every event that interval arithmetic proves happens, in that order, no other does, and the "
     "balls end within 32 roundings of the state per event; as far as the proof goes, and the shot "
-    "can be predicted in double precision. Impacts at one instant come out as the scene says: "
-    "together, or the fastest first.",
+    "can be predicted in double precision.",
     _trials,
     ours_alone=True,
 )

@@ -1,4 +1,4 @@
-"""Long runs: millions of collisions, of a gas, of Galperin's balls, and for an equation of state.
+"""Long runs: millions of collisions, of a gas and of Galperin's balls.
 
 Our engine is asked for all of it. An engine that steps through time would take hours: it is asked
 for the same with fewer collisions, as many as each trial states.
@@ -32,7 +32,6 @@ from ghostball.validation.stress.gas import (
     stray_momentum,
 )
 from ghostball.validation.stress.judges import is_exact, overlap_limit, overlaps, solver_noise
-from ghostball.validation.stress.pressure import PressureTrial
 from ghostball.validation.stress.trial import Suite, Trial, Verdict, graded_severity, play
 
 SEGMENT = 20_000
@@ -300,19 +299,13 @@ def _trials(suite: Suite) -> Iterator[Trial]:
         yield GasTrial(f"gas-unbroken-{many}", 12, 0.5, many, 1_000, unbroken=True)
     for digits in range(8 if full else 6):
         yield GalperinTrial(f"galperin-{digits}", digits, stepped=digits <= 2)
-    for tenths in range(1, 7) if full else (3,):
-        packing = tenths / 10.0
-        stepped = 1_500 if full and tenths == 3 else 0  # more would take them minutes each
-        rows, wanted = (32, 1_000_000) if full else (24, 30_000)
-        yield PressureTrial(f"pressure-at-{packing:g}", packing, rows, wanted, 12, stepped)
 
 
 FAMILY = Family(
     "long-runs",
-    "Long runs: a gas, Galperin's pi, the pressure of hard discs",
+    "Long runs: a gas, Galperin's pi",
     "10 million collisions of an elastic gas drift by no more than a random walk of roundings and "
-    "never overlap; Galperin's balls collide as often as the digits of pi say, to 31 415 926; hard "
-    "discs have the pressure of the literature within 4 standard errors. Engines that step are "
-    "asked for some thousand collisions.",
+    "never overlap; Galperin's balls collide as often as the digits of pi say, to 31 415 926. "
+    "Engines that step are asked for some thousand collisions.",
     _trials,
 )

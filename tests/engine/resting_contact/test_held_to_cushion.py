@@ -1,19 +1,15 @@
-"""Held: balls that topspin pins to a cushion, against the limit of the cushion's own impact law."""
+"""A ball that topspin holds to a cushion, against the limit of the cushion's own impact law."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
-from ghostball.engine import Ball, EventKind, Physics, Result, Scene, Table
-from ghostball.validation.stress.family import Family
-from ghostball.validation.stress.rows import Spin
-from ghostball.validation.stress.trial import SceneTrial, Suite, Trial, Verdict
+from ghostball.engine import Ball, EventKind, Physics, Scene, Table, simulate
 
 R, G = 0.028575, 9.81
 SLIDING, SPINNING = 0.2, 10.0
@@ -31,8 +27,9 @@ HELD_BELOW = 1e-7
 """Speed of a rebound [m/s] from which on the rebounds are taken for a force."""
 
 Numbers = NDArray[np.float64]
+Spin = tuple[float, float, float]
 
-TABLE = (
+SHOTS = (
     (0.05, 0.3, (0.0, 80.0, 40.0), 0.0357),
     (0.02, 0.1, (0.0, 60.0, 0.0), 0.0357),
     (0.1, 0.2, (10.0, 100.0, -30.0), 0.0357),
@@ -135,42 +132,10 @@ class HeldToCushion:
             self.sense = float(np.sign(twist)) if abs(twist) > SPINNING else 0.0
 
 
-@dataclass(frozen=True)
-class AsInTheLimit:
-    """Whether a ball leaves the cushion, rolling, as the limit of its impacts has it."""
-
-    vn: float
-    vt: float
-    spin: Spin
-    height: float
-
-    def __call__(self, result: Result) -> Verdict:
-        """Judge a run by how it moves where it begins to roll for the last time."""
-        assert result.events is not None
-        rolls = result.events["t"][result.events["kind"] == EventKind.SLIDE_TO_ROLL]
-        if not len(rolls):
-            return Verdict.of(result.scene, ["it never rolls"])
-        state = result.sample(rolls[-1:])
-        limit = HeldToCushion(self.height)
-        speed, turn = limit.velocities_when_it_rolls(self.vn, self.vt, self.spin)
-        off = {
-            "its velocity along the cushion": (state.velocities[0, 0, 1] - speed) / self.vt,
-            "its spin about the vertical": (state.angular_velocities[0, 0, 2] - turn)
-            / max(map(abs, self.spin)),
-        }
-        wrong = {what: part for what, part in off.items() if not abs(part) <= PERMITTED}
-        faults = [f"{what} is off by {part:.3g}" for what, part in wrong.items()]
-        if unsolved := result.work.get("unsolved_contact_steps", 0):
-            faults.append(f"{unsolved} contact steps are left unsolved")
-        worst = max(abs(float(part)) for part in off.values())
-        return Verdict.of(result.scene, faults, worst / PERMITTED, {"error": worst})
-
-
-def held(vn: float, vt: float, spin: Spin, height: float) -> Trial:
-    """Return a trial of a ball that meets the cushion with these velocities."""
-    name = f"held-{vn:g}-{vt:g}-spin-{'-'.join(f'{w:g}' for w in spin)}-height-{height:g}"
-    scene = Scene(
-        name=name,
+def shot(vn: float, vt: float, spin: Spin, height: float) -> Scene:
+    """Return a ball that meets the cushion with these velocities."""
+    return Scene(
+        name="held",
         table=Table(length=2.0, width=20.0, cushions=("right",)),
         physics=Physics(
             motion="sliding",
@@ -189,24 +154,22 @@ def held(vn: float, vt: float, spin: Spin, height: float) -> Trial:
         ],
         t_max=1.0,
     )
-    return SceneTrial(name, scene, AsInTheLimit(vn, vt, spin, height))
 
 
-def _trials(suite: Suite) -> Iterator[Trial]:
-    for shot in TABLE:
-        yield held(*shot)
-    if suite == "full":
-        spins = ((0.0, 70.0, 0.0), (0.0, 90.0, 30.0), (10.0, 120.0, -20.0), (-5.0, 80.0, 10.0))
-        heights = (R, 0.032, 0.0357)
-        for vn, vt, spin, height in product((0.01, 0.02, 0.04), (0.15, 0.35), spins, heights):
-            yield held(vn, vt, spin, height)
+SPINS = ((0.0, 70.0, 0.0), (0.0, 90.0, 30.0), (10.0, 120.0, -20.0), (-5.0, 80.0, 10.0))
+MORE = product((0.01, 0.02, 0.04), (0.15, 0.35), SPINS, (R, 0.032, 0.0357))
 
 
-FAMILY = Family(
-    "held",
-    "Held to a cushion",
-    "A ball that topspin pins to a cushion leaves along it as rebounds of vanishing speed make it: "
-    f"when it rolls, its velocity and spin about the vertical are off by {PERMITTED:g} at most.",
-    _trials,
-    ours_alone=True,
+@pytest.mark.parametrize(
+    ("vn", "vt", "spin", "height"),
+    [*SHOTS, *(pytest.param(*one, marks=pytest.mark.slow) for one in MORE)],
 )
+def test_it_leaves_the_cushion_as_rebounds_of_vanishing_speed_make_it(vn, vt, spin, height):
+    """By how it moves where it begins to roll for the last time."""
+    result = simulate(shot(vn, vt, spin, height), record="events")
+    rolls = result.events["t"][result.events["kind"] == EventKind.SLIDE_TO_ROLL]
+    state = result.sample(rolls[-1:])
+    speed, turn = HeldToCushion(height).velocities_when_it_rolls(vn, vt, spin)
+    assert abs(state.velocities[0, 0, 1] - speed) <= PERMITTED * vt
+    assert abs(state.angular_velocities[0, 0, 2] - turn) <= PERMITTED * max(map(abs, spin))
+    assert result.work["unsolved_contact_steps"] == 0
