@@ -253,13 +253,11 @@ def stress(
             "try nothing.",
         ),
     ] = False,
-    report: Annotated[
-        bool, typer.Option(help="Write stress.md and its figures after the run.")
-    ] = True,
 ) -> None:
     """Try to break engines; say what each survives.
 
-    The worst case of all is kept as a scene. Exit status 1 where an engine breaks that
+    The worst case of each is kept as a scene, and the report's page has a section of the runs in
+    its folder: `ghostball report out`. Exit status 1 where an engine breaks that
     `--engine` names, or ours where none is named; 4 where no engine can be asked any of it.
     """
     from ghostball import _stress  # noqa: PLC0415
@@ -282,7 +280,6 @@ def stress(
             rerun=rerun,
             time_limit=time_limit,
             as_json=as_json,
-            report=report,
         )
     raise typer.Exit(status)
 

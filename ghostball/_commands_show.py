@@ -30,9 +30,7 @@ def report(
     context: typer.Context,
     folder: Annotated[
         Path,
-        typer.Argument(
-            metavar="DIR", help="A folder that `validate`, `regress` or `stress` wrote."
-        ),
+        typer.Argument(metavar="DIR", help="A folder that `validate` or `regress` wrote."),
     ],
     jobs: Jobs = AUTO,
     figures: Figures = FigureChoice.PNG,
@@ -48,7 +46,7 @@ def report(
 ) -> None:
     """Write the report of a run again, or print what it came to.
 
-    That of a stress run, `stress.md`, always has its figures, drawn in one process.
+    Runs of `stress` within the folder are a section of it.
     """
     if form is not None:
         why = "`--format` prints results, and writes no report"
@@ -61,13 +59,14 @@ def report(
     from ghostball.validation.results.database import documents_in  # noqa: PLC0415
 
     if documents_in(folder) == {"stress"}:
-        from ghostball.reports import write_stress_report  # noqa: PLC0415
+        from ghostball.engine import GhostballError  # noqa: PLC0415
 
-        why = f"{folder}: the report of a stress run always has its figures, drawn in one process"
-        refuse_given(context, why, "figures", "jobs")
-        written = _report.Written(write_stress_report(folder))
-    else:
-        written = _report.write(folder, jobs=jobs, figures=figures.value)
+        raise GhostballError(
+            f"{folder}: holds a run of `ghostball stress`, which is a section of the report of the "
+            f"folder that it lies in: `ghostball validate --out {folder.parent}`, then `ghostball "
+            f"report {folder.parent}`"
+        )
+    written = _report.write(folder, jobs=jobs, figures=figures.value)
     typer.echo(written.page)
     if opened:
         typer.launch(written.page.resolve().as_uri())

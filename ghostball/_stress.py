@@ -17,7 +17,6 @@ from ghostball._progress import COMPILING, Steps
 from ghostball._terminal import say, stdout
 from ghostball.reference_adapters import make_engine
 from ghostball.reference_adapters.registry import OURS
-from ghostball.reports import write_stress_report
 from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.parallel.cluster import Cluster
 from ghostball.validation.stress import (
@@ -92,7 +91,6 @@ def run(
     rerun: bool,
     time_limit: float | None,
     as_json: bool,
-    report: bool,
 ) -> ExitStatus:
     """Run the suite, print what was survived, and return the exit status."""
     named = tuple(engines) or load_config().engines
@@ -129,8 +127,6 @@ def run(
     else:
         for part in _tables(outcome):
             stdout().print(part)
-    if report and outcome.folder.findings:
-        say(f"Report: {escape(str(write_stress_report(out)))}")
     if outcome.interrupted:
         say(
             f"[bold]Interrupted:[/] {len(outcome.folder.findings)} of "

@@ -12,7 +12,6 @@ from ghostball.reports.guarded import FailedPart, IncompleteReportError, failed_
 from ghostball.reports.parting_figure import plot_explanation
 from ghostball.reports.plot import plot_result
 from ghostball.reports.report import PAGE, write_report
-from ghostball.reports.stress_report import write_stress_report
 from ghostball.reports.summary import summary_markdown, summary_text
 
 __all__ = [
@@ -25,7 +24,6 @@ __all__ = [
     "summary_markdown",
     "summary_text",
     "write_report",
-    "write_stress_report",
 ]
 
 if not __name__.startswith("ghostball."):  # else there were two of each class

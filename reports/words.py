@@ -2,31 +2,12 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterable, Mapping, Sequence
-from pathlib import PurePosixPath
+from collections.abc import Iterable, Sequence
 
 from ghostball.reference_adapters.output import harmless
 from ghostball.reports import style
 from ghostball.validation.results.records import number_with_unit
 from ghostball.validation.results.store import CaseRecord, Results
-
-Drawn = Mapping[str, PurePosixPath]
-"""Figures by kind: file without its ending, relative to the report."""
-
-
-_FOREIGN_TAG = re.compile("<(?!/?(?:details|summary)>)")
-"""What begins a tag that we don't write ourselves; ours fold a text and can do nothing else."""
-
-
-def harmless_markdown(text: str) -> str:
-    """Return the text of a report in which no title, id or reason is HTML, or steers a terminal."""
-    return _FOREIGN_TAG.sub("&lt;", harmless(text))
-
-
-def figure_link(caption: str, stem: PurePosixPath | None) -> str:
-    """Return a picture that leads to its scalable version; "" where there is none."""
-    return "" if stem is None else f"[![{caption}]({stem}.png)]({stem}.svg)"
 
 
 def table_of(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:

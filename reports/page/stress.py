@@ -13,6 +13,7 @@ from ghostball.validation.results.store import Results
 from ghostball.validation.stress import FAMILIES, StressFolder
 from ghostball.validation.stress.findings import is_stress_folder
 from ghostball.validation.stress.survival import Survival, all_survival, survival_of, trying_again
+from ghostball.validation.stress.tracked import COUNTS, DEPTH, QUANTILES, SPEED, tracked_numbers
 
 STRESS_FOLDERS = ("stress", "stress-quick", "stress-full")
 """Where in a results folder a stress run may lie."""
@@ -21,7 +22,12 @@ STRESS_FOLDERS = ("stress", "stress-quick", "stress-full")
 def stress_html(results: Results) -> Markup:
     """Return what engines survived; "" where no stress run lies in the results folder."""
     folders = stress_folders(results.path)
-    return render("stress.html", runs=map(_run, folders)) if folders else Markup()
+    if not folders:
+        return Markup()
+    shot = f"{SPEED:g} m/s, {DEPTH:g} diameters deep"
+    return render(
+        "stress.html", runs=map(_run, folders), shot=shot, counts=COUNTS, quantiles=QUANTILES
+    )
 
 
 def stress_folders(path: Path) -> list[StressFolder]:
@@ -59,6 +65,8 @@ def _run(folder: StressFolder) -> dict[str, Any]:
             for failed in one.failures()
         ],
         "worst": [_worst(one, folder) for one in found if one.broken],
+        "tracked": tracked_numbers(folder),
+        "asked": [FAMILIES[name] for name in run.families if name in FAMILIES],
     }
 
 

@@ -108,7 +108,7 @@ def by_grade(way: str, **said: object) -> tuple[int, frozenset[str]]:
 
 def by_stress(way: str) -> tuple[int, frozenset[str]]:
     """Try the shot; what is printed is the first fault alone, and all are in the folder."""
-    trial = (f"shipped/{SCENE}", "--full", "--no-report", "--out", "stress")
+    trial = (f"shipped/{SCENE}", "--full", "--out", "stress")
     status, _ = run("stress", *trial, "-e", label(way))
     found = StressFolder.load(Path("stress")).findings
     return status, broken_in("\n".join(fault for one in found for fault in one.faults))
@@ -162,9 +162,7 @@ def test_the_right_one_passes_with_every_command(here):
         "regress": run("regress", SCENE, *engine),
         "accept": run("accept", *engine, "--reason", "It is right."),
         "regress again": run("regress", SCENE, *engine),
-        "stress": run(
-            "stress", f"shipped/{SCENE}", "--full", *engine, "--no-report", "--out", "stress"
-        ),
+        "stress": run("stress", f"shipped/{SCENE}", "--full", *engine, "--out", "stress"),
         "pytest": by_pytest(here, "right", "--ghostball-time-limit=inf"),
         "grade": by_grade("right"),
         "leaderboard": by_leaderboard("right"),
@@ -203,7 +201,7 @@ LEFT_BEHIND = {
 def test_an_engine_that_crashes_or_hangs_did_not_finish_whatever_the_command(here, way):
     limit = ("--time-limit", "10" if way == "hang" else "120")
     engine = ("-e", label(way))
-    stress = (f"shipped/{SCENE}", "--full", "--no-report", "--out", "stress")
+    stress = (f"shipped/{SCENE}", "--full", "--out", "stress")
     said = {
         "validate": run("validate", SCENE, *engine, "--no-report", *limit),
         "regress": run("regress", SCENE, *engine, *limit),

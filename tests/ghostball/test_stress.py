@@ -37,32 +37,13 @@ def test_the_list_of_a_family_names_its_trials_as_the_command_takes_them():
     assert stress("--list", "grasing").exit_code == 2
 
 
-@pytest.fixture
-def stress_folder(tmp_path, monkeypatch, in_this_process):
-    folder = tmp_path / "out"
-    assert stress(ONE, "-e", "ghostball", "--out", folder, "--no-report").exit_code == 0
-    monkeypatch.setattr("ghostball.reports.stress_report.FIGURES", {})
-    return folder
-
-
-def test_the_report_of_a_run_is_opened_where_that_is_asked(stress_folder, monkeypatch):
-    opened = []
-    monkeypatch.setattr("typer.launch", opened.append)
-    report = CliRunner().invoke(app, ["report", str(stress_folder)])
-    assert (report.exit_code, opened) == (0, [])
-    report = CliRunner().invoke(app, ["report", str(stress_folder), "--open"])
-    assert report.exit_code == 0
-    assert opened == [(stress_folder / "stress.md").resolve().as_uri()]
-
-
-@pytest.mark.parametrize("option", ["--figures=none", "--figures=png", "--jobs=2", "-j1"])
-def test_an_option_that_the_report_of_a_run_ignores_is_refused(stress_folder, option):
-    report = CliRunner().invoke(app, ["report", str(stress_folder), option])
-    assert report.exit_code == 2
-    said = " ".join(report.stderr.split())
-    assert "the report of a stress run always has its figures" in said
-    assert f"Leave out `--{'figures' if 'figures' in option else 'jobs'}`" in said
-    assert not (stress_folder / "stress.md").exists()
+@pytest.mark.usefixtures("in_this_process")
+def test_a_run_is_a_section_of_the_report_of_the_folder_that_it_lies_in(tmp_path):
+    folder = tmp_path / "out" / "stress-quick"
+    assert stress(ONE, "-e", "ghostball", "--out", folder).exit_code == 0
+    alone = CliRunner().invoke(app, ["report", str(folder)])
+    assert alone.exit_code == 2
+    assert f"`ghostball report {folder.parent}`" in alone.stderr
 
 
 @pytest.mark.parametrize("option", ["--open", "--figures=none", "--jobs=2"])
@@ -90,7 +71,7 @@ def test_an_engine_that_cannot_run_here_is_refused_where_it_is_named(tmp_path, m
     assert why in result.stderr
     assert not (tmp_path / "out").exists()
     monkeypatch.setattr(ghostball._stress, "DEFAULT_ENGINES", ("ghostball", "pybullet"))
-    result = stress(ONE, "--out", tmp_path / "out", "--no-report", "--format=json")
+    result = stress(ONE, "--out", tmp_path / "out", "--format=json")
     assert result.exit_code == 0
     found = {one["engine"]: one for one in json.loads(result.stdout)["survival"]}
     assert found["pybullet"]["unavailable"] == found["ghostball"]["survived"] == 1
@@ -98,15 +79,13 @@ def test_an_engine_that_cannot_run_here_is_refused_where_it_is_named(tmp_path, m
 
 def test_the_command_to_try_again_gives_the_same_verdict(tmp_path):
     name = "grazing/rolling-hit-1e-04"
-    result = stress(
-        name, "-e", "pymunk:dt=0.05", "--out", tmp_path / "a b", "--format=json", "--no-report"
-    )
+    result = stress(name, "-e", "pymunk:dt=0.05", "--out", tmp_path / "a b", "--format=json")
     assert result.exit_code == 1
     first = json.loads(result.stdout)["survival"][0]
     assert first["broken"] == 1
     word, *arguments = shlex.split(first["again"])
     assert word == "ghostball"
-    again = CliRunner().invoke(app, [*arguments, "--format=json", "--no-report"])
+    again = CliRunner().invoke(app, [*arguments, "--format=json"])
     assert again.exit_code == 1
     second = json.loads(again.stdout)["survival"][0]
     for key in ("trial", "outcome", "faults", "severity"):
@@ -142,7 +121,7 @@ def test_a_folder_with_something_else_is_left_alone(tmp_path):
 
 
 def test_json_is_all_that_is_printed(tmp_path):
-    arguments = (ONE, "-e", "ghostball", "--out", tmp_path, "--no-report")
+    arguments = (ONE, "-e", "ghostball", "--out", tmp_path)
     result = stress(*arguments, "--format=json")
     assert result.exit_code == 0, result.output
     found = json.loads(result.stdout)

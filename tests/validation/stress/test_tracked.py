@@ -5,13 +5,7 @@ import json
 import pytest
 
 from ghostball.validation.stress.findings import Finding, StressFolder, StressRun
-from ghostball.validation.stress.tracked import (
-    DEPTH,
-    SPEED,
-    has_cliff,
-    largest_step,
-    tracked_numbers,
-)
+from ghostball.validation.stress.tracked import DEPTH, SPEED, tracked_numbers
 
 
 def folder_of(tmp_path, *findings):
@@ -29,15 +23,12 @@ def cell(label, speed=SPEED, largest=1e-3, missed=0):
 
 
 def test_one_shot_tells_the_largest_step(tmp_path):
-    folder = folder_of(tmp_path, cell("one", speed=10.0, largest=1e-4), cell("one", missed=2))
-    found = largest_step(folder, "one")
-    assert (found.own, found.largest, found.is_cliff) == (1e-3, 1e-3, True)
-    assert largest_step(folder, "another") is None
-
-
-def test_a_ladder_without_a_miss_has_no_cliff():
-    assert not has_cliff(cell("one"))
-    assert not has_cliff(finding("one", ladder="damaged"))
+    folder = folder_of(
+        tmp_path, cell("one", speed=10.0, largest=1e-4), cell("one", missed=2), cell("two")
+    )
+    one, two = tracked_numbers(folder)
+    assert (one["own_step"], one["largest_step_without_a_miss"]) == (1e-3, 1e-3)
+    assert (one["larger_steps_miss"], two["larger_steps_miss"]) == (True, False)
 
 
 def test_needs_of_breaks_are_quantiles_over_all_their_trials(tmp_path):
