@@ -86,13 +86,11 @@ SLOW = tests/browser $(shell grep -rl --include='test_*.py' 'mark\.slow' tests)
 test-slow: kernels  ## the tests that take long
 	$(PYTEST) -m slow --durations=10 $(SLOW)
 
-# Every line and branch of a kernel that some test runs is run by these too, in a quarter of the time:
-# the file left out compares shots with another code, which the kernels' own tests run as well. Each
-# file's tests share what they load. The stored hashes of `test_determinism.py` hold here, too.
+# Every line and branch of a kernel that some test runs is run by these too, in a quarter of the time,
+# and the stored hashes of `test_determinism.py` hold. Each file's tests share what they load.
 test-nojit: $(READY)  ## tests that run every line of the kernels, without compilation
 	export NUMBA_DISABLE_JIT=1; $(call with_coverage,interpreted) \
-		--dist loadfile -m "not slow and not compiled" tests/engine \
-		--ignore tests/engine/test_simulate_oracle.py
+		--dist loadfile -m "not slow and not compiled" tests/engine
 
 coverage: COVERAGE := 1
 

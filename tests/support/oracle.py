@@ -12,9 +12,7 @@ The model is the whole game on the cloth: `oracle_laws` has the motion and the i
 
 from __future__ import annotations
 
-import random
-from bisect import bisect_right
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass
 from typing import Any
 
 from mpmath import mp, mpf, workdps
@@ -32,8 +30,6 @@ from oracle_laws import (
     minus,
     next_phase,
     norm,
-    rolling_or_resting,
-    rolling_spin,
     scaled,
     settled,
     time_left,
@@ -42,11 +38,9 @@ from oracle_roots import first_entry
 
 from ghostball.engine import CUSHIONS, EventKind, Scene
 
-__all__ = ["DIGITS", "NUDGE", "OracleEvent", "OracleRun", "first_entry", "solve"]
+__all__ = ["DIGITS", "OracleEvent", "OracleRun", "first_entry", "solve"]
 
 DIGITS = 50
-NUDGE = mpf(10) ** -25
-"""Relative size of a nudge: far below double rounding, far above what 50 digits resolve."""
 
 ALCIATORE = (9.951e-3, 0.108, 1.088)
 """Ball-ball friction a + b exp(-c v), v the slip speed [m/s]: Alciatore's fit to Marlow's data."""
@@ -60,68 +54,31 @@ class OracleEvent:
     b: int
 
     @property
-    def is_collision(self) -> bool:
-        return self.kind in (EventKind.BALL_BALL, EventKind.BALL_CUSHION)
-
-    @property
     def key(self) -> tuple[EventKind, int, int]:
         return (self.kind, self.a, self.b)
-
-    @property
-    def balls(self) -> tuple[int, ...]:
-        return (self.a, self.b) if self.kind is EventKind.BALL_BALL else (self.a,)
 
 
 @dataclass(frozen=True)
 class OracleRun:
-    """Events in order of time, and the bodies just after each.
-
-    `complete` says that the run reached rest or `t_max` rather than a limit on its events.
-    """
+    """Events in order of time, and the bodies at the end."""
 
     events: list[OracleEvent]
-    moments: list[tuple[Any, list[Body]]]  # at the start, after each event, at the end
-    t_end: Any
-    rested: bool
-    complete: bool
+    bodies: list[Body]
 
     @property
     def positions(self) -> list[Vector]:
-        return [body.position for body in self.moments[-1][1]]
-
-    @property
-    def velocities(self) -> list[Vector]:
-        return [body.velocity for body in self.moments[-1][1]]
+        return [body.position for body in self.bodies]
 
     @property
     def spins(self) -> list[Vector]:
-        return [body.spin for body in self.moments[-1][1]]
-
-    def at(self, t: Any) -> list[Body]:
-        """Return the bodies at the instant `t`; at an event's, as they are after it."""
-        k = bisect_right([start for start, _ in self.moments], t) - 1
-        start, bodies = self.moments[k]
-        return [advanced(body, t - start) for body in bodies]
+        return [body.spin for body in self.bodies]
 
 
-def solve(
-    scene: Scene,
-    *,
-    max_ball_collisions: int | None = None,
-    max_events: int | None = None,
-    nudge_seed: int | None = None,
-    digits: int = DIGITS,
-) -> OracleRun:
-    """Simulate `scene` in `digits` digits until rest, `t_max`, or so many (ball-ball) events.
-
-    With `nudge_seed` every number of the scene, and the state of each event's balls when it comes,
-    is moved by a random part of about `NUDGE`, as rounding would do: the difference of two runs
-    over `NUDGE` is how much of the roundings of a run is to be expected.
-    """
+def solve(scene: Scene) -> OracleRun:
+    """Simulate `scene` in 50 digits until rest or `t_max`."""
     _refuse(scene)
-    chance = None if nudge_seed is None else random.Random(nudge_seed)
-    with workdps(digits):
-        return _run(scene, max_ball_collisions, max_events, chance)
+    with workdps(DIGITS):
+        return _run(scene)
 
 
 def _refuse(scene: Scene) -> None:
@@ -138,40 +95,21 @@ def _refuse(scene: Scene) -> None:
         raise ValueError("the oracle knows no air and no flight")
 
 
-def _run(
-    scene: Scene,
-    max_ball_collisions: int | None,
-    max_events: int | None,
-    chance: random.Random | None,
-) -> OracleRun:
+def _run(scene: Scene) -> OracleRun:
     laws = _laws_of(scene)
     bodies = _bodies_of(scene, laws)
-    if chance is not None:
-        laws = _nudged_laws(laws, chance)
-        bodies = [_nudged_body(_nudged_constants(b, chance), mpf(0), laws, chance) for b in bodies]
     t_max = mp.inf if scene.t_max is None else mpf(scene.t_max)
-    t, ball_collisions = mpf(0), 0
+    t = mpf(0)
     events: list[OracleEvent] = []
-    moments = [(t, bodies)]
-    while ball_collisions != max_ball_collisions and len(events) != max_events:
-        event = _next_event(scene, bodies, t_max - t)
-        if event is None:
-            rested = all(b.phase is Phase.RESTING for b in bodies)
-            spun_out = t + max((abs(b.spin[2]) / b.spinning for b in bodies if b.spins), default=0)
-            rested = rested and spun_out <= t_max
-            end = spun_out if rested else t_max
-            moments.append((end, [advanced(body, end - t) for body in bodies]))
-            return OracleRun(events, moments, end, rested, True)
+    while (event := _next_event(scene, bodies, t_max - t)) is not None:
         t += event.t
         bodies = [advanced(body, event.t) for body in bodies]
-        if chance is not None:
-            for i in event.balls:
-                bodies[i] = _nudged_body(bodies[i], t, laws, chance)
         _resolve(bodies, event, laws)
         events.append(OracleEvent(t, event.kind, event.a, event.b))
-        moments.append((t, list(bodies)))
-        ball_collisions += event.kind is EventKind.BALL_BALL
-    return OracleRun(events, moments, t, False, False)
+    rested = all(b.phase is Phase.RESTING for b in bodies)
+    spun_out = t + max((abs(b.spin[2]) / b.spinning for b in bodies if b.spins), default=0)
+    end = spun_out if rested and spun_out <= t_max else t_max
+    return OracleRun(events, [advanced(body, end - t) for body in bodies])
 
 
 def _laws_of(scene: Scene) -> Laws:
@@ -278,54 +216,3 @@ def _resolve(bodies: list[Body], event: OracleEvent, laws: Laws) -> None:
         bodies[event.a] = bounced(bodies[event.a], SIDES[event.b], laws)
     else:
         bodies[event.a] = next_phase(bodies[event.a])
-
-
-# -- nudges --------------------------------------------------------------------------------------
-
-
-def _nudged(value: Any, chance: random.Random) -> Any:
-    return value * (1 + NUDGE * chance.uniform(-1, 1))
-
-
-def _nudged_laws(laws: Laws, chance: random.Random) -> Laws:
-    numbers = {
-        field.name: _nudged(getattr(laws, field.name), chance)
-        for field in fields(laws)
-        if isinstance(getattr(laws, field.name), mpf)
-    }
-    a, b, c = laws.friction
-    friction = (_nudged(a, chance), _nudged(b, chance), _nudged(c, chance))
-    return replace(laws, friction=friction, **numbers)
-
-
-def _nudged_constants(body: Body, chance: random.Random) -> Body:
-    names = ("radius", "mass", "rolling", "sliding", "spinning")
-    return replace(body, **{name: _nudged(getattr(body, name), chance) for name in names})
-
-
-def _nudged_body(body: Body, t: Any, laws: Laws, chance: random.Random) -> Body:
-    """Return the body with its state moved as rounding, also that of a clock at `t`, moves it."""
-    speed = norm(body.velocity)
-    place = max(*map(abs, body.position), body.radius) + t * speed
-    velocity = _moved(body.velocity, speed + t * norm(acceleration(body)), chance)
-    spin = _moved(body.spin, norm(body.spin), chance)
-    vertical = _nudged(body.spin[2], chance)
-    nudged = replace(
-        body,
-        position=_moved(body.position, place, chance),
-        velocity=velocity,
-        spin=(spin[0], spin[1], vertical),
-    )
-    if body.phase is Phase.SLIDING:
-        return settled(nudged, laws.always_rolls)
-    tied = rolling_spin(velocity, body.radius, vertical)
-    return replace(nudged, spin=tied, phase=rolling_or_resting(velocity))
-
-
-def _moved(vector: Vector, size: Any, chance: random.Random) -> Vector:
-    """Return a vector of the plane moved by a random part of `NUDGE` times `size`."""
-    return (
-        vector[0] + NUDGE * size * chance.uniform(-1, 1),
-        vector[1] + NUDGE * size * chance.uniform(-1, 1),
-        vector[2],
-    )
