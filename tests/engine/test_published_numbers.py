@@ -234,29 +234,6 @@ class TestFrictionalImpactsOnTheCloth:
             assert direction(velocity) == pytest.approx(off, abs=1e-5)
 
 
-@pytest.mark.parametrize(
-    ("digits", "count"),
-    [
-        (1, 3),
-        (2, 31),
-        (3, 314),
-        (4, 3141),
-        pytest.param(5, 31415, marks=pytest.mark.compiled),
-    ],
-)
-def test_galperin_counts_pi_on_a_cloth_without_friction_too(digits, count):
-    scene = scene_of(
-        ball((1.0, 0.5), mass=1.0),
-        ball((2.0, 0.5), (-1.0, 0.0), mass=100.0 ** (digits - 1)),
-        table=Table(length=9.0, width=1.0, cushions=("left",)),
-        motion="sliding",
-        rolling_friction=0.0,
-        sliding_friction=0.0,
-        t_max=1e9,
-    )
-    assert sum(simulate(scene).collision_counts.values()) == count
-
-
 class TestThreeBallHit:
     """A cue ball into two touching balls, at 30 degrees to either side; over its own speed."""
 

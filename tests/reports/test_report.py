@@ -1,7 +1,5 @@
 """Fails where the report hides a verdict or a reason, or a bad folder gives no clear error."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from PIL import Image
@@ -12,13 +10,10 @@ from ghostball.reports import (
     PAGE,
     film,
     plot_result,
-    summary_markdown,
-    summary_text,
     write_report,
 )
-from ghostball.reports.junit import junit_xml
 from ghostball.reports.shots import load_shot
-from ghostball.validation.results.store import CaseRecord, Results, ResultsWriter
+from ghostball.validation.results.store import Results
 
 
 @pytest.fixture(scope="module")
@@ -67,37 +62,6 @@ def test_another_process_draws_the_same(small_folder):
     assert seen[-1][0] == seen[-1][1] == len(seen)
     assert contents() == one
     assert one.keys() == {PAGE, "stop-sheet.png", "stop-sheet.svg", "mine.png"}
-
-
-def test_an_engine_that_is_unavailable_has_no_settings_and_costs_nothing(small_folder, tmp_path):
-    # On Python 3.12 there is no pybullet: the default run has cases without their engine.
-    results = Results.open(small_folder)
-    missing = CaseRecord(
-        scene="stop",
-        title="One ball",
-        tags=(),
-        definition=results.cases[0].definition,
-        label="pybullet",
-        engine="pybullet",
-        outcome="unavailable",
-        reason="pybullet isn't installed",
-    )
-    writer = ResultsWriter(tmp_path / "without")
-    settings = {"ghostball": {}, "pymunk": {"dt": 1e-3}, "pybullet": None}
-    writer.begin({"scenes": ["stop"], "engines": list(settings), "engine_settings": settings})
-    for case in (results.cases[0], replace(results.cases[1], settings={"dt": 1e-3}), missing):
-        writer.write((case, None if case is missing else results.motion(case)))
-    writer.finish("complete")
-    page = write_report(writer.path, figures="none").read_text(encoding="utf-8")
-    assert "<code>pybullet</code> unavailable: pybullet isn&#39;t installed" in page
-    settings = page[page.index("Engines with all settings") :]
-    assert "<code>pybullet</code><td>unavailable here\n" in settings
-    assert "<code>ghostball</code><td>none\n" in settings
-    assert "dt = 0.001" in settings
-    without = Results.open(writer.path)
-    assert "– unavailable" in summary_markdown(without)
-    assert "stop: warning: pybullet: unavailable: pybullet isn't" in summary_text(without)
-    assert "pybullet isn't installed" in junit_xml(without.cases)
 
 
 def test_a_folder_that_holds_no_results(tmp_path):

@@ -86,31 +86,3 @@ def test_any_label_gets_a_look_that_is_the_same_in_every_process():
     assert other == [str(look) for look in looks]
     # Breaks where the command line waits for it without drawing anything.
     assert matplotlib_is_loaded == "False"
-
-
-@pytest.mark.parametrize(
-    ("metres", "text"),
-    [
-        (None, "–"),
-        (0.0, "0"),
-        (2.5, "2.5 m"),
-        (0.25, "250 mm"),
-        (0.00042, "420 µm"),
-        (1e-3, "1 mm"),
-        (9.996e-4, "1 mm"),
-        (-0.0015, "-1.5 mm"),
-        (1e-10, "100 pm"),
-        (2e-10, "200 pm"),
-        (785.3, "785 m"),
-        (1234.4, "1234 m"),
-        (0.00002, "20 µm"),
-        (4e-10, "400 pm"),
-        (1.5e-16, "0.15 fm"),
-        (1.5e-15, "1.5 fm"),
-        (1e-20, "1.0e-20 m"),
-        (999.7, "1000 m"),
-        (float("inf"), "inf m"),
-    ],
-)
-def test_lengths(metres, text):
-    assert style.format_length(metres) == text

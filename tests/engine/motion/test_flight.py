@@ -62,29 +62,6 @@ def test_a_dropped_ball_comes_to_rest_after_its_series():
     assert result.rest_positions.tolist() == [[0.0, 0.0, R]]
 
 
-@pytest.mark.parametrize(
-    ("v", "ends", "way", "rests"),
-    [
-        (3.0, 0.20387359836901121, 0.53007135575942915, 24.231625371861283),
-        (1.5, 0.20387359836901121, 0.23154215814766273, 6.0825063970542345),
-    ],
-    ids=["never sticks", "sticks at the second"],
-)
-def test_bounces_with_friction_end_where_their_series_says(v, ends, way, rests):
-    scene = scene_of(ball((0, 0, JUST_ABOVE), (v, 0, -1), angular_velocity=(0, 0, 0)), **FLIES)
-    result = simulate(scene, record="trajectory")
-    last = landings(result)[-1]
-    assert last == pytest.approx(ends, rel=1e-14)
-    assert result.sample([last]).positions[0, 0, 0] == pytest.approx(way, rel=1e-13)
-    assert result.rest_positions[0, 0] == pytest.approx(rests, rel=1e-13)
-    if v == 3.0:
-        after = result.sample([last])
-        assert after.velocities[0, 0, 0] == pytest.approx(2.4, rel=1e-13)
-        rolls = result.events["t"][result.events["kind"] == EventKind.SLIDE_TO_ROLL]
-        assert rolls[0] == pytest.approx(0.33493519732051842, rel=1e-13)
-        assert result.sample(rolls).velocities[0, 0, 0] == pytest.approx(15 / 7, rel=1e-13)
-
-
 @pytest.mark.parametrize("e", [0.0, 0.3, 0.9, 0.99])
 def test_however_it_bounces_it_rolls_at_the_same_speed(e):
     """v0 - (2/7) u0: neither the table nor the number of bounces matter."""
@@ -113,86 +90,6 @@ def test_a_table_that_returns_all_lets_a_ball_bounce_for_ever():
 
 
 # --- in space
-
-
-def first_entry(r, v, a, reach):
-    """Return when |r + v s + a s^2 / 2| first falls to `reach` [s], by the roots of numpy."""
-    parts = [np.array([a[k] / 2, v[k], r[k]]) for k in range(3)]
-    square = np.zeros(5)
-    for part in parts:
-        square = np.polyadd(square, np.polymul(part, part))
-    roots = np.roots(np.polyadd(square, [-reach * reach]))
-    real = np.sort(roots[np.abs(roots.imag) < 1e-9].real)
-    falls = real[(real > 0) & (np.polyval(np.polyder(square), real) < 0.0)]
-    return falls[0] if len(falls) else math.inf
-
-
-MEET = {0, 1, 2, 3, 6, 8, 11}
-"""Of the shots below, those in which they do; of each kind at least one."""
-
-
-@pytest.mark.parametrize("seed", range(12))
-def test_two_balls_of_which_one_flies_meet_at_the_root_of_their_quartic(seed):
-    """A jump against a ball that rolls, slides, flies or rests: none missed, none invented."""
-    chance = np.random.default_rng(seed)
-    up, kind = chance.uniform(0.5, 1.5), seed % 4
-    lands = 2 * up / G
-    # Aimed so that they come together about half way through the flight.
-    at = chance.uniform(0.2, 0.9) * lands
-    v = np.array([chance.uniform(0.5, 2.5), chance.uniform(-0.2, 0.2), up])
-    other_v = np.array([chance.uniform(-1.5, 0.2), chance.uniform(-0.5, 0.5), 0.0])
-    spin = None
-    if kind == 0:
-        other_v[:] = 0.0
-    if kind == 2:
-        spin = (20.0, -40.0, 0.0)
-    if kind == 3:
-        other_v[2] = chance.uniform(0.5, 1.5)
-    off = np.array([*chance.uniform(-0.8, 0.8, size=2) * R, 0.0])
-    start = (v - other_v) * at * [1, 1, 0] + off
-    scene = scene_of(
-        ball((0, 0), v.tolist(), angular_velocity=(0, 0, 0)),
-        ball(start[:2].tolist(), other_v.tolist(), angular_velocity=spin),
-        **FLIES,
-    )
-    result = simulate(scene, record="trajectory")
-    knot = result.trajectory.knots[1][0]
-    falls = [0.0, 0.0, -G]
-    a = np.array([*knot[5:7], -G if kind == 3 else 0.0]) - falls
-    r = np.array([*start[:2], 0.0])
-    expected = first_entry(r, other_v - v, a, 2 * R)
-    others = result.events[result.events["kind"] != EventKind.BALL_BALL]["t"]
-    hits = result.events[result.events["kind"] == EventKind.BALL_BALL]["t"]
-    until = min(others, default=math.inf)
-    assert (expected < until) == (seed in MEET)
-    if seed in MEET:
-        assert hits[0] == pytest.approx(expected, rel=1e-9)
-    else:
-        assert len(hits) == 0 or hits[0] >= until
-
-
-@pytest.mark.parametrize("above", [1e-6, 1e-9, -1e-9, -1e-6])
-def test_a_jump_clears_a_ball_or_clips_its_top(above):
-    """The least distance of the flight from the ball, by a bound on which the jump is aimed."""
-
-    def least(up):
-        x, z = np.array([-1.5, 0.3]), np.array([-G / 2, up, 0.0])
-        square = np.polyadd(np.polymul(x, x), np.polymul(z, z))
-        turns = np.roots(np.polyder(square))
-        real = turns[np.abs(turns.imag) < 1e-9].real
-        inside = real[(real > 0) & (real < 2 * up / G)]
-        return math.sqrt(min(np.polyval(square, [*inside, 0.0, 2 * up / G])))
-
-    low, high = 0.5, 2.0
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        low, high = (low, middle) if least(middle) > 2 * R else (middle, high)
-    scene = scene_of(
-        ball((0, 0), (1.5, 0, high + above), angular_velocity=(0, 0, 0)), ball((0.3, 0)), **FLIES
-    )
-    result = simulate(scene, record="events")
-    hit = EventKind.BALL_BALL in result.events["kind"][result.events["t"] < 2 * high / G]
-    assert hit == (above < 0)
 
 
 def test_a_ball_dropped_on_another_bounces_off_and_both_come_to_rest():

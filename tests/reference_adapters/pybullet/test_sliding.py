@@ -92,31 +92,6 @@ def test_a_stun_shot_slides_then_rolls() -> None:
     assert result.status is Status.REST
 
 
-@pytest.mark.parametrize("dt", [1e-3, 1e-4])
-def test_a_slide_aslant_ends_where_the_closed_form_says(dt: float) -> None:
-    """A parabola: friction acts against the slip, not against the motion, and v_f = v - 2/7 u.
-
-    Breaks with Bullet's friction pyramid, which prefers the axes, or with a position error that
-    isn't of first order.
-    """
-    v, w, mu = np.array([1.5, 0.5]), (10.0, -20.0, 5.0), 0.2
-    slip = v + R * np.array([-w[1], w[0]])
-    slide = 2 * np.hypot(*slip) / (7 * mu * G)
-    scene = scene_of(
-        ball((0, 0), v, angular_velocity=w),
-        motion="sliding",
-        sliding_friction=mu,
-        rolling_friction=0.0,
-        t_max=slide + dt,
-    )
-    result = run(scene, dt=dt)
-    rolling = v - 2 / 7 * slip
-    place = v * slide - slip / np.hypot(*slip) * mu * G * slide**2 / 2 + rolling * dt
-    assert log(result) == [("slide-to-roll", 0, -1)]
-    assert result.final_state.velocities[0, 0, :2] == pytest.approx(rolling, abs=1e-9)
-    assert result.rest_positions[0, :2] == pytest.approx(place, abs=np.hypot(*slip) / 7 * dt)
-
-
 # --- impacts with friction --------------------------------------------------------------------
 
 

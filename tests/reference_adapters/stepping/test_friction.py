@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from shots import R, ball, random_cloth_shot, scene_of
 
-from ghostball.engine import Result, Scene, Table, simulate
+from ghostball.engine import Result, Scene, simulate
 from ghostball.engine.scene.features import missing_features
 from ghostball.reference_adapters.pymunk.engine import PymunkEngine, PymunkSettings
 
@@ -82,37 +82,3 @@ def test_landed_plays_the_game_that_our_engine_plays(seed: int) -> None:
     assert np.max(np.abs(errors)) < 1e-7
     for found, wanted in zip(theirs.final_state, ours.final_state, strict=True):
         np.testing.assert_allclose(found, wanted, rtol=1e-6, atol=1e-5)
-
-
-@pytest.mark.parametrize("law", ["frictional", "mirror"])
-def test_native_steps_come_to_the_same_as_they_shrink(law: str) -> None:
-    """Of first order in the step, as all that Pymunk sees late; averaged over phases of the steps.
-
-    Breaks where the adapter's spins and Chipmunk's velocities belong to different instants.
-    """
-    cushion = {"cushion": law} | ({"cushion_restitution": 0.85} if law == "frictional" else {})
-
-    def shot(phase: float) -> Scene:
-        return scene_of(
-            ball((0.3 + phase, 0.3), (2.0, 0.4), angular_velocity=(5.0, 40.0, 30.0)),
-            ball((0.6, 0.375)),
-            table=Table(length=0.9, width=0.7),
-            motion="sliding",
-            ball_friction="alciatore",
-            t_max=0.5,
-            **cushion,
-        )
-
-    def mean_error(dt: float) -> float:
-        errors = []
-        for phase in np.arange(4) / 4:
-            scene = shot(2.0 * dt * phase)
-            result = PymunkEngine(PymunkSettings(dt=dt)).simulate(scene)
-            exact = simulate(scene)
-            assert result.collision_counts == exact.collision_counts
-            assert all(exact.collision_counts.values())
-            errors.append(np.max(np.abs(result.rest_positions - exact.rest_positions)))
-        return float(np.mean(errors))
-
-    order = math.log(mean_error(2e-3) / mean_error(2.5e-4), 8)
-    assert 0.7 < order < 1.3

@@ -346,32 +346,6 @@ def test_scenes_of_one_name_jobs_below_one_and_a_foreign_folder_are_refused(tmp_
     assert [path.name for path in tmp_path.iterdir()] == ["thesis.tex"]
 
 
-def test_the_kernels_are_made_ready_once_and_only_for_a_run_that_starts(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    # Breaks where workers start first: each would compile, and say so.
-    seen: list[str] = []
-    monkeypatch.setattr(
-        ghostball.validation.suite.plan,
-        "compile_kernels",
-        lambda *given, **named: seen.append("warm"),
-    )
-    real = ghostball.validation.suite.suite.run_case
-    monkeypatch.setattr(
-        ghostball.validation.suite.suite,
-        "run_case",
-        lambda case: (seen.append("run"), real(case))[1],
-    )
-    with pytest.raises(GhostballError):
-        run_suite([scene()], ["fkae"], tmp_path / "out")
-    (tmp_path / "thesis.tex").write_text("years of work")
-    with pytest.raises(ResultsError):
-        run_suite([scene()], ["fake"], tmp_path)
-    assert seen == []
-    run_suite([scene()], ["fake"], tmp_path / "out")
-    assert seen == ["warm", "run"]
-
-
 def test_an_engine_that_is_absent_needs_no_settings_for_its_criteria(tmp_path: Path) -> None:
     outcome = run_suite([scene()], ["absent"], tmp_path, criteria={"roll": limits("absent:dt=1")})
     assert outcome.cases[0].outcome == "unavailable"
