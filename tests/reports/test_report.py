@@ -22,10 +22,6 @@ def results(module_folder):
     return Results.open(module_folder)
 
 
-def cases_of(results, scene):
-    return [case for case in results.cases if case.scene == scene]
-
-
 def drawn(folder):
     return {path.name for path in (folder / "figures").glob("*")}
 
