@@ -114,16 +114,16 @@ def validate(
         int | None,
         typer.Option(
             metavar="K",
-            help="Then also perturb each scene K times, run that on every engine, and compare how "
-            "the shots end with our engine's distributions, such as `validate chaos --ensemble "
-            "20`: for shots too chaotic to be compared one by one.",
+            help="Play each scene also from K varied starts on every engine, and say how much "
+            "their ends vary, such as `validate chaos --ensemble 20`: for shots too chaotic to be "
+            "compared one by one.",
         ),
     ] = None,
     ensemble_size: Annotated[
         str | None,
         typer.Option(
             metavar="SIZE",
-            help="How far they are perturbed at most: speed and direction (relative, rad), and x "
+            help="How far starts are varied at most: speed and direction (relative, rad), and x "
             "and y of each ball (m) (default: velocity=1e-3,position=1e-4).",
         ),
     ] = None,

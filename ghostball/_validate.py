@@ -9,14 +9,14 @@ from pathlib import Path
 from rich.console import Console
 from rich.markup import escape
 
-from ghostball import _ensembles, _report
+from ghostball import _report
 from ghostball._config import load_config
 from ghostball._options import Format
 from ghostball._progress import COMPILING, DRAWING, Steps
 from ghostball._regress import compare_guarded, gates_of
 from ghostball._summary import printed
 from ghostball._terminal import say, say_printed, tables
-from ghostball._verdicts import colour_of, headline, verdict_tables
+from ghostball._verdicts import colour_of, headline, spread_table, verdict_tables
 from ghostball.engine import Scene
 from ghostball.reference_adapters import (
     EngineError,
@@ -50,6 +50,7 @@ from ghostball.validation.scenes.library import scene_names, select
 from ghostball.validation.suite.plan import criteria_beside_paths
 from ghostball.validation.suite.suite import DEFAULT_ENGINES, Outcome, run_suite
 from ghostball.validation.suite.unchanged import is_ours
+from ghostball.validation.suite.varied import Ensemble, Size
 
 RUNNING, PREDICTING = "running", "predicting"
 
@@ -91,12 +92,11 @@ def run(
     for gate in gates:
         check_baselines(gate.folder, sorted(gate.guarded(scenes)), gate.engine)
     patterns = metrics or None
-    request = None
+    starts = None
     if ensemble is not None:
-        request = _ensembles.EnsembleRequest.checked(ensemble, ensemble_size, scenes, specs, out)
-    perturbed = (_ensembles.PERTURBING, _ensembles.COMPARING) if request else ()
+        starts = Ensemble(ensemble, Size.parse(ensemble_size) if ensemble_size else Size())
     drawn = (DRAWING,) if report else ()
-    steps = Steps(COMPILING, RUNNING, PREDICTING, *perturbed, *drawn)
+    steps = Steps(COMPILING, RUNNING, PREDICTING, *drawn)
     started = time.perf_counter()
     with steps.bar() as step:
         count = step(RUNNING)
@@ -120,6 +120,7 @@ def run(
             reuse=not rerun,
             announce=lambda reused: _announce(reused, specs, out),
             time_limit=time_limit,
+            ensemble=starts,
         )
     folder = escape(str(out))
     if not outcome.cases:
@@ -130,6 +131,8 @@ def run(
     # interrupted, the verdicts are there.
     console = tables(form)
     console.print(verdict_tables(results, console), crop=False)
+    if starts is not None:
+        console.print(spread_table(results, starts.size))
     for line in _truths(results, criteria):
         console.print(line, soft_wrap=True)
     console.print(headline(outcome, time.perf_counter() - started), soft_wrap=True)
@@ -147,21 +150,6 @@ def run(
         if patterns is None:
             for regression in compare_guarded(results, gates, scenes, time_limit):
                 status = worst(status, _say_moved(regression, console))
-        if request is not None:
-            ended = _ensembles.run(
-                request,
-                scenes,
-                specs,
-                out,
-                jobs=jobs,
-                cluster=cluster,
-                rerun=rerun,
-                time_limit=time_limit,
-                steps=steps,
-            )
-            if ended is ExitStatus.INTERRUPTED:  # that was said
-                return ended
-            status = worst(status, ended, _ensembles.show(out, console, steps))
         if report:
             written = _report.write(out, jobs=jobs, figures=figures, steps=steps)
             console.print(f"report: {written.page}", soft_wrap=True, markup=False)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from typing import Literal
 
 from rich import box
 from rich.console import Console, Group, RenderableType
@@ -20,9 +21,11 @@ from ghostball.reports.accuracy import (
     kinds_of,
     tally,
 )
+from ghostball.reports.spread_text import HEADER, KEY as SPREAD_KEY, remarks_of, rows_of
 from ghostball.validation.checks.verdict import Verdict, unfinished_text, verdict_of
 from ghostball.validation.results.store import CaseRecord, Results
 from ghostball.validation.suite.suite import Outcome
+from ghostball.validation.suite.varied import Size
 
 COLOURS = {
     Verdict.PASS: "green",
@@ -57,6 +60,18 @@ def verdict_tables(results: Results, console: Console) -> RenderableType:
     # What is cut short says nothing: a narrow window breaks its lines instead.
     engines.width = Measurement.get(console, unlimited, engines).maximum
     return Group(*parts, engines, KEY, *failures(results.cases))
+
+
+def spread_table(results: Results, size: Size) -> RenderableType:
+    """Return how the ends of varied starts vary, of this size at most."""
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 2, 0, 0))
+    for heading in HEADER:
+        justify: Literal["left", "right"] = "left" if heading in HEADER[:2] else "right"
+        table.add_column(escape(heading), no_wrap=True, justify=justify)
+    for row in rows_of(results):
+        table.add_row(*map(escape, row))
+    key = f"[dim]Starts varied by {escape(str(size))} at most. {escape(SPREAD_KEY)}[/]"
+    return Group(table, key, *map(escape, remarks_of(results)))
 
 
 def colour_of(case: CaseRecord) -> str:

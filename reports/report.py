@@ -1,7 +1,6 @@
 """Write the report of a results folder: `report.html`, and pictures beside it.
 
-The page is whole without the pictures. There is a sheet for each scene (`NAME-sheet`), and a figure
-of each ensemble, which the page holds too.
+The page is whole without the pictures: a sheet for each scene (`NAME-sheet`).
 """
 
 from __future__ import annotations
@@ -16,13 +15,12 @@ from typing import TYPE_CHECKING, Literal
 from ghostball.engine import GhostballError
 from ghostball.reference_adapters.output import harmless
 from ghostball.reports import style
-from ghostball.reports.figures import draw_ensemble, draw_sheet
+from ghostball.reports.figures import draw_sheet
 from ghostball.reports.guarded import FailedPart, IncompleteReportError, attempt
 from ghostball.reports.page import ScenePart, failed_scene_part, page_text, scene_part
 from ghostball.reports.shots import load_shot
 from ghostball.validation.baselines import Regression, load_regression
 from ghostball.validation.diagnose.predictability import Predictability, predictability_in
-from ghostball.validation.ensembles import Ensembles
 from ghostball.validation.parallel.pool import Progress, run_tasks
 from ghostball.validation.results.files import write_whole
 from ghostball.validation.results.store import Results
@@ -37,22 +35,16 @@ ENDINGS = tuple(f".{ending}" for ending in style.FORMATS)
 SHEET = "-sheet"
 """What stands after a scene's name in the file of its sheet."""
 
-ENSEMBLE = "-ensemble"
-"""What stands after a scene's name in the file of its ensemble's figure."""
-
 PART = f"part of {PAGE} on scene "
 """What a task calls a scene's part of the page and its sheet, before the scene's name."""
 
 FIGURE = "figure "
-"""What a task calls a figure, before its file without the ending; no scene's name has a space."""
+"""What is said of a figure that can't be made, before its file without the ending."""
 
 Pictures = Literal["png", "svg", "none"]
 """Which pictures are drawn: PNG, SVG beside it, or none at all."""
 
-Made = PurePosixPath | ScenePart | None
-"""What comes of a task: a figure that was drawn, a scene's part of the page, or nothing."""
-
-_Answer = tuple[Made | Exception, list[FailedPart]]
+_Answer = tuple[ScenePart | Exception, list[FailedPart]]
 """What came of a task or why all ends here, and what could not be made."""
 
 
@@ -95,8 +87,8 @@ def write_report(
     jobs : int
         Processes that make it. With more than one, guard a script with `if __name__ == "__main__"`.
     figures : "png", "svg" or "none"
-        Draw a sheet of each scene and figures of ensembles as PNG, as PNG and SVG, or not at
-        all. What an earlier report drew and this one doesn't is removed.
+        Draw a sheet of each scene as PNG, as PNG and SVG, or not at all. What an earlier report
+        drew and this one doesn't is removed.
 
     Returns
     -------
@@ -116,27 +108,20 @@ def write_report(
         raise ReportError(
             f"{results.path}: holds no case, so there is nothing to report. Run the suite again"
         )
-    tasks = [*(FIGURE + name for name in _figures_of(source))]
-    tasks += [PART + name for name in results.scene_names]
-    drawn: dict[str, PurePosixPath] = {}
+    tasks = [PART + name for name in results.scene_names]
     parts: dict[str, ScenePart] = {}
     failed: list[FailedPart] = []
     try:
         (results.path / FIGURES).mkdir(exist_ok=True)
         for done, (task, made) in enumerate(_make_all(source, tasks, jobs, failed), start=1):
-            if isinstance(made, ScenePart):
-                parts[task.removeprefix(PART)] = made
-            elif made is not None:
-                drawn[task.removeprefix(FIGURE)] = made
+            parts[task.removeprefix(PART)] = made
             if progress is not None:
                 progress(done, len(tasks), task)
-        # In the table's order, in whichever the processes drew them.
-        pictures = {name: drawn[name] for name in _figures_of(source) if name in drawn}
         report = results.path / PAGE
-        page = page_text(results, parts, pictures, source.regression, failed)
+        page = page_text(results, parts, source.regression, failed)
         write_whole(report, harmless(page))  # what engines say may steer a terminal
         sheets = [part.sheet for part in parts.values() if part.sheet is not None]
-        _remove_stale(results.path, [*drawn.values(), *sheets], figures)
+        _remove_stale(results.path, sheets, figures)
     except OSError as error:
         raise _cannot_write(results.path, error) from error
     if failed:
@@ -151,18 +136,9 @@ def _cannot_write(path: Path, error: OSError) -> ReportError:
     )
 
 
-def _figures_of(source: Source) -> list[str]:
-    """Return the files of the figures of ensembles, without their ending."""
-    if source.figures == "none":
-        return []
-    ensembles = Ensembles.load(source.results.path)
-    perturbed = () if ensembles is None else ensembles.run.scenes
-    return [name + ENSEMBLE for name in perturbed]
-
-
 def _make_all(
     source: Source, tasks: Sequence[str], jobs: int, failed: list[FailedPart]
-) -> Iterator[tuple[str, Made]]:
+) -> Iterator[tuple[str, ScenePart]]:
     """Make what every task asks for; yield each as it is done."""
     work = (
         partial(_answer, source)
@@ -195,9 +171,7 @@ def _make_in_worker(path: Path, figures: Pictures, task: str) -> _Answer:
 
 def _died(task: str, reason: str) -> _Answer:
     failed = FailedPart(task, reason, reason)
-    if task.startswith(PART):
-        return failed_scene_part(task.removeprefix(PART), failed), [failed]
-    return None, [failed]
+    return failed_scene_part(task.removeprefix(PART), failed), [failed]
 
 
 @lru_cache(maxsize=1)
@@ -205,16 +179,10 @@ def _load_once(path: Path, figures: Pictures) -> Source:
     return Source.load(path, figures)
 
 
-def _make(source: Source, task: str, failed: list[FailedPart]) -> Made:
-    if task.startswith(PART):
-        name = task.removeprefix(PART)
-        made = attempt(task, partial(_scene_part, source, name, failed), failed)
-        return failed_scene_part(name, failed[-1]) if made is None else made
-    name = task.removeprefix(FIGURE)
-    ensembles = Ensembles.load(source.results.path)
-    assert ensembles is not None  # they gave the task its name
-    draw = partial(draw_ensemble, ensembles, name.removesuffix(ENSEMBLE))
-    return _drawn(source, name, draw, failed)
+def _make(source: Source, task: str, failed: list[FailedPart]) -> ScenePart:
+    name = task.removeprefix(PART)
+    made = attempt(task, partial(_scene_part, source, name, failed), failed)
+    return failed_scene_part(name, failed[-1]) if made is None else made
 
 
 def _scene_part(source: Source, name: str, failed: list[FailedPart]) -> ScenePart:
@@ -252,7 +220,7 @@ def _remove_stale(folder: Path, drawn: Iterable[PurePosixPath], figures: Picture
     """Remove pictures that an earlier report left; what somebody else put there stays."""
     kept = {path.stem for path in drawn}
     for path in (folder / FIGURES).iterdir():
-        ours = path.stem.endswith((SHEET, ENSEMBLE))
+        ours = path.stem.endswith(SHEET)
         stale = path.stem not in kept or (path.suffix == ".svg" and figures != "svg")
         if path.suffix in ENDINGS and ours and stale:
             path.unlink()

@@ -12,7 +12,7 @@ from ghostball.reports.outcome import overall
 from ghostball.reports.page.board import board_html
 from ghostball.reports.page.changed import changed_html
 from ghostball.reports.page.colours import engine_css
-from ghostball.reports.page.ensembles import Pictures, ensembles_html
+from ghostball.reports.page.ensembles import ensembles_html
 from ghostball.reports.page.failures import failures_html
 from ghostball.reports.page.headline import verdict_html
 from ghostball.reports.page.measured import (
@@ -58,7 +58,6 @@ class Part:
 def page_text(
     results: Results,
     scenes: Mapping[str, ScenePart],
-    pictures: Pictures,
     regression: Regression | None,
     failed: list[FailedPart],
 ) -> str:
@@ -69,8 +68,6 @@ def page_text(
     results : Results
     scenes : mapping of str to ScenePart
         The part of each scene, by its name.
-    pictures : mapping of str to path
-        Figures of ensembles, which the page holds.
     regression : Regression or None
         What changed since the baselines, where that was asked.
     failed : list of FailedPart, appended to
@@ -112,9 +109,9 @@ def page_text(
             ),
             Part(lambda: horizons_html(results), "horizons", "How far the shots can be predicted"),
             Part(
-                lambda: ensembles_html(results, pictures),
+                lambda: ensembles_html(results),
                 "ensembles",
-                "Ensembles: how perturbed shots end",
+                "Ensembles: how shots from varied starts end",
                 opened=True,
             ),
             Part(

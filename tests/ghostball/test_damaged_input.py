@@ -30,8 +30,6 @@ from ghostball.validation.board.board import Board, load
 from ghostball.validation.board.cell import Cell
 from ghostball.validation.board.column import QUESTIONS
 from ghostball.validation.checks.criteria import Criteria
-from ghostball.validation.ensembles.ensemble_record import EnsembleRecord, EnsembleRun
-from ghostball.validation.ensembles.members import Size
 from ghostball.validation.results.database import DATABASE, transaction, writing
 from ghostball.validation.results.files import BOARD
 from ghostball.validation.results.store import Results
@@ -112,17 +110,13 @@ def sound(tmp_path_factory):
     assert status == 0, output
     (case,) = Results.open(folder).cases
     environment = {"cpu": "a processor", "git": {"revision": "0" * 40, "dirty": False}}
-    ensemble = EnsembleRecord("stop", case.definition, "pymunk", "pymunk", "shots", Size())
-    asked = EnsembleRun(
-        1, Size(), ("stop",), ("pymunk",), environment, "complete", ensembles=(ensemble,)
-    )
     change = SceneChange(
         scene="stop", title="", change="identical", failed=False, summary="the same"
     )
     changed = Regression(base=environment, head=environment, outcome="passed", scenes=(change,))
     with writing(folder) as database, transaction(database):
-        for name, text in (("ensembles", dumped(asked)), ("regression", f"[{dumped(changed)}]")):
-            database.execute("INSERT INTO documents VALUES (?, ?)", [name, text])
+        text = f"[{dumped(changed)}]"
+        database.execute("INSERT INTO documents VALUES (?, ?)", ["regression", text])
     (folder / "stress").mkdir()
     tried = StressRun("quick", ("grazing",), ("pymunk",), environment)
     finding = Finding("grazing", "one", "pymunk", "broken", ("it fell",), scene=case.definition)
@@ -228,26 +222,20 @@ def test_a_text_that_is_no_text_names_the_file_and_what_to_do(sound, tmp_path):
 
 
 @pytest.mark.parametrize("name", ["{}/pwn", "../../../pwn", "a/b", ".."])
-@pytest.mark.parametrize("kind", ["case", "ensemble", "ensembles", "finding"])
+@pytest.mark.parametrize("kind", ["case", "varied", "finding"])
 def test_no_name_in_a_record_leads_out_of_the_folder(sound, tmp_path, name, kind):
     """With such a name of a scene, a report wrote its picture wherever that led."""
     folder = tmp_path / "a" / "b" / "results"
     shutil.copytree(sound, folder)
     name = name.format(tmp_path)
-    field = {"finding": "family", "ensembles": "scenes[0]", "ensemble": "ensembles[0].scene"}.get(
-        kind, "scene"
-    )
+    field = {"finding": "family", "varied": "varied_from"}.get(kind, "scene")
     part = folder / ("stress" if kind == "finding" else ".")
-    if kind.startswith("ensemble"):
-        sql = f"UPDATE documents SET content = json_set(content, '$.{field}', ?) WHERE name = "
-        query(part, sql + "'ensembles'", [name])
-    else:
-        sql = f"UPDATE records SET record = json_set(record, '$.{field}', ?) WHERE kind = '{kind}'"
-        query(part, sql, [name])
+    sql = f"UPDATE records SET record = json_set(record, '$.{field}', ?) WHERE kind = "
+    query(part, sql + ("'finding'" if kind == "finding" else "'case'"), [name])
     before = {path for path in tmp_path.rglob("*") if not path.is_relative_to(folder)}
     status, output = run("report", folder, "--jobs", "1", "--figures", "none")
     assert status == 2, output
-    assert f"`{field.replace('[0]', '.0')}`" in output
+    assert f"`{field}" in output
     assert {path for path in tmp_path.rglob("*") if not path.is_relative_to(folder)} == before
 
 

@@ -41,7 +41,7 @@ PARTS = {
     "cost_html": "Run time against error",
     "closed_forms_html": "Closed forms, in units of rounding",
     "horizons_html": "How far the shots can be predicted",
-    "ensembles_html": "Ensembles: how perturbed shots end",
+    "ensembles_html": "Ensembles: how shots from varied starts end",
     "ledgers_html": "Where the energy went",
     "hashes_html": "Determinism",
     "timing_html": "Run times",

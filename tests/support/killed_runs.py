@@ -13,7 +13,6 @@ from typing import Any
 import ghostball.validation.parallel.pool
 from ghostball.engine import Ball, Scene, Table
 from ghostball.validation.checks.criteria import Criteria
-from ghostball.validation.ensembles import run_ensembles
 from ghostball.validation.stress import run_stress
 from ghostball.validation.stress.selection import chosen_trials, path_of
 from ghostball.validation.suite.suite import run_suite
@@ -44,13 +43,6 @@ def suite(out: Path, say: Say) -> None:
         say((case.scene, case.label))
 
     run_suite(SCENES, ENGINES, out, criteria=criteria, reuse=True, progress=done)
-
-
-def ensembles(out: Path, say: Say) -> None:
-    def done(_: int, __: int, member: Any) -> None:
-        say((member.scene, member.label, member.stream, str(member.index)))
-
-    run_ensembles(SCENES[:2], ENGINES, out, 12, progress=done)
 
 
 def stress(out: Path, say: Say) -> None:

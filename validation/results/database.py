@@ -32,10 +32,10 @@ SCHEMA: Final = 10
 APPLICATION: Final = int.from_bytes(b"ball")
 """What tells a database of ours from anyone's: SQLite keeps it in the head of the file."""
 
-Document = Literal["suite", "ensembles", "stress", "regression"]
+Document = Literal["suite", "stress", "regression"]
 """What there is one of in a folder: what each kind of run was asked for, and how it ended."""
 
-Kind = Literal["case", "prediction", "member", "finding"]
+Kind = Literal["case", "prediction", "finding"]
 """What a record is of: of which there are many, each with a name of its own."""
 
 _TABLES = """

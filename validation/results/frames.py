@@ -33,11 +33,6 @@ TABLES: Final[Mapping[str, str]] = {
         "FROM documents, json_each(content) AS engines, json_each(engines.value, '$.scenes') "
         "AS scenes WHERE name = 'regression'"
     ),
-    "ensembles": (
-        "SELECT value AS record FROM documents, json_each(content, '$.ensembles') "
-        "WHERE name = 'ensembles'"
-    ),
-    "members": "SELECT record FROM records WHERE kind = 'member' AND current ORDER BY id",
     "findings": "SELECT record FROM records WHERE kind = 'finding' AND current ORDER BY id",
 }
 """What there is of each kind, and how it is asked for; a column `record` is many, as JSON."""

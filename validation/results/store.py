@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final
 
@@ -103,7 +103,9 @@ class Results:
     path : Path
         Of the folder.
     cases : list of CaseRecord
-        In order of completion.
+        In order of completion; without varied starts.
+    varied : list of CaseRecord
+        Those of varied starts.
     environment : dict
         Machine, versions, command line ..., what was asked for, and how the run ended.
     """
@@ -111,6 +113,7 @@ class Results:
     path: Path
     cases: list[CaseRecord]
     environment: dict[str, Any]
+    varied: list[CaseRecord] = field(default_factory=list)
 
     @classmethod
     def open(cls, path: str | Path) -> Results:
@@ -130,9 +133,11 @@ class Results:
                 f"{folder}: holds no results of the suite. Run `ghostball validate --out {path}`"
             )
         what = f"{folder}: a case"
-        cases = [_case_of(what, *row) for row in rows]
+        found = [_case_of(what, *row) for row in rows]
+        cases = [case for case in found if not case.varied_from]
+        varied = [case for case in found if case.varied_from]
         asked: dict[str, Any] = record_of(_SUITE, environment, f"{folder}: what was asked for")
-        return cls(folder, cases, asked)
+        return cls(folder, cases, asked, varied)
 
     @property
     def state(self) -> RunState:
@@ -145,7 +150,7 @@ class Results:
         """How many cases there would have been; those that are there where nothing says."""
         asked = [len(self.environment.get(key, ())) for key in ("scenes", "engines")]
         planned: int = self.environment.get("planned", asked[0] * asked[1])
-        return max(planned, len(self.cases))
+        return max(planned, len(self.cases) + len(self.varied))
 
     @property
     def scene_names(self) -> list[str]:

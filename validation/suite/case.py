@@ -88,6 +88,7 @@ def blank_record(case: Case) -> CaseRecord:
         label=case.label,
         engine=engine_name(case.label),
         outcome="failed",
+        varied_from=case.varied_from,
     )
 
 

@@ -46,6 +46,8 @@ class Case:
         The metrics that are computed; None is all of them. Limits on others aren't judged.
     judged_as : callable, optional
         Makes another engine, whose step and claims are held against this one; None: its own.
+    varied_from : str
+        Of which scene this one is a varied start; "" of none. Its motion isn't kept.
     """
 
     scene: Scene
@@ -54,6 +56,7 @@ class Case:
     asked: Asked = field(default_factory=Asked)
     metrics: tuple[str, ...] | None = None
     judged_as: Callable[[], ReferenceEngine] | None = None
+    varied_from: str = ""
 
 
 def judge(
@@ -80,7 +83,8 @@ def judge(
     """
     # A motion that blew up may hold nan and infinity; the metrics say so, numpy need not.
     with np.errstate(invalid="ignore", over="ignore"):
-        return _judged(record, case, truth, result, resolution, limits), motion_of(result)
+        motion = None if case.varied_from else motion_of(result)
+        return _judged(record, case, truth, result, resolution, limits), motion
 
 
 def checks_on(
@@ -131,7 +135,7 @@ def _judged(
         metrics=measured.values,
         notes=measured.notes,
         checks=_checks(asked, measured, truth, record.engine),
-        left_out=tuple(one.metric for one in limits if one not in asked),
+        left_out=tuple(one.metric for one in limits if one not in asked and not case.varied_from),
     )
 
 

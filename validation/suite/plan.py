@@ -33,7 +33,10 @@ from ghostball.validation.results.records import CaseRecord
 from ghostball.validation.scenes.library import FOLDER, find_scene, paths_among, scene_names
 from ghostball.validation.suite.judge import Case, TruthFailure
 from ghostball.validation.suite.unchanged import dates_of, inputs_hash, is_ours
+from ghostball.validation.suite.varied import Ensemble
 from ghostball.validation.truth.scene_truth import PARTS, Truth, TruthPart, check_truth, truth_of
+
+_NO_TRUTH = Truth(None, missing="a varied start is compared with others, not with a truth")
 
 
 class SuiteError(GhostballError, ValueError):
@@ -50,6 +53,7 @@ class Plan:
     asked: Mapping[Name, Asked]  # by scene name and label
     inputs: Mapping[Name, str]  # hashes; "": always run
     metrics: tuple[str, ...] | None  # None: all
+    origins: Mapping[str, str]  # of varied starts, by their names
 
     @property
     def size(self) -> int:
@@ -59,7 +63,7 @@ class Plan:
     def describe(self, taken_over: Mapping[Name, CaseRecord]) -> dict[str, Any]:
         """Return what the results say of the run, of which an earlier one did this much."""
         return describe_environment() | {
-            "scenes": [scene.name for scene in self.scenes],
+            "scenes": [scene.name for scene in self.scenes if scene.name not in self.origins],
             "engines": list(self.settings),
             "engine_settings": dict(self.settings),
             "metrics": list(self.metrics or METRICS),
@@ -94,10 +98,16 @@ class Plan:
         if "accuracy" in computed:
             parts |= {"events", "conditioning"}
         for scene in self.scenes_of(pairs):
-            truth = truth_or_failure(scene, self.criteria[scene.name], parts)
+            origin = self.origins.get(scene.name, "")
+            truth: Truth | TruthFailure = _NO_TRUTH
+            if not origin:
+                truth = truth_or_failure(scene, self.criteria[scene.name], parts)
             for pair in pairs:
                 if pair[0] == scene.name:
-                    yield Case(scene, pair[1], truth, self.asked[pair], self.metrics)
+                    asked, metrics = self.asked[pair], self.metrics
+                    if origin:
+                        metrics = _without_truth(computed, asked)
+                    yield Case(scene, pair[1], truth, asked, metrics, varied_from=origin)
 
 
 def plan(
@@ -107,6 +117,7 @@ def plan(
     jobs: int,
     metrics: Sequence[str] | None,
     only: Collection[Name] | None = None,
+    ensemble: Ensemble | None = None,
 ) -> Plan:
     """Return what is run and what is asked of it; refuse what is wrong before anything runs.
 
@@ -120,6 +131,12 @@ def plan(
     chosen = None if metrics is None else choose_metrics(metrics)
     _each_once("scene", [scene.name for scene in scenes])
     _each_once("engine", labels)
+    origins: dict[str, str] = {}
+    if ensemble is not None:
+        starts = {scene.name: ensemble.of(scene) for scene in scenes}
+        origins = {one.name: origin for origin, these in starts.items() for one in these}
+        scenes = [*scenes, *(one for these in starts.values() for one in these)]
+        _each_once("scene", [scene.name for scene in scenes])
     settings = {label: _settings_of(label) for label in labels}
     own = {
         scene.name: criteria[scene.name] if scene.name in criteria else shipped_criteria(scene)
@@ -145,7 +162,7 @@ def plan(
                 if values is None or label in foreign
                 else inputs_hash(scene, label, values, asked[pair], limits.truth, chosen)
             )
-    return Plan(scenes, settings, own, asked, inputs, chosen)
+    return Plan(scenes, settings, own, asked, inputs, chosen, origins)
 
 
 def check_time_limit(seconds: float | None) -> None:
@@ -190,6 +207,18 @@ def criteria_beside_paths(names_or_tags: Sequence[str]) -> dict[str, Criteria]:
         Where such a scene or the criteria beside it are refused.
     """
     return {find_scene(path).name: criteria_beside(path) for path in paths_among(names_or_tags)}
+
+
+def _without_truth(metrics: Collection[str], asked: Asked) -> tuple[str, ...]:
+    """Return those of some metrics that a varied start has: what any shot must keep.
+
+    Whether a run is broken is judged too, but not of a step: only a truth says what that allows.
+    """
+    return tuple(
+        name
+        for name in metrics
+        if METRICS[name].compares is None or (name == "accuracy" and asked.rule is None)
+    )
 
 
 def _each_once(what: str, names: Sequence[str]) -> None:

@@ -25,6 +25,7 @@ from ghostball.validation.runs.runner import Reuse, run
 from ghostball.validation.suite.case import finished, run_case
 from ghostball.validation.suite.plan import check_time_limit, plan
 from ghostball.validation.suite.unchanged import code_hash
+from ghostball.validation.suite.varied import Ensemble
 
 DEFAULT_ENGINES: tuple[str, ...] = (
     "ghostball",
@@ -136,6 +137,7 @@ def run_suite(
     announce: Callable[[Reuse[CaseRecord]], None] | None = None,
     time_limit: float | None = None,
     only: Collection[Name] | None = None,
+    ensemble: Ensemble | None = None,
 ) -> Outcome:
     """Run every scene on every engine and write a results folder.
 
@@ -175,6 +177,8 @@ def run_suite(
     only : collection of (str, str), optional
         The scene and the label of each case that is run, where not every scene is run on every
         engine. What else the same code left in the folder then stays beside them.
+    ensemble : Ensemble, optional
+        Varied starts of each scene, which are cases of the run too; see `suite.spread`.
 
     Raises
     ------
@@ -188,7 +192,7 @@ def run_suite(
     by Ctrl-C, the run stops, keeps what is done and says so in `Outcome.interrupted`; what earlier
     runs found and this one has not come to is kept too, for a later run with `reuse`.
     """
-    planned = plan(scenes, engine_specs, criteria or {}, jobs, metrics, only)
+    planned = plan(scenes, engine_specs, criteria or {}, jobs, metrics, only, ensemble)
     check_time_limit(time_limit)
     store = (ResultsWriter if only is None else PartWriter)(out, code_hash())
     ran = run(

@@ -12,9 +12,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from killed_runs import Key, Say, ensembles, run_until_killed, stress, suite
+from killed_runs import Key, Say, run_until_killed, stress, suite
 
-from ghostball.validation.ensembles import Ensembles
 from ghostball.validation.results.database import has_database
 from ghostball.validation.results.store import Results, ResultsWriter, has_results
 from ghostball.validation.stress import StressFolder
@@ -39,15 +38,6 @@ def cases_in(out: Path) -> set[Key]:
     return found
 
 
-def members_in(out: Path) -> set[Key]:
-    found = Ensembles.load(out)
-    return {
-        (*record.key, str(index))
-        for record in (found.records if found else ())
-        for index in found.members(record).index.tolist()
-    }
-
-
 def findings_in(out: Path) -> set[Key]:
     return {one.key for one in StressFolder.load(out).findings} if is_stress_folder(out) else set()
 
@@ -56,10 +46,9 @@ def findings_in(out: Path) -> set[Key]:
     ("run", "found", "planned", "kills"),
     [
         (suite, cases_in, 24, 100),
-        (ensembles, members_in, 72, 20),
         (stress, findings_in, 12, 20),
     ],
-    ids=["suite", "ensembles", "stress"],
+    ids=["suite", "stress"],
 )
 def test_a_kill_at_any_instant_loses_nothing_that_was_done(
     tmp_path: Path,
@@ -69,18 +58,12 @@ def test_a_kill_at_any_instant_loses_nothing_that_was_done(
     kills: int,
 ) -> None:
     context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload(
-        ["killed_runs", "ghostball.validation.suite.suite", "ghostball.validation.ensembles.run"]
-    )
+    context.set_forkserver_preload(["killed_runs", "ghostball.validation.suite.suite"])
     rng = random.Random(kills)
     patience, killed, rounds = 0.0, 0, 0
     before: set[Key] = set()
     out = tmp_path / "0"
     while killed < kills:
-        if not out.exists() and run is ensembles:
-            writer = ResultsWriter(out)
-            writer.begin({"scenes": [], "engines": []})
-            writer.finish("complete")
         said = tmp_path / f"said-{rounds}"
         process = context.Process(target=run_until_killed, args=(run, out, said, dict(os.environ)))
         begun = time.monotonic()

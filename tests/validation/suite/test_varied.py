@@ -1,4 +1,4 @@
-"""Members: reproducible, nested, within their size, never overlapping, never off the table."""
+"""Varied starts: reproducible, nested, within their size, never overlapping or off the table."""
 
 import hashlib
 import math
@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from ghostball.engine import Ball, Physics, Scene, Table
-from ghostball.validation.ensembles import EnsembleError, Size, perturb
 from ghostball.validation.scenes.library import find_scene, select
+from ghostball.validation.suite.varied import Ensemble, EnsembleError, Size, varied
 
 SIZE = Size()
 ROUNDING = 1e-15
@@ -25,7 +25,7 @@ def gaps(scene: Scene) -> np.ndarray:
 def test_every_shipped_scene_is_perturbed_within_its_size_and_nothing_overlaps(scene: Scene):
     radii, table = scene.radii, scene.table
     for k in range(6):
-        member = perturb(scene, SIZE, k)
+        member = varied(scene, SIZE, k)
         moved = member.positions - scene.positions
         assert np.abs(moved[:, :2]).max() <= SIZE.position + ROUNDING
         assert not moved[:, 2].any()
@@ -54,34 +54,33 @@ def test_of_frozen_balls_every_contact_opens(name):
     scene = find_scene(name)
     touching = gaps(scene) < 1e-9
     assert touching.any()
-    opened = np.array([gaps(perturb(scene, SIZE, k))[touching] for k in range(30)])
+    opened = np.array([gaps(varied(scene, SIZE, k))[touching] for k in range(30)])
     assert opened.min() > 0.0
     # Breaks where balls deep in the rack stay put: their gaps would be a hundredth of this.
     assert opened.mean() > 0.25 * SIZE.position
 
 
-def test_members_depend_on_scene_name_stream_and_number_alone():
+def test_members_depend_on_scene_name_and_number_alone():
     scene = find_scene("chaos-a")
-    members = [perturb(scene, SIZE, k) for k in range(4)]
-    assert members[2] == perturb(scene, SIZE, 2)  # whatever was made before
+    members = [varied(scene, SIZE, k) for k in range(4)]
+    assert members[2] == varied(scene, SIZE, 2)  # whatever was made before
     starts = {tuple(member.positions.ravel()) for member in members}
-    starts.add(tuple(perturb(scene, SIZE, 0, "null").positions.ravel()))
-    starts.add(tuple(perturb(scene.model_copy(update={"name": "b"}), SIZE, 0).positions.ravel()))
-    assert len(starts) == 6
+    starts.add(tuple(varied(scene.model_copy(update={"name": "b"}), SIZE, 0).positions.ravel()))
+    assert len(starts) == 5
 
 
 def test_members_are_the_same_on_every_machine():
     """Stored once: what changes it makes ensembles of two versions no longer the same shots."""
     digest = hashlib.sha256()
     for name in ("chaos-a", "frozen-triangle"):
-        member = perturb(find_scene(name), SIZE, 3)
+        member = varied(find_scene(name), SIZE, 3)
         digest.update(member.positions.tobytes() + member.velocities.tobytes())
     assert digest.hexdigest() == "2e4d5cd1071b6dae9d68207f7dfa8a3503574cf1c4621e586c8432dd5a9e2eab"
 
 
 def test_numbers_fill_the_stated_size_evenly():
     scene = Scene(name="two", balls=[Ball(id="a", position=(0, 0), velocity=(2.0, 0.0))])
-    members = [perturb(scene, Size(velocity=0.05, position=1e-3), k) for k in range(400)]
+    members = [varied(scene, Size(velocity=0.05, position=1e-3), k) for k in range(400)]
     x = np.array([member.positions[0, 0] for member in members]) / 1e-3
     speed = np.array([member.balls[0].speed for member in members]) / 2.0 - 1.0
     angle = np.array([math.atan2(*member.velocities[0, 1::-1]) for member in members])
@@ -99,7 +98,7 @@ def test_spin_is_turned_and_scaled_with_the_velocity():
         physics=Physics(motion="sliding"),
         balls=[Ball(id="a", position=(0, 0), velocity=(2.0, 0.0), angular_velocity=spin)],
     )
-    ball = perturb(scene, Size(velocity=0.1), 1).balls[0]
+    ball = varied(scene, Size(velocity=0.1), 1).balls[0]
     assert ball.angular_velocity is not None
     factor = ball.speed / 2.0
     turn = math.atan2(ball.velocity[1], ball.velocity[0])
@@ -112,13 +111,13 @@ def test_spin_is_turned_and_scaled_with_the_velocity():
 def test_a_ball_without_room_stays_where_it_is():
     balls = [Ball(id="a", position=(0.5, 0.028575)), Ball(id="b", position=(0.3, 0.028575))]
     scene = Scene(name="slot", table=Table(length=1.0, width=0.05715), balls=balls)
-    assert perturb(scene, SIZE, 0).positions.tolist() == scene.positions.tolist()
+    assert varied(scene, SIZE, 0).positions.tolist() == scene.positions.tolist()
 
 
 @pytest.mark.parametrize("only", [Size(velocity=0.0), Size(position=0.0)])
 def test_either_part_of_the_size_may_be_zero(only: Size):
     scene = find_scene("chaos-a")
-    member = perturb(scene, only, 0)
+    member = varied(scene, only, 0)
     assert (member.positions == scene.positions).all() == (only.position == 0.0)
     assert (member.velocities == scene.velocities).all() == (only.velocity == 0.0)
 
@@ -152,6 +151,15 @@ def test_a_size_is_read_as_it_is_written():
 
 def test_what_no_member_can_be_made_of_is_refused():
     with pytest.raises(EnsembleError, match=r'0.00714375 m in scene "stop", got 0.01 m'):
-        perturb(find_scene("stop"), Size(position=0.01), 0)
+        varied(find_scene("stop"), Size(position=0.01), 0)
     with pytest.raises(EnsembleError, match="`index` of a member must be at least 0, got -1"):
-        perturb(find_scene("stop"), SIZE, -1)
+        varied(find_scene("stop"), SIZE, -1)
+
+
+def test_an_ensemble_is_of_two_starts_at_least_each_with_a_name_of_its_own():
+    members = Ensemble(3, SIZE).of(find_scene("stop"))
+    assert [one.name for one in members] == ["stop.varied-1", "stop.varied-2", "stop.varied-3"]
+    with pytest.raises(EnsembleError, match="at least 2 members, got 1"):
+        Ensemble(1)
+    long = find_scene("stop").model_copy(update={"name": "s" * 64})
+    assert len(varied(long, SIZE, 998).name) <= 64

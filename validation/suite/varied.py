@@ -1,8 +1,7 @@
-"""Members of an ensemble: one shot, perturbed again and again within a stated size.
+"""Varied starts: one shot, perturbed again and again within a stated size.
 
-A member is made of the scene, its name's and its number's seed, and the size alone. So every engine
-gets the same members, in whatever order or process they run, and a larger ensemble has those of a
-smaller one and more.
+Each is a scene of its own, made of the scene, its number and the size alone. So every engine plays
+the same ones, in whatever order or process, and more of them begin with those of fewer.
 """
 
 from __future__ import annotations
@@ -12,16 +11,13 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from difflib import get_close_matches
-from typing import Any, Literal, Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ghostball.engine import Ball, GhostballError, Scene, Table
 from ghostball.validation.runs.rolling import rolling_spin
-
-Stream = Literal["shots", "null"]
-"""Which members: those that every engine runs, or as many others, independent of them."""
 
 LARGEST_VELOCITY = 0.1
 """More than a tenth of the speed, or 0.1 rad, isn't the same shot any more."""
@@ -30,10 +26,13 @@ LARGEST_POSITION = 0.25
 """Of the smallest radius: a ball that moves farther might change places with its neighbour."""
 
 SWEEPS = 256
-"""How often each crowded ball is tried elsewhere: 16 times as often opens gaps only 5 % wider."""
+"""How often each confined ball is tried elsewhere: 16 times as often opens gaps only 5 % wider."""
 
 FINEST = 8
-"""Steps of crowded balls: the size, halved 0 to 7 times, for gaps deep in a rack are small."""
+"""Steps of confined balls: the size, halved 0 to 7 times, for gaps deep in a rack are small."""
+
+_LONGEST = 48
+"""Characters of a scene's name that its varied starts have: theirs may not be longer than any."""
 
 _DRAWS = 4
 """Numbers of a ball: speed, direction, x, y; drawn also where they act on nothing."""
@@ -42,7 +41,7 @@ _FORM = "write it as velocity=1e-3,position=1e-4"
 
 
 class EnsembleError(GhostballError, ValueError):
-    """An ensemble that can't be made: a wrong number of members, or a size that is none."""
+    """Varied starts that can't be made: a wrong number of them, or a size that is none."""
 
 
 @dataclass(frozen=True)
@@ -135,21 +134,42 @@ class Size:
             )
 
 
-def perturb(scene: Scene, size: Size, index: int, stream: Stream = "shots") -> Scene:
-    """Return member `index` of a scene's ensemble.
+@dataclass(frozen=True)
+class Ensemble:
+    """How many varied starts each scene gets, and how far they lie from it at most.
+
+    Raises
+    ------
+    EnsembleError
+        Where there are too few to say anything of their spread.
+    """
+
+    count: int
+    size: Size = Size()
+
+    def __post_init__(self) -> None:
+        if self.count < 2:
+            raise EnsembleError(f"an ensemble needs at least 2 members, got {self.count}")
+
+    def of(self, scene: Scene) -> list[Scene]:
+        """Return a scene with varied starts."""
+        return [varied(scene, self.size, index) for index in range(self.count)]
+
+
+def varied(scene: Scene, size: Size, index: int) -> Scene:
+    """Return a scene with a varied start.
 
     Parameters
     ----------
     scene : Scene
     size : Size
     index : int
-        From 0; members don't depend on how many there are.
-    stream : "shots" or "null"
+        From 0; a start doesn't depend on how many there are.
 
     Returns
     -------
     Scene
-        Named like its origin. No ball overlaps another or leaves the table.
+        Named after its origin and the number. No ball overlaps another or leaves the table.
 
     Raises
     ------
@@ -159,7 +179,7 @@ def perturb(scene: Scene, size: Size, index: int, stream: Stream = "shots") -> S
     Notes
     -----
     A ball that has room on all sides is put anywhere in the square of half side `position` around
-    its place, evenly. Balls that might then overlap, or leave the table, are *crowded*: they start
+    its place, evenly. Balls that might then overlap, or leave the table, are *confined*: they start
     in their places and walk at random within their squares, each step taken only where it makes no
     overlap. So touching balls, as in a frozen rack or frozen to a cushion, are perturbed by opening
     gaps alone; a ball without any room stays where it is.
@@ -170,7 +190,7 @@ def perturb(scene: Scene, size: Size, index: int, stream: Stream = "shots") -> S
     size.check(scene)
     if index < 0:
         raise EnsembleError(f"`index` of a member must be at least 0, got {index}")
-    numbers = _Numbers(f"{scene.name}/{stream}/{index}")
+    numbers = _Numbers(f"{scene.name}/shots/{index}")
     drawn = numbers.draw(_DRAWS * len(scene.balls)).reshape(-1, _DRAWS)
     places = _places(scene, size.position, drawn[:, 2:], numbers)
     rolls = scene.rolls
@@ -180,7 +200,8 @@ def perturb(scene: Scene, size: Size, index: int, stream: Stream = "shots") -> S
     )
     # Built anew, not copied: so the scene checks that no ball overlaps another.
     fields = {name: getattr(scene, name) for name in type(scene).model_fields}
-    return Scene(**fields | {"balls": balls})
+    name = f"{scene.name[:_LONGEST]}.varied-{index + 1}"
+    return Scene(**fields | {"name": name, "balls": balls})
 
 
 class _Numbers:
@@ -234,15 +255,15 @@ def _places(
     if size == 0.0:
         return places
     for i in range(len(places)):
-        if not room.crowded[i]:
+        if not room.confined[i]:
             places[i] = [x + size * float(d) for x, d in zip(places[i], drawn[i], strict=True)]
-    crowded = [i for i in range(len(places)) if room.crowded[i]]
-    if not crowded:
+    confined = [i for i in range(len(places)) if room.confined[i]]
+    if not confined:
         return places
-    steps = numbers.draw(3 * SWEEPS * len(crowded)).reshape(SWEEPS, -1, 3)
+    steps = numbers.draw(3 * SWEEPS * len(confined)).reshape(SWEEPS, -1, 3)
     halvings = np.floor(0.5 * (steps[:, :, 2] + 1.0) * FINEST)
     steps = steps[:, :, :2] * (size * 2.0**-halvings)[:, :, np.newaxis]
-    order = list(enumerate(crowded))
+    order = list(enumerate(confined))
     for sweep in steps.tolist():
         for k, i in order:
             x, y = places[i][0] + sweep[k][0], places[i][1] + sweep[k][1]
@@ -268,7 +289,7 @@ class _Room:
             [(int(j), float(reach[i, j] ** 2 - (heights[i] - heights[j]) ** 2)) for j in found]
             for i, found in enumerate(map(np.flatnonzero, near))
         ]
-        self.crowded = [
+        self.confined = [
             bool(neighbours) or box != _box(ball, None, size)
             for neighbours, box, ball in zip(self.neighbours, self.boxes, scene.balls, strict=True)
         ]
