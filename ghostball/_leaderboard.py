@@ -21,7 +21,7 @@ from ghostball.reports.board import LOOKS, about, draw_board, value_text
 from ghostball.validation.board.board import ROWS, Board, command, run_board
 from ghostball.validation.board.column import COLUMNS, FAULTS, QUESTIONS, Column
 from ghostball.validation.checks.verdict import NOTHING_JUDGED, is_nothing_judged
-from ghostball.validation.exit_status import ExitStatus, worst
+from ghostball.validation.exit_status import ExitStatus
 
 
 def run(
@@ -55,7 +55,9 @@ def run(
             jobs=jobs,
             rerun=rerun,
             time_limit=time_limit,
-            progress=count,
+            progress=lambda done, planned, case: count(
+                done, planned, f"{case.scene} on {case.label}"
+            ),
             compiling=step(COMPILING),
         )
     asked = [row for row in dict.fromkeys(rows) if row not in board.absent]
@@ -81,10 +83,7 @@ def run(
         say(f"[bold yellow]{NOTHING_JUDGED}[/]")
     for row, why in board.absent.items():
         say(f"[bold]{escape(row)}[/] is absent: {escape(why)}")
-    cells = [board.cell(row, one.id) for row in asked for one in chosen if one.of_engine]
-    failed = any(cell is not None and cell.kind == "failed" for cell in cells)
-    status = ExitStatus.CHECK_FAILED if failed else ExitStatus.PASSED
-    return status if outcome is None else worst(status, outcome.exit_status)
+    return ExitStatus.NOT_JUDGED if outcome is None else outcome.exit_status
 
 
 def _chosen(option: str, names: Sequence[str]) -> list[Column]:

@@ -77,8 +77,6 @@ def value_text(column: Column, cell: Cell) -> str:
         return "not reached" if cell.kind == "bad" else ""
     if column.laws and cell.kind != "bad":
         return cell.note.partition(":")[0]
-    if column.unit == "MB":
-        return f"{cell.value:.0f}"
     if column.unit in ("m", "s"):
         return "exact" if cell.kind == "exact" else style.format_quantity(cell.value, column.unit)
     if column.pick == "fastest":
@@ -156,4 +154,4 @@ def draw_board(board: Board, columns: Collection[Column] | None = None) -> Figur
 
 def _unit(column: Column) -> str:
     """Return the unit of a column's heading; lengths and times say theirs in the cells."""
-    return f" [{column.unit}]" if column.unit in ("MB", "m/s") else ""
+    return f" [{column.unit}]" if column.unit == "m/s" else ""

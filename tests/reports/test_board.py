@@ -24,7 +24,6 @@ CELLS = [
     Cell(row="pymunk", column="line", kind="good", value=0.0, note="Moreau"),
     Cell(row="pymunk", column="um", kind="bad", note="not reached: pymunk is the last"),
     Cell(row="pymunk", column="break", kind="bad", value=0.33),
-    Cell(row="pymunk", column="size", kind="good", value=6.1),
     Cell(row="pymunk", column="slow", kind="fair", value=0.005),
     Cell(row="ghostball", column="cut", kind="exact", value=3.8e-16),
     Cell(row="ghostball", column="landed", kind="none", note="it has no landed steps"),
@@ -40,7 +39,6 @@ TEXTS = {
     ("pymunk", "line"): "● Moreau",
     ("pymunk", "um"): "✗ not reached",
     ("pymunk", "break"): "✗ 3.3e-01",
-    ("pymunk", "size"): "● 6",
     ("pymunk", "slow"): "◐ 0.005",
     ("ghostball", "cut"): "exact",
     ("ghostball", "landed"): "–",
@@ -109,7 +107,7 @@ def test_the_page_has_values_to_sort_by_and_leads_to_each_scene(folder: Path) ->
 
 @pytest.mark.usefixtures("in_this_process")
 def test_the_page_replays_what_was_recorded(tmp_path: Path) -> None:
-    columns = [COLUMNS[name] for name in ("throw", "um", "physx-351", "size")]
+    columns = [COLUMNS[name] for name in ("throw", "um", "physx-351")]
     run_board(["ghostball", "pymunk"], tmp_path / "board", columns=columns)
     html = board_html(tmp_path)
     assert html.count("data-replay=") == 2

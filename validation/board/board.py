@@ -6,8 +6,7 @@
 
 from __future__ import annotations
 
-import subprocess
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
@@ -18,11 +17,9 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from ghostball.engine import GhostballError, Scene
 from ghostball.reference_adapters.registry import EngineUnavailableError, make_engine
 from ghostball.validation.board.asking import asked
-from ghostball.validation.board.cell import Cell, cell_of, law_of, shade
+from ghostball.validation.board.cell import Cell, cell_of, law_of
 from ghostball.validation.board.column import COLUMNS, QUESTIONS, Column
-from ghostball.validation.board.installed import installed_size
 from ghostball.validation.board.shots import scene_path
-from ghostball.validation.board.starting import start_time
 from ghostball.validation.checks.criteria import Criteria, criteria_beside
 from ghostball.validation.parallel.pool import Progress
 from ghostball.validation.results.environment import describe_environment
@@ -31,7 +28,6 @@ from ghostball.validation.results.files import BOARD, cannot_write, told, write_
 from ghostball.validation.results.records import CaseRecord
 from ghostball.validation.results.store import Pair, Results, has_results
 from ghostball.validation.suite.suite import Outcome, run_suite
-from ghostball.validation.suite.unchanged import code_hash, is_ours
 
 ROWS: Final = (
     "ghostball",
@@ -68,19 +64,13 @@ CASE_LIMIT: Final = 120.0
 Place = tuple[str, str]
 """A row and a column's id."""
 
-_MEASURES: Final[Mapping[str, Callable[[str], float | None]]] = {
-    "installed": lambda row: None if (size := installed_size(row)) is None else size / 1e6,
-    "start": start_time,
-}
-"""What no scene gives, by its metric."""
-
 
 class Board(BaseModel):
     """The board as it is kept and shown.
 
     Attributes
     ----------
-    version : 2
+    version : 3
     environment : mapping
         Where, when and with which versions the last of its cells was measured.
     columns : tuple of Column
@@ -91,7 +81,7 @@ class Board(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
-    version: Literal[2] = 2
+    version: Literal[3] = 3
     environment: EnvironmentValues
     columns: tuple[Column, ...]
     cells: tuple[Cell, ...]
@@ -127,7 +117,6 @@ def command(cell: Cell) -> str:
 class _Plan:
     """What cells are made of: the cases of each, and what the suite runs."""
 
-    present: tuple[str, ...]
     absent: Mapping[str, str]
     pairs_of: Mapping[Place, tuple[Pair, ...]]
     scenes: Mapping[str, Scene]
@@ -146,7 +135,7 @@ def run_board(
     jobs: int = 1,
     rerun: bool = False,
     time_limit: float = CASE_LIMIT,
-    progress: Progress[str] | None = None,
+    progress: Progress[CaseRecord] | None = None,
     compiling: Progress[str] | None = None,
 ) -> tuple[Board, Outcome | None]:
     """Run what the cells of these columns are made of, and return the board with all that are.
@@ -174,7 +163,7 @@ def run_board(
     -------
     board : Board
     outcome : Outcome or None
-        Of the suite's run; None where the columns play no scene.
+        Of the suite's run; None where no engine could be asked anything.
 
     Raises
     ------
@@ -184,13 +173,6 @@ def run_board(
     columns = tuple(columns)
     plan = _plan(rows, columns)
     stored = load(folder / BOARD)
-    measured = [(row, column) for column in columns if column.of_engine for row in plan.present]
-    planned = len(plan.pairs) + len(measured)
-
-    def report(what: str, done: int) -> None:
-        if progress is not None:
-            progress(done, planned, what)
-
     outcome = None
     if plan.pairs:
         outcome = run_suite(
@@ -198,7 +180,7 @@ def run_board(
             list(dict.fromkeys(label for _, label in sorted(plan.pairs))),
             folder,
             jobs=jobs,
-            progress=lambda done, _, case: report(f"{case.scene} on {case.label}", done),
+            progress=progress,
             compiling=compiling,
             criteria=plan.criteria,
             reuse=not rerun,
@@ -206,13 +188,6 @@ def run_board(
             only=plan.pairs,
         )
     cells = {} if stored is None else {(one.row, one.column): one for one in stored.cells}
-    if outcome is None or not outcome.interrupted:
-        code, before = code_hash(), {} if rerun else dict(cells)
-        for done, (row, column) in enumerate(measured, start=len(plan.pairs) + 1):
-            old = before.get((row, column.id))
-            if old is None or not _may_be_taken_over(old, code):
-                cells[row, column.id] = _measure(row, column, code)
-            report(f"{column.id} of {row}", done)
     cells |= _of_cases(folder, plan, {one.id: one for one in columns})
     known = {one.id: one for one in (*COLUMNS.values(), *(stored.columns if stored else ()))}
     shown = known | {one.id: one for one in columns}
@@ -242,15 +217,13 @@ def _plan(rows: Sequence[str], columns: Sequence[Column]) -> _Plan:
     scenes: dict[str, Scene] = {}
     criteria: dict[str, Criteria] = {}
     for row, column in product(present, columns):
-        if column.of_engine:
-            continue
         shots = asked(column, row)
         pairs_of[row, column.id] = tuple((scene.name, label) for _, scene, label in shots)
         for name, scene, _ in shots:
             scenes[scene.name] = scene
             if scene.name not in criteria:
                 criteria[scene.name] = criteria_beside(scene_path(name))
-    return _Plan(present, absent, pairs_of, scenes, criteria)
+    return _Plan(absent, pairs_of, scenes, criteria)
 
 
 def _of_cases(folder: Path, plan: _Plan, columns: Mapping[str, Column]) -> dict[Place, Cell]:
@@ -275,22 +248,6 @@ def _of_cases(folder: Path, plan: _Plan, columns: Mapping[str, Column]) -> dict[
 
 def _is_of(case: CaseRecord, scene: Scene) -> bool:
     return case.definition == scene.model_dump(mode="json", by_alias=True)
-
-
-def _may_be_taken_over(cell: Cell, code: str) -> bool:
-    """Whether the same code measured a cell that no run is of, of an engine whose code it is."""
-    return cell.kind != "failed" and cell.code == code != "" and is_ours(cell.row)
-
-
-def _measure(row: str, column: Column, code: str) -> Cell:
-    try:
-        value = _MEASURES[column.metric](row)
-    except subprocess.SubprocessError as error:
-        return Cell(row=row, column=column.id, kind="failed", note=str(error))
-    if value is None:
-        why = "nothing that is installed here brings it, by itself"
-        return Cell(row=row, column=column.id, kind="none", note=why, code=code)
-    return Cell(row=row, column=column.id, kind=shade(column, value), value=value, code=code)
 
 
 def load(path: Path) -> Board | None:

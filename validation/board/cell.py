@@ -44,9 +44,7 @@ class Cell(BaseModel):
     note : str
         Why there is no value, or more of it.
     scene, label : str
-        The run that the cell is of; "" where it is of none.
-    code : str
-        Hash of the code that measured it, where no run did.
+        The run that the cell is of; "" where the engine lacks what is asked.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
@@ -58,7 +56,6 @@ class Cell(BaseModel):
     note: str = ""
     scene: str = ""
     label: str = ""
-    code: str = ""
 
     @property
     def size(self) -> float | None:

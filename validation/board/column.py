@@ -21,25 +21,13 @@ from pydantic import (
 
 from ghostball.engine import GhostballError
 from ghostball.validation.board.shots import FOLDER, scene_path
-from ghostball.validation.checks.criterion import Number, Sentence
+from ghostball.validation.checks.criterion import MetricName, Number, Sentence
 from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.results.files import told, toml_of
 from ghostball.validation.results.records import AccuracyKind
 
 ACCURACY: Final = "accuracy"
 """The metric of a column that shows the class of each run."""
-
-UNITS: Final[Mapping[str, str]] = {ACCURACY: "m", "installed": "MB", "start": "s"}
-"""What is no metric of the suite, and its unit: the class of a run, and what no scene gives."""
-
-
-def _known_metric(name: str) -> str:
-    known = tuple(dict.fromkeys((*UNITS, *METRICS)))
-    if name in known:
-        return name
-    close = get_close_matches(name, known, n=1)
-    hint = f"Did you mean {close[0]!r}?" if close else f"There are {', '.join(known)}"
-    raise ValueError(f"must be a known metric, got {name!r}. {hint}")
 
 
 def _known_scene(name: str) -> str:
@@ -68,8 +56,8 @@ class Column(_Model):
     id: Annotated[str, Field(pattern=r"^[a-z0-9-]+$")]
     title: Sentence
     question: Sentence
-    metric: Annotated[str, AfterValidator(_known_metric)]
-    scenes: tuple[Annotated[str, AfterValidator(_known_scene)], ...] = ()
+    metric: MetricName
+    scenes: Annotated[tuple[Annotated[str, AfterValidator(_known_scene)], ...], Field(min_length=1)]
     settings: tuple[Settings, ...] = ()
     required: bool = False
     pick: Literal["worst", "least", "fastest"] = "worst"
@@ -86,23 +74,15 @@ class Column(_Model):
     cure: str = ""
 
     @property
-    def of_engine(self) -> bool:
-        """Whether it asks about the engine itself, and plays no scene."""
-        return self.metric in UNITS and self.metric != ACCURACY
-
-    @property
     def unit(self) -> str:
         """The unit of what it shows; "" for a pure number."""
         if self.pick == "fastest":
             return "m/s"
-        unit = UNITS.get(self.metric) or METRICS[self.metric].unit
+        unit = "m" if self.metric == ACCURACY else METRICS[self.metric].unit
         return "" if unit == "1" else unit
 
     @model_validator(mode="after")
     def _belongs_together(self) -> Self:
-        if self.of_engine == bool(self.scenes):
-            must = "no `scenes`" if self.of_engine else "at least one of `scenes`"
-            raise ValueError(f"column {self.id!r}: metric {self.metric!r} must have {must}")
         if self.metric == ACCURACY and (self.good, self.fair, self.pick) != (None, None, "worst"):
             raise ValueError(
                 f"column {self.id!r}: metric 'accuracy' must have no `good`, `fair` or `pick`: its "

@@ -104,6 +104,7 @@ def _known_metric(name: str) -> str:
     return name
 
 
+MetricName = Annotated[str, Strict(), AfterValidator(_known_metric)]
 Number = Annotated[int, Strict()] | Annotated[float, Strict(), AllowInfNan(False)]
 Sentence = Annotated[str, Strict(), Field(pattern=r"\S")]
 
@@ -138,7 +139,7 @@ class Criterion(ForEngines):
 
     claiming: Claim | None = None
 
-    metric: Annotated[str, Strict(), AfterValidator(_known_metric)]
+    metric: MetricName
     at_most: Number | None = None
     at_least: Number | None = None
     equals: Number | None = None

@@ -62,8 +62,7 @@ def ran(monkeypatch):
 def test_our_engine_is_right_in_every_column(tmp_path):
     board, outcome = run_board(["ghostball"], tmp_path, columns=COLUMNS.values())
     kinds = {one.id: "exact" if one.metric == ACCURACY else "good" for one in COLUMNS.values()}
-    # It has no steps that could land, and the compiler that it needs is large.
-    kinds |= {"landed": "none", "size": "fair"}
+    kinds |= {"landed": "none"}  # it has no steps that could land
     assert {cell.column: cell.kind for cell in board.cells} == kinds
     assert outcome.counts.checks_failed == outcome.counts.unfinished == 0
 
@@ -149,7 +148,7 @@ def test_a_later_run_goes_on_where_an_earlier_one_ended(tmp_path, ran):
 
 @pytest.mark.usefixtures("in_this_process")
 def test_a_rerun_of_one_cell_leaves_all_others_and_their_motions(tmp_path, ran):
-    first, _ = ask(tmp_path, ["ghostball", "pymunk"], "line", "throw", "size")
+    first, _ = ask(tmp_path, ["ghostball", "pymunk"], "line", "throw")
     del ran[:]
     board, outcome = ask(tmp_path, ["ghostball"], "line", rerun=True)
     assert ran == [("frozen-line", "ghostball")]
@@ -182,7 +181,7 @@ def test_a_cell_of_a_scene_that_changed_is_none(tmp_path, monkeypatch):
     monkeypatch.setattr(boards, "run_suite", lost)
     monkeypatch.setattr(boards, "_is_of", lambda *_: False)
     (tmp_path / BOARD).unlink()
-    board, _ = ask(tmp_path, ["ghostball"], "throw", "size")
+    board, _ = ask(tmp_path, ["ghostball"], "throw")
     assert board.cells == ()
 
 
@@ -193,13 +192,6 @@ def test_a_shot_that_comes_to_no_end_has_failed(tmp_path):
     assert cell.kind == "failed"
     assert "stopped early" in cell.note
     assert outcome.exit_status == 1
-
-
-def test_a_start_that_fails_costs_its_cell(tmp_path):
-    board, outcome = ask(tmp_path, ["pymunk:max_steps=10"], "start", "size")
-    assert outcome is None
-    assert board.cell("pymunk:max_steps=10", "start").kind == "failed"
-    assert board.cell("pymunk:max_steps=10", "size").kind == "good"
 
 
 @pytest.mark.usefixtures("in_this_process")
@@ -253,13 +245,15 @@ def test_a_damaged_board_is_refused(tmp_path, text, says):
         ask(tmp_path, ["ghostball"], "line")
 
 
+@pytest.mark.usefixtures("in_this_process")
 def test_a_folder_that_cant_be_written_is_named(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(GhostballError, match="file"):
-        ask(tmp_path / "file", ["ghostball"], "size")
-    (tmp_path / (BOARD + ".part")).mkdir()
+        ask(tmp_path / "file", ["ghostball"], "throw")
+    ask(tmp_path / "board", ["ghostball"], "throw")
+    (tmp_path / "board" / (BOARD + ".part")).mkdir()
     with pytest.raises(GhostballError, match="can't write the results folder"):
-        ask(tmp_path, ["ghostball"], "size")
+        ask(tmp_path / "board", ["ghostball"], "throw")
 
 
 @pytest.mark.usefixtures("in_this_process")
