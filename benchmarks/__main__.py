@@ -20,9 +20,9 @@ from benchmarks.racks import PEERS, RACKS, measure_racks, our_player, peer
 from benchmarks.running import BenchError
 from benchmarks.skips import measure_skips
 from benchmarks.speed import chosen_workloads, measure_targets
-from ghostball._options import AUTO, Jobs, engines_option
-from ghostball._progress import counting
-from ghostball._terminal import command, say, stdout
+from ghostball.cli.shared.options import AUTO, Jobs, engines_option
+from ghostball.cli.shared.progress import counting
+from ghostball.cli.shared.terminal import command, say, stdout
 from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.results.environment import describe_environment
 from ghostball.validation.scenes.gases import many_balls

@@ -15,6 +15,7 @@ from typer.testing import CliRunner
 
 import ghostball.reference_adapters.pybullet.world
 from ghostball.cli import app
+from ghostball.engine.scene.features import Feature
 from ghostball.reference_adapters import make_engine
 from ghostball.reference_adapters.paper.discrete import PaperDiscreteEngine
 from ghostball.validation import find_scene, scene_names
@@ -228,11 +229,11 @@ def test_validate_refuses_an_engine_that_is_asked_for_by_name_and_missing(cli, t
 def test_a_missing_optional_engine_is_listed_and_breaks_nothing(cli, tmp_path, monkeypatch):
     listed = cli("engines")
     assert listed.exit_code == 0
-    assert "pybullet  unavailable: pybullet isn't installed" in listed.stdout
+    assert "pybullet isn't installed" in listed.stdout
     examined = cli("doctor")
     assert "pip install pybullet" in " ".join(examined.stdout.split())
     assert examined.exit_code == 0, examined.output
-    monkeypatch.setattr("ghostball._validate.DEFAULT_ENGINES", ("ghostball", "pybullet"))
+    monkeypatch.setattr("ghostball.cli.measure.validate.DEFAULT_ENGINES", ("ghostball", "pybullet"))
     out = tmp_path / "out"
     validated = cli("validate", "stop", "--out", out, "--format", "junit")
     assert validated.exit_code == 0, validated.output
@@ -445,8 +446,18 @@ def test_scenes_lists_every_shipped_scene_with_its_tags(cli):
     assert "closed-form" in result.stdout
 
 
+def test_engines_are_a_table_with_a_line_of_each(cli):
+    rows = {
+        line.split()[0]: line.split() for line in cli("engines").stdout.splitlines() if line.strip()
+    }
+    assert rows["ghostball"][-1] == "yes"
+    assert rows["paper-discrete"][1:3] == ["0.02", "s"]
+    for name in ("ghostball", "paper-discrete"):
+        assert sum(map(int, rows[name][-4:-1])) == len(Feature)
+
+
 def test_engines_lists_settings_and_capabilities(cli):
-    result = cli("engines")
+    result = cli("engines", "ghostball", "pymunk")
     assert result.exit_code == 0
     for part in (
         "ghostball  available",
@@ -467,9 +478,9 @@ def test_a_broken_foreign_engine_is_named_and_hides_no_other(cli, tmp_path, monk
     monkeypatch.syspath_prepend(tmp_path)
     listed = cli("engines")
     assert listed.exit_code == 0
-    assert "broken  unavailable" in listed.stdout
-    assert "no_such_module" in listed.stdout
-    assert "ghostball  available" in listed.stdout
+    (row,) = (line for line in listed.stdout.splitlines() if line.split()[:1] == ["broken"])
+    assert "no_such_module" in row
+    assert "broken  unavailable" in cli("engines", "broken", "ghostball").stdout
     examined = cli("doctor")
     assert examined.exit_code == 1
     assert "Something is broken" in examined.stderr
@@ -507,7 +518,7 @@ def test_an_unexpected_error_is_short_with_its_traceback_and_status_3(cli, monke
     def fail(name):
         raise RuntimeError("disc [bold]error")
 
-    monkeypatch.setattr("ghostball._run.find_scene", fail)
+    monkeypatch.setattr("ghostball.cli.measure.run.find_scene", fail)
     result = cli("run", "stop")
     assert result.exit_code == 3
     assert result.stdout == ""
@@ -519,7 +530,7 @@ def test_ctrl_c_in_any_command_is_status_130(cli, monkeypatch):
     def interrupt(name):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("ghostball._run.find_scene", interrupt)
+    monkeypatch.setattr("ghostball.cli.measure.run.find_scene", interrupt)
     result = cli("run", "stop")
     assert result.exit_code == 130
     assert "Interrupted." in result.stderr

@@ -20,8 +20,8 @@ from pydantic import TypeAdapter
 from stored_results import store_findings
 from typer.testing import CliRunner
 
-from ghostball._config import load_config
 from ghostball.cli import app
+from ghostball.cli.shared.config import load_config
 from ghostball.engine import GhostballError, Scene
 from ghostball.reference_adapters.elsewhere import Run
 from ghostball.validation.baselines.baseline import load_baseline

@@ -6,8 +6,8 @@ import re
 import pytest
 from rich.console import Console
 
-from ghostball import _progress
-from ghostball._progress import COMPILING, Pace, Steps, counting, in_words
+from ghostball.cli.shared import progress
+from ghostball.cli.shared.progress import COMPILING, Pace, Steps, counting, in_words
 
 
 class Clock:
@@ -59,8 +59,8 @@ def test_a_time_is_said_as_well_as_it_is_known(seconds, words):
 def logged(monkeypatch):
     """Return what is said where there is no terminal, with no time between two lines."""
     said = []
-    monkeypatch.setattr(_progress, "LOG_INTERVAL", 0.0)
-    monkeypatch.setattr(_progress, "say", said.append)
+    monkeypatch.setattr(progress, "LOG_INTERVAL", 0.0)
+    monkeypatch.setattr(progress, "say", said.append)
     return said
 
 
@@ -85,7 +85,7 @@ def test_a_single_step_is_not_counted(logged):
 
 def test_a_terminal_shows_step_count_and_part(monkeypatch):
     console = Console(force_terminal=True, width=120, file=io.StringIO())
-    monkeypatch.setattr(_progress, "stderr", lambda: console)
+    monkeypatch.setattr(progress, "stderr", lambda: console)
     with console.capture() as shown, Steps(COMPILING, "running").bar() as step:
         step(COMPILING)(2, 5, "shots")
     text = re.sub(r"\x1b\[[0-9;?]*[a-zA-Z]", "", shown.get())

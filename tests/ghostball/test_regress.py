@@ -17,7 +17,7 @@ import pytest
 from stored_results import in_database
 from typer.testing import CliRunner
 
-import ghostball._regress
+import ghostball.cli.gate.regress
 import ghostball.reference_adapters.ghostball
 import ghostball.validation.runs.our_run
 from ghostball.cli import app

@@ -6,7 +6,7 @@ import shlex
 import pytest
 from typer.testing import CliRunner
 
-import ghostball._stress
+import ghostball.cli.measure.stress
 from ghostball.cli import app
 from ghostball.reference_adapters.pybullet.engine import PybulletEngine
 from ghostball.validation.stress import FAMILIES
@@ -70,7 +70,7 @@ def test_an_engine_that_cannot_run_here_is_refused_where_it_is_named(tmp_path, m
     assert result.exit_code == 2
     assert why in result.stderr
     assert not (tmp_path / "out").exists()
-    monkeypatch.setattr(ghostball._stress, "DEFAULT_ENGINES", ("ghostball", "pybullet"))
+    monkeypatch.setattr(ghostball.cli.measure.stress, "DEFAULT_ENGINES", ("ghostball", "pybullet"))
     result = stress(ONE, "--out", tmp_path / "out", "--format=json")
     assert result.exit_code == 0
     found = {one["engine"]: one for one in json.loads(result.stdout)["survival"]}

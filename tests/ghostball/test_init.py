@@ -1,4 +1,4 @@
-"""`ghostball init`, `new`: what they write runs, and nothing is overwritten."""
+"""`ghostball init`: what it writes runs, and nothing is overwritten; lists of what there is."""
 
 from __future__ import annotations
 
@@ -9,15 +9,13 @@ import pytest
 from typer.testing import CliRunner
 
 from ghostball.cli import app
-from ghostball.engine import Scene
 
 
 @pytest.fixture
 def here(tmp_path, monkeypatch, in_this_process):
     monkeypatch.chdir(tmp_path)
     yield tmp_path
-    for name in ("my_engine", "faster"):
-        sys.modules.pop(name, None)
+    sys.modules.pop("my_engine", None)
 
 
 def cli(*arguments):
@@ -62,24 +60,6 @@ def test_an_engine_that_is_not_there_is_refused(here):
     assert list(here.iterdir()) == []
 
 
-def test_a_new_scene_is_run_and_judged(here):
-    assert cli("new", "scene", "my-shot").exit_code == 0
-    assert Scene.load(here / "my-shot.toml").name == "my-shot"
-    result = cli("validate", "my-shot.toml", "-e", "pymunk", "--no-report")
-    assert result.exit_code == 0, result.output
-    assert "my-shot was compared with its closed form" in result.stdout
-    assert "is there already" in cli("new", "scene", "my-shot").stderr
-    assert "lower-case words" in cli("new", "scene", "My Shot").stderr
-
-
-def test_a_new_engine_runs_under_its_own_name(here):
-    assert cli("new", "engine", "faster").exit_code == 0
-    result = cli("run", "stop", "-e", "faster:Faster", "--format", "json")
-    assert result.exit_code == 0, result.output
-    assert '"engine":"faster"' in result.stdout.replace(" ", "")
-    assert "Python module" in cli("new", "engine", "my-engine").stderr
-
-
 def test_lists_are_for_programs_too(here):
     for command in ("scenes", "metrics"):
         assert cli(command, "--format", "json").stdout.startswith(f'{{"{command}": ')
@@ -93,14 +73,14 @@ def test_lists_are_for_programs_too(here):
 
 @pytest.mark.parametrize(("text", "jobs"), [("auto", 7), ("3", 3)])
 def test_jobs_are_a_number_or_all_processors(monkeypatch, text, jobs):
-    from ghostball._options import processors
+    from ghostball.cli.shared.options import processors
 
-    monkeypatch.setattr("ghostball._options.processor_count", lambda: 7)
+    monkeypatch.setattr("ghostball.cli.shared.options.processor_count", lambda: 7)
     assert processors(text) == jobs
 
 
 def test_the_shell_completes_scenes_tags_and_engines():
-    from ghostball._options import complete_engine, complete_scene
+    from ghostball.cli.shared.options import complete_engine, complete_scene
 
     assert complete_scene("half-ball-c") == ["half-ball-cut"]
     assert "smoke" in complete_scene("smo")

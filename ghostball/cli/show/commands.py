@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from ghostball._options import (
+from ghostball.cli.shared.options import (
     AUTO,
     FigureChoice,
     Figures,
@@ -18,7 +18,7 @@ from ghostball._options import (
     complete_scene,
     refuse_given,
 )
-from ghostball._terminal import command, say, stdout
+from ghostball.cli.shared.terminal import command, say, stdout
 from ghostball.validation.exit_status import ExitStatus
 
 app = typer.Typer()
@@ -51,11 +51,11 @@ def report(
     if form is not None:
         why = "`--format` prints results, and writes no report"
         refuse_given(context, why, "opened", "figures", "jobs")
-        from ghostball._summary import printed  # noqa: PLC0415
+        from ghostball.cli.shared.summary import printed  # noqa: PLC0415
 
         typer.echo(printed(folder, form), nl=False)
         return
-    from ghostball import _report  # noqa: PLC0415
+    from ghostball.cli.shared.report import write  # noqa: PLC0415
     from ghostball.validation.results.database import documents_in  # noqa: PLC0415
 
     if documents_in(folder) == {"stress"}:
@@ -66,7 +66,7 @@ def report(
             f"folder that it lies in: `ghostball validate --out {folder.parent}`, then `ghostball "
             f"report {folder.parent}`"
         )
-    written = _report.write(folder, jobs=jobs, figures=figures.value)
+    written = write(folder, jobs=jobs, figures=figures.value)
     typer.echo(written.page)
     if opened:
         typer.launch(written.page.resolve().as_uri())
@@ -118,7 +118,7 @@ def scenes(
 ) -> None:
     """List the shipped scenes; of a single one, show its file."""
     if export is not None:
-        from ghostball._elsewhere import export_scenes  # noqa: PLC0415
+        from ghostball.cli.measure.elsewhere import export_scenes  # noqa: PLC0415
 
         raise typer.Exit(export_scenes(export, wanted or []))
     if schema:
@@ -126,16 +126,16 @@ def scenes(
 
         typer.echo(json_schema())
         return
-    from ghostball import _tables  # noqa: PLC0415
+    from ghostball.cli.shared import tables  # noqa: PLC0415
     from ghostball.validation.scenes.library import select  # noqa: PLC0415
 
     found = select(wanted or [])
     if form is Plain.JSON:
-        typer.echo(_tables.scenes_json(found))
+        typer.echo(tables.scenes_json(found))
     elif wanted and len(found) == 1:
-        typer.echo(_tables.scene_text(found[0]), nl=False)
+        typer.echo(tables.scene_text(found[0]), nl=False)
     else:
-        stdout().print(_tables.scenes_table(found))
+        stdout().print(tables.scenes_table(found))
 
 
 @app.command()
@@ -143,13 +143,15 @@ def scenes(
 def engines(
     names: Annotated[
         list[str] | None,
-        typer.Argument(metavar="ENGINE", help="Only these (default: all that are installed)."),
+        typer.Argument(metavar="ENGINE", help="Say all of these (default: a line of each)."),
     ] = None,
 ) -> None:
-    """List the engines: settings, and what each represents."""
-    from ghostball._tables import engines_list  # noqa: PLC0415
+    """List the engines; of those that are named, their settings and what each represents."""
+    from ghostball.cli.shared.tables import engine_blocks, engines_table  # noqa: PLC0415
 
-    for block in engines_list(names or ()):
+    if not names:
+        stdout().print(engines_table())
+    for block in engine_blocks(names or ()):
         stdout().print(block)
 
 
@@ -157,12 +159,12 @@ def engines(
 @command
 def metrics(form: PlainFormat = Plain.TEXT) -> None:
     """List the metrics, which limits and --metric name."""
-    from ghostball import _tables  # noqa: PLC0415
+    from ghostball.cli.shared import tables  # noqa: PLC0415
 
     if form is Plain.JSON:
-        typer.echo(_tables.metrics_json())
+        typer.echo(tables.metrics_json())
     else:
-        stdout().print(_tables.metrics_table())
+        stdout().print(tables.metrics_table())
 
 
 @app.command()
@@ -184,43 +186,16 @@ def init(
 
     Then `ghostball regress` and `ghostball accept --reason "..."` make the first gate.
     """
-    from ghostball._new import init as write  # noqa: PLC0415
+    from ghostball.cli.show.init import init as write  # noqa: PLC0415
 
     write(engine)
-
-
-new = typer.Typer(
-    name="new",
-    no_args_is_help=True,
-    help="Write a scene or an engine to begin from.",
-    rich_markup_mode=None,
-)
-app.add_typer(new)
-
-
-@new.command("scene")
-@command
-def new_scene(name: Annotated[str, typer.Argument(metavar="NAME")]) -> None:
-    """Write NAME.toml, and NAME.expect.toml with a limit."""
-    from ghostball._new import new_scene as write  # noqa: PLC0415
-
-    write(name)
-
-
-@new.command("engine")
-@command
-def new_engine(name: Annotated[str, typer.Argument(metavar="NAME")]) -> None:
-    """Write NAME.py, an engine that runs."""
-    from ghostball._new import new_engine as write  # noqa: PLC0415
-
-    write(name)
 
 
 @app.command()
 @command
 def doctor() -> None:
     """Check the installation; exit status 1 where it is broken."""
-    from ghostball._doctor import examine  # noqa: PLC0415
+    from ghostball.cli.show.doctor import examine  # noqa: PLC0415
 
     findings, healthy = examine()
     stdout().print(findings)

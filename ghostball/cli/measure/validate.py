@@ -9,14 +9,14 @@ from pathlib import Path
 from rich.console import Console
 from rich.markup import escape
 
-from ghostball import _report
-from ghostball._config import load_config
-from ghostball._options import Format
-from ghostball._progress import COMPILING, DRAWING, Steps
-from ghostball._regress import compare_guarded, gates_of
-from ghostball._summary import printed
-from ghostball._terminal import say, say_printed, tables
-from ghostball._verdicts import colour_of, headline, spread_table, verdict_tables
+from ghostball.cli.gate.regress import compare_guarded, gates_of
+from ghostball.cli.measure.verdicts import colour_of, headline, spread_table, verdict_tables
+from ghostball.cli.shared.config import load_config
+from ghostball.cli.shared.options import Format
+from ghostball.cli.shared.progress import COMPILING, DRAWING, Steps
+from ghostball.cli.shared.report import write as write_report
+from ghostball.cli.shared.summary import printed
+from ghostball.cli.shared.terminal import say, say_printed, tables
 from ghostball.engine import Scene
 from ghostball.reference_adapters import (
     EngineError,
@@ -151,7 +151,7 @@ def run(
             for regression in compare_guarded(results, gates, scenes, time_limit):
                 status = worst(status, _say_moved(regression, console))
         if report:
-            written = _report.write(out, jobs=jobs, figures=figures, steps=steps)
+            written = write_report(out, jobs=jobs, figures=figures, steps=steps)
             console.print(f"report: {written.page}", soft_wrap=True, markup=False)
             status = worst(status, written.status())
     except KeyboardInterrupt:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from ghostball._options import Format
+from ghostball.cli.shared.options import Format
 from ghostball.reports import summary_markdown, summary_text
 from ghostball.reports.junit import junit_xml
 from ghostball.validation.baselines import load_regressions

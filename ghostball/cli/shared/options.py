@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
-from ghostball._terminal import check_writable
+from ghostball.cli.shared.terminal import check_writable
 
 
 class RecordChoice(enum.StrEnum):

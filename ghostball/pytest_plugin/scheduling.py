@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from xdist.scheduler import LoadScopeScheduling
 
-from ghostball.pytest_plugin import PREFIX
+from ghostball.pytest_plugin.names import PREFIX
 
 
 class SceneScheduling(LoadScopeScheduling):  # type: ignore[misc]  # xdist has no types

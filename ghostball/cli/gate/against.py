@@ -8,9 +8,9 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from ghostball import _diff
-from ghostball._config import load_config
-from ghostball._terminal import say
+from ghostball.cli.gate import diff
+from ghostball.cli.shared.config import load_config
+from ghostball.cli.shared.terminal import say
 from ghostball.engine import GhostballError
 from ghostball.reference_adapters import make_engine
 from ghostball.validation.baselines.gate import source_of
@@ -90,7 +90,7 @@ def run(
     status = _validate([*scenes, *options], head, here)
     if status not in JUDGED:
         return status
-    return _diff.run(str(base), str(head), head, as_json=as_json)
+    return diff.run(str(base), str(head), head, as_json=as_json)
 
 
 def _environment(there: Path) -> dict[str, str]:

@@ -12,9 +12,9 @@ from rich.console import Group, RenderableType
 from rich.markup import escape
 from rich.table import Table
 
-from ghostball._config import load_config
-from ghostball._progress import COMPILING, Steps
-from ghostball._terminal import say, stdout
+from ghostball.cli.shared.config import load_config
+from ghostball.cli.shared.progress import COMPILING, Steps
+from ghostball.cli.shared.terminal import say, stdout
 from ghostball.reference_adapters import make_engine
 from ghostball.reference_adapters.registry import OURS
 from ghostball.validation.exit_status import ExitStatus

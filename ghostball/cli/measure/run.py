@@ -8,8 +8,8 @@ from pathlib import Path
 import typer
 from rich.markup import escape
 
-from ghostball._tables import result_table
-from ghostball._terminal import busy, say, say_printed, stdout
+from ghostball.cli.shared.tables import result_table
+from ghostball.cli.shared.terminal import busy, say, say_printed, stdout
 from ghostball.engine import Record
 from ghostball.reference_adapters import make_engine
 from ghostball.validation.exit_status import ExitStatus

@@ -7,7 +7,9 @@ from typing import Annotated, Any
 import typer
 import typer.core
 
-from ghostball import _commands_gate, _commands_measure, _commands_show, _dev
+from ghostball.cli.gate.commands import app as gate
+from ghostball.cli.measure.commands import app as measuring
+from ghostball.cli.show.commands import app as showing
 
 FIRST = ("run", "validate", "explain", "regress", "accept", "diff")
 """The commands that a user needs first."""
@@ -73,5 +75,5 @@ def _options(
     """Hold the options that come before a command."""
 
 
-for part in (_commands_measure, _commands_gate, _commands_show, _dev):
-    app.add_typer(part.app)
+for part in (measuring, gate, showing):
+    app.add_typer(part)

@@ -14,9 +14,9 @@ from typing import Any
 
 import pytest
 
-from ghostball._config import load_config
+from ghostball.cli.shared.config import load_config
 from ghostball.engine import GhostballError, Scene
-from ghostball.pytest_plugin import PREFIX, TIME_LIMIT
+from ghostball.pytest_plugin.names import PREFIX, TIME_LIMIT
 from ghostball.reference_adapters import ReferenceEngine
 from ghostball.reference_adapters.output import harmless
 from ghostball.reference_adapters.registry import OURS

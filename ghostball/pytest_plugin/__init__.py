@@ -27,14 +27,10 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from ghostball.pytest_plugin.names import PREFIX, TIME_LIMIT
+
 if TYPE_CHECKING:
     from xdist.scheduler import LoadScopeScheduling
-
-PREFIX = "ghostball::"
-"""What the ids of all these tests begin with."""
-
-TIME_LIMIT = 600.0
-"""Seconds that a scene may take, unless told; as in `ghostball validate`."""
 
 _PICKED = pytest.StashKey[Sequence[str]]()
 
@@ -107,7 +103,7 @@ def pytest_collection_modifyitems(
 ) -> None:
     """Add the tests, before `-k` and its like choose among all."""
     if config.option.ghostball:
-        from ghostball._pytest_items import collect  # noqa: PLC0415
+        from ghostball.pytest_plugin.items import collect  # noqa: PLC0415
 
         items.extend(collect(session, config.stash.get(_PICKED, ())))
 
@@ -117,7 +113,7 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> LoadScopeSch
     """Keep the tests of a scene together, so that it runs once, where xdist would spread them."""
     if not config.option.ghostball or config.getvalue("dist") != "load":
         return None
-    from ghostball._pytest_xdist import SceneScheduling  # noqa: PLC0415
+    from ghostball.pytest_plugin.scheduling import SceneScheduling  # noqa: PLC0415
 
     return SceneScheduling(config, log)
 
@@ -125,7 +121,7 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> LoadScopeSch
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
     """Say what the rest errors were, which are measured also where no limit judges them."""
     if terminalreporter.config.option.ghostball:
-        from ghostball._pytest_items import summary_lines  # noqa: PLC0415
+        from ghostball.pytest_plugin.items import summary_lines  # noqa: PLC0415
 
         reports = [report for found in terminalreporter.stats.values() for report in found]
         if lines := summary_lines(reports):

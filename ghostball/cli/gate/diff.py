@@ -13,7 +13,7 @@ from rich import box
 from rich.markup import escape
 from rich.table import Table
 
-from ghostball._terminal import stdout
+from ghostball.cli.shared.terminal import stdout
 from ghostball.engine import GhostballError
 from ghostball.reports import style
 from ghostball.reports.accuracy import cell_text

@@ -10,8 +10,8 @@ from rich import box
 from rich.markup import escape
 from rich.table import Table
 
-from ghostball._terminal import say, stdout
-from ghostball._verdicts import failures
+from ghostball.cli.measure.verdicts import failures
+from ghostball.cli.shared.terminal import say, stdout
 from ghostball.engine import GhostballError, Scene
 from ghostball.engine.scene import json_schema
 from ghostball.reference_adapters.base import EngineError

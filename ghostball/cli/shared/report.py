@@ -7,8 +7,8 @@ from pathlib import Path
 
 from rich.markup import escape
 
-from ghostball._progress import DRAWING, Steps
-from ghostball._terminal import say
+from ghostball.cli.shared.progress import DRAWING, Steps
+from ghostball.cli.shared.terminal import say
 from ghostball.reports import FailedPart, IncompleteReportError, failed_text, write_report
 from ghostball.reports.report import Pictures
 from ghostball.validation.exit_status import ExitStatus

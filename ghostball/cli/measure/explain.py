@@ -13,7 +13,7 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
-from ghostball._terminal import busy, say, say_printed, stdout
+from ghostball.cli.shared.terminal import busy, say, say_printed, stdout
 from ghostball.engine.result import Status, initial_state
 from ghostball.engine.trajectory import energy_of
 from ghostball.reference_adapters import make_engine

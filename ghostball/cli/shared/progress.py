@@ -23,7 +23,7 @@ from rich.progress import (
 from rich.table import Column
 from rich.text import Text
 
-from ghostball._terminal import say, stderr
+from ghostball.cli.shared.terminal import say, stderr
 
 if TYPE_CHECKING:
     from ghostball.validation.parallel.pool import Progress as Count

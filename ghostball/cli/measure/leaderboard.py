@@ -12,9 +12,9 @@ from rich import box
 from rich.markup import escape
 from rich.table import Table
 
-from ghostball._progress import COMPILING, Steps
-from ghostball._terminal import say, stdout
-from ghostball._verdicts import failures, headline
+from ghostball.cli.measure.verdicts import failures, headline
+from ghostball.cli.shared.progress import COMPILING, Steps
+from ghostball.cli.shared.terminal import say, stdout
 from ghostball.engine import GhostballError
 from ghostball.reports import style
 from ghostball.reports.board import LOOKS, about, draw_board, value_text

@@ -14,11 +14,11 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from ghostball._config import Config, load_config
-from ghostball._options import Format
-from ghostball._progress import COMPILING, Steps
-from ghostball._summary import printed
-from ghostball._terminal import say, stdout, tables
+from ghostball.cli.shared.config import Config, load_config
+from ghostball.cli.shared.options import Format
+from ghostball.cli.shared.progress import COMPILING, Steps
+from ghostball.cli.shared.summary import printed
+from ghostball.cli.shared.terminal import say, stdout, tables
 from ghostball.engine import Scene
 from ghostball.reference_adapters import make_engine
 from ghostball.validation.baselines import (

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from ghostball._options import (
+from ghostball.cli.shared.options import (
     AUTO,
     BaselineFolder,
     Format,
@@ -22,7 +22,7 @@ from ghostball._options import (
     engines_option,
     out_option,
 )
-from ghostball._terminal import command
+from ghostball.cli.shared.terminal import command
 
 app = typer.Typer()
 
@@ -56,7 +56,7 @@ def regress(
     against truth; 4 where a scene can't be compared, such as one that has no baseline.
     """
     if against is not None:
-        from ghostball._against import run as run_both  # noqa: PLC0415
+        from ghostball.cli.gate.against import run as run_both  # noqa: PLC0415
 
         raise typer.Exit(
             run_both(
@@ -70,7 +70,7 @@ def regress(
                 as_json=form is Format.JSON,
             )
         )
-    from ghostball._regress import run as compare  # noqa: PLC0415
+    from ghostball.cli.gate.regress import run as compare  # noqa: PLC0415
 
     raise typer.Exit(
         compare(
@@ -119,7 +119,7 @@ def accept(
     The baselines that moved are rewritten. Exit status 1, and nothing is written, where limits of
     truth are broken.
     """
-    from ghostball._regress import run_accept  # noqa: PLC0415
+    from ghostball.cli.gate.regress import run_accept  # noqa: PLC0415
 
     raise typer.Exit(
         run_accept(
@@ -147,8 +147,8 @@ def diff(
 
     Exit status 1 where a case of B is less right by a class, or fails where A does not.
     """
-    from ghostball._config import load_config  # noqa: PLC0415
-    from ghostball._diff import run as compare  # noqa: PLC0415
+    from ghostball.cli.gate.diff import run as compare  # noqa: PLC0415
+    from ghostball.cli.shared.config import load_config  # noqa: PLC0415
 
     folder = load_config().out if out is None else out
     raise typer.Exit(compare(first, second, folder, as_json=form is Plain.JSON))

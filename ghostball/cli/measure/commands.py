@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from ghostball._options import (
+from ghostball.cli.shared.options import (
     AUTO,
     ClusterAddress,
     EngineSpec,
@@ -29,7 +29,7 @@ from ghostball._options import (
     out_option,
     plot_option,
 )
-from ghostball._terminal import command
+from ghostball.cli.shared.terminal import command
 
 app = typer.Typer()
 
@@ -64,7 +64,7 @@ def run(
             )
         record = RecordChoice.TRAJECTORY
         check_plot(plot, films=True)
-    from ghostball._run import run as simulate  # noqa: PLC0415
+    from ghostball.cli.measure.run import run as simulate  # noqa: PLC0415
 
     kept: Literal["rest", "events", "trajectory"] = (record or RecordChoice.REST).value
     as_json = form is Plain.JSON
@@ -133,7 +133,7 @@ def validate(
     Exit status 1 where a limit is broken, or an engine fails, crashes, hangs or doesn't come to the
     end of a shot; 4 where no limit covers what was run, so that nothing was judged.
     """
-    from ghostball._validate import run as validate_all  # noqa: PLC0415
+    from ghostball.cli.measure.validate import run as validate_all  # noqa: PLC0415
     from ghostball.validation.parallel.cluster import cluster_at  # noqa: PLC0415
 
     if ensemble_size is not None and ensemble is None:
@@ -192,7 +192,7 @@ def explain(
     """
     if plot is not None:
         check_plot(plot)
-    from ghostball._explain import run as explain_shot  # noqa: PLC0415
+    from ghostball.cli.measure.explain import run as explain_shot  # noqa: PLC0415
 
     raise typer.Exit(
         explain_shot(
@@ -260,17 +260,17 @@ def stress(
     its folder: `ghostball report out`. Exit status 1 where an engine breaks that
     `--engine` names, or ours where none is named; 4 where no engine can be asked any of it.
     """
-    from ghostball import _stress  # noqa: PLC0415
-    from ghostball._config import load_config  # noqa: PLC0415
+    from ghostball.cli.measure.stress import run as try_all, show_list  # noqa: PLC0415
+    from ghostball.cli.shared.config import load_config  # noqa: PLC0415
     from ghostball.validation.parallel.cluster import cluster_at  # noqa: PLC0415
 
     suite: Literal["quick", "full"] = "full" if full else "quick"
     as_json = form is Plain.JSON
     if listed:
-        _stress.show_list(only or [], suite=suite, as_json=as_json)
+        show_list(only or [], suite=suite, as_json=as_json)
         return
     with cluster_at(cluster) as there:
-        status = _stress.run(
+        status = try_all(
             only or [],
             suite=suite,
             engines=engine or [],
@@ -321,7 +321,7 @@ def leaderboard(
     Cells are cases of the suite: what earlier runs measured with the same code is reused, and exit
     statuses are those of `validate`. An engine that crashes or hangs costs its own cells.
     """
-    from ghostball._leaderboard import run as measure  # noqa: PLC0415
+    from ghostball.cli.measure.leaderboard import run as measure  # noqa: PLC0415
 
     if plot is not None:
         check_plot(plot)
@@ -361,6 +361,6 @@ def grade(
     a list of them, or one a line. They are asked what
     `ghostball validate` asks of any engine, and the exit status is the same.
     """
-    from ghostball._elsewhere import grade as judge  # noqa: PLC0415
+    from ghostball.cli.measure.elsewhere import grade as judge  # noqa: PLC0415
 
     raise typer.Exit(judge(files))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 from rich import box
@@ -12,14 +13,18 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
-from ghostball.engine import Record, Result, Scene
-from ghostball.engine.running.skips import explain_skips
+from ghostball.engine import Result, Scene
 from ghostball.engine.scene.features import Capability, Feature
 from ghostball.engine.scene.toml import dumps
 from ghostball.reference_adapters import EngineError, engine_class, engine_names
 from ghostball.reference_adapters.base import EngineSettings
 from ghostball.reference_adapters.registry import known_settings
 from ghostball.validation.checks.metric_table import METRICS
+
+ENGINES_KEY = (
+    "Of the {count} features of a shot, an engine represents so many exactly, nearly, or not; "
+    "`ghostball engines NAME`\nsays which, and its settings."
+)
 
 SETTINGS_KEY = (
     "Settings with their defaults, and other choices in brackets; a setting that is unset is left "
@@ -40,20 +45,6 @@ def result_table(result: Result) -> RenderableType:
         shown = [f"{x:.9f}" for x in position[: 3 if flight else 2]]
         balls.add_row(escape(ball.id), *shown, f"{float(way @ way) ** 0.5:.6f}")
     return Group(_heading(scene), balls, _facts(_outcome(result)))
-
-
-def skips_table(scene: Scene, settings: Mapping[str, Any], record: Record) -> Table:
-    """Return a line for each skip of our engine: whether a run uses it, why, what it saves."""
-    table = Table(box=box.SIMPLE_HEAD)
-    table.add_column("skip", no_wrap=True)
-    table.add_column("used")
-    table.add_column("because")
-    table.add_column("it leaves out")
-    off = settings.get("no_skip")
-    for use in explain_skips(scene, record, off.split("+") if off else ()):
-        used = "[green]yes[/]" if use.used else "no"
-        table.add_row(use.skip, used, escape(use.why), escape(use.skip.leaves_out))
-    return table
 
 
 def scenes_table(scenes: Iterable[Scene]) -> Table:
@@ -102,24 +93,62 @@ def metrics_json() -> str:
     return json.dumps({"metrics": rows})
 
 
-def engines_list(names: Sequence[str] = ()) -> Iterator[RenderableType]:
-    """Yield a block for each of some engines, or of all that are installed.
+def engines_table() -> RenderableType:
+    """Return a line for each engine: whether it runs here, its step, how much it represents."""
+    table = Table(box=box.SIMPLE_HEAD)
+    table.add_column("engine", no_wrap=True)
+    table.add_column("step")
+    for heading in ("exact", "nearly", "not"):
+        table.add_column(heading, justify="right")
+    table.add_column("runs here")
+    for name in engine_names():
+        found = _described(name)
+        supports = [found.capabilities.get(one, Capability("none")).support for one in Feature]
+        counts = [str(supports.count(kind)) for kind in ("exact", "approximate", "none")]
+        step = found.settings.get("dt", "none")
+        table.add_row(
+            name,
+            "its own" if step is None else f"{step} s" if isinstance(step, float) else step,
+            *(counts if found.capabilities else ("", "", "")),
+            Text("yes", style="green") if found.reason is None else Text(found.reason),
+        )
+    return Group(table, Text(ENGINES_KEY.format(count=len(Feature))))
 
-    It says whether the engine can run, its settings and its capabilities.
-    """
-    yield Text(SETTINGS_KEY)
-    for name in names or engine_names():
-        try:
-            engine = engine_class(name)
-            reason = engine.unavailable()
-            make: Any = engine  # see `make_engine`
-            rows = {"settings": _defaults(engine.Settings)}
-            rows |= _capability_rows(make().capabilities)
-        except EngineError as error:
-            reason, rows = str(error), {}
-        except Exception as error:  # someone's broken package must not hide the other engines
-            reason, rows = f"it failed when asked: {type(error).__name__}: {error}", {}
-        yield _engine_block(name, reason, rows)
+
+def engine_blocks(names: Sequence[str]) -> Iterator[RenderableType]:
+    """Yield a block for each of some engines: whether it runs here, its settings, its features."""
+    if names:
+        yield Text(SETTINGS_KEY)
+    for name in names:
+        found = _described(name)
+        rows = {"settings": found.choices} if found.capabilities else {}
+        yield _engine_block(name, found.reason, rows | _capability_rows(found.capabilities))
+
+
+@dataclass(frozen=True)
+class _Described:
+    """What an engine says of itself; `reason` is why it can't run here, None where it can."""
+
+    reason: str | None
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    choices: str = ""
+    capabilities: Mapping[Feature, Capability] = field(default_factory=dict)
+
+
+def _described(name: str) -> _Described:
+    try:
+        engine = engine_class(name)
+        make: Any = engine  # see `make_engine`
+        return _Described(
+            engine.unavailable(),
+            known_settings(engine.Settings),
+            _defaults(engine.Settings),
+            make().capabilities,
+        )
+    except EngineError as error:
+        return _Described(str(error))
+    except Exception as error:  # someone's broken package must not hide the other engines
+        return _Described(f"it failed when asked: {type(error).__name__}: {error}")
 
 
 def _engine_block(name: str, reason: str | None, rows: Mapping[str, str]) -> RenderableType:
@@ -132,6 +161,8 @@ def _engine_block(name: str, reason: str | None, rows: Mapping[str, str]) -> Ren
 
 
 def _capability_rows(capabilities: Mapping[Feature, Capability]) -> dict[str, str]:
+    if not capabilities:
+        return {}
     # Features with one and the same explanation share a line.
     grouped: dict[str, dict[str, list[str]]] = {}
     for feature in Feature:

@@ -1,0 +1,1 @@
+"""The commands that say what moved, and keep what is accepted."""

@@ -1,0 +1,1 @@
+"""The commands that play shots and say how right engines are."""

@@ -1,0 +1,1 @@
+"""What all commands share: options, the terminal, progress, the settings of a project."""

@@ -1,0 +1,1 @@
+"""The commands that show what is there, and write files to begin from."""

@@ -1,0 +1,7 @@
+"""What the plugin's modules share; apart, so that none of them imports the plugin."""
+
+PREFIX = "ghostball::"
+"""What the ids of all these tests begin with."""
+
+TIME_LIMIT = 600.0
+"""Seconds that a scene may take, unless told; as in `ghostball validate`."""
