@@ -20,7 +20,6 @@ from ghostball.reports.guarded import FailedPart, IncompleteReportError, attempt
 from ghostball.reports.page import ScenePart, failed_scene_part, page_text, scene_part
 from ghostball.reports.shots import load_shot
 from ghostball.validation.baselines import Regression, load_regression
-from ghostball.validation.diagnose.predictability import Predictability, predictability_in
 from ghostball.validation.parallel.pool import Progress, run_tasks
 from ghostball.validation.results.files import write_whole
 from ghostball.validation.results.store import Results
@@ -54,10 +53,9 @@ class ReportError(GhostballError):
 
 @dataclass(frozen=True)
 class Source:
-    """What a report is made of: the cases, how far shots can be predicted, and what changed."""
+    """What a report is made of: the cases, and what changed."""
 
     results: Results
-    predictability: dict[str, Predictability]
     regression: Regression | None
     figures: Pictures
 
@@ -65,8 +63,7 @@ class Source:
     def load(cls, path: str | Path, figures: Pictures) -> Source:
         """Read a results folder; errors are those of its parts."""
         results = Results.open(path)
-        known = {one.scene: one for one in predictability_in(results)}
-        return cls(results, known, load_regression(results.path), figures)
+        return cls(results, load_regression(results.path), figures)
 
 
 def write_report(
@@ -191,7 +188,7 @@ def _scene_part(source: Source, name: str, failed: list[FailedPart]) -> ScenePar
     if source.figures != "none":
         sheet = _drawn(source, name + SHEET, partial(draw_sheet, shot), failed)
     change = None if source.regression is None else source.regression.scene(name)
-    return scene_part(shot, source.predictability.get(name), change, sheet)
+    return scene_part(shot, change, sheet)
 
 
 def _drawn(

@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from benchmarks.pictures.neighbours import Neighbours, neighbours_of
 from ghostball.reports import style
-from ghostball.validation.diagnose.predictability import Predictability, predictability_in
+from ghostball.validation.grading.tolerances import TOLERANCE
 from ghostball.validation.results.store import Results
 
 if TYPE_CHECKING:
@@ -24,14 +25,15 @@ _LOWEST = 1e-16
 
 
 def draw_chaos(results: Results) -> Figure | None:
-    """Draw the distance of neighbouring shots against time; None where none are stored."""
-    shots = [one for one in predictability_in(results) if one.separations]
+    """Draw the distance of neighbouring shots against time; None where no scene is chaotic."""
+    cases = {case.scene: case for case in results.cases if "chaos" in case.tags}
+    shots = [(neighbours_of(case.load_scene()), case.shot_horizon) for case in cases.values()]
     if not shots:
         return None
     figure = style.new_figure(WIDTH, HEIGHT)
     panels = figure.subplots(1, len(shots), sharey=True, squeeze=False)[0]
-    for axes, shot in zip(panels, shots, strict=True):
-        _draw_panel(axes, shot)
+    for axes, (shot, horizon) in zip(panels, shots, strict=True):
+        _draw_panel(axes, shot, horizon)
     panels[0].set_ylabel("largest distance of a ball from its twin [m]")
     figure.legend(*_legend(panels[0]), loc="outside lower center", ncols=3, fontsize=8)
     style.set_title(
@@ -40,7 +42,7 @@ def draw_chaos(results: Results) -> Figure | None:
     return figure
 
 
-def _draw_panel(axes: Axes, shot: Predictability) -> None:
+def _draw_panel(axes: Axes, shot: Neighbours, horizon: float | None) -> None:
     ends = [separation.apart[-1] for separation in shot.separations]
     for separation, colour in zip(shot.separations, COLOURS, strict=False):
         label = f"{separation.size:g} m/s faster"
@@ -58,17 +60,17 @@ def _draw_panel(axes: Axes, shot: Predictability) -> None:
         linewidth=0.0,
         label="within 32 roundings of our engine",
     )
-    axes.axhline(shot.tolerance, color=style.GREY, linewidth=0.8, linestyle=(0.0, (4.0, 2.0)))
-    if shot.horizon is not None:
+    axes.axhline(TOLERANCE, color=style.GREY, linewidth=0.8, linestyle=(0.0, (4.0, 2.0)))
+    if horizon is not None:
         axes.axvline(
-            shot.horizon,
+            horizon,
             color=style.BLACK,
             linewidth=1.0,
-            label=f"predictability horizon, for {style.format_length(shot.tolerance)}",
+            label=f"predictability horizon, for {style.format_length(TOLERANCE)}",
         )
         axes.annotate(
-            f"{shot.horizon:.2f} s",
-            (shot.horizon, _LOWEST),
+            f"{horizon:.2f} s",
+            (horizon, _LOWEST),
             xytext=(3.0, 4.0),
             textcoords="offset points",
             fontsize=8,

@@ -17,7 +17,7 @@ from ghostball.reports.words import metric_of, run_time_text
 from ghostball.validation.baselines import Regression
 from ghostball.validation.checks.verdict import RestError, rest_error_standing
 from ghostball.validation.diagnose.energy_ledger import ENTRIES, EnergyLedger
-from ghostball.validation.diagnose.predictability import Predictability, predictability_in
+from ghostball.validation.grading.tolerances import TOLERANCE
 from ghostball.validation.results.store import CLOSED_FORM, CaseRecord, Results
 
 SMALLEST_ERROR = 1e-17
@@ -84,7 +84,7 @@ def cost_html(results: Results) -> Markup:
 
 def horizons_html(results: Results) -> Markup:
     """Return how far the shots can be predicted, and each engine in each of them."""
-    shots = predictability_in(results)
+    shots = {one.scene: one for one in results.cases if one.shot_horizon is not None}
     labels = [
         label
         for label in results.labels
@@ -97,8 +97,8 @@ def horizons_html(results: Results) -> Markup:
             rows.append((scene, [*map(_own_horizon, cases)]))
     return render(
         "horizons.html",
-        tolerance=style.format_length(shots[0].tolerance) if shots else "",
-        shots=[(one.scene, _growth_text(one), _horizon_text(one)) for one in shots],
+        tolerance=style.format_length(TOLERANCE),
+        shots=[(name, _horizon_text(shots[name])) for name in results.scene_names if name in shots],
         labels=labels,
         rows=rows,
     )
@@ -110,15 +110,8 @@ def _own_horizon(case: CaseRecord | None) -> str:
     return "to its end" if case.horizon is None else style.format_time(case.horizon)
 
 
-def _growth_text(shot: Predictability) -> str:
-    return "none" if math.isnan(shot.growth[-1]) else f"{shot.growth[-1]:.2g}"
-
-
-def _horizon_text(shot: Predictability) -> str:
-    if shot.horizon is None:
-        return f"past its end ({style.format_time(shot.rest_time)})"
-    why = "" if shot.ends == "growth" else f" ({shot.ends})"
-    return f"{style.format_time(shot.horizon)} of {style.format_time(shot.rest_time)}{why}"
+def _horizon_text(case: CaseRecord) -> str:
+    return f"{style.format_time(case.shot_horizon)} of {style.format_time(case.truth_rest_time)}"
 
 
 def ledgers_html(ledgers: Mapping[str, EnergyLedger]) -> Markup:

@@ -31,7 +31,6 @@ from ghostball.reports.words import quantity_text
 from ghostball.validation.baselines.regression import SceneChange
 from ghostball.validation.checks.verdict import verdict_of
 from ghostball.validation.diagnose.energy_ledger import ENTRIES, EnergyLedger, ledger_of
-from ghostball.validation.diagnose.predictability import Predictability
 from ghostball.validation.results.store import INDEPENDENT, CaseRecord
 
 REPLAY_ID = "replay-"
@@ -96,7 +95,6 @@ class ScenePart:
 
 def scene_part(
     shot: Shot,
-    predictability: Predictability | None = None,
     change: SceneChange | None = None,
     sheet: PurePosixPath | None = None,
 ) -> ScenePart:
@@ -105,15 +103,13 @@ def scene_part(
     Parameters
     ----------
     shot : Shot
-    predictability : Predictability, optional
-        How far the shot can be predicted, where that was asked.
     change : SceneChange, optional
         What became of the scene since the baselines.
     sheet : path, optional
         Of a picture of it, relative to the page.
     """
     cases = [run.case for run in shot.runs if run.case is not None]
-    horizon = None if predictability is None else predictability.horizon
+    horizon = next((one.shot_horizon for one in cases if one.shot_horizon is not None), None)
     data = scene_data(shot, horizon=horizon)
     ledgers = _ledgers(shot)
     html = render(

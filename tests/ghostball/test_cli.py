@@ -269,7 +269,7 @@ def test_validate_writes_results_verdicts_and_junit(cli_with_processes, tmp_path
         assert part in result.stderr
     assert not (out / "report.html").exists()
     assert len(ElementTree.fromstring(result.stdout.encode()).findall("testsuite")) == 2
-    assert "running (step 2 of 3): 4 of 4 done" in result.stderr
+    assert "running (step 2 of 2): 4 of 4 done" in result.stderr
 
 
 @pytest.mark.usefixtures("without_run_figures")

@@ -26,7 +26,7 @@ from ghostball.validation.results.files import ResultsError, cannot_write, told
 DATABASE: Final = "results.db"
 LOCK: Final = ".lock"
 
-SCHEMA: Final = 10
+SCHEMA: Final = 11
 """Version of the tables and of the records in them; another one is refused."""
 
 APPLICATION: Final = int.from_bytes(b"ball")
@@ -35,7 +35,7 @@ APPLICATION: Final = int.from_bytes(b"ball")
 Document = Literal["suite", "stress", "regression"]
 """What there is one of in a folder: what each kind of run was asked for, and how it ended."""
 
-Kind = Literal["case", "prediction", "finding"]
+Kind = Literal["case", "finding"]
 """What a record is of: of which there are many, each with a name of its own."""
 
 _TABLES = """

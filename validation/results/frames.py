@@ -27,7 +27,6 @@ TABLES: Final[Mapping[str, str]] = {
         "SELECT cases.scene, label, t, kind, a, b FROM cases JOIN motions ON record_id = cases.id "
         "JOIN events ON motion_id = motions.id ORDER BY cases.id, events.rowid"
     ),
-    "predictions": "SELECT record FROM records WHERE kind = 'prediction' ORDER BY id",
     "changes": (
         "SELECT json_extract(engines.value, '$.label') AS label, scenes.value AS record "
         "FROM documents, json_each(content) AS engines, json_each(engines.value, '$.scenes') "

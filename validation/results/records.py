@@ -220,6 +220,8 @@ class CaseRecord:
     horizon : float [s] or None
         Until when this engine can be expected to play this shot (`Truth.horizon_of`), where that
         is before its end; nothing is said of the end then.
+    shot_horizon : float [s] or None
+        Until when rounding leaves the shot predictable; None: to its end, or nothing says it.
     truth_rest_time : float [s] or None
     truth_counts : dict of str to int, or None
         True collision counts by kind.
@@ -272,6 +274,7 @@ class CaseRecord:
     truth_positions: FloatArray | None = None
     truth_rest_time: float | None = None
     horizon: float | None = None
+    shot_horizon: float | None = None
     truth_counts: dict[str, int] | None = None
     rest_positions: FloatArray | None = None
     ball_errors: FloatArray | None = None

@@ -1,6 +1,6 @@
 """The one runner: tasks that have a key are done, stored as they end, and not done again.
 
-The suite, stress and predictions are tasks with a key, which is all that their result
+The suite and stress are tasks with a key, which is all that their result
 depends on besides the code: `run` takes over what a store knows by that key, does the others in
 processes or on a cluster, and stores each as it ends.
 """

@@ -123,6 +123,7 @@ def _judged(
         truth_positions=truth.rest_positions,
         truth_rest_time=truth.rest_time,
         horizon=_before_end(truth.horizon_of(resolution), truth),
+        shot_horizon=_before_end(truth.shot_horizon, truth),
         truth_counts=truth.collision_counts,
         rest_positions=result.rest_positions,
         ball_errors=measured.ball_errors,

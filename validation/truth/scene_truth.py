@@ -34,6 +34,7 @@ from ghostball.validation.grading.certified_widths import is_differentiated
 from ghostball.validation.grading.event_logs import Key, collisions_of, lower_first
 from ghostball.validation.grading.grading import Gradable, gradable
 from ghostball.validation.grading.horizon import (
+    Growth,
     Meetings,
     RunGrowth,
     growth_along_proof,
@@ -107,6 +108,9 @@ class Truth:
         How errors have grown when balls meet: as the shot is proved, or, where the proof isn't of
         the whole shot, as our engine says. None where nothing says it, or it wasn't asked, as for
         a closed form.
+    shot_horizon : float [s]
+        Until when rounding leaves the shot predictable, or anything is known of how it grows; inf:
+        to its end, or a closed form, whose end is known whatever rounding does.
     lateness : Lateness or None
         What it changes of the end to see an event late; None where the shot isn't proved to its
         end, or is a flight, or no part "proof" was asked for.
@@ -135,6 +139,7 @@ class Truth:
     certificate: Certificate | None = None
     no_certificate: str = "it was not asked for"
     meetings: Meetings | None = None
+    shot_horizon: float = math.inf
     lateness: Lateness | None = None
     graded: Gradable | None = None
     graded_steps: Gradable | None = None
@@ -240,30 +245,37 @@ def truth_of(
         truth = _from_our_run(ours, parts)
     else:
         truth = Truth(None, missing=missing)
-    meetings, graded, graded_steps, predictable = None, None, None, math.inf
-    if truth.kind != CLOSED_FORM and proof is not None and whole:
-        proved = result_of(scene, proof, CertifiedSettings(), "trajectory")
-        growth = growth_along_proof(scene, proof)
-        meetings = meetings_of(growth, proved)
+    meetings, graded, graded_steps, predictable, ends = None, None, None, math.inf, math.inf
+    if truth.kind != CLOSED_FORM and (whole or ours is not None):
+        run, growth = _growing(scene, proof if whole else None, ours)
+        meetings, ends = meetings_of(growth, run), growth.derivative_ends
         predictable = horizon(growth, TOLERANCE, ROUNDINGS * UNIT_ROUNDOFF)
-    elif truth.kind != CLOSED_FORM and ours is not None:
-        meetings = meetings_of(RunGrowth(ours), ours)
     # How errors grow takes longer to compute than many a run: once is enough for all engines.
     lateness = None
     if proof is not None and "proof" in parts:
         if whole and is_differentiated(scene):
             lateness = growth_of_proof(scene, proof).lateness()
         graded = gradable(scene, proof)
-        graded_steps = gradable(scene, proof, exact=False, until=predictable)
+        graded_steps = gradable(scene, proof, exact=False, until=predictable if whole else math.inf)
     return replace(
         truth,
         certificate=proof,
         no_certificate=no_proof,
         meetings=meetings,
+        shot_horizon=predictable if math.isfinite(predictable) else ends,
         lateness=lateness,
         graded=graded,
         graded_steps=graded_steps,
     )
+
+
+def _growing(scene: Scene, proof: Certificate | None, ours: Result | None) -> tuple[Result, Growth]:
+    """Return a run of a shot and how errors grow along it: as it is proved, else by our engine."""
+    if proof is not None:
+        run = result_of(scene, proof, CertifiedSettings(), "trajectory")
+        return run, growth_along_proof(scene, proof)
+    assert ours is not None  # there is one of them
+    return ours, RunGrowth(ours)
 
 
 def _why_partial(proof: Certificate | None, no_proof: str) -> str:

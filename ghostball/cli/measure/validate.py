@@ -17,7 +17,6 @@ from ghostball.cli.shared.progress import COMPILING, DRAWING, Steps
 from ghostball.cli.shared.report import write as write_report
 from ghostball.cli.shared.summary import printed
 from ghostball.cli.shared.terminal import say, say_printed, tables
-from ghostball.engine import Scene
 from ghostball.reference_adapters import (
     EngineError,
     engine_class,
@@ -35,7 +34,6 @@ from ghostball.validation.checks.verdict import (
     is_nothing_judged,
     verdict_of,
 )
-from ghostball.validation.diagnose.predictability.predict import predict_scenes
 from ghostball.validation.exit_status import ExitStatus, worst
 from ghostball.validation.parallel.cluster import Cluster
 from ghostball.validation.results.records import (
@@ -52,7 +50,7 @@ from ghostball.validation.suite.suite import DEFAULT_ENGINES, Outcome, run_suite
 from ghostball.validation.suite.unchanged import is_ours
 from ghostball.validation.suite.varied import Ensemble, Size
 
-RUNNING, PREDICTING = "running", "predicting"
+RUNNING = "running"
 
 
 def run(
@@ -96,7 +94,7 @@ def run(
     if ensemble is not None:
         starts = Ensemble(ensemble, Size.parse(ensemble_size) if ensemble_size else Size())
     drawn = (DRAWING,) if report else ()
-    steps = Steps(COMPILING, RUNNING, PREDICTING, *drawn)
+    steps = Steps(COMPILING, RUNNING, *drawn)
     started = time.perf_counter()
     with steps.bar() as step:
         count = step(RUNNING)
@@ -145,7 +143,7 @@ def run(
         say(f"[bold yellow]{NOTHING_JUDGED}.[/] {escape(_advice(outcome))}")
     status = ExitStatus.PASSED
     try:
-        if outcome.interrupted or not _predict(scenes, out, steps, reuse=not rerun):
+        if outcome.interrupted:
             raise KeyboardInterrupt
         if patterns is None:
             for regression in compare_guarded(results, gates, scenes, time_limit):
@@ -201,22 +199,6 @@ def _say_moved(regression: Regression, console: Console) -> ExitStatus:
             soft_wrap=True,
         )
     return ExitStatus.PASSED
-
-
-def _predict(scenes: Sequence[Scene], out: Path, steps: Steps, *, reuse: bool) -> bool:
-    """Store how far each scene's shot can be predicted; whether it came to its end."""
-    try:
-        with steps.bar(PREDICTING) as step:
-            count = step(PREDICTING)
-            predict_scenes(
-                scenes,
-                out,
-                reuse=reuse,
-                progress=lambda done, planned, one: count(done, planned, one.scene),
-            )
-    except KeyboardInterrupt:
-        return False
-    return True
 
 
 def _announce(reused: Reuse[CaseRecord], engines: Sequence[str], out: Path) -> None:

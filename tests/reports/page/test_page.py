@@ -221,7 +221,7 @@ def test_what_is_missing_says_so_and_how_to_get_it(html):
     for name, words in {
         "closed-forms": "is what rounding the scene’s numbers once would cause",
         "cost": "one sample of its run time each",
-        "horizons": "was not measured",
+        "horizons": "can be predicted to their end",
         "energy": "No motion of an engine that records it exactly is stored",
         "hashes": "No comparison was made",
         "timing": "One sample each",

@@ -112,6 +112,18 @@ def test_who_states_nothing_is_not_taken_to_be_exact_and_excused_from_nothing():
     assert truth.horizon_of("proved") == math.inf
 
 
+@pytest.mark.parametrize(
+    ("name", "ends"),
+    [
+        ("chaos-a", 5.4501),  # roundings have grown to a millimetre
+        ("half-ball-cut", math.inf),
+        ("frozen-to-cushion", math.inf),  # a closed form, through two collisions at one instant
+    ],
+)
+def test_a_shot_has_a_horizon_of_its_own_whatever_the_engine(name, ends):
+    assert truth_of(find_scene(name)).shot_horizon == pytest.approx(ends, abs=1e-4)
+
+
 def test_past_its_horizon_nothing_is_said_of_how_a_shot_ends():
     scene = find_scene("break-16")
     truth = truth_of(scene)

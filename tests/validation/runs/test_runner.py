@@ -17,7 +17,7 @@ from ghostball.validation.runs.runner import run
 class Notes(RecordStore):
     """Records that are a task and what came of it."""
 
-    kind = "prediction"
+    kind = "finding"
     adapter = TypeAdapter(tuple[str, str])
     what = "a note"
 
