@@ -1,26 +1,58 @@
-"""The second of the suite's five verbs: run one scene on one engine, whatever it does."""
+"""The second of the suite's five verbs: run scenes on engines, whatever these do.
+
+`cases_of` computes a scene's truth when its turn comes, once for all engines; `run_case` runs one
+of them in a process that it may take along.
+"""
 
 from __future__ import annotations
 
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
 from typing import Any
 
-from ghostball.engine import EngineFailedError, Status, UnsupportedSceneError
+from ghostball.engine import EngineFailedError, Scene, Status, UnsupportedSceneError
 from ghostball.reference_adapters.base import ReferenceEngine, resolution_of
 from ghostball.reference_adapters.registry import (
     EngineUnavailableError,
     engine_name,
     make_engine,
 )
-from ghostball.validation.checks.law import approximations_of
+from ghostball.validation.checks.criteria import Criteria
+from ghostball.validation.checks.law import Asked, approximations_of
+from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.parallel.pool import Done
+from ghostball.validation.results.record_store import Name
 from ghostball.validation.results.records import CaseRecord, Fault
 from ghostball.validation.results.store import Finished
 from ghostball.validation.runs.playing import blamed_on_engine, run_engine
 from ghostball.validation.suite.judge import Case, TruthFailure, judge
+from ghostball.validation.suite.plan import Plan
+from ghostball.validation.truth.scene_truth import PARTS, Truth, TruthPart, truth_of
+
+_NO_TRUTH = Truth(None, missing="a varied start is compared with others, not with a truth")
+
+
+def cases_of(planned: Plan, pairs: Sequence[Name]) -> Iterator[Case]:
+    """Yield these cases of a plan, scene by scene, each with the truth of its scene."""
+    computed = METRICS if planned.metrics is None else planned.metrics
+    parts = frozenset(part for name in computed if (part := METRICS[name].compares) is not None)
+    if "accuracy" in computed or any(planned.asked[pair].rule is not None for pair in pairs):
+        parts |= {"proof"}  # limits of a step are computed along the proved motion
+    if "accuracy" in computed:
+        parts |= {"events", "conditioning"}
+    for scene in planned.scenes_of(pairs):
+        origin = planned.origins.get(scene.name, "")
+        truth: Truth | TruthFailure = _NO_TRUTH
+        if not origin:
+            truth = truth_or_failure(scene, planned.criteria[scene.name], parts)
+        for pair in pairs:
+            if pair[0] == scene.name:
+                asked, metrics = planned.asked[pair], planned.metrics
+                if origin:
+                    metrics = _without_truth(computed, asked)
+                yield Case(scene, pair[1], truth, asked, metrics, varied_from=origin)
 
 
 def run_case(case: Case, make: Callable[[str], ReferenceEngine] = make_engine) -> Finished:
@@ -109,3 +141,25 @@ def finished(done: Done[Case, Finished]) -> Finished:
     record, motion = done.or_else(lambda case, why: (failed(blank_record(case), why), None))
     now = datetime.now(UTC).isoformat(timespec="seconds")
     return replace(record, printed=done.printed, measured=now), motion
+
+
+def _without_truth(metrics: Collection[str], asked: Asked) -> tuple[str, ...]:
+    """Return those of some metrics that a varied start has: what any shot must keep.
+
+    Whether a run is broken is judged too, but not of a step: only a truth says what that allows.
+    """
+    return tuple(
+        name
+        for name in metrics
+        if METRICS[name].compares is None or (name == "accuracy" and asked.rule is None)
+    )
+
+
+def truth_or_failure(
+    scene: Scene, criteria: Criteria, parts: frozenset[TruthPart] = PARTS
+) -> Truth | TruthFailure:
+    """Return the truth of a scene, or why it could not be computed."""
+    try:
+        return truth_of(scene, criteria.truth, parts, least=criteria.least_proved)
+    except Exception as error:  # a fault of ours; the run goes on and reports it
+        return TruthFailure(f"{type(error).__name__}: {error}", traceback.format_exc())

@@ -16,9 +16,8 @@ from ghostball.validation.checks.criteria import Criteria
 from ghostball.validation.checks.law import Asked
 from ghostball.validation.checks.verdict import is_unfinished, unfinished_text
 from ghostball.validation.results.records import CaseRecord, Check, Motion
-from ghostball.validation.suite.case import plain_settings, run_case
+from ghostball.validation.suite.case import plain_settings, run_case, truth_or_failure
 from ghostball.validation.suite.judge import Case
-from ghostball.validation.suite.plan import truth_or_failure
 
 COMPLETES = "completes"
 """What is asked beside the metrics: that a run ends by itself."""

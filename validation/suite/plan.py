@@ -1,16 +1,14 @@
 """The first of the suite's five verbs: plan what is run, and what each case is asked.
 
-A scene's way through a run is `plan` here, `run` (`validation.runs.runner`, and
-`validation.suite.case` in another process), `judge` (`validation.suite.judge`, there too), store
-(`validation.results.store`) and report (`reports`), each once, in this order. Its truth is
-computed here too, but only when its turn comes.
+A scene's way through a run is `plan` here, run (`validation.suite.case`: its truth here, once for
+all engines, each engine in another process), `judge` (`validation.suite.judge`, there too), store
+(`validation.results.store`) and report (`reports`), each once, in this order.
 """
 
 from __future__ import annotations
 
 import math
-import traceback
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -31,12 +29,9 @@ from ghostball.validation.results.environment import describe_environment
 from ghostball.validation.results.record_store import Name
 from ghostball.validation.results.records import CaseRecord
 from ghostball.validation.scenes.library import FOLDER, find_scene, paths_among, scene_names
-from ghostball.validation.suite.judge import Case, TruthFailure
 from ghostball.validation.suite.unchanged import dates_of, inputs_hash, is_ours
 from ghostball.validation.suite.varied import Ensemble
-from ghostball.validation.truth.scene_truth import PARTS, Truth, TruthPart, check_truth, truth_of
-
-_NO_TRUTH = Truth(None, missing="a varied start is compared with others, not with a truth")
+from ghostball.validation.truth.scene_truth import check_truth
 
 
 class SuiteError(GhostballError, ValueError):
@@ -88,26 +83,6 @@ class Plan:
             contacts_from=MANY,
             compiling=compiling,
         )
-
-    def cases(self, pairs: Sequence[Name]) -> Iterator[Case]:
-        """Yield these cases, scene by scene; a scene's truth is computed when its turn comes."""
-        computed = METRICS if self.metrics is None else self.metrics
-        parts = frozenset(part for name in computed if (part := METRICS[name].compares) is not None)
-        if "accuracy" in computed or any(self.asked[pair].rule is not None for pair in pairs):
-            parts |= {"proof"}  # limits of a step are computed along the proved motion
-        if "accuracy" in computed:
-            parts |= {"events", "conditioning"}
-        for scene in self.scenes_of(pairs):
-            origin = self.origins.get(scene.name, "")
-            truth: Truth | TruthFailure = _NO_TRUTH
-            if not origin:
-                truth = truth_or_failure(scene, self.criteria[scene.name], parts)
-            for pair in pairs:
-                if pair[0] == scene.name:
-                    asked, metrics = self.asked[pair], self.metrics
-                    if origin:
-                        metrics = _without_truth(computed, asked)
-                    yield Case(scene, pair[1], truth, asked, metrics, varied_from=origin)
 
 
 def plan(
@@ -209,18 +184,6 @@ def criteria_beside_paths(names_or_tags: Sequence[str]) -> dict[str, Criteria]:
     return {find_scene(path).name: criteria_beside(path) for path in paths_among(names_or_tags)}
 
 
-def _without_truth(metrics: Collection[str], asked: Asked) -> tuple[str, ...]:
-    """Return those of some metrics that a varied start has: what any shot must keep.
-
-    Whether a run is broken is judged too, but not of a step: only a truth says what that allows.
-    """
-    return tuple(
-        name
-        for name in metrics
-        if METRICS[name].compares is None or (name == "accuracy" and asked.rule is None)
-    )
-
-
 def _each_once(what: str, names: Sequence[str]) -> None:
     if not names:
         raise SuiteError(f"a run needs at least one {what}, got none")
@@ -235,13 +198,3 @@ def _settings_of(label: str) -> dict[str, Any] | None:
         return make_engine(label).settings.model_dump(mode="json")
     except EngineUnavailableError:
         return None
-
-
-def truth_or_failure(
-    scene: Scene, criteria: Criteria, parts: frozenset[TruthPart] = PARTS
-) -> Truth | TruthFailure:
-    """Return the truth of a scene, or why it could not be computed."""
-    try:
-        return truth_of(scene, criteria.truth, parts, least=criteria.least_proved)
-    except Exception as error:  # a fault of ours; the run goes on and reports it
-        return TruthFailure(f"{type(error).__name__}: {error}", traceback.format_exc())

@@ -22,7 +22,7 @@ from ghostball.validation.results.record_store import Name
 from ghostball.validation.results.records import CaseRecord
 from ghostball.validation.results.store import PartWriter, ResultsWriter
 from ghostball.validation.runs.runner import Reuse, run
-from ghostball.validation.suite.case import finished, run_case
+from ghostball.validation.suite.case import cases_of, finished, run_case
 from ghostball.validation.suite.plan import check_time_limit, plan
 from ghostball.validation.suite.unchanged import code_hash
 from ghostball.validation.suite.varied import Ensemble
@@ -197,7 +197,7 @@ def run_suite(
     store = (ResultsWriter if only is None else PartWriter)(out, code_hash())
     ran = run(
         planned.inputs,
-        planned.cases,
+        lambda pairs: cases_of(planned, pairs),
         run_case,
         finished,
         store,

@@ -24,9 +24,9 @@ from ghostball.validation.exit_status import ExitStatus, worst
 from ghostball.validation.results.files import write_all_whole
 from ghostball.validation.results.records import CaseRecord
 from ghostball.validation.scenes.library import find_scene, select
-from ghostball.validation.suite.case import run_case
+from ghostball.validation.suite.case import run_case, truth_or_failure
 from ghostball.validation.suite.judge import Case
-from ghostball.validation.suite.plan import shipped_criteria, truth_or_failure
+from ghostball.validation.suite.plan import shipped_criteria
 from ghostball.validation.suite.suite import exit_status_of
 
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import time
 from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from rich.console import Console
 from rich.markup import escape
 
-from ghostball.cli.gate.regress import compare_guarded, gates_of
+from ghostball.cli.gate.regress import Gate, compare_guarded, gates_of
 from ghostball.cli.measure.verdicts import colour_of, headline, spread_table, verdict_tables
 from ghostball.cli.shared.config import load_config
 from ghostball.cli.shared.options import Format
@@ -17,6 +18,7 @@ from ghostball.cli.shared.progress import COMPILING, DRAWING, Steps
 from ghostball.cli.shared.report import write as write_report
 from ghostball.cli.shared.summary import printed
 from ghostball.cli.shared.terminal import say, say_printed, tables
+from ghostball.engine import Scene
 from ghostball.reference_adapters import (
     EngineError,
     engine_class,
@@ -27,7 +29,7 @@ from ghostball.reference_adapters import (
 from ghostball.reports.report import Pictures
 from ghostball.validation.baselines import Regression, check_baselines
 from ghostball.validation.baselines.regression import UNCOMPARED
-from ghostball.validation.checks.criteria import SUFFIX
+from ghostball.validation.checks.criteria import SUFFIX, Criteria
 from ghostball.validation.checks.verdict import (
     NOTHING_JUDGED,
     Verdict,
@@ -36,6 +38,7 @@ from ghostball.validation.checks.verdict import (
 )
 from ghostball.validation.exit_status import ExitStatus, worst
 from ghostball.validation.parallel.cluster import Cluster
+from ghostball.validation.parallel.pool import Progress
 from ghostball.validation.results.records import (
     CERTIFIED,
     CLOSED_FORM,
@@ -51,6 +54,20 @@ from ghostball.validation.suite.unchanged import is_ours
 from ghostball.validation.suite.varied import Ensemble, Size
 
 RUNNING = "running"
+
+
+@dataclass(frozen=True)
+class _Request:
+    """What is to be run, checked: before it is made, nothing runs."""
+
+    scenes: list[Scene]
+    criteria: dict[str, Criteria]
+    engines: tuple[str, ...]
+    named: bool  # whether the user or the project names the engines
+    gates: list[Gate]
+    metrics: Sequence[str] | None
+    starts: Ensemble | None
+    out: Path
 
 
 def run(
@@ -77,79 +94,42 @@ def run(
         Before anything runs, where the input is wrong, an engine asked for by name can't run
         here, a metric is unknown, or a file can't be written.
     """
-    config = load_config()
-    out = config.out if out is None else out
-    named = tuple(engines) or config.engines
-    specs = named or DEFAULT_ENGINES
-    for spec in named:
-        # Who names an engine wants its verdict; of the default ones, those that are here will do.
-        make_engine(spec)
-    names = wanted or config.scenes
-    scenes, criteria = select(names), criteria_beside_paths(names)
-    gates = gates_of(specs, config.baselines)
-    for gate in gates:
-        check_baselines(gate.folder, sorted(gate.guarded(scenes)), gate.engine)
-    patterns = metrics or None
-    starts = None
-    if ensemble is not None:
-        starts = Ensemble(ensemble, Size.parse(ensemble_size) if ensemble_size else Size())
-    drawn = (DRAWING,) if report else ()
-    steps = Steps(COMPILING, RUNNING, *drawn)
+    request = _plan(wanted, engines, out, metrics, ensemble, ensemble_size)
+    steps = Steps(COMPILING, RUNNING, *((DRAWING,) if report else ()))
     started = time.perf_counter()
     with steps.bar() as step:
-        count = step(RUNNING)
-
-        def progress(done: int, planned: int, case: CaseRecord) -> None:
-            count(done, planned, f"{case.scene} on {case.label}")
-            if verdict_of(case) in (Verdict.FAIL, Verdict.CRASHED):
-                verdict = verdict_of(case).words
-                say(f"[{colour_of(case)}]{verdict}[/] {escape(f'{case.scene} on {case.label}')}")
-
         outcome = run_suite(
-            scenes,
-            specs,
-            out,
+            request.scenes,
+            request.engines,
+            request.out,
             jobs=jobs,
             cluster=cluster,
-            progress=progress,
+            progress=_progress(step(RUNNING)),
             compiling=step(COMPILING),
-            criteria=criteria,
-            metrics=patterns,
+            criteria=request.criteria,
+            metrics=request.metrics,
             reuse=not rerun,
-            announce=lambda reused: _announce(reused, specs, out),
+            announce=lambda reused: _announce(reused, request.engines, request.out),
             time_limit=time_limit,
-            ensemble=starts,
+            ensemble=request.starts,
         )
-    folder = escape(str(out))
+    folder = escape(str(request.out))
     if not outcome.cases:
         say(f"[bold]Interrupted[/] before the first case was done: {_left(outcome)} in {folder}")
         return outcome.exit_status
-    results = Results.open(out)
     # What was measured is said before anything is made of it: whatever may yet fail or be
     # interrupted, the verdicts are there.
-    console = tables(form)
-    console.print(verdict_tables(results, console), crop=False)
-    if starts is not None:
-        console.print(spread_table(results, starts.size))
-    for line in _truths(results, criteria):
-        console.print(line, soft_wrap=True)
-    console.print(headline(outcome, time.perf_counter() - started), soft_wrap=True)
-    if outcome.counts.taken_over:
-        console.print(f"{_taken_over(outcome.counts.taken_over, out)}; their run times are of then")
-    _say_all_printed(outcome)
-    if not named and (others := _other_engines()):
-        console.print(f"[dim]{escape(others)}[/]", soft_wrap=True)
-    if is_nothing_judged(outcome.cases):
-        say(f"[bold yellow]{NOTHING_JUDGED}.[/] {escape(_advice(outcome))}")
+    results, console = Results.open(request.out), tables(form)
+    _show(request, outcome, results, console, time.perf_counter() - started)
     status = ExitStatus.PASSED
     try:
         if outcome.interrupted:
             raise KeyboardInterrupt
-        if patterns is None:
-            for regression in compare_guarded(results, gates, scenes, time_limit):
+        if request.metrics is None:
+            for regression in compare_guarded(results, request.gates, request.scenes, time_limit):
                 status = worst(status, _say_moved(regression, console))
         if report:
-            written = write_report(out, jobs=jobs, figures=figures, steps=steps)
+            written = write_report(request.out, jobs=jobs, figures=figures, steps=steps)
             console.print(f"report: {written.page}", soft_wrap=True, markup=False)
             status = worst(status, written.status())
     except KeyboardInterrupt:
@@ -160,8 +140,72 @@ def run(
         )
         return ExitStatus.INTERRUPTED
     if form is not Format.TEXT:
-        print(printed(out, form), end="")
+        print(printed(request.out, form), end="")
     return worst(outcome.exit_status, status)
+
+
+def _plan(
+    wanted: Sequence[str],
+    engines: Sequence[str],
+    out: Path | None,
+    metrics: Sequence[str] | None,
+    ensemble: int | None,
+    ensemble_size: str | None,
+) -> _Request:
+    """Choose what is run, and check it; errors are those of `run`."""
+    config = load_config()
+    named = tuple(engines) or config.engines
+    for spec in named:
+        # Who names an engine wants its verdict; of the default ones, those that are here will do.
+        make_engine(spec)
+    names, specs = wanted or config.scenes, named or DEFAULT_ENGINES
+    scenes, gates = select(names), gates_of(specs, config.baselines)
+    for gate in gates:
+        check_baselines(gate.folder, sorted(gate.guarded(scenes)), gate.engine)
+    starts = None
+    if ensemble is not None:
+        starts = Ensemble(ensemble, Size.parse(ensemble_size) if ensemble_size else Size())
+    return _Request(
+        scenes,
+        criteria_beside_paths(names),
+        specs,
+        bool(named),
+        gates,
+        metrics or None,
+        starts,
+        config.out if out is None else out,
+    )
+
+
+def _progress(count: Progress[str]) -> Progress[CaseRecord]:
+    """Return what counts cases, and says at once which failed."""
+
+    def progress(done: int, planned: int, case: CaseRecord) -> None:
+        count(done, planned, f"{case.scene} on {case.label}")
+        if verdict_of(case) in (Verdict.FAIL, Verdict.CRASHED):
+            verdict = verdict_of(case).words
+            say(f"[{colour_of(case)}]{verdict}[/] {escape(f'{case.scene} on {case.label}')}")
+
+    return progress
+
+
+def _show(
+    request: _Request, outcome: Outcome, results: Results, console: Console, seconds: float
+) -> None:
+    """Print the verdicts, and what else a reader must know of the run."""
+    console.print(verdict_tables(results, console), crop=False)
+    if request.starts is not None:
+        console.print(spread_table(results, request.starts.size))
+    for line in _truths(results, request.criteria):
+        console.print(line, soft_wrap=True)
+    console.print(headline(outcome, seconds), soft_wrap=True)
+    if count := outcome.counts.taken_over:
+        console.print(f"{_taken_over(count, request.out)}; their run times are of then")
+    _say_all_printed(outcome)
+    if not request.named and (others := _other_engines()):
+        console.print(f"[dim]{escape(others)}[/]", soft_wrap=True)
+    if is_nothing_judged(outcome.cases):
+        say(f"[bold yellow]{NOTHING_JUDGED}.[/] {escape(_advice(outcome))}")
 
 
 _TRUTHS = {

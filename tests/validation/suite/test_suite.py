@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-import ghostball.validation.suite.plan
+import ghostball.validation.suite.case
 import ghostball.validation.suite.suite
 from ghostball.engine import Ball, GhostballError, Scene
 from ghostball.validation.checks.criteria import Criteria
@@ -291,8 +291,8 @@ def test_a_truth_that_fails_fails_its_scene_alone(
             raise ZeroDivisionError("no truth today")
         return real(shot, *wanted, **more)
 
-    real = ghostball.validation.suite.plan.truth_of
-    monkeypatch.setattr(ghostball.validation.suite.plan, "truth_of", broken)
+    real = ghostball.validation.suite.case.truth_of
+    monkeypatch.setattr(ghostball.validation.suite.case, "truth_of", broken)
     outcome = run_suite([scene("broken"), scene()], ["fake"], tmp_path)
     assert [case.outcome for case in outcome.cases] == ["failed", "ran"]
     assert "no truth today" in outcome.cases[0].reason

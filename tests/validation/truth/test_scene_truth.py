@@ -28,8 +28,9 @@ from ghostball.validation.checks.criteria import Criteria
 from ghostball.validation.results.store import CERTIFIED, CLOSED_FORM, OUR_ENGINE
 from ghostball.validation.runs import our_run
 from ghostball.validation.scenes.library import find_scene
+from ghostball.validation.suite.case import truth_or_failure
 from ghostball.validation.suite.judge import TruthFailure
-from ghostball.validation.suite.plan import shipped_criteria, truth_or_failure
+from ghostball.validation.suite.plan import shipped_criteria
 from ghostball.validation.truth.closed_forms import DIGITS, closed_form
 from ghostball.validation.truth.scene_truth import Truth, TruthError, check_truth, truth_of
 
