@@ -26,7 +26,7 @@ export PYTHONDONTWRITEBYTECODE :=
 # Two test runs at once would mix their output.
 .NOTPARALLEL:
 .PHONY: help venv engines smoke validate regress stress kernels test test-slow test-nojit coverage \
-	test-boundscheck lint types imports docs check wheel gallery peers clean
+	test-boundscheck lint docs check wheel gallery peers clean
 
 help:  ## list the commands
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-18s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -111,30 +111,23 @@ test-boundscheck: $(READY)  ## tests of the kernels with bounds checks
 	$(CHECKED) $(PYTEST) --dist loadfile $(addprefix tests/engine/,$(BOUNDED)) \
 		--deselect tests/engine/scheduling/test_broad_phase.py::test_a_sweep_in_cells_is_each_of_its_shots
 
-lint: $(READY)  ## ruff: rules and format
-	$(BIN)/ruff check
-	$(BIN)/ruff format --check
-
-types: $(READY)  ## mypy, strict
-	$(BIN)/mypy
-
-imports: $(READY)  ## the direction of imports between the packages
-	$(BIN)/lint-imports
+lint: $(READY)  ## what pre-commit runs: ruff (rules, format), mypy, the direction of imports
+	$(BIN)/pre-commit run --all-files
 
 # Its pages run commands, and a notebook. Material speaks of what comes after MkDocs at each build.
 docs: $(READY)  ## the documentation, into out/site; its commands are run, and a warning fails
 	PATH="$(abspath $(BIN)):$$PATH" COLUMNS=90 NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build
 
-check: lint types imports docs test test-nojit stress test-slow test-boundscheck  ## all checks, but coverage
+check: lint docs test test-nojit stress test-slow test-boundscheck  ## all checks, but coverage
 
 # What a user installs, without the extras, in an empty folder; then the tests, where no file of the
 # checkout is imported by accident: what the wheel lacks fails here.
 WHEEL := $(OUT)/wheel
 OF_WHEEL := $(abspath .venv-wheel)/bin
 
-wheel: $(READY)  ## build the wheel, install it apart in .venv-wheel, validate and test with it there
+wheel: $(READY)  ## build the source archive, the wheel from it, install that apart in .venv-wheel, validate and test with it there
 	rm -rf $(WHEEL)
-	$(BIN)/python -m pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir $(WHEEL) .
+	$(BIN)/python -m build --outdir $(WHEEL) . >/dev/null
 	$(BIN)/python -m venv --clear .venv-wheel
 	$(OF_WHEEL)/python -m pip install --quiet --disable-pip-version-check $(WHEEL)/*.whl
 	empty=$$(mktemp -d) && cd $$empty && $(OF_WHEEL)/ghostball validate smoke --jobs $(JOBS) && rm -rf $$empty

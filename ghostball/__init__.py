@@ -11,6 +11,14 @@ commands import what they call inside functions.
 lie beside this package in the repository, and are linked into it. Installed, they are parts of it.
 """
 
+import os
+
 import lazy_loader
+
+_HERE = os.path.dirname(__file__)
+if not os.path.isdir(os.path.join(_HERE, "engine")):
+    # A clone without symbolic links, as is usual on Windows, has a line of text in their place, and
+    # an unpacked source archive has nothing: the folders are found where they lie.
+    __path__.append(os.path.dirname(_HERE))
 
 __getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
