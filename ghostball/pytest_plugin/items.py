@@ -21,8 +21,12 @@ from ghostball.reference_adapters import ReferenceEngine
 from ghostball.reference_adapters.output import harmless
 from ghostball.reference_adapters.registry import OURS
 from ghostball.reports.style import format_length
-from ghostball.validation.baselines.baseline import baseline_path, engine_folder, engine_key
 from ghostball.validation.baselines.gate import check_baselines, compare_case
+from ghostball.validation.baselines.places import (
+    baseline_path,
+    engine_folder,
+    engine_key,
+)
 from ghostball.validation.baselines.regression import UNCOMPARED
 from ghostball.validation.checks.criteria import Criteria
 from ghostball.validation.checks.law import Asked

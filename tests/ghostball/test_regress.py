@@ -27,7 +27,9 @@ from ghostball.validation.baselines import (
     load_regression,
 )
 from ghostball.validation.baselines.accept import CHANGES_FILE
-from ghostball.validation.baselines.baseline import baseline_path
+from ghostball.validation.baselines.places import (
+    baseline_path,
+)
 from ghostball.validation.baselines.regression import Regression
 
 BASELINES = Path(__file__).parents[2] / "benchmarks" / "baselines"

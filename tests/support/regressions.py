@@ -2,13 +2,10 @@
 
 from ghostball.validation.baselines import (
     FirstDifference,
-    LoggedEvent,
     Quantity,
     Regression,
     SceneChange,
 )
-
-HIT = LoggedEvent(t=0.5, kind="ball-ball", a=0, b=1)
 
 
 def quantity(name="energy_rise", *, level="error", within=True, base=0.0, head=0.0, **band):
@@ -49,8 +46,6 @@ def worse(scene="break-7", **changes):
         "head_hash": "b" * 64,
         "first_difference": FirstDifference(
             index=1,
-            base=HIT,
-            head=None,
             before_horizon=True,
             words="event 1: cue meets 1 at t = 0.5 s, which is missing now",
         ),

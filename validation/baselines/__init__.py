@@ -23,7 +23,6 @@ from ghostball.validation.baselines.baseline import (
 from ghostball.validation.baselines.gate import check_baselines, compare_results
 from ghostball.validation.baselines.regression import (
     FirstDifference,
-    LoggedEvent,
     Quantity,
     Regression,
     SceneChange,
@@ -38,7 +37,6 @@ __all__ = [
     "Acceptance",
     "FirstDifference",
     "LimitsBrokenError",
-    "LoggedEvent",
     "NotDeterministicError",
     "NotFinishedError",
     "NothingToAcceptError",

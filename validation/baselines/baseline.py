@@ -23,8 +23,6 @@ the value stays in the band.
 
 from __future__ import annotations
 
-import re
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Final, Literal, Self
 
@@ -33,9 +31,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
 
-from ghostball.engine import GhostballError
 from ghostball.engine.result.hashes import bits_hash, sequence_hash
-from ghostball.reference_adapters.registry import engine_name, parse_spec, spec_of
 from ghostball.validation.baselines.bands import Band, Bands, band_of_counter, band_of_metric
 from ghostball.validation.baselines.baseline_text import (
     events_of_lines,
@@ -44,6 +40,7 @@ from ghostball.validation.baselines.baseline_text import (
     toml_lines,
 )
 from ghostball.validation.baselines.observed import KEPT_EVENTS, Observed
+from ghostball.validation.baselines.places import ENDING, BaselineError
 from ghostball.validation.baselines.regression import Level
 from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.results.files import told, toml_of
@@ -51,12 +48,6 @@ from ghostball.validation.truth.scene_truth import OUR_NAME
 
 SCHEMA: Final = 3
 """Version of the files; another one can't be compared with."""
-
-ENDING = ".toml"
-
-
-class BaselineError(GhostballError, ValueError):
-    """A baseline that can't be read, or is nonsense: edited by hand, or cut short."""
 
 
 class BaselineSchemaError(BaselineError):
@@ -241,13 +232,15 @@ class Baseline(_Model):
             Which engine it is of: see `engine_key`.
         """
         promised: Level = "error" if engine == OUR_NAME else "warn"
-        before = earlier or _NOTHING
+        bands = {name: band_of_metric(name, observed.metrics) for name in observed.metrics}
+        before = {} if earlier is None else earlier.metrics
+        counted = {} if earlier is None else earlier.work
         metrics = {
-            name: _value(before.metrics.get(name), value, band_of_metric(name, observed.metrics))
+            name: _value(before.get(name), value, bands[name])
             for name, value in observed.metrics.items()
         }
         work = {
-            name: _value(before.work.get(name), count, band_of_counter(count))
+            name: _value(counted.get(name), count, band_of_counter(count))
             for name, count in observed.work.items()
         }
         places = [(float(x), float(y), float(z)) for x, y, z in observed.rest_positions]
@@ -328,13 +321,7 @@ def load_baseline(path: Path, engine: str = OUR_NAME) -> Baseline:
 
 
 def baseline_of(text: str, path: Path, engine: str = OUR_NAME) -> Baseline:
-    """Read the text of a baseline; `path` is its file, or the one that it would be written to.
-
-    Raises
-    ------
-    BaselineError
-        As of `load_baseline`.
-    """
+    """Read the text of a baseline, as `load_baseline`; `path` is its file, or where it would be."""
     try:
         data = toml_of(text)
     except ValueError as error:
@@ -365,50 +352,7 @@ def baseline_of(text: str, path: Path, engine: str = OUR_NAME) -> Baseline:
     return baseline
 
 
-def engine_key(label: str) -> str:
-    """Return what baselines call an engine: its own name, with the settings that it was given.
-
-    So `my_package:MyEngine:dt=1e-3` stays `my-engine:dt=1e-3` wherever its class may move.
-    """
-    return spec_of(engine_name(label), parse_spec(label)[1])
-
-
-def engine_folder(baselines: Path, engine: str) -> Path:
-    """Return where the baselines of one engine lie, in the folder of those of all.
-
-    Raises
-    ------
-    BaselineError
-        Where that is no folder.
-    """
-    folder = baselines / re.sub(r"[^\w.,=+-]+", "_", engine)
-    for place in (baselines, folder):
-        if place.exists() and not place.is_dir():
-            raise BaselineError(f"{place}: not a folder. Choose another `--baselines`")
-    return folder
-
-
-def baseline_path(folder: Path, scene: str) -> Path:
-    """Return the file of a scene's baseline."""
-    return folder / f"{scene}{ENDING}"
-
-
-def baseline_names(folder: Path) -> tuple[str, ...]:
-    """Return the scenes that have a baseline in a folder, in order; none where it isn't there."""
-    return tuple(sorted(path.name.removesuffix(ENDING) for path in folder.glob(f"*{ENDING}")))
-
-
 _RESTORE = "Restore it (git checkout), or remove it and accept anew"
-
-
-class _Nothing:
-    """Stands for a baseline that isn't there."""
-
-    metrics: Mapping[str, Value] = {}
-    work: Mapping[str, Value] = {}
-
-
-_NOTHING = _Nothing()
 
 
 def _value(earlier: Value | None, value: int | float, band: Band) -> Value:

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
-from ghostball.engine.result import EventKind, Events, event_dict
+from ghostball.engine.result import EventKind, event_dict
 from ghostball.validation.baselines.bands import Band, Bands, direction
 from ghostball.validation.baselines.observed import Observed
 from ghostball.validation.baselines.regression import (
     Change,
     FirstDifference,
-    LoggedEvent,
     Quantity,
     SceneChange,
 )
@@ -208,9 +208,7 @@ def _later_difference(
         f"events from {start} on {how} (there were {base.event_count} events, and are "
         f"{head.event_count} now); `ghostball diff` of two results folders says where"
     )
-    return FirstDifference(
-        index=start, base=None, head=None, before_horizon=before_horizon, words=words
-    )
+    return FirstDifference(index=start, before_horizon=before_horizon, words=words)
 
 
 def _end_moved(base: Observed, head: Observed, explained: Allowance) -> bool:
@@ -248,48 +246,40 @@ def _first_bits(base: Observed, head: Observed, horizon: float) -> FirstDifferen
 def _difference(
     base: Observed, head: Observed, i: int | None, j: int | None, horizon: float
 ) -> FirstDifference:
-    before = None if i is None else _event(base.events, i)
-    after = None if j is None else _event(head.events, j)
-    times = [one.t for one in (before, after) if one is not None]
-    if before is None and after is not None:
-        words = f"{_words(after, head.ids)} was not there before"
-    elif after is None and before is not None:
+    """Describe event i of the base and event j of the head, of which one may not be there."""
+    sides = [(base, i), (head, j)]
+    before, after = (None if k is None else event_dict(one.events[k]) for one, k in sides)
+    there = [one for one in (before, after) if one is not None]
+    if before is None:
+        words = f"{_words(there[0], head.ids)} was not there before"
+    elif after is None:
         words = f"{_words(before, base.ids)} is no more"
+    elif any(before[name] != after[name] for name in ("kind", "a", "b")):
+        words = f"{_words(after, head.ids)}, where it was {_words(before, head.ids)}"
     else:
-        assert before is not None
-        assert after is not None
-        words = _both_words(before, after, head.ids)
-    indices = [one for one in (i, j) if one is not None]
+        sooner = "later" if after["t"] > before["t"] else "sooner"
+        late = abs(after["t"] - before["t"])
+        words = f"{_words(after, head.ids)} comes {late:.3g} s {sooner}"
+    index = min(k for k in (i, j) if k is not None)
     return FirstDifference(
-        index=min(indices),
-        base=before,
-        head=after,
-        before_horizon=min(times) <= horizon,
-        words=f"event {min(indices)}: {words}",
+        index=index,
+        before_horizon=min(one["t"] for one in there) <= horizon,
+        words=f"event {index}: {words}",
     )
 
 
-def _both_words(before: LoggedEvent, after: LoggedEvent, ids: tuple[str, ...]) -> str:
-    if (before.kind, before.a, before.b) == (after.kind, after.a, after.b):
-        sooner = "later" if after.t > before.t else "sooner"
-        return f"{_words(after, ids)} comes {abs(after.t - before.t):.3g} s {sooner}"
-    return f"{_words(after, ids)}, where it was {_words(before, ids)}"
+def _words(event: dict[str, Any], ids: tuple[str, ...]) -> str:
+    """Return an event in words, with the names of its balls."""
 
+    def name(ball: int) -> str:
+        return ids[ball] if ball < len(ids) else f"ball {ball}"
 
-def _words(event: LoggedEvent, ids: tuple[str, ...]) -> str:
-    ball = ids[event.a] if event.a < len(ids) else f"ball {event.a}"
-    at = f"at {event.t:.9g} s"
-    if event.kind == EventKind.BALL_BALL.label:
-        assert isinstance(event.b, int)
-        other = ids[event.b] if event.b < len(ids) else f"ball {event.b}"
-        return f"{ball} meets {other} {at}"
-    if event.kind == EventKind.BALL_CUSHION.label:
-        return f"{ball} meets the {event.b} cushion {at}"
-    return f"{ball}: {event.kind} {at}"
-
-
-def _event(events: Events, i: int) -> LoggedEvent:
-    return LoggedEvent.model_validate(event_dict(events[i]))
+    at = f"at {event['t']:.9g} s"
+    if event["kind"] == EventKind.BALL_BALL.label:
+        return f"{name(event['a'])} meets {name(event['b'])} {at}"
+    if event["kind"] == EventKind.BALL_CUSHION.label:
+        return f"{name(event['a'])} meets the {event['b']} cushion {at}"
+    return f"{name(event['a'])}: {event['kind']} {at}"
 
 
 def _places(observed: Observed) -> tuple[tuple[float, float, float], ...]:

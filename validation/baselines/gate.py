@@ -16,14 +16,16 @@ from ghostball.validation.baselines.baseline import (
     Accepted,
     Baseline,
     BaselineSchemaError,
-    baseline_names,
-    baseline_path,
-    engine_key,
     load_baseline,
 )
 from ghostball.validation.baselines.classify import classify
 from ghostball.validation.baselines.observed import Observed
-from ghostball.validation.baselines.regression import Regression, SceneChange
+from ghostball.validation.baselines.places import (
+    baseline_names,
+    baseline_path,
+    engine_key,
+)
+from ghostball.validation.baselines.regression import Change, Regression, SceneChange
 from ghostball.validation.baselines.replay import PlayAgain, not_deterministic, playing_again
 from ghostball.validation.baselines.revision import checkout_of
 from ghostball.validation.baselines.rounding import (
@@ -254,25 +256,24 @@ def _compare(
         "head_hash": head.bits,
     }
 
-    def unsteady(bits: str) -> SceneChange | None:
-        return not_deterministic(head, bits, play_again, scene, common["command"])
-
-    if not path.exists():
-        if (change := unsteady("")) is not None:
-            return change, None, {}
-        summary = "there is no baseline to compare with"
-        change = SceneChange(**common, change="no-baseline", failed=False, summary=summary)
-        return change, Baseline.of(head, pending, engine=engine), {}
-    try:
-        baseline = load_baseline(path, engine)
-    except BaselineSchemaError as error:
-        if (change := unsteady("")) is not None:
-            return change, None, {}
-        change = SceneChange(**common, change="not-comparable", failed=False, summary=str(error))
-        return change, Baseline.of(head, pending, engine=engine), {}
+    baseline: Baseline | None = None
+    uncompared: tuple[Change, str] = ("no-baseline", "there is no baseline to compare with")
+    if path.exists():
+        try:
+            baseline = load_baseline(path, engine)
+        except BaselineSchemaError as error:
+            uncompared = ("not-comparable", str(error))
+    accepted = {} if baseline is None else baseline.accepted.model_dump()
     # Whoever switches the hash off says that the bits are others each time.
-    if baseline.hash.level != "off" and (change := unsteady(baseline.hash.bits)) is not None:
-        return change, None, baseline.accepted.model_dump()
+    if baseline is None or baseline.hash.level != "off":
+        bits = "" if baseline is None else baseline.hash.bits
+        unsteady = not_deterministic(head, bits, play_again, scene, common["command"])
+        if unsteady is not None:
+            return unsteady, None, accepted
+    if baseline is None:
+        kind, why = uncompared
+        change = SceneChange(**common, change=kind, failed=False, summary=why)
+        return change, Baseline.of(head, pending, engine=engine), {}
     change = classify(
         baseline.observed,
         head,
@@ -294,7 +295,7 @@ def _compare(
     # The bands of another shot say nothing of this one.
     earlier = None if change.change == "not-comparable" else baseline
     candidate = Baseline.of(head, pending, earlier, engine) if affected else None
-    return change, candidate, baseline.accepted.model_dump()
+    return change, candidate, accepted
 
 
 def allowance(scene: Scene, head: Observed, label: str) -> Allowance:

@@ -23,7 +23,7 @@ from ghostball.validation.results.database import (
 )
 from ghostball.validation.results.fields import EnvironmentValues
 
-SCHEMA: Final = 6
+SCHEMA: Final = 7
 """Version of a stored comparison."""
 
 Change = Literal[
@@ -52,24 +52,13 @@ class _Model(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", populate_by_name=True)
 
 
-class LoggedEvent(_Model):
-    """One event: instant [s], kind ("ball-ball"), balls by index; `b` a cushion's name, or None."""
-
-    t: float
-    kind: str
-    a: int
-    b: int | str | None = None
-
-
 class FirstDifference(_Model):
-    """The first event that differs; None on the side whose log has ended there.
+    """The first event that differs.
 
     `index` counts events from 0; `words` says it in one sentence with the balls' ids.
     """
 
     index: int
-    base: LoggedEvent | None
-    head: LoggedEvent | None
     before_horizon: bool
     words: str
 
@@ -190,7 +179,7 @@ class Regression(_Model):
         What doesn't fail the gate but should be known, one sentence each.
     """
 
-    schema_version: Literal[6] = Field(default=SCHEMA, alias="schema")
+    schema_version: Literal[7] = Field(default=SCHEMA, alias="schema")
     kind: Literal["regression"] = "regression"
     label: str = "ghostball"
     engine: str = "ghostball"

@@ -1,4 +1,4 @@
-"""Another revision of this checkout, in a worktree of its own while it is compared with."""
+"""Another revision of this checkout, in a clone of its own while it is compared with."""
 
 from __future__ import annotations
 
@@ -74,11 +74,11 @@ def resolve(revision: str, root: Path) -> str:
 
 
 @contextmanager
-def worktree(root: Path, commit: str) -> Iterator[Path]:
-    """Yield a folder with a revision checked out, and remove it at the end, whatever happens.
+def checked_out(root: Path, commit: str) -> Iterator[Path]:
+    """Yield a clone with a revision checked out, and remove it at the end, whatever happens.
 
     It always lies in the same place, so that what was compiled for it is found again. Nobody else
-    gets it meanwhile. One that a killed run left behind is removed by the next run.
+    gets it meanwhile. What killed runs left behind of this checkout is removed first.
 
     Raises
     ------
@@ -86,15 +86,19 @@ def worktree(root: Path, commit: str) -> Iterator[Path]:
         Where git can't make it, there is no place for it, or another run uses it.
     """
     folder = cache_folder("revisions").resolve()
-    place = folder / f"{_mark(root)}-{commit[:16]}"
+    mark = hashlib.sha256(os.fsencode(root)).hexdigest()[:8]
+    place = folder / f"{mark}-{commit[:16]}"
     with ExitStack() as stack:
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            _remove_left_behind(root)
+            for left in folder.glob(f"{mark}-{'[0-9a-f]' * 16}"):
+                with suppress(Timeout), _lock(left):  # else another run uses it
+                    shutil.rmtree(left, ignore_errors=True)
             stack.enter_context(_lock(place))
-            stack.callback(_remove, root, place)
-            _remove(root, place)
-            _git(root, "worktree", "add", "--detach", "--force", str(place), commit)
+            stack.callback(shutil.rmtree, place, ignore_errors=True)
+            # A clone, not a worktree: of that the user's repository would know.
+            _git(root, "clone", "--quiet", "--shared", "--no-checkout", str(root), str(place))
+            _git(place, "checkout", "--quiet", "--detach", commit)
         except Timeout:
             raise RevisionError(
                 f"revision {commit[:12]} is being compared with by another run. Wait until it has "
@@ -109,38 +113,8 @@ def worktree(root: Path, commit: str) -> Iterator[Path]:
         yield place
 
 
-def _mark(root: Path) -> str:
-    """Return the beginning of the names of a checkout's worktrees."""
-    return hashlib.sha256(os.fsencode(root)).hexdigest()[:8]
-
-
 def _lock(place: Path) -> FileLock:
     return FileLock(place.with_name(f"{place.name}.lock"), timeout=0)
-
-
-def _remove(root: Path, place: Path) -> None:
-    """Remove a worktree, and what its repository knows of it."""
-    if place.is_dir():
-        shutil.rmtree(place, ignore_errors=True)
-    else:
-        place.unlink(missing_ok=True)
-    with suppress(RevisionError):  # a repository that is gone knows of none
-        _git(root, "worktree", "prune")
-
-
-def _remove_left_behind(root: Path) -> None:
-    """Remove the worktrees of ours that a repository knows and that no run uses, wherever they lie.
-
-    Ours are known by their names: a mark of this checkout and the beginning of a commit's name.
-    """
-    _git(root, "worktree", "prune")  # those whose folders are gone
-    ours = re.compile(f"{_mark(root)}-[0-9a-f]{{16}}")
-    for line in _git(root, "worktree", "list", "--porcelain").splitlines():
-        kind, _, path = line.partition(" ")
-        place = Path(path)
-        if kind == "worktree" and ours.fullmatch(place.name):
-            with suppress(Timeout), _lock(place):  # else another run uses it
-                _remove(root, place)
 
 
 def _git(root: Path, *arguments: str) -> str:

@@ -14,7 +14,7 @@ from ghostball.cli.shared.terminal import say
 from ghostball.engine import GhostballError
 from ghostball.reference_adapters import make_engine
 from ghostball.validation.baselines.gate import source_of
-from ghostball.validation.baselines.revision import repository, resolve, worktree
+from ghostball.validation.baselines.revision import checked_out, repository, resolve
 from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.results.store import Results
 from ghostball.validation.scenes.library import select
@@ -74,7 +74,7 @@ def run(
     options = [word for label in labels for word in ("-e", label)]
     options += ["--no-report", "--jobs", str(jobs), "--time-limit", str(time_limit)]
     options += ["--rerun"] * rerun
-    with worktree(root, commit) as place:
+    with checked_out(root, commit) as place:
         there = place / here.relative_to(root) if here.is_relative_to(root) else place
         if why := _not_of(place, there, labels):
             say(f"[bold red]error:[/] revision {commit[:12]} can't be run here: {why}")
@@ -99,7 +99,7 @@ def _environment(there: Path) -> dict[str, str]:
 
 
 def _not_of(place: Path, there: Path, labels: Sequence[str]) -> str:
-    """Return why what would run in a worktree isn't its code; "" where it is."""
+    """Return why what would run in a checkout isn't its code; "" where it is."""
     asked = subprocess.run(
         [sys.executable, "-c", _WHERE, str(place), *labels],
         cwd=there,

@@ -36,8 +36,12 @@ from ghostball.validation.baselines import (
     compare_results,
     save_regressions,
 )
-from ghostball.validation.baselines.baseline import baseline_names, engine_folder, engine_key
 from ghostball.validation.baselines.gate import crowds
+from ghostball.validation.baselines.places import (
+    baseline_names,
+    engine_folder,
+    engine_key,
+)
 from ghostball.validation.baselines.regression import Change
 from ghostball.validation.checks.verdict import is_unfinished
 from ghostball.validation.exit_status import ExitStatus, worst

@@ -13,13 +13,15 @@ import pytest
 from ghostball.validation.baselines.bands import Band
 from ghostball.validation.baselines.baseline import (
     Baseline,
-    BaselineError,
     BaselineSchemaError,
-    baseline_names,
-    baseline_path,
     load_baseline,
 )
 from ghostball.validation.baselines.observed import KEPT_EVENTS
+from ghostball.validation.baselines.places import (
+    BaselineError,
+    baseline_names,
+    baseline_path,
+)
 
 RUN = gate.observed(gate.cut_shot())
 BASELINE = Baseline.of(RUN, gate.ACCEPTED)

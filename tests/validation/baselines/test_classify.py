@@ -99,7 +99,7 @@ def test_a_speed_changed_by_1e9th_is_no_rounding():
     first = change.first_difference
     assert first.index == 0
     assert first.before_horizon
-    assert first.base.kind == first.head.kind == "ball-ball"
+    assert first.words.startswith("event 0: cue meets object")
     assert "cue meets object" in first.words
     assert "sooner" in first.words
     assert first.words in change.summary
@@ -123,8 +123,7 @@ def test_an_event_that_is_no_more_is_named():
     first = change.first_difference
     assert change.change == "results-changed"
     assert first.index == 1
-    assert first.head is None
-    assert first.base.t == BASE.events["t"][1]
+    assert first.words.startswith("event 1: ")
     assert first.words.endswith("is no more")
 
 
@@ -134,7 +133,6 @@ def test_an_event_that_was_not_there_is_named():
     change = of(gate.with_events(BASE, events[np.argsort(events["t"])]))
     first = change.first_difference
     assert change.change == "results-changed"
-    assert first.head.t == 0.9
     assert "object meets the top cushion at 0.9 s comes 1.74 s sooner" in first.words
 
 
@@ -142,7 +140,6 @@ def test_an_event_of_other_balls_that_was_not_there_is_named():
     extra = gate.log((0.9, EventKind.BALL_CUSHION, 1, 0))
     events = np.concatenate([BASE.events, extra])
     first = of(gate.with_events(BASE, events[np.argsort(events["t"])])).first_difference
-    assert (first.base, first.head.t) == (None, 0.9)
     assert "object meets the left cushion at 0.9 s was not there before" in first.words
 
 

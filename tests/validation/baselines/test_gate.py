@@ -20,12 +20,14 @@ from ghostball.validation.baselines.accept import (
     accept,
 )
 from ghostball.validation.baselines.baseline import (
-    BaselineError,
-    baseline_names,
-    baseline_path,
     load_baseline,
 )
 from ghostball.validation.baselines.gate import check_baselines, compare_results, outcome_of
+from ghostball.validation.baselines.places import (
+    BaselineError,
+    baseline_names,
+    baseline_path,
+)
 from ghostball.validation.baselines.regression import Regression, load_regression, save_regressions
 from ghostball.validation.checks.criteria import Criteria
 from ghostball.validation.results.store import Results

@@ -10,9 +10,9 @@ import pytest
 
 from ghostball.validation.baselines.revision import (
     RevisionError,
+    checked_out,
     repository,
     resolve,
-    worktree,
 )
 
 
@@ -51,12 +51,6 @@ def root(tmp_path, monkeypatch):
     return root
 
 
-def known(root):
-    """Return the worktrees that a repository knows, but itself."""
-    lines = git(root, "worktree", "list", "--porcelain").splitlines()
-    return [line.split(" ", 1)[1] for line in lines if line.startswith("worktree ")][1:]
-
-
 def test_any_name_of_a_commit_will_do(root):
     second = git(root, "rev-parse", "HEAD")
     git(root, "tag", "-a", "-m", "a tag", "v1")
@@ -85,39 +79,46 @@ def test_a_shallow_clone_says_how_to_get_the_rest(root, tmp_path):
 def test_a_revision_is_checked_out_beside_the_work_and_always_in_one_place(root):
     (root / "file").write_text("not committed")
     first = resolve("HEAD~1", root)
-    with worktree(root, first) as place:
+    with checked_out(root, first) as place:
         assert (place / "file").read_text() == "first"
         assert git(place, "rev-parse", "HEAD") == first
         assert (root / "file").read_text() == "not committed"
         assert not place.is_relative_to(root)
-    with worktree(root, first) as again:
+    with checked_out(root, first) as again:
         assert again == place, "its kernels are compiled again"
 
 
 @pytest.mark.parametrize("end", [None, ValueError, KeyboardInterrupt, SystemExit])
-def test_nothing_is_left_in_the_repository_however_it_ends(root, end):
+def test_nothing_is_left_however_it_ends_and_the_repository_knows_of_nothing(root, end):
     """A worktree that was kept stood in `git worktree list`, and its commits were never pruned."""
-    with suppress(BaseException), worktree(root, resolve("HEAD~1", root)) as place:
-        assert known(root) == [str(place)]
+    before = sorted(path for path in (root / ".git").rglob("*"))
+    with suppress(BaseException), checked_out(root, resolve("HEAD~1", root)) as place:
         if end:
             raise end
-    assert known(root) == []
+    assert sorted(path for path in (root / ".git").rglob("*")) == before
     assert not place.exists()
 
 
-def test_nobody_else_gets_a_worktree_that_is_in_use_and_it_is_not_removed(root):
+def test_what_a_killed_run_left_behind_is_removed_by_the_next_one(root):
+    with checked_out(root, resolve("HEAD~1", root)) as place:
+        left = place.with_name(f"{place.name[:8]}-{'0' * 16}")
+    left.mkdir()
+    with checked_out(root, resolve("HEAD", root)):
+        assert not left.exists()
+
+
+def test_nobody_else_gets_a_checkout_that_is_in_use_and_it_is_not_removed(root):
     first = resolve("HEAD~1", root)
-    with worktree(root, first) as place:
-        with pytest.raises(RevisionError, match="by another run"), worktree(root, first):
+    with checked_out(root, first) as place:
+        with pytest.raises(RevisionError, match="by another run"), checked_out(root, first):
             pass
-        with worktree(root, resolve("HEAD", root)):
+        with checked_out(root, resolve("HEAD", root)):
             pass
         assert (place / "file").read_text() == "first"
-        assert known(root) == [str(place)]
 
 
 def test_an_error_of_what_is_done_there_is_not_told_as_one_of_the_place(root):
-    with pytest.raises(OSError, match="planted"), worktree(root, resolve("HEAD", root)):
+    with pytest.raises(OSError, match="planted"), checked_out(root, resolve("HEAD", root)):
         raise OSError("planted")
 
 
