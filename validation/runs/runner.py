@@ -100,12 +100,8 @@ def run(
         returns, each process does first.
     about : callable, optional
         Given what is taken over, returns what the store says of the whole run, as plain values.
-    reuse : bool
-        Whether anything is taken over.
-    announce : callable, optional
-        Called once, before anything is done, with what is taken over.
-    progress : callable, optional
-        Called with each record that is done; not for what is taken over.
+    reuse, announce, progress
+        See `suite.run_suite`: of records in place of cases.
 
     Notes
     -----

@@ -156,20 +156,9 @@ def run_stress(
         "grazing/*-miss-*"; all where it is empty.
     must_hold : sequence of str, optional
         Which of the engines have to survive it all; all of them, unless told.
-    jobs : int
-        Processes. Every trial runs in one of them, apart from this one: an engine that crashes or
-        hangs costs that trial.
-    cluster : Cluster, optional
-        Where the trials run instead; `jobs` processes then only compile.
-    progress : callable, optional
-        Called with how many findings there are, how many there will be, and the last; not for what
-        is taken over.
-    compiling : callable, optional
-        How far the compiling of our engine's kernels is, where they aren't; see `compile_kernels`.
-    reuse : bool
-        Whether what an earlier run of the same code found in the folder stands.
-    time_limit : float, optional [s]
-        For each trial, where that is less than its own limit.
+    jobs, cluster, progress, compiling, reuse, time_limit
+        As of `suite.run_suite`, of trials in place of cases. Every trial runs in another process,
+        and has a limit of time of its own, which holds where it is the shorter one.
 
     Raises
     ------

@@ -12,10 +12,12 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine import GhostballError, Result, Scene, UnsupportedSceneError
-from ghostball.reference_adapters.certified import CertifiedEngine
+from ghostball.engine import GhostballError, Result, Scene
+from ghostball.reference_adapters.certified import CertifiedSettings
+from ghostball.reference_adapters.certified.engine import result_of
 from ghostball.validation.runs.our_run import run_ours
 from ghostball.validation.truth.closed_forms import closed_form
+from ghostball.validation.truth.proof import proof_of
 from ghostball.validation.truth.scene_truth import truth_of
 
 FloatArray = NDArray[np.float64]
@@ -83,9 +85,11 @@ def known_shot(scene: Scene) -> KnownShot:
     UnsupportedSceneError
         Where neither of the two represents the scene.
     """
-    certified, why = _certified(scene)
-    if certified is not None:
+    proof, why = proof_of(scene)
+    if proof is not None and proof.proved:
+        certified = result_of(scene, proof, CertifiedSettings(), "trajectory")
         return KnownShot("certified", certified, certified.rest_positions)
+    why = why if proof is None else f"{proof.ending}: {proof.reason}"
     ours = run_ours(scene)
     if not ours.status.complete:
         raise NoKnownShotError(
@@ -97,12 +101,3 @@ def known_shot(scene: Scene) -> KnownShot:
         assert truth.rest_positions is not None  # what a closed form is about
         return KnownShot("closed form", ours, truth.rest_positions, why)
     return KnownShot("our engine", ours, ours.rest_positions, why)
-
-
-def _certified(scene: Scene) -> tuple[Result | None, str]:
-    """Return the certified motion, or None and why there is none."""
-    try:
-        result = CertifiedEngine().simulate(scene, record="trajectory")
-    except UnsupportedSceneError as error:
-        return None, "; ".join(error.features)
-    return (result, "") if result.status.complete else (None, result.reason)
