@@ -10,6 +10,7 @@ from shots import R, ball, scene_of
 
 from ghostball.engine import EventKind, Table, simulate
 from ghostball.engine.core.tolerances import EPS
+from ghostball.engine.trajectory import Phase
 
 FLIES = {
     "motion": "sliding",
@@ -133,3 +134,30 @@ def test_a_ball_that_comes_up_from_the_table_yields_to_one_that_falls_on_it():
         assert np.any(result.events["kind"] == kind)
     energy = result.energy(np.sort(np.concatenate((times, np.nextafter(times, 0.0))))).total
     assert np.diff(energy).max() <= 1e-13 * energy[0]
+
+
+def test_a_ball_on_the_cloth_meets_the_nose_where_it_is_and_hops():
+    """At sqrt(h (2 R - h)), along the normal in space: pressed down, it comes up again."""
+    h, e = 0.0357, 0.85
+    scene = scene_of(
+        ball((0.3, 0.5), (-2, 0)),
+        table=Table(length=2.0, width=1.0),
+        cushion="restitution",
+        cushion_restitution=e,
+        **FLIES,
+    )
+    result = simulate(scene, record="trajectory")
+    event = result.events[0]
+    assert event["kind"] == EventKind.BALL_CUSHION
+    state = result.sample([event["t"]])
+    assert state.positions[0, 0, 0] == pytest.approx(math.sqrt(h * (2 * R - h)), rel=1e-13)
+    v = result.sample([event["t"] * (1 - 1e-12)]).velocities[0, 0, 0]
+    sine = (h - R) / R
+    cosine = math.sqrt(1 - sine**2)
+    push = (1 + e) * -v * cosine
+    # The nose is above the centre: it pushes back and down; the cloth rubs what comes down.
+    back, down = v + push * cosine, push * sine
+    slip = back - R * (v / R)
+    rubbed = min(0.2 * 1.5 * down, 2 / 7 * slip)
+    assert state.velocities[0, 0] == pytest.approx([back - rubbed, 0, 0.5 * down], abs=1e-10)
+    assert result.phases([event["t"]])[0, 0] == Phase.FLYING

@@ -119,3 +119,27 @@ def test_hops_are_kept_up_by_the_slip() -> None:
         for j in range(i)
     )
     assert apart > 2.0 * R * (1.0 - 4.0 * LOWEST_HOP)
+
+
+def test_a_ball_out_of_balance_is_not_held() -> None:
+    """It leans by next to nothing, falls off in time, and rests on the cloth."""
+    result = simulate(
+        scene_of(ball((0.0, 0.0)), ball((0.0, 0.0, 3.0 * R + 1e-6)), **FLIES), max_events=100_000
+    )
+    assert result.status is Status.REST
+    assert result.rest_positions[:, 2].tolist() == [R, R]
+
+
+def test_one_that_is_hit_where_it_lies_wakes() -> None:
+    """Another one falls on it after it has come to rest there."""
+    falls = ball((0.5 + 0.6 * R, 0.7 * R, 4.0), (0.0, 0.0, 0.0))
+    lies = ball((0.5, 0.7 * R, R + LIES + 1e-4), (0.0, 0.0, 0.0))
+    scene = scene_of(lies, falls, table=NARROW, t_max=1.0, **FLIES)
+    result = simulate(scene, record="trajectory", max_events=50_000)
+    assert result.events is not None
+    rests = result.events[result.events["kind"] == EventKind.ROLL_TO_REST]
+    hits = result.events[result.events["kind"] == EventKind.BALL_BALL]
+    assert rests["a"][0] == 0
+    assert rests["t"][0] < hits["t"][0]
+    speeds = np.linalg.norm(result.sample(hits["t"][:1]).velocities[0], axis=1)
+    assert speeds[0] > 0.1

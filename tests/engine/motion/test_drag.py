@@ -14,6 +14,7 @@ from scaled_shots import differences, scaled
 from shots import POOL_TABLE, R, ball, random_shot, scene_of
 
 from ghostball.engine import EventKind, Scene, Status, Table, simulate
+from ghostball.engine.core.kernel import COMPILED
 from ghostball.engine.core.tolerances import EPS
 from ghostball.validation.scenes.library import find_scene
 
@@ -240,3 +241,16 @@ def test_what_an_inelastic_hit_leaves_together_goes_on_where_only_air_slows():
     assert velocities[:, 0] == pytest.approx(velocities[:, 1], rel=1e-15)
     slowed = velocities[0, 0] / (1.0 - 0.023679174653121488 * velocities[0, 0] * 0.2)
     assert velocities[1, 0] == pytest.approx(slowed, rel=1e-13)
+
+
+@pytest.mark.skipif(COMPILED, reason="kernels that no other test runs would be compiled for it")
+def test_many_balls_come_to_the_same_bits_as_few(monkeypatch):
+    from ghostball.engine.running import skips
+
+    scene = random_shot(3, 8, **POOL)
+    few = simulate(scene, record="events")
+    monkeypatch.setattr(skips, "MOST_PAIRED", 0)
+    many = simulate(Scene.model_validate(scene.model_dump()), record="events")
+    assert many.work["cell_moves"] > 0
+    assert np.array_equal(few.events, many.events)
+    assert np.array_equal(few.rest_positions, many.rest_positions)
