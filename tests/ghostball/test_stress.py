@@ -53,14 +53,6 @@ def test_what_no_print_of_results_can_heed_is_refused(tmp_path, option):
     assert "writes no report" in " ".join(report.stderr.split())
 
 
-def test_the_list_as_json_is_plain_values():
-    trials = json.loads(stress("--list", ONE, "--format=json").stdout)
-    assert trials == {"suite": "quick", "trials": [ONE]}
-    families = json.loads(stress("--list", "--format=json").stdout)["families"]
-    assert [one["name"] for one in families] == list(FAMILIES)
-    assert all(0 < one["trials"]["quick"] <= one["trials"]["full"] for one in families)
-
-
 @pytest.mark.usefixtures("in_this_process")
 def test_an_engine_that_cannot_run_here_is_refused_where_it_is_named(tmp_path, monkeypatch):
     # Of the engines by default, those that are here will do.
