@@ -199,17 +199,21 @@ def _drawn(
 ) -> PurePosixPath | None:
     """Draw a figure and write it; return its PNG, relative to the page, or None without one."""
     endings = style.FORMATS if source.figures == "svg" else style.FORMATS[:1]
-    with style.drawing():
-        figure = attempt(FIGURE + name, draw, failed)
+    stem = source.results.path / FIGURES / name
+
+    def drawn() -> bool:
+        figure = draw()
         if figure is None:
-            return None
-        stem = source.results.path / FIGURES / name
-        save = partial(style.save_figure, figure, stem, endings=endings)
+            return False
         try:
-            if not attempt(FIGURE + name, save, failed, writes=True):
-                return None
+            style.save_figure(figure, stem, endings=endings)
         except OSError as error:
             raise _cannot_write(stem, error) from error
+        return True
+
+    with style.drawing():
+        if not attempt(FIGURE + name, drawn, failed):
+            return None
     return PurePosixPath(FIGURES, f"{name}.{endings[0]}")
 
 

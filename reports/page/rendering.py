@@ -19,9 +19,6 @@ from markupsafe import Markup
 
 from ghostball.reports import style
 
-SCENE_ANCHOR = "scene="
-"""What stands before a scene's name in the fragment that leads to it."""
-
 
 def scene_link(scene: str, t: float | None = None, engines: Sequence[str] = ()) -> str:
     """Return the fragment that opens a scene, at an instant [s] and with these engines shown."""
