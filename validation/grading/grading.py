@@ -3,9 +3,7 @@
     >>> grade = grade(simulate(scene, record="trajectory"), certify(scene, motion=True))
     >>> grade.missing, grade.invented, grade.quality_factor
 
-Compared is what can be: up to the predictability horizon of the shot, since after it rounding
-alone decides; up to where bounces die out, which the model that is graded takes for a contact; and
-up to where the proof ends. `Grade.why` says which of them cut it short.
+Compared is what can be (`gradable`); `Grade.why` says what cut it short.
 
 No number is taken from the run that is graded but what it claims to have happened: the horizon and
 the scale of errors come from the proved motion (`certified_growth`), limits from `tolerances`.
@@ -16,8 +14,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +22,6 @@ from ghostball.engine import EventKind, ExactTrajectory, GhostballError, Result,
 from ghostball.engine.result import COLLISION_KINDS
 from ghostball.engine.trajectory import Samples
 from ghostball.reference_adapters.certified import Certificate, Enclosure
-from ghostball.validation.grading.certified_widths import FlightGrowth, width_sizes
 from ghostball.validation.grading.event_logs import (
     ALL_KINDS,
     Event,
@@ -34,49 +29,23 @@ from ghostball.validation.grading.event_logs import (
     compare_logs,
     events_in,
 )
-from ghostball.validation.grading.horizon import Growth, growth_along_proof, horizon
+from ghostball.validation.grading.gradable import (
+    Extent,
+    Gradable,
+    check_proof,
+    gradable,
+    proved_events,
+    proved_motion,
+)
 from ghostball.validation.grading.tolerances import (
     EPS,
     LEAST_SLIP,
-    LOWEST_HOP,
-    ROUNDINGS,
     TIE,
-    TOLERANCE,
     UNIT_ROUNDOFF,
 )
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-
-Extent = Literal["whole", "horizon", "low hop", "proved part"]
-"""Up to where events are graded: the end, the predictability horizon, the first hop too low to be
-followed in double precision, or the proof's end."""
-
-
-@dataclass(frozen=True, eq=False)
-class Gradable:
-    """What of a proof engines can be graded against; made by `gradable`.
-
-    Attributes
-    ----------
-    extent : "whole", "horizon", "low hop" or "proved part"
-    why : str
-        Where it isn't the whole shot, why not; else "".
-    until : float [s]
-        The last instant at which events are graded; inf where that is the end of the shot.
-    compared_at : float [s]
-        When positions are compared: at that instant, or before it, where the derivative of the
-        proved motion ends sooner; inf: at the end of the shot.
-    sizes : (n,) float64 [m] or None
-        What rounding does to each ball until then, over 2^-53: infinite where no derivative says
-        it. None for engines that step, whose errors hide those of rounding.
-    """
-
-    extent: Extent
-    why: str
-    until: float
-    compared_at: float
-    sizes: FloatArray | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,55 +99,6 @@ class Grade:
     def time_error_max(self) -> float | None:
         """The largest error of an event's time, in ulps; None where none was compared."""
         return float(np.max(self.time_errors)) if len(self.time_errors) else None
-
-
-def gradable(
-    scene: Scene,
-    certificate: Certificate,
-    *,
-    exact: bool = True,
-    until: float | None = None,
-    growth: Growth | None = None,
-) -> Gradable:
-    """Return what of a proof can be graded, which is the same for all exact engines.
-
-    Parameters
-    ----------
-    scene : Scene
-    certificate : Certificate
-        Of that scene, with its motion: `certify(scene, motion=True)`.
-    exact : bool
-        Whether for engines that record their motion, not frames.
-    until : float [s], optional
-        The horizon: up to when the shot can be predicted. Left out: until `ROUNDINGS` roundings at
-        each event have grown to `TOLERANCE`.
-    growth : Growth, optional
-        How errors grow. Left out: as along the proved motion.
-
-    Raises
-    ------
-    GhostballError
-        Where the certificate is of another scene or has no motion.
-    """
-    _check_proof(scene, certificate)
-    if growth is None and (exact or until is None):
-        growth = growth_along_proof(scene, certificate)
-    if until is None:
-        assert growth is not None
-        until = horizon(growth, TOLERANCE, ROUNDINGS * UNIT_ROUNDOFF)
-    low_hop = _first_low_hop(scene, certificate)
-    extent, why, last = _extent(certificate, until, low_hop)
-    if not exact:
-        return Gradable(extent, why, last, last, None)
-    assert growth is not None
-    if isinstance(growth, FlightGrowth):
-        sizes = width_sizes(certificate)
-        if last < float(certificate.t_end):
-            sizes[:] = math.inf  # the proof has widths of its end alone
-        return Gradable(extent, why, last, last, sizes)
-    compared_at = min(last, math.nextafter(growth.derivative_ends, 0.0))
-    sizes = growth.sizes([min(compared_at, float(certificate.t_end))])[0]
-    return Gradable(extent, why, last, compared_at, sizes)
 
 
 def grade(result: Result, certificate: Certificate, within: Gradable | None = None) -> Grade:
@@ -236,7 +156,7 @@ def grade(result: Result, certificate: Certificate, within: Gradable | None = No
     if within is None:
         within = gradable(scene, certificate, exact=exact)
     else:
-        _check_proof(scene, certificate)
+        check_proof(scene, certificate)
     until = within.until
     logs = _logs(result, certificate, ALL_KINDS if exact else COLLISION_KINDS)
     negligible = [_negligible(scene, log) for log in logs]
@@ -274,88 +194,6 @@ def grade(result: Result, certificate: Certificate, within: Gradable | None = No
         quality,
         no_quality,
     )
-
-
-def _check_proof(scene: Scene, certificate: Certificate) -> None:
-    balls, name = len(scene.balls), scene.name
-    if len(certificate.positions) != balls:
-        raise GhostballError(
-            f"`certificate` must be of the scene that was run, got one of "
-            f'{len(certificate.positions)} balls for the {balls} of scene "{name}". '
-            "Certify `result.scene`"
-        )
-    if certificate.knots is None:
-        raise GhostballError(
-            f'`certificate` of scene "{name}" must hold the motion, along which errors grow. '
-            "Certify with motion=True"
-        )
-
-
-def _extent(certificate: Certificate, until: float, low_hop: float) -> tuple[Extent, str, float]:
-    """Return how much is graded, why not more, and the last instant of it."""
-    end = float(certificate.t_end)
-    if low_hop <= min(until, end):
-        why = f"a bounce stays below {LOWEST_HOP:.2g} diameters until t = {low_hop:.6g} s"
-        return "low hop", why, math.nextafter(low_hop, 0.0)
-    if until <= end:
-        why = f"the shot can't be predicted beyond t = {until:.6g} s"
-        return "horizon", why, math.nextafter(until, 0.0)
-    if not certificate.proved:
-        return "proved part", f"{certificate.ending}: {certificate.reason}", end
-    return "whole", "", math.inf
-
-
-@lru_cache(maxsize=4)  # by identity: a case that comes from another process has its own
-def _first_low_hop(scene: Scene, certificate: Certificate) -> float:
-    """Return when the first hop ends that stays below `LOWEST_HOP`, inf where none does [s].
-
-    A hop is what is between two collisions of one contact; its height is taken in the middle.
-    """
-    truth = _proved_motion(scene, certificate)
-    last: dict[tuple[EventKind, int, int], float] = {}
-    hops: list[tuple[EventKind, int, int, float, float]] = []
-    for event in proved_events(certificate):
-        if event.kind in COLLISION_KINDS:
-            if event.key in last:
-                hops.append((*event.key, last[event.key], event.t))
-            last[event.key] = event.t
-    if not hops:
-        return math.inf
-    kinds, a, b, start, end = (np.array(column) for column in zip(*hops, strict=True))
-    # In space where balls may fly; else those of different size are taken to be at one height.
-    in_space = scene.physics.airborne
-    places = truth.sample(0.5 * (start + end)).positions[:, :, : 3 if in_space else 2]
-    rows, radii = np.arange(len(hops)), scene.radii
-    pair = kinds == EventKind.BALL_BALL
-    other = np.where(pair, b, a)
-    reach = radii[a] + radii[other]
-    gaps = np.linalg.norm(places[rows, a] - places[rows, other], axis=1) - reach
-    if not pair.all():
-        assert scene.table is not None
-        sides = np.array([0.0, scene.table.length, 0.0, scene.table.width])  # as in `CUSHIONS`
-        cushion = np.where(pair, 0, b)
-        across = np.abs(places[rows, a, cushion // 2] - sides[cushion])
-        if in_space:
-            across = np.hypot(across, places[rows, a, 2] - scene.physics.cushion_height)
-        across -= radii[a]
-        gaps = np.where(pair, gaps, across)
-    # Collisions at one instant are no hop: what is struck against a cushion comes back at once.
-    low = (gaps <= LOWEST_HOP * reach) & (end > start)
-    return float(end[low].min()) if low.any() else math.inf
-
-
-def _proved_motion(scene: Scene, certificate: Certificate) -> ExactTrajectory:
-    motion = certificate.trajectory(scene)
-    assert motion is not None  # checked
-    return motion
-
-
-@lru_cache(maxsize=4)  # every engine's run is compared with it, and looks its times up
-def proved_events(certificate: Certificate) -> tuple[Event, ...]:
-    """Return the events of a certificate, at their instants in double precision."""
-    # By the instants, not by `CertifiedEvent.tie`: they tie where the proof has no order of them,
-    # 2^-100 s, and also where an engine can't have one, which is far more.
-    return tuple(Event(*event.key, float(event.t), k) for k, event in enumerate(certificate.events))
 
 
 def _logs(
@@ -451,7 +289,7 @@ def position_errors(
     """
     t = within.compared_at
     if t < float(certificate.t_end) or within.extent == "horizon":
-        truth = _proved_motion(result.scene, certificate)
+        truth = proved_motion(result.scene, certificate)
         at = np.array([t])
         apart = _positions(result.sample(at)) - _positions(truth.sample(at))
         return t, np.linalg.norm(apart, axis=1)

@@ -23,7 +23,13 @@ from ghostball.validation.checks.criteria import common_criteria
 from ghostball.validation.checks.violations import faults_of
 from ghostball.validation.grading.certified_growth import growth_of_proof
 from ghostball.validation.grading.certified_widths import is_differentiated
-from ghostball.validation.grading.grading import Grade, gradable, grade
+from ghostball.validation.grading.gradable import (
+    gradable,
+)
+from ghostball.validation.grading.grading import (
+    Grade,
+    grade,
+)
 from ghostball.validation.grading.horizon import GRID, horizon
 from ghostball.validation.grading.tolerances import OFF_BY, ROUNDINGS, TOLERANCE, UNIT_ROUNDOFF
 from ghostball.validation.stress.judges import is_exact

@@ -32,12 +32,13 @@ from ghostball.reference_adapters.certified.engine import result_of
 from ghostball.validation.grading.certified_growth import Lateness, growth_of_proof
 from ghostball.validation.grading.certified_widths import is_differentiated
 from ghostball.validation.grading.event_logs import Key, collisions_of, lower_first
-from ghostball.validation.grading.grading import Gradable, gradable
+from ghostball.validation.grading.gradable import (
+    Gradable,
+    gradable,
+)
 from ghostball.validation.grading.horizon import (
-    Growth,
     Meetings,
-    RunGrowth,
-    growth_along_proof,
+    growth_along,
     horizon,
     meetings_of,
 )
@@ -65,7 +66,6 @@ WantedTruth = Literal["closed-form", "certified", "engine"]
 PARTS: frozenset[TruthPart] = frozenset(get_args(TruthPart))
 
 _NO_TIMES: FloatArray = np.empty(0)
-
 
 OUR_NAME = "ghostball"
 """Name of the engine that stands in where a scene has no truth of its own."""
@@ -224,16 +224,17 @@ def truth_of(
     if needed and (wanted != "engine" or "proof" in parts):
         proof, no_proof = proof_of(scene)
     whole = proof is not None and proof.proved
+    partial = no_proof if proof is None else f"{proof.ending}: {proof.reason}"
     if wanted == "certified" and not whole:
         raise TruthError(
             f'scene "{scene.name}": its criteria say `truth` = "certified", but the whole shot '
-            f'isn\'t proved: {_why_partial(proof, no_proof)}. Write `truth` = "engine"'
+            f'isn\'t proved: {partial}. Write `truth` = "engine"'
         )
     if proof is not None and not whole and (least is None or len(proof.events) < least):
         must = "all to its end" if least is None else f"{least}"
         raise TruthError(
             f'scene "{scene.name}": only {len(proof.events)} of its events are proved, {must} must '
-            f"be: {_why_partial(proof, no_proof)}. Write `proved` = {len(proof.events)} into its "
+            f"be: {partial}. Write `proved` = {len(proof.events)} into its "
             "criteria if no more can be proved"
         )
     ours, missing = _our_run(scene) if needed else (None, "it was not asked for")
@@ -247,7 +248,11 @@ def truth_of(
         truth = Truth(None, missing=missing)
     meetings, graded, graded_steps, predictable, ends = None, None, None, math.inf, math.inf
     if truth.kind != CLOSED_FORM and (whole or ours is not None):
-        run, growth = _growing(scene, proof if whole else None, ours)
+        run = ours
+        if proof is not None and whole:
+            run = result_of(scene, proof, CertifiedSettings(), "trajectory")
+        assert run is not None
+        growth = growth_along(scene, proof, run)
         meetings, ends = meetings_of(growth, run), growth.derivative_ends
         predictable = horizon(growth, TOLERANCE, ROUNDINGS * UNIT_ROUNDOFF)
     # How errors grow takes longer to compute than many a run: once is enough for all engines.
@@ -267,19 +272,6 @@ def truth_of(
         graded=graded,
         graded_steps=graded_steps,
     )
-
-
-def _growing(scene: Scene, proof: Certificate | None, ours: Result | None) -> tuple[Result, Growth]:
-    """Return a run of a shot and how errors grow along it: as it is proved, else by our engine."""
-    if proof is not None:
-        run = result_of(scene, proof, CertifiedSettings(), "trajectory")
-        return run, growth_along_proof(scene, proof)
-    assert ours is not None  # there is one of them
-    return ours, RunGrowth(ours)
-
-
-def _why_partial(proof: Certificate | None, no_proof: str) -> str:
-    return no_proof if proof is None else f"{proof.ending}: {proof.reason}"
 
 
 def _from_our_run(ours: Result, parts: Collection[TruthPart]) -> Truth:

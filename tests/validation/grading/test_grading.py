@@ -21,10 +21,12 @@ from ghostball.reference_adapters.certified import (
     certify,
 )
 from ghostball.validation.grading.certified_growth import growth_of_proof
+from ghostball.validation.grading.gradable import (
+    gradable,
+)
 from ghostball.validation.grading.grading import (
     Grade,
     _distance,
-    gradable,
     grade as grade_by,
 )
 from ghostball.validation.grading.horizon import Growth

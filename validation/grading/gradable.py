@@ -1,0 +1,201 @@
+"""What of a proof engines can be graded against: up to where, and how far rounding goes by then.
+
+    >>> within = gradable(scene, certify(scene, motion=True))
+    >>> within.extent, within.why, within.until
+
+Up to the predictability horizon of the shot, since after it rounding alone decides; up to where
+bounces die out, which the model that is graded takes for a contact; and up to where the proof ends.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ghostball.engine import EventKind, ExactTrajectory, GhostballError, Scene
+from ghostball.engine.result import COLLISION_KINDS
+from ghostball.reference_adapters.certified import Certificate
+from ghostball.validation.grading.certified_widths import FlightGrowth, width_sizes
+from ghostball.validation.grading.event_logs import Event
+from ghostball.validation.grading.horizon import Growth, growth_along_proof, horizon
+from ghostball.validation.grading.tolerances import (
+    LOWEST_HOP,
+    ROUNDINGS,
+    TOLERANCE,
+    UNIT_ROUNDOFF,
+)
+
+FloatArray = NDArray[np.float64]
+
+Extent = Literal["whole", "horizon", "low hop", "proved part"]
+"""Up to where events are graded: the end, the predictability horizon, the first hop too low to be
+followed in double precision, or the proof's end."""
+
+
+@dataclass(frozen=True, eq=False)
+class Gradable:
+    """What of a proof engines can be graded against; made by `gradable`.
+
+    Attributes
+    ----------
+    extent : "whole", "horizon", "low hop" or "proved part"
+    why : str
+        Where it isn't the whole shot, why not; else "".
+    until : float [s]
+        The last instant at which events are graded; inf where that is the end of the shot.
+    compared_at : float [s]
+        When positions are compared: at that instant, or before it, where the derivative of the
+        proved motion ends sooner; inf: at the end of the shot.
+    sizes : (n,) float64 [m] or None
+        What rounding does to each ball until then, over 2^-53: infinite where no derivative says
+        it. None for engines that step, whose errors hide those of rounding.
+    """
+
+    extent: Extent
+    why: str
+    until: float
+    compared_at: float
+    sizes: FloatArray | None
+
+
+def gradable(
+    scene: Scene,
+    certificate: Certificate,
+    *,
+    exact: bool = True,
+    until: float | None = None,
+    growth: Growth | None = None,
+) -> Gradable:
+    """Return what of a proof can be graded, which is the same for all exact engines.
+
+    Parameters
+    ----------
+    scene : Scene
+    certificate : Certificate
+        Of that scene, with its motion: `certify(scene, motion=True)`.
+    exact : bool
+        Whether for engines that record their motion, not frames.
+    until : float [s], optional
+        The horizon: up to when the shot can be predicted. Left out: until `ROUNDINGS` roundings at
+        each event have grown to `TOLERANCE`.
+    growth : Growth, optional
+        How errors grow. Left out: as along the proved motion.
+
+    Raises
+    ------
+    GhostballError
+        Where the certificate is of another scene or has no motion.
+    """
+    check_proof(scene, certificate)
+    if growth is None and (exact or until is None):
+        growth = growth_along_proof(scene, certificate)
+    if until is None:
+        assert growth is not None
+        until = horizon(growth, TOLERANCE, ROUNDINGS * UNIT_ROUNDOFF)
+    low_hop = _first_low_hop(scene, certificate)
+    extent, why, last = _extent(certificate, until, low_hop)
+    if not exact:
+        return Gradable(extent, why, last, last, None)
+    assert growth is not None
+    if isinstance(growth, FlightGrowth):
+        sizes = width_sizes(certificate)
+        if last < float(certificate.t_end):
+            sizes[:] = math.inf  # the proof has widths of its end alone
+        return Gradable(extent, why, last, last, sizes)
+    compared_at = min(last, math.nextafter(growth.derivative_ends, 0.0))
+    sizes = growth.sizes([min(compared_at, float(certificate.t_end))])[0]
+    return Gradable(extent, why, last, compared_at, sizes)
+
+
+def check_proof(scene: Scene, certificate: Certificate) -> None:
+    """Make sure that a certificate is of a scene, and holds its motion.
+
+    Raises
+    ------
+    GhostballError
+    """
+    balls, name = len(scene.balls), scene.name
+    if len(certificate.positions) != balls:
+        raise GhostballError(
+            f"`certificate` must be of the scene that was run, got one of "
+            f'{len(certificate.positions)} balls for the {balls} of scene "{name}". '
+            "Certify `result.scene`"
+        )
+    if certificate.knots is None:
+        raise GhostballError(
+            f'`certificate` of scene "{name}" must hold the motion, along which errors grow. '
+            "Certify with motion=True"
+        )
+
+
+@lru_cache(maxsize=4)  # every engine's run is compared with it, and looks its times up
+def proved_events(certificate: Certificate) -> tuple[Event, ...]:
+    """Return the events of a certificate, at their instants in double precision."""
+    # By the instants, not by `CertifiedEvent.tie`: they tie where the proof has no order of them,
+    # 2^-100 s, and also where an engine can't have one, which is far more.
+    return tuple(Event(*event.key, float(event.t), k) for k, event in enumerate(certificate.events))
+
+
+def proved_motion(scene: Scene, certificate: Certificate) -> ExactTrajectory:
+    """Return the motion that a certificate holds, as `check_proof` asks."""
+    motion = certificate.trajectory(scene)
+    assert motion is not None  # checked
+    return motion
+
+
+def _extent(certificate: Certificate, until: float, low_hop: float) -> tuple[Extent, str, float]:
+    """Return how much is graded, why not more, and the last instant of it."""
+    end = float(certificate.t_end)
+    if low_hop <= min(until, end):
+        why = f"a bounce stays below {LOWEST_HOP:.2g} diameters until t = {low_hop:.6g} s"
+        return "low hop", why, math.nextafter(low_hop, 0.0)
+    if until <= end:
+        why = f"the shot can't be predicted beyond t = {until:.6g} s"
+        return "horizon", why, math.nextafter(until, 0.0)
+    if not certificate.proved:
+        return "proved part", f"{certificate.ending}: {certificate.reason}", end
+    return "whole", "", math.inf
+
+
+@lru_cache(maxsize=4)  # by identity: a case that comes from another process has its own
+def _first_low_hop(scene: Scene, certificate: Certificate) -> float:
+    """Return when the first hop ends that stays below `LOWEST_HOP`, inf where none does [s].
+
+    A hop is what is between two collisions of one contact; its height is taken in the middle.
+    """
+    truth = proved_motion(scene, certificate)
+    last: dict[tuple[EventKind, int, int], float] = {}
+    hops: list[tuple[EventKind, int, int, float, float]] = []
+    for event in proved_events(certificate):
+        if event.kind in COLLISION_KINDS:
+            if event.key in last:
+                hops.append((*event.key, last[event.key], event.t))
+            last[event.key] = event.t
+    if not hops:
+        return math.inf
+    kinds, a, b, start, end = (np.array(column) for column in zip(*hops, strict=True))
+    # In space where balls may fly; else those of different size are taken to be at one height.
+    in_space = scene.physics.airborne
+    places = truth.sample(0.5 * (start + end)).positions[:, :, : 3 if in_space else 2]
+    rows, radii = np.arange(len(hops)), scene.radii
+    pair = kinds == EventKind.BALL_BALL
+    other = np.where(pair, b, a)
+    reach = radii[a] + radii[other]
+    gaps = np.linalg.norm(places[rows, a] - places[rows, other], axis=1) - reach
+    if not pair.all():
+        assert scene.table is not None
+        sides = np.array([0.0, scene.table.length, 0.0, scene.table.width])  # as in `CUSHIONS`
+        cushion = np.where(pair, 0, b)
+        across = np.abs(places[rows, a, cushion // 2] - sides[cushion])
+        if in_space:
+            across = np.hypot(across, places[rows, a, 2] - scene.physics.cushion_height)
+        across -= radii[a]
+        gaps = np.where(pair, gaps, across)
+    # Collisions at one instant are no hop: what is struck against a cushion comes back at once.
+    low = (gaps <= LOWEST_HOP * reach) & (end > start)
+    return float(end[low].min()) if low.any() else math.inf
