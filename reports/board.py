@@ -147,7 +147,7 @@ def draw_board(board: Board, columns: Collection[Column] | None = None) -> Figur
         Patch(facecolor=look.paper, label=f"{look.sign} {look.says}".strip())
         for look in looks_of(board, columns)
     ]
-    figure.legend(handles=legend, loc="outside lower center", ncols=3, fontsize=7.5)
+    figure.legend(handles=legend, loc="outside lower center", ncols=2, fontsize=7.5)
     style.set_title(figure, f"Engines on the questions that tell them apart ({about(board)})")
     return figure
 
