@@ -2,21 +2,10 @@
 
 from __future__ import annotations
 
-from stress_trials import scene_trial, trials_of
+from stress_trials import scene_trial
 
 from ghostball.engine import simulate
-from ghostball.validation.stress.families.cradles import FAMILY, TELLING
-
-
-def test_the_full_suite_is_large():
-    assert len(trials_of(FAMILY, "full")) > 400
-
-
-def test_rows_with_losses_are_tried():
-    names = trials_of(FAMILY, "full")
-    tried = [name for name in names if "-restitution-" in name and "-gap-0-" not in name]
-    assert len(tried) >= 12
-    assert TELLING < 2.0**-40
+from ghostball.validation.stress.families.cradles import FAMILY
 
 
 def test_a_row_that_sends_out_too_many_is_seen():

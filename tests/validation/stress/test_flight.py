@@ -9,7 +9,6 @@ from ghostball.engine import Ball, Physics, Result, Scene, Table, simulate
 from ghostball.reference_adapters.registry import make_engine
 from ghostball.validation.stress import in_space
 from ghostball.validation.stress.families.flight import (
-    FAMILY,
     Lands,
     ProvedJumps,
     R,
@@ -18,7 +17,6 @@ from ghostball.validation.stress.families.flight import (
     over_the_top,
 )
 from ghostball.validation.stress.in_space import SoundInSpace, measured
-from ghostball.validation.stress.same.trials import SameScenes
 
 
 def test_a_clip_of_the_top_is_told_from_a_miss():
@@ -82,11 +80,6 @@ def test_bounces_that_end_late_are_seen():
     # One that never lands is told too.
     never = simulate(scene.model_copy(update={"t_max": 1e-3}), record="trajectory")
     assert "off by" in Lands(ends)(never).faults[0]
-
-
-def test_the_quick_trials_are_among_the_full_ones_or_of_their_kind():
-    quick = {trial.name for trial in FAMILY.trials("quick") if not isinstance(trial, SameScenes)}
-    assert quick <= {trial.name for trial in FAMILY.trials("full")}
 
 
 def test_jumps_are_held_against_their_proofs():

@@ -11,7 +11,6 @@ from ghostball.validation.scenes.random_shots import random_shot
 from ghostball.validation.stress.families.graded import (
     BATCH,
     CALM,
-    FAMILY,
     CalmShots,
     ProvedShots,
     crowd,
@@ -43,7 +42,3 @@ def test_a_crowd_is_of_many_balls_that_meet() -> None:
     assert len(scene.balls) > 100
     assert result.collision_counts["ball-ball"] > 10
     assert result.work["cell_moves"] > 10
-
-
-def test_it_is_about_our_engine() -> None:
-    assert FAMILY.ours_alone

@@ -24,13 +24,6 @@ def judged(name: str) -> tuple[SceneTrial, HitOrMiss]:
     return trial, trial.judge
 
 
-def test_the_full_suite_has_every_depth_and_the_quick_one_is_part_of_it():
-    full = set(trials_of(FAMILY, "full"))
-    assert set(TRIALS) < full
-    for kind in KINDS:
-        assert {f"{kind}-hit-1e-{power:02d}" for power in range(1, 14)} <= full
-
-
 @pytest.mark.parametrize("name", TRIALS)
 def test_the_depth_is_what_was_asked_for(name: str):
     _, judge = judged(name)

@@ -22,12 +22,6 @@ def is_pressed(name: str) -> bool:
     return by in {f"1e-{power:02d}" for power in range(4, 14)}
 
 
-def test_the_quick_suite_is_of_the_same_kinds():
-    quick, full = (trials_of(FAMILY, suite) for suite in ("quick", "full"))
-    assert len(full) > 500
-    assert {name.split("-")[1] for name in quick} == {name.split("-")[1] for name in full}
-
-
 def test_what_is_asked_is_proved_and_happens():
     endings, events = Counter(), Counter()
     for trial in trials_of(FAMILY, "quick").values():

@@ -20,13 +20,6 @@ from ghostball.validation.stress.families.touching import (
 )
 
 
-def test_the_full_suite_has_every_number_and_gap():
-    names = set(trials_of(FAMILY, "full"))
-    assert {f"line-of-{n}-sliding-gap-0" for n in range(2, 16)} < names
-    assert {f"triangle-of-{n}-rows-rolling-gap-0" for n in range(3, 16)} < names
-    assert {f"corner-elastic-into-gap-1e-{k:02d}" for k in range(3, 16)} < names
-
-
 @pytest.mark.parametrize("gap", ["0", "1e-15", "1e-09"])
 def test_a_gap_on_an_axis_is_what_it_says(gap):
     a, b = scene_trial(FAMILY, f"pair-elastic-into-gap-{gap}-turned-0.0").scene.balls
