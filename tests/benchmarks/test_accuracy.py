@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 import benchmarks.accuracy
-from benchmarks import measurements
 from benchmarks.accuracy import AccuracyMeasurement, Distribution, measure_accuracy
 from benchmarks.running import BenchError
 from ghostball.engine import Scene, simulate
 from ghostball.validation.parallel.pool import Done
 from ghostball.validation.scenes.random_shots import random_shot
-
-SCENES = Path(__file__).parents[1] / "support" / "scenes"
 
 
 @pytest.fixture(scope="module")
@@ -44,16 +40,6 @@ def test_shots_are_graded_and_counted(
     again = measure_accuracy(1, first=number, jobs=1)
     assert again.worst == measured.worst[:1]
     assert Scene.model_validate(measured.worst[0].scene) == random_shot(number)
-
-
-def test_two_processes_find_what_one_finds(
-    in_one_process: tuple[AccuracyMeasurement, list[tuple[int, int, str]]], tmp_path: Path
-) -> None:
-    one, two = in_one_process[0], measure_accuracy(25, jobs=2)
-    assert two.model_copy(update={"environment": one.environment}) == one
-    path = tmp_path / "accuracy.json"
-    measurements.save(two, path, "--out")
-    assert measurements.load(path, AccuracyMeasurement) == two
 
 
 def test_an_interrupt_keeps_what_is_done(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -103,20 +89,3 @@ def test_a_distribution_is_of_values_that_occur() -> None:
     spread = Distribution.of(values.tolist())
     assert (spread.count, spread.median, spread.p99, spread.greatest) == (1000, 500, 990, 1000)
     assert Distribution.of([]) == Distribution(count=0)
-
-
-@pytest.mark.slow
-def test_hundreds_of_random_shots_are_exact() -> None:
-    measured = measure_accuracy(500)
-    assert (measured.missing, measured.invented, measured.faulty) == (0, 0, ())
-    assert measured.endings["proved"] > 400
-    assert measured.quality_factor.median is not None
-    assert measured.quality_factor.median < 1.0
-
-
-def test_a_ball_squeezed_in_a_corner_comes_to_an_end() -> None:
-    # What speed the corner leaves the ball is rounding; without rolling friction it needs no
-    # direction. Asked to keep one, every step was too long, and the run went on for ever.
-    result = simulate(Scene.load(SCENES / "squeezed-in-a-corner.toml"), max_events=5_000)
-    assert result.status.complete
-    assert result.work["unsolved_contact_steps"] == 0

@@ -1,7 +1,5 @@
 """`python -m benchmarks`: what it prints and writes, and the exit status of every kind of input."""
 
-import json
-
 import pytest
 from typer.testing import CliRunner
 
@@ -10,14 +8,12 @@ from benchmarks import (
     measurements,
     skips as bench_skips,
     speed,
-    tables,
 )
 from benchmarks.__main__ import app
 from benchmarks.accuracy import AccuracyMeasurement
 from benchmarks.racks import Player, RacksMeasurement
 from benchmarks.skips import SkipsMeasurement
 from benchmarks.speed import TargetsMeasurement, Workload
-from ghostball.reports import style
 
 LOAD = Workload("break-pool", "t", lambda _: lambda _: {"kernel": 20e-6, "per_event": 560e-9})
 
@@ -51,12 +47,6 @@ def test_a_table_says_met_and_missed_and_by_how_much(bench):
     assert "1 of 2 targets met" in result.stdout
 
 
-def test_a_trial_says_so_and_judges_nothing(bench):
-    result = bench("targets", "--smoke")
-    assert "these times mean nothing" in result.stdout
-    assert "0 of 0 targets met" in result.stdout
-
-
 def test_it_writes_what_reads_back(bench, tmp_path):
     result = bench("targets", "--out", tmp_path / "new")
     assert result.exit_code == 0, result.output
@@ -65,14 +55,6 @@ def test_it_writes_what_reads_back(bench, tmp_path):
     stored = measurements.load(path, TargetsMeasurement)
     assert stored.rounds == 15
     assert {"cpu", "cores", "git", "versions", "date"} <= stored.environment.keys()
-
-
-@pytest.mark.checkout
-def test_store_is_this_machines_file(bench, tmp_path, monkeypatch):
-    monkeypatch.setattr(measurements, "STORE", tmp_path)
-    assert bench("targets", "--store").exit_code == 0
-    (path,) = tmp_path.glob("*/targets.json")
-    assert json.loads(path.read_text())["kind"] == "targets"
 
 
 @pytest.mark.parametrize(
@@ -129,19 +111,6 @@ def test_an_interrupt_prints_and_writes_what_is_there_but_stores_nothing(
     assert not list((tmp_path / "store").glob("*/*.json"))
 
 
-def test_an_interrupt_before_anything_was_measured_replaces_nothing(bench, tmp_path, monkeypatch):
-    path = tmp_path / "x.json"
-    assert bench("targets", "--repeats", "1", "--out", path).exit_code == 0
-    before = path.read_text()
-
-    def prepare(_):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(speed, "WORKLOADS", (Workload("break-pool", "t", prepare),))
-    assert bench("targets", "--out", path).exit_code == 130
-    assert path.read_text() == before
-
-
 def test_racks_prints_its_figures_and_who_could_not_and_writes(bench, tmp_path, monkeypatch):
     fakes = {
         "fake": Player("fake", "1.0", lambda _: 0.25),
@@ -156,32 +125,6 @@ def test_racks_prints_its_figures_and_who_could_not_and_writes(bench, tmp_path, 
     assert "absent: get it" in result.stdout
     stored = measurements.load(tmp_path / "racks.json", RacksMeasurement)
     assert [len(one.seconds) for one in stored.engines] == [2, 2, 0]
-
-
-@pytest.mark.parametrize(
-    ("value", "unit", "text"),
-    [
-        (3.05e-5, "s", "30.5 µs"),
-        (-2e-6, "s", "-2 µs"),
-        (1.234e6, "1/s", "1.23 million/s"),
-        (4.5e5, "1/s", "450 thousand/s"),
-        (351.2, "B", "351 B"),
-        (0.0512, "1", "0.0512"),
-        (2010.0, "1", "2010"),
-        (-2e-9, "m", "-2 nm"),
-        (500.0, "1/s", "500 1/s"),
-    ],
-)
-def test_values_have_units_that_suit_them(value, unit, text):
-    assert style.format_quantity(value, unit) == text
-
-
-def test_a_margin_is_told_in_words():
-    target = speed.Target("w", "q", "at_most", 0.05)
-    assert tables.verdict_text(target, -0.01, True) == "[green]met[/]"
-    assert "better" in tables.verdict_text(target, 0.04, True)
-    assert "1001 times" in tables.verdict_text(target, 50.05, False)
-    assert tables.verdict_text(target, 0.04, None) == ""
 
 
 def test_accuracy_is_tabled_stored_and_a_fault_is_the_exit_status(monkeypatch, tmp_path):
@@ -202,12 +145,6 @@ def test_accuracy_is_tabled_stored_and_a_fault_is_the_exit_status(monkeypatch, t
     assert result.exit_code == 1
     assert "breaks a limit" in result.stdout
     assert "Shots that break a limit" in result.stderr
-
-
-def test_few_random_shots_are_not_stored():
-    for part in (["--shots", "10"], ["--first", "3"]):
-        result = CliRunner().invoke(app, ["accuracy", *part, "--store"])
-        assert refused(result, "fewer `--shots` than by default")
 
 
 def test_skips_are_tabled_and_a_defect_is_the_exit_status(bench, monkeypatch, tmp_path):

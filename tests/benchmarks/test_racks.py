@@ -3,14 +3,12 @@
 from dataclasses import replace
 
 import pytest
-from engine_facts import needs
 
 from benchmarks import measurements, racks
-from benchmarks.racks import PEERS, Player, RacksMeasurement, measure_racks, our_player, peer
+from benchmarks.racks import Player, RacksMeasurement, measure_racks, our_player, peer
 from benchmarks.scenes import random_rack, table_gas
 from ghostball.engine import EngineFailedError, GhostballError, Status, UnsupportedSceneError
 from ghostball.reference_adapters import EngineUnavailableError, make_engine
-from ghostball.reference_adapters.workers.process import installed
 
 
 class Counting(Player):
@@ -64,14 +62,6 @@ def test_a_peer_that_fails_is_asked_no_more_and_says_why(ours, fails_at, error, 
     assert len(other.asked) == fails_at
 
 
-def test_an_interrupt_keeps_what_is_there(ours):
-    other = Counting("peer", 2, KeyboardInterrupt())
-    measured = measure_racks(ours, [other], rounds=1, racks=4)
-    assert measured.interrupted
-    assert measured.anything
-    assert [len(one.seconds) for one in measured.engines] == [4, 0]
-
-
 def test_our_engine_plays_and_its_numbers_are_read_back(tmp_path):
     measured = measure_racks(our_player(), rounds=1, racks=2)
     (mine,) = measured.engines
@@ -123,11 +113,6 @@ def test_a_run_that_broke_off_is_no_measurement(played_by, status, error):
         played_by(lambda _: result).play(SCENE)
 
 
-@needs("pooltool")
-def test_the_version_of_a_worker_is_known_before_it_starts():
-    assert peer("pooltool").version == installed()["pooltool-billiards"]
-
-
 def test_an_adapter_whose_package_is_missing_is_absent(monkeypatch, ours):
     engine = type(make_engine("pymunk"))
     monkeypatch.setattr(engine, "unavailable", classmethod(lambda _: "pip install pymunk"))
@@ -140,7 +125,3 @@ def test_an_adapter_whose_package_is_missing_is_absent(monkeypatch, ours):
 def test_an_unknown_peer_or_setting_is_refused(name, message):
     with pytest.raises(GhostballError, match=message):
         peer(name)
-
-
-def test_the_peers_are_engines_that_there_are():
-    assert [peer(name).name for name in PEERS] == list(PEERS)

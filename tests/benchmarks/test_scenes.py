@@ -7,7 +7,6 @@ import pytest
 
 from benchmarks import scenes
 from benchmarks.scenes import ROLLING
-from ghostball.engine import SceneError
 from ghostball.engine.scene import POOL_BALL_RADIUS as R
 from ghostball.validation.scenes.gases import FRICTIONLESS, FULL_CLOTH, packed_gas
 from ghostball.validation.scenes.library import find_scene
@@ -57,12 +56,6 @@ def test_random_racks_are_loose_and_frozen_by_turns(number):
         assert np.ptp(gaps[:NEIGHBOURS]) < 1e-15
 
 
-def test_loose_racks_have_gaps_of_all_sizes():
-    gaps = [gaps_of(scenes.random_rack(number))[0] for number in range(0, 100, 2)]
-    assert min(gaps) < 1e-4
-    assert max(gaps) > 9e-4
-
-
 def test_frozen_racks_touch_as_the_shipped_one_does_to_the_bit():
     shipped = find_scene("frozen-break")
     frozen = scenes.random_rack(1)
@@ -78,17 +71,6 @@ def test_a_packed_gas_has_its_packing(count, packing):
     covered = places * math.pi * R**2 / (scene.table.length * scene.table.width)
     assert covered == pytest.approx(packing)
     assert len(scene.balls) == count
-
-
-def test_a_gas_on_a_table_has_its_balls_and_is_slowed_by_nothing():
-    scene = scenes.table_gas(16, 5.0)
-    assert (len(scene.balls), scene.t_max) == (16, 5.0)
-    assert np.all(scene.rolling_frictions == 0.0)
-
-
-def test_too_dense_a_lattice_is_refused():
-    with pytest.raises(SceneError, match=r"overlap|cushion"):
-        packed_gas(4, 0.8, FRICTIONLESS, t_max=1.0)
 
 
 def test_later_moves_the_balls_and_keeps_the_rest():

@@ -48,17 +48,6 @@ def test_an_event_that_moved_is_seen(shot, change, verdict):
     assert compare_answers(shot, with_events(shot, change)) == verdict
 
 
-def test_a_missing_event_is_seen(shot):
-    short = replace(shot, events=shot.events[:-1])
-    assert compare_answers(shot, short) == ("differs", "3 events and 2")
-
-
-def test_another_end_is_seen(shot):
-    moved = shot.final_state._replace(positions=shot.final_state.positions + 1e-16)
-    assert compare_answers(shot, replace(shot, final_state=moved))[0] == "differs"
-    assert compare_answers(shot, replace(shot, rest_time=0.0))[0] == "differs"
-
-
 @pytest.mark.compiled
 def test_every_skip_in_use_has_a_row_and_every_other_a_reason():
     measured = measure_skips([SHOT], rounds=2)
@@ -83,16 +72,6 @@ def test_a_skip_that_changes_the_answer_is_a_defect(monkeypatch):
     monkeypatch.setattr(skips, "run", planted)
     (defect,) = measure_skips([SHOT], rounds=1).defects
     assert (defect.skip, defect.equality) == ("contacts", "differs")
-
-
-def test_an_interrupt_before_the_first_scene_leaves_nothing(monkeypatch):
-    def stop(*_, **__):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(skips, "run", stop)
-    measured = measure_skips([SHOT], rounds=1)
-    assert measured.interrupted
-    assert not measured.anything
 
 
 def test_an_interrupt_keeps_the_scenes_that_are_done(monkeypatch):

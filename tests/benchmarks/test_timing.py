@@ -2,7 +2,7 @@
 
 import pytest
 
-from benchmarks.timing import Figures, Samples, Spread, Task, take_turns
+from benchmarks.timing import Figures, Spread, Task, take_turns
 
 
 def task_of(name, log, most=None, interrupt_at=None):
@@ -49,24 +49,6 @@ def test_an_interrupt_keeps_what_was_measured():
     samples = take_turns([task_of("a", []), task_of("b", [], interrupt_at=2)], 5, clock=ticking())
     assert samples.interrupted
     assert [len(samples.values[name]["seconds"]) for name in ("a", "b")] == [2, 1]
-
-
-def test_an_interrupt_before_the_first_sample_leaves_nothing():
-    def prepare():
-        raise KeyboardInterrupt
-
-    samples = take_turns([Task("a", prepare)], 5)
-    assert samples == Samples({}, True)
-    assert samples.spreads("a") == {}
-
-
-def test_progress_ends_at_what_was_planned():
-    seen = []
-    tasks = [task_of("a", []), task_of("b", [], most=1)]
-    take_turns(tasks, 3, progress=lambda *part: seen.append(part))
-    assert [done for done, _, _ in seen] == list(range(1, 7))
-    assert {planned for _, planned, _ in seen} == {6}
-    assert seen[0][2] == "preparing a"
 
 
 @pytest.mark.parametrize(("count", "p99"), [(1, 1.0), (99, 99.0), (100, 99.0), (1000, 990.0)])

@@ -489,8 +489,8 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "wz + turn * py * cos,",
         "wz - turn * py * cos,",
         "In closed forms a cushion's friction turns the ball the wrong way.",
-        "tests/validation/truth/test_forms_and_proofs.py"
-        "::test_a_closed_form_ends_where_it_is_proved_to_end[english-check]",
+        "tests/reference_adapters/certified/test_certify.py"
+        "::test_closed_forms_lie_within_the_enclosures[english-check]",
         "validation",
     ),
     Mutation(
@@ -499,8 +499,8 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "size = min(friction * push, 2 * speed / 7)",
         "size = (1 + mp.mpf(10) ** -9) * min(friction * push, 2 * speed / 7)",
         "In closed forms friction between balls is too large by a part in a billion.",
-        "tests/validation/truth/test_forms_and_proofs.py"
-        "::test_a_closed_form_ends_where_it_is_proved_to_end[throw-alciatore]",
+        "tests/reference_adapters/certified/test_certify.py"
+        "::test_closed_forms_lie_within_the_enclosures[throw-alciatore]",
         "validation",
     ),
     Mutation(
@@ -510,8 +510,8 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "        if collision is not None and self.collisions:\n"
         "            self.collisions.append(collision)",
         "A closed form leaves the first collision out of its sequence.",
-        "tests/validation/truth/test_forms_and_proofs.py"
-        "::test_a_closed_form_ends_where_it_is_proved_to_end[head-on]",
+        "tests/reference_adapters/certified/test_certify.py"
+        "::test_closed_forms_lie_within_the_enclosures[head-on]",
         "validation",
     ),
     # Where balls differ much in size.

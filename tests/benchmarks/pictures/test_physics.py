@@ -12,8 +12,6 @@ from benchmarks.pictures.physics import (
     THROW_BY_ANGLE,
     THROW_BY_SPIN,
     cuts_of,
-    draw_deflection,
-    draw_throw,
     natural_deflection,
     throw_angle,
 )
@@ -23,8 +21,6 @@ from ghostball.validation.results.store import Motion, Results
 from ghostball.validation.runs.sampling import motion_of
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.truth.closed_forms import closed_form
-
-SWEEPS = (DEFLECTION, THROW_BY_ANGLE, THROW_BY_SPIN)
 
 
 @cache
@@ -81,45 +77,6 @@ def test_whole_shots_keep_the_30_degree_rule():
     np.testing.assert_allclose([c.throw for c in cuts], 0.0, rtol=0, atol=1e-9)
 
 
-@pytest.mark.parametrize("name", [THROW_BY_ANGLE, THROW_BY_SPIN])
-def test_whole_shots_are_thrown_as_the_proof_says(name):
-    scene, motion = run(name)
-    cuts = cuts_of(scene, motion)
-    cut, speed, spin, throw = np.array([[c.cut, c.speed, c.spin, c.throw] for c in cuts]).T
-    expected = np.degrees(throw_angle(scene, np.radians(cut), speed, spin))
-    np.testing.assert_allclose(throw, expected, rtol=0, atol=1e-9)
-    assert len(set(np.round(speed / 0.44704, 6))) == 3
-    if name == THROW_BY_SPIN:
-        geared = np.abs(spin - 0.5) < 1e-6
-        assert np.count_nonzero(geared) == 3
-        np.testing.assert_allclose(throw[geared], 0.0, rtol=0, atol=1e-5)
-        assert np.all(throw[spin < 0.4] > 0.0)
-        assert np.all(throw[spin > 0.6] < 0.0)
-
-
-def test_a_shot_to_the_other_side_has_the_same_angles():
-    # Breaks where a sign is that of the scene instead of that of the cut.
-    scene, motion = run(THROW_BY_SPIN)
-    flip = np.array([1.0, -1.0, 1.0])
-    balls = tuple(
-        ball.model_copy(
-            update={
-                "position": tuple((np.array(ball.position) * flip).tolist()),
-                "velocity": tuple((np.array(ball.velocity) * flip).tolist()),
-                "angular_velocity": tuple((np.array(spin) * -flip).tolist()),
-            }
-        )
-        for ball, spin in zip(scene.balls, scene.angular_velocities, strict=True)
-    )
-    mirrored = scene.model_copy(update={"balls": balls})
-    flipped = motion_of(simulate(mirrored, record="trajectory"))
-    for here, there in zip(cuts_of(scene, motion), cuts_of(mirrored, flipped), strict=True):
-        assert there.cut == pytest.approx(here.cut, abs=1e-12)
-        assert there.spin == pytest.approx(here.spin, abs=1e-12)
-        assert there.cue == pytest.approx(here.cue, abs=1e-9)
-        assert there.throw == pytest.approx(here.throw, abs=1e-9)
-
-
 @pytest.mark.parametrize("name", PHYSICS_FIGURES)
 def test_a_figure_is_written_with_every_engine_that_ran(results_folder, tmp_path, name):
     results = Results.open(results_folder)
@@ -130,9 +87,3 @@ def test_a_figure_is_written_with_every_engine_that_ran(results_folder, tmp_path
     for part in ("closed form", "ghostball", "pymunk, landed", "paper-discrete", "[deg]"):
         assert part in text
     assert "pybullet" not in text  # it ran none of them
-
-
-def test_without_its_sweep_there_is_no_figure(small_folder):
-    results = Results.open(small_folder)
-    assert draw_deflection(results) is None
-    assert draw_throw(results) is None

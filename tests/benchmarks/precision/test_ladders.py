@@ -9,9 +9,7 @@ from benchmarks.precision._ladders import (
     WIDE,
     Extent,
     ladder_of,
-    part_of_step,
     start_of,
-    work_of,
 )
 from benchmarks.precision._phases import begun_earlier
 from ghostball.engine import Ball, Scene
@@ -49,11 +47,6 @@ def test_a_ladder_ends_where_it_may():
     assert steps_of("paper-discrete", extent=Extent(most_levels=1)) == [0.02]
 
 
-def test_an_engine_without_a_step_is_a_point():
-    (rung,) = ladder_of("ghostball", make_engine("ghostball"), 4.0, WIDE)
-    assert (rung.step, rung.label) == (None, "ghostball")
-
-
 @pytest.mark.parametrize(
     "label", ["pymunk:mode=landed,iterations=3", "paper-continuous:frame=0.01"]
 )
@@ -61,12 +54,6 @@ def test_labels_make_the_engine_of_the_rung(label):
     for rung in ladder_of(label, make_engine(label), 4.0, WIDE):
         assert rung.family == label
         assert make_engine(rung.label).settings == rung.engine.settings
-
-
-def test_phases_are_evenly_spread_at_each_power_of_two():
-    assert [part_of_step(turn) for turn in range(4)] == [0.0, 0.5, 0.25, 0.75]
-    for count in (1, 2, 4, 8, 16):
-        assert sorted(map(part_of_step, range(count))) == [k / count for k in range(count)]
 
 
 def test_each_turn_begins_the_shot_a_part_of_a_step_earlier():
@@ -85,10 +72,3 @@ def test_a_shot_whose_ball_has_just_been_struck_cannot_begin_earlier():
     ]
     (rung, *_) = ladder_of("toy", ToyEngine(ToySettings(dt=0.02)), 4.0, WIDE)
     assert start_of(Scene(name="apart", balls=balls), rung, 1) is None
-
-
-def test_work_is_steps_else_events():
-    stepped = make_engine("paper-discrete").simulate(roll())
-    assert work_of(stepped) == ("steps", stepped.work["steps"])
-    exact = make_engine("ghostball").simulate(roll())
-    assert work_of(exact) == ("events", 1)

@@ -1,17 +1,14 @@
 """Fails where a point, a time or a reason is wrong, or an interrupt loses what was measured."""
 
-import itertools
-
 import pytest
 from toy_engines import NoSettings, ToyEngine, ToySettings, cut, other_shot, roll
 
 from benchmarks.measurements import load, save
-from benchmarks.precision import _places, measure as precision
+from benchmarks.precision import measure as precision
 from benchmarks.precision._ladders import TINY, Extent
 from benchmarks.precision.measure import measure_precision
 from benchmarks.precision.points import PrecisionMeasurement, reach_of
-from benchmarks.running import BenchError
-from ghostball.engine import Ball, Scene, UnsupportedSceneError
+from ghostball.engine import UnsupportedSceneError
 from ghostball.reference_adapters import EngineBase, EngineError, EngineUnavailableError
 from ghostball.validation.scenes.library import find_scene
 
@@ -130,37 +127,6 @@ def test_what_cannot_be_measured_is_left_out_with_its_reason(engines, monkeypatc
     assert "`max_time`" in whys["pymunk:max_time=0.5"]
 
 
-class _FailsFiner(ToyEngine):
-    def simulate(self, scene, *, record="rest"):
-        if self.settings.dt < 0.015:
-            raise UnsupportedSceneError(self.name, ["no small steps"])
-        return super().simulate(scene, record=record)
-
-
-def test_steps_that_are_lost_after_others_leave_these_and_no_reach(engines):
-    """Breaks where a curve has points and is also called not representable as a whole."""
-    engines["toy"] = _FailsFiner(ToySettings())
-    measured = measure(["toy"], extent=TINY)
-    assert [point.step for point in measured.points] == [0.02]
-    (lost,) = measured.left_out
-    assert (lost.engine, lost.why) == ("toy:dt=0.01", "not representable: no small steps")
-    (curve,) = measured.curves
-    assert {reach.seconds for reach in curve.reach} == {None}
-
-
-def test_what_is_past_its_horizon_is_left_out():
-    # Certified, and from its third collision on a step of 20 ms may take it another course.
-    measured = measure(["paper-discrete"], [find_scene("break-7")], rounds=1, extent=TINY)
-    assert measured.points == ()
-    assert "past its horizon: from t =" in measured.left_out[0].why
-    assert measured.left_out[0].engine == "paper-discrete:dt=0.02"
-
-
-def test_a_scene_without_independent_truth_is_refused():
-    with pytest.raises(BenchError, match=r'"mathavan-cut" has no truth .* \(.+\)\. Leave it'):
-        measure(["ghostball"], [find_scene("mathavan-cut")])
-
-
 @pytest.mark.parametrize(
     ("label", "said"),
     [
@@ -190,22 +156,6 @@ def test_an_interrupt_keeps_what_is_done(engines):
     assert {curve.engine for curve in measured.curves} == {"toy", "ghostball"}
 
 
-def test_short_runs_are_repeated_and_those_of_many_steps_are_sampled_twice(engines, monkeypatch):
-    engines["toy"] = ToyEngine(ToySettings())
-    monkeypatch.setattr(_places, "MANY_STEPS", 0)
-    runs = itertools.count()
-    honest = ToyEngine.simulate
-
-    def counted(self, scene, *, record="rest"):
-        next(runs)
-        return honest(self, scene, record=record)
-
-    monkeypatch.setattr(ToyEngine, "simulate", counted)
-    measured = measure(["toy"], rounds=5, extent=TINY, clock=lambda: 0.0)
-    assert [point.samples for point in measured.points] == [_places.FEW] * 2
-    assert next(runs) == 1 + 2 * _places.FEW * _places.MOST_RUNS  # and one to warm up
-
-
 def test_what_is_stored_reads_back(engines, tmp_path):
     engines["toy"] = ToyEngine(ToySettings(slope=0.3))
     measured = measure(["ghostball", "toy"])
@@ -219,26 +169,3 @@ def test_a_real_engine_errs_by_half_at_half_the_step_and_landing_is_near_at_any(
     assert stepping[-2] / stepping[-1] == pytest.approx(2.0, abs=0.1)
     landed = next(curve for curve in measured.curves if curve.engine == "pymunk:mode=landed")
     assert landed.reach[1].seconds is not None
-
-
-def test_a_ball_that_was_just_struck_has_one_phase(engines):
-    engines["toy"] = ToyEngine(ToySettings(slope=0.3))
-    balls = [
-        Ball(id="a", position=(0.5, 0.5), velocity=(-1.0, 0.0)),
-        Ball(id="b", position=(0.56, 0.5), velocity=(1.0, 0.0)),
-    ]
-    measured = measure(["toy"], [Scene(name="apart", balls=balls)], extent=TINY)
-    assert all(point.error_low == point.error_high for point in measured.points)
-
-
-def test_errors_are_the_same_twice():
-    """Breaks where what is sampled depends on how quick the machine is at the moment."""
-    asked = ["pymunk:config=default", "paper-discrete"], [find_scene("half-ball-cut")]
-
-    def numbers(clock):
-        measured = measure(*asked, extent=Extent(most_steps=800), clock=clock)
-        errors = [(p.label, p.error, p.error_low, p.error_high) for p in measured.points]
-        return errors, [one.seconds is None for curve in measured.curves for one in curve.reach]
-
-    ticks = itertools.count()
-    assert numbers(lambda: 0.0) == numbers(lambda: 100.0 * next(ticks))

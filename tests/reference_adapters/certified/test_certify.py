@@ -26,7 +26,6 @@ from ghostball.reference_adapters.certified import (
 from ghostball.reference_adapters.certified.problem import problem_of
 from ghostball.reference_adapters.certified.run import TIE_BITS, Run
 from ghostball.validation.scenes.library import find_scene
-from ghostball.validation.stress.families import FAMILIES
 from ghostball.validation.truth.closed_forms import FORMS, closed_form
 
 BALL_BALL, BALL_CUSHION = EventKind.BALL_BALL, EventKind.BALL_CUSHION
@@ -45,10 +44,7 @@ SLOW_FORMS = {"galperin-3", "galperin-4"}
 BY_HAND = {"cradle", "frozen-to-cushion", "stun-shot"}
 """Forms that take gaps and slips of a rounding for 0."""
 
-IN_STRESS = {trial.name for trial in FAMILIES["graded"].trials("quick")}
-"""Forms among them that `stress graded` holds against their proofs."""
-
-QUICK_FORMS = sorted(set(FORMS) - NO_FORM_TO_COMPARE - SLOW_FORMS - IN_STRESS)
+QUICK_FORMS = sorted(set(FORMS) - NO_FORM_TO_COMPARE - SLOW_FORMS)
 
 
 def mp_of(value: Fraction) -> mpf:
