@@ -32,7 +32,7 @@ from ghostball.validation.baselines.places import (
 )
 from ghostball.validation.baselines.regression import Regression
 
-BASELINES = Path(__file__).parents[2] / "benchmarks" / "baselines"
+BASELINES = Path(__file__).parents[4] / "benchmarks" / "baselines"
 """Those of our own engine, in this repository."""
 
 

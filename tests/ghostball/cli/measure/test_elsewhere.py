@@ -17,7 +17,7 @@ from ghostball.reference_adapters.base import EngineError
 from ghostball.reference_adapters.elsewhere import Run
 from ghostball.validation.scenes.library import find_scene, scene_names
 
-EXAMPLES = Path(__file__).parents[2] / "validation" / "examples"
+EXAMPLES = Path(__file__).parents[4] / "validation" / "examples"
 
 
 def made_elsewhere(name: str) -> dict:
