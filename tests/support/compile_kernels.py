@@ -35,7 +35,7 @@ SHOTS = [
 # What they run where bounds are checked.
 if checks_bounds():
     use_whole_kernels()
-    SHOTS = [{INTEGRATED, CONTACTS, *one} for one in (set(), {CELLS})]
+    SHOTS = [{INTEGRATED, CONTACTS, *one} for one in (set(), {CELLS}, {DRAG}, {FLIGHT})]
     SHOTS.append({INTEGRATED})  # of a test of runs that begin without contacts
 
 
