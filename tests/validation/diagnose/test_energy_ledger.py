@@ -9,7 +9,6 @@ from ghostball.engine import Ball, Scene, simulate
 from ghostball.validation.diagnose.energy_ledger import (
     FRAMES,
     NOT_FINITE,
-    SEVERAL,
     UNSTORED,
     ledger_of,
 )
@@ -64,21 +63,11 @@ def test_an_elastic_hit_costs_nothing_though_each_ball_changes():
     assert abs(ledger.entries["ball-ball"]) < 1e-15 * ledger.initial * 10
 
 
-def test_both_kinds_at_one_instant_have_an_entry_of_their_own():
-    scene = find_scene("frozen-to-cushion")
-    assert SEVERAL in ledger_of(scene, motion(scene)).entries
-
-
 def test_a_log_too_long_to_keep_its_states_is_booked_apart():
     scene = find_scene("galperin-3")
     ledger = ledger_of(scene, motion(scene))
     assert UNSTORED in ledger.entries
     assert sum(ledger.entries.values()) == pytest.approx(ledger.lost, abs=1e-13 * ledger.initial)
-
-
-def test_a_spinning_ball_loses_its_spin_on_the_spot():
-    scene = find_scene("masse")
-    assert ledger_of(scene, motion(scene)).entries["spinning on the spot"] > 0.0
 
 
 def test_what_is_lost_at_the_start_counts():

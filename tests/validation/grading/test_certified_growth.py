@@ -16,9 +16,7 @@ from ghostball.engine import Scene, simulate
 from ghostball.reference_adapters.certified import CertifiedSettings, certify
 from ghostball.reference_adapters.certified.certificate import knot_columns
 from ghostball.validation.grading.certified_growth import CertifiedGrowth, growth_of_proof
-from ghostball.validation.grading.grading import grade
 from ghostball.validation.grading.horizon import horizon
-from ghostball.validation.grading.slope import Slope
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.scenes.random_shots import random_shot
 from ghostball.validation.stress.proved import own_words
@@ -173,14 +171,6 @@ def test_what_rounding_does_is_the_sum_over_all_that_is_rounded() -> None:
     assert growth.sizes([t])[0, 0] == pytest.approx(np.linalg.norm(moved))
 
 
-def test_it_depends_on_no_order_of_the_balls() -> None:
-    scene = find_scene("break-7")
-    turned = scene.model_copy(update={"balls": scene.balls[::-1]})
-    times = np.linspace(0.1, 9.0, 7)
-    one, other = (growth_of_proof(s, certify(s, motion=True)).sizes(times) for s in (scene, turned))
-    assert other[:, ::-1] == pytest.approx(one, rel=1e-6)
-
-
 def test_there_is_no_derivative_past_two_collisions_at_one_instant() -> None:
     scene = find_scene("frozen-to-cushion")
     growth = growth_of_proof(scene, certify(scene, motion=True))
@@ -229,19 +219,6 @@ def test_in_air_growth_goes_on_through_every_piece_of_the_motion() -> None:
         assert np.isfinite(after).all()
 
 
-def test_rounding_moves_a_ball_in_air_as_changes_of_its_state_do() -> None:
-    # The covariance against single changes, at an instant amid a slide.
-    scene = IN_AIR["slides into rolling"]
-    growth = growth_of_proof(scene, certify(scene, motion=True))
-    vx, vy, wx, wy = state(scene)[0, 2:6]
-    changes = np.zeros((6, 1, 7))
-    for k, one in enumerate((R, R, vx, vy, wx, wy)):
-        changes[k, 0, k] = one
-    for t in (0.1, 0.2, 0.25):
-        moved = carried(growth, changes, np.array([t]))[0, :, 0]
-        assert growth.sizes([t])[0, 0] == pytest.approx(np.linalg.norm(moved))
-
-
 def test_of_flight_nothing_is_said() -> None:
     """Breaks where a proof whose balls may fly is taken for one on the cloth."""
     scene = find_scene("half-ball-cut")
@@ -256,17 +233,6 @@ def test_of_flight_nothing_is_said() -> None:
     assert np.isnan(growth.lateness().places).all()
     directions = np.ones((1, 2, 7))
     assert np.isnan(carried(growth, directions, np.array([0.5]))).all()
-
-
-@pytest.mark.parametrize("name", ["slides into rolling", "a cut of rolling balls"])
-def test_an_engine_that_knows_no_derivative_in_air_is_not_contradicted(name: str) -> None:
-    scene = IN_AIR[name]
-    result, proof = simulate(scene, record="trajectory"), certify(scene, motion=True)
-    assert own_words(result, proof) == []
-    found = grade(result, proof)
-    assert (found.extent, found.missing, found.invented) == ("whole", (), ())
-    assert found.quality_factor is not None
-    assert found.quality_factor < 32.0
 
 
 @pytest.mark.parametrize("factor", [30.0, 1000.0, 1.0 / 30.0])
@@ -286,18 +252,3 @@ def test_a_horizon_that_an_engine_makes_up_is_seen(monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(type(result), "horizon", lambda *_: 0.1)
     (fault,) = own_words(result, proof)
     assert fault.startswith("`horizon()` is 0.1 s")
-
-
-@pytest.mark.parametrize("x", [0.3, 2.0])
-def test_slopes_are_those_of_central_differences(x: float) -> None:
-    def formula(x):
-        y = 3.0 - x * x / 2 + 1.0 / x
-        root = y.sqrt() if isinstance(y, Slope) else math.sqrt(y)
-        power = (-x).exp() if isinstance(x, Slope) else math.exp(-x)
-        return abs(-root) * power - (2.0 * x - 1.0) / (x + root)
-
-    step = 1e-6
-    found = formula(Slope(x, np.array([1.0])))
-    assert float(found) == formula(x)
-    difference = (formula(x + step) - formula(x - step)) / (2.0 * step)
-    assert found.slope[0] == pytest.approx(difference, rel=1e-8)

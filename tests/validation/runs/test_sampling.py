@@ -17,11 +17,6 @@ from ghostball.validation.runs.sampling import (
 )
 
 
-def test_the_grid_and_the_events_are_united() -> None:
-    times = union_times(2.0, np.array([0.5, 1.3, 1.3, -1.0, 2.5]), uniform=5, limit=100)
-    assert times.tolist() == [0.0, 0.5, 1.0, 1.3, 1.5, 2.0]
-
-
 def test_too_many_events_are_thinned_evenly_and_the_grid_stays() -> None:
     events = np.linspace(0.0, 1.0, 10_001)
     times = union_times(1.0, events, uniform=11, limit=60)
@@ -62,13 +57,6 @@ def test_a_stored_motion_shows_the_overlap_that_the_engine_undid() -> None:
     deepest = deepest_overlap(result)
     assert deepest > 1e-3
     assert -gap.min() == pytest.approx(deepest, rel=1e-9)
-
-
-def test_a_run_that_never_moves_is_one_instant() -> None:
-    still = Scene(name="still", balls=[Ball(id="cue", position=(0.0, 0.0))])
-    motion = motion_of(simulate(still, record="trajectory"))
-    assert motion.times.tolist() == [0.0]
-    assert motion.positions.shape == (1, 1, 3)
 
 
 def test_a_stored_motion_holds_every_event() -> None:

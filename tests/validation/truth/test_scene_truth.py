@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import pickle
-import threading
 from fractions import Fraction
 from typing import Any
 
@@ -17,10 +16,8 @@ from ghostball.engine import (
     Ball,
     EventKind,
     Physics,
-    Result,
     Scene,
     Table,
-    UnsupportedSceneError,
     simulate,
 )
 from ghostball.reference_adapters.certified import certify
@@ -106,35 +103,6 @@ def test_a_closed_form_takes_energy_and_times_from_the_proof_where_there_is_one(
     np.testing.assert_allclose(truth.energy, energy, rtol=1e-12, atol=1e-15)
 
 
-def test_where_our_engine_cannot_help_a_closed_form_stands_alone(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    # Every shipped form is of physics that our engine has, so here it is made to refuse.
-    def refuse(scene: Scene, **_: Any) -> Result:
-        raise UnsupportedSceneError("ghostball", ("no sliding",))
-
-    monkeypatch.setattr(our_run, "simulate", refuse)
-    monkeypatch.setattr(ghostball.validation.truth.scene_truth, "proof_of", unproved)
-    truth = truth_of(find_scene("sliding-stun"))
-    assert truth.kind == CLOSED_FORM
-    assert truth.why_not("proof") == "no proof: made to be refused"
-    assert truth.rest_positions is not None
-    assert truth.energy is None
-    assert "no sliding" in truth.why_not("energy")
-    assert not len(truth.collision_times)
-
-
-def test_a_closed_form_of_a_sliding_ball_has_the_energy_curve_of_our_engine() -> None:
-    # Breaks where the curve leaves out what the backspin holds.
-    scene = find_scene("stun-shot")
-    truth = truth_of(scene)
-    assert truth.energy is not None
-    spin = 0.4 * scene.masses[0] * scene.radii[0] ** 2 * scene.angular_velocities[0, 1] ** 2
-    assert truth.energy[0] == pytest.approx(0.5 * (scene.masses[0] * 1.5**2 + spin), rel=1e-12)
-    assert truth.energy[-1] == 0.0
-    assert not truth.missing
-
-
 def test_without_a_closed_form_the_proof_is_the_truth_and_independent() -> None:
     scene = shot()
     truth, ours, proof = truth_of(scene), simulate(scene, record="trajectory"), certify(scene)
@@ -217,42 +185,11 @@ def test_a_proof_of_physics_without_a_closed_form_is_refused_before_anything_run
     assert "Mathavan 2014" in truth.why_not("proof")
 
 
-def test_a_proof_that_takes_long_says_so_meanwhile(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(ghostball.validation.truth.proof, "PATIENCE", 0.0)
-    said = threading.Event()
-    monkeypatch.setattr(
-        ghostball.validation.truth.proof.logger,
-        "warning",
-        lambda text: (seen.append(text), said.set()),
-    )
-    seen: list[str] = []
-    monkeypatch.setattr(
-        ghostball.validation.truth.proof, "certify", lambda *_, **__: said.wait(60.0)
-    )
-    ghostball.validation.truth.proof.proof_of(find_scene("stop"))
-    assert seen[0].startswith('proving scene "stop"')
-
-
-def test_a_closed_form_that_is_not_there_is_refused() -> None:
-    with pytest.raises(
-        TruthError, match=r'"no-closed-form".*no closed form.*"certified" or "engine"'
-    ):
-        truth_of(shot(), "closed-form")
-
-
 def test_no_truth_at_all_says_why() -> None:
     # Our engine has air drag on the cloth, and flight without air, not the two together.
     truth = truth_of(shot(physics=Physics(motion="sliding", airborne=True, air_drag=0.1)))
     assert truth.kind is None
     assert "no air drag of balls that leave the cloth" in truth.why_not("rest")
-
-
-def test_truth_travels_to_another_process() -> None:
-    truth = truth_of(find_scene("half-ball-cut"))
-    copy: Truth = pickle.loads(pickle.dumps(truth))
-    assert copy.rest_positions is not None
-    assert np.array_equal(copy.rest_positions_low, truth.rest_positions_low)
-    assert copy.collisions == truth.collisions
 
 
 def test_only_the_parts_that_are_asked_for_are_computed(monkeypatch: pytest.MonkeyPatch) -> None:
