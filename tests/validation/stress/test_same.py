@@ -91,6 +91,7 @@ def replaced(scene: Scene) -> Scene:
     return Scene(**{**dict(scene), "physics": OTHER.physics})
 
 
+@pytest.mark.slow  # it asks for kernels that `stress` compiles, and that take minutes
 def test_what_is_the_same_differs_in_nothing():
     assert differences(SHOT) == {}
 
@@ -168,6 +169,7 @@ def test_a_baseline_of_a_random_scene_reads_back_the_same():
         assert read.events.tobytes() == observed.events[: len(read.events)].tobytes()
 
 
+@pytest.mark.slow  # it asks for kernels that `stress` compiles, and that take minutes
 def test_what_breaks_is_told_with_its_scene(monkeypatch):
     engine = make_engine("ghostball")
     monkeypatch.setattr(plays, "MOST_EVENTS", 3)
