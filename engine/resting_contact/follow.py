@@ -235,7 +235,10 @@ def _fifth_root(x: float) -> float:
 
 @kernel(inline=True)
 def _least_force(balls: Balls, contacts: Contacts, count: int) -> float:
-    """Return the least force in units of what the cloth could press with; inf where all rest."""
+    """Return the least force in units of what could press; inf where all rest.
+
+    That is the friction of the cloth; where it has none, what keeps balls on a circle of a radius.
+    """
     least = math.inf
     for c in range(count):
         if contacts.forces[c, SCALED] > 0.0:
@@ -243,9 +246,21 @@ def _least_force(balls: Balls, contacts: Contacts, count: int) -> float:
             most = balls.state[a].mass * grip(balls, a)
             if b >= 0:
                 most += balls.state[b].mass * grip(balls, b)
+            if most == 0.0:
+                most = _turning_force(balls, contacts, a)
+                if b >= 0:
+                    most += _turning_force(balls, contacts, b)
             if most > 0.0:
                 least = min(least, contacts.forces[c, FORCE] / most)
     return least
+
+
+@kernel(inline=True)
+def _turning_force(balls: Balls, contacts: Contacts, k: int) -> float:
+    """Force [N] that would keep ball k, as fast as it begins, on a circle of its own radius."""
+    ball, speed = balls.state[k], _speed(contacts, int(contacts.motion[k, AT]))
+    force: float = ball.mass * speed * speed / ball.radius
+    return force
 
 
 @kernel(inline=True)
