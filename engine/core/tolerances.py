@@ -48,8 +48,12 @@ balls that truly approach so slowly are let pass, and overlap by up to this part
 they go together, as much as the rounding of their velocities moves them anyway.
 """
 
-LEAST_SPEED = 2.0**-1000
-"""Speed [m/s] below which a rebound is none: of the least double 0.85 times that is itself."""
+LEAST_SPEED = 2.0**-500
+"""Speed [m/s] below which a ball rests that rebounds or is pressed: the square is still a double.
+
+Of the least double 0.85 times that is itself, so that bounces would never end; and on a cloth
+without friction plastic impulses leave a ball in a corner 1e-16 of its speed each.
+"""
 
 SLIP_ROUNDING = 4.0 * EPS
 """Slip, in units of the speeds that it is the difference of, that is but their rounding."""

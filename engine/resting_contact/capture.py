@@ -21,7 +21,7 @@ from ghostball.engine.core.state import (
     Contacts,
     Laws,
 )
-from ghostball.engine.core.tolerances import APPROACH_ROUNDING
+from ghostball.engine.core.tolerances import APPROACH_ROUNDING, LEAST_SPEED
 from ghostball.engine.impacts.contact_solver import end_approach, gain_of, gap_rate
 from ghostball.engine.impacts.laws.dispatch import nose_sine
 from ghostball.engine.motion.geometry import (
@@ -75,6 +75,8 @@ def stop_approach(balls: Balls, laws: Laws, contacts: Contacts, members: int, co
             _push(balls, laws, contacts, members)
     for m in range(members):
         k = contacts.member[m]
+        if abs(balls.state[k].vx) < LEAST_SPEED and abs(balls.state[k].vy) < LEAST_SPEED:
+            balls.state[k].vx, balls.state[k].vy = 0.0, 0.0
         contacts.stopped[k] = contacts.stopped[k] and at_rest(balls, k)
     return solved
 

@@ -35,6 +35,7 @@ from ghostball.engine.core.state import (
     Contacts,
     Laws,
 )
+from ghostball.engine.core.tolerances import EPS
 from ghostball.engine.impacts.laws.dispatch import nose_sine
 from ghostball.engine.impacts.laws.friction_curve import friction_coefficient
 from ghostball.engine.motion.geometry import grip, reduced_mass
@@ -58,12 +59,22 @@ def rub_all(balls: Balls, laws: Laws, contacts: Contacts, count: int, duration: 
         a, b = balls_of(contacts, c)
         change = (abs(more_along) + abs(more_up)) / _mass(balls, contacts, c)
         little = _LITTLE * max(grip(balls, a), grip(balls, b))
-        if little == 0.0:  # a cloth that can do nothing is no measure: what the contact can is
+        if little == 0.0:
+            # A cloth that can do nothing is no measure: what the contact can do is, and what
+            # changes the velocities by less than their rounding.
             little = _LITTLE * forces[c, LIMIT] / _mass(balls, contacts, c)
+            little = max(little, EPS * (_size(balls, a) + _size(balls, b)) / duration)
         steady = steady and change <= max(
             little, slack(balls, a, b, duration) / (duration * duration)
         )
     return steady
+
+
+@kernel(inline=True)
+def _size(balls: Balls, k: int) -> float:
+    """Size of ball k's velocity [m/s], in the 1-norm."""
+    size: float = abs(balls.state[k].vx) + abs(balls.state[k].vy)
+    return size
 
 
 @kernel

@@ -45,8 +45,9 @@ def ends(scene: Scene) -> str | None:
     if np.any(result.final_state.velocities[0, here]):
         return f"a ball moves at rest: {result.final_state.velocities[0].tolist()}"
     spins = np.abs(result.final_state.angular_velocities[0])
-    waited = scene.spinning_friction_rates > 0.0  # for no spin that nothing slows
-    if np.any(spins[here, :2]) or np.any(spins[here & waited, 2]):
+    # No end of a spin is waited for that nothing slows.
+    slides, turns = scene.sliding_frictions > 0.0, scene.spinning_friction_rates > 0.0
+    if np.any(spins[here & slides, :2]) or np.any(spins[here & turns, 2]):
         return f"a ball turns at rest: {result.final_state.angular_velocities[0].tolist()}"
     return None
 
