@@ -44,6 +44,10 @@ FOUND = {
     "pairs that touch at once ask for contacts": (10395, {}),
     "a ball that stops in a corner, on a cloth without friction": (15476, {}),
     "a ball that an impact stops dead, on a cloth without friction": (10498, {}),
+    "a contact that pulls, on a cloth without friction": (13714, {}),
+    "a force of no more than rounding, on a cloth without friction": (12600, {}),
+    "a ball of 1e-162 m/s in a corner": (205, {"air": "yes", "layout": "corner"}),
+    "an impact at an instant rounded to a clock of minutes": (16756, {}),
 }
 """What was wrong in scenes that the stress suite found, with their number and their options."""
 
