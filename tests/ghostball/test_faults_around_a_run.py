@@ -88,7 +88,9 @@ class Asked:
             given = [f"grazing/{name}" for name in names]
         self.results = {(name, label) for name in names for label in engines}
         self.arguments = [command, *given, *(f"-e{one}" for one in engines), "--jobs", str(jobs)]
-        self.arguments += ["--time-limit", f"{TIME_LIMIT:g}", "--out", "out", "--no-report"]
+        self.arguments += ["--time-limit", f"{TIME_LIMIT:g}", "--out", "out"]
+        if command == "validate":
+            self.arguments.append("--no-report")
 
     def start(self, *more, first=""):
         """Start the command; `first` is Python to be run before it."""
