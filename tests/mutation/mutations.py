@@ -93,7 +93,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "        return bool(speed > fastest)",
         "        return bool(listed == 0 or speed < fastest)",
         "Of impacts at one instant, resolved one by one, the slowest is the first.",
-        "tests/engine/test_ties.py"
+        "tests/engine/scheduling/test_ties.py"
         "::test_impacts_at_one_instant_come_out_as_their_closed_forms[uneven-sequential-1.0]",
     ),
     Mutation(
@@ -102,7 +102,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "    return bool(x > first_x or (x == first_x and y > first_y))",
         "    return bool(x > first_x or (x == first_x and y < first_y))",
         "Of impacts as fast at one instant, resolved one by one, the last by place is the first.",
-        "tests/engine/test_ties.py"
+        "tests/engine/scheduling/test_ties.py"
         "::test_impacts_at_one_instant_come_out_as_their_closed_forms[symmetric-sequential-1.0]",
     ),
     Mutation(
@@ -368,8 +368,8 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "        along += 0.5 * (nx * gain_y - ny * gain_x)",
         "        along += nx * gain_y - ny * gain_x",
         "Joint friction acts against the slip after the normal impulses, and energy comes in.",
-        "tests/engine/impacts/test_simultaneous.py::TestConservation::"
-        "test_of_energy_where_friction_acts_in_a_joint_impact[0.02-1.0]",
+        "tests/engine/impacts/test_simultaneous.py"
+        "::test_friction_acts_against_the_mean_slip_of_a_joint_impact[0.02-1.0]",
     ),
     Mutation(
         "contacts of the last shot",
@@ -386,7 +386,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "    return bool(_with_height(balls.height, i, size) < math.inf)",
         "    return True",
         "A motion that is no number any more goes on.",
-        "tests/engine/test_not_finite.py::test_the_ball_and_the_instant_are_named[0-X-rolling]",
+        "tests/engine/event_loop/test_record.py::test_the_ball_and_the_instant_are_named[0-X-rolling]",
     ),
     Mutation(
         "stops too soon",

@@ -12,7 +12,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from invariants import fingerprint
+from recorded import fingerprint
 from shots import R, ball, scene_of
 
 from ghostball.engine import EventKind, Scene, Table, simulate, simulate_sweep

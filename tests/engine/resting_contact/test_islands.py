@@ -8,11 +8,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from transforms import same_log, shuffled
+from recorded import same_log
 
 from ghostball.engine import Result, Scene, Status, simulate
 from ghostball.engine.core.kernel import COMPILED
 from ghostball.engine.resting_contact import paths
+from ghostball.validation.stress.same.images import shuffled
 
 SCENES = Path(__file__).parents[2] / "support" / "scenes"
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from invariants import fingerprint, overlaps
+from recorded import fingerprint
 from whole_kernels import begin_without_contacts
 
 from ghostball.engine import Ball, EventKind, Physics, Scene, Status, Table, simulate
@@ -16,6 +16,7 @@ from ghostball.engine.resting_contact.forces import solve
 from ghostball.engine.running import driver
 from ghostball.engine.running.room import Limits
 from ghostball.validation.scenes.library import FOLDER
+from ghostball.validation.stress.judges import overlaps
 
 SCENES = Path(__file__).parents[2] / "support" / "scenes"
 

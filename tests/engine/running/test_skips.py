@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 import pytest
-from invariants import fingerprint
+from recorded import fingerprint
 from shots import POOL_TABLE, ball, rack, random_shot, scene_of
 
 from ghostball.engine import GhostballError, Scene, simulate

@@ -5,7 +5,7 @@ import random
 
 import numpy as np
 import pytest
-from invariants import fingerprint
+from recorded import fingerprint
 from shots import POOL_TABLE, R, ball, rack, scene_of
 
 from ghostball.engine import (

@@ -9,12 +9,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from shots import R, ball, scene_of
-from transforms import shuffled
 
 from ghostball.engine import EventKind, GhostballError, Scene, simulate
 from ghostball.engine.compilation import variants_of
 from ghostball.engine.sensitivity import QUALITY, ROUNDING, tangent_map, tangent_of
 from ghostball.validation.scenes.library import find_scene
+from ghostball.validation.stress.same.images import shuffled
 
 G = 9.81
 MU = 0.02

@@ -1,4 +1,7 @@
-"""The ball-ball impact on the cloth: published shots, and the cloth's part."""
+"""The ball-ball impact on the cloth: published shots, and the cloth's part.
+
+[M14] is Mathavan, Jackson and Parkin (2014), Sports Engineering 17, doi 10.1007/s12283-014-0158-y.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +23,7 @@ from ball_impacts import (
 )
 from hypothesis import given
 from kernels import entry_to
-from published_steps import stepped
+from recorded import direction, speed
 from shots import R
 
 from ghostball.engine.impacts.laws.ball_frictional import frictional
@@ -32,33 +35,115 @@ frictional, mathavan2014, alciatore_friction = map(
     entry_to, (frictional, mathavan2014, alciatore_friction)
 )
 
-# --- the cloth's part ---------------------------------------------------------------------------
+# --- published shots ----------------------------------------------------------------------------
+
+Plane = tuple[float, float]
+RESTITUTION, BALL_FRICTION = 0.89, 0.05
 
 
-@pytest.mark.parametrize(("v", "cut"), [(1.539, 33.83), (1.032, 26.36), (1.731, 46.5)])
-def test_the_published_steps_lead_here_as_they_get_smaller(v: float, cut: float):
-    """The paper's algorithm at shots of its tables; fails if the lifted ball can't rise."""
-    radius, cut = SNOOKER_BALL[0], math.radians(cut)
-    i = impact_of(
-        shot(cut, v, 1.0, radius=radius),
-        ball_a=SNOOKER_BALL,
-        ball_b=SNOOKER_BALL,
-    )
-    balls = [m.rolling(radius) for m in after(i, mathavan2014(i, laws(0.89, 0.05)))]
-    coarse, fine = (
-        stepped(
-            *(v, cut),
-            steps=steps,
-            lands=True,
-            restitution=0.89,
-            ball_friction=0.05,
-            cloth_friction=SNOOKER_BALL[2],
-        )
-        for steps in (1000, 2000)
-    )
+def stepped(v: float, cut: float, steps: int, *, lands: bool) -> list[Plane]:
+    """Return what the steps of [M14] make of a rolling ball of speed v [m/s], `cut` [rad] off.
+
+    Velocities of both balls once they roll, along the line of centres and across it [m/s], by so
+    many equal steps to the impulse of an impact without friction. As published, compression and
+    restitution end with the first whole step that passes their end. With `lands`, they end where
+    they should, and the rest of the error goes with the step.
+
+    Inside, velocities are (n, t, z), n along the line of centres; the surface speeds R w too. The
+    resting ball b is pressed on the cloth all the time: a's front goes down.
+    """
+    n, t = v * math.cos(cut), v * math.sin(cut)
+    a, spin_a = [n, t, 0.0], [-t, n, 0.0]
+    b, spin_b = [0.0, 0.0], [0.0, 0.0, 0.0]
+    h = 0.5 * (1.0 + RESTITUTION) * n / steps
+    work, wanted = 0.0, -math.inf  # what is left of the work at the end, once compression is over
+    while True:
+        along = a[1] - b[1] + spin_a[2] + spin_b[2]
+        up = a[2] - spin_a[1] - spin_b[1]
+        rub = BALL_FRICTION / math.hypot(along, up)
+        along, up = rub * along, rub * up
+        skid = (b[0] - spin_b[1], b[1] + spin_b[0])
+        grip = SNOOKER_BALL[2] * up / math.hypot(*skid) if skid != (0.0, 0.0) else 0.0
+        cloth = [grip * x for x in skid]
+        falls = 2.0 + cloth[0]  # the speed of approach, per impulse over the mass
+        approach = a[0] - b[0]
+
+        length, last = h, False
+        if work + h * (approach - 0.5 * h * falls) <= wanted:
+            length, last = _until(wanted - work, approach, falls) if lands else h, True
+        elif lands and wanted < 0.0 and approach <= h * falls:
+            length = approach / falls
+
+        work += length * (approach - 0.5 * length * falls)
+        a = [x - length * f for x, f in zip(a, (1.0, along, up), strict=True)]
+        b = [x + length * f for x, f in zip(b, (1.0 + cloth[0], along + cloth[1]), strict=True)]
+        spin_a[1] += 2.5 * length * up
+        spin_a[2] -= 2.5 * length * along
+        spin_b[0] += 2.5 * length * cloth[1]
+        spin_b[1] += 2.5 * length * (up - cloth[0])
+        spin_b[2] -= 2.5 * length * along
+        if wanted < 0.0 and (a[0] <= b[0] or length < h):
+            wanted = (1.0 - RESTITUTION**2) * work
+        elif last:
+            return [_rolling(a, spin_a), _rolling(b, spin_b)]
+
+
+def _until(work: float, approach: float, falls: float) -> float:
+    """Return the impulse after which this work is done, the balls receding."""
+    return (approach + math.sqrt(approach**2 - 2.0 * falls * work)) / falls
+
+
+def _rolling(velocity: list[float], spin: list[float]) -> Plane:
+    """Return the velocity when the slide has ended: 2/7 of the slip are lost."""
+    slip = (velocity[0] - spin[1], velocity[1] + spin[0])
+    return velocity[0] - 2.0 / 7.0 * slip[0], velocity[1] - 2.0 / 7.0 * slip[1]
+
+
+def as_printed(value: float, published: str) -> None:
+    """Assert that a value is what was printed, to the last digit."""
+    unit = 10.0 ** -len(published.partition(".")[2])
+    assert abs(value - float(published)) <= (0.5 + 1e-6) * unit, f"{value}, printed {published}"
+
+
+@pytest.mark.parametrize(
+    ("v", "cut", "cue_speed", "object_speed", "cue_angle", "object_angle"),
+    [
+        (1.539, 33.83, "0.914", "0.831", "31.93", "32.20"),
+        (1.032, 26.36, "0.520", "0.599", "32.45", "25.07"),
+        (1.364, 40.52, "0.917", "0.676", "29.91", "38.62"),
+        (1.731, 46.50, "1.28", "0.780", "27.32", "44.38"),
+        (0.942, 18.05, "0.383", "0.579", "29.47", "17.15"),
+    ],
+)
+def test_a_rolling_ball_onto_a_resting_one_is_as_published(
+    v, cut, cue_speed, object_speed, cue_angle, object_angle
+):
+    """[M14], tables 1 and 2: speeds, and by how much they are off the cue ball's old course.
+
+    The printed numbers are those of 5000 equal steps of the impulse, the last of which goes past
+    the end of the rebound. That turns the cue ball by up to 0.012 degrees, and changes speeds by up
+    to 2e-4 m/s; the object ball's direction stays. So all printed digits are required of those
+    steps. Of the engine, the limit of ever smaller steps is required; and what is printed of the
+    object ball, where step and limit print alike.
+    """
+    line = math.radians(cut)
+    cue, struck = stepped(v, line, 5000, lands=False)
+    as_printed(speed(cue), cue_speed)
+    as_printed(speed(struck), object_speed)
+    as_printed(direction(cue) - cut, cue_angle)
+    as_printed(cut - direction(struck), object_angle)
+    radius = SNOOKER_BALL[0]
+    i = impact_of(shot(line, v, 1.0, radius=radius), ball_a=SNOOKER_BALL, ball_b=SNOOKER_BALL)
+    balls = [m.rolling(radius) for m in after(i, mathavan2014(i, laws(RESTITUTION, BALL_FRICTION)))]
+    as_printed(speed(balls[1]), object_speed)
+    as_printed(cut - direction(balls[1]), object_angle)
+    coarse, fine = (stepped(v, line, steps, lands=True) for steps in (1000, 2000))
     for velocity, once, twice in zip(balls, coarse, fine, strict=True):
         limit = [2.0 * b - a for a, b in zip(once, twice, strict=True)]
         assert velocity == pytest.approx(limit, abs=1e-7)
+
+
+# --- the cloth's part ---------------------------------------------------------------------------
 
 
 def test_follow_presses_the_object_ball_and_draw_the_cue_ball():

@@ -1,24 +1,38 @@
-"""Scenes made past their checks are refused, and no scene has a kernel write beyond its arrays."""
+"""The engine's front door: what is asked is checked, and what comes back keeps its promises.
+
+Scenes made past their checks are refused on every path to the kernels, no scene has one write
+beyond its arrays, and the same scene gives the same bits.
+"""
 
 from __future__ import annotations
 
 import math
+import tomllib
+from pathlib import Path
 
 import numpy as np
 import pytest
+from recorded import fingerprint
 from shots import POOL_TABLE, R, ball, scene_of
 
 from ghostball.engine import (
+    EVENT_DTYPE,
     Ball,
+    EventKind,
+    GhostballError,
     Physics,
     Scene,
     SceneError,
     Status,
+    UnsupportedSceneError,
     simulate,
     simulate_many,
     simulate_sweep,
 )
 from ghostball.engine.sensitivity import tangent_of
+from ghostball.validation.scenes.library import find_scene
+
+BASELINES = Path(__file__).parents[2] / "benchmarks" / "baselines" / "ghostball"
 
 SHOT = scene_of(
     ball((0.3, 0.3), (2.0, 0.1)), ball((0.8, 0.32)), ball((0.86, 0.36)), table=POOL_TABLE
@@ -163,3 +177,67 @@ def test_more_contacts_than_there_is_room_for_end_the_run(scene):
     vx, vy, _ = scene.balls[0].velocity
     batch = simulate_sweep(scene, math.hypot(vx, vy), [math.atan2(vy, vx)], max_events=100)
     assert not batch.complete.any()
+
+
+# --- what is asked, and what comes back
+
+
+def test_an_unknown_record_is_refused():
+    with pytest.raises(GhostballError, match=r"`record` must be .*got 'all'"):
+        simulate(scene_of(ball((0, 0))), record="all")
+
+
+@pytest.mark.parametrize("limit", ["max_events", "max_work"])
+@pytest.mark.parametrize("wrong", [0, -5, 2.5, math.inf, True, "a", None, 2**63])
+def test_a_limit_that_is_none_is_refused(limit, wrong):
+    rule = f"`{limit}` must be a whole number from 1 to .*, got {wrong!r}"
+    with pytest.raises(GhostballError, match=rule):
+        simulate(scene_of(ball((0, 0))), **{limit: wrong})
+
+
+def test_unsupported_physics_is_refused_by_name():
+    scene = scene_of(ball((0, 0), (1, 0)), motion="sliding", airborne=True, air_drag=0.004)
+    with pytest.raises(UnsupportedSceneError, match="no air drag of balls that leave the cl"):
+        simulate(scene)
+
+
+def test_events_have_the_dtype_of_the_contract_and_counts_agree():
+    scene = scene_of(ball((0.5, 0.5), (2, 0.3)), ball((1.5, 0.6)), table=POOL_TABLE)
+    result = simulate(scene, record="events")
+    assert result.events.dtype == EVENT_DTYPE
+    kinds = result.events["kind"].tolist()
+    counted = {kind: kinds.count(kind) for kind in (EventKind.BALL_BALL, EventKind.BALL_CUSHION)}
+    assert min(counted.values()) > 0
+    assert result.collision_counts == {kind.label: count for kind, count in counted.items()}
+    assert result.work["events"] == len(result.events)
+    rests = result.events["kind"] == EventKind.ROLL_TO_REST
+    assert set(result.events["b"][rests].tolist()) == {-1}
+
+
+def test_a_resting_scene_has_no_events_and_no_time():
+    result = simulate(scene_of(ball((0.3, 0.1)), ball((0.9, 0.2))), record="events")
+    assert (result.status, result.rest_time, len(result.events)) == (Status.REST, 0.0, 0)
+    assert np.array_equal(result.rest_positions, result.scene.positions)
+
+
+@pytest.mark.checkout
+@pytest.mark.parametrize(
+    "name",
+    [
+        "break-7",
+        "pool-break-9",
+        "restitution-cut",
+        "elastic-gas",
+        "mathavan-cut",
+        "push-line",
+        "air-slides",
+        "flight-jump",
+    ],
+)
+def test_a_shot_has_the_bits_of_its_baseline(name):
+    """Compiled and interpreted, whatever ran before: a fused multiply-add, or a sum in another
+    order, shows here. Where numbers are to move, `ghostball accept` stores the new hash.
+    """
+    with (BASELINES / f"{name}.toml").open("rb") as file:
+        accepted = tomllib.load(file)["hash"]["bits"]
+    assert fingerprint(simulate(find_scene(name), record="events")) == accepted

@@ -1,0 +1,77 @@
+"""Reading a recorded shot: its events and their bits, and the states around an event."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ghostball.engine import EventKind, Result, Samples
+from ghostball.engine.result.hashes import bits_hash
+from ghostball.validation.stress.same.images import rows_of
+
+FloatArray = NDArray[np.float64]
+
+EPS = 2.0**-52
+
+
+def collisions(result: Result) -> list[tuple[int, int, int]]:
+    """Return (kind, a, b) of every collision in order of time."""
+    assert result.events is not None
+    return [
+        (int(event["kind"]), int(event["a"]), int(event["b"]))
+        for event in result.events
+        if event["kind"] in (EventKind.BALL_BALL, EventKind.BALL_CUSHION)
+    ]
+
+
+def fingerprint(result: Result) -> str:
+    """Return the sha256 of the event log and the rest positions."""
+    assert result.events is not None
+    return bits_hash(result.events, result.rest_positions)
+
+
+def same_log(base: Result, other: Result, order: Sequence[int]) -> bool:
+    """Whether `other`, whose ball k is ball order[k] of `base`, has the same events to the bit."""
+    return rows_of(base, range(len(order))) == rows_of(other, order)
+
+
+def state_at(result: Result, t: float) -> Samples:
+    """Return the state (n, 3) at the instant `t`; after the event, where one falls on it."""
+    return Samples(*(array[0] for array in result.sample(t)))
+
+
+def state_before(result: Result, t: float) -> Samples:
+    """Return the state at the last double before `t`; at t = 0 the scene's own."""
+    if t == 0.0:
+        scene = result.scene
+        return Samples(scene.positions, scene.velocities, scene.angular_velocities)
+    return state_at(result, float(np.nextafter(t, 0.0)))
+
+
+def times_of(result: Result, kind: EventKind, ball: int | None = None) -> list[float]:
+    """Return the times of all events of one kind, of one ball where that is given."""
+    assert result.events is not None
+    of_kind = result.events[result.events["kind"] == kind]
+    if ball is not None:
+        of_kind = of_kind[of_kind["a"] == ball]
+    times: list[float] = of_kind["t"].tolist()
+    return times
+
+
+def once_rolling(result: Result, ball: int, since: float = 0.0) -> tuple[float, FloatArray]:
+    """Return when a ball first starts to roll after `since` [s], and its velocity (2,) then."""
+    t = next(t for t in times_of(result, EventKind.SLIDE_TO_ROLL, ball) if t > since)
+    return t, state_at(result, t).velocities[ball, :2]
+
+
+def direction(velocity: FloatArray) -> float:
+    """Return the angle of a velocity from the x axis [degrees], in (-180, 180]."""
+    return math.degrees(math.atan2(velocity[1], velocity[0]))
+
+
+def speed(velocity: FloatArray) -> float:
+    """Return the speed in the plane [m/s]."""
+    return math.hypot(velocity[0], velocity[1])
