@@ -9,7 +9,7 @@ from functools import partial
 
 import numpy as np
 import pytest
-from shots import POOL_TABLE, R, ball, rack, random_break, scene_of
+from shots import POOL_TABLE, R, ball, random_break, scene_of
 
 from ghostball.engine import (
     STATUSES,
@@ -21,7 +21,6 @@ from ghostball.engine import (
     simulate_sweep,
 )
 from ghostball.engine.errors import SceneError, UnsupportedSceneError
-from ghostball.validation.stress.random_breaks import random_break as varied_break
 
 
 def shot(velocity=(2.0, 0.0), **cue) -> Scene:
@@ -40,53 +39,10 @@ def assert_same(batch, k, result):
     assert STATUSES[batch.status[k]] is result.status
 
 
-@pytest.mark.compiled
-@pytest.mark.parametrize("threads", [1, 2, 3, None])
-def test_many_scenes_are_as_one_by_one(threads):
-    scenes = [shot(), *map(varied_break, (2, 8, 10)), scene_of(ball((0, 0)))]
-    batch = simulate_many(scenes, threads=threads)
-    for k, scene in enumerate(scenes):
-        assert_same(batch, k, simulate(scene))
-
-
 def test_no_scenes_give_an_empty_batch():
     batch = simulate_many([])
     assert batch.rest_positions.shape == (0, 0, 3)
     assert len(batch.complete) == 0
-
-
-@pytest.mark.compiled
-@pytest.mark.parametrize("spin", [None, (10.0, 60.0, -30.0), (0.0, 2.0 / R, 15.0)])
-@pytest.mark.parametrize("threads", [1, 2])
-def test_a_sweep_is_as_shot_by_shot(spin, threads):
-    fields = {} if spin is None else {"angular_velocity": spin}
-    scene = shot(**fields)
-    speeds = np.linspace(0.5, 5.0, 40)
-    angles = np.linspace(-0.05, 0.1, 40)
-    batch = simulate_sweep(scene, speeds, angles, threads=threads)
-    for k in range(0, 40, 3):
-        velocity = (speeds[k] * np.cos(angles[k]), speeds[k] * np.sin(angles[k]))
-        if spin is not None:
-            factor, cosine, sine = speeds[k] / 2.0, np.cos(angles[k]), np.sin(angles[k])
-            wx, wy, wz = spin
-            turned = (factor * (cosine * wx - sine * wy), factor * (sine * wx + cosine * wy))
-            fields = {"angular_velocity": (*turned, factor * wz)}
-        assert_same(batch, k, simulate(shot(velocity, **fields)))
-
-
-@pytest.mark.compiled
-def test_a_sweep_of_breaks_that_press_is_as_shot_by_shot():
-    scene = scene_of(
-        ball((0.6, 0.635), (4.0, 0.0)), *rack(6, (1.9, 0.635), 0.0), table=POOL_TABLE, preset="pool"
-    )
-    speeds = np.linspace(1.0, 8.0, 24)
-    one, two = (simulate_sweep(scene, speeds, 0.02, threads=threads) for threads in (1, 2))
-    assert np.array_equal(one.rest_positions, two.rest_positions)
-    assert np.array_equal(one.events, two.events)
-    for k in (0, 11, 23):
-        velocity = (speeds[k] * math.cos(0.02), speeds[k] * math.sin(0.02))
-        cue = scene.balls[0].model_copy(update={"velocity": (*velocity, 0.0)})
-        assert_same(one, k, simulate(scene.model_copy(update={"balls": (cue, *scene.balls[1:])})))
 
 
 def test_a_sweep_of_frozen_balls_is_as_shot_by_shot_in_any_order():

@@ -10,13 +10,10 @@ import math
 import numpy as np
 import pytest
 from mpmath import mp, mpf
-from scaled_shots import differences, scaled
-from shots import POOL_TABLE, R, ball, random_shot, scene_of
+from shots import R, ball, scene_of
 
-from ghostball.engine import EventKind, Scene, Status, Table, simulate
-from ghostball.engine.core.kernel import COMPILED
+from ghostball.engine import EventKind, Status, Table, simulate
 from ghostball.engine.core.tolerances import EPS
-from ghostball.validation.scenes.library import find_scene
 
 K = 0.0041
 G = 9.81
@@ -144,31 +141,6 @@ def test_a_cushion_is_met_when_the_way_is_gone(v):
     assert result.events["t"][0] == pytest.approx(float(t), rel=8 * EPS)
 
 
-@pytest.mark.parametrize("seed", [1, 3])
-def test_it_has_no_scale_of_its_own(seed):
-    """In units that are powers of two smaller or larger, the same bits: k goes with 1 / length."""
-    scene = random_shot(seed, 4, preset="pool", ball_friction=0.06, air_drag=K)
-    one = simulate(scene, record="events")
-    assert differences(one, simulate(scaled(scene, 3, -2, 1), record="events"), 3, -2) == []
-
-
-def test_air_that_hardly_is_hardly_matters():
-    """As k goes to 0 the shot comes to what it is without air, in proportion to k."""
-
-    def rests(k):
-        scene = scene_of(
-            ball((0.6, 0.6), (2.0, 0.3), angular_velocity=(5.0, -20.0, 30.0)),
-            ball((1.2, 0.7)),
-            table=POOL_TABLE,
-            **(POOL | {"air_drag": k}),
-        )
-        return simulate(scene).rest_positions
-
-    off = [np.abs(rests(k) - rests(0.0)).max() for k in (1e-6, 1e-8, 1e-10)]
-    assert off[0] == pytest.approx(100 * off[1], rel=1e-3)
-    assert off[1] == pytest.approx(100 * off[2], rel=1e-3)
-
-
 def test_without_friction_only_the_air_slows():
     """v = v0 / (1 + k v0 t), and it never stops: it needs `t_max`."""
     scene = scene_of(
@@ -200,23 +172,6 @@ def test_orientation_follows_the_angular_velocity_through_a_slide_and_a_roll():
         )
 
 
-@pytest.mark.parametrize("name", [pytest.param("push", marks=pytest.mark.compiled), "push-line"])
-def test_balls_that_press_each_other_feel_the_air_too(name):
-    """Breaks where a contact step leaves the air out."""
-    scene = find_scene(name)
-    ends = []
-    for k in (0.0, 1e-6, 1e-5):
-        physics = scene.physics.model_copy(update={"air_drag": k})
-        shot = Scene.model_validate(scene.model_copy(update={"physics": physics}).model_dump())
-        result = simulate(shot)
-        assert result.work["contact_steps"] > 0
-        assert result.work["unsolved_contact_steps"] == 0
-        ends.append(result.rest_positions)
-    little, more = (np.abs(end - ends[0]).max() for end in ends[1:])
-    assert more == pytest.approx(10 * little, rel=0.02)
-    assert little > 1e-9
-
-
 def test_two_that_touch_and_go_along_together_in_air_roll_as_one_alone():
     """Each bent by the air, they seemed to approach: contact steps held them, 1e-11 m off."""
     alone = scene_of(ball((0.0, 0.0), (1.0, 0.0)), air_drag=0.0041)
@@ -241,16 +196,3 @@ def test_what_an_inelastic_hit_leaves_together_goes_on_where_only_air_slows():
     assert velocities[:, 0] == pytest.approx(velocities[:, 1], rel=1e-15)
     slowed = velocities[0, 0] / (1.0 - 0.023679174653121488 * velocities[0, 0] * 0.2)
     assert velocities[1, 0] == pytest.approx(slowed, rel=1e-13)
-
-
-@pytest.mark.skipif(COMPILED, reason="kernels that no other test runs would be compiled for it")
-def test_many_balls_come_to_the_same_bits_as_few(monkeypatch):
-    from ghostball.engine.running import skips
-
-    scene = random_shot(3, 8, **POOL)
-    few = simulate(scene, record="events")
-    monkeypatch.setattr(skips, "MOST_PAIRED", 0)
-    many = simulate(Scene.model_validate(scene.model_dump()), record="events")
-    assert many.work["cell_moves"] > 0
-    assert np.array_equal(few.events, many.events)
-    assert np.array_equal(few.rest_positions, many.rest_positions)

@@ -6,12 +6,10 @@ import math
 
 import numpy as np
 import pytest
-from shots import POOL_TABLE, R, ball, rack, scene_of
+from shots import R, ball, scene_of
 
-from ghostball.engine import EventKind, Scene, Status, Table, simulate
-from ghostball.engine.core.kernel import COMPILED
+from ghostball.engine import EventKind, Status, Table, simulate
 from ghostball.engine.core.tolerances import EPS
-from ghostball.engine.running import skips
 from ghostball.engine.trajectory import Phase
 
 G = 9.81
@@ -126,20 +124,3 @@ def test_a_ball_over_an_open_side_comes_down_on_the_cloth_that_goes_on():
     assert result.status is Status.REST
     assert EventKind.LEAVES_TABLE not in result.events["kind"]
     assert result.rest_positions[0, 0] > 2.0
-
-
-@pytest.mark.skipif(COMPILED, reason="kernels that no other test runs would be compiled for it")
-def test_many_balls_come_to_the_same_bits_as_few(monkeypatch):
-    scene = scene_of(
-        ball((0.6, 0.64), (5.0, 0.0, 0.5), angular_velocity=(0, 50, 0)),
-        *rack(6, (1.8, 0.635), 1e-4),
-        table=POOL_TABLE,
-        preset="pool",
-        airborne=True,
-    )
-    few = simulate(scene, record="events")
-    monkeypatch.setattr(skips, "MOST_PAIRED", 0)
-    many = simulate(Scene.model_validate(scene.model_dump()), record="events")
-    assert many.work["cell_moves"] > 0
-    assert np.array_equal(few.events, many.events)
-    assert np.array_equal(few.rest_positions, many.rest_positions)
