@@ -8,23 +8,18 @@ from pathlib import Path
 from typing import Annotated, TypeVar
 
 import typer
-from rich.console import RenderableType
 
-import benchmarks.accuracy
-from benchmarks import measurements, tables
-from benchmarks.measurements import Measurement
+from benchmarks.accuracy import SHOTS, measure_accuracy
+from benchmarks.measurements import BenchError, Measurement, machine_folder
 from benchmarks.pictures.gallery import write_gallery
-from benchmarks.precision import _ladders, measure as precision_of
-from benchmarks.precision.tables import precision_tables
-from benchmarks.racks import PEERS, RACKS, measure_racks, our_player, peer
-from benchmarks.running import BenchError
+from benchmarks.precision.measure import DEFAULT_SCENES, PRECISION_ENGINES, measure_precision
+from benchmarks.racks import PEERS, measure_racks, our_player, peer
 from benchmarks.skips import measure_skips
 from benchmarks.speed import chosen_workloads, measure_targets
 from ghostball.cli.shared.options import AUTO, Jobs, engines_option
 from ghostball.cli.shared.progress import counting
 from ghostball.cli.shared.terminal import command, say, stdout
 from ghostball.validation.exit_status import ExitStatus
-from ghostball.validation.results.environment import describe_environment
 from ghostball.validation.scenes.gases import many_balls
 from ghostball.validation.scenes.library import select
 
@@ -38,18 +33,12 @@ app = typer.Typer(
 
 M = TypeVar("M", bound=Measurement)
 
-ROUNDS = 15
-"""Rounds of the targets: some four minutes, three of which compile."""
-
 Repeats = Annotated[
     int, typer.Option(min=1, help="Rounds: how often each is measured; slow ones less often.")
 ]
-Quick = Annotated[
-    bool, typer.Option("--smoke", help="Tiny sizes, to see that all runs; its times mean nothing.")
-]
 Out = Annotated[
     Path | None,
-    typer.Option("--out", "-o", metavar="FILE|DIR", help="Write the measurement there, as JSON."),
+    typer.Option("--out", "-o", metavar="DIR", help="Write the measurement there, as JSON."),
 ]
 Store = Annotated[
     bool,
@@ -57,122 +46,96 @@ Store = Annotated[
         "--store", help="Write it to benchmarks/results/MACHINE of the checkout, to be committed."
     ),
 ]
-Workloads = Annotated[
+Scenes = Annotated[
     list[str] | None,
-    typer.Argument(metavar="GLOB", help="Only workloads that match, such as 'gas-*'."),
-]
-Peers = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--peer",
-        metavar="ENGINE",
-        help="Another engine beside ours, as for `run --engine`; once for each, or none for none "
-        f"(default: {', '.join(PEERS)}).",
+    typer.Argument(
+        metavar="SCENE|TAG",
+        help="As of `validate`. Default, of skips: all that are shipped, and two of 256 balls; of "
+        "precision, whose scenes have a closed form or a proof to their end: six.",
     ),
 ]
-Shots = Annotated[
-    int | None, typer.Option(min=1, help="How many random shots (default: all that --store keeps).")
-]
-First = Annotated[
-    int, typer.Option(min=0, help="Number of the first shot: the same number, the same shot.")
-]
-
-
-def paths_of(kind: str, out: Path | None, store: bool, *, part: bool) -> dict[str, Path]:
-    """Return the files to write, by option, each checked before anything is measured."""
-    paths: dict[str, Path] = {}
-    if store:
-        if part:
-            raise BenchError(
-                "`--store` keeps whole measurements only, so it can't go with `--smoke`, "
-                "single workloads, `--first`, fewer `--shots` than by default, `--engine`, or "
-                "single scenes. Use `--out FILE`"
-            )
-        paths["--store"] = measurements.store_path(describe_environment(), kind)
-    if out is not None:
-        paths["--out"] = measurements.out_path(out, kind)
-    for option, path in paths.items():
-        measurements.check_target(path, kind, option)
-    return paths
 
 
 def measured_by(
-    measure: Callable[..., M], tables: Callable[[M], RenderableType], paths: dict[str, Path]
+    measure: Callable[..., M], out: Path | None, store: bool, *, part: bool = False
 ) -> M:
-    """Measure, show it, and write it; end with 130 where that was interrupted."""
+    """Measure, show it, and write it; `part` says that it isn't the whole measurement."""
+    if store and part:
+        raise BenchError(
+            "`--store` keeps whole measurements only, so it can't go with single workloads or "
+            "scenes, `--first`, fewer `--shots` than by default, `--engine` or `--peer`. Use "
+            "`--out DIR`"
+        )
+    folders = [folder for folder in (out, machine_folder() if store else None) if folder]
+    for folder in folders:  # refused before it is measured
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise BenchError(f"`--out`: can't make the folder {folder}: {error.strerror}") from None
     with counting("measuring") as count:
         measured = measure(progress=count)
-    stdout().print(tables(measured))
-    for option, path in paths.items():
-        if measured.interrupted and not measured.anything:
-            continue
-        if measured.interrupted and option == "--store":
-            say("[bold]Interrupted:[/] nothing is stored, for a part would replace the whole")
-            continue
-        measurements.save(measured, path, option)
-        stdout().print(f"written: {path}", soft_wrap=True, markup=False)
-    if measured.interrupted:
-        say("[bold]Interrupted:[/] the tables hold what was measured until then")
-        raise typer.Exit(ExitStatus.INTERRUPTED)
+    stdout().print(measured.table)
+    for folder in folders:
+        stdout().print(f"written: {measured.save(folder)}", soft_wrap=True, markup=False)
     return measured
 
 
 @app.command()
 @command
 def targets(
-    wanted: Workloads = None,
-    repeats: Repeats = ROUNDS,
-    quick: Quick = False,
+    wanted: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="GLOB", help="Only workloads that match, such as 'gas-*'."),
+    ] = None,
+    repeats: Repeats = 15,
     out: Out = None,
     store: Store = False,
 ) -> None:
-    """Measure our engine against its targets; a missed one is no failure."""
-    measure = partial(
-        measure_targets,
-        chosen_workloads(wanted or ()),
-        rounds=1 if quick else repeats,
-        quick=quick,
-    )
-    paths = paths_of("targets", out, store, part=bool(wanted) or quick)
-    measured_by(measure, tables.targets_tables, paths)
+    """Measure our engine against its targets, some four minutes; a missed one is no failure."""
+    measure = partial(measure_targets, chosen_workloads(wanted or ()), rounds=repeats)
+    measured_by(measure, out, store, part=bool(wanted))
 
 
 @app.command()
 @command
 def racks(
     repeats: Repeats = 5,
-    quick: Quick = False,
     out: Out = None,
     store: Store = False,
-    peers: Peers = None,
+    peers: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--peer",
+            metavar="ENGINE",
+            help="Another engine beside ours, as for `run --engine`; once for each, or none for "
+            f"none (default: {', '.join(PEERS)}).",
+        ),
+    ] = None,
 ) -> None:
     """Measure the time of each of 1000 random racks, half frozen.
 
     The other half is loose by up to 1 mm; all of pool's physics, the cue ball at 4 to 12 m/s. Other
     engines play the first 100 of them, once.
     """
-    paths = paths_of("racks", out, store, part=quick)
     asked = PEERS if peers is None else [] if peers == ["none"] else peers
-    measure = partial(
-        measure_racks,
-        our_player(),
-        [peer(one) for one in asked],
-        rounds=1 if quick else repeats,
-        racks=2 if quick else RACKS,
-    )
-    measured_by(measure, tables.racks_tables, paths)
+    measure = partial(measure_racks, our_player(), list(map(peer, asked)), rounds=repeats)
+    measured_by(measure, out, store, part=peers is not None)
 
 
 @app.command()
 @command
 def accuracy(
-    shots: Shots = None, first: First = 0, jobs: Jobs = AUTO, out: Out = None, store: Store = False
+    shots: Annotated[int, typer.Option(min=1, help="How many random shots.")] = SHOTS,
+    first: Annotated[
+        int, typer.Option(min=0, help="Number of the first shot: the same number, the same shot.")
+    ] = 0,
+    jobs: Jobs = AUTO,
+    out: Out = None,
+    store: Store = False,
 ) -> None:
-    """Prove 10 000 random shots and grade our engine by them; exit with 1 if it breaks a limit."""
-    shots = shots or benchmarks.accuracy.SHOTS
-    paths = paths_of("accuracy", out, store, part=first > 0 or shots < benchmarks.accuracy.SHOTS)
-    measure = partial(benchmarks.accuracy.measure_accuracy, shots, first=first, jobs=jobs)
-    measured = measured_by(measure, tables.accuracy_tables, paths)
+    """Prove random shots and grade our engine by them; exit with 1 if it breaks a limit."""
+    measure = partial(measure_accuracy, shots, first=first, jobs=jobs)
+    measured = measured_by(measure, out, store, part=first > 0 or shots < SHOTS)
     if measured.faulty:
         say(f"[bold red]Shots that break a limit of every scene: {len(measured.faulty)}[/]")
         raise typer.Exit(ExitStatus.CHECK_FAILED)
@@ -181,23 +144,12 @@ def accuracy(
 @app.command()
 @command
 def skips(
-    scenes: Annotated[
-        list[str] | None,
-        typer.Argument(
-            metavar="SCENE|TAG",
-            help="As of `validate` (default: all that are shipped, and two of 256 balls).",
-        ),
-    ] = None,
-    repeats: Repeats = 5,
-    out: Out = None,
-    store: Store = False,
+    scenes: Scenes = None, repeats: Repeats = 5, out: Out = None, store: Store = False
 ) -> None:
     """Run scenes with each skip off and on; exit with 1 where one changes an answer."""
     chosen = [*select(scenes)] if scenes else [*select(), *many_balls()]
-    paths = paths_of("skips", out, store, part=bool(scenes))
-    measured = measured_by(
-        partial(measure_skips, chosen, rounds=repeats), tables.skips_tables, paths
-    )
+    measure = partial(measure_skips, chosen, rounds=repeats)
+    measured = measured_by(measure, out, store, part=bool(scenes))
     if measured.defects:
         say(f"[bold red]Answers that a skip changes: {len(measured.defects)};[/] see above")
         raise typer.Exit(ExitStatus.CHECK_FAILED)
@@ -206,14 +158,7 @@ def skips(
 @app.command()
 @command
 def precision(
-    scenes: Annotated[
-        list[str] | None,
-        typer.Argument(
-            metavar="SCENE|TAG",
-            help="Names or tags of shipped scenes, or TOML files, each with a closed form or "
-            "proved to its end (default: six with closed forms).",
-        ),
-    ] = None,
+    scenes: Scenes = None,
     engine: Annotated[
         list[str] | None,
         engines_option("ours, pymunk in four ways and pybullet in three, and the proof"),
@@ -226,7 +171,6 @@ def precision(
             "counts; what takes long is run twice.",
         ),
     ] = 4,
-    quick: Quick = False,
     out: Out = None,
     store: Store = False,
 ) -> None:
@@ -234,17 +178,9 @@ def precision(
 
     The error is the largest distance of a ball from where it truly ends. Some minutes.
     """
-    asked = engine or precision_of.PRECISION_ENGINES
-    chosen = select(scenes or (precision_of.QUICK_SCENES if quick else precision_of.DEFAULT_SCENES))
-    paths = paths_of("precision", out, store, part=bool(scenes) or engine is not None or quick)
-    measure = partial(
-        precision_of.measure_precision,
-        chosen,
-        asked,
-        rounds=1 if quick else repeats,
-        extent=_ladders.TINY if quick else _ladders.WIDE,
-    )
-    measured_by(measure, precision_tables, paths)
+    chosen = select(scenes or DEFAULT_SCENES)
+    measure = partial(measure_precision, chosen, engine or PRECISION_ENGINES, rounds=repeats)
+    measured_by(measure, out, store, part=bool(scenes) or engine is not None)
 
 
 @app.command()

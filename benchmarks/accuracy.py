@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from contextlib import closing
-from dataclasses import dataclass, field
 from typing import Any, Literal, Never
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict
+from pydantic import Field, computed_field
+from rich.console import Group, RenderableType
+from rich.text import Text
 
-from benchmarks.measurements import Measurement, measured_where
-from benchmarks.running import BenchError
+from benchmarks.measurements import BenchError, Measurement, Record, table_of
 from ghostball.engine import Status, simulate
 from ghostball.reference_adapters.certified import CertifiedSettings, certify
 from ghostball.validation.checks.violations import faults_of
@@ -39,29 +39,38 @@ _VARIED = 80
 """Shots that need every variant of the kernels between them."""
 
 
-class ShotRow(BaseModel):
-    """One shot that is worth a look, with its scene.
+class Shot(Record):
+    """What came of one shot.
 
-    `faults` are the limits of every scene that it breaks; `again` is the command that grades it.
+    `faults` are the limits of every scene that it breaks. `missing` and `invented` of its events
+    are wrong.
     """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     number: int
     ending: str
     extent: str
     events: int
+    missing: int = Field(0, exclude=True)
+    invented: int = Field(0, exclude=True)
+    swapped: int = Field(0, exclude=True)
+    negligible: int = Field(0, exclude=True)
     quality_factor: float | None
-    time_error_ulps: float | None
+    time_errors: tuple[float, ...] = Field((), exclude=True)
     faults: tuple[str, ...]
-    again: str
-    scene: dict[str, Any]
+
+    @computed_field
+    def again(self) -> str:
+        """Return the command that grades it."""
+        return f"python -m benchmarks accuracy --first {self.number} --shots 1"
+
+    @computed_field
+    def scene(self) -> dict[str, Any]:
+        """Return the scene, as its file has it."""
+        return random_shot(self.number).model_dump(mode="json", by_alias=True)
 
 
-class Distribution(BaseModel):
+class Distribution(Record):
     """How one quantity is spread over many values; None where there are none."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     count: int
     median: float | None = None
@@ -75,6 +84,12 @@ class Distribution(BaseModel):
             return cls(count=0)
         middle, high, most = np.quantile(values, (0.5, 0.99, 1.0), method="inverted_cdf").tolist()
         return cls(count=len(values), median=middle, p99=high, greatest=most)
+
+    @property
+    def cells(self) -> tuple[str, ...]:
+        """It as cells of a table."""
+        values = (self.median, self.p99, self.greatest)
+        return str(self.count), *("–" if value is None else f"{value:.3g}" for value in values)
 
 
 class AccuracyMeasurement(Measurement):
@@ -97,98 +112,59 @@ class AccuracyMeasurement(Measurement):
     negligible: int
     quality_factor: Distribution
     time_error_ulps: Distribution
-    faulty: tuple[ShotRow, ...]
-    worst: tuple[ShotRow, ...]
+    faulty: tuple[Shot, ...]
+    worst: tuple[Shot, ...]
 
-    @property
-    def anything(self) -> bool:
-        """Whether a shot was graded before an interrupt."""
-        return self.shots > 0
-
-
-@dataclass(frozen=True)
-class _Graded:
-    """What came of one shot."""
-
-    number: int
-    ending: str
-    extent: str
-    events: int
-    missing: int
-    invented: int
-    swapped: int
-    negligible: int
-    quality_factor: float | None
-    time_errors: list[float]
-    faults: tuple[str, ...]
-
-    def row(self) -> ShotRow:
-        """Return it with its scene."""
-        return ShotRow(
-            number=self.number,
-            ending=self.ending,
-            extent=self.extent,
-            events=self.events,
-            quality_factor=self.quality_factor,
-            time_error_ulps=max(self.time_errors, default=None),
-            faults=self.faults,
-            again=f"python -m benchmarks accuracy --first {self.number} --shots 1",
-            scene=random_shot(self.number).model_dump(mode="json", by_alias=True),
+    @classmethod
+    def of(cls, first: int, shots: Sequence[Shot]) -> AccuracyMeasurement:
+        """Return what came of all shots."""
+        graded = [shot for shot in shots if shot.quality_factor is not None]
+        graded.sort(key=lambda shot: (-(shot.quality_factor or 0.0), shot.number))
+        times = [error for shot in shots for error in shot.time_errors]
+        return cls(
+            first=first,
+            shots=len(shots),
+            endings=Counter(sorted(shot.ending for shot in shots)),
+            extents=Counter(sorted(shot.extent for shot in shots)),
+            events=sum(shot.events for shot in shots),
+            missing=sum(shot.missing for shot in shots),
+            invented=sum(shot.invented for shot in shots),
+            swapped=sum(shot.swapped for shot in shots),
+            negligible=sum(shot.negligible for shot in shots),
+            quality_factor=Distribution.of([shot.quality_factor or 0.0 for shot in graded]),
+            time_error_ulps=Distribution.of(times),
+            faulty=tuple(shot for shot in shots if shot.faults),
+            worst=tuple(graded[:WORST]),
         )
 
-
-@dataclass
-class _Tally:
-    """What came of all shots so far; rows are made of few of them only."""
-
-    counts: Counter[str] = field(default_factory=Counter)
-    endings: Counter[str] = field(default_factory=Counter)
-    extents: Counter[str] = field(default_factory=Counter)
-    qualities: list[float] = field(default_factory=list)
-    time_errors: list[float] = field(default_factory=list)
-    faulty: list[_Graded] = field(default_factory=list)
-    worst: list[_Graded] = field(default_factory=list)
-
-    def add(self, shot: _Graded) -> None:
-        self.counts["shots"] += 1
-        for name in ("events", "missing", "invented", "swapped", "negligible"):
-            self.counts[name] += getattr(shot, name)
-        self.endings[shot.ending] += 1
-        self.extents[shot.extent] += 1
-        self.time_errors += shot.time_errors
-        if shot.faults:
-            self.faulty.append(shot)
-        if shot.quality_factor is not None:
-            self.qualities.append(shot.quality_factor)
-            self.worst.append(shot)
-            self.worst.sort(key=lambda one: (-(one.quality_factor or 0.0), one.number))
-            del self.worst[WORST:]
-
-    def measurement(self, first: int, *, interrupted: bool) -> AccuracyMeasurement:
-        return AccuracyMeasurement(
-            environment=measured_where(),
-            rounds=1,
-            interrupted=interrupted,
-            first=first,
-            shots=self.counts["shots"],
-            endings=dict(sorted(self.endings.items())),
-            extents=dict(sorted(self.extents.items())),
-            events=self.counts["events"],
-            missing=self.counts["missing"],
-            invented=self.counts["invented"],
-            swapped=self.counts["swapped"],
-            negligible=self.counts["negligible"],
-            quality_factor=Distribution.of(self.qualities),
-            time_error_ulps=Distribution.of(self.time_errors),
-            faulty=tuple(s.row() for s in sorted(self.faulty, key=lambda one: one.number)),
-            worst=tuple(shot.row() for shot in self.worst),
+    @property
+    def table(self) -> RenderableType:
+        """How exact our engine is over many random shots, and the shots worth a look."""
+        counts = [(f"proof: {name}", str(count)) for name, count in self.endings.items()]
+        counts += [(f"graded: {name}", str(count)) for name, count in self.extents.items()]
+        spreads = (
+            ("quality factor of a shot", *self.quality_factor.cells),
+            ("error of an event's time [ulps]", *self.time_error_ulps.cells),
+        )
+        worth_a_look = [("breaks a limit", shot) for shot in self.faulty]
+        worth_a_look += [("worst", shot) for shot in self.worst[:3]]
+        return Group(
+            table_of((f"{self.shots} shots from number {self.first}", "shots"), counts),
+            table_of(("quantity", "values", "median", "99 %", "greatest"), spreads),
+            f"{self.events} events proved: {self.missing} not found, {self.invented} invented; "
+            f"{self.swapped} in another order, {self.negligible} below rounding",
+            *(
+                Text(f"{why}: quality factor {shot.quality_factor or 0.0:.3g}: {shot.again}. ")
+                + Text("; ".join(shot.faults))
+                for why, shot in worth_a_look
+            ),
         )
 
 
 def measure_accuracy(
     shots: int = SHOTS, *, first: int = 0, jobs: int = JOBS, progress: Progress[str] | None = None
 ) -> AccuracyMeasurement:
-    """Simulate, prove and grade random shots; Ctrl-C keeps those that are done.
+    """Simulate, prove and grade random shots.
 
     Parameters
     ----------
@@ -204,30 +180,24 @@ def measure_accuracy(
     Raises
     ------
     BenchError
-        Where a number is wrong, or a process dies.
+        Where a process dies.
     """
-    for name, value, least in (("shots", shots, 1), ("first", first, 0), ("jobs", jobs, 1)):
-        if value < least:
-            raise BenchError(f"`{name}` must be at least {least}, got {value}")
     numbers = range(first, first + shots)
     compile_kernels((random_shot(number) for number in numbers[:_VARIED]), jobs)
-    tally, interrupted = _Tally(), False
-    try:
-        with closing(run_tasks(numbers, jobs, _grade_shot)) as answers:
-            for count, done in enumerate(answers, start=1):
-                tally.add(done.or_else(_died))
-                if progress is not None:
-                    progress(count, shots, f"shot {done.task}")
-    except KeyboardInterrupt:
-        interrupted = True
-    return tally.measurement(first, interrupted=interrupted)
+    graded = []
+    with closing(run_tasks(numbers, jobs, _grade_shot)) as answers:
+        for count, done in enumerate(answers, start=1):
+            graded.append(done.or_else(_died))
+            if progress is not None:
+                progress(count, shots, f"shot {done.task}")
+    return AccuracyMeasurement.of(first, sorted(graded, key=lambda shot: shot.number))
 
 
 def _died(number: int, reason: str) -> Never:
     raise BenchError(f"the measurement of shot {number}: {reason}")
 
 
-def _grade_shot(number: int) -> _Graded:
+def _grade_shot(number: int) -> Shot:
     scene = random_shot(number)
     result = simulate(scene, record="trajectory", max_events=MAX_EVENTS)
     if result.status is Status.INTERRUPTED:
@@ -238,7 +208,7 @@ def _grade_shot(number: int) -> _Graded:
     faults = faults_of(graded, scene)
     if not result.status.complete:
         faults += (f"our engine stopped early: {result.status.value}",)
-    return _Graded(
+    return Shot(
         number=number,
         ending=proof.ending,
         extent=graded.extent,
@@ -248,6 +218,6 @@ def _grade_shot(number: int) -> _Graded:
         swapped=graded.swapped,
         negligible=graded.negligible,
         quality_factor=graded.quality_factor,
-        time_errors=graded.time_errors.tolist(),
+        time_errors=tuple(graded.time_errors.tolist()),
         faults=faults,
     )

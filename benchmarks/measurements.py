@@ -4,146 +4,132 @@ from __future__ import annotations
 
 import json
 import re
-from abc import ABC, abstractmethod
-from contextlib import suppress
+from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Any, Final, Literal, TypeVar
+from typing import Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from rich import box
+from rich.console import RenderableType
+from rich.markup import escape
+from rich.table import Table
 
-from benchmarks.running import BenchError
+from ghostball.engine import GhostballError
 from ghostball.validation.results.environment import describe_environment
 from ghostball.validation.results.files import told, write_whole
-
-SCHEMA: Final = 1
-"""Version of the files; another one is refused."""
 
 STORE = Path(__file__).resolve().parent / "results"
 """Committed measurements, one folder per machine."""
 
-Stored = TypeVar("Stored", bound="Measurement")
+
+class BenchError(GhostballError):
+    """A measurement that can't be made, stored or read."""
 
 
-class Measurement(BaseModel, ABC):
-    """What every stored measurement has."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", populate_by_name=True)
-
-    schema_version: Literal[1] = Field(default=SCHEMA, alias="schema")
-    environment: dict[str, Any]
-    rounds: int
-    quick: bool = False
-    interrupted: bool = False
-
-    @property
-    @abstractmethod
-    def anything(self) -> bool:
-        """Whether anything was measured before an interrupt."""
-
-
-def measured_where() -> dict[str, Any]:
+def describe_machine() -> dict[str, Any]:
     """Return machine, versions, revision and date; no command line, for that may hold paths."""
     return {k: v for k, v in describe_environment().items() if k != "command"}
 
 
-def machine_name(environment: dict[str, Any]) -> str:
-    """Return the name of a machine's folder, such as "amd-epyc-2-cores"."""
-    text = f"{environment['cpu']} {environment['cores']} cores".lower()
-    return "-".join(re.findall(r"[a-z0-9]+", text))
+def machine_folder() -> Path:
+    """Return where this machine's committed measurements lie, such as "amd-epyc-2-cores"."""
+    machine = describe_environment()
+    words = re.findall(r"[a-z0-9]+", f"{machine['cpu']} {machine['cores']} cores".lower())
+    return STORE / "-".join(words)
 
 
-def store_path(environment: dict[str, Any], kind: str) -> Path:
-    """Return where this machine's committed measurement lies."""
-    return STORE / machine_name(environment) / f"{kind}.json"
+class Record(BaseModel):
+    """A part of a measurement that is stored."""
+
+    model_config = ConfigDict(frozen=True, populate_by_name=True)
 
 
-def stored_paths(kind: str) -> list[Path]:
-    """Return the committed measurements of a kind, one per machine."""
-    return sorted(STORE.glob(f"*/{kind}.json"))
+class Measurement(Record):
+    """What every stored measurement has; its file is named after its kind."""
 
+    schema_version: Literal[1] = Field(default=1, alias="schema")
+    environment: dict[str, Any] = Field(default_factory=describe_machine)
+    rounds: int = 1
+    kind: str
 
-def out_path(out: Path, kind: str) -> Path:
-    """Return the file that `--out` means: a .json file, or KIND.json in a folder."""
-    return out if out.suffix.lower() == ".json" else out / f"{kind}.json"
+    @property
+    def table(self) -> RenderableType:
+        """It as a table for the eye."""
+        raise NotImplementedError
 
+    @property
+    def where(self) -> str:
+        """Processor and day, for the title of a picture."""
+        return f"{self.environment['cpu']}, {str(self.environment['date'])[:10]}"
 
-def check_target(path: Path, kind: str, option: str) -> None:
-    """Refuse a file that can't be written, or that holds something else, before measuring.
+    def save(self, folder: Path) -> Path:
+        """Write it into a folder, each field on a line, and each row of one that has rows.
 
-    Folders that it lacks are made to find out, and removed again: the run may measure nothing.
-
-    Raises
-    ------
-    BenchError
-    """
-    try:
-        if path.is_dir():
-            raise BenchError(f"{path}: `{option}` must be a file, but it is a folder. Name another")
-        missing = [folder for folder in path.parents if not folder.exists()]
-        part = path.with_name(path.name + ".part")  # what `write_whole` writes first
+        Raises
+        ------
+        BenchError
+        """
+        path = folder / f"{self.kind}.json"
+        fields = self.model_dump(mode="json", by_alias=True)
+        lines = (f'  "{name}": {_in_rows(value)}' for name, value in fields.items())
         try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            part.touch()
-            part.unlink()
-        finally:
-            for folder in missing:
-                with suppress(OSError):  # not made, or someone else's by now
-                    folder.rmdir()
-    except OSError as error:
-        raise _cannot_write(path, option, error) from None
-    if path.exists() and not _is_of_kind(path, kind):
-        raise BenchError(
-            f"{path}: holds no measurement of `{kind}`, so it is not replaced. Choose another "
-            f"`{option}`"
-        )
+            folder.mkdir(parents=True, exist_ok=True)
+            write_whole(path, "{\n" + ",\n".join(lines) + "\n}\n")
+        except OSError as error:
+            raise BenchError(
+                f"{path}: can't write the measurement: {error.strerror}. Choose another `--out`"
+            ) from error
+        return path
+
+    @classmethod
+    def load(cls, path: Path) -> Self:
+        """Read a measurement of this kind.
+
+        Raises
+        ------
+        BenchError
+            Where it can't be read, or is another file.
+        """
+        try:
+            return cls.model_validate_json(path.read_text(encoding="utf-8"))
+        except (OSError, UnicodeDecodeError) as error:
+            raise BenchError(f"{path}: can't read the measurement: {error}") from None
+        except ValidationError as error:
+            raise BenchError(f"{path}: {told(error)}. Measure again") from None
+
+    @classmethod
+    def committed(cls) -> Self | None:
+        """Return the committed measurement of this machine, else of the first; None without any."""
+        paths = committed_files(f"{cls.model_fields['kind'].default}.json")
+        return cls.load(paths[0]) if paths else None
 
 
-def save(measurement: Measurement, path: Path, option: str) -> None:
-    """Write a measurement, whole or not at all.
+def committed_files(name: str) -> list[Path]:
+    """Return the committed files of a name: this machine's first, then those of all others."""
+    mine = machine_folder()
+    return sorted(STORE.glob(f"*/{name}"), key=lambda path: (path.parent != mine, path))
 
-    Raises
-    ------
-    BenchError
+
+def table_of(
+    heads: Sequence[str],
+    rows: Iterable[Sequence[str]],
+    *,
+    left: Sequence[str] = (),
+    title: str = "",
+) -> Table:
+    """Return a table whose first column, and those that `left` names, are text, the others numbers.
+
+    A cell may hold rich's markup, but in the first column, whose names are shown as they are.
     """
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write_whole(path, _text(measurement))
-    except OSError as error:
-        raise _cannot_write(path, option, error) from error
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, title=title, title_justify="left")
+    for k, head in enumerate(heads):
+        table.add_column(head, justify="left" if k == 0 or head in left else "right")
+    for name, *cells in rows:
+        table.add_row(escape(name), *cells)
+    return table
 
 
-def load(path: Path, kind: type[Stored]) -> Stored:
-    """Read a measurement of a kind.
-
-    Raises
-    ------
-    BenchError
-        Where it can't be read, or is another file.
-    """
-    try:
-        return kind.model_validate_json(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        raise BenchError(f"{path}: can't read the measurement: {error}") from None
-    except ValidationError as error:
-        raise BenchError(f"{path}: {told(error)}. Measure again") from None
-
-
-def committed(kind: type[Stored]) -> Stored | None:
-    """Return the committed measurement of this machine, else of the first; None without any."""
-    paths = stored_paths(str(kind.model_fields["kind"].default))
-    name = machine_name(describe_environment())
-    mine = [path for path in paths if path.parent.name == name]
-    return load((mine or paths)[0], kind) if paths else None
-
-
-def _text(measurement: Measurement) -> str:
-    """Return a measurement as JSON: each field has its line, and each row of one that has rows."""
-    fields: dict[str, Any] = json.loads(measurement.model_dump_json(by_alias=True))
-    lines = (f'  "{name}": {_rows(value)}' for name, value in fields.items())
-    return "{\n" + ",\n".join(lines) + "\n}\n"
-
-
-def _rows(value: Any) -> str:
+def _in_rows(value: Any) -> str:
     if isinstance(value, dict):
         rows = [f"{json.dumps(name)}: {json.dumps(row)}" for name, row in value.items()]
     elif isinstance(value, list):
@@ -153,18 +139,3 @@ def _rows(value: Any) -> str:
     opened, closed = "{}" if isinstance(value, dict) else "[]"
     listed = ",".join(f"\n    {row}" for row in rows)
     return f"{opened}{listed}\n  {closed}" if rows else opened + closed
-
-
-def _is_of_kind(path: Path, kind: str) -> bool:
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return False
-    return isinstance(content, dict) and content.get("kind") == kind
-
-
-def _cannot_write(path: Path, option: str, error: OSError) -> BenchError:
-    reason = error.strerror or type(error).__name__
-    return BenchError(
-        f"{path}: can't write the file of `{option}`: {reason}. Choose another `{option}`"
-    )

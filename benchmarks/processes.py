@@ -7,18 +7,14 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Mapping
 from pathlib import Path
 
-from benchmarks.running import BenchError
-from benchmarks.timing import Clock, Sampler
+from benchmarks.measurements import BenchError
+from benchmarks.timing import Sampler
 from ghostball import engine
 from ghostball.validation.scenes.library import FOLDER
 
-SHOT = "half-ball-cut"
-"""The shipped scene that is shot."""
-
-PROGRAM = """\
+SHOOT = """\
 import time
 began = time.perf_counter()
 import sys
@@ -27,8 +23,9 @@ imported = time.perf_counter() - began
 engine.simulate(engine.Scene.load(sys.argv[1]))
 print(imported, flush=True)
 """
+"""Prints how long importing the engine took [s], and shoots once."""
 
-COMPILING = """\
+COMPILE = """\
 from ghostball.engine.compilation import MANY
 from ghostball.validation.parallel.compiling import compile_kernels
 from ghostball.validation.scenes.library import select
@@ -41,68 +38,50 @@ LONGEST = 600.0
 """Seconds after which a process is given up."""
 
 
-def sample_start(_: object) -> Sampler:
+def prepare_start(_: object) -> Sampler:
     """Prepare a process that finds its kernels in the cache; the first one puts them there."""
-    first_shot({}, time.perf_counter)
-
-    def sample(clock: Clock) -> dict[str, float]:
-        shot, imported = first_shot({}, clock)
-        return {"first_shot": shot, "import": imported}
-
-    return sample
+    timed(SHOOT)
+    return lambda: dict(zip(("first_shot", "import"), timed(SHOOT), strict=True))
 
 
-def sample_cold_start(_: object) -> Sampler:
+def prepare_cold_start(_: object) -> Sampler:
     """Prepare processes that have to compile: for one shot, and for all that `validate` runs."""
 
-    def sample(clock: Clock) -> dict[str, float]:
-        with tempfile.TemporaryDirectory() as empty:
-            shot, _ = first_shot({"GHOSTBALL_CACHE_DIR": empty}, clock)
-        with tempfile.TemporaryDirectory() as empty:
-            every, _ = _timed(COMPILING, "compile", {"GHOSTBALL_CACHE_DIR": empty}, clock)
-        return {"first_shot": shot, "every_variant": every}
+    def sample() -> dict[str, float]:
+        seconds = []
+        for program in (SHOOT, COMPILE):
+            with tempfile.TemporaryDirectory() as empty:
+                seconds.append(timed(program, GHOSTBALL_CACHE_DIR=empty)[0])
+        return {"first_shot": seconds[0], "every_variant": seconds[1]}
 
     return sample
 
 
-def first_shot(environment: Mapping[str, str], clock: Clock) -> tuple[float, float]:
-    """Start a process that shoots once.
-
-    Parameters
-    ----------
-    environment : mapping of str to str
-        Variables besides those that this process has.
-    clock : callable
+def timed(program: str, **variables: str) -> tuple[float, float]:
+    """Run a program to its end, with more variables of the environment than this process has.
 
     Returns
     -------
-    shot, imported : float [s]
-        From the start of the process to its end, and what importing the engine took.
+    taken, printed : float
+        From the start of the process to its end [s], and the number that it printed.
 
     Raises
     ------
     BenchError
         Where it fails, or takes more than `LONGEST`.
     """
-    return _timed(PROGRAM, "shoot", environment, clock)
-
-
-def _timed(
-    program: str, purpose: str, environment: Mapping[str, str], clock: Clock
-) -> tuple[float, float]:
-    """Run a program to its end; return how long that took [s], and the number that it printed."""
     root = str(Path(engine.__file__).resolve().parent.parent)
-    paths = [root, *filter(None, [os.environ.get("PYTHONPATH")])]
-    variables = {**os.environ, "PYTHONPATH": os.pathsep.join(paths), **environment}
-    command = [sys.executable, "-c", program, str(FOLDER / f"{SHOT}.toml")]
-    began = clock()
+    paths = os.pathsep.join([root, *filter(None, [os.environ.get("PYTHONPATH")])])
+    command = [sys.executable, "-c", program, str(FOLDER / "half-ball-cut.toml")]
+    environment = {**os.environ, "PYTHONPATH": paths, **variables}
+    began = time.perf_counter()
     try:
         done = subprocess.run(
-            command, env=variables, capture_output=True, text=True, timeout=LONGEST, check=False
+            command, env=environment, capture_output=True, text=True, timeout=LONGEST, check=False
         )
-        return clock() - began, float(done.stdout)
+        return time.perf_counter() - began, float(done.stdout)
     except subprocess.TimeoutExpired:
         said = f"it took over {LONGEST:.0f} s"
     except ValueError:
         said = "".join(done.stderr.strip().splitlines()[-1:])
-    raise BenchError(f"a new process could not {purpose}: {said}")
+    raise BenchError(f"a new process failed: {said}")

@@ -3,22 +3,23 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from functools import partial
+from statistics import median
 from typing import Literal
 
-from pydantic import BaseModel, ConfigDict
+from rich.console import RenderableType
+from rich.markup import escape
 
-from benchmarks.measurements import Measurement, measured_where
-from benchmarks.running import run
+from benchmarks.measurements import Measurement, Record, table_of
 from benchmarks.scenes import random_rack
-from benchmarks.timing import Clock, Figures, Sampler, Samples, Task, take_turns
+from benchmarks.timing import Figures, Sampler, Task, interleave, run
 from ghostball.engine import EngineFailedError, Scene, UnsupportedSceneError
 from ghostball.reference_adapters import EngineUnavailableError, ReferenceEngine, make_engine
 from ghostball.reference_adapters.output import captured
 from ghostball.reference_adapters.registry import OURS
+from ghostball.reports.style import format_time
 from ghostball.validation.parallel.pool import Progress
 from ghostball.validation.results.environment import versions
 from ghostball.validation.runs.playing import ONE_BY_ONE, run_as_it_can
@@ -35,23 +36,18 @@ WARMING = 10
 PEERS = ("pooltool", "billiards", "pymunk:dt=1e-3", "pybullet:dt=1e-3")
 """Engines that are measured beside ours unless others are asked for."""
 
-Outcome = Literal["ran", "absent", "not-representable", "failed"]
-
 _PACKAGES = {"pooltool": "pooltool-billiards"}
 """What an engine is installed as, where that is another name."""
 
 
-class RackTimes(BaseModel):
+class RackTimes(Record):
     """Wall time of the simulation alone [s] of each rack, from number 0 on: medians of the rounds.
 
     `detail` says why there are none.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
     engine: str
     version: str = ""
-    outcome: Outcome
     detail: str = ""
     seconds: tuple[float, ...] = ()
 
@@ -68,14 +64,21 @@ class RacksMeasurement(Measurement):
     engines: tuple[RackTimes, ...]
 
     @property
-    def anything(self) -> bool:
-        """Whether any rack was timed before an interrupt."""
-        return any(one.seconds for one in self.engines)
+    def table(self) -> RenderableType:
+        """Each engine's figures over the racks, or why it has none."""
+        rows = []
+        for one in self.engines:
+            figures = astuple(one.figures) if one.figures else [None] * 4
+            name = f"{one.engine} {one.version}".strip()
+            times = map(format_time, figures)
+            rows.append((name, str(len(one.seconds)), *times, escape(one.detail)))
+        heads = ("engine", "racks", "median", "mean", "99 %", "slowest", "why not")
+        return table_of(heads, rows, left=("why not",))
 
 
 @dataclass(eq=False)
 class Player:
-    """One engine that plays racks, and what becomes of it.
+    """One engine that plays racks; `why_not` says why it can't, and then it isn't asked again.
 
     `play` runs a scene to its end and returns the time of the simulation alone [s].
     """
@@ -83,42 +86,26 @@ class Player:
     name: str
     version: str
     play: Callable[[Scene], float]
-    outcome: Outcome = "ran"
-    detail: str = ""
+    why_not: str = ""
 
     def task(self, scenes: Sequence[Scene], most: int | None = None) -> Task:
-        """Return it as something to be measured by turns; what fails isn't asked again."""
+        """Return it as something to be measured, the first racks played beforehand."""
 
         def prepare() -> Sampler:
-            self._times(scenes[:WARMING])
-            return lambda _: self._times(scenes)
+            self.times(scenes[:WARMING])
+            return lambda: self.times(scenes)
 
         return Task(self.name, prepare, most)
 
-    def found(self, samples: Samples) -> RackTimes:
-        """Return what was measured of it."""
-        spreads = samples.spreads(self.name).values()
-        return RackTimes(
-            engine=self.name,
-            version=self.version,
-            outcome=self.outcome,
-            detail=self.detail,
-            seconds=tuple(float(f"{spread.median:.4g}") for spread in spreads),
-        )
-
-    def _times(self, scenes: Sequence[Scene]) -> dict[str, float]:
+    def times(self, scenes: Sequence[Scene]) -> dict[str, float]:
         """Return the time of each of the scenes; nothing where the engine fails in one of them."""
-        if self.outcome != "ran":
+        if self.why_not:
             return {}
         try:
             return {scene.name: self.play(scene) for scene in scenes}
-        except EngineUnavailableError as error:
-            self.outcome, self.detail = "absent", str(error)
-        except UnsupportedSceneError as error:
-            self.outcome, self.detail = "not-representable", str(error)
-        except EngineFailedError as error:
-            self.outcome, self.detail = "failed", str(error)
-        return {}
+        except (EngineUnavailableError, UnsupportedSceneError, EngineFailedError) as error:
+            self.why_not = str(error)
+            return {}
 
 
 def our_player() -> Player:
@@ -137,7 +124,7 @@ def peer(spec: str) -> Player:
     try:
         engine = make_engine(spec)
     except EngineUnavailableError as error:
-        return Player(spec, "", lambda _: math.nan, "absent", str(error))  # never asked
+        return Player(spec, "", lambda _: math.nan, str(error))  # never asked
     package = _PACKAGES.get(engine.name, engine.name)
     return Player(spec, versions().get(package) or "", partial(_played, engine))
 
@@ -157,30 +144,19 @@ def measure_racks(
     *,
     rounds: int,
     racks: int = RACKS,
-    clock: Clock = time.perf_counter,
     progress: Progress[str] | None = None,
 ) -> RacksMeasurement:
-    """Measure our engine on racks, and peers on the first of them; Ctrl-C keeps what was measured.
-
-    Parameters
-    ----------
-    ours : Player
-    peers : sequence of Player
-    rounds : int
-        How often our engine plays each rack.
-    racks : int
-        How many; fewer than `RACKS` are a trial.
-    clock, progress
-        As for `take_turns`.
-    """
-    environment = measured_where()
+    """Measure our engine on racks, `rounds` times each, and peers once on the first of them."""
     scenes = [random_rack(number) for number in range(racks)]
     tasks = [ours.task(scenes), *(one.task(scenes[:PEER_RACKS], most=1) for one in peers)]
-    samples = take_turns(tasks, rounds, clock=clock, progress=progress)
-    return RacksMeasurement(
-        environment=environment,
-        rounds=rounds,
-        quick=racks < RACKS,
-        interrupted=samples.interrupted,
-        engines=tuple(player.found(samples) for player in (ours, *peers)),
+    found = interleave(tasks, rounds, progress)
+    engines = (
+        RackTimes(
+            engine=player.name,
+            version=player.version,
+            detail=player.why_not,
+            seconds=tuple(float(f"{median(one):.4g}") for one in found[player.name].values()),
+        )
+        for player in (ours, *peers)
     )
+    return RacksMeasurement(rounds=rounds, engines=tuple(engines))

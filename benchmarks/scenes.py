@@ -10,7 +10,7 @@ import numpy as np
 
 from ghostball.engine import Ball, Physics, Scene, Table
 from ghostball.engine.scene import POOL_BALL_RADIUS
-from ghostball.validation.scenes.gases import FRICTIONLESS, FULL_CLOTH, ball_at, lattice_of
+from ghostball.validation.scenes.gases import FRICTIONLESS, FULL_CLOTH, lattice_of
 
 POOL_TABLE = Table(length=2.54, width=1.27)
 
@@ -95,26 +95,3 @@ def table_gas(count: int, t_max: float, seed: int = 0) -> Scene:
     rows = math.ceil(count / columns)
     steps = np.array([POOL_TABLE.length / columns, POOL_TABLE.width / rows])
     return lattice_of("table-gas", count, columns, steps, POOL_TABLE, FRICTIONLESS, t_max, seed)
-
-
-def later(scene: Scene, positions: Any, velocities: Any) -> Scene:
-    """Return the scene with its balls at other places, moving otherwise.
-
-    Parameters
-    ----------
-    scene : Scene
-        Of balls that have no angular velocity of their own.
-    positions, velocities : (n, 3) float64 [m], [m/s]
-        As an engine returned them, and so free of overlaps.
-    """
-    states = zip(scene.balls, positions.tolist(), velocities.tolist(), strict=True)
-    moved = [
-        ball_at(ball.id, tuple(position), tuple(velocity)) for ball, position, velocity in states
-    ]
-    return Scene(
-        name=scene.name,
-        balls=moved,
-        table=scene.table,
-        physics=scene.physics,
-        t_max=scene.t_max,
-    )

@@ -13,12 +13,13 @@ from statistics import median
 from typing import Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict
+from rich.console import Group, RenderableType
 
-from benchmarks.measurements import Measurement, measured_where
-from benchmarks.running import run
+from benchmarks.measurements import Measurement, Record, table_of
+from benchmarks.timing import run
 from ghostball.engine import Result, Scene
-from ghostball.engine.running.skips import BUILT_IN, Skip, SkipUse, explain_skips
+from ghostball.engine.running.skips import BUILT_IN, Skip, explain_skips
+from ghostball.reports.style import format_time
 from ghostball.validation.parallel.pool import Progress
 
 ROUNDING = 16.0
@@ -37,14 +38,12 @@ NOT_MEASURED = "it can't be switched off, so that what it saves isn't measured"
 Equality = Literal["same bits", "rounding", "differs"]
 
 
-class SkipRow(BaseModel):
+class SkipRow(Record):
     """One skip in one scene, off and on.
 
     `seconds_on` and `seconds_off` are medians of the kernel's time [s], `work_on` and `work_off`
     counters, by name; `detail` says where the answers part.
     """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     scene: str
     skip: str
@@ -64,24 +63,54 @@ class SkipsMeasurement(Measurement):
     unused: dict[str, dict[str, str]]
 
     @property
-    def anything(self) -> bool:
-        """Whether a scene was done before an interrupt."""
-        return bool(self.rows)
-
-    @property
     def defects(self) -> tuple[SkipRow, ...]:
         """Skips that change an answer."""
         return tuple(row for row in self.rows if row.equality == "differs")
+
+    @property
+    def table(self) -> RenderableType:
+        """Each scene's skips, off and on; then, for each skip, what it came to."""
+        heads = ("scene", "skip", "on", "off", "off / on", *COUNTERS, "answer")
+        cells = (
+            (
+                row.scene,
+                row.skip,
+                format_time(row.seconds_on),
+                format_time(row.seconds_off),
+                f"{row.seconds_off / row.seconds_on:.2f}",
+                *(f"{row.work_on[name]} → {row.work_off[name]}" for name in COUNTERS),
+                ": ".join(filter(None, (row.equality, row.detail))),
+            )
+            for row in self.rows
+        )
+        return Group(table_of(heads, cells, left=("skip", "answer")), self._summary)
+
+    @property
+    def _summary(self) -> RenderableType:
+        verdicts = ("same bits", "rounding", "differs")
+        heads = ("skip", "used in", *verdicts, "off / on", "bounds, off / on", "it leaves out")
+        cells = []
+        for skip in Skip:
+            rows = [row for row in self.rows if row.skip == skip]
+            used = f"{len(rows)} of {len(self.unused)}"
+            counts = [str(sum(row.equality == name for row in rows)) for name in verdicts]
+            ratio = bounds = ""
+            if rows:
+                ratio = f"{median(row.seconds_off / row.seconds_on for row in rows):.2f}"
+                on = sum(row.work_on["bounds"] for row in rows)
+                bounds = f"{sum(row.work_off['bounds'] for row in rows) / on:.2f}" if on else ""
+            if skip in BUILT_IN:
+                used = "not measured"
+            cells.append((skip, used, *counts, ratio, bounds, skip.leaves_out))
+        return table_of(heads, cells, left=("it leaves out",))
 
 
 def measure_skips(
     scenes: Sequence[Scene], *, rounds: int, progress: Progress[str] | None = None
 ) -> SkipsMeasurement:
-    """Run every scene with each skip off and on that it uses and that can be off, in turns.
+    """Run every scene with each skip off and on that it uses and that can be off, interleaved.
 
     And compare the answers.
-
-    Ctrl-C ends it early and keeps the scenes that are done.
 
     Parameters
     ----------
@@ -98,31 +127,18 @@ def measure_skips(
     """
     rows: list[SkipRow] = []
     unused: dict[str, dict[str, str]] = {}
-    interrupted = False
-    try:
-        for done, scene in enumerate(scenes, 1):
-            uses = explain_skips(scene)
-            rows += _rows(scene, [use.skip for use in uses if _is_measured(use)], rounds)
-            unused[scene.name] = {
-                use.skip: NOT_MEASURED if use.used else use.why
-                for use in uses
-                if not _is_measured(use)
-            }
-            if progress is not None:
-                progress(done, len(scenes), scene.name)
-    except KeyboardInterrupt:
-        interrupted = True
-    return SkipsMeasurement(
-        environment=measured_where(),
-        rounds=rounds,
-        interrupted=interrupted,
-        rows=tuple(rows),
-        unused=unused,
-    )
-
-
-def _is_measured(use: SkipUse) -> bool:
-    return use.used and use.skip not in BUILT_IN
+    for done, scene in enumerate(scenes, 1):
+        uses = explain_skips(scene)
+        measured = [use.skip for use in uses if use.used and use.skip not in BUILT_IN]
+        rows += _rows(scene, measured, rounds)
+        unused[scene.name] = {
+            use.skip: NOT_MEASURED if use.used else use.why
+            for use in uses
+            if use.skip not in measured
+        }
+        if progress is not None:
+            progress(done, len(scenes), scene.name)
+    return SkipsMeasurement(rounds=rounds, rows=tuple(rows), unused=unused)
 
 
 def _rows(scene: Scene, skips: Sequence[Skip], rounds: int) -> list[SkipRow]:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import os
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from functools import partial
@@ -12,16 +13,17 @@ from statistics import median
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict
+from rich.console import Group, RenderableType
 
-from benchmarks.measurements import Measurement, measured_where
-from benchmarks.processes import sample_cold_start, sample_start
-from benchmarks.running import BenchError, after, collision_rate, run, until
+from benchmarks.measurements import BenchError, Measurement, Record, table_of
+from benchmarks.processes import prepare_cold_start, prepare_start
 from benchmarks.scenes import ROLLING, racked_break, table_gas
-from benchmarks.timing import Clock, Sampler, Samples, Task, take_turns
+from benchmarks.timing import Sampler, Task, interleave, run
 from ghostball.engine import Scene, simulate_sweep
+from ghostball.engine.scene import POOL_BALL_RADIUS
+from ghostball.reports.style import format_quantity
 from ghostball.validation.parallel.pool import Progress
-from ghostball.validation.scenes.gases import FRICTIONLESS, FULL_CLOTH, packed_gas
+from ghostball.validation.scenes.gases import FRICTIONLESS, FULL_CLOTH, ball_at, packed_gas
 from ghostball.validation.scenes.library import find_scene
 
 SHIPPED = (
@@ -73,48 +75,24 @@ QUANTITIES: Mapping[str, Quantity] = {
 """By the name that rows have."""
 
 
-@dataclass(frozen=True)
-class Target:
-    """A limit on the median of one quantity of one workload, in SI units."""
-
-    workload: str
-    quantity: str
-    kind: Literal["at_most", "at_least"]
-    limit: float
-
-    def met(self, value: float) -> bool:
-        """Whether a measured value keeps it."""
-        return value <= self.limit if self.kind == "at_most" else value >= self.limit
-
-    def margin(self, value: float) -> float:
-        """How much better than the limit a value is, as a part of the limit; negative if worse."""
-        better = self.limit - value if self.kind == "at_most" else value - self.limit
-        return better / self.limit
-
-
-TARGETS: tuple[Target, ...] = (
-    Target("break-pool", "kernel", "at_most", 30e-6),
-    Target("break-pool", "per_event", "at_most", 280e-9),
-    Target("break-pool", "call_extra", "at_most", 25e-6),
-    Target("break-paper", "per_event", "at_most", 400e-9),
-    Target("gas-16", "per_event", "at_most", 180e-9),
-    Target("gas-1000", "collisions_per_second", "at_least", 1.3e6),
-    Target("gas-10000", "collisions_per_second", "at_least", 1.0e6),
-    Target("gas-100000", "collisions_per_second", "at_least", 0.5e6),
-    Target("cloth-10000", "per_event", "at_most", 1.2e-6),
-    Target("sweep", "shots_per_second", "at_least", 400e3),
-    Target("sweep", "two_threads", "at_least", 1.9),
-    Target("start", "first_shot", "at_most", 1.0),
-    Target("start", "import", "at_most", 0.3),
-    Target("cold-start", "first_shot", "at_most", 10.0),
-    Target("cold-start", "every_variant", "at_most", 40.0),
-)
-
-
-def target_of(workload: str, quantity: str) -> Target | None:
-    """Return the target of a quantity, or None where there is none."""
-    found = (t for t in TARGETS if (t.workload, t.quantity) == (workload, quantity))
-    return next(found, None)
+TARGETS: Mapping[tuple[str, str], float] = {
+    ("break-pool", "kernel"): 30e-6,
+    ("break-pool", "per_event"): 280e-9,
+    ("break-pool", "call_extra"): 25e-6,
+    ("break-paper", "per_event"): 400e-9,
+    ("gas-16", "per_event"): 180e-9,
+    ("gas-1000", "collisions_per_second"): 1.3e6,
+    ("gas-10000", "collisions_per_second"): 1.0e6,
+    ("gas-100000", "collisions_per_second"): 0.5e6,
+    ("cloth-10000", "per_event"): 1.2e-6,
+    ("sweep", "shots_per_second"): 400e3,
+    ("sweep", "two_threads"): 1.9,
+    ("start", "first_shot"): 1.0,
+    ("start", "import"): 0.3,
+    ("cold-start", "first_shot"): 10.0,
+    ("cold-start", "every_variant"): 40.0,
+}
+"""Limits on the median of a quantity of a workload: at most so long, or at least so many."""
 
 
 @dataclass(frozen=True)
@@ -136,10 +114,8 @@ class Workload:
     most: int | None = None
 
 
-class Row(BaseModel):
+class Row(Record):
     """One quantity of one workload, in SI units; `met` is None where nothing was aimed at."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     workload: str
     title: str
@@ -152,6 +128,32 @@ class Row(BaseModel):
     target: float | None = None
     met: bool | None = None
 
+    @classmethod
+    def of(cls, load: Workload, quantity: str, values: Sequence[float]) -> Row:
+        """Return the row of what was measured of a workload."""
+        unit, middle = QUANTITIES[quantity].unit, median(values)
+        target = TARGETS.get((load.name, quantity))
+        return cls(
+            workload=load.name,
+            title=load.title,
+            quantity=quantity,
+            unit=unit,
+            median=middle,
+            least=min(values),
+            greatest=max(values),
+            samples=len(values),
+            target=target,
+            met=None if target is None else middle <= target if unit == "s" else middle >= target,
+        )
+
+    @property
+    def verdict(self) -> str:
+        """Met or missed, and by how much of the limit; "" where nothing was aimed at."""
+        if self.target is None:
+            return ""
+        by = f"{abs(self.median / self.target - 1.0):.0%}".replace("%", " %")
+        return f"[green]met[/], {by} better" if self.met else f"[bold red]missed[/] by {by}"
+
 
 class TargetsMeasurement(Measurement):
     """What `python -m benchmarks targets` measured."""
@@ -159,64 +161,43 @@ class TargetsMeasurement(Measurement):
     kind: Literal["targets"] = "targets"
     rows: tuple[Row, ...]
 
-    @property
-    def anything(self) -> bool:
-        """Whether any row was measured."""
-        return bool(self.rows)
-
     def row(self, workload: str, quantity: str) -> Row | None:
         """Return a row, or None where it wasn't measured."""
         found = (r for r in self.rows if (r.workload, r.quantity) == (workload, quantity))
         return next(found, None)
 
+    @property
+    def table(self) -> RenderableType:
+        """Our engine's workloads with their targets."""
+        cells = []
+        for row in self.rows:
+            sign = "≤" if row.unit == "s" else "≥"
+            limit = "" if row.target is None else f"{sign} {format_quantity(row.target, row.unit)}"
+            spread = (row.median, row.least, row.greatest)
+            shown = (format_quantity(value, row.unit) for value in spread)
+            meaning = QUANTITIES[row.quantity].meaning
+            cells.append((row.workload, meaning, *shown, limit, row.verdict))
+        heads = ("workload", "quantity", "median", "least", "greatest", "target", "verdict")
+        judged = [row.met for row in self.rows if row.met is not None]
+        return Group(
+            table_of(heads, cells, left=("quantity", "verdict")),
+            f"{judged.count(True)} of {len(judged)} targets met; medians of up to {self.rounds} "
+            f"rounds, on {self.environment['cpu']}, {self.environment['cores']} cores",
+        )
+
 
 def measure_targets(
-    workloads: Sequence[Workload],
-    *,
-    rounds: int,
-    quick: bool = False,
-    clock: Clock = time.perf_counter,
-    progress: Progress[str] | None = None,
+    workloads: Sequence[Workload], *, rounds: int, progress: Progress[str] | None = None
 ) -> TargetsMeasurement:
-    """Measure workloads by turns; Ctrl-C keeps what was measured.
-
-    Parameters
-    ----------
-    workloads : sequence of Workload
-    rounds : int
-        At most as many samples of each.
-    quick : bool
-        A trial at tiny sizes: no target is judged.
-    clock, progress
-        As for `take_turns`.
-    """
-    environment = measured_where()
-    tasks = [Task(load.name, partial(load.prepare, quick), load.most) for load in workloads]
-    samples = take_turns(tasks, rounds, clock=clock, progress=progress)
-    return TargetsMeasurement(
-        environment=environment,
-        rounds=rounds,
-        quick=quick,
-        interrupted=samples.interrupted,
-        rows=tuple(row for load in workloads for row in _rows(load, samples, judged=not quick)),
+    """Measure workloads, interleaved; at most `rounds` samples of each."""
+    tasks = [Task(load.name, partial(load.prepare, False), load.most) for load in workloads]
+    found = interleave(tasks, rounds, progress)
+    rows = (
+        Row.of(load, quantity, values)
+        for load in workloads
+        for quantity, values in found[load.name].items()
     )
-
-
-def _rows(load: Workload, samples: Samples, *, judged: bool) -> Iterator[Row]:
-    for quantity, spread in samples.spreads(load.name).items():
-        target = target_of(load.name, quantity)
-        yield Row(
-            workload=load.name,
-            title=load.title,
-            quantity=quantity,
-            unit=QUANTITIES[quantity].unit,
-            median=spread.median,
-            least=spread.least,
-            greatest=spread.greatest,
-            samples=spread.samples,
-            target=target.limit if target else None,
-            met=target.met(spread.median) if target and judged else None,
-        )
+    return TargetsMeasurement(rounds=rounds, rows=tuple(rows))
 
 
 def chosen_workloads(patterns: Sequence[str]) -> tuple[Workload, ...]:
@@ -253,18 +234,28 @@ def shipped_scene(name: str) -> Scene:
     return scene.model_copy(update={"balls": (faster, *scene.balls[1:])})
 
 
+def continued(scene: Scene) -> Scene:
+    """Return a scene of rolling balls as it is when it ends: a lattice is a gas by then."""
+    state = run(scene).final_state
+    states = zip(
+        scene.balls, state.positions[0].tolist(), state.velocities[0].tolist(), strict=True
+    )
+    moved = tuple(ball_at(ball.id, tuple(place), tuple(speed)) for ball, place, speed in states)
+    return Scene(**{**dict(scene), "balls": moved})
+
+
 def _sampler_of(scenes: Sequence[Scene], runs: int = 1) -> Sampler:
     """Return what samples scenes: medians over them, each run so often."""
     for scene in scenes:  # laid out, and whatever it needs compiled
         run(scene)
 
-    def sample(clock: Clock) -> dict[str, float]:
+    def sample() -> dict[str, float]:
         walls, calls, per_event, rates = [], [], [], []
         for scene in scenes:
             for _ in range(runs):
-                began = clock()
+                began = time.perf_counter()
                 result = run(scene)
-                calls.append(clock() - began)
+                calls.append(time.perf_counter() - began)
                 walls.append(result.wall_time)
                 per_event.append(result.wall_time / max(result.work["events"], 1))
                 rates.append(result.collision_counts["ball-ball"] / result.wall_time)
@@ -288,11 +279,19 @@ def _prepare_table_gas(quick: bool) -> Sampler:
 
 
 def _prepare_gas(count: int, quick: bool) -> Sampler:
-    """Prepare a melted elastic gas."""
-    each = 1.0 / collision_rate(GAS_PACKING)  # seconds between two collisions of a ball
-    lasts = (2.0 if quick else MELTING) * each
+    """Prepare a melted elastic gas.
+
+    Notes
+    -----
+    How long it runs hangs on how often a ball meets another: Enskog's rate of hard discs,
+    2 sqrt(pi) n D g sqrt(k T / m), with the contact value g = (1 - 7 x / 16) / (1 - x)^2 of
+    Henderson (1975), x the part covered, at 1 m/s for each component of a velocity.
+    """
+    contact = (1.0 - 7.0 * GAS_PACKING / 16.0) / (1.0 - GAS_PACKING) ** 2
+    rate = 4.0 * GAS_PACKING * contact / (math.sqrt(math.pi) * POOL_BALL_RADIUS)  # [1/s]
+    lasts = (2.0 if quick else MELTING) / rate
     gas = packed_gas(min(count, 20) if quick else count, GAS_PACKING, FRICTIONLESS, t_max=lasts)
-    return _sampler_of([until(after(gas), lasts)])
+    return _sampler_of([continued(gas)])
 
 
 def _prepare_cloth(quick: bool) -> Sampler:
@@ -308,16 +307,16 @@ def _prepare_sweep(quick: bool) -> Sampler:
     speeds = chance.uniform(0.5, 2.0, shots)
     angles = np.arctan2(across, along) + np.arcsin(reach) * chance.uniform(-1.0, 1.0, shots)
 
-    def shoot(threads: int, clock: Clock) -> float:
-        began = clock()
+    def shoot(threads: int) -> float:
+        began = time.perf_counter()
         simulate_sweep(scene, speeds, angles, threads=threads)
-        return clock() - began
+        return time.perf_counter() - began
 
-    def sample(clock: Clock) -> dict[str, float]:
-        one = shoot(1, clock)
+    def sample() -> dict[str, float]:
+        one = shoot(1)
         measured = {"shots_per_second": shots / one}
         if (os.cpu_count() or 1) > 1:
-            measured["two_threads"] = one / shoot(2, clock)
+            measured["two_threads"] = one / shoot(2)
         return measured
 
     simulate_sweep(scene, speeds, angles, threads=1)
@@ -355,8 +354,8 @@ WORKLOADS: tuple[Workload, ...] = (
         most=5,
     ),
     Workload("sweep", "simulate_sweep of two-ball shots", _prepare_sweep),
-    Workload("start", "a new process, kernels in the cache", sample_start, most=5),
-    Workload("cold-start", "a new process that compiles its kernels", sample_cold_start, most=1),
+    Workload("start", "a new process, kernels in the cache", prepare_start, most=5),
+    Workload("cold-start", "a new process that compiles its kernels", prepare_cold_start, most=1),
     *(
         Workload(f"scene:{name}", f"shipped scene {name}", partial(_prepare_shipped, name))
         for name in SHIPPED

@@ -1,36 +1,66 @@
-"""Measure by turns: every task once, then every task again, so that a slow moment hits all."""
+"""The timer of all benchmarks: it interleaves what is compared, so that a slow moment hits all."""
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass
 from statistics import mean, median
 
 import numpy as np
 
+from benchmarks.measurements import BenchError
+from ghostball.engine import Record, Result, Scene, Status, simulate
 from ghostball.validation.parallel.pool import Progress
 
-Clock = Callable[[], float]
-"""Returns seconds since some instant; `time.perf_counter`, or a fake one in tests."""
-
-Sampler = Callable[[Clock], Mapping[str, float]]
+Sampler = Callable[[], Mapping[str, float]]
 """Does the work once and returns what it measured, by quantity, in SI units."""
 
 
 @dataclass(frozen=True)
-class Spread:
-    """What repeated measurements of one quantity came to."""
+class Task:
+    """Something to be measured again and again.
 
-    median: float
-    least: float
-    greatest: float
-    samples: int
+    Attributes
+    ----------
+    name : str
+    prepare : callable
+        Builds, compiles and warms up what the measurement should not include; called once.
+    most : int or None
+        Samples that are enough, for what takes long; spread over all rounds.
+    """
 
-    @classmethod
-    def of(cls, values: Sequence[float]) -> Spread:
-        """Return the spread of at least one value."""
-        return cls(median(values), min(values), max(values), len(values))
+    name: str
+    prepare: Callable[[], Sampler]
+    most: int | None = None
+
+    def due(self, turn: int, rounds: int) -> bool:
+        """Whether it is measured in this round, of so many."""
+        if self.most is None or self.most >= rounds:
+            return True
+        return (turn + 1) * self.most // rounds > turn * self.most // rounds
+
+
+def interleave(
+    tasks: Sequence[Task], rounds: int, progress: Progress[str] | None = None
+) -> dict[str, dict[str, list[float]]]:
+    """Sample tasks round by round, each prepared when its first turn comes.
+
+    Returns
+    -------
+    dict
+        The values of each task, by quantity.
+    """
+    due = [task for turn in range(rounds) for task in tasks if task.due(turn, rounds)]
+    samplers: dict[str, Sampler] = {}
+    found: dict[str, dict[str, list[float]]] = {task.name: {} for task in tasks}
+    for done, task in enumerate(due, 1):
+        if task.name not in samplers:
+            samplers[task.name] = task.prepare()
+        for quantity, value in samplers[task.name]().items():
+            found[task.name].setdefault(quantity, []).append(value)
+        if progress is not None:
+            progress(done, len(due), task.name)
+    return found
 
 
 @dataclass(frozen=True)
@@ -55,86 +85,22 @@ class Figures:
         return cls(median(values), mean(values), p99, max(values))
 
 
-@dataclass(frozen=True)
-class Task:
-    """Something to be measured again and again.
+def run(scene: Scene, *, record: Record = "rest", no_skip: Collection[str] = ()) -> Result:
+    """Simulate `scene` to its natural end; arguments as for `simulate`.
 
-    Attributes
-    ----------
-    name : str
-    prepare : callable
-        Builds, compiles and warms up whatever the measurement should not include; called once.
-    most : int or None
-        Samples that are enough, for what takes long; spread over all rounds.
+    Raises
+    ------
+    KeyboardInterrupt
+        Where the engine was interrupted, which it notes in its status.
+    BenchError
+        Where the run broke off: the time it took says nothing.
     """
-
-    name: str
-    prepare: Callable[[], Sampler]
-    most: int | None = None
-
-    def due(self, turn: int, rounds: int) -> bool:
-        """Whether it is measured in this round, of so many."""
-        if self.most is None or self.most >= rounds:
-            return True
-        return (turn + 1) * self.most // rounds > turn * self.most // rounds
-
-
-@dataclass
-class Samples:
-    """What was measured until the end, or an interrupt: values by task and quantity."""
-
-    values: dict[str, dict[str, list[float]]] = field(default_factory=dict)
-    interrupted: bool = False
-
-    def spreads(self, task: str) -> dict[str, Spread]:
-        """Return the spread of each quantity of a task; none where it was never measured."""
-        measured = self.values.get(task, {})
-        return {quantity: Spread.of(values) for quantity, values in measured.items()}
-
-
-def take_turns(
-    tasks: Sequence[Task],
-    rounds: int,
-    *,
-    clock: Clock = time.perf_counter,
-    progress: Progress[str] | None = None,
-) -> Samples:
-    """Sample tasks round by round, each prepared when its first turn comes.
-
-    Ctrl-C ends it early and keeps what was measured.
-
-    Parameters
-    ----------
-    tasks : sequence of Task
-    rounds : int
-    clock : callable
-        Handed to each sampler.
-    progress : callable, optional
-        Called after each preparation and each sample.
-    """
-    planned = len(tasks) + sum(task.due(turn, rounds) for task in tasks for turn in range(rounds))
-    found, done = Samples(), 0
-
-    def one_more(last: str) -> None:
-        nonlocal done
-        done += 1
-        if progress is not None:
-            progress(done, planned, last)
-
-    try:
-        samplers: dict[str, Sampler] = {}
-        for turn in range(rounds):
-            for task in tasks:
-                if not task.due(turn, rounds):
-                    continue
-                if task.name not in samplers:
-                    samplers[task.name] = task.prepare()
-                    one_more(f"preparing {task.name}")
-                sample = samplers[task.name](clock)
-                kept = found.values.setdefault(task.name, {})
-                for quantity, value in sample.items():
-                    kept.setdefault(quantity, []).append(value)
-                one_more(task.name)
-    except KeyboardInterrupt:
-        found.interrupted = True
-    return found
+    result = simulate(scene, record=record, no_skip=no_skip)
+    if result.status is Status.INTERRUPTED:
+        raise KeyboardInterrupt
+    if not result.status.complete:
+        raise BenchError(
+            f'scene "{scene.name}" did not end by itself: {result.status.value}: {result.reason}. '
+            "Its time would mean nothing"
+        )
+    return result

@@ -7,7 +7,7 @@ import sys
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
 
-from benchmarks.pictures.board import committed_board
+from benchmarks.pictures.gallery import committed_board
 from ghostball.engine import Ball, Physics, Table
 from ghostball.engine.impacts.laws.registry import BALL_LAWS, CUSHION_LAWS
 from ghostball.engine.scene.features import Capability, Feature

@@ -11,8 +11,7 @@ from typer.main import get_command
 from typer.testing import CliRunner
 
 from benchmarks.accuracy import AccuracyMeasurement
-from benchmarks.measurements import load
-from benchmarks.pictures.board import committed_board
+from benchmarks.pictures.gallery import committed_board
 from benchmarks.precision.points import PrecisionMeasurement
 from benchmarks.racks import RacksMeasurement
 from benchmarks.speed import TargetsMeasurement
@@ -32,7 +31,7 @@ MEASURED_PAGE = (ROOT / "docs/measured.md").read_text(encoding="utf-8")
 PAPER = (ROOT / "docs/paper.md").read_text(encoding="utf-8")
 TRUTH = (ROOT / "docs/truth.md").read_text(encoding="utf-8")
 MEASUREMENTS = ROOT / "benchmarks/results/amd-epyc-2-cores"
-MEASURED = load(MEASUREMENTS / "targets.json", TargetsMeasurement)
+MEASURED = TargetsMeasurement.load(MEASUREMENTS / "targets.json")
 GALLERY = ROOT / "docs/pictures"
 
 
@@ -109,7 +108,7 @@ def test_the_times_of_racks_are_those_measured():
         r"on average ([\d.]+) ms, 99 of 100 at most ([\d.]+) ms, and the slowest ([\d.]+) ms",
         on_one_line(MEASURED_PAGE),
     )
-    racks = load(MEASUREMENTS / "racks.json", RacksMeasurement)
+    racks = RacksMeasurement.load(MEASUREMENTS / "racks.json")
     (ours,) = (one.figures for one in racks.engines if one.engine == "ghostball")
     times = (ours.mean, ours.p99, ours.slowest)
     assert said.groups() == tuple(f"{float(f'{1e3 * seconds:.2g}'):g}" for seconds in times)
@@ -163,7 +162,7 @@ def test_exactness_is_what_was_measured():
     said = re.search(r"Of (\d+) events proved in (\d+) random shots it misses (\d+)\.", page)
     events, shots, missing = map(int, said.groups())
     factor = int(re.search(r"the engine errs by at most (\d+) times", page)[1])
-    stored = load(ROOT / "benchmarks/results/amd-epyc-2-cores/accuracy.json", AccuracyMeasurement)
+    stored = AccuracyMeasurement.load(MEASUREMENTS / "accuracy.json")
     assert (events, shots, missing) == (stored.events, stored.shots, stored.missing)
     assert factor == round(stored.quality_factor.greatest)
     assert (stored.invented, stored.faulty) == (0, ())
@@ -177,7 +176,7 @@ def test_the_first_result_is_as_measured():
         r"([\d.e-]+) m\.",
         on_one_line(MEASURED_PAGE),
     )
-    points = load(MEASUREMENTS / "precision.json", PrecisionMeasurement).points
+    points = PrecisionMeasurement.load(MEASUREMENTS / "precision.json").points
     error = {p.label: p.error for p in points if p.scene == "half-ball-cut"}
     stepped = (f"{1e3 * error[f'{name}:dt=0.001']:.1f}" for name in ("pymunk", "pybullet"))
     assert said.groups() == (*stepped, f"{error['ghostball']:.1e}")

@@ -2,23 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from statistics import median
 from typing import TYPE_CHECKING, Any
 
-from benchmarks.pictures.board import draw_committed_board
+from benchmarks.measurements import committed_files
 from benchmarks.pictures.chaos import draw_chaos
 from benchmarks.pictures.paper import PAPER_FIGURES
 from benchmarks.pictures.physics import PHYSICS_FIGURES
-from benchmarks.pictures.racks import draw_committed_racks
+from benchmarks.pictures.racks import draw_racks
 from benchmarks.pictures.sections import SECTION_FIGURES
-from benchmarks.precision.figure import draw_committed_precision
+from benchmarks.pictures.shots import our_shot
+from benchmarks.precision.figure import draw_against_time
+from benchmarks.precision.points import PrecisionMeasurement
+from benchmarks.racks import RacksMeasurement
 from ghostball.engine import GhostballError
 from ghostball.reports import style
+from ghostball.reports.board import draw_board
 from ghostball.reports.figures._table import aspect_of, view_of
 from ghostball.reports.figures.paths import WIDTH, draw_panel
-from ghostball.reports.shots import Shot, load_shot, rest_error
+from ghostball.reports.shots import rest_error
+from ghostball.validation.board.board import Board, load as load_board
+from ghostball.validation.results.files import BOARD
 from ghostball.validation.results.store import CLOSED_FORM, Results
 
 if TYPE_CHECKING:
@@ -44,15 +50,12 @@ EXACT = 1e-17
 """Where an error of exactly 0 is drawn [m]: left of every rounding error."""
 
 
-def draw_hero(results: Results) -> Figure | None:
-    """Draw what the project is about: one break on several engines, above all engines' errors.
-
-    None where no break, or no closed-form scene, is stored.
-    """
-    shot = _hero_shot(results)
-    errors = accuracy_errors(results)
-    if shot is None or not errors:
-        return None
+def draw_hero(results: Results) -> Figure:
+    """Draw what the project is about: one break on several engines, above all engines' errors."""
+    stored = [name for name in HERO_SCENES if name in results.scene_names]
+    shot, _ = our_shot(results, (stored or HERO_SCENES)[0])
+    errors = {label: independent_errors(results, label) for label in results.labels}
+    errors = {label: found for label, found in errors.items() if found}
     runs = [run for label in HERO_ENGINES for run in shot.drawn if run.label == label]
     rows = -(-len(runs) // HERO_COLUMNS)
     view = view_of(shot.scene)
@@ -73,23 +76,6 @@ def draw_hero(results: Results) -> Figure | None:
     )
     draw_accuracy_on(lower.subplots(), errors)
     return figure
-
-
-def _hero_shot(results: Results) -> Shot | None:
-    name = next((name for name in HERO_SCENES if name in results.scene_names), None)
-    if name is None:
-        return None
-    shot = load_shot(results, name)
-    return shot if shot.ours is not None else None
-
-
-def accuracy_errors(results: Results) -> dict[str, list[float]]:
-    """Return the rest errors [m] of each engine in the closed-form scenes; none is left out empty.
-
-    Only scenes whose truth doesn't come from our own engine count.
-    """
-    errors = {label: independent_errors(results, label) for label in results.labels}
-    return {label: found for label, found in errors.items() if found}
 
 
 def draw_accuracy_on(axes: Axes, errors: Mapping[str, Sequence[float]]) -> None:
@@ -158,19 +144,28 @@ def independent_errors(results: Results, label: str) -> list[float]:
     return found
 
 
-GALLERY: dict[str, Callable[[Results], Figure | None]] = {
+GALLERY: Mapping[str, Callable[[Results], Figure]] = {
     "hero": draw_hero,
+    "chaos": draw_chaos,
     **PHYSICS_FIGURES,
     **PAPER_FIGURES,
 }
 
 
-COMMITTED: dict[str, Callable[[], Figure | None]] = {
-    "precision": draw_committed_precision,
-    "racks": draw_committed_racks,
-    "board": draw_committed_board,
-}
-"""Drawn from committed measurements."""
+def committed_board() -> Board | None:
+    """Return the committed board, which the documentation shows, too; None without any."""
+    paths = committed_files(BOARD)
+    return load_board(paths[0]) if paths else None
+
+
+def draw_committed() -> Iterator[tuple[str, Figure]]:
+    """Draw the committed measurements that there are."""
+    if (precision := PrecisionMeasurement.committed()) is not None:
+        yield "precision", draw_against_time(precision)
+    if (racks := RacksMeasurement.committed()) is not None:
+        yield "racks", draw_racks(racks)
+    if (board := committed_board()) is not None:
+        yield "board", draw_board(board)
 
 
 def write_gallery(
@@ -178,11 +173,9 @@ def write_gallery(
 ) -> list[Path]:
     """Write the pictures of the README and the documentation, as PNG; return the files written.
 
-    Those of committed measurements, of what chaos does, and of the paper's section 6 are left out
-    where they have nothing to show. The last are drawn from `sections_dir`, whose results may have
-    engines that the suite leaves out, or else from the same results.
-
-    Each carries, as its description, the revision at which the results were computed.
+    Those of the paper's section 6 are drawn from `sections_dir`, whose results may have engines
+    that the suite leaves out; without it they are left out. Each picture carries, as its
+    description, the revision at which the results were computed.
 
     Raises
     ------
@@ -195,12 +188,11 @@ def write_gallery(
     git = results.environment.get("git") or {"revision": "unknown", "dirty": False}
     revision = git["revision"] + ", with changes" * git["dirty"]
     with style.drawing():
-        figures = {name: _drawn(results, name) for name in GALLERY}
-        of_sections = results if sections_dir is None else Results.open(sections_dir)
-        more = {"chaos": draw_chaos(results)}
-        more |= {name: draw(of_sections) for name, draw in SECTION_FIGURES.items()}
-        more |= {name: draw() for name, draw in COMMITTED.items()}
-        figures |= {name: figure for name, figure in more.items() if figure is not None}
+        figures = {name: draw(results) for name, draw in GALLERY.items()}
+        if sections_dir is not None:
+            sections = Results.open(sections_dir)
+            figures |= {name: draw(sections) for name, draw in SECTION_FIGURES.items()}
+        figures |= dict(draw_committed())
         try:
             folder.mkdir(parents=True, exist_ok=True)
             saved = [
@@ -213,13 +205,3 @@ def write_gallery(
                 "folder"
             ) from error
     return [path for paths in saved for path in paths]
-
-
-def _drawn(results: Results, name: str) -> Figure:
-    figure = GALLERY[name](results)
-    if figure is None:
-        raise GhostballError(
-            f'{results.path}: the picture "{name}" needs scenes or engines that these results '
-            "lack. Run the full suite on every engine"
-        )
-    return figure

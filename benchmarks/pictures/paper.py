@@ -6,13 +6,14 @@ instants on our engine. Figure 3: a cushion collision. Figure 4: head-on against
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.pictures.shots import our_shot
 from ghostball.engine import EventKind
 from ghostball.reports import style
 from ghostball.reports.figures._table import (
@@ -23,7 +24,8 @@ from ghostball.reports.figures._table import (
     draw_table,
     view_of,
 )
-from ghostball.reports.shots import Run, Shot, load_shot
+from ghostball.reports.motions import motion_of_run
+from ghostball.reports.shots import Run, Shot
 from ghostball.validation.results.store import Motion, Results
 
 if TYPE_CHECKING:
@@ -63,12 +65,10 @@ class Overlap:
     depth: float
 
 
-def draw_figure_1(results: Results) -> Figure | None:
-    """Draw the break of 7 at four instants; None where our engine's motion isn't stored."""
-    shot = _ours(results, BREAK)
-    if shot is None:
-        return None
-    motion = _motion(shot)
+def draw_figure_1(results: Results) -> Figure:
+    """Draw the break of 7 at four instants."""
+    shot, ours = our_shot(results, BREAK)
+    motion = motion_of_run(ours)
     struck = _first_time(motion, EventKind.BALL_BALL)
     end = float(motion.times[-1])
     instants = (
@@ -83,24 +83,18 @@ def draw_figure_1(results: Results) -> Figure | None:
         draw_table(axes, shot.scene, view, ticks=False)
         _draw_instant(axes, shot, motion, t, trail=0.25)
         axes.set_title(f"{letter} t = {t:.2f} s: {what}", fontsize=9)
-    style.set_title(figure, f"Figure 1 of the paper: a break of 7 balls, {_name(shot)}")
+    style.set_title(figure, f"Figure 1 of the paper: a break of 7 balls, {ours.style.name}")
     _set_note(figure, f"{_table_size(shot)}. Lines: the last 0.25 s of each path.")
     return figure
 
 
-def draw_figure_2(results: Results) -> Figure | None:
-    """Draw two clipped instants of the paper's first algorithm, and ours at the same instants.
-
-    None where no break holds the motions of both.
-    """
+def draw_figure_2(results: Results) -> Figure:
+    """Draw two clipped instants of the paper's first algorithm, and ours at the same instants."""
     examples = _clippings(results)
-    if not examples:
-        return None
     figure = style.new_figure(WIDTH, 3.3 * len(examples) + 0.5)
     grid = figure.subplots(len(examples), 2, squeeze=False)
-    for row, (shot, clipped, overlap) in zip(grid, examples, strict=True):
-        for axes, run in zip(row, (clipped, shot.ours), strict=True):
-            assert run is not None
+    for row, (shot, clipped, ours, overlap) in zip(grid, examples, strict=True):
+        for axes, run in zip(row, (clipped, ours), strict=True):
             _draw_close_up(axes, shot, run, overlap)
     style.set_title(figure, "Figure 2 of the paper: clipping, and the same instant without it")
     _set_note(
@@ -110,12 +104,10 @@ def draw_figure_2(results: Results) -> Figure | None:
     return figure
 
 
-def draw_figure_3(results: Results) -> Figure | None:
-    """Draw the cushion collision at three instants; None where it isn't stored."""
-    shot = _ours(results, WALL)
-    if shot is None:
-        return None
-    motion = _motion(shot)
+def draw_figure_3(results: Results) -> Figure:
+    """Draw the cushion collision at three instants."""
+    shot, ours = our_shot(results, WALL)
+    motion = motion_of_run(ours)
     contact = _first_time(motion, EventKind.BALL_CUSHION)
     lead = min(0.45, 0.8 * contact)
     instants = (
@@ -130,29 +122,28 @@ def draw_figure_3(results: Results) -> Figure | None:
         _draw_instant(axes, shot, motion, t, trail=2.0 * lead, arrows=0.25)
         draw_scale_bar(axes, view, 0.1, "0.1 m")
         axes.set_title(f"{letter} {t:.2f} s: {what}", fontsize=9)
-    style.set_title(figure, f"Figure 3 of the paper: a ball meets a cushion, {_name(shot)}")
+    style.set_title(figure, f"Figure 3 of the paper: a ball meets a cushion, {ours.style.name}")
     _set_note(figure, "Arrows: velocity after the instant. Lines: the path so far.")
     return figure
 
 
-def draw_figure_4(results: Results) -> Figure | None:
-    """Draw head-on and slightly skewed, before and after; None where one isn't stored."""
-    shots = [_ours(results, name) for name in (HEAD_ON, SKEWED)]
-    found = [shot for shot in shots if shot is not None]
-    if len(found) < len(shots):
-        return None
+def draw_figure_4(results: Results) -> Figure:
+    """Draw head-on and slightly skewed, before and after."""
+    found = [our_shot(results, name) for name in (HEAD_ON, SKEWED)]
     views = []
-    for shot in found:
-        contact = _first_time(_motion(shot), EventKind.BALL_BALL)
-        views.append(_close_view(_motion(shot), contact - 0.25, contact + 0.7, margin=0.08))
-    view = _common(views)
-    cue, target = found[1].scene.positions[:2]
+    for _, ours in found:
+        motion = motion_of_run(ours)
+        contact = _first_time(motion, EventKind.BALL_BALL)
+        views.append(_close_view(motion, contact - 0.25, contact + 0.7, margin=0.08))
+    lefts, rights, bottoms, tops = zip(*views, strict=True)
+    view = min(lefts), max(rights), min(bottoms), max(tops)
+    cue, target = found[1][0].scene.positions[:2]
     offset = style.format_length(float(abs(cue[1] - target[1])))
     figure = style.new_figure(WIDTH, WIDTH * aspect_of(view) + 1.25)
     grid = figure.subplots(2, 2)
     cases = (("(a)", "(b)", "head-on"), ("(c)", "(d)", "slightly skewed"))
-    for row, shot, (before, after, what) in zip(grid, found, cases, strict=True):
-        motion = _motion(shot)
+    for row, (shot, ours), (before, after, what) in zip(grid, found, cases, strict=True):
+        motion = motion_of_run(ours)
         contact = _first_time(motion, EventKind.BALL_BALL)
         instants = ((row[0], before, "before", -0.25), (row[1], after, "after", 0.3))
         for axes, letter, when, dt in instants:
@@ -161,12 +152,12 @@ def draw_figure_4(results: Results) -> Figure | None:
             draw_scale_bar(axes, view, 0.1, "0.1 m")
             axes.set_title(f"{letter} {what}: {abs(dt):g} s {when} the hit", fontsize=9)
     change = f"what {offset} off centre changes"
-    style.set_title(figure, f"Figure 4 of the paper: {change}, {_name(found[0])}")
+    style.set_title(figure, f"Figure 4 of the paper: {change}, {found[0][1].style.name}")
     _set_note(figure, "Arrows: velocity. Lines: the last 0.5 s of each path.")
     return figure
 
 
-PAPER_FIGURES: dict[str, Callable[[Results], Figure | None]] = {
+PAPER_FIGURES: dict[str, Callable[[Results], Figure]] = {
     "paper-figure-1": draw_figure_1,
     "paper-figure-2": draw_figure_2,
     "paper-figure-3": draw_figure_3,
@@ -176,41 +167,41 @@ PAPER_FIGURES: dict[str, Callable[[Results], Figure | None]] = {
 
 def overlaps(shot: Shot, motion: Motion) -> list[Overlap]:
     """Return every stored instant at which two balls are inside each other, deepest first."""
-    radii = shot.scene.radii
-    first, second = np.triu_indices(len(radii), k=1)
-    apart = np.linalg.norm(motion.positions[:, first] - motion.positions[:, second], axis=2)
-    depth = radii[first] + radii[second] - apart
-    when, pair = np.nonzero(depth > 0.0)
-    order = np.argsort(-depth[when, pair], kind="stable")
-    return [
-        Overlap(float(motion.times[k]), int(first[p]), int(second[p]), float(depth[k, p]))
-        for k, p in zip(when[order], pair[order], strict=True)
+    found = [
+        Overlap(float(t), a, b, depth)
+        for t, centres in zip(motion.times, motion.positions, strict=True)
+        for a, b, depth in _overlaps_at(shot.scene.radii, centres)
     ]
+    return sorted(found, key=lambda overlap: -overlap.depth)
 
 
-def _clippings(results: Results) -> list[tuple[Shot, Run, Overlap]]:
-    """Return two deep overlaps of different pairs, from different breaks where there are two."""
-    found: list[tuple[Shot, Run, Overlap]] = []
-    for name in (BREAK, BIG_BREAK):
-        shot = _ours(results, name)
-        if shot is None:
-            continue
-        clipped = next((run for run in shot.drawn if run.label == CLIPPING_ENGINE), None)
-        if clipped is None or clipped.motion is None:
-            continue
+def _overlaps_at(radii: FloatArray, centres: FloatArray) -> Iterator[tuple[int, int, float]]:
+    """Yield each two balls that are inside each other, and by how much [m]."""
+    first, second = np.triu_indices(len(radii), k=1)
+    apart = np.linalg.norm(centres[first] - centres[second], axis=1)
+    depth = radii[first] + radii[second] - apart
+    for pair in np.flatnonzero(depth > 0.0):
+        yield int(first[pair]), int(second[pair]), float(depth[pair])
+
+
+def _clippings(results: Results) -> list[tuple[Shot, Run, Run, Overlap]]:
+    """Return two deep overlaps of different pairs, from different breaks where there are two.
+
+    Each with its shot, the run that clips, and ours.
+    """
+    found = []
+    for name in (name for name in (BREAK, BIG_BREAK) if name in results.scene_names):
+        shot, ours = our_shot(results, name)
+        clipped = next(run for run in shot.drawn if run.label == CLIPPING_ENGINE)
         deepest: dict[tuple[int, int], Overlap] = {}
-        for overlap in overlaps(shot, clipped.motion):
+        for overlap in overlaps(shot, motion_of_run(clipped)):
             deepest.setdefault((overlap.a, overlap.b), overlap)
-        found += [(shot, clipped, overlap) for overlap in list(deepest.values())[:2]]
-    breaks = {shot.scene.name for shot, _, _ in found}
-    if len(breaks) > 1:
-        found = [found[0], next(e for e in found if e[0] is not found[0][0])]
-    return found[:2]
+        found.append([(shot, clipped, ours, overlap) for overlap in deepest.values()])
+    return [found[0][0], found[1][0]] if len(found) > 1 else found[0][:2]
 
 
 def _draw_close_up(axes: Axes, shot: Shot, run: Run, overlap: Overlap) -> None:
-    motion = run.motion
-    assert motion is not None
+    motion = motion_of_run(run)
     radius = float(shot.scene.radii.max())
     centres = _positions_at(motion, overlap.t)
     a, b = centres[overlap.a], centres[overlap.b]
@@ -223,14 +214,11 @@ def _draw_close_up(axes: Axes, shot: Shot, run: Run, overlap: Overlap) -> None:
     )
     draw_table(axes, shot.scene, view, ticks=False)
     _draw_balls(axes, shot, centres, alpha=0.9)
-    deepest = 0.0
     radii = shot.scene.radii
-    for i in range(len(radii)):
-        for j in range(i + 1, len(radii)):
-            depth = radii[i] + radii[j] - float(np.linalg.norm(centres[i] - centres[j]))
-            if depth > 0.0:
-                deepest = max(deepest, depth)
-                _draw_lens(axes, centres[i], centres[j], radii[i], radii[j])
+    deepest = 0.0
+    for i, j, depth in _overlaps_at(radii, centres):
+        deepest = max(deepest, depth)
+        _draw_lens(axes, centres[i], centres[j], radii[i], radii[j])
     draw_scale_bar(axes, view, 0.05, "50 mm")
     gap = float(np.linalg.norm(a - b)) - radii[overlap.a] - radii[overlap.b]
     if deepest > 0.0:
@@ -295,25 +283,6 @@ def _draw_balls(axes: Axes, shot: Shot, centres: FloatArray, alpha: float = 1.0)
         draw_ball(axes, centre, float(shot.scene.radii[ball]), zorder=4, **look)
 
 
-def _ours(results: Results, name: str) -> Shot | None:
-    """Return a scene where it is stored with our engine's motion."""
-    if name not in results.scene_names:
-        return None
-    shot = load_shot(results, name)
-    return shot if shot.ours is not None else None
-
-
-def _motion(shot: Shot) -> Motion:
-    assert shot.ours is not None
-    assert shot.ours.motion is not None
-    return shot.ours.motion
-
-
-def _name(shot: Shot) -> str:
-    assert shot.ours is not None
-    return shot.ours.style.name
-
-
 def _table_size(shot: Shot) -> str:
     table = shot.scene.table
     return "No table" if table is None else f"Table {table.length:g} m × {table.width:g} m"
@@ -326,10 +295,8 @@ def _first_time(motion: Motion, kind: EventKind) -> float:
 
 def _positions_at(motion: Motion, t: float) -> FloatArray:
     """Return the centres at t, (n, 3) [m]: stored instants exactly, else straight between."""
-    balls = range(motion.positions.shape[1])
-    return np.array(
-        [[np.interp(t, motion.times, motion.positions[:, b, k]) for k in range(3)] for b in balls]
-    )
+    flat = motion.positions.reshape(len(motion.times), -1).T
+    return np.array([np.interp(t, motion.times, column) for column in flat]).reshape(-1, 3)
 
 
 def _velocities_after(motion: Motion, t: float) -> FloatArray:
@@ -343,11 +310,6 @@ def _close_view(motion: Motion, t0: float, t1: float, margin: float) -> View:
     within = motion.positions[(motion.times >= t0) & (motion.times <= t1), :, :2].reshape(-1, 2)
     low, high = within.min(axis=0) - margin, within.max(axis=0) + margin
     return float(low[0]), float(high[0]), float(low[1]), float(high[1])
-
-
-def _common(views: list[View]) -> View:
-    lefts, rights, bottoms, tops = zip(*views, strict=True)
-    return min(lefts), max(rights), min(bottoms), max(tops)
 
 
 def _set_note(figure: Figure, text: str) -> None:

@@ -15,9 +15,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.pictures.shots import our_shot, write_at
 from ghostball.engine import EventKind, Scene
 from ghostball.reports import style
-from ghostball.reports.shots import Run, Shot, load_shot
+from ghostball.reports.shots import Run, Shot
 from ghostball.validation.results.store import Motion, Results
 
 if TYPE_CHECKING:
@@ -143,11 +144,9 @@ def cuts_of(scene: Scene, motion: Motion) -> list[Cut]:
     return found
 
 
-def draw_deflection(results: Results) -> Figure | None:
-    """Draw the 30 degree rule; None where its sweep isn't stored with a motion."""
-    shot = _sweep(results, DEFLECTION)
-    if shot is None:
-        return None
+def draw_deflection(results: Results) -> Figure:
+    """Draw the 30 degree rule."""
+    shot, _ = our_shot(results, DEFLECTION)
     figure = style.new_figure(WIDTH, 6.4)
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=[2.6, 1.0])
     angles = np.linspace(0.0, 90.0, 361)
@@ -158,7 +157,7 @@ def draw_deflection(results: Results) -> Figure | None:
     above.plot(*zip(*PUBLISHED_DEFLECTIONS, strict=True), **_PUBLISHED)
     for at, name, offset, end in NAMED_DEFLECTIONS:
         value = float(np.degrees(natural_deflection(np.radians(np.array([at]))))[0])
-        _write_at(above, (at, value), name, offset, end)
+        write_at(above, (at, value), name, offset, end)
     top = 38.0
     for run, cuts in _runs(shot):
         x = np.array([cut.cut for cut in cuts])
@@ -175,11 +174,9 @@ def draw_deflection(results: Results) -> Figure | None:
     return figure
 
 
-def draw_throw(results: Results) -> Figure | None:
-    """Draw throw against cut angle and side spin; None where a sweep isn't stored with a motion."""
-    by_angle, by_spin = (_sweep(results, name) for name in (THROW_BY_ANGLE, THROW_BY_SPIN))
-    if by_angle is None or by_spin is None:
-        return None
+def draw_throw(results: Results) -> Figure:
+    """Draw throw against cut angle and side spin."""
+    by_angle, by_spin = (our_shot(results, name)[0] for name in (THROW_BY_ANGLE, THROW_BY_SPIN))
     figure = style.new_figure(WIDTH, 6.0)
     grid = figure.subplots(2, 2, sharex="col", height_ratios=[2.6, 1.0])
     for column, shot in enumerate((by_angle, by_spin)):
@@ -210,7 +207,7 @@ def draw_throw(results: Results) -> Figure | None:
     return figure
 
 
-PHYSICS_FIGURES: dict[str, Callable[[Results], Figure | None]] = {
+PHYSICS_FIGURES: dict[str, Callable[[Results], Figure]] = {
     "physics-deflection": draw_deflection,
     "physics-throw": draw_throw,
 }
@@ -224,14 +221,6 @@ _PUBLISHED: dict[str, Any] = {
     "markeredgewidth": 1.4,
     "label": "published numbers (Alciatore)",
 }
-
-
-def _sweep(results: Results, name: str) -> Shot | None:
-    """Return a sweep where it is stored with a motion in which a pair met."""
-    if name not in results.scene_names:
-        return None
-    shot = load_shot(results, name)
-    return shot if any(True for _ in _runs(shot)) else None
 
 
 def _runs(shot: Shot) -> Iterator[tuple[Run, list[Cut]]]:
@@ -301,9 +290,9 @@ def _draw_throw_curves(axes: Axes, shot: Shot, varies: str) -> None:
         axes.plot(x, y, color=style.GREY, linestyle=line, label=label)
         name = f"{speed / MPH:.0f} mph"
         if along_cut:
-            _write_at(axes, (x[-1], y[-1]), name, (0, 9), "right")
+            write_at(axes, (x[-1], y[-1]), name, (0, 9), "right")
         else:
-            _write_at(axes, (x[0], y[0]), name, (-4, -3), "right")
+            write_at(axes, (x[0], y[0]), name, (-4, -3), "right")
 
 
 def _mark_gearing(axes: Axes, shot: Shot) -> None:
@@ -311,27 +300,7 @@ def _mark_gearing(axes: Axes, shot: Shot) -> None:
     gearing = float(np.sin(np.radians(cuts[0].cut)))
     axes.axhline(0.0, color=style.FAINT, linewidth=0.8)
     axes.axvline(gearing, color=style.VERMILLION, linewidth=1.0, linestyle=(0.0, (4.0, 2.0)))
-    _write_at(axes, (gearing, 0.0), "gearing:\nno throw", (-8, -30), "right", style.VERMILLION)
-
-
-def _write_at(
-    axes: Axes,
-    at: tuple[float, float],
-    text: str,
-    offset: tuple[int, int],
-    end: str,
-    colour: str = style.GREY,
-) -> None:
-    """Write a text at a point, `offset` points from it; `end` is which end of the text is there."""
-    axes.annotate(
-        text,
-        at,
-        xytext=offset,
-        textcoords="offset points",
-        ha=end,
-        color=colour,
-        fontsize=8.5,
-    )
+    write_at(axes, (gearing, 0.0), "gearing:\nno throw", (-8, -30), "right", style.VERMILLION)
 
 
 def _draw_points(

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from benchmarks.measurements import committed
 from benchmarks.racks import RacksMeasurement, RackTimes
 from ghostball.reports import style
 
@@ -20,16 +19,8 @@ MARKERS = {"median": "o", "mean": "D", "p99": "^", "slowest": "s"}
 NAMES = {"p99": "99th percentile"}
 
 
-def draw_committed_racks() -> Figure | None:
-    """Draw the committed measurement; None without one."""
-    measured = committed(RacksMeasurement)
-    return None if measured is None else draw_racks(measured)
-
-
-def draw_racks(measured: RacksMeasurement) -> Figure | None:
-    """Draw which part of the racks takes at most how long, engine by engine; None without times."""
-    if not measured.anything:
-        return None
+def draw_racks(measured: RacksMeasurement) -> Figure:
+    """Draw which part of the racks takes at most how long, engine by engine."""
     figure = style.new_figure(WIDTH, HEIGHT)
     axes = figure.subplots()
     for one in measured.engines:
@@ -43,11 +34,8 @@ def draw_racks(measured: RacksMeasurement) -> Figure | None:
     axes.set(xlabel="time of the simulation of a rack [s]", ylabel="part of the racks [1]")
     axes.grid(visible=True)
     figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=3)
-    environment = measured.environment
-    where = f"{environment['cpu']}, {str(environment['date'])[:10]}"
-    style.set_title(
-        figure, f"Random racks, half of them frozen: part that takes no longer ({where})"
-    )
+    title = "Random racks, half of them frozen: part that takes no longer"
+    style.set_title(figure, f"{title} ({measured.where})")
     return figure
 
 

@@ -13,13 +13,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.pictures.shots import our_shot
 from ghostball.engine import SampledTrajectory
 from ghostball.reference_adapters.paper.rotation import turned_by_frames
 from ghostball.reports import style
 from ghostball.reports.accuracy import accuracy_text
 from ghostball.reports.figures.heights import draw_side, part_in_flight
 from ghostball.reports.motions import motion_of_run
-from ghostball.reports.shots import Run, Shot, load_shot
+from ghostball.reports.shots import Run, Shot
 from ghostball.validation.results.store import Motion, Results
 
 if TYPE_CHECKING:
@@ -51,15 +52,14 @@ WIDTH, HEIGHT, ROW = 10.0, 3.4, 0.19
 """Of a figure, of its panels, and of an engine's row beneath them [inch]."""
 
 
-def draw_turning(results: Results) -> Figure | None:
-    """Draw how far the paper's rule, and each engine's spins, turn a ball off; None if not stored.
+def draw_turning(results: Results) -> Figure:
+    """Draw how far the paper's rule, and each engine's spins, turn a ball off.
 
     Against our own motion, whose orientation is exact to rounding.
     """
-    shots = [_shot(results, name) for name in TURNING]
-    if any(shot is None for shot in shots):
-        return None
-    turns = [_turned_off(shot) for shot in shots]
+    stored = [our_shot(results, name) for name in TURNING]
+    shots = [shot for shot, _ in stored]
+    turns = [turned_off(shot, ours) for shot, ours in stored]
     ends = [{label: float(off[-1]) for label, (_, off) in turn.items()} for turn in turns]
     figure, panels = _new_figure("6.1: how balls turn", shots, 2, ends)
     for axes, shot, turn in zip(panels, shots, turns, strict=True):
@@ -75,13 +75,12 @@ def draw_turning(results: Results) -> Figure | None:
     return figure
 
 
-def _turned_off(shot: Shot) -> dict[str, tuple[FloatArray, FloatArray]]:
+def turned_off(shot: Shot, ours_run: Run) -> dict[str, tuple[FloatArray, FloatArray]]:
     """Return when [s] and how far [rad] the first ball is turned off, by engine and by rule.
 
     Against our own motion, whose spins are straight lines between its stored instants.
     """
-    assert shot.ours is not None
-    ours = motion_of_run(shot.ours)
+    ours = motion_of_run(ours_run)
     times = np.linspace(0.0, ours.times[-1], 301)[1:]
     right = _orientation(ours, times)
     found = {
@@ -98,11 +97,9 @@ def _turned_off(shot: Shot) -> dict[str, tuple[FloatArray, FloatArray]]:
     return found
 
 
-def draw_slipping(results: Results) -> Figure | None:
-    """Draw a ball that slips along its parabola, and its slip; None where it isn't stored."""
-    shot = _shot(results, SLIPPING)
-    if shot is None:
-        return None
+def draw_slipping(results: Results) -> Figure:
+    """Draw a ball that slips along its parabola, and its slip."""
+    shot, _ = our_shot(results, SLIPPING)
     figure, (path, slip) = _new_figure("6.2: a ball that slips", [shot], 2)
     radius = float(shot.scene.radii[0])
     for run in shot.drawn:
@@ -124,11 +121,9 @@ def draw_slipping(results: Results) -> Figure | None:
     return figure
 
 
-def draw_air(results: Results) -> Figure | None:
-    """Draw how much less far balls roll in air, and a bounce that loses speed; None if missing."""
-    rolls, bounce = _shot(results, AIR), _shot(results, RESTITUTION)
-    if rolls is None or bounce is None:
-        return None
+def draw_air(results: Results) -> Figure:
+    """Draw how much less far balls roll in air, and a bounce that loses speed."""
+    rolls, bounce = (our_shot(results, name)[0] for name in (AIR, RESTITUTION))
     figure, (ways, speeds) = _new_figure("6.3: air, and restitution", [rolls, bounce], 2)
     physics = rolls.scene.physics
     a, b = physics.rolling_friction * physics.gravity, 5.0 / 7.0 * physics.air_drag
@@ -151,15 +146,13 @@ def draw_air(results: Results) -> Figure | None:
     return figure
 
 
-def draw_flight(results: Results) -> Figure | None:
-    """Draw a jump shot from the side on every engine that plays it; None where it isn't stored."""
-    shot = _shot(results, FLIGHT)
-    if shot is None:
-        return None
+def draw_flight(results: Results) -> Figure:
+    """Draw a jump shot from the side on every engine that plays it."""
+    shot, ours_run = our_shot(results, FLIGHT)
     figure, (side, off) = _new_figure("6.4: a ball that flies", [shot], 2)
     draw_side(side, shot, _look)
     side.legend(fontsize=7.5, loc="upper right")
-    ours = motion_of_run(shot.ours)
+    ours = motion_of_run(ours_run)
     end = part_in_flight(shot)
     for run in shot.drawn:
         if run.style.ours:
@@ -174,20 +167,12 @@ def draw_flight(results: Results) -> Figure | None:
     return figure
 
 
-SECTION_FIGURES: Mapping[str, Callable[[Results], Figure | None]] = {
+SECTION_FIGURES: Mapping[str, Callable[[Results], Figure]] = {
     "paper-section-6-1": draw_turning,
     "paper-section-6-2": draw_slipping,
     "paper-section-6-3": draw_air,
     "paper-section-6-4": draw_flight,
 }
-
-
-def _shot(results: Results, name: str) -> Any:
-    """Return a scene where it is stored with our engine's motion; None where it isn't."""
-    if name not in results.scene_names:
-        return None
-    shot = load_shot(results, name)
-    return shot if shot.ours is not None else None
 
 
 def _new_figure(
@@ -261,21 +246,18 @@ def _look(run: Run) -> dict[str, Any]:
     }
 
 
-def _recorded(motion: Motion) -> SampledTrajectory:
+def _recorded(motion: Motion, balls: slice = slice(None)) -> SampledTrajectory:
     return SampledTrajectory(
-        motion.times, motion.positions, motion.velocities, motion.angular_velocities
+        motion.times,
+        motion.positions[:, balls],
+        motion.velocities[:, balls],
+        motion.angular_velocities[:, balls],
     )
 
 
 def _orientation(motion: Motion, times: FloatArray) -> FloatArray:
     """Return how the first ball is turned, (k, 4): stored spins are straight between instants."""
-    first = SampledTrajectory(
-        motion.times,
-        motion.positions[:, :1],
-        motion.velocities[:, :1],
-        motion.angular_velocities[:, :1],
-    )
-    return first.orientation(times)[:, 0]
+    return _recorded(motion, slice(1)).orientation(times)[:, 0]
 
 
 def _angle(a: FloatArray, b: FloatArray) -> FloatArray:

@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from benchmarks.measurements import committed
-from benchmarks.precision.measure import TARGETS
-from benchmarks.precision.points import PrecisionMeasurement, PrecisionPoint
+from benchmarks.precision.points import TARGETS, PrecisionMeasurement, PrecisionPoint
 from ghostball.reports import style
 
 if TYPE_CHECKING:
@@ -31,17 +29,9 @@ LINES = {target: style.format_length(target) for target in TARGETS} | {2.0**-52:
 _NAME: Any = {"xycoords": ("axes fraction", "data"), "fontsize": 6.5, "color": style.GREY}
 
 
-def draw_committed_precision() -> Figure | None:
-    """Draw the committed measurement; None without one."""
-    measured = committed(PrecisionMeasurement)
-    return None if measured is None else draw_against_time(measured)
-
-
-def draw_against_time(measured: PrecisionMeasurement) -> Figure | None:
-    """Draw the largest rest error against the time of a run; None without points."""
+def draw_against_time(measured: PrecisionMeasurement) -> Figure:
+    """Draw the largest rest error against the time of a run, of at least one point."""
     scenes = list(dict.fromkeys(point.scene for point in measured.points))
-    if not scenes:
-        return None
     columns = min(COLUMNS, len(scenes))
     rows = -(-len(scenes) // columns)
     figure = style.new_figure(WIDTH, REST_HEIGHT + rows * ROW_HEIGHT)
@@ -73,9 +63,7 @@ def draw_against_time(measured: PrecisionMeasurement) -> Figure | None:
         ncols=max(LEGEND_CHARACTERS // (max(map(len, names)) + HANDLE_CHARACTERS), 1),
         fontsize=7.5,
     )
-    environment = measured.environment
-    where = f"{environment['cpu']}, {str(environment['date'])[:10]}"
-    title = f"What time buys: largest rest error against time of a run ({where})"
+    title = f"What time buys: largest rest error against time of a run ({measured.where})"
     style.set_title(figure, title)
     return figure
 

@@ -3,34 +3,25 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from statistics import median
 
-from benchmarks.measurements import measured_where
-from benchmarks.precision._ladders import (
-    WIDE,
-    Extent,
-    ladder_of,
-)
-from benchmarks.precision._places import Course, Place
-from benchmarks.precision.points import (
-    LeftOut,
-    PrecisionCurve,
-    PrecisionMeasurement,
-    PrecisionPoint,
-    reach_of,
-)
-from benchmarks.running import BenchError
-from benchmarks.timing import Clock, Samples, take_turns
-from ghostball.engine import Scene
-from ghostball.reference_adapters import EngineUnavailableError, ReferenceEngine, make_engine
+import numpy as np
+
+from benchmarks.measurements import BenchError
+from benchmarks.precision.ladder import Rung, ladder_of, start_of
+from benchmarks.precision.points import LeftOut, PrecisionMeasurement, PrecisionPoint
+from benchmarks.timing import Sampler, Task, interleave
+from ghostball.engine import EngineFailedError, Result, Scene, UnsupportedSceneError
+from ghostball.reference_adapters import EngineUnavailableError, make_engine
 from ghostball.reference_adapters.base import resolution_of
+from ghostball.validation.checks.metrics import ball_errors
+from ghostball.validation.grading.event_logs import collisions_of
 from ghostball.validation.parallel.pool import Progress
 from ghostball.validation.results.records import CERTIFIED, INDEPENDENT
 from ghostball.validation.suite.suite import DEFAULT_ENGINES
 from ghostball.validation.truth.scene_truth import Truth, truth_of
-
-TARGETS = (1e-3, 1e-6, 1e-9)
-"""Accuracies whose time is told [m]."""
 
 DEFAULT_SCENES = (
     "half-ball-cut",
@@ -42,14 +33,108 @@ DEFAULT_SCENES = (
 )
 """Each has a closed form. Balls roll in all but the last, where engines without sliding lack."""
 
-QUICK_SCENES = ("half-ball-cut", "corner-double-bounce")
-
-PRECISION_ENGINES = (
-    *DEFAULT_ENGINES,
-    "pymunk:iterations=1",
-    "certified",
-)
+PRECISION_ENGINES = (*DEFAULT_ENGINES, "pymunk:iterations=1", "certified")
 """Besides those that are validated, a solver that iterates once, and the proof itself."""
+
+LEAST_SAMPLE, MOST_RUNS = 5e-3, 50
+"""A sample is the least of several runs where one is so short [s]: at most so many."""
+
+MANY_STEPS, FEW = 5_000, 2
+"""A shot that takes more steps is sampled only so often; by steps, for time would make the phases,
+and with them the errors, differ from machine to machine."""
+
+
+@dataclass(eq=False)
+class Place:
+    """One point to be measured: each turn begins the shot at another part of a step.
+
+    `samples` are the least seconds, the largest error [m] and whether the course was true, turn by
+    turn; `why_not` says what went wrong, and then there is no point.
+    """
+
+    scene: Scene
+    truth: Truth
+    rung: Rung
+    level: int
+    samples: list[tuple[float, float, bool]] = field(default_factory=list)
+    why_not: str = ""
+
+    def task(self) -> Task:
+        """Return it as something to be measured; its ladder's first level is played beforehand."""
+        step, duration = self.rung.step, self.truth.rest_time
+        assert duration is not None  # of every independent truth
+        slow = step is not None and duration > MANY_STEPS * step
+
+        def prepare() -> Sampler:
+            if self.level == 0:
+                self._run(self.scene)
+            return self._sample
+
+        return Task(f"{self.scene.name}, {self.rung.label}", prepare, FEW if slow else None)
+
+    def _sample(self) -> dict[str, float]:
+        start = start_of(self.scene, self.rung, len(self.samples))
+        began = time.perf_counter()
+        results: list[Result] = []
+        while len(results) < MOST_RUNS and (
+            not results or time.perf_counter() - began < LEAST_SAMPLE
+        ):
+            result = None if self.why_not else self._run(start)
+            if result is None:
+                return {}
+            results.append(result)
+        seconds = min(one.wall_time for one in results)
+        error = float(np.max(ball_errors(results[0], self.truth)))
+        self.samples.append((seconds, error, _took_course(results[0], self.truth)))
+        return {"seconds": seconds}
+
+    def _run(self, scene: Scene) -> Result | None:
+        """Run a shot; None where that went wrong, which is noted."""
+        try:
+            result = self.rung.simulate(scene)
+        except UnsupportedSceneError as error:
+            self.why_not = f"not representable: {'; '.join(error.features)}"
+        except EngineFailedError as error:
+            self.why_not = f"failed: {error.reason}"
+        else:
+            if result.status.complete:
+                return result
+            self.why_not = f"stopped early: {result.reason or result.status.value}"
+        return None
+
+    def found(self) -> PrecisionPoint | LeftOut:
+        """Return the point, or why there is none."""
+        rung = self.rung
+        if self.why_not:
+            return LeftOut(
+                scene=self.scene.name, engine=rung.family, why=self.why_not, step=rung.step
+            )
+        seconds, errors, true_courses = zip(*self.samples, strict=True)
+        return PrecisionPoint(
+            scene=self.scene.name,
+            title=self.scene.title,
+            truth=self.truth.kind or "",
+            engine=rung.family,
+            label=rung.label,
+            step=rung.step,
+            seconds=min(seconds),
+            samples=len(seconds),
+            error=median(errors),
+            error_low=min(errors),
+            error_high=max(errors),
+            true_course=all(true_courses),
+        )
+
+
+def _took_course(result: Result, truth: Truth) -> bool:
+    """Whether those met that meet in truth.
+
+    Not how often, of a run with its events: in a row of balls that touch, an engine that steps may
+    report a contact again at the next step.
+    """
+    if result.events is None or truth.collisions is None:
+        return dict(result.collision_counts) == truth.collision_counts
+    return set(collisions_of(result.events)[0]) == set(truth.collisions)
 
 
 def measure_precision(
@@ -57,11 +142,9 @@ def measure_precision(
     engines: Sequence[str] = PRECISION_ENGINES,
     *,
     rounds: int,
-    extent: Extent = WIDE,
-    clock: Clock = time.perf_counter,
     progress: Progress[str] | None = None,
 ) -> PrecisionMeasurement:
-    """Measure errors and times of engines over their ladders; Ctrl-C keeps what was measured.
+    """Measure errors and times of engines over their ladders.
 
     Parameters
     ----------
@@ -71,10 +154,8 @@ def measure_precision(
         Engines as for `make_engine`; each begins a ladder of steps, of which its own is one.
     rounds : int
         At most as many samples of each point.
-    extent : Extent
-        Any but `WIDE` is a trial.
-    clock, progress
-        As for `take_turns`.
+    progress : callable, optional
+        As for `interleave`.
 
     Raises
     ------
@@ -83,24 +164,39 @@ def measure_precision(
     EngineError
         Where an engine is unknown, or a setting is refused.
     """
-    environment = measured_where()
-    made = {label: _made(label) for label in dict.fromkeys(engines)}
     truths = [(scene, independent_truth(scene)) for scene in scenes]
+    places: list[Place] = []
     left_out: list[LeftOut] = []
-    courses: list[list[Place]] = []
-    for scene, truth in truths:
-        for label, engine in made.items():
-            course = Course(scene, truth, label)
-            if isinstance(engine, str):
-                left_out.append(course.left_out(label, f"unavailable: {engine}"))
-            elif truth.kind == CERTIFIED and engine.name == "certified":
-                left_out.append(course.left_out(label, "it is the truth here"))
+    for label in dict.fromkeys(engines):
+        try:
+            engine, why = make_engine(label), ""
+        except EngineUnavailableError as error:
+            why = f"unavailable: {error}"
+        for scene, truth in truths:
+            if not why and truth.kind == CERTIFIED and engine.name == "certified":
+                left_out.append(LeftOut(scene=scene.name, engine=label, why="it is the truth here"))
+            elif why:
+                left_out.append(LeftOut(scene=scene.name, engine=label, why=why))
             else:
-                courses.append(list(_places(course, engine, extent, left_out)))
-    places = list(_in_turns(courses))
-    samples = take_turns([p.task() for p in places], rounds, clock=clock, progress=progress)
-    left_out += _lost(courses)
-    return _measurement(environment, rounds, extent, samples, courses, left_out)
+                assert truth.rest_time is not None  # of every independent truth
+                level = 0
+                for rung in ladder_of(label, engine, truth.rest_time):
+                    horizon = truth.horizon_of(resolution_of(rung.engine, scene))
+                    if horizon < truth.rest_time:
+                        past = f"past its horizon, {horizon:.3g} s: errors may change its course"
+                        left_out.append(LeftOut(scene=scene.name, engine=rung.label, why=past))
+                    else:
+                        places.append(Place(scene, truth, rung, level))
+                        level += 1
+    order = {scene.name: k for k, scene in enumerate(scenes)}
+    turns = sorted(places, key=lambda place: (order[place.scene.name], place.level))
+    interleave([place.task() for place in turns], rounds, progress)
+    found = [place.found() for place in sorted(places, key=lambda p: order[p.scene.name])]
+    return PrecisionMeasurement(
+        rounds=rounds,
+        points=tuple(one for one in found if isinstance(one, PrecisionPoint)),
+        left_out=(*left_out, *(one for one in found if isinstance(one, LeftOut))),
+    )
 
 
 def independent_truth(scene: Scene) -> Truth:
@@ -119,72 +215,4 @@ def independent_truth(scene: Scene) -> Truth:
     raise BenchError(
         f'scene "{scene.name}" has no truth that is independent of our engine: it has no closed '
         f"form, and it isn't proved to its end ({why}). Leave it out"
-    )
-
-
-def _made(label: str) -> ReferenceEngine | str:
-    """Return the engine, or why it can't run here."""
-    try:
-        return make_engine(label)
-    except EngineUnavailableError as error:
-        return str(error)
-
-
-def _places(
-    course: Course, engine: ReferenceEngine, extent: Extent, left_out: list[LeftOut]
-) -> Iterator[Place]:
-    """Yield a ladder's places; what can't be compared, or made, is left out."""
-    truth = course.truth
-    assert truth.rest_time is not None  # of every independent truth
-    for rung in ladder_of(course.family, engine, truth.rest_time, extent):
-        horizon = truth.horizon_of(resolution_of(rung.engine, course.scene))
-        if horizon < truth.rest_time:
-            why = f"past its horizon: from t = {horizon:.3g} s on its errors may change the course"
-            left_out.append(course.left_out(rung.label, why))
-        else:
-            yield Place(course, rung)
-
-
-def _in_turns(courses: Sequence[Sequence[Place]]) -> Iterator[Place]:
-    """Yield the places scene by scene, and there level by level, engine by engine."""
-    for scene in dict.fromkeys(p.course.scene.name for places in courses for p in places):
-        mine = [places for places in courses if places and places[0].course.scene.name == scene]
-        for level in range(max(map(len, mine))):
-            yield from (places[level] for places in mine if level < len(places))
-
-
-def _lost(courses: Sequence[Sequence[Place]]) -> Iterator[LeftOut]:
-    for places in courses:
-        if places and places[0].course.lost:
-            course = places[0].course
-            yield course.left_out(course.family, course.lost)
-        else:
-            yield from (p.course.left_out(p.rung.label, p.lost) for p in places if p.lost)
-
-
-def _measurement(
-    environment: dict[str, object],
-    rounds: int,
-    extent: Extent,
-    samples: Samples,
-    courses: Sequence[Sequence[Place]],
-    left_out: Sequence[LeftOut],
-) -> PrecisionMeasurement:
-    points: list[PrecisionPoint] = []
-    curves: list[PrecisionCurve] = []
-    for places in courses:
-        found = [point for place in places if (point := place.point()) is not None]
-        points += found
-        if found:
-            lost = [p.rung.step for p in places if p.lost and p.rung.step is not None]
-            reach = tuple(reach_of(target, found, lost) for target in TARGETS)
-            curves.append(PrecisionCurve(scene=found[0].scene, engine=found[0].engine, reach=reach))
-    return PrecisionMeasurement(
-        environment=environment,
-        rounds=rounds,
-        quick=extent != WIDE,
-        interrupted=samples.interrupted,
-        points=tuple(points),
-        curves=tuple(curves),
-        left_out=tuple(left_out),
     )

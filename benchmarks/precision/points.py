@@ -1,16 +1,27 @@
-"""What is stored of errors against time: points, the time to an accuracy, and what is missing."""
+"""What is stored of errors against time, as a table: each point, and what is missing and why."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from typing import Literal
 
-from pydantic import BaseModel, ConfigDict
+from rich.console import Group, RenderableType
+from rich.markup import escape
 
-from benchmarks.measurements import Measurement
+from benchmarks.measurements import Measurement, Record, table_of
+from ghostball.reports.style import format_length, format_time
+
+TARGETS = (1e-3, 1e-6, 1e-9)
+"""Accuracies whose time is told [m]."""
+
+LEGEND = (
+    "Times are of the simulation alone, the least of all samples. A time counts where all finer "
+    "steps are as near, from every phase of the step; not reached: no step that was run is. "
+    "The least error is that of the worst phase of the best step."
+)
 
 
-class PrecisionPoint(BaseModel):
+class PrecisionPoint(Record):
     """One engine with all of its settings on one scene.
 
     Attributes
@@ -22,22 +33,16 @@ class PrecisionPoint(BaseModel):
     label : str
         The same with the step of this point.
     step : float or None [s]
+        None where the engine has no step: a point, no ladder.
     seconds : float [s]
         The simulation alone: the least of all samples.
     samples : int
     error, error_low, error_high : float [m]
         The largest distance of a ball from where it truly ends: median, least and greatest over
         the samples, each of which begins the shot at another part of a step.
-    work_name : str
-        What `work` counts, such as "steps"; "" where the engine counts nothing.
-    work : int
-    exact : bool
-        Whether the engine has no step: a point, no ladder.
     true_course : bool
         Whether those balls and cushions met that meet in truth, from every phase.
     """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     scene: str
     title: str
@@ -50,41 +55,55 @@ class PrecisionPoint(BaseModel):
     error: float
     error_low: float
     error_high: float
-    work_name: str
-    work: int
-    exact: bool
     true_course: bool = True
 
 
-def best_of(points: Iterable[PrecisionPoint]) -> PrecisionPoint:
-    """Return the point whose worst phase is nearest to truth: its `error_high` is the least error.
-
-    A median would let an engine win by a step that is good from half of all phases.
-    """
-    return min(points, key=lambda point: point.error_high)
-
-
-class Reach(BaseModel):
-    """How long an engine takes for an accuracy [m]; `seconds` is None where no run was so near."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    target: float
-    seconds: float | None
-
-
-class PrecisionCurve(BaseModel):
-    """One engine on one scene, over its steps: the time that it takes for each accuracy."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
+class LeftOut(Record):
+    """A point, or a whole curve, that is not there, and why; `step` [s] is that of a failed run."""
 
     scene: str
     engine: str
-    reach: tuple[Reach, ...]
+    why: str
+    step: float | None = None
 
 
-def reach_of(target: float, points: Sequence[PrecisionPoint], lost: Sequence[float] = ()) -> Reach:
-    """Return how long an engine takes for an accuracy.
+class PrecisionMeasurement(Measurement):
+    """What `python -m benchmarks precision` measured."""
+
+    kind: Literal["precision"] = "precision"
+    points: tuple[PrecisionPoint, ...]
+    left_out: tuple[LeftOut, ...] = ()
+
+    @property
+    def table(self) -> RenderableType:
+        """Scene by scene, the time of each engine for each accuracy."""
+        missing = dict.fromkeys(f"{o.scene}, {o.engine}: left out: {o.why}" for o in self.left_out)
+        scenes = dict.fromkeys(point.scene for point in self.points)
+        return Group(*map(self._scene, scenes), LEGEND, *map(escape, missing))
+
+    def _scene(self, scene: str) -> RenderableType:
+        points = [point for point in self.points if point.scene == scene]
+        rows = []
+        for engine in dict.fromkeys(point.engine for point in points):
+            mine = [point for point in points if point.engine == engine]
+            failed = [o.step for o in self.left_out if (o.scene, o.engine) == (scene, engine)]
+            lost = [step for step in failed if step is not None]
+            times = (seconds_to(target, mine, lost) for target in TARGETS)
+            reached = ("not reached" if one is None else format_time(one) for one in times)
+            rows.append((engine, *reached, least_error(mine)))
+        heads = [
+            "engine",
+            *(f"to {format_length(t)}" for t in TARGETS),
+            "least error (worst phase)",
+        ]
+        title = f"[bold]{escape(f'{scene} ({points[0].truth}): {points[0].title}')}[/]"
+        return table_of(heads, rows, title=title)
+
+
+def seconds_to(
+    target: float, points: Sequence[PrecisionPoint], lost: Sequence[float] = ()
+) -> float | None:
+    """Return how long an engine takes for an accuracy; None where no run was so near.
 
     Parameters
     ----------
@@ -104,28 +123,13 @@ def reach_of(target: float, points: Sequence[PrecisionPoint], lost: Sequence[flo
         if fails_finer or not point.error_high <= target:
             break
         seconds.append(point.seconds)
-    return Reach(target=target, seconds=min(seconds, default=None))
+    return min(seconds, default=None)
 
 
-class LeftOut(BaseModel):
-    """A point, or a whole curve, that is not there, and why."""
+def least_error(points: Iterable[PrecisionPoint]) -> str:
+    """Return the error of the point whose worst phase is nearest, and its time: "1 nm in 24 ms".
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    scene: str
-    engine: str
-    why: str
-
-
-class PrecisionMeasurement(Measurement):
-    """What `python -m benchmarks precision` measured."""
-
-    kind: Literal["precision"] = "precision"
-    points: tuple[PrecisionPoint, ...]
-    curves: tuple[PrecisionCurve, ...] = ()
-    left_out: tuple[LeftOut, ...] = ()
-
-    @property
-    def anything(self) -> bool:
-        """Whether any point was measured."""
-        return bool(self.points)
+    A median would let an engine win by a step that is good from half of all phases.
+    """
+    best = min(points, key=lambda point: point.error_high)
+    return f"{format_length(best.error_high)} in {format_time(best.seconds)}"

@@ -9,7 +9,7 @@ import pytest
 
 import benchmarks.accuracy
 from benchmarks.accuracy import AccuracyMeasurement, Distribution, measure_accuracy
-from benchmarks.running import BenchError
+from benchmarks.measurements import BenchError
 from ghostball.engine import Scene, simulate
 from ghostball.validation.parallel.pool import Done
 from ghostball.validation.scenes.random_shots import random_shot
@@ -36,21 +36,9 @@ def test_shots_are_graded_and_counted(
     assert measured.quality_factor.greatest < 32
     assert measured.worst[0].quality_factor == measured.quality_factor.greatest
     number = measured.worst[0].number
-    assert measured.worst[0].again == f"python -m benchmarks accuracy --first {number} --shots 1"
     again = measure_accuracy(1, first=number, jobs=1)
     assert again.worst == measured.worst[:1]
     assert Scene.model_validate(measured.worst[0].scene) == random_shot(number)
-
-
-def test_an_interrupt_keeps_what_is_done(monkeypatch: pytest.MonkeyPatch) -> None:
-    def interrupt(done: int, of: int, last: str) -> None:
-        if done == 20:
-            raise KeyboardInterrupt
-
-    measured = measure_accuracy(200, jobs=1, progress=interrupt)
-    assert measured.interrupted
-    assert measured.shots == 20
-    assert measured.anything
 
 
 def test_a_shot_that_breaks_a_limit_is_named_with_its_scene(
@@ -67,12 +55,6 @@ def test_a_shot_that_breaks_a_limit_is_named_with_its_scene(
     assert any("events_missing" in fault for fault in row.faults)
     assert any("stopped early" in fault for fault in row.faults)
     assert Scene.model_validate(row.scene) == random_shot(row.number)
-
-
-@pytest.mark.parametrize("wrong", [{"shots": 0}, {"first": -1}, {"jobs": 0}])
-def test_wrong_numbers_are_refused(wrong: dict[str, int]) -> None:
-    with pytest.raises(BenchError, match=f"`{next(iter(wrong))}` must be at least"):
-        measure_accuracy(**{"shots": 1} | wrong)
 
 
 def test_a_process_that_dies_names_the_shot(monkeypatch: pytest.MonkeyPatch) -> None:

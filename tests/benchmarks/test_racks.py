@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from benchmarks import measurements, racks
+from benchmarks import racks
 from benchmarks.racks import Player, RacksMeasurement, measure_racks, our_player, peer
 from benchmarks.scenes import random_rack, table_gas
 from ghostball.engine import EngineFailedError, GhostballError, Status, UnsupportedSceneError
@@ -43,21 +43,20 @@ def test_each_rack_has_the_median_of_its_rounds_and_peers_play_the_first_once(ou
     assert theirs.seconds == (2.0, 3.0)
     assert (mine.figures.median, mine.figures.mean) == (7.5, 7.5)
     assert (mine.figures.p99, mine.figures.slowest) == (9.0, 9.0)
-    assert measured.quick
 
 
 @pytest.mark.parametrize(
-    ("fails_at", "error", "outcome"),
+    ("fails_at", "error"),
     [
-        (1, EngineUnavailableError("get it"), "absent"),
-        (1, UnsupportedSceneError("peer", ("no cloth",)), "not-representable"),
-        (3, EngineFailedError("peer", "gone"), "failed"),
+        (1, EngineUnavailableError("get it")),
+        (1, UnsupportedSceneError("peer", ("no cloth",))),
+        (3, EngineFailedError("peer", "gone")),
     ],
 )
-def test_a_peer_that_fails_is_asked_no_more_and_says_why(ours, fails_at, error, outcome):
+def test_a_peer_that_fails_is_asked_no_more_and_says_why(ours, fails_at, error):
     other = Counting("peer", fails_at, error)
     theirs = measure_racks(ours, [other], rounds=2, racks=4).engines[1]
-    assert (theirs.outcome, theirs.detail, theirs.seconds) == (outcome, str(error), ())
+    assert (theirs.detail, theirs.seconds) == (str(error), ())
     assert theirs.figures is None
     assert len(other.asked) == fails_at
 
@@ -65,11 +64,9 @@ def test_a_peer_that_fails_is_asked_no_more_and_says_why(ours, fails_at, error, 
 def test_our_engine_plays_and_its_numbers_are_read_back(tmp_path):
     measured = measure_racks(our_player(), rounds=1, racks=2)
     (mine,) = measured.engines
-    assert (mine.engine, mine.outcome, len(mine.seconds)) == ("ghostball", "ran", 2)
+    assert (mine.engine, len(mine.seconds)) == ("ghostball", 2)
     assert min(mine.seconds) > 0.0
-    path = tmp_path / "racks.json"
-    measurements.save(measured, path, "--out")
-    assert measurements.load(path, RacksMeasurement) == measured
+    assert RacksMeasurement.load(measured.save(tmp_path)) == measured
 
 
 SCENE = table_gas(2, 0.5)
@@ -117,7 +114,6 @@ def test_an_adapter_whose_package_is_missing_is_absent(monkeypatch, ours):
     engine = type(make_engine("pymunk"))
     monkeypatch.setattr(engine, "unavailable", classmethod(lambda _: "pip install pymunk"))
     absent = measure_racks(ours, [peer("pymunk")], rounds=1, racks=2).engines[1]
-    assert absent.outcome == "absent"
     assert "pip install pymunk" in absent.detail
 
 

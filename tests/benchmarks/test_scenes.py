@@ -71,12 +71,3 @@ def test_a_packed_gas_has_its_packing(count, packing):
     covered = places * math.pi * R**2 / (scene.table.length * scene.table.width)
     assert covered == pytest.approx(packing)
     assert len(scene.balls) == count
-
-
-def test_later_moves_the_balls_and_keeps_the_rest():
-    scene = packed_gas(4, 0.3, FRICTIONLESS, t_max=1.0)
-    places, speeds = scene.positions + np.array([1e-3, 1e-3, 0.0]), -scene.velocities
-    moved = scenes.later(scene, places, speeds)
-    assert np.array_equal(moved.positions, places)
-    assert np.array_equal(moved.velocities, speeds)
-    assert (moved.table, moved.physics, moved.t_max) == (scene.table, scene.physics, scene.t_max)

@@ -52,7 +52,6 @@ def test_an_event_that_moved_is_seen(shot, change, verdict):
 def test_every_skip_in_use_has_a_row_and_every_other_a_reason():
     measured = measure_skips([SHOT], rounds=2)
     assert not measured.defects
-    assert not measured.interrupted
     names = {row.skip for row in measured.rows}
     assert names >= {"contacts", "records"}
     assert measured.unused["test"].keys() | names == set(Skip)
@@ -72,16 +71,3 @@ def test_a_skip_that_changes_the_answer_is_a_defect(monkeypatch):
     monkeypatch.setattr(skips, "run", planted)
     (defect,) = measure_skips([SHOT], rounds=1).defects
     assert (defect.skip, defect.equality) == ("contacts", "differs")
-
-
-def test_an_interrupt_keeps_the_scenes_that_are_done(monkeypatch):
-    honest = skips.run
-    monkeypatch.setattr(skips, "run", lambda scene, **how: honest(scene, record="events"))
-
-    def stop(done, planned, last):
-        raise KeyboardInterrupt
-
-    measured = measure_skips([SHOT, SHOT], rounds=1, progress=stop)
-    assert measured.interrupted
-    assert measured.anything
-    assert {row.scene for row in measured.rows} == {"test"}

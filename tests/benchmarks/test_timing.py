@@ -1,16 +1,20 @@
-"""Fails where tasks don't take turns, an interrupt loses values, or progress miscounts."""
+"""Fails where tasks aren't interleaved, a slow one is asked too often, or a broken run counts."""
+
+import dataclasses
 
 import pytest
 
-from benchmarks.timing import Figures, Spread, Task, take_turns
+from benchmarks import timing
+from benchmarks.measurements import BenchError
+from benchmarks.scenes import table_gas
+from benchmarks.timing import Figures, Task, interleave, run
+from ghostball.engine import Status
 
 
-def task_of(name, log, most=None, interrupt_at=None):
-    def sample(clock):
+def task_of(name, log, most=None):
+    def sample():
         log.append(name)
-        if interrupt_at is not None and log.count(name) == interrupt_at:
-            raise KeyboardInterrupt
-        return {"seconds": clock()}
+        return {"seconds": float(len(log))}
 
     def prepare():
         log.append(f"prepare {name}")
@@ -19,15 +23,12 @@ def task_of(name, log, most=None, interrupt_at=None):
     return Task(name, prepare, most)
 
 
-def ticking():
-    seconds = iter(range(1000))
-    return lambda: float(next(seconds))
-
-
-def test_tasks_take_turns_and_are_prepared_once():
-    log = []
-    take_turns([task_of("a", log), task_of("b", log)], 2)
+def test_tasks_are_interleaved_prepared_once_and_all_values_kept():
+    log, seen = [], []
+    found = interleave([task_of("a", log), task_of("b", log)], 2, lambda *done: seen.append(done))
     assert log == ["prepare a", "a", "prepare b", "b", "a", "b"]
+    assert found == {"a": {"seconds": [2.0, 5.0]}, "b": {"seconds": [4.0, 6.0]}}
+    assert seen == [(1, 4, "a"), (2, 4, "b"), (3, 4, "a"), (4, 4, "b")]
 
 
 @pytest.mark.parametrize(
@@ -35,20 +36,8 @@ def test_tasks_take_turns_and_are_prepared_once():
     [(None, 3, [0, 1, 2]), (1, 4, [3]), (2, 4, [1, 3]), (3, 7, [2, 4, 6]), (9, 2, [0, 1])],
 )
 def test_a_slow_task_is_sampled_less_often_and_over_all_rounds(most, rounds, due):
-    task = Task("slow", lambda: lambda _: {}, most)
+    task = Task("slow", lambda: lambda: {}, most)
     assert [turn for turn in range(rounds) if task.due(turn, rounds)] == due
-
-
-def test_the_clock_is_handed_on_and_all_values_kept():
-    samples = take_turns([task_of("a", [])], 3, clock=ticking())
-    assert samples.values == {"a": {"seconds": [0.0, 1.0, 2.0]}}
-    assert samples.spreads("a") == {"seconds": Spread(1.0, 0.0, 2.0, 3)}
-
-
-def test_an_interrupt_keeps_what_was_measured():
-    samples = take_turns([task_of("a", []), task_of("b", [], interrupt_at=2)], 5, clock=ticking())
-    assert samples.interrupted
-    assert [len(samples.values[name]["seconds"]) for name in ("a", "b")] == [2, 1]
 
 
 @pytest.mark.parametrize(("count", "p99"), [(1, 1.0), (99, 99.0), (100, 99.0), (1000, 990.0)])
@@ -56,3 +45,15 @@ def test_the_99th_percentile_is_exceeded_by_1_percent_at_most(count, p99):
     figures = Figures.of([float(value) for value in range(count, 0, -1)])
     middle = (count + 1) / 2.0
     assert figures == Figures(median=middle, mean=middle, p99=p99, slowest=float(count))
+
+
+@pytest.mark.parametrize(
+    ("status", "error"), [(Status.INTERRUPTED, KeyboardInterrupt), (Status.FAILED, BenchError)]
+)
+def test_a_run_that_broke_off_is_no_measurement(monkeypatch, status, error):
+    simulate = timing.simulate
+    monkeypatch.setattr(
+        timing, "simulate", lambda *a, **k: dataclasses.replace(simulate(*a, **k), status=status)
+    )
+    with pytest.raises(error):
+        run(table_gas(2, 0.1))

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from benchmarks.pictures.sections import RULES, SECTION_FIGURES, _turned_off
+from benchmarks.pictures.sections import RULES, SECTION_FIGURES, turned_off
+from benchmarks.pictures.shots import our_shot
 from ghostball.engine import simulate
 from ghostball.reports import style
 from ghostball.reports.figures.heights import flying, part_in_flight
@@ -38,7 +39,6 @@ def _unlaid(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize("name", SECTION_FIGURES)
 def test_each_wish_has_a_picture_that_says_what_every_engine_makes_of_it(wishes, name):
     figure = SECTION_FIGURES[name](wishes)
-    assert figure is not None
     said = " ".join(text.get_text() for axes in figure.axes for text in axes.texts)
     assert "ghostball" in said
     if name != "paper-section-6-1":
@@ -47,12 +47,12 @@ def test_each_wish_has_a_picture_that_says_what_every_engine_makes_of_it(wishes,
 
 def test_the_papers_rule_turns_backwards_and_about_the_other_axis_falls_behind(wishes):
     printed, mended = RULES
-    off = _turned_off(load_shot(wishes, "wall-bounce"))
+    off = turned_off(*our_shot(wishes, "wall-bounce"))
     assert off[printed][1].max() > 3.0
     # v dt / 2 R of the way, for each way that ends: 0.3 rad and less.
     assert 1e-3 < off[mended][1].max() < 1.0
     # A ball that slides turns otherwise than it rolls: no axis in the plane mends that.
-    assert _turned_off(load_shot(wishes, "masse"))[mended][1].max() > 2.0
+    assert turned_off(*our_shot(wishes, "masse"))[mended][1].max() > 2.0
 
 
 def test_where_a_ball_flies_its_height_is_drawn(wishes):

@@ -1,19 +1,16 @@
-"""Fails where a figure or the report shows other errors, times or orders than were measured."""
+"""Fails where the figure or the table shows other errors, times or orders than were measured."""
 
 import numpy as np
+import pytest
 
 from benchmarks.precision.figure import draw_against_time
 from benchmarks.precision.points import (
-    LeftOut,
-    PrecisionCurve,
     PrecisionMeasurement,
     PrecisionPoint,
-    Reach,
+    least_error,
+    seconds_to,
 )
-from benchmarks.precision.tables import best_text
 from ghostball.reports import style
-
-ENVIRONMENT = {"cpu": "a | b", "cores": 2, "date": "2026-01-02T03:04:05+00:00"}
 
 
 def point(engine, seconds, error, *, step=None, scene="cut", true_course=True):
@@ -29,40 +26,17 @@ def point(engine, seconds, error, *, step=None, scene="cut", true_course=True):
         error=error,
         error_low=0.5 * error,
         error_high=2.0 * error,
-        work_name="events" if step is None else "steps",
-        work=3 if step is None else round(4.0 / step),
-        exact=step is None,
         true_course=true_course,
     )
 
 
-def reach(*seconds):
-    targets = (1e-3, 1e-6, 1e-9)
-    return tuple(Reach(target=t, seconds=s) for t, s in zip(targets, seconds, strict=True))
-
-
 MEASURED = PrecisionMeasurement(
-    environment=ENVIRONMENT,
-    rounds=4,
     points=[
         point("ghostball", 4e-6, 0.0),
         point("pymunk", 1e-2, 2e-2, step=0.01, true_course=False),
         point("pymunk", 2e-2, 1e-2, step=0.005),
         point("ghostball", 5e-6, 1e-15, scene="bounce"),
     ],
-    curves=[
-        PrecisionCurve(
-            scene="cut",
-            engine="ghostball",
-            reach=reach(4e-6, 4e-6, 4e-6),
-        ),
-        PrecisionCurve(
-            scene="cut",
-            engine="pymunk",
-            reach=reach(7.0, None, None),
-        ),
-    ],
-    left_out=[LeftOut(scene="bounce", engine="pymunk", why="has | legs")],
 )
 
 
@@ -87,4 +61,14 @@ def test_each_scene_has_a_panel_and_each_engine_a_line_with_its_range():
 
 
 def test_the_least_error_is_of_the_worst_phase_of_the_best_step():
-    assert best_text(MEASURED.points[1:3]) == "20 mm in 20 ms"
+    assert least_error(MEASURED.points[1:3]) == "20 mm in 20 ms"
+
+
+def test_a_step_that_is_good_by_luck_does_not_count():
+    lucky, coarse, fine = (point("toy", s, e, step=s) for s, e in ((4, 0.0), (2, 1e-2), (1, 1e-4)))
+    assert seconds_to(1e-3, [lucky, coarse, fine]) == 1.0
+    assert seconds_to(1e-3, [lucky, fine]) == 1.0
+    assert seconds_to(1e-3, [lucky]) == 4.0
+    assert seconds_to(1e-3, [lucky], lost=[1e-3]) is None
+    assert seconds_to(1e-9, [fine]) is None
+    assert seconds_to(1.0, [lucky, coarse, fine]) == pytest.approx(1.0)

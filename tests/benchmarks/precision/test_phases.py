@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from toy_engines import cut, roll
 
-from benchmarks.precision._phases import begun_earlier
+from benchmarks.precision.phases import begun_earlier
 from ghostball.engine import Ball, Scene, Table, simulate
 from ghostball.validation import find_scene
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from benchmarks.precision._phases import begun_earlier
+from benchmarks.precision.phases import begun_earlier
 from ghostball.engine import Record, Result, Scene
 from ghostball.reference_adapters import ReferenceEngine, parse_spec
 from ghostball.reference_adapters.certified import CertifiedEngine, CertifiedSettings, certify
@@ -18,28 +18,9 @@ from ghostball.validation.runs.steps import step_of, step_setting, with_step
 LONGEST_STEP = 0.02
 """Where a ladder begins [s], unless the engine's own step is longer: the paper's step."""
 
-WORK_NAMES = ("steps", "events")
-"""Counters of `Result.work` that a run's work is read from: the first that it has."""
 
-
-@dataclass(frozen=True)
-class Extent:
-    """How far ladders go.
-
-    Attributes
-    ----------
-    most_steps : int
-        Steps that a shot may take at the finest level.
-    most_levels : int
-        Levels, from the coarsest.
-    """
-
-    most_steps: int = 16_000
-    most_levels: int = 20
-
-
-WIDE = Extent()
-TINY = Extent(most_steps=1_000, most_levels=3)
+MOST_STEPS, MOST_LEVELS = 16_000, 20
+"""Steps that a shot may take at the finest level of a ladder, and levels, from the coarsest."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,9 +55,7 @@ class Rung:
         return result_of(scene, certify(scene, settings, cached=False), settings, "rest")
 
 
-def ladder_of(
-    family: str, engine: ReferenceEngine, duration: float, extent: Extent
-) -> Iterator[Rung]:
+def ladder_of(family: str, engine: ReferenceEngine, duration: float) -> Iterator[Rung]:
     """Yield an engine at halved steps, the longest first; its own step is one of them.
 
     Parameters
@@ -86,7 +65,6 @@ def ladder_of(
     engine : ReferenceEngine
     duration : float [s]
         Of the shot.
-    extent : Extent
     """
     step = step_of(engine)
     if step is None:
@@ -95,17 +73,13 @@ def ladder_of(
     longest = step
     while 2.0 * longest <= LONGEST_STEP:
         longest *= 2.0
-    for level in range(extent.most_levels):
-        now = longest / 2.0**level
-        if now < step and duration / now > extent.most_steps:
-            return
-        yield Rung(family, _label(family, engine, now), with_step(engine, now), now)
-
-
-def _label(family: str, engine: ReferenceEngine, step: float) -> str:
     name, settings = parse_spec(family)
-    settings[step_setting(engine) or ""] = repr(step)
-    return spec_of(name, settings)
+    for level in range(MOST_LEVELS):
+        now = longest / 2.0**level
+        if now < step and duration / now > MOST_STEPS:
+            return
+        settings[step_setting(engine) or ""] = repr(now)
+        yield Rung(family, spec_of(name, settings), with_step(engine, now), now)
 
 
 def part_of_step(turn: int) -> float:
@@ -125,14 +99,8 @@ def part_of_step(turn: int) -> float:
     return part
 
 
-def start_of(scene: Scene, rung: Rung, turn: int) -> Scene | None:
-    """Return the shot as it begins in a turn, or None where it can't begin there."""
+def start_of(scene: Scene, rung: Rung, turn: int) -> Scene:
+    """Return the shot as it begins in a turn; the scene itself where it can't begin there."""
     if rung.step is None:
         return scene
-    return begun_earlier(scene, part_of_step(turn) * rung.step)
-
-
-def work_of(result: Result) -> tuple[str, int]:
-    """Return what a run's work is counted in, and how much that was; ("", 0) for no counter."""
-    name = next((one for one in WORK_NAMES if one in result.work), "")
-    return name, int(result.work.get(name, 0))
+    return begun_earlier(scene, part_of_step(turn) * rung.step) or scene
