@@ -138,7 +138,7 @@ wheel: $(READY)  ## build the source archive, the wheel from it, install that ap
 
 # What the paper's section 6 wished for, also on engines that the suite leaves out.
 SECTIONS := wall-bounce masse sliding-swerve air-rolls restitution-bounce flight-jump
-SECTION_ENGINES := ghostball pymunk pymunk:mode=landed pybullet pybullet:mode=landed paper-discrete \
+SECTION_ENGINES := ghostball pymunk pymunk:contact_steps=exact pybullet pybullet:contact_steps=exact paper-discrete \
 	paper-continuous mujoco physx:cloth=own dart:cloth=own
 
 gallery: engines validate  ## remake the pictures of the README and the documentation

@@ -1,7 +1,7 @@
 """Engines behind one protocol, each `Scene` -> `Result`: ours and the foreign ones.
 
     >>> from ghostball.reference_adapters import make_engine
-    >>> make_engine("pymunk:dt=1e-3,mode=landed").simulate(scene)
+    >>> make_engine("pymunk:dt=1e-3,contact_steps=exact").simulate(scene)
 
 Importing this package imports no engine: that waits for `make_engine` or `engine_class`. Its names,
 listed in `__init__.pyi`, are imported when they are asked for: a process that only needs one light

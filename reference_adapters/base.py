@@ -11,7 +11,10 @@ makes an engine, and `MyEngine.unavailable()` says why it can't run here, or Non
 
 from __future__ import annotations
 
+import logging
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from functools import cache
 from typing import Any, ClassVar, Literal, Protocol, runtime_checkable
 
 import numpy as np
@@ -37,6 +40,27 @@ class EngineSettings(BaseModel):
     """Base of an engine's settings: frozen, and an unknown or wrong one is refused."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+_CONTACT_STEPS = {"landed": "exact", "native": "fixed"}
+"""What `mode` was called, and is now as `contact_steps`; the old names end with version 0.2."""
+
+
+def renamed_settings(settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Return settings of an engine of this package with `mode` as `contact_steps`; hint at it."""
+    if (mode := settings.get("mode")) not in _CONTACT_STEPS:
+        return dict(settings)
+    now = _CONTACT_STEPS[mode]
+    _hint(f"`mode={mode}` is called `contact_steps={now}` now: the old name ends with version 0.2")
+    return {
+        "contact_steps" if key == "mode" else key: now if key == "mode" else value
+        for key, value in settings.items()
+    }
+
+
+@cache  # once is enough
+def _hint(text: str) -> None:
+    logging.getLogger("ghostball.reference_adapters").warning(text)
 
 
 @runtime_checkable

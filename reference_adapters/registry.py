@@ -1,7 +1,8 @@
 """Engines by name: found through the entry points of the group `ghostball.engines`.
 
-A spec says which engine with which settings, as on the command line: `pymunk:dt=1e-3,mode=landed`.
-An engine that isn't installed is named by where its class is: `my_package:MyEngine:dt=1e-3`.
+A spec says which engine with which settings, as on the command line:
+`pymunk:dt=1e-3,contact_steps=exact`. An engine that isn't installed is named by where its class is:
+`my_package:MyEngine:dt=1e-3`.
 """
 
 from __future__ import annotations
@@ -19,7 +20,11 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from ghostball.reference_adapters.base import EngineError, ReferenceEngine
+from ghostball.reference_adapters.base import (
+    EngineError,
+    ReferenceEngine,
+    renamed_settings,
+)
 from ghostball.reference_adapters.output import Output, captured, harmless
 
 _LOGGER = logging.getLogger("ghostball.reference_adapters")
@@ -122,7 +127,13 @@ def parse_spec(spec: str) -> tuple[str, dict[str, str]]:
         if key in settings:
             raise EngineError(f"`{key}` must be given once, got it twice in {spec!r}")
         settings[key] = value
-    return name, settings
+    return name, renamed_settings(settings) if "mode" in settings and _is_ours(name) else settings
+
+
+def _is_ours(name: str) -> bool:
+    """Whether engines of this package may be meant: by their name, or by "*" for all engines."""
+    points = entry_points(group=GROUP, name=name)
+    return name == "*" or any(one.value.startswith(__package__ or "") for one in points)
 
 
 def spec_of(name: str, settings: Mapping[str, object]) -> str:

@@ -52,7 +52,7 @@ OTHER_COLOURS = (ORANGE, SKY, YELLOW)
 # On, off in points. An engine drawn over another leaves gaps for the one beneath.
 _VARIANTS: dict[str, tuple[LineStyle, str]] = {
     "": ("-", "o"),
-    "mode=landed": ((0.0, (1.2, 1.6)), "D"),
+    "contact_steps=exact": ((0.0, (1.2, 1.6)), "D"),
     "config=default": ((0.0, (5.0, 2.5)), "^"),
 }
 _OTHER_VARIANTS: tuple[tuple[LineStyle, str], ...] = (
@@ -132,12 +132,13 @@ def split_label(label: str) -> tuple[str, str]:
 
 
 def engine_name(label: str) -> str:
-    """Return the name in figures: "pymunk:mode=landed" -> "pymunk, landed"."""
+    """Return the name in figures: "pymunk:contact_steps=exact" -> "pymunk, exact steps"."""
     family, settings = split_label(label)
     words = [family.rpartition(":")[2]]
     for setting in filter(None, settings.split(",")):
         key, _, value = setting.partition("=")
-        words.append(value if key in ("mode", "config") else setting)
+        said = {"config": value, "contact_steps": f"{value} steps"}
+        words.append(said.get(key, setting))
     return ", ".join(words)
 
 

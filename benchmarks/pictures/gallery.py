@@ -36,8 +36,8 @@ HERO_SCENES = ("break-16", "break-8", "break-7")
 
 HERO_ENGINES = (
     "ghostball",
-    "pymunk:mode=landed",
-    "pybullet:mode=landed",
+    "pymunk:contact_steps=exact",
+    "pybullet:contact_steps=exact",
     "paper-continuous",
     "pymunk",
     "pybullet",

@@ -69,7 +69,8 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     group.addoption(
         "--ghostball-as",
         metavar="NAME[:KEY=VALUE,...]",
-        help="Judge the engine by the limits of another, such as ghostball or pymunk:mode=landed.",
+        help="Judge the engine by the limits of another, such as ghostball or "
+        "pymunk:contact_steps=exact.",
     )
 
     group.addoption(

@@ -2,9 +2,9 @@
 
 Its constants are compiled in, in its own unit of length: hits slower than 1 unit/s are plastic, a
 body goes at most 2 units a step, contacts are left 0.005 units deep. So a unit must be far less
-than a metre: `scale` says how many units a metre has. `mode="native"` finds contacts as Box2D does,
-tuned in continuous time ("bullets"); `mode="landed"` ends the steps where balls touch.
-`config="default"` is what a newcomer types: metres, frames of 1/60 s, no bullets.
+than a metre: `scale` says how many units a metre has. `contact_steps="fixed"` finds contacts as
+Box2D does, tuned in continuous time ("bullets"); `contact_steps="exact"` ends the steps where balls
+touch. `config="default"` is what a newcomer types: metres, frames of 1/60 s, no bullets.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from pydantic import Field, model_validator
 from ghostball.engine import Scene
 from ghostball.engine.scene.features import Capabilities, Capability, Feature
 from ghostball.reference_adapters.base import EngineSettings
-from ghostball.reference_adapters.stepping.plane import Landing, fastest
+from ghostball.reference_adapters.stepping.plane import ExactSteps, fastest
 from ghostball.reference_adapters.stepping.plane_engine import (
     PlaneEngine,
     default_capabilities,
@@ -42,7 +42,7 @@ class Box2dSettings(SteppingSettings):
     """Settings of the Box2D adapter.
 
     `dt` is 1e-3 s tuned, 1/60 s default as in Box2D's manual, 0.02 s or what the scale allows
-    landed; `iterations` are of velocities: 8, as the manual recommends, default 6.
+    to contacts; `iterations` are of velocities: 8, as the manual recommends, default 6.
 
     Attributes
     ----------
@@ -50,8 +50,8 @@ class Box2dSettings(SteppingSettings):
         Units of Box2D in a metre. None is as many as the step and the scene's fastest ball allow,
         at most 200; 1 in the default configuration.
     bullet : bool
-        Whether balls are bullets: contacts between them are found in continuous time. In landed
-        mode and in the default configuration they never are.
+        Whether balls are bullets: contacts between them are found in continuous time. Where
+        steps end at contacts, and in the default configuration, they never are.
     """
 
     scale: Annotated[float, Field(gt=0.0, le=1e4)] | None = None
@@ -68,7 +68,7 @@ class Box2dSettings(SteppingSettings):
     @property
     def bullets(self) -> bool:
         """Whether balls are bullets, with these settings."""
-        return self.bullet and self.mode == "native" and self.config == "tuned"
+        return self.bullet and self.contact_steps == "fixed" and self.config == "tuned"
 
     def units(self, scene: Scene) -> float:
         """Return the units in a metre for a scene [1/m]."""
@@ -76,7 +76,7 @@ class Box2dSettings(SteppingSettings):
             return 1.0
         if self.scale is not None:
             return self.scale
-        if self.mode == "landed":
+        if self.contact_steps == "exact":
             return 100.0
         return min(FINEST, 0.9 * FARTHEST / max(fastest(scene) * self.step, 1e-9))
 
@@ -115,7 +115,7 @@ class Box2dEngine(PlaneEngine):
     Settings: ClassVar[type[EngineSettings]] = Box2dSettings
     TUNED: ClassVar[Capabilities] = _TUNED
     DEFAULT: ClassVar[Capabilities] = default_capabilities(_TUNED, "Box2D", _LARGER)
-    LANDING: ClassVar[Landing] = Landing(gap=1e-6)
+    EXACT_STEPS: ClassVar[ExactSteps] = ExactSteps(gap=1e-6)
     """Single precision has 2e-7 m on a table."""
 
     def lacks(self, scene: Scene) -> tuple[str, ...]:
@@ -123,7 +123,7 @@ class Box2dEngine(PlaneEngine):
         return (*super().lacks(scene), *self._lacks_speed(scene))
 
     def resolution(self, scene: Scene) -> float:
-        """Return how far a ball goes in a step [m]; landed, how far from touching it stops.
+        """Return how far a ball goes in a step [m]; or how far from a contact its step ends.
 
         Bullets meet in continuous time, but 3 slops deep.
         """
@@ -139,9 +139,9 @@ class Box2dEngine(PlaneEngine):
         return World(scene, self.settings)
 
     def step(self, scene: Scene) -> float:
-        """Return the step [s]; landed, one in which no ball meets Box2D's bound on its way."""
+        """Return the step [s]; if it ends at contacts, one within Box2D's bound on ways."""
         settings: Box2dSettings = self.settings
-        if settings.mode == "native":
+        if settings.contact_steps == "fixed":
             return settings.step
         speed = max(fastest(scene), 1e-9)
         return min(settings.step, 0.9 * FARTHEST / (settings.units(scene) * speed))

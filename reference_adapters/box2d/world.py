@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ghostball.engine import CUSHIONS, Scene
-from ghostball.reference_adapters.box2d.engine import SLOP, Box2dEngine, Box2dSettings
+from ghostball.reference_adapters.box2d.engine import SLOP, Box2dSettings
 from ghostball.reference_adapters.stepping.contact_world import SINGLE, ContactWorld
 from ghostball.reference_adapters.stepping.friction import ContactFriction
 from ghostball.reference_adapters.stepping.plane import (
@@ -37,8 +37,6 @@ SKIN = 2.0 * SLOP
 class World(ContactWorld):
     """A world with its balls in the scene's order, and the collisions of its last step."""
 
-    landing = Box2dEngine.LANDING
-
     def __init__(self, scene: Scene, settings: Box2dSettings) -> None:
         self._tuned = settings.config == "tuned"
         self._units = settings.units(scene)
@@ -53,7 +51,7 @@ class World(ContactWorld):
         self._found: set[Collision] = set()
         self._listener = _listener(self)
         self._world = Box2D.b2World(gravity=(0, 0), doSleep=False, contactListener=self._listener)
-        if settings.mode == "landed":
+        if settings.contact_steps == "exact":
             self._world.warmStarting = False  # contacts don't last, and steps are of any length
         self._bodies = [self._ball(scene, i) for i in range(len(scene.balls))]
         for name in () if scene.table is None else scene.table.cushions:
@@ -152,7 +150,7 @@ class World(ContactWorld):
         assert table is not None
         beyond = reach_beyond(scene) + table.length
         # What steps don't find late they find in the skin: early, so that is moved out of the way.
-        skin = SKIN / units if self._settings.mode == "landed" else 0.0
+        skin = SKIN / units if self._settings.contact_steps == "exact" else 0.0
         start, end = (
             ((-skin, -beyond), (-skin, table.width + beyond)),
             ((table.length + skin, -beyond), (table.length + skin, table.width + beyond)),

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, ClassVar
 from ghostball.engine import Scene
 from ghostball.engine.scene.features import Capabilities, Capability
 from ghostball.reference_adapters.base import EngineSettings
-from ghostball.reference_adapters.stepping.plane import Landing, cushion_restitution
+from ghostball.reference_adapters.stepping.plane import ExactSteps, cushion_restitution
 from ghostball.reference_adapters.stepping.plane_engine import (
     PlaneEngine,
     default_capabilities,
@@ -29,11 +29,11 @@ if TYPE_CHECKING:
 class Box2d3Settings(SteppingSettings):
     """Settings of the Box2D 3 adapter.
 
-    `dt` is 1e-3 s tuned, 1/60 s default as in Box2D's manual, 0.02 s landed; `iterations` are
-    sub-steps: 4, as the manual has it.
+    `dt` is 1e-3 s tuned, 1/60 s default as in Box2D's manual, 0.02 s in exact steps; `iterations`
+    are sub-steps: 4, as the manual has it.
     """
 
-    LANDED_BY_DEFAULT: ClassVar[bool] = False
+    EXACT_BY_DEFAULT: ClassVar[bool] = False
 
     @property
     def units(self) -> float:
@@ -56,7 +56,7 @@ class Box2d3Engine(PlaneEngine):
     Settings: ClassVar[type[EngineSettings]] = Box2d3Settings
     TUNED: ClassVar[Capabilities] = _TUNED
     DEFAULT: ClassVar[Capabilities] = default_capabilities(_TUNED, "Box2D", _LARGER)
-    LANDING: ClassVar[Landing] = Landing(gap=1e-6)
+    EXACT_STEPS: ClassVar[ExactSteps] = ExactSteps(gap=1e-6)
     """Single precision has 2e-7 m on a table."""
 
     def lacks(self, scene: Scene) -> tuple[str, ...]:

@@ -9,7 +9,7 @@ import pyb2d3
 from numpy.typing import NDArray
 
 from ghostball.engine import CUSHIONS, Scene
-from ghostball.reference_adapters.box2d3.engine import Box2d3Engine, Box2d3Settings
+from ghostball.reference_adapters.box2d3.engine import Box2d3Settings
 from ghostball.reference_adapters.stepping.contact_world import SINGLE, ContactWorld
 from ghostball.reference_adapters.stepping.plane import (
     Collision,
@@ -29,8 +29,6 @@ class World(ContactWorld):
 
     Collisions are Box2D's events of hits: two bodies that touch as the shot begins have none.
     """
-
-    landing = Box2d3Engine.LANDING
 
     def __init__(self, scene: Scene, settings: Box2d3Settings) -> None:
         super().__init__(scene, noise=SINGLE, rubs=False)

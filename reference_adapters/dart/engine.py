@@ -1,11 +1,11 @@
 """DART: a 3D engine whose impacts and friction are one boxed linear complementarity problem.
 
 Two constants are compiled in, in its own unit of length: rebounds slower than 0.1 unit/s are
-plastic, faster than 100 units/s are cut. `scale` says how many units a metre has. `mode="native"`
-sees contacts when balls overlap as a step begins; `mode="landed"` ends the steps where balls touch.
-`cloth="own"` has balls slide on a plane under gravity, with DART's friction; else the adapter
-applies the cloth between the steps. `config="default"` is what a newcomer types: metres, and the
-restitution on both bodies, of which DART takes the product.
+plastic, faster than 100 units/s are cut. `scale` says how many units a metre has.
+`contact_steps="fixed"` sees contacts when balls overlap as a step begins; `contact_steps="exact"`
+ends the steps where balls touch. `cloth="own"` has balls slide on a plane under gravity, with
+DART's friction; else the adapter applies the cloth between the steps. `config="default"` is what a
+newcomer types: metres, and the restitution on both bodies, of which DART takes the product.
 """
 
 from __future__ import annotations
@@ -34,7 +34,8 @@ FASTEST_REBOUND = 100.0
 class DartSettings(OwnClothSettings):
     """Settings of the DART adapter.
 
-    `dt` is 1e-3 s, as DART's own; 0.02 s landed. There are no `iterations`: DART solves directly.
+    `dt` is 1e-3 s, as DART's own; 0.02 s in exact steps. There are no `iterations`: DART solves
+    directly.
 
     Attributes
     ----------

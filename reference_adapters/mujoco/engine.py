@@ -1,10 +1,10 @@
 """MuJoCo: a 3D engine with fixed steps, whose contacts are soft unless they are told otherwise.
 
-`mode="native"` sees contacts as MuJoCo does for its users, when balls overlap as a step begins;
-`mode="landed"` ends the steps where balls touch, so that only the solver's own error remains.
-`config="tuned"` makes every contact a damper that ends it in one step, with the restitution of the
-scene; `config="default"` types what a newcomer types: there is no restitution, and contacts are
-20 ms long.
+`contact_steps="fixed"` sees contacts as MuJoCo does for its users, when balls overlap as a step
+begins; `contact_steps="exact"` ends the steps where balls touch, so that only the solver's own
+error remains. `config="tuned"` makes every contact a damper that ends it in one step, with the
+restitution of the scene; `config="default"` types what a newcomer types: there is no restitution,
+and contacts are 20 ms long.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, ClassVar
 from ghostball.engine import Scene
 from ghostball.engine.scene.features import Capabilities, Capability, Feature
 from ghostball.reference_adapters.base import EngineSettings
-from ghostball.reference_adapters.stepping.plane import Landing
+from ghostball.reference_adapters.stepping.plane import ExactSteps
 from ghostball.reference_adapters.stepping.plane_engine import (
     PlaneEngine,
     default_capabilities,
@@ -29,12 +29,12 @@ if TYPE_CHECKING:
 class MujocoSettings(SteppingSettings):
     """Settings of the MuJoCo adapter.
 
-    `dt` is 1e-3 s tuned, MuJoCo's own 2e-3 s default, 0.02 s landed; `iterations` is 200 tuned,
-    MuJoCo's own 100 default.
+    `dt` is 1e-3 s tuned, MuJoCo's own 2e-3 s default, 0.02 s in exact steps; `iterations` is 200
+    tuned, MuJoCo's own 100 default.
     """
 
     DEFAULT_DT: ClassVar[float] = 2e-3
-    LANDED_BY_DEFAULT: ClassVar[bool] = False
+    EXACT_BY_DEFAULT: ClassVar[bool] = False
 
 
 _HARD = Capability(
@@ -72,7 +72,7 @@ class MujocoEngine(PlaneEngine):
     Settings: ClassVar[type[EngineSettings]] = MujocoSettings
     TUNED: ClassVar[Capabilities] = _TUNED
     DEFAULT: ClassVar[Capabilities] = default_capabilities(_TUNED, "MuJoCo", _SOFT)
-    LANDING: ClassVar[Landing] = Landing(shortest=1e-7)
+    EXACT_STEPS: ClassVar[ExactSteps] = ExactSteps(shortest=1e-7)
     """MuJoCo resolves a contact by an acceleration, and takes one above 1e10 m/s^2 for a failure.
     """
 

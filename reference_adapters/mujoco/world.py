@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ghostball.engine import CUSHIONS, Scene
-from ghostball.reference_adapters.mujoco.engine import MujocoEngine
 from ghostball.reference_adapters.stepping.contact_world import DOUBLE, ContactWorld
 from ghostball.reference_adapters.stepping.plane import (
     INWARD,
@@ -47,8 +46,6 @@ class World(ContactWorld):
 
     Where contacts rub a ball has six degrees of freedom, else two.
     """
-
-    landing = MujocoEngine.LANDING
 
     def __init__(self, scene: Scene, *, tuned: bool, iterations: int | None) -> None:
         super().__init__(scene, noise=DOUBLE, rubs=rubs(scene))

@@ -1,9 +1,9 @@
 """PhysX 5 on the processor, through SAPIEN: a 3D engine in single precision.
 
 Its solver is one of two, projected Gauss-Seidel or, as SAPIEN has it, temporal Gauss-Seidel, which
-changes the energy of every hit. `mode="native"` sees contacts when balls overlap as a step begins;
-`mode="landed"` ends the steps where balls touch. `cloth="own"` has balls slide on a plane under
-gravity, with PhysX's friction; else the adapter applies the cloth between the steps.
+changes the energy of every hit. `contact_steps="fixed"` sees contacts when balls overlap as a step
+begins; `contact_steps="exact"` ends the steps where balls touch. `cloth="own"` has balls slide on a
+plane under gravity, with PhysX's friction; else the adapter applies the cloth between the steps.
 `config="default"` is SAPIEN's: hits slower than 2 m/s are plastic, contacts begin 1 cm apart.
 """
 
@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 from ghostball.engine import Scene
 from ghostball.engine.scene.features import Capabilities, Capability
 from ghostball.reference_adapters.base import EngineSettings
-from ghostball.reference_adapters.stepping.plane import Landing
+from ghostball.reference_adapters.stepping.plane import ExactSteps
 from ghostball.reference_adapters.stepping.plane_engine import (
     default_capabilities,
     tuned_capabilities,
@@ -28,8 +28,8 @@ if TYPE_CHECKING:
 class PhysxSettings(OwnClothSettings):
     """Settings of the PhysX adapter.
 
-    `dt` is 1e-3 s tuned, SAPIEN's own 0.01 s default, 0.02 s landed; `iterations` are of positions,
-    10 as SAPIEN's own.
+    `dt` is 1e-3 s tuned, SAPIEN's own 0.01 s default, 0.02 s in exact steps; `iterations` are of
+    positions, 10 as SAPIEN's own.
 
     Attributes
     ----------
@@ -38,7 +38,7 @@ class PhysxSettings(OwnClothSettings):
     """
 
     DEFAULT_DT: ClassVar[float] = 0.01
-    LANDED_BY_DEFAULT: ClassVar[bool] = False
+    EXACT_BY_DEFAULT: ClassVar[bool] = False
 
     solver: Literal["pgs", "tgs"] | None = None
 
@@ -80,7 +80,7 @@ class PhysxEngine(SpaceEngine):
     )
     TUNED: ClassVar[Capabilities] = _TUNED
     DEFAULT: ClassVar[Capabilities] = default_capabilities(_TUNED, "PhysX", _PLASTIC)
-    LANDING: ClassVar[Landing] = Landing(gap=1e-6)
+    EXACT_STEPS: ClassVar[ExactSteps] = ExactSteps(gap=1e-6)
     """Single precision has 2e-7 m on a table."""
 
     def world(self, scene: Scene) -> World:

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ghostball.engine import CUSHIONS, Scene
-from ghostball.reference_adapters.physx.engine import PhysxEngine, PhysxSettings
+from ghostball.reference_adapters.physx.engine import PhysxSettings
 from ghostball.reference_adapters.stepping.contact_world import SINGLE, ContactWorld
 from ghostball.reference_adapters.stepping.plane import (
     INWARD,
@@ -50,8 +50,6 @@ class World(ContactWorld):
     on_cloth
         As `SpaceWorld` has it.
     """
-
-    landing = PhysxEngine.LANDING
 
     def __init__(self, scene: Scene, settings: PhysxSettings, *, own_cloth: bool) -> None:
         super().__init__(scene, noise=SINGLE, rubs=rubs(scene) or own_cloth)

@@ -5,7 +5,7 @@ Two models, chosen by the scene's `motion`:
 - "rolling", the paper's: Bullet in the plane, without gravity; see `pybullet.rolling`.
 - "sliding": Bullet in space, on a table under gravity; see `pybullet.sliding`.
 
-Two modes: "native" steps by `dt` and lets Bullet detect contacts, as its users do; "landed" steps
+`contact_steps` = fixed steps by `dt` and lets Bullet detect contacts, as its users do; exact steps
 to each contact by the closed-form time to it and lets Bullet resolve it, which isolates its solver.
 
 Two configurations: "tuned" sets what makes the physics right; "default" sets what the scene states
@@ -35,9 +35,9 @@ from ghostball.reference_adapters.pybullet.rolling import PlanarRun
 from ghostball.reference_adapters.pybullet.sliding import SlidingRun
 from ghostball.reference_adapters.pybullet.world import MOST_IMPULSE, SHORTEST_STEP, World
 from ghostball.reference_adapters.recording import Recorder
-from ghostball.reference_adapters.stepping import landing
+from ghostball.reference_adapters.stepping import contact_time
+from ghostball.reference_adapters.stepping.contact_time import CONTACT_GAP
 from ghostball.reference_adapters.stepping.ending import end_of, ending_of
-from ghostball.reference_adapters.stepping.landing import LANDING_GAP
 from ghostball.reference_adapters.stepping.settings import SteppingSettings
 from ghostball.reference_adapters.stepping.space import slowest_bounce
 
@@ -146,16 +146,16 @@ _OF_SLIDING = (
 )
 """What only balls that may slide have."""
 
-_NOT_LANDED = Capability(
-    "none", "landed mode: Bullet's table contact needs steady steps. Use `mode` = native"
+_NO_EXACT_STEPS = Capability(
+    "none", "Bullet's table contact needs steady steps. Use `contact_steps` = fixed"
 )
 
 
 class PybulletSettings(SteppingSettings):
     """Settings of the pybullet adapter.
 
-    `dt` is 1e-3 s tuned, pybullet's own 1/240 s default, 0.02 s landed; `iterations` pybullet's own
-    50.
+    `dt` is 1e-3 s tuned, pybullet's own 1/240 s default, 0.02 s in exact steps; `iterations`
+    pybullet's own 50.
 
     Attributes
     ----------
@@ -172,12 +172,12 @@ class PybulletSettings(SteppingSettings):
     rest_speed: Annotated[float, Field(gt=0.0)] = 1e-6
 
     @model_validator(mode="after")
-    def _landed_is_tuned(self) -> Self:
-        if self.mode == "landed" and self.config == "default":
+    def _exact_steps_are_tuned(self) -> Self:
+        if self.contact_steps == "exact" and self.config == "default":
             raise ValueError(
-                "`mode` = landed needs `config` = tuned: pybullet's own parameters push balls "
-                "apart by depth/dt, so steps of 1e-10 s aren't its default behaviour. Set one of "
-                "them otherwise"
+                "`contact_steps` = exact needs `config` = tuned: pybullet's own parameters push "
+                "balls apart by depth/dt, so steps of 1e-10 s aren't its default behaviour. Set "
+                "one of them otherwise"
             )
         return self
 
@@ -193,9 +193,9 @@ class PybulletEngine(EngineBase):
         """How each feature is represented; some depend on the scene, see `lacks`."""
         if self.settings.config == "default":
             return _DEFAULT
-        if self.settings.mode == "native":
+        if self.settings.contact_steps == "fixed":
             return CAPABILITIES
-        return {**CAPABILITIES, **dict.fromkeys(_OF_SLIDING, _NOT_LANDED)}
+        return {**CAPABILITIES, **dict.fromkeys(_OF_SLIDING, _NO_EXACT_STEPS)}
 
     @classmethod
     def unavailable(cls) -> str | None:
@@ -207,10 +207,10 @@ class PybulletEngine(EngineBase):
         return (*_lacks_in_combination(scene), *_lacks_strength(scene), *lacks_sequence(scene))
 
     def resolution(self, scene: Scene) -> float:
-        """Return how far a ball goes in a step [m]; landed, how far from touching it stops."""
-        if self.settings.mode == "landed":
+        """Return how far a ball goes in a step [m]; or how far from a contact its step ends."""
+        if self.settings.contact_steps == "exact":
             shortest = resolution_of_step(SHORTEST_STEP, scene)
-            return max(LANDING_GAP, shortest)
+            return max(CONTACT_GAP, shortest)
         return resolution_of_step(self.settings.step, scene)
 
     def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
@@ -232,13 +232,13 @@ class PybulletEngine(EngineBase):
             iterations=settings.iterations,
             slow=falls,
         ) as world:
-            if settings.mode == "landed":
-                landing.warm_up()
+            if settings.contact_steps == "exact":
+                contact_time.warm_up()
             recorder.start()
             run: PlanarRun | SlidingRun
             if planar:
                 run = PlanarRun(world, scene, recorder)
-                run.run(settings.mode, dt, t_end, settings.max_steps)
+                run.run(settings.contact_steps, dt, t_end, settings.max_steps)
             else:
                 gated = settings.config == "tuned"
                 run = SlidingRun(

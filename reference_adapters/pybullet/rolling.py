@@ -21,7 +21,7 @@ from ghostball.engine import EventKind, Samples, Scene
 from ghostball.reference_adapters.pybullet.world import SHORTEST_STEP, Contact, World
 from ghostball.reference_adapters.recording import Recorder, rolling_state
 from ghostball.reference_adapters.stepping.clock import Clock
-from ghostball.reference_adapters.stepping.landing import (
+from ghostball.reference_adapters.stepping.contact_time import (
     rolling_accelerations,
     time_to_contact,
     time_to_rest,
@@ -73,24 +73,24 @@ class PlanarRun:
         return rolling_state(self._positions()[np.newaxis], velocities[np.newaxis], self._radii)
 
     def run(
-        self, mode: Literal["native", "landed"], dt: float, t_end: float, max_steps: int
+        self, contact_steps: Literal["fixed", "exact"], dt: float, t_end: float, max_steps: int
     ) -> None:
         """Run until every ball rests, or to `t_end` exactly, in steps of at most `dt` [s]."""
-        if mode == "landed":
-            self._landed(dt, t_end, max_steps)
+        if contact_steps == "exact":
+            self._run_to_contacts(dt, t_end, max_steps)
         else:
-            self._native(dt, t_end, max_steps)
+            self._run_in_fixed_steps(dt, t_end, max_steps)
 
-    def _native(self, dt: float, t_end: float, max_steps: int) -> None:
+    def _run_in_fixed_steps(self, dt: float, t_end: float, max_steps: int) -> None:
         clock = Clock(dt, t_end)
         while not self.at_rest and clock.t < t_end and self.work["steps"] < max_steps:
             self._advance(clock.dt, clock.tick())
 
-    def _landed(self, dt: float, t_end: float, max_steps: int) -> None:
-        """Step to each contact: one step lands, one overlaps, one lets Bullet resolve.
+    def _run_to_contacts(self, dt: float, t_end: float, max_steps: int) -> None:
+        """Step to each contact: one step gets there, one overlaps, one lets Bullet resolve.
 
         Bullet sees spheres from the first step that starts with an overlap; `time_to_contact` asks
-        for one as large as its landing gap.
+        for one as large as its gap.
         """
         while not self.at_rest and self.t < t_end and self.work["steps"] < max_steps:
             velocities = np.array(self._velocities)

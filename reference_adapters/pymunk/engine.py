@@ -1,10 +1,10 @@
 """Pymunk (Chipmunk): a 2D engine with fixed steps, that sees the table from above.
 
 A contact is seen when a step ends in overlap: late by up to a step, after the balls have passed the
-point of contact, which makes cut shots come out too thin. `mode="native"` is that: what a user of
-Pymunk gets. `mode="landed"` ends the steps where balls touch, so that only the solver's own error
-remains. `config="tuned"` is the best use of Pymunk that experiments found, `config="default"` what
-a newcomer types.
+point of contact, which makes cut shots come out too thin. `contact_steps="fixed"` is that: what a
+user of Pymunk gets. `contact_steps="exact"` ends the steps where balls touch, so that only the
+solver's own error remains. `config="tuned"` is the best use of Pymunk that experiments found,
+`config="default"` what a newcomer types.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class PymunkSettings(SteppingSettings):
     """Settings of the Pymunk adapter.
 
     `iterations` is 30 tuned, Chipmunk's 10 default; `dt` is 1e-3 s tuned, 1/60 s default as in
-    Pymunk's examples, 0.02 s landed.
+    Pymunk's examples, 0.02 s in exact steps.
     """
 
 
@@ -115,6 +115,6 @@ class PymunkEngine(PlaneEngine):
 
     def stepper(self, scene: Scene, world: Any) -> Stepper:
         """Return what moves the balls on: balls that only roll, by Pymunk's own means."""
-        if self.settings.mode == "native" and scene.physics.motion == "rolling":
+        if self.settings.contact_steps == "fixed" and scene.physics.motion == "rolling":
             return NativeRolling(scene, world, self.step(scene), end_of(scene, self.settings))
         return super().stepper(scene, world)

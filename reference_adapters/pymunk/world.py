@@ -17,7 +17,6 @@ from ghostball.engine import CUSHIONS, Scene, Table
 from ghostball.reference_adapters.stepping.friction import ContactFriction
 from ghostball.reference_adapters.stepping.plane import (
     Collision,
-    Landing,
     cushion_restitution,
     largest_momenta,
     reach_beyond,
@@ -60,7 +59,6 @@ class World:
     """
 
     collides_first = False
-    landing = Landing()
 
     def __init__(self, scene: Scene, *, tuned: bool, iterations: int | None) -> None:
         self.scene = scene

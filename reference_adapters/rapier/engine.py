@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, ClassVar
 from ghostball.engine import Scene
 from ghostball.engine.scene.features import Capabilities, Capability
 from ghostball.reference_adapters.base import EngineSettings
-from ghostball.reference_adapters.stepping.plane import Landing
+from ghostball.reference_adapters.stepping.plane import ExactSteps
 from ghostball.reference_adapters.stepping.plane_engine import (
     PlaneEngine,
     default_capabilities,
@@ -30,11 +30,11 @@ if TYPE_CHECKING:
 class RapierSettings(SteppingSettings):
     """Settings of the Rapier adapter.
 
-    `dt` is 1e-3 s tuned, Rapier's own 1/60 s default, 0.02 s landed; `iterations` is Rapier's own,
-    4.
+    `dt` is 1e-3 s tuned, Rapier's own 1/60 s default, 0.02 s in exact steps; `iterations` is
+    Rapier's own, 4.
     """
 
-    LANDED_BY_DEFAULT: ClassVar[bool] = False
+    EXACT_BY_DEFAULT: ClassVar[bool] = False
 
 
 _HITS = Capability(
@@ -55,7 +55,7 @@ class RapierEngine(PlaneEngine):
     Settings: ClassVar[type[EngineSettings]] = RapierSettings
     TUNED: ClassVar[Capabilities] = _TUNED
     DEFAULT: ClassVar[Capabilities] = default_capabilities(_TUNED, "Rapier", _PREDICTED)
-    LANDING: ClassVar[Landing] = Landing(gap=1e-6)
+    EXACT_STEPS: ClassVar[ExactSteps] = ExactSteps(gap=1e-6)
     """Single precision has 2e-7 m on a table."""
 
     def world(self, scene: Scene) -> World:

@@ -9,7 +9,7 @@ import rapier3d
 from numpy.typing import NDArray
 
 from ghostball.engine import CUSHIONS, Scene
-from ghostball.reference_adapters.rapier.engine import RapierEngine, RapierSettings
+from ghostball.reference_adapters.rapier.engine import RapierSettings
 from ghostball.reference_adapters.stepping.contact_world import SINGLE, ContactWorld
 from ghostball.reference_adapters.stepping.plane import (
     INWARD,
@@ -26,8 +26,6 @@ PREDICTION = 1e-5
 
 class World(ContactWorld):
     """A world with its balls in the scene's order, and the collisions of its last step."""
-
-    landing = RapierEngine.LANDING
 
     def __init__(self, scene: Scene, settings: RapierSettings) -> None:
         super().__init__(scene, noise=SINGLE, rubs=False)

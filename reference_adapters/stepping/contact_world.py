@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from ghostball.engine import Scene
 from ghostball.reference_adapters.stepping.plane import (
     Collision,
-    Landing,
     largest_momenta,
     untouched,
 )
@@ -42,7 +41,6 @@ class ContactWorld:
     """
 
     collides_first = True
-    landing = Landing()
 
     def __init__(self, scene: Scene, *, noise: float, rubs: bool) -> None:
         self.collisions: list[Collision] = []

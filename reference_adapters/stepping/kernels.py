@@ -34,9 +34,9 @@ class AdapterKernels:
 
     def compile(self) -> None:
         """Compile them, or load what is in the cache."""
-        from ghostball.reference_adapters.stepping import cloth, landing  # noqa: PLC0415
+        from ghostball.reference_adapters.stepping import cloth, contact_time  # noqa: PLC0415
 
-        {"cloth between steps": cloth.warm_up, "landed steps": landing.warm_up}[self.name]()
+        {"cloth between steps": cloth.warm_up, "contact times": contact_time.warm_up}[self.name]()
 
 
 def adapter_kernels(labels: Iterable[str]) -> list[AdapterKernels]:

@@ -4,7 +4,7 @@ The engine finds and resolves the contacts and moves the balls; what the cloth d
 closed form of `stepping.cloth`. Each ball is given its mean velocity over the coming step, so that
 the engine takes it where the cloth would; what the engine changes of that velocity is what contacts
 did. So any engine that can be given velocities plays rolling and sliding balls, in steps that know
-nothing of contacts (`Native`) or that end where something touches (`Landed`).
+nothing of contacts (`FixedSteps`) or that end where something touches (`StepsToContacts`).
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Set
-from typing import Any, Literal, NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,13 +21,12 @@ from ghostball.engine import CUSHIONS, EventKind, Record, Result, Samples, Scene
 from ghostball.engine.result import initial_state
 from ghostball.engine.scene import Physics
 from ghostball.engine.trajectory import energy_of
-from ghostball.reference_adapters.base import resolution_of_step
 from ghostball.reference_adapters.recording import Recorder
-from ghostball.reference_adapters.stepping import cloth, landing
+from ghostball.reference_adapters.stepping import cloth, contact_time
 from ghostball.reference_adapters.stepping.clock import Clock
 from ghostball.reference_adapters.stepping.cloth import ClosedFormCloth
+from ghostball.reference_adapters.stepping.contact_time import time_to_contact
 from ghostball.reference_adapters.stepping.ending import end_of, ending_of
-from ghostball.reference_adapters.stepping.landing import time_to_contact
 from ghostball.reference_adapters.stepping.settings import SteppingSettings
 
 FloatArray = NDArray[np.float64]
@@ -62,8 +61,8 @@ class Collision(NamedTuple):
     cushion: bool
 
 
-class Landing(NamedTuple):
-    """How an engine's steps land on contacts.
+class ExactSteps(NamedTuple):
+    """How near to contacts an engine's steps can end.
 
     Attributes
     ----------
@@ -73,7 +72,7 @@ class Landing(NamedTuple):
         Shortest step: an engine may work with accelerations, and bound them.
     """
 
-    gap: float = landing.LANDING_GAP
+    gap: float = contact_time.CONTACT_GAP
     shortest: float = 0.0
 
 
@@ -94,11 +93,6 @@ class PlaneWorld(Protocol):
     @property
     def iterations(self) -> int:
         """Iterations of the contact solver in each step."""
-        ...
-
-    @property
-    def landing(self) -> Landing:
-        """How the engine's steps land on contacts."""
         ...
 
     @property
@@ -135,13 +129,6 @@ class PlaneWorld(Protocol):
     def turns(self) -> FloatArray:
         """Return what the step's contacts added to the spins, (n, 3) [rad/s]; asked if `rubs`."""
         ...
-
-
-def resolution_in_plane(scene: Scene, settings: SteppingSettings, landed: Landing) -> float:
-    """Return how far off a ball may be when it collides [m]; see `EngineBase.resolution`."""
-    if settings.mode == "landed":
-        return max(landed.gap, resolution_of_step(landed.shortest, scene))
-    return resolution_of_step(settings.step, scene)
 
 
 def largest_momenta(scene: Scene) -> FloatArray:
@@ -302,7 +289,7 @@ class _ClosedForm(Stepper):
         self.t = t
 
 
-class Native(_ClosedForm):
+class FixedSteps(_ClosedForm):
     """Fixed steps that know nothing of contacts: the engine sees them where it does."""
 
     def __init__(self, scene: Scene, world: PlaneWorld, dt: float, t_end: float) -> None:
@@ -314,20 +301,22 @@ class Native(_ClosedForm):
         self._advance(self._clock.dt, self._clock.tick())
 
 
-class Landed(_ClosedForm):
+class StepsToContacts(_ClosedForm):
     """Steps that end where something touches, or a ball stops sliding, rolling or spinning.
 
     A contact takes two: to a gap of 1e-10 m, and to as much overlap, which the engine resolves; or
     one more, where it sees in a step only what overlaps as that begins.
     """
 
-    def __init__(self, scene: Scene, world: PlaneWorld, dt: float, t_end: float) -> None:
+    def __init__(
+        self, scene: Scene, world: PlaneWorld, ends: ExactSteps, dt: float, t_end: float
+    ) -> None:
         super().__init__(scene, world)
-        landing.warm_up()
+        contact_time.warm_up()
         self._longest = dt
         self._t_end = t_end
         self._table = scene.table
-        self._gap, self._shortest = world.landing
+        self._gap, self._shortest = ends
 
     def step(self) -> None:
         """Step to the next contact, the next change of motion, `dt` or the end."""
@@ -347,13 +336,6 @@ class Landed(_ClosedForm):
             dt = left
         self._advance(dt, self._t_end if dt == left else self.t + dt)
         self.keep_frame = to_contact <= horizon
-
-
-def make_stepper(
-    scene: Scene, world: PlaneWorld, mode: Literal["native", "landed"], dt: float, t_end: float
-) -> Stepper:
-    """Return the stepper for `mode`, with steps of at most `dt` [s] that end on `t_end` [s]."""
-    return (Landed if mode == "landed" else Native)(scene, world, dt, t_end)
 
 
 def run(

@@ -7,15 +7,15 @@ from typing import ClassVar
 
 from ghostball.engine import Record, Result, Scene
 from ghostball.engine.scene.features import EXACT, Capabilities, Capability, Feature
-from ghostball.reference_adapters.base import EngineBase, lacks_sequence
+from ghostball.reference_adapters.base import EngineBase, lacks_sequence, resolution_of_step
 from ghostball.reference_adapters.optional import why_not_installed
 from ghostball.reference_adapters.stepping.ending import end_of
 from ghostball.reference_adapters.stepping.plane import (
-    Landing,
+    ExactSteps,
+    FixedSteps,
     PlaneWorld,
     Stepper,
-    make_stepper,
-    resolution_in_plane,
+    StepsToContacts,
     run,
 )
 
@@ -25,7 +25,7 @@ class PlaneEngine(EngineBase):
 
     TUNED: ClassVar[Capabilities]
     DEFAULT: ClassVar[Capabilities]
-    LANDING: ClassVar[Landing] = Landing()
+    EXACT_STEPS: ClassVar[ExactSteps] = ExactSteps()
     PACKAGE: ClassVar[str]
     """What is imported; the extra that brings it has the engine's name."""
 
@@ -44,23 +44,27 @@ class PlaneEngine(EngineBase):
         return lacks_sequence(scene)
 
     def resolution(self, scene: Scene) -> float:
-        """Return how far a ball goes in a step [m]; landed, how far from touching it stops."""
-        return resolution_in_plane(scene, self.settings, self.LANDING)
+        """Return how far a ball goes in a step [m]; or how far from a contact its step ends."""
+        if self.settings.contact_steps == "exact":
+            gap, shortest = self.EXACT_STEPS
+            return max(gap, resolution_of_step(shortest, scene))
+        return resolution_of_step(self.settings.step, scene)
 
     @abstractmethod
     def world(self, scene: Scene) -> PlaneWorld:
         """Load the engine, which a list of engines doesn't, and build the scene in it."""
 
     def step(self, scene: Scene) -> float:  # noqa: ARG002
-        """Return the step for a scene [s]; landed, the longest."""
+        """Return the step for a scene [s]; the longest, where steps end at contacts."""
         step: float = self.settings.step
         return step
 
     def stepper(self, scene: Scene, world: PlaneWorld) -> Stepper:
-        """Return what moves the balls on, of the settings' mode."""
-        settings = self.settings
-        t_end = end_of(scene, settings)
-        return make_stepper(scene, world, settings.mode, self.step(scene), t_end)
+        """Return what moves the balls on, in steps that end when the run does."""
+        dt, t_end = self.step(scene), end_of(scene, self.settings)
+        if self.settings.contact_steps == "exact":
+            return StepsToContacts(scene, world, self.EXACT_STEPS, dt, t_end)
+        return FixedSteps(scene, world, dt, t_end)
 
     def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
         """Run to rest, to `t_max`, or to `max_time` or `max_steps`.

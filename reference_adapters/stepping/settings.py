@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar, Literal, Self
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
-from ghostball.reference_adapters.base import EngineSettings
+from ghostball.reference_adapters.base import EngineSettings, renamed_settings
 
 
 class SteppingSettings(EngineSettings):
@@ -14,14 +15,14 @@ class SteppingSettings(EngineSettings):
 
     Attributes
     ----------
-    mode : "native" or "landed"
+    contact_steps : "fixed" or "exact"
         Steps of `dt`, in which the engine sees contacts as it does for its users; or steps that end
-        where balls touch, so that only its solver's own error remains.
+        exactly where something touches, so that only the error of its solver remains.
     config : "tuned" or "default"
         As experiments found best, or as a newcomer types it.
     dt : float or None [s]
-        The step; landed: the longest. None is what `step` says. A native step is shortened so that
-        a whole number of them makes `t_max` (or `max_time`).
+        The step; where steps end at contacts, the longest. None is what `step` says. A fixed step
+        is shortened so that a whole number of them makes `t_max` (or `max_time`).
     iterations : int or None
         Of the contact solver; None is what the configuration says.
     max_time : float [s]
@@ -36,16 +37,16 @@ class SteppingSettings(EngineSettings):
     DEFAULT_DT: ClassVar[float] = 1.0 / 60.0
     """Step of the default configuration [s]: a frame."""
 
-    LANDED_DT: ClassVar[float] = 0.02
-    """Longest landed step [s]: the paper's frame; its motion is exact whatever it is."""
+    EXACT_DT: ClassVar[float] = 0.02
+    """Longest step where they end at contacts [s]: the paper's frame; any gives the same motion."""
 
-    LANDED_BY_DEFAULT: ClassVar[bool] = True
-    """Whether the default configuration can be landed: its contacts must end within a step."""
+    EXACT_BY_DEFAULT: ClassVar[bool] = True
+    """Whether steps can end at contacts in the default configuration: contacts must end in one."""
 
     CLOTH_BETWEEN_STEPS: ClassVar[bool] = True
     """Whether the adapter moves the balls between the engine's steps, with kernels of its own."""
 
-    mode: Literal["native", "landed"] = "native"
+    contact_steps: Literal["fixed", "exact"] = "fixed"
     config: Literal["tuned", "default"] = "tuned"
     dt: Annotated[float, Field(ge=1e-9, le=1.0)] | None = None
     iterations: Annotated[int, Field(ge=1)] | None = None
@@ -55,15 +56,20 @@ class SteppingSettings(EngineSettings):
     @property
     def kernels(self) -> tuple[str, ...]:
         """The kernels that the adapter itself runs, by name; see `stepping.kernels`."""
-        landed = ("landed steps",) if self.mode == "landed" else ()
-        return (*landed, "cloth between steps") if self.CLOTH_BETWEEN_STEPS else landed
+        times = ("contact times",) if self.contact_steps == "exact" else ()
+        return (*times, "cloth between steps") if self.CLOTH_BETWEEN_STEPS else times
+
+    @model_validator(mode="before")
+    @classmethod
+    def _take_old_names(cls, values: Any) -> Any:
+        return renamed_settings(values) if isinstance(values, Mapping) else values
 
     @model_validator(mode="after")
     def _contacts_end_within_a_step(self) -> Self:
-        if (self.mode, self.config) == ("landed", "default") and not self.LANDED_BY_DEFAULT:
+        if (self.contact_steps, self.config) == ("exact", "default") and not self.EXACT_BY_DEFAULT:
             raise ValueError(
-                "`mode` = landed needs `config` = tuned: contacts as the engine has them by "
-                "default last through many steps. Set one of them otherwise"
+                "`contact_steps` = exact needs `config` = tuned: contacts as the engine has them "
+                "by default last through many steps. Set one of them otherwise"
             )
         return self
 
@@ -72,6 +78,6 @@ class SteppingSettings(EngineSettings):
         """The step that `dt` stands for [s]."""
         if self.dt is not None:
             return self.dt
-        if self.mode == "landed":
-            return self.LANDED_DT
+        if self.contact_steps == "exact":
+            return self.EXACT_DT
         return self.TUNED_DT if self.config == "tuned" else self.DEFAULT_DT

@@ -45,10 +45,10 @@ class OwnClothSettings(SteppingSettings):
 
     @model_validator(mode="after")
     def _own_cloth_is_native(self) -> Self:
-        if self.cloth == "own" and (self.mode, self.config) != ("native", "tuned"):
+        if self.cloth == "own" and (self.contact_steps, self.config) != ("fixed", "tuned"):
             raise ValueError(
-                "`cloth` = own needs `mode` = native and `config` = tuned: a plane under gravity "
-                "needs steady steps. Set one of them otherwise"
+                "`cloth` = own needs `contact_steps` = fixed and `config` = tuned: a plane under "
+                "gravity needs steady steps. Set one of them otherwise"
             )
         return self
 

@@ -14,8 +14,8 @@ from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.results.store import CaseRecord, Results
 
 VARIANTS = {
-    "mode=landed": (
-        "landed",
+    "contact_steps=exact": (
+        "exact steps",
         "its steps are made to end where balls touch, so that only its solver can err",
     ),
     "config=default": ("default", "set up as a newcomer types it, at 60 steps a second"),

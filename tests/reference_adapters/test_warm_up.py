@@ -8,7 +8,7 @@ import pytest
 # In a process of its own, where no earlier test has compiled what this one is about.
 CODE = """
 import sys
-from ghostball.reference_adapters.stepping import landing
+from ghostball.reference_adapters.stepping import contact_time
 from ghostball.reference_adapters.stepping import slowing as slowing_kernels
 from ghostball.reference_adapters.recording import Recorder
 from ghostball.reference_adapters import make_engine
@@ -16,7 +16,7 @@ from ghostball.validation.scenes.library import find_scene
 
 kernels = {
     f"{module.__name__}.{name}": kernel
-    for module in (landing, slowing_kernels)
+    for module in (contact_time, slowing_kernels)
     for name, kernel in vars(module).items()
     if hasattr(kernel, "signatures")
 }
@@ -45,8 +45,11 @@ for scene in sys.argv[2:]:
 @pytest.mark.parametrize(
     ("spec", "scenes"),
     [
-        ("pymunk:mode=landed", ["stop", "break-7"]),  # one ball, whose arrays are all contiguous
-        ("pybullet:mode=landed", ["break-7", "stop"]),
+        (
+            "pymunk:contact_steps=exact",
+            ["stop", "break-7"],
+        ),  # one ball, whose arrays are all contiguous
+        ("pybullet:contact_steps=exact", ["break-7", "stop"]),
     ],
 )
 def test_no_kernel_is_compiled_while_a_run_is_timed(spec, scenes):

@@ -26,12 +26,12 @@ CELLS = [
     Cell(row="pymunk", column="break", kind="bad", value=0.33),
     Cell(row="pymunk", column="slow", kind="fair", value=0.005),
     Cell(row="ghostball", column="cut", kind="exact", value=3.8e-16),
-    Cell(row="ghostball", column="landed", kind="none", note="it has no landed steps"),
+    Cell(row="ghostball", column="exact-steps", kind="none", note="it has no exact steps"),
     Cell(row="ghostball", column="break", kind="good", value=1e-15),
     Cell(row="ghostball", column="slow", kind="good", value=0.0),
     Cell(row="ghostball", column="um", kind="good", value=2.7e-6),
     Cell(row="ghostball", column="line", kind="bad", value=0.17, note="another law: 0.1, 0.9"),
-    Cell(row="my:Engine", column="landed", kind="another shot"),
+    Cell(row="my:Engine", column="exact-steps", kind="another shot"),
 ]
 TEXTS = {
     ("my:Engine", "cut"): "! failed",
@@ -41,12 +41,12 @@ TEXTS = {
     ("pymunk", "break"): "✗ 3.3e-01",
     ("pymunk", "slow"): "◐ 0.005",
     ("ghostball", "cut"): "exact",
-    ("ghostball", "landed"): "–",
+    ("ghostball", "exact-steps"): "–",
     ("ghostball", "break"): "● kept",
     ("ghostball", "slow"): "● none",
     ("ghostball", "um"): "● 2.7 µs",
     ("ghostball", "line"): "✗ 1.7e-01",
-    ("my:Engine", "landed"): "other shot",
+    ("my:Engine", "exact-steps"): "other shot",
 }
 
 

@@ -23,7 +23,7 @@ def case(**changes: Any) -> CaseRecord:
         title="",
         tags=(),
         definition={},
-        label="pymunk:mode=landed",
+        label="pymunk:contact_steps=exact",
         engine="pymunk",
         outcome="ran",
         status="rest",
@@ -50,7 +50,7 @@ def verdict(element: ElementTree.Element) -> tuple[str, str]:
 
 def test_one_test_case_for_each_scene_engine_and_metric() -> None:
     found = parsed(case(checks=(check(),)))
-    assert list(found) == [f"pymunk:mode=landed: {metric}" for metric in METRICS]
+    assert list(found) == [f"pymunk:contact_steps=exact: {metric}" for metric in METRICS]
     assert {element.get("classname") for element in found.values()} == {"roll"}
     assert sum(float(element.get("time", "nan")) for element in found.values()) == 1.25
 
@@ -58,11 +58,13 @@ def test_one_test_case_for_each_scene_engine_and_metric() -> None:
 def test_only_a_limit_that_was_kept_passes() -> None:
     found = parsed(case(checks=(check(), check("wall_time", passed=False))))
     passed = [name for name, element in found.items() if len(element) == 0]
-    assert passed == ["pymunk:mode=landed: rest_error_max"]
+    assert passed == ["pymunk:contact_steps=exact: rest_error_max"]
 
 
 def test_a_failure_says_value_limit_and_reason() -> None:
-    element = parsed(case(checks=(check(passed=False),)))["pymunk:mode=landed: rest_error_max"]
+    element = parsed(case(checks=(check(passed=False),)))[
+        "pymunk:contact_steps=exact: rest_error_max"
+    ]
     assert verdict(element) == ("failure", "rest_error_max must be <= 0.25 m, got 0.5 m")
     assert element[0].text == "the reason"
 
@@ -78,7 +80,7 @@ def test_a_failure_says_value_limit_and_reason() -> None:
 def test_what_proves_nothing_is_skipped(
     metric: str, checks: tuple[Check, ...], message: str
 ) -> None:
-    element = parsed(case(checks=checks))[f"pymunk:mode=landed: {metric}"]
+    element = parsed(case(checks=checks))[f"pymunk:contact_steps=exact: {metric}"]
     assert verdict(element) == ("skipped", message)
 
 
@@ -93,7 +95,7 @@ def test_what_proves_nothing_is_skipped(
 def test_a_case_that_did_not_run(outcome: str, tag: str, message: str) -> None:
     found = parsed(case(outcome=outcome, reason="no flight", traceback="line 1\nline 2"))
     assert ("judged" in found) is (outcome != "failed")  # nothing was, else
-    element = found["pymunk:mode=landed: simulate"]
+    element = found["pymunk:contact_steps=exact: simulate"]
     assert verdict(element) == (tag, message)
     assert element[0].text == ("line 1\nline 2" if outcome == "failed" else None)
 
@@ -104,7 +106,7 @@ def test_a_metric_that_was_not_asked_for_is_skipped_and_says_whether_it_has_a_li
     found = parsed(some)
     for metric, more in (("rest_error_max", ", though the scene limits it"), ("energy_rise", "")):
         message = f"not measured: the run asked for other metrics{more}"
-        assert verdict(found[f"pymunk:mode=landed: {metric}"]) == ("skipped", message)
+        assert verdict(found[f"pymunk:contact_steps=exact: {metric}"]) == ("skipped", message)
     assert verdict(found.pop("judged")) == ("error", NOTHING_JUDGED)
     assert len(found) == len(METRICS)
 
@@ -112,7 +114,7 @@ def test_a_metric_that_was_not_asked_for_is_skipped_and_says_whether_it_has_a_li
 def test_a_run_that_stopped_early_is_in_error() -> None:
     # Breaks where an engine that gives up passes, since no limit names it.
     found = parsed(case(status="step-limit", reason="too many"), case(checks=(check(),)))
-    assert verdict(found["pymunk:mode=landed: simulate"]) == (
+    assert verdict(found["pymunk:contact_steps=exact: simulate"]) == (
         "error",
         "it stopped early: step-limit: too many",
     )

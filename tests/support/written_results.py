@@ -19,7 +19,7 @@ from ghostball.validation.results.store import (
 LABELS = [
     "ghostball",
     "pymunk",
-    "pymunk:mode=landed",
+    "pymunk:contact_steps=exact",
     "pymunk:config=default",
     "pybullet",
     "paper-discrete",
@@ -84,7 +84,7 @@ SHOTS |= dict.fromkeys(
 ERRORS = {
     "ghostball": 0.0,
     "pymunk": 2e-3,
-    "pymunk:mode=landed": 4e-7,
+    "pymunk:contact_steps=exact": 4e-7,
     "pymunk:config=default": 0.09,
     "paper-discrete": 0.03,
     "newcomer:dt=1e-3": 1e-3,

@@ -34,7 +34,7 @@ def asked(column: Column, row: str) -> list[tuple[str, Scene, str]]:
 def with_settings(row: str, given: Settings) -> str | None:
     """Return an engine with more settings; None where it lacks one, refuses or says another.
 
-    What the row says stays as it is. An engine of steps that has no modes has the step alone.
+    What the row says stays as it is. An engine that has no choice of steps has the step alone.
     """
     engine = make_engine(row)
     fields = type(engine.settings).model_fields
@@ -44,8 +44,9 @@ def with_settings(row: str, given: Settings) -> str | None:
         if step is None:
             return None
         settings = {step: given.step} | {key: most for key, most in MOST.items() if key in fields}
-    if given.mode is not None and ("mode" in fields or given.step is None):
-        settings["mode"] = given.mode
+    ends = given.contact_steps
+    if ends is not None and ("contact_steps" in fields or given.step is None):
+        settings["contact_steps"] = ends
     if not set(settings) <= set(fields):
         return None
     name, said = parse_spec(row)
@@ -54,5 +55,6 @@ def with_settings(row: str, given: Settings) -> str | None:
         made = make_engine(label)
     except EngineError:  # settings that exclude each other
         return None
-    mode = settings.get("mode")
-    return label if mode is None or made.settings.model_dump()["mode"] == mode else None
+    asked_for = settings.get("contact_steps")
+    has = made.settings.model_dump().get("contact_steps")
+    return label if asked_for in (None, has) else None

@@ -77,8 +77,8 @@ def cell_of(column: Column, row: str, cases: Sequence[CaseRecord]) -> Cell:
         None of them where the engine lacks the settings that the column requires.
     """
     if not cases:
-        modes = " or ".join(one.mode or "fixed" for one in column.settings)
-        return Cell(row=row, column=column.id, kind="none", note=f"it has no {modes} steps")
+        steps = " or ".join(one.contact_steps or "fixed" for one in column.settings)
+        return Cell(row=row, column=column.id, kind="none", note=f"it has no {steps} steps")
     if column.pick == "least":
         return _least(column, row, cases)
     for case in cases:

@@ -44,10 +44,10 @@ class _Model(BaseModel):
 
 
 class Settings(_Model):
-    """What an engine is given, where it has it: a fixed step [s], a mode, or both."""
+    """What an engine is given, where it has it: a step [s], where steps end, or both."""
 
     step: Annotated[float, Field(gt=0.0)] | None = None
-    mode: str | None = None
+    contact_steps: Literal["fixed", "exact"] | None = None
 
 
 class Column(_Model):

@@ -3,7 +3,7 @@
     truth = "closed-form"            # or "certified", "engine"; left out: the first there is
 
     [[criteria]]
-    engines = ["ghostball"]          # "pymunk" is any pymunk; "pymunk:mode=landed" only such ones
+    engines = ["ghostball"]          # "pymunk" is any; "pymunk:contact_steps=exact" only such ones
     metric  = "rest_error_max"
     at_most = 1e-13                  # or at_least, or equals
     reason  = "what a few roundings of a 2.5 m table leave"

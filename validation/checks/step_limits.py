@@ -70,7 +70,8 @@ SLIDING_NOISE = 1e-6
 """Energy that may be made where balls slide, over the first: a table contact in space is noisy."""
 
 DEEPER = 10.0
-"""Overlap, in resolutions, that a landed contact may come to: its engine steps on from the touch.
+"""Overlap, in resolutions, that a contact where a step ends may come to: the engine steps on from
+it.
 
 The last step must be long enough for the engine to see the contact, which takes some resolutions.
 """

@@ -94,8 +94,8 @@ class Attribution:
         What of this scene the engine says that it represents only approximately.
     ladder : tuple of Rung
         From the engine's own step to the shortest; empty where it has none.
-    landed : float or None [m]
-        The difference in the mode that ends steps at contacts, where the engine has one.
+    with_exact_steps : float or None [m]
+        The difference where steps end exactly at contacts, where the engine can do that.
     """
 
     scene: str
@@ -110,7 +110,7 @@ class Attribution:
     rounding: float | None = None
     approximations: tuple[str, ...] = ()
     ladder: tuple[Rung, ...] = ()
-    landed: float | None = None
+    with_exact_steps: float | None = None
 
 
 class NotComparedError(GhostballError):
@@ -176,7 +176,7 @@ def attribute(
         found,
         difference=differences[0],
         ladder=tuple(map(Rung, steps, differences)),
-        landed=_landed(engine, known, instant),
+        with_exact_steps=_with_exact_steps(engine, known, instant),
     )
     t = known.result.rest_time if instant is None else instant
     size = float(np.max(growth.sizes([t])))
@@ -244,15 +244,18 @@ def _play(engine: ReferenceEngine, scene: Scene) -> Result:
     return result
 
 
-def _landed(engine: ReferenceEngine, known: KnownShot, instant: float | None) -> float | None:
-    """Return the difference in the mode that ends steps at contacts; None where there is none."""
-    if getattr(engine.settings, "mode", None) != "native":
+def _with_exact_steps(
+    engine: ReferenceEngine, known: KnownShot, instant: float | None
+) -> float | None:
+    """Return the difference where steps end at contacts; None where the engine can't do that."""
+    if getattr(engine.settings, "contact_steps", None) != "fixed":
         return None
     try:
-        landed = _play(with_setting(engine, "mode", "landed"), _until(known.scene, instant))
+        exact = with_setting(engine, "contact_steps", "exact")
+        result = _play(exact, _until(known.scene, instant))
     except (NotComparedError, ValidationError):
         return None  # no better way to play it, or none with its other settings
-    return largest_distance(landed.rest_positions[:, :2], known.positions(instant))
+    return largest_distance(result.rest_positions[:, :2], known.positions(instant))
 
 
 def agreed_instant(

@@ -194,7 +194,7 @@ class CaseRecord:
     definition : dict
         The whole scene as plain values; `load_scene` makes the `Scene` of it.
     label : str
-        The engine as asked for, such as "pymunk:mode=landed".
+        The engine as asked for, such as "pymunk:contact_steps=exact".
     engine : str
         Its name alone, "pymunk".
     settings : dict

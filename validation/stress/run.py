@@ -58,9 +58,9 @@ from ghostball.validation.suite.unchanged import code_hash, is_ours
 DEFAULT_ENGINES: tuple[str, ...] = (
     "ghostball",
     "pymunk",
-    "pymunk:mode=landed",
+    "pymunk:contact_steps=exact",
     "pybullet",
-    "pybullet:mode=landed",
+    "pybullet:contact_steps=exact",
     "paper-discrete",
     "paper-continuous",
 )

@@ -30,10 +30,10 @@ from ghostball.validation.suite.varied import Ensemble
 DEFAULT_ENGINES: tuple[str, ...] = (
     "ghostball",
     "pymunk",
-    "pymunk:mode=landed",
+    "pymunk:contact_steps=exact",
     "pymunk:config=default",
     "pybullet",
-    "pybullet:mode=landed",
+    "pybullet:contact_steps=exact",
     "pybullet:config=default",
     "paper-discrete",
     "paper-continuous",

@@ -232,8 +232,10 @@ def _attribution_table(found: Attribution) -> RenderableType:
     for one in found.ladder[1:]:
         off = style.format_length(one.difference)
         table.add_row("", f"{off} with a step of {style.format_time(one.step)}")
-    if found.landed is not None:
-        table.add_row("", f"{style.format_length(found.landed)} with `mode=landed`")
+    if found.with_exact_steps is not None:
+        table.add_row(
+            "", f"{style.format_length(found.with_exact_steps)} with `contact_steps=exact`"
+        )
     table.add_row("comes from", escape(found.reason or _SOURCES[found.outcome]))
     if found.outcome == "model" and not found.ladder:
         table.add_row("", "the engine has no step that could be shorter")

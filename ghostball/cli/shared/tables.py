@@ -28,7 +28,8 @@ ENGINES_KEY = (
 
 SETTINGS_KEY = (
     "Settings with their defaults, and other choices in brackets; a setting that is unset is left "
-    "to the engine.\nTo change them: NAME:KEY=VALUE,... as in `--engine pymunk:mode=landed`.\n"
+    "to the engine.\nTo change them: NAME:KEY=VALUE,... as in "
+    "`--engine pymunk:contact_steps=exact`.\n"
 )
 
 

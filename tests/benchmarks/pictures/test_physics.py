@@ -84,6 +84,6 @@ def test_a_figure_is_written_with_every_engine_that_ran(results_folder, tmp_path
         figure = PHYSICS_FIGURES[name](results)
         assert all(path.stat().st_size for path in style.save_figure(figure, tmp_path / name))
     text = texts_of(figure)
-    for part in ("closed form", "ghostball", "pymunk, landed", "paper-discrete", "[deg]"):
+    for part in ("closed form", "ghostball", "pymunk, exact steps", "paper-discrete", "[deg]"):
         assert part in text
     assert "pybullet" not in text  # it ran none of them

@@ -20,7 +20,7 @@ def steps_of(label):
     ("label", "own"),
     [
         ("pymunk", 1e-3),
-        ("pymunk:mode=landed", 0.02),
+        ("pymunk:contact_steps=exact", 0.02),
         ("pybullet:config=default", 1 / 240),
         ("paper-discrete", 0.02),
         ("paper-continuous", 0.02),
@@ -46,7 +46,7 @@ def test_a_ladder_ends_where_it_may(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    "label", ["pymunk:mode=landed,iterations=3", "paper-continuous:frame=0.01"]
+    "label", ["pymunk:contact_steps=exact,iterations=3", "paper-continuous:frame=0.01"]
 )
 def test_labels_make_the_engine_of_the_rung(label):
     for rung in ladder_of(label, make_engine(label), 4.0):

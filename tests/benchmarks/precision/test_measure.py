@@ -134,9 +134,11 @@ def test_what_is_stored_reads_back(engines, tmp_path):
     assert PrecisionMeasurement.load(measured.save(tmp_path)) == measured
 
 
-def test_a_real_engine_errs_by_half_at_half_the_step_and_landing_is_near_at_any():
-    measured = measure(["paper-continuous", "pymunk:mode=landed"], [find_scene("half-ball-cut")])
+def test_a_real_engine_errs_by_half_at_half_the_step_and_exact_steps_are_near_at_any():
+    measured = measure(
+        ["paper-continuous", "pymunk:contact_steps=exact"], [find_scene("half-ball-cut")]
+    )
     stepping = [p.error for p in measured.points if p.engine == "paper-continuous"]
     assert stepping[-2] / stepping[-1] == pytest.approx(2.0, abs=0.1)
-    landed = [point for point in measured.points if point.engine == "pymunk:mode=landed"]
-    assert seconds_to(1e-6, landed) is not None
+    exact = [point for point in measured.points if point.engine == "pymunk:contact_steps=exact"]
+    assert seconds_to(1e-6, exact) is not None

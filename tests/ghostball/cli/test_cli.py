@@ -366,7 +366,7 @@ def test_a_failed_check_of_the_criteria_beside_a_scene_file_fails_the_run(cli, t
 
 def test_a_pass_says_whether_its_outcome_was_judged(cli, tmp_path):
     # Breaks where limits that hold, of energy alone, are shown like a right outcome.
-    engines = ("-e", "ghostball", "-e", "pymunk:mode=landed", "-e", "paper-discrete")
+    engines = ("-e", "ghostball", "-e", "pymunk:contact_steps=exact", "-e", "paper-discrete")
     out = tmp_path / "out"
     result = cli("validate", "galperin-1", *engines, "--out", out, "--no-report")
     assert result.exit_code == 0, result.output
@@ -462,7 +462,7 @@ def test_engines_lists_settings_and_capabilities(cli):
     for part in (
         "ghostball  available",
         "max_events=",
-        "mode=native (landed)",
+        "contact_steps=fixed (exact)",
         "dt unset",
         "not represented",
         "rolling without slip",

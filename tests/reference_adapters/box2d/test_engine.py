@@ -1,4 +1,4 @@
-"""Box2D against closed forms: what its unit of length does, and what bullets and landing do."""
+"""Box2D against closed forms: what its unit of length does, and what bullets and exact steps do."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ from ghostball.validation.scenes.library import find_scene
 pytestmark = needs("box2d")
 
 
-@pytest.mark.parametrize("spec", ["box2d", "box2d:bullet=no", "box2d:mode=landed"])
+@pytest.mark.parametrize("spec", ["box2d", "box2d:bullet=no", "box2d:contact_steps=exact"])
 @pytest.mark.parametrize("restitution", [0.0, 0.5, 1.0])
 def test_a_single_hit_is_right_to_single_precision(spec: str, restitution: float) -> None:
     wanted = np.array([1.0 - restitution, 1.0 + restitution]) / 2.0
@@ -33,11 +33,13 @@ def test_without_bullets_a_cut_is_as_late_as_everywhere() -> None:
     assert np.abs(cut_angles("box2d:bullet=no", 1e-3)).max() == pytest.approx(0.70, abs=0.05)
 
 
-def test_a_landed_cut_is_right_to_single_precision() -> None:
-    assert np.abs(cut_angles("box2d:mode=landed", 0.02)).max() < 2e-3
+def test_a_cut_in_exact_steps_is_right_to_single_precision() -> None:
+    assert np.abs(cut_angles("box2d:contact_steps=exact", 0.02)).max() < 2e-3
     for name in ("half-ball-cut", "throw-slip", "throw-stick", "english-check"):
         scene = find_scene(name)
-        error = play("box2d:mode=landed", scene).rest_positions - simulate(scene).rest_positions
+        error = (
+            play("box2d:contact_steps=exact", scene).rest_positions - simulate(scene).rest_positions
+        )
         assert np.abs(error).max() < 5e-5, name
 
 
@@ -76,5 +78,5 @@ def test_a_wrong_unit_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     right = World.start
     monkeypatch.setattr(World, "start", lambda world, v, w: right(world, 0.99 * v, w))
     scene = find_scene("half-ball-cut")
-    error = play("box2d:mode=landed", scene).rest_positions - simulate(scene).rest_positions
+    error = play("box2d:contact_steps=exact", scene).rest_positions - simulate(scene).rest_positions
     assert np.abs(error).max() > 1e-3

@@ -11,7 +11,7 @@ from ghostball.reference_adapters.box2d3.engine import Box2d3Settings
 pytestmark = needs("box2d3")
 
 
-@pytest.mark.parametrize("spec", ["box2d3", "box2d3:mode=landed"])
+@pytest.mark.parametrize("spec", ["box2d3", "box2d3:contact_steps=exact"])
 @pytest.mark.parametrize("restitution", [0.5, 0.9, 1.0])
 def test_a_single_hit_is_right_to_single_precision(spec: str, restitution: float) -> None:
     wanted = [(1.0 - restitution) / 2.0, (1.0 + restitution) / 2.0]
@@ -21,10 +21,10 @@ def test_a_single_hit_is_right_to_single_precision(spec: str, restitution: float
     assert (x, y) == pytest.approx((-1.0, 1.0), abs=3e-5)
 
 
-def test_a_cut_is_of_first_order_and_landed_is_right() -> None:
+def test_a_cut_is_of_first_order_and_in_exact_steps_is_right() -> None:
     assert 0.5 < np.abs(cut_angles("box2d3", 1e-3)).max() < 0.9
     assert np.abs(cut_angles("box2d3", 1e-4)).max() < 0.15
-    x, y = play("box2d3:mode=landed", half_ball()).final_state.velocities[0, 1, :2]
+    x, y = play("box2d3:contact_steps=exact", half_ball()).final_state.velocities[0, 1, :2]
     assert np.degrees(np.arctan2(-y, x)) == pytest.approx(30.0, abs=1e-3)
 
 
@@ -50,5 +50,5 @@ def test_events_are_those_of_the_shot() -> None:
 
 def test_a_wrong_unit_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Box2d3Settings, "units", property(lambda _: 1.0))
-    x, y = play("box2d3:mode=landed", half_ball()).final_state.velocities[0, 1, :2]
+    x, y = play("box2d3:contact_steps=exact", half_ball()).final_state.velocities[0, 1, :2]
     assert abs(np.degrees(np.arctan2(-y, x)) - 30.0) > 0.01

@@ -22,7 +22,7 @@ pytestmark = needs("dart")
 MIXING = 3e-5  # of the speeds
 
 
-@pytest.mark.parametrize("spec", ["dart", "dart:mode=landed"])
+@pytest.mark.parametrize("spec", ["dart", "dart:contact_steps=exact"])
 @pytest.mark.parametrize("restitution", [0.5, 0.9, 1.0])
 def test_a_single_hit_is_right_but_for_the_mixing(spec: str, restitution: float) -> None:
     # Breaks where the two factors don't multiply to the scene's restitution.
@@ -38,15 +38,17 @@ def test_what_overlaps_is_pushed_apart() -> None:
     assert 0.0 < after[1] - after[0] <= 0.01
 
 
-def test_a_cut_is_late_by_a_part_of_the_step_and_landed_it_is_not() -> None:
+def test_a_cut_is_late_by_a_part_of_the_step_and_in_exact_steps_it_is_not() -> None:
     assert np.abs(cut_angles("dart", 1e-3)).max() == pytest.approx(0.70, abs=0.05)
-    assert np.abs(cut_angles("dart:mode=landed", 0.02)).max() < 1e-6
+    assert np.abs(cut_angles("dart:contact_steps=exact", 0.02)).max() < 1e-6
 
 
-def test_landed_shots_are_right_but_for_the_mixing() -> None:
+def test_shots_in_exact_steps_are_right_but_for_the_mixing() -> None:
     for name in ("half-ball-cut", "throw-slip", "throw-stick", "draw-shot", "cradle"):
         scene = find_scene(name)
-        error = play("dart:mode=landed", scene).rest_positions - simulate(scene).rest_positions
+        error = (
+            play("dart:contact_steps=exact", scene).rest_positions - simulate(scene).rest_positions
+        )
         assert np.abs(error).max() < 2e-4, name
 
 
@@ -87,8 +89,8 @@ def test_what_it_cannot_do_is_refused() -> None:
         play("dart:scale=100", head_on(1.5))
     with pytest.raises(UnsupportedSceneError, match="balls that rub on the cloth rub on each"):
         play("dart:cloth=own", find_scene("draw-shot"))
-    with pytest.raises(ValidationError, match="`cloth` = own needs `mode` = native"):
-        DartSettings(cloth="own", mode="landed")
+    with pytest.raises(ValidationError, match="`cloth` = own needs `contact_steps` = fixed"):
+        DartSettings(cloth="own", contact_steps="exact")
 
 
 def test_a_wrong_factor_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -11,7 +11,7 @@ from ghostball.validation.scenes.library import find_scene
 pytestmark = needs("mujoco")
 
 
-@pytest.mark.parametrize("spec", ["mujoco", "mujoco:mode=landed"])
+@pytest.mark.parametrize("spec", ["mujoco", "mujoco:contact_steps=exact"])
 @pytest.mark.parametrize("restitution", [0.0, 0.5, 0.9, 1.0])
 def test_a_single_hit_is_exact_at_any_restitution(spec: str, restitution: float) -> None:
     # Breaks where the damper isn't (1 + e) / dt, or isn't set anew with the step.
@@ -28,11 +28,11 @@ def test_a_cut_is_late_by_a_part_of_the_step() -> None:
     assert np.mean(coarse) / np.mean(fine) == pytest.approx(10.0, rel=0.25)
 
 
-def test_a_landed_cut_is_the_closed_form() -> None:
-    assert np.abs(cut_angles("mujoco:mode=landed", 0.02)).max() < 1e-6
+def test_a_cut_in_exact_steps_is_the_closed_form() -> None:
+    assert np.abs(cut_angles("mujoco:contact_steps=exact", 0.02)).max() < 1e-6
     for name in ("half-ball-cut", "restitution-bounce", "draw-shot"):
         scene = find_scene(name)
-        result = play("mujoco:mode=landed", scene)
+        result = play("mujoco:contact_steps=exact", scene)
         assert result.status is Status.REST
         truth = simulate(scene).rest_positions
         np.testing.assert_allclose(result.rest_positions, truth, rtol=0.0, atol=1e-6)
@@ -41,7 +41,7 @@ def test_a_landed_cut_is_the_closed_form() -> None:
 def test_a_frozen_line_is_hit_at_once() -> None:
     # Moreau's law; with a margin of 0 the balls would be hit one after another, (0, 0, 1).
     wanted = [-1.0 / 3.0, 2.0 / 3.0, 2.0 / 3.0]
-    for spec in ("mujoco", "mujoco:mode=landed"):
+    for spec in ("mujoco", "mujoco:contact_steps=exact"):
         assert shares(spec, frozen_line()) == pytest.approx(wanted, abs=2.5e-4)
 
 
@@ -55,7 +55,7 @@ def test_friction_throws_by_the_convex_cone() -> None:
     for name, least, most in (("throw-stick", 0.0, 1e-4), ("throw-slip", 1e-3, 8e-3)):
         scene = find_scene(name)
         ours = simulate(scene, record="trajectory")
-        theirs = play("mujoco:mode=landed", scene, record="trajectory")
+        theirs = play("mujoco:contact_steps=exact", scene, record="trajectory")
         assert ours.events is not None
         after = [ours.events["t"][0] + 1e-5]
         error = theirs.sample(after).velocities - ours.sample(after).velocities
@@ -70,17 +70,20 @@ def test_nobody_sets_a_restitution_by_default() -> None:
 
 
 def test_a_wrong_damper_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
-    # The planted error: one that only a change of the step would show, in landed mode.
+    # The planted error: one that only a change of the step would show.
     from ghostball.reference_adapters.mujoco.world import World
 
     right = World._set_dampers
     monkeypatch.setattr(World, "_set_dampers", lambda world, _: right(world, 1e-3))
     assert shares("mujoco:dt=1e-3", head_on()) == pytest.approx([0.0, 1.0], abs=1e-2)
-    assert shares("mujoco:mode=landed", head_on())[1] < 0.6
+    assert shares("mujoco:contact_steps=exact", head_on())[1] < 0.6
 
 
 def test_radii_and_masses_of_any_kind() -> None:
     for name in ("unequal-balls", "corner-exact", "unbounded-cut"):
         scene = find_scene(name)
-        error = play("mujoco:mode=landed", scene).rest_positions - simulate(scene).rest_positions
+        error = (
+            play("mujoco:contact_steps=exact", scene).rest_positions
+            - simulate(scene).rest_positions
+        )
         assert np.abs(error).max() < 1e-5, name

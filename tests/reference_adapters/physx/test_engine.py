@@ -11,7 +11,7 @@ from ghostball.validation.scenes.library import find_scene
 pytestmark = needs("physx")
 
 
-@pytest.mark.parametrize("spec", ["physx", "physx:mode=landed"])
+@pytest.mark.parametrize("spec", ["physx", "physx:contact_steps=exact"])
 @pytest.mark.parametrize("restitution", [0.0, 0.5, 0.9, 1.0])
 def test_a_single_hit_is_right_to_single_precision(spec: str, restitution: float) -> None:
     wanted = np.array([1.0 - restitution, 1.0 + restitution]) / 2.0
@@ -20,16 +20,18 @@ def test_a_single_hit_is_right_to_single_precision(spec: str, restitution: float
     assert (x, y) == pytest.approx((-restitution, 1.0), abs=1e-6)
 
 
-def test_a_cut_is_late_by_a_part_of_the_step_and_landed_it_is_not() -> None:
+def test_a_cut_is_late_by_a_part_of_the_step_and_in_exact_steps_it_is_not() -> None:
     assert np.abs(cut_angles("physx", 1e-3)).max() == pytest.approx(0.70, abs=0.05)
-    assert np.abs(cut_angles("physx:mode=landed", 0.02)).max() < 2e-3
+    assert np.abs(cut_angles("physx:contact_steps=exact", 0.02)).max() < 2e-3
 
 
-def test_landed_shots_are_right_to_single_precision() -> None:
+def test_shots_in_exact_steps_are_right_to_single_precision() -> None:
     # Each pair of bodies has its own friction: breaks where one ball's shape serves them all.
     for name in ("half-ball-cut", "throw-slip", "throw-stick", "draw-shot", "restitution-cut"):
         scene = find_scene(name)
-        error = play("physx:mode=landed", scene).rest_positions - simulate(scene).rest_positions
+        error = (
+            play("physx:contact_steps=exact", scene).rest_positions - simulate(scene).rest_positions
+        )
         assert np.abs(error).max() < 1e-4, name
 
 

@@ -102,20 +102,20 @@ def test_refuses_what_bullet_lacks_and_says_why(name: str) -> None:
     assert reason in caught.value.features[0]
 
 
-def test_landed_refuses_sliding_and_native_does_not() -> None:
+def test_exact_steps_refuse_sliding_and_fixed_ones_play_it() -> None:
     scene = scene_of(ball((0, 0)), **SLIDING)
-    landed = PybulletEngine(PybulletSettings(mode="landed"))
-    with pytest.raises(UnsupportedSceneError, match="Use `mode` = native"):
-        landed.simulate(scene)
+    exact = PybulletEngine(PybulletSettings(contact_steps="exact"))
+    with pytest.raises(UnsupportedSceneError, match="Use `contact_steps` = fixed"):
+        exact.simulate(scene)
     assert missing_features(PybulletEngine().capabilities, scene) == ()
 
 
-def test_landed_refuses_flight_and_native_plays_it() -> None:
+def test_exact_steps_refuse_flight_and_fixed_ones_play_it() -> None:
     dropped = ball((0, 0, 0.5), (1, 0))
     scene = scene_of(dropped, **SLIDING, airborne=True, t_max=0.2)
-    landed = PybulletEngine(PybulletSettings(mode="landed"))
-    with pytest.raises(UnsupportedSceneError, match="Use `mode` = native") as caught:
-        landed.simulate(scene)
+    exact = PybulletEngine(PybulletSettings(contact_steps="exact"))
+    with pytest.raises(UnsupportedSceneError, match="Use `contact_steps` = fixed") as caught:
+        exact.simulate(scene)
     assert any(why.startswith("no balls that leave the cloth") for why in caught.value.features)
     assert missing_features(PybulletEngine().capabilities, scene) == ()
     x, y, z = run(scene).final_state.positions[0, 0]
@@ -147,9 +147,9 @@ def test_a_ball_that_is_only_dropped_isnt_at_rest_in_the_air() -> None:
         ("dt=nan", "`dt` of engine `pybullet` must"),
         ("iterations=0", "`iterations` of engine `pybullet` must be greater than or equal to 1"),
         ("max_time=-1", "`max_time` of engine `pybullet` must be greater than 0"),
-        ("mode=exact", "`mode` of engine `pybullet` must be 'native' or 'landed'"),
+        ("contact_steps=none", "`contact_steps` of engine `pybullet` must be 'fixed' or 'exact'"),
         ("config=best", "`config` of engine `pybullet` must be 'tuned' or 'default'"),
-        ("mode=landed,config=default", "`mode` = landed needs `config` = tuned"),
+        ("contact_steps=exact,config=default", "`contact_steps` = exact needs `config` = tuned"),
     ],
 )
 def test_bad_settings_name_the_field_the_rule_and_the_value(spec: str, message: str) -> None:

@@ -20,7 +20,7 @@ R = 0.028575
 G = 9.81
 TABLE = Table(length=2.0, width=1.0)
 
-LANDED_ERROR = 1e-8
+EXACT_ERROR = 1e-8
 """A gap of 1e-10 m turns the line of centres by 2e-9 rad, and no ball below rolls 3 m [m]."""
 
 
@@ -94,7 +94,7 @@ def test_native_error_is_first_order_in_the_step(dt: float) -> None:
     turned = late * math.tan(math.radians(30)) / (2 * R)
     errors = np.linalg.norm(result.rest_positions[:, :2] - expected, axis=1)
     assert np.all(errors <= late + 2.0 * turned * distances)
-    assert np.max(errors) > LANDED_ERROR
+    assert np.max(errors) > EXACT_ERROR
     assert log(result)[0] == ("ball-ball", 0, 1)
 
 
@@ -120,12 +120,12 @@ def test_a_cushion_reflects_whatever_the_balls_restitution(
     expected = [R, 0.3 + rolled * direction[1]] + leaves * np.linalg.norm(leaves) / (
         2 * deceleration
     )
-    landed = run(scene, mode="landed")
-    assert landed.rest_positions[0, :2] == pytest.approx(expected, abs=LANDED_ERROR)
-    assert log(landed)[0] == ("ball-cushion", 0, CUSHIONS.index("left"))
-    native = run(scene)
-    assert native.rest_positions[0, :2] == pytest.approx(expected, abs=2e-3)
-    assert native.collision_counts == {"ball-ball": 0, "ball-cushion": 1}
+    exact = run(scene, contact_steps="exact")
+    assert exact.rest_positions[0, :2] == pytest.approx(expected, abs=EXACT_ERROR)
+    assert log(exact)[0] == ("ball-cushion", 0, CUSHIONS.index("left"))
+    fixed = run(scene)
+    assert fixed.rest_positions[0, :2] == pytest.approx(expected, abs=2e-3)
+    assert fixed.collision_counts == {"ball-ball": 0, "ball-cushion": 1}
 
 
 @pytest.mark.parametrize("cushion", CUSHIONS)
@@ -147,7 +147,7 @@ def test_balls_that_stay_in_contact_collide_once() -> None:
         {"position": (0, 0), "velocity": (1, 0)}, {"position": (0.3, 0)}, ball_restitution=0.0
     )
     expected, _ = after_one_hit(scene)
-    for settings in ({}, {"mode": "landed"}):
+    for settings in ({}, {"contact_steps": "exact"}):
         result = run(scene, **settings)
         assert result.collision_counts["ball-ball"] == 1
         assert result.rest_positions[:, :2] == pytest.approx(expected, abs=1.5e-3)
@@ -160,7 +160,9 @@ def test_a_ball_that_only_rolls_along_a_cushion_does_not_hit_it() -> None:
     assert run(scene).collision_counts["ball-cushion"] == 0
 
 
-@pytest.mark.parametrize("settings", [{}, {"mode": "landed"}, {"dt": 0.3}, {"config": "default"}])
+@pytest.mark.parametrize(
+    "settings", [{}, {"contact_steps": "exact"}, {"dt": 0.3}, {"config": "default"}]
+)
 def test_t_max_is_hit_exactly(settings: dict[str, Any]) -> None:
     result = run(shot({"position": (0, 0), "velocity": (1, 0)}, t_max=0.7654321), **settings)
     assert result.status is Status.T_MAX
@@ -188,22 +190,22 @@ def test_the_default_configuration_keeps_what_pybullet_does_on_its_own() -> None
     assert result.rest_positions[0, 0] < 0.98 / (2 * 0.1 * G)
     assert result.settings["dt"] == 1 / 240
     assert run(scene).settings["dt"] == 1e-3
-    assert run(scene, mode="landed").settings["dt"] == 0.02
+    assert run(scene, contact_steps="exact").settings["dt"] == 0.02
 
 
 @pytest.mark.parametrize("speed", [1.0, 1e6, 1e8])
-def test_landed_at_speeds_that_close_a_gap_sooner_than_bullet_steps(speed: float) -> None:
-    """Fails likewise: balls that have landed would stay where they are, step after step."""
+def test_exact_steps_at_speeds_that_close_a_gap_sooner_than_bullet_steps(speed: float) -> None:
+    """Fails likewise: balls that touch would stay where they are, step after step."""
     scene = shot(
         {"position": (0, 0), "velocity": (speed, 0)},
         {"position": (0.3, 0)},
         t_max=0.5 / speed,
         rolling_friction=0.0,
     )
-    result = run(scene, mode="landed", max_steps=100)
+    result = run(scene, contact_steps="exact", max_steps=100)
     assert result.status is Status.T_MAX
     assert log(result) == [("ball-ball", 0, 1), ("roll-to-rest", 0, -1)]
-    resolution = PybulletEngine(PybulletSettings(mode="landed")).resolution(scene)
+    resolution = PybulletEngine(PybulletSettings(contact_steps="exact")).resolution(scene)
     assert resolution == max(1e-10, speed * 2.0**-52)
     contact = 0.3 - 2.0 * R
     np.testing.assert_allclose(
@@ -211,8 +213,8 @@ def test_landed_at_speeds_that_close_a_gap_sooner_than_bullet_steps(speed: float
     )
 
 
-@pytest.mark.parametrize("mode", ["native", "landed"])
-def test_the_hardest_impulses_are_bullets(mode: str) -> None:
+@pytest.mark.parametrize("steps", ["fixed", "exact"])
+def test_the_hardest_impulses_are_bullets(steps: str) -> None:
     """Fails where Bullet is given an impulse beyond its bound: the balls go on into each other."""
     scene = shot(
         {"position": (0, 0), "velocity": (4000, 0), "mass": 1e6},
@@ -220,7 +222,7 @@ def test_the_hardest_impulses_are_bullets(mode: str) -> None:
         t_max=0.5 / 4000,
         rolling_friction=0.0,
     )
-    result = run(scene, mode=mode, dt=1e-6)
+    result = run(scene, contact_steps=steps, dt=1e-6)
     assert log(result)[0] == ("ball-ball", 0, 1)
     np.testing.assert_allclose(
         result.final_state.velocities[0, :, 0], [0.0, 4000.0], rtol=0, atol=1e-6

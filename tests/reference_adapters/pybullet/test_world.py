@@ -21,7 +21,7 @@ SLIDING = ("draw-shot", "throw-slip", "english-check")
 
 SHOTS = {
     "pybullet": ROLLING + SLIDING,
-    "pybullet:mode=landed": ROLLING,
+    "pybullet:contact_steps=exact": ROLLING,
     "pybullet:config=default": ROLLING + SLIDING,
 }
 

@@ -1,4 +1,4 @@
-"""Pymunk against closed forms: what its steps cost, and that landed ones leave only its solver."""
+"""Pymunk against closed forms: what its steps cost, and that exact steps leave only its solver."""
 
 import math
 import subprocess
@@ -13,7 +13,7 @@ from ghostball.reference_adapters.pymunk.engine import PymunkEngine, PymunkSetti
 
 R = 0.028575
 MU_G = 0.02 * 9.81
-LANDED = 1e-8  # [m]: gaps of 1e-10 m, magnified by the lever of a cut shot
+EXACT = 1e-8  # [m]: gaps of 1e-10 m, magnified by the lever of a cut shot
 
 
 def run(scene, record="events", **settings):
@@ -49,7 +49,7 @@ def half_ball_rest(start=0.0, speed=1.3):
 @pytest.mark.parametrize(
     ("settings", "position_error", "time_error"),
     [
-        ({"mode": "landed"}, 1e-12, 1e-12),
+        ({"contact_steps": "exact"}, 1e-12, 1e-12),
         ({"config": "tuned"}, MU_G * 1e-3**2, 1e-3),  # half a kick makes it second order
         ({"config": "default"}, 1.05 / 60.0 / 2.0, 1.0 / 60.0),  # v dt / 2 without
     ],
@@ -74,10 +74,10 @@ def test_default_overshoots():
     assert excess == pytest.approx(0.5 / 60.0, rel=0.05)
 
 
-def test_half_ball_landed():
+def test_half_ball_in_exact_steps():
     """Fails where the solver sees the contact late, by even 1e-9 m."""
-    result = run(half_ball(), mode="landed")
-    np.testing.assert_allclose(result.rest_positions[:, :2], half_ball_rest(), rtol=0, atol=LANDED)
+    result = run(half_ball(), contact_steps="exact")
+    np.testing.assert_allclose(result.rest_positions[:, :2], half_ball_rest(), rtol=0, atol=EXACT)
     assert kinds_of(result) == [EventKind.BALL_BALL, EventKind.ROLL_TO_REST, EventKind.ROLL_TO_REST]
 
 
@@ -103,15 +103,15 @@ def test_native_cuts_are_too_thin():
     assert math.degrees(math.atan2(-rest[1], rest[0])) > 30.0
 
 
-@pytest.mark.parametrize("mode", ["native", "landed"])
-def test_cushion_and_corner(mode):
+@pytest.mark.parametrize("steps", ["fixed", "exact"])
+def test_cushion_and_corner(steps):
     """A ball runs into the right and top cushions, and rests where its mirror image would."""
     table = Table(length=1.0, width=0.8)
     velocity = np.array([1.0, 0.7])
     start = np.array([0.3, 0.2])
     result = run(
         scene_of(Ball(id="cue", position=tuple(start), velocity=tuple(velocity)), table=table),
-        mode=mode,
+        contact_steps=steps,
     )
     speed = np.hypot(*velocity)
     straight = start + velocity * speed / (2 * MU_G)
@@ -119,7 +119,7 @@ def test_cushion_and_corner(mode):
     strip = np.array([1.0, 0.8]) - 2 * R
     folded = (straight - R) % (2 * strip)
     expected = R + np.minimum(folded, 2 * strip - folded)
-    error = LANDED if mode == "landed" else 0.02
+    error = EXACT if steps == "exact" else 0.02
     np.testing.assert_allclose(result.rest_positions[0, :2], expected, rtol=0, atol=error)
     crossings = int(np.sum((straight - R) // strip))
     assert result.collision_counts == {"ball-ball": 0, "ball-cushion": crossings}
@@ -134,7 +134,7 @@ def test_unequal_balls_with_restitution(restitution):
     small = Ball(id="a", position=(0, 0), velocity=(1, 0), radius=0.02, mass=0.1)
     large = Ball(id="b", position=(0.3, 0), radius=0.05, mass=0.3)
     physics = Physics(ball_restitution=restitution, rolling_friction=0.0)
-    result = run(scene_of(small, large, physics=physics, t_max=0.5), mode="landed")
+    result = run(scene_of(small, large, physics=physics, t_max=0.5), contact_steps="exact")
     expected = [(0.1 - restitution * 0.3) / 0.4, (1 + restitution) * 0.1 / 0.4]
     velocities = result.final_state.velocities[0, :, 0]
     np.testing.assert_allclose(velocities, expected, rtol=0, atol=1e-12)
@@ -156,11 +156,11 @@ def rack(gap, t_max=0.45, **physics):
 
 @pytest.mark.parametrize("gap", [0.0, 1e-6, 1e-3])
 @pytest.mark.parametrize("restitution", [0.9, 1.0])
-@pytest.mark.parametrize("mode", ["native", "landed"])
-def test_break_keeps_momentum_and_gains_no_energy(gap, restitution, mode):
-    """Fails where impulses of one landed step leak into the next one through Chipmunk's memory."""
+@pytest.mark.parametrize("steps", ["fixed", "exact"])
+def test_break_keeps_momentum_and_gains_no_energy(gap, restitution, steps):
+    """Fails where impulses of one step leak into the next one through Chipmunk's memory."""
     scene = rack(gap, ball_restitution=restitution, rolling_friction=0.0)
-    result = run(scene, mode=mode)
+    result = run(scene, contact_steps=steps)
     assert result.status is Status.T_MAX
     assert result.collision_counts["ball-ball"] >= 9
     energy = result.to_dict()["energy"]
@@ -176,7 +176,9 @@ def test_impacts_of_one_instant_are_resolved_together(restitution):
     balls = [Ball(id="cue", position=(0, 0), velocity=(1, 0))]
     balls += [Ball(id=f"{y}", position=(0.2, y)) for y in (R, -R)]
     physics = Physics(ball_restitution=restitution, rolling_friction=0.0)
-    velocities = run(scene_of(*balls, physics=physics, t_max=0.3), mode="landed").final_state[1][0]
+    velocities = run(
+        scene_of(*balls, physics=physics, t_max=0.3), contact_steps="exact"
+    ).final_state[1][0]
     share = (1 + restitution) / 5
     expected = [(1 - 3 * share, 0), (1.5 * share, share * math.sqrt(0.75))]
     expected.append((expected[1][0], -expected[1][1]))
@@ -185,7 +187,7 @@ def test_impacts_of_one_instant_are_resolved_together(restitution):
 
 @pytest.mark.parametrize("t_max", [1.0 / 3.0, 0.1234567])
 @pytest.mark.parametrize(
-    "settings", [{}, {"mode": "landed"}, {"config": "default"}, {"dt": 7.7e-4}]
+    "settings", [{}, {"contact_steps": "exact"}, {"config": "default"}, {"dt": 7.7e-4}]
 )
 def test_t_max_is_hit_exactly(t_max, settings):
     ball = Ball(id="cue", position=(0, 0), velocity=(1, 0))
@@ -194,7 +196,7 @@ def test_t_max_is_hit_exactly(t_max, settings):
     assert result.rest_time == t_max
     travelled = t_max - 0.5 * MU_G * t_max**2
     # A step that isn't shortened ends up to dt beyond t_max.
-    error = {"landed": 1e-14, "native": 1e-6}[settings.get("mode", "native")]
+    error = {"exact": 1e-14, "fixed": 1e-6}[settings.get("contact_steps", "fixed")]
     error = 2e-3 if settings.get("config") == "default" else error
     assert result.rest_positions[0, 0] == pytest.approx(travelled, abs=error)
     speed = 1.0 - MU_G * t_max
@@ -237,7 +239,7 @@ def test_unsupported_scenes_are_refused_with_the_reason():
         {"iterations": 0},
         {"max_time": 0.0},
         {"max_steps": 0},
-        {"mode": "continuous"},
+        {"contact_steps": "continuous"},
         {"config": "best"},
         {"time_step": 1e-3},
     ],

@@ -10,7 +10,7 @@ from ghostball.engine import Ball, Scene, Table, UnsupportedSceneError
 pytestmark = needs("rapier")
 
 
-@pytest.mark.parametrize("spec", ["rapier", "rapier:mode=landed"])
+@pytest.mark.parametrize("spec", ["rapier", "rapier:contact_steps=exact"])
 @pytest.mark.parametrize("restitution", [0.0, 0.5, 0.9, 1.0])
 def test_a_single_hit_is_right_to_single_precision(spec: str, restitution: float) -> None:
     wanted = [(1.0 - restitution) / 2.0, (1.0 + restitution) / 2.0]
@@ -33,10 +33,10 @@ def test_balls_and_cushions_have_restitutions_of_their_own() -> None:
     assert velocity == pytest.approx((-0.9, 1.0), abs=1e-6)
 
 
-def test_a_cut_is_late_by_a_part_of_the_step_and_landed_is_not() -> None:
+def test_a_cut_is_late_by_a_part_of_the_step_and_in_exact_steps_is_not() -> None:
     assert 0.6 < np.abs(cut_angles("rapier", 1e-3)).max() < 0.75
     assert np.abs(cut_angles("rapier", 1e-4)).max() < 0.08
-    x, y = play("rapier:mode=landed", half_ball()).final_state.velocities[0, 1, :2]
+    x, y = play("rapier:contact_steps=exact", half_ball()).final_state.velocities[0, 1, :2]
     assert np.degrees(np.arctan2(-y, x)) == pytest.approx(30.0, abs=1e-3)
 
 

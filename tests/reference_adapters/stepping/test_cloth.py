@@ -97,8 +97,10 @@ class WholeKicks(ClosedFormCloth):
         self._kick_all(changes, turns, dt)
 
 
-def bits(scene: Scene, mode: str, **settings: object) -> list[bytes]:
-    run = PymunkEngine(PymunkSettings(mode=mode, **settings)).simulate(scene, record="trajectory")
+def bits(scene: Scene, steps: str, **settings: object) -> list[bytes]:
+    run = PymunkEngine(PymunkSettings(contact_steps=steps, **settings)).simulate(
+        scene, record="trajectory"
+    )
     moments = np.linspace(0.0, run.trajectory.t_end, 1000)
     arrays = [run.events, *run.final_state, *run.trajectory.sample(moments)]
     return [array.tobytes() for array in arrays]
@@ -113,21 +115,21 @@ SLIDES_WITH_A_SPIN_OF_MINUS_ZERO = scene_of(
 )
 
 
-@pytest.mark.parametrize("mode", ["native", "landed"])
-def test_a_kick_without_a_hit_may_leave_out_what_it_does(mode, monkeypatch):
+@pytest.mark.parametrize("steps", ["fixed", "exact"])
+def test_a_kick_without_a_hit_may_leave_out_what_it_does(steps, monkeypatch):
     """To the bit, over shots whose balls slide, roll, are hit and spin.
 
     Breaks where anything reads the spin that a rolling ball had before its velocity last changed.
     """
     scenes = [random_cloth_shot(seed) for seed in range(60)]
-    able = PymunkEngine(PymunkSettings(mode=mode)).capabilities
+    able = PymunkEngine(PymunkSettings(contact_steps=steps)).capabilities
     shots = [one for one in scenes if not missing_features(able, one)][:4]
     shots = [one.model_copy(update={"t_max": 1.0}) for one in shots]
     shots += [SLIDES_WITH_A_SPIN_OF_MINUS_ZERO, find_scene("draw-shot")]
-    found = [bits(shot, mode) for shot in shots]
+    found = [bits(shot, steps) for shot in shots]
     monkeypatch.setattr(plane, "ClosedFormCloth", WholeKicks)
     monkeypatch.setattr(WholeKicks, "early", 0)
-    assert [bits(shot, mode) for shot in shots] == found
+    assert [bits(shot, steps) for shot in shots] == found
     assert WholeKicks.early > 100
 
 
@@ -153,7 +155,7 @@ def test_mirrored_balls_end_together_whatever_rounding_leaves(ending: str, spins
         cloth = ClosedFormCloth(scene)
         t, seen = 0.0, []
         while len(seen) < 3 and t < 100.0:
-            # As a landed step does: to the next change, or else by a step that is far longer.
+            # As a step to a contact does: to the next change, or else by a step that is far longer.
             dt = min(cloth.time_to_change(), 1.0)
             _, changes = cloth.advance(dt)
             t += dt

@@ -15,8 +15,8 @@ from ghostball.reference_adapters.pymunk.engine import PymunkEngine, PymunkSetti
 TOUCHING = 2 * R * (1 + 1e-9)
 
 
-def landed(scene: Scene) -> Result:
-    return PymunkEngine(PymunkSettings(mode="landed")).simulate(scene, record="events")
+def exact(scene: Scene) -> Result:
+    return PymunkEngine(PymunkSettings(contact_steps="exact")).simulate(scene, record="events")
 
 
 def cut_shot(
@@ -54,20 +54,20 @@ def test_throw_of_a_hit_without_follow(
     along = speed * math.cos(cut)
     expected = math.atan(math.copysign(min(mu, abs(slip) / along / 7), slip))
     scene = cut_shot(cut, speed, (0, 0, spin), ball_friction=friction)
-    assert throw(landed(scene), cut) == pytest.approx(expected, abs=1e-7)
+    assert throw(exact(scene), cut) == pytest.approx(expected, abs=1e-7)
 
 
 # --- our engine as the reference --------------------------------------------------------------
 
-ENGINE = PymunkEngine(PymunkSettings(mode="landed"))
+ENGINE = PymunkEngine(PymunkSettings(contact_steps="exact"))
 REPRESENTED = [
     seed for seed in range(60) if not missing_features(ENGINE.capabilities, random_cloth_shot(seed))
 ]
 
 
 @pytest.mark.parametrize("seed", REPRESENTED)
-def test_landed_plays_the_game_that_our_engine_plays(seed: int) -> None:
-    """Up to a few collisions: each amplifies the 1e-10 m of a landing some ten times.
+def test_exact_steps_play_the_game_that_our_engine_plays(seed: int) -> None:
+    """Up to a few collisions: each amplifies the 1e-10 m of a gap some ten times.
 
     Breaks with any law, sign or coefficient that differs: by millimetres.
     """
@@ -76,7 +76,7 @@ def test_landed_plays_the_game_that_our_engine_plays(seed: int) -> None:
     hits = whole.events["t"][whole.events["b"] >= 0]
     few = float(hits[3]) if len(hits) > 3 else whole.rest_time
     scene = scene.model_copy(update={"t_max": min(few * (1 - 1e-3), 1.0)})
-    ours, theirs = simulate(scene, record="events"), landed(scene)
+    ours, theirs = simulate(scene, record="events"), exact(scene)
     assert theirs.collision_counts == ours.collision_counts
     errors = theirs.rest_positions - ours.rest_positions
     assert np.max(np.abs(errors)) < 1e-7

@@ -13,32 +13,32 @@ from ghostball.validation.board.asking import asked, with_settings
 from ghostball.validation.board.column import COLUMNS, Settings
 from ghostball.validation.board.shots import board_scene, playable
 
-LANDED, STEPPED = Settings(mode="landed"), Settings(step=1e-3, mode="native")
+TO_CONTACTS, STEPPED = Settings(contact_steps="exact"), Settings(step=1e-3, contact_steps="fixed")
 
 
 def test_settings_are_added_where_an_engine_has_them():
-    assert with_settings("pymunk", LANDED) == "pymunk:mode=landed"
+    assert with_settings("pymunk", TO_CONTACTS) == "pymunk:contact_steps=exact"
     stepped = with_settings("pymunk", STEPPED)
-    assert stepped == "pymunk:dt=0.001,max_steps=1000000,mode=native"
+    assert stepped == "pymunk:dt=0.001,max_steps=1000000,contact_steps=fixed"
     assert with_settings("pymunk:dt=0.01", STEPPED).startswith("pymunk:dt=0.01,")
-    assert with_settings("pymunk:mode=native", LANDED) is None
+    assert with_settings("pymunk:contact_steps=fixed", TO_CONTACTS) is None
     framed = with_settings("paper-continuous", STEPPED)
     assert framed == "paper-continuous:frame=0.001,max_events=1000000"
-    assert with_settings("paper-continuous", LANDED) is None
+    assert with_settings("paper-continuous", TO_CONTACTS) is None
     assert with_settings("ghostball", STEPPED) is None
     assert with_settings("board_engines:Slowing", STEPPED) is None
 
 
 @needs("pybullet")
 def test_settings_that_exclude_each_other_are_not_added():
-    assert with_settings("pybullet:config=default", LANDED) is None
+    assert with_settings("pybullet:config=default", TO_CONTACTS) is None
 
 
 def test_a_column_asks_each_of_its_settings_of_each_of_its_scenes():
     assert [label for _, _, label in asked(COLUMNS["um"], "pymunk")] == [
-        "pymunk:mode=landed",
+        "pymunk:contact_steps=exact",
         *(
-            f"pymunk:dt={dt},max_steps=1000000,mode=native"
+            f"pymunk:dt={dt},max_steps=1000000,contact_steps=fixed"
             for dt in ("0.01", "0.003", "0.001", "0.0003", "0.0001")
         ),
     ]
@@ -49,7 +49,7 @@ def test_a_column_asks_each_of_its_settings_of_each_of_its_scenes():
     ]
     # What lacks the settings is asked as it is, but where they are the question.
     assert [label for _, _, label in asked(COLUMNS["um"], "ghostball")] == ["ghostball"]
-    assert asked(COLUMNS["landed"], "ghostball") == []
+    assert asked(COLUMNS["exact-steps"], "ghostball") == []
 
 
 class Lacking(EngineBase):

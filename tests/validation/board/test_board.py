@@ -62,7 +62,7 @@ def ran(monkeypatch):
 def test_our_engine_is_right_in_every_column(tmp_path):
     board, outcome = run_board(["ghostball"], tmp_path, columns=COLUMNS.values())
     kinds = {one.id: "exact" if one.metric == ACCURACY else "good" for one in COLUMNS.values()}
-    kinds |= {"landed": "none"}  # it has no steps that could land
+    kinds |= {"exact-steps": "none"}  # it has no steps
     assert {cell.column: cell.kind for cell in board.cells} == kinds
     assert outcome.counts.checks_failed == outcome.counts.unfinished == 0
 
@@ -82,7 +82,7 @@ def test_an_error_of_our_own_engine_shows(tmp_path, monkeypatch):
 
     monkeypatch.setattr(Run, "final_state", off)
     asked = [one.id for one in COLUMNS.values() if ACCURACY in (one.metric, one.within)]
-    asked = [name for name in asked if name != "landed"] + ["mm", "um"]
+    asked = [name for name in asked if name != "exact-steps"] + ["mm", "um"]
     board, outcome = ask(tmp_path, ["ghostball"], *asked)
     seen = {"mm": "bad", "um": "bad"}
     assert {cell.column: cell.kind for cell in board.cells} == {
@@ -93,15 +93,15 @@ def test_an_error_of_our_own_engine_shows(tmp_path, monkeypatch):
 
 @pytest.mark.usefixtures("in_this_process")
 def test_steps_show_where_there_are_some(tmp_path):
-    board, _ = ask(tmp_path, ["pymunk"], "cut", "landed", "slow", "um")
-    cut, landed = board.cell("pymunk", "cut"), board.cell("pymunk", "landed")
-    assert (cut.kind, landed.kind) == ("millimetres", "nanometres")
+    board, _ = ask(tmp_path, ["pymunk"], "cut", "exact-steps", "slow", "um")
+    cut, exact = board.cell("pymunk", "cut"), board.cell("pymunk", "exact-steps")
+    assert (cut.kind, exact.kind) == ("millimetres", "nanometres")
     assert cut.value == pytest.approx(0.00435, rel=0.01)
     assert board.cell("pymunk", "slow").value == 0.0
-    assert board.cell("pymunk", "um").label == "pymunk:mode=landed"
+    assert board.cell("pymunk", "um").label == "pymunk:contact_steps=exact"
     # Of each cell the suite keeps the motion, as its column plays it.
     starts = [
-        motion_of_case(tmp_path, one.scene, one.label).positions[0, 0] for one in (cut, landed)
+        motion_of_case(tmp_path, one.scene, one.label).positions[0, 0] for one in (cut, exact)
     ]
     assert not np.array_equal(*starts)
 

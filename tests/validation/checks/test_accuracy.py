@@ -86,7 +86,7 @@ def test_the_same_scale_holds_for_every_engine() -> None:
     scene = find_scene("half-ball-cut")
     kinds = {}
     truth = truth_of(scene)
-    for label in ("ghostball", "pymunk", "pymunk:mode=landed", "pymunk:config=default"):
+    for label in ("ghostball", "pymunk", "pymunk:contact_steps=exact", "pymunk:config=default"):
         result = make_engine(label).simulate(scene, record="trajectory")
         found = accuracy_of(result, truth)
         assert found is not None
@@ -94,7 +94,7 @@ def test_the_same_scale_holds_for_every_engine() -> None:
     assert kinds == {
         "ghostball": "exact",
         "pymunk": "millimetres",
-        "pymunk:mode=landed": "nanometres",
+        "pymunk:contact_steps=exact": "nanometres",
         "pymunk:config=default": "centimetres",
     }
 
@@ -154,7 +154,7 @@ def test_balls_through_each_other_and_nan_are_broken() -> None:
 def test_in_a_contact_that_lasts_collisions_are_not_counted() -> None:
     # Nothing moves there; whether an engine calls it a collision or not, its balls are in place.
     scene = find_scene("wedged")
-    for label in ("pymunk", "pymunk:mode=landed"):
+    for label in ("pymunk", "pymunk:contact_steps=exact"):
         result = make_engine(label).simulate(scene, record="trajectory")
         assert sum(result.collision_counts.values()) > 0
         found = accuracy_of(result, truth_of(scene), resolution=1e-3)

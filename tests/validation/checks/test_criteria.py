@@ -10,8 +10,8 @@ import pytest
 from ghostball.validation.checks.criteria import Criteria, criteria_beside
 from ghostball.validation.checks.criterion import CLAIMS, CriteriaError, Criterion, Selector
 
-NATIVE = {"mode": "native", "dt": 0.001, "gate": True}
-LANDED = {"mode": "landed", "dt": 0.001, "gate": True}
+FIXED = {"contact_steps": "fixed", "dt": 0.001, "gate": True}
+EXACT = {"contact_steps": "exact", "dt": 0.001, "gate": True}
 
 
 def criterion(*engines: str, metric: str = "rest_error_max", **limit: float) -> Criterion:
@@ -28,36 +28,41 @@ def criteria(*items: Criterion) -> Criteria:
 
 
 def test_the_selector_with_most_settings_wins_whatever_the_order() -> None:
-    general, special = criterion("pymunk", at_most=1.0), criterion("pymunk:mode=landed", at_most=2)
+    general, special = (
+        criterion("pymunk", at_most=1.0),
+        criterion("pymunk:contact_steps=exact", at_most=2),
+    )
     for both in (criteria(general, special), criteria(special, general)):
-        assert both.applying_to("pymunk", LANDED) == (special,)
-        assert both.applying_to("pymunk", NATIVE) == (general,)
-        assert both.applying_to("pybullet", NATIVE) == ()
+        assert both.applying_to("pymunk", EXACT) == (special,)
+        assert both.applying_to("pymunk", FIXED) == (general,)
+        assert both.applying_to("pybullet", FIXED) == ()
 
 
 def test_a_special_criterion_replaces_a_general_one_of_another_kind() -> None:
     # Else "at most 1 m natively" would still bind where "at least 2 m" was meant to replace it.
     general = criterion("pymunk", at_most=1.0)
-    special = criterion("pymunk:mode=landed", at_least=2.0)
-    assert criteria(general, special).applying_to("pymunk", LANDED) == (special,)
+    special = criterion("pymunk:contact_steps=exact", at_least=2.0)
+    assert criteria(general, special).applying_to("pymunk", EXACT) == (special,)
 
 
 def test_precedence_is_per_metric() -> None:
     time = criterion("pymunk", metric="rest_time_error")
-    special = criterion("pymunk:mode=landed", at_most=2.0)
-    assert set(criteria(time, special).applying_to("pymunk", LANDED)) == {time, special}
+    special = criterion("pymunk:contact_steps=exact", at_most=2.0)
+    assert set(criteria(time, special).applying_to("pymunk", EXACT)) == {time, special}
 
 
 def test_a_range_is_two_criteria() -> None:
     low, high = criterion("pymunk", at_least=1.0), criterion("pymunk", at_most=2.0)
-    assert criteria(low, high).applying_to("pymunk", NATIVE) == (low, high)
+    assert criteria(low, high).applying_to("pymunk", FIXED) == (low, high)
 
 
 def test_equally_specific_criteria_that_both_cover_an_engine_are_refused() -> None:
-    both = criteria(criterion("pymunk:mode=landed"), criterion("pymunk:dt=1e-3", at_most=2.0))
-    assert len(both.applying_to("pymunk", NATIVE)) == 1
+    both = criteria(
+        criterion("pymunk:contact_steps=exact"), criterion("pymunk:dt=1e-3", at_most=2.0)
+    )
+    assert len(both.applying_to("pymunk", FIXED)) == 1
     with pytest.raises(CriteriaError, match=r"`rest_error_max`, equally specific.*one more"):
-        both.applying_to("pymunk", LANDED)
+        both.applying_to("pymunk", EXACT)
 
 
 # --- selectors
@@ -72,19 +77,21 @@ def test_equally_specific_criteria_that_both_cover_an_engine_are_refused() -> No
         ("pymunk:dt=small", False),
         ("pymunk:gate=TRUE", True),
         ("pymunk:gate=1", False),
-        ("pymunk:gate=true,mode=native", True),
-        ("pymunk:gate=true,mode=landed", False),
+        ("pymunk:gate=true,contact_steps=fixed", True),
+        ("pymunk:gate=true,contact_steps=exact", False),
         ("pybullet", False),
     ],
 )
 def test_a_selector_compares_the_effective_settings(selector: str, covered: bool) -> None:
-    assert Selector.parse(selector).covers("pymunk", NATIVE) is covered
+    assert Selector.parse(selector).covers("pymunk", FIXED) is covered
 
 
 def test_a_selector_with_a_setting_that_the_engine_lacks_is_refused() -> None:
     # It would never match, and the criterion would guard nothing.
-    with pytest.raises(CriteriaError, match=r"`pymunk:moed=landed` names the setting `moed`"):
-        Selector.parse("pymunk:moed=landed").covers("pymunk", NATIVE)
+    with pytest.raises(
+        CriteriaError, match=r"`pymunk:contact_step=exact` names the setting `contact_step`"
+    ):
+        Selector.parse("pymunk:contact_step=exact").covers("pymunk", FIXED)
 
 
 def test_an_engine_that_nobody_installed_is_refused() -> None:
@@ -136,12 +143,12 @@ def test_every_engine_is_meant_by_a_star_and_one_that_is_named_is_meant_more() -
     every, named = criterion("*"), criterion("pymunk", at_most=2.0)
     both = criteria(every, named)
     assert both.applying_to("mine", {}) == (every,)
-    assert both.applying_to("pymunk", NATIVE) == (named,)
+    assert both.applying_to("pymunk", FIXED) == (named,)
     both.check_engines(["pymunk"], "x.toml")
-    landed = Selector.parse("*:mode=landed")
-    assert landed.covers("mine", LANDED)
-    assert not landed.covers("mine", NATIVE)
-    assert not landed.covers("mine", {})  # it has no such setting, and needs none
+    exact = Selector.parse("*:contact_steps=exact")
+    assert exact.covers("mine", EXACT)
+    assert not exact.covers("mine", FIXED)
+    assert not exact.covers("mine", {})  # it has no such setting, and needs none
 
 
 def test_what_an_engine_claims_decides_which_row_holds() -> None:
@@ -172,7 +179,7 @@ def test_an_engine_that_runs_nowhere_is_refused_with_the_line(tmp_path: Path) ->
 GOOD = """
 truth = "engine"
 [[criteria]]
-engines = ["pymunk", "pybullet:mode=landed"]
+engines = ["pymunk", "pybullet:contact_steps=exact"]
 metric = "collision_count"
 equals = 3
 reason = "counted by hand"
@@ -186,7 +193,10 @@ def test_a_file_is_read_back(tmp_path: Path) -> None:
     assert read == Criteria.load(path)
     assert read.truth == "engine"
     (only,) = read.criteria
-    assert [str(selector) for selector in only.engines] == ["pymunk", "pybullet:mode=landed"]
+    assert [str(selector) for selector in only.engines] == [
+        "pymunk",
+        "pybullet:contact_steps=exact",
+    ]
     assert (only.limit_kind, only.limit, only.metric) == ("equals", 3, "collision_count")
 
 
@@ -212,7 +222,11 @@ def test_a_scene_without_a_file_beside_it_has_no_criteria(tmp_path: Path) -> Non
             "thruth = 1",
             r"`thruth` is not a known field.*truth, proved, criteria",
         ),
-        ('["pymunk", "pybullet:mode=landed"]', "[]", r"`criteria\[0\].engines` .*at least 1"),
+        (
+            '["pymunk", "pybullet:contact_steps=exact"]',
+            "[]",
+            r"`criteria\[0\].engines` .*at least 1",
+        ),
         ('"pymunk",', '"pymunk:fast",', r"`criteria\[0\].engines\[0\]` .*must be `key=value`"),
         ('"pymunk",', "7,", r"`criteria\[0\].engines\[0\]` must be an engine's name"),
         ("equals = 3", "equals 3", r"not valid TOML: .*line 6"),

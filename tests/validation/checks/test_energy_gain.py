@@ -23,14 +23,14 @@ from ghostball.validation.truth.scene_truth import Truth
 SCENES = ("head-on", "half-ball-cut", "draw-shot", "break-7")
 
 STEPPING = (
-    "pymunk:mode=landed",
-    "pybullet:mode=landed",
+    "pymunk:contact_steps=exact",
+    "pybullet:contact_steps=exact",
     "paper-discrete:dt=1e-4",
     "paper-continuous",
 )
 """Engines whose impacts come so little late that the cloth takes less than 1e-4 meanwhile."""
 
-UNSUITED = {(label, "draw-shot") for label in STEPPING if label != "pymunk:mode=landed"}
+UNSUITED = {(label, "draw-shot") for label in STEPPING if label != "pymunk:contact_steps=exact"}
 """They don't let balls slide."""
 
 EXACT_GAIN, STEPPED_GAIN = 1e-12, 1e-4

@@ -123,7 +123,7 @@ def test_the_scene_wins_then_the_file_for_all_then_the_step_then_the_law():
 
 
 def test_a_scene_says_more_of_an_engine_that_it_names():
-    # Where native steps pass through everything, their criteria leave overlaps and counts open.
+    # Where fixed steps pass through everything, their criteria leave overlaps and counts open.
     galperin = find_scene("galperin-3")
     pymunk = make_engine("pymunk")
     names = [("pymunk", plain_settings(pymunk))]

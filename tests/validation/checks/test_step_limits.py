@@ -38,11 +38,11 @@ class CoarserEngine(PymunkEngine):
         return coarse.simulate(scene, record=record)
 
 
-class NativeEngine(PymunkEngine):
+class FixedEngine(PymunkEngine):
     """Says that it ends its steps where balls touch, and doesn't."""
 
     def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
-        return with_settings(self, mode="native", dt=1e-3).simulate(scene, record=record)
+        return with_settings(self, contact_steps="fixed", dt=1e-3).simulate(scene, record=record)
 
 
 class WrongSignEngine(PymunkEngine):
@@ -85,9 +85,9 @@ def test_a_step_ten_times_coarser_than_declared_is_seen(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["head-on", "rail-into", "thin-cut", "catch-up", "break-7"])
 def test_who_says_that_it_lands_must(name: str) -> None:
-    landed = PymunkEngine.Settings(mode="landed")
-    assert verdict_of(judged(name, PymunkEngine(landed))) is Verdict.PASS
-    assert "rest_error_max" in broken(judged(name, NativeEngine(landed)))
+    exact = PymunkEngine.Settings(contact_steps="exact")
+    assert verdict_of(judged(name, PymunkEngine(exact))) is Verdict.PASS
+    assert "rest_error_max" in broken(judged(name, FixedEngine(exact)))
 
 
 @pytest.mark.parametrize("name", ["gearing", "draw-shot", "throw-slip", "english-running"])
@@ -132,11 +132,11 @@ def test_nothing_is_said_of_the_end_where_the_sum_is_not_the_whole_story(
 
 def test_collisions_of_different_balls_within_a_step_have_no_order() -> None:
     scene = find_scene("throw-by-angle")
-    native = {one.metric for one in criteria_of_step(scene, make_engine("pymunk"))}
-    assert "ball_ball_count_error" in native
-    assert "matching_events" not in native
-    landed = criteria_of_step(scene, make_engine("pymunk:mode=landed"))
-    assert "matching_events" in {one.metric for one in landed}
+    fixed = {one.metric for one in criteria_of_step(scene, make_engine("pymunk"))}
+    assert "ball_ball_count_error" in fixed
+    assert "matching_events" not in fixed
+    exact = criteria_of_step(scene, make_engine("pymunk:contact_steps=exact"))
+    assert "matching_events" in {one.metric for one in exact}
 
 
 def test_what_an_engine_does_in_time_costs_nothing() -> None:
@@ -180,6 +180,6 @@ def test_a_scene_may_say_that_an_engine_errs_by_more_than_its_step() -> None:
     own = Criteria.model_validate(
         {"beyond_step": [{"engines": ["pymunk"], "reason": "it has no such law"}]}
     )
-    native = plain_settings(PymunkEngine())
-    assert own.step_rule("pymunk", native, common_criteria()) is None
-    assert Criteria().step_rule("pymunk", native, common_criteria()) is not None
+    fixed = plain_settings(PymunkEngine())
+    assert own.step_rule("pymunk", fixed, common_criteria()) is None
+    assert Criteria().step_rule("pymunk", fixed, common_criteria()) is not None

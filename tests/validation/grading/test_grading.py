@@ -319,7 +319,7 @@ def test_events_of_one_ball_may_not_swap() -> None:
 
 def test_an_engine_of_frames_is_graded_by_its_collisions() -> None:
     scene = find_scene("half-ball-cut")
-    result = make_engine("pymunk:mode=landed").simulate(scene, record="trajectory")
+    result = make_engine("pymunk:contact_steps=exact").simulate(scene, record="trajectory")
     certificate = certify(scene, motion=True)
     made = grade(result, certificate)
     assert made.events == 1

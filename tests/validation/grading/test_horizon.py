@@ -66,7 +66,13 @@ def test_a_run_and_a_proof_have_the_same_horizon_but_for_roundings():
 
 
 def test_who_errs_more_has_the_shorter_horizon():
-    labels = ("ghostball", "pymunk:mode=landed", "pymunk:dt=1e-6", "pymunk", "pymunk:dt=1e-2")
+    labels = (
+        "ghostball",
+        "pymunk:contact_steps=exact",
+        "pymunk:dt=1e-6",
+        "pymunk",
+        "pymunk:dt=1e-2",
+    )
     horizons = [horizon_of("chaos-a", label) for label in labels]
     assert horizons == sorted(horizons, reverse=True)
     assert horizons[0] > 2.0 * horizons[2] > 0.0
@@ -86,7 +92,7 @@ def test_what_all_but_happens_leaves_a_shot_predictable():
 
 def test_a_contact_that_is_landed_on_is_off_by_the_landing_gap():
     scene = find_scene("break-7")
-    assert resolution_of(make_engine("pymunk:mode=landed"), scene) == 1e-10
+    assert resolution_of(make_engine("pymunk:contact_steps=exact"), scene) == 1e-10
     assert resolution_of(make_engine("pymunk:dt=1e-4"), scene) == pytest.approx(2e-4)
     assert resolution_of(make_engine("ghostball"), scene) == 0.0
     assert resolution_of(make_engine("certified"), scene) == "proved"
@@ -127,7 +133,7 @@ def test_a_shot_has_a_horizon_of_its_own_whatever_the_engine(name, ends):
 def test_past_its_horizon_nothing_is_said_of_how_a_shot_ends():
     scene = find_scene("break-16")
     truth = truth_of(scene)
-    near, _ = run_case(Case(scene, "pymunk:mode=landed", truth))
+    near, _ = run_case(Case(scene, "pymunk:contact_steps=exact", truth))
     far, _ = run_case(Case(scene, "pymunk", truth))
     assert near.horizon is None
     assert near.metrics["rest_error_max"] < 1e-4

@@ -83,7 +83,7 @@ def in_database(folder: Path, query: str) -> Any:
 
 def test_a_case_reads_back_to_the_bit(tmp_path: Path) -> None:
     full = record(
-        settings={"dt": 1e-4, "mode": "landed", "limit": None},
+        settings={"dt": 1e-4, "contact_steps": "exact", "limit": None},
         status="t-max",
         reason="line\u2028separator, \x1b and \n",  # what an exception may say
         approximations=("rolling: by a joint",),

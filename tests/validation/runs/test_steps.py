@@ -22,7 +22,7 @@ def test_an_engine_has_its_step_by_name_or_none(label, name):
     assert step_setting(make_engine(label)) == name
 
 
-@pytest.mark.parametrize("label", ["pymunk:mode=landed", "paper-continuous"])
+@pytest.mark.parametrize("label", ["pymunk:contact_steps=exact", "paper-continuous"])
 def test_an_engine_at_another_step_is_else_the_same(label):
     engine = make_engine(label)
     name = step_setting(engine)
@@ -43,7 +43,7 @@ def test_a_setting_that_is_not_there_or_breaks_its_rule_is_refused():
     [
         ("ghostball", None),
         ("pymunk", 1e-3),
-        ("pymunk:mode=landed", 0.02),
+        ("pymunk:contact_steps=exact", 0.02),
         ("pymunk:dt=2e-3", 2e-3),
         ("paper-continuous", 0.02),
     ],

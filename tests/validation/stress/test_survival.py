@@ -59,11 +59,11 @@ def test_breaks_come_worst_first_and_a_break_is_worse_than_any_close_call():
 
 
 def test_the_command_names_the_scene_and_the_engine_with_its_settings():
-    worst = found("a", "broken", 1.0, label="pymunk:mode=landed,dt=1e-3", scene=SCENE)
+    worst = found("a", "broken", 1.0, label="pymunk:contact_steps=exact,dt=1e-3", scene=SCENE)
     path = scene_file(worst, Path("some where"))
-    assert path == Path("some where/worst/f-pymunk_mode=landed,dt=1e-3.toml")
+    assert path == Path("some where/worst/f-pymunk_contact_steps=exact,dt=1e-3.toml")
     assert reproducing(worst, Path("some where")) == (
-        f"ghostball run '{path}' --engine pymunk:mode=landed,dt=1e-3"
+        f"ghostball run '{path}' --engine pymunk:contact_steps=exact,dt=1e-3"
     )
     assert survival_of(folder(found("a", "survived")), "f", "pymunk").command(Path()) is None
 
@@ -71,12 +71,12 @@ def test_the_command_names_the_scene_and_the_engine_with_its_settings():
 def test_the_other_command_tries_the_trial_again_in_a_folder_of_its_own():
     # Not in the run's: by other code, all that it holds would go.
     there = folder(
-        found("a", "survived", 0.5, label="pymunk:mode=landed", scene=SCENE),
-        found("b", "broken", 1.0, label="pymunk:mode=landed"),
+        found("a", "survived", 0.5, label="pymunk:contact_steps=exact", scene=SCENE),
+        found("b", "broken", 1.0, label="pymunk:contact_steps=exact"),
     )
-    one = survival_of(there, "f", "pymunk:mode=landed")
+    one = survival_of(there, "f", "pymunk:contact_steps=exact")
     assert one.again(there) == (
-        "ghostball stress f/b --engine pymunk:mode=landed --rerun --out 'some where-again'"
+        "ghostball stress f/b --engine pymunk:contact_steps=exact --rerun --out 'some where-again'"
     )
     assert survival_of(folder(), "f", "pymunk").again(there) is None
 

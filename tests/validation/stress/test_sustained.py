@@ -32,7 +32,7 @@ def test_a_storm_of_contact_steps_is_seen():
 
 def test_an_engine_that_lands_on_far_too_many_contacts_is_stopped():
     trial = scene_trial(FAMILY, "squeezed-2-offset-0.3-restitution-0.5-away-0", "quick")
-    (fault,) = trial.run(make_engine("pymunk:mode=landed")).faults
+    (fault,) = trial.run(make_engine("pymunk:contact_steps=exact")).faults
     assert "max_steps" in fault
 
 

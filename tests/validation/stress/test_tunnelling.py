@@ -67,7 +67,7 @@ def test_a_miss_at_its_own_step_breaks_an_engine_and_is_seen_again_in_its_scene(
     assert (fine.broken, fine.faults, fine.shots) == (0, (), PHASES)
 
 
-@pytest.mark.parametrize("label", ["ghostball", "pymunk:mode=landed", "paper-continuous"])
+@pytest.mark.parametrize("label", ["ghostball", "pymunk:contact_steps=exact", "paper-continuous"])
 def test_engines_that_look_ahead_have_no_cliff(label):
     verdict = Passing("some", 10.0, 0.01, halves=1, phases=2).run(make_engine(label))
     assert verdict.faults == ()

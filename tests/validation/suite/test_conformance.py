@@ -43,7 +43,7 @@ def test_an_engine_is_found_by_where_its_class_is_with_settings():
     engine = engine_under_test(f"{TOY}:dt=1e-3")
     assert engine.make().name == "toy"
     assert engine.make().settings.dt == 1e-3
-    assert engine_under_test("pymunk:mode=landed").make().settings.mode == "landed"
+    assert engine_under_test("pymunk:contact_steps=exact").make().settings.contact_steps == "exact"
 
 
 def test_a_class_that_is_none_or_has_no_such_setting_is_refused():

@@ -298,7 +298,7 @@ def test_engines_of_other_packages_always_run(
         "paper-discrete": True,
     }
     assert not is_ours("foreign")
-    assert is_ours("pymunk:mode=landed")
+    assert is_ours("pymunk:contact_steps=exact")
 
 
 # --- the hashes

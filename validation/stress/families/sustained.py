@@ -44,7 +44,7 @@ followed for minutes."""
 
 @dataclass(frozen=True)
 class Pressed(SceneTrial):
-    """A shot in sustained contact, with a bound of events, and so of landed steps.
+    """A shot in sustained contact, with a bound of events, and so of steps that end at them.
 
     Attributes
     ----------

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from ghostball.engine import Table
-from ghostball.reference_adapters.stepping.landing import (
-    LANDING_GAP,
+from ghostball.reference_adapters.stepping.contact_time import (
+    CONTACT_GAP,
     rolling_accelerations,
     time_to_contact,
     time_to_rest,
@@ -46,7 +46,7 @@ def random_motion(rng):
     return x, v, rolling_accelerations(v, np.full(n, deceleration)), radii, horizon
 
 
-def test_no_earlier_contact_and_a_landing_on_the_gap():
+def test_no_earlier_contact_and_an_end_on_the_gap():
     """Fails where a contact is missed, or found late, early, or between the wrong balls."""
     rng = np.random.default_rng(2009)
     table = Table(length=1.0, width=1.0, cushions=("left", "right", "top"))
@@ -56,17 +56,17 @@ def test_no_earlier_contact_and_a_landing_on_the_gap():
         dt = time_to_contact(x, v, a, radii, table, horizon=horizon)
         times = np.linspace(0.0, min(dt, horizon), 1001)[:, None, None]
         gaps = gaps_at(x + v * times + 0.5 * a * times**2, radii, table)
-        assert gaps.min() >= LANDING_GAP - ROUNDING
+        assert gaps.min() >= CONTACT_GAP - ROUNDING
         if dt < math.inf:
             hits += 1
-            assert gaps[:, -1].min() == pytest.approx(LANDING_GAP, abs=ROUNDING)
+            assert gaps[:, -1].min() == pytest.approx(CONTACT_GAP, abs=ROUNDING)
     assert 100 < hits < 280
 
 
 @pytest.mark.parametrize("depth", [1e-3, 1e-6, 1e-9, 1e-11, 1e-12])
 def test_grazing(depth):
     """Fails where a graze is missed or a miss taken for one: only their sign tells them apart."""
-    reach = 2 * R + LANDING_GAP
+    reach = 2 * R + CONTACT_GAP
     for offset, hit in ((reach - depth, True), (reach + depth, False)):
         x = np.array([[0.0, 0.0], [0.5, offset]])
         v = np.array([[1.0, 0.0], [0.0, 0.0]])
@@ -80,7 +80,7 @@ def test_grazing(depth):
 
 
 @pytest.mark.parametrize(("gap", "closing"), [(1e-10, 2e-10), (0.0, 1e-10), (-5e-10, 1e-10)])
-def test_landed_balls_close_to_an_overlap(gap, closing):
+def test_balls_at_the_gap_close_to_an_overlap(gap, closing):
     """The second of the two steps of a contact: as long as an overlap takes, and never 0."""
     x = np.array([[0.0, 0.0], [2 * R + gap, 0.0]])
     v = np.array([[0.5, 0.0], [0.0, 0.0]])
@@ -94,7 +94,7 @@ def test_separating_balls_count_when_they_come_back():
     v = np.array([[0.0, 0.0], [0.1, 0.0]])
     a = np.array([[0.0, 0.0], [-2.0, 0.0]])
     dt = time_to_contact(x, v, a, np.full(2, R), None, horizon=1.0)
-    assert dt == pytest.approx(0.1 + LANDING_GAP / 0.1, rel=1e-9)
+    assert dt == pytest.approx(0.1 + CONTACT_GAP / 0.1, rel=1e-9)
     assert time_to_contact(x, v, 0.0 * a, np.full(2, R), None, horizon=1.0) == math.inf
 
 
@@ -107,7 +107,7 @@ def test_only_named_cushions_and_each_at_its_own_distance():
         arguments = (start, v, np.zeros((1, 2)), np.array([R]))
         table = Table(length=1.0, width=0.8, cushions=(name,))
         dt = time_to_contact(*arguments, table, horizon=horizon)
-        assert dt == pytest.approx(distance - R - LANDING_GAP, rel=1e-14)
+        assert dt == pytest.approx(distance - R - CONTACT_GAP, rel=1e-14)
         others = tuple(other for other in expected if other != name)
         without = Table(length=1.0, width=0.8, cushions=others)
         assert time_to_contact(*arguments, without, horizon=horizon) == math.inf
@@ -119,7 +119,7 @@ def test_a_ball_that_turns_before_the_cushion_misses_it():
     v, a = np.array([[1.0, 0.0]]), np.array([[-2.0, 0.0]])
     table = Table(length=1.0, width=1.0)
     for beyond, hit in ((1e-9, True), (-1e-9, False)):
-        x = np.array([[1.0 - R - LANDING_GAP - 0.25 + beyond, 0.5]])
+        x = np.array([[1.0 - R - CONTACT_GAP - 0.25 + beyond, 0.5]])
         dt = time_to_contact(x, v, a, np.array([R]), table, horizon=0.9)
         assert (dt < math.inf) is hit
 

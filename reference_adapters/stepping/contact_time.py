@@ -1,9 +1,9 @@
-"""When balls next touch, from closed forms: what a landed step of a foreign engine aims at.
+"""When balls next touch, from closed forms: where steps of a foreign engine end.
 
-A stepping engine sees a contact late, by up to one step. In landed mode its adapter asks here for
-the time to the next contact and makes the engine's step end just there, so that what is left is the
-engine's own solver. Nothing here is of this project's engine, which is one of those compared, but
-the decorator: with so few balls numpy would cost its calls.
+A stepping engine sees a contact late, by up to one step. With `contact_steps` = exact its adapter
+asks here for the time to the next contact and makes the engine's step end just there, so that what
+is left is the engine's own solver. Nothing here is of this project's engine, which is one of those
+compared, but the decorator: with so few balls numpy would cost its calls.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ FloatArray = NDArray[np.float64]
 
 EPS = float(np.finfo(np.float64).eps)
 
-LANDING_GAP = 1e-10
-"""Gap at which a landed step ends [m]: 1e5 times the rounding of a coordinate on a table, and far
+CONTACT_GAP = 1e-10
+"""Gap at which a step ends [m]: 1e5 times the rounding of a coordinate on a table, and far
 too small to turn the line of centres (by 1e-10 / 2R, 2e-9 rad)."""
 
 PRESSED_DEPTH = 1e-7
@@ -50,7 +50,7 @@ def time_to_contact(
     radii: FloatArray,
     table: Table | None,
     *,
-    gap: float = LANDING_GAP,
+    gap: float = CONTACT_GAP,
     horizon: float,
 ) -> float:
     """Return the time until a step should end because two balls, or a ball and a cushion, touch.
@@ -63,7 +63,7 @@ def time_to_contact(
     table : Table or None
         Its `cushions` are infinite lines; None is a cloth without any.
     gap : float [m]
-        Gap to land at, positive.
+        Gap at which to end, positive.
     horizon : float [s]
         How far to look, positive; may be inf.
 
@@ -71,12 +71,12 @@ def time_to_contact(
     -------
     float
         Smallest dt in (0, `horizon`] at which a gap falls to its level, or inf. The level is `gap`
-        for what is farther apart than 2 `gap`. What is nearer has landed: its level is an overlap
-        that is deeper by `gap` than the present one, so that a step of this length makes an engine
-        that detects by overlap see the contact. Something that moves apart counts when it has come
-        back; something that touches without closing never does. For what is pressed together, such
-        as a ball that its topspin drives against another, the overlap is `PRESSED_DEPTH`: with
-        `gap` it would bounce every 2e-5 s, as long as it is pressed.
+        for what is farther apart than 2 `gap`. What is nearer is there already: its level is an
+        overlap that is deeper by `gap` than the present one, so that a step of this length makes an
+        engine that detects by overlap see the contact. Something that moves apart counts when it
+        has come back; something that touches without closing never does. For what is pressed
+        together, such as a ball that its topspin drives against another, the overlap is
+        `PRESSED_DEPTH`: with `gap` it would bounce every 2e-5 s, as long as it is pressed.
 
     Notes
     -----
@@ -140,7 +140,7 @@ def warm_up() -> None:
     """Compile all that is compiled here, once in a process: no run's time should hold it."""
     places, velocities = np.array([[0.1, 0.1], [0.2, 0.1]]), np.array([[1.0, 0.0], [0.0, 0.0]])
     radii, decelerations = np.full(2, 0.03), np.full(2, 0.2)
-    with compiling("landed steps"):
+    with compiling("contact times"):
         accelerations = rolling_accelerations(velocities, decelerations)
         horizon = float(np.max(time_to_rest(velocities, decelerations)))
         table = Table(length=1.0, width=1.0)
