@@ -84,7 +84,7 @@ def test_skips_are_tabled_and_a_defect_is_the_exit_status(bench, monkeypatch, tm
 
 
 def test_precision_tables_what_is_reached(bench, tmp_path):
-    engines = ("ghostball", "paper-continuous", "pymunk:mode=landed")
+    engines = ("ghostball", "paper-continuous", "pymunk:contact_steps=exact")
     shot = ["half-ball-cut", *(f"-e{one}" for one in engines)]
     result = bench("precision", *shot, "--repeats", "1", "--out", tmp_path)
     assert result.exit_code == 0, result.output
