@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import logging
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from functools import cache
 from typing import Any, ClassVar, Literal, Protocol, runtime_checkable
 
@@ -22,7 +22,7 @@ from pydantic import BaseModel, ConfigDict
 
 from ghostball.engine import Record, Result, Scene
 from ghostball.engine.errors import GhostballError, UnsupportedSceneError
-from ghostball.engine.scene.features import Capabilities, missing_features
+from ghostball.engine.scene.features import Capabilities, Capability, missing_features
 
 Resolution = float | Literal["proved"] | None
 """How far off a ball may be when it collides, as an engine states it [m].
@@ -132,9 +132,12 @@ class EngineBase(ABC):
         """
         return None
 
-    def lacks(self, scene: Scene) -> tuple[str, ...]:  # noqa: ARG002
+    def lacks(self, scene: Scene) -> tuple[str, ...]:
         """Return a sentence for each thing in `scene` that is no `Feature` and can't be done."""
-        return ()
+        return tuple(self._lacking(scene))
+
+    def _lacking(self, scene: Scene) -> Iterator[str]:  # noqa: ARG002
+        yield from ()
 
     def check(self, scene: Scene) -> None:
         """Raise `UnsupportedSceneError` where the scene needs what the engine lacks."""
@@ -178,11 +181,15 @@ def resolution_of_step(dt: float, scene: Scene) -> float:
     return dt * float(np.max(np.linalg.norm([v, rolled], axis=2)))
 
 
-def lacks_sequence(scene: Scene) -> tuple[str, ...]:
-    """Return what an engine lacks that solves all contacts of a step together, or ()."""
-    if scene.physics.impacts == "simultaneous" or len(scene.balls) == 1:
-        return ()
-    return (
-        'no impacts = "sequential" (its solver takes all contacts of a step together, never one '
-        "after another)",
-    )
+def none(how: str) -> Capability:
+    """Return the capability of what isn't represented, and why not."""
+    return Capability("none", how)
+
+
+def lacking_sequence(scene: Scene) -> Iterator[str]:
+    """Yield what an engine lacks that solves all contacts of a step together."""
+    if scene.physics.impacts == "sequential" and len(scene.balls) > 1:
+        yield (
+            'no impacts = "sequential" (its solver takes all contacts of a step together, never '
+            "one after another)"
+        )

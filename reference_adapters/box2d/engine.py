@@ -9,24 +9,21 @@ touch. `config="default"` is what a newcomer types: metres, frames of 1/60 s, no
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, ClassVar, Self
+from collections.abc import Iterator
+from typing import Annotated, ClassVar, Self
 
 from pydantic import Field, model_validator
 
 from ghostball.engine import Scene
 from ghostball.engine.scene.features import Capabilities, Capability, Feature
-from ghostball.reference_adapters.base import EngineSettings
-from ghostball.reference_adapters.stepping.plane import ExactSteps, fastest
+from ghostball.reference_adapters.base import EngineSettings, none
+from ghostball.reference_adapters.stepping.plane import IN_SINGLE_PRECISION, ExactSteps, fastest
 from ghostball.reference_adapters.stepping.plane_engine import (
     PlaneEngine,
     default_capabilities,
-    none,
     tuned_capabilities,
 )
 from ghostball.reference_adapters.stepping.settings import SteppingSettings
-
-if TYPE_CHECKING:
-    from ghostball.reference_adapters.box2d.world import World
 
 FARTHEST = 2.0
 """How far a body goes in a step at most: `b2_maxTranslation` [units]."""
@@ -111,16 +108,23 @@ class Box2dEngine(PlaneEngine):
     """Box2D 2.3 behind the protocol; see the module."""
 
     name: ClassVar[str] = "box2d"
+    WORLD: ClassVar[str] = "ghostball.reference_adapters.box2d.world:World"
     PACKAGE: ClassVar[str] = "Box2D"
     Settings: ClassVar[type[EngineSettings]] = Box2dSettings
     TUNED: ClassVar[Capabilities] = _TUNED
     DEFAULT: ClassVar[Capabilities] = default_capabilities(_TUNED, "Box2D", _LARGER)
-    EXACT_STEPS: ClassVar[ExactSteps] = ExactSteps(gap=1e-6)
-    """Single precision has 2e-7 m on a table."""
+    EXACT_STEPS: ClassVar[ExactSteps] = IN_SINGLE_PRECISION
 
-    def lacks(self, scene: Scene) -> tuple[str, ...]:
-        """Return a sentence for each thing in `scene` that is no `Feature` and can't be done."""
-        return (*super().lacks(scene), *self._lacks_speed(scene))
+    def _lacking(self, scene: Scene) -> Iterator[str]:
+        yield from super()._lacking(scene)
+        settings: Box2dSettings = self.settings
+        most = FARTHEST / (settings.units(scene) * self.step(scene))
+        if fastest(scene) > most:
+            yield (
+                f"no speeds above {most:.3g} m/s with `scale` = {settings.units(scene):g} and "
+                f"steps of {self.step(scene):g} s (Box2D moves a body by 2 units a step at most; "
+                f"the energy of these balls would do for {fastest(scene):.3g} m/s)"
+            )
 
     def resolution(self, scene: Scene) -> float:
         """Return how far a ball goes in a step [m]; or how far from a contact its step ends.
@@ -132,12 +136,6 @@ class Box2dEngine(PlaneEngine):
             return 3.0 * SLOP / settings.units(scene)
         return super().resolution(scene)
 
-    def world(self, scene: Scene) -> World:
-        """Load Box2D and build the scene in it."""
-        from ghostball.reference_adapters.box2d.world import World  # noqa: PLC0415
-
-        return World(scene, self.settings)
-
     def step(self, scene: Scene) -> float:
         """Return the step [s]; if it ends at contacts, one within Box2D's bound on ways."""
         settings: Box2dSettings = self.settings
@@ -145,15 +143,3 @@ class Box2dEngine(PlaneEngine):
             return settings.step
         speed = max(fastest(scene), 1e-9)
         return min(settings.step, 0.9 * FARTHEST / (settings.units(scene) * speed))
-
-    def _lacks_speed(self, scene: Scene) -> tuple[str, ...]:
-        """Return a sentence where a ball may need to go farther in a step than Box2D lets it."""
-        settings: Box2dSettings = self.settings
-        most = FARTHEST / (settings.units(scene) * self.step(scene))
-        if fastest(scene) <= most:
-            return ()
-        return (
-            f"no speeds above {most:.3g} m/s with `scale` = {settings.units(scene):g} and steps of "
-            f"{self.step(scene):g} s (Box2D moves a body by 2 units a step at most; the energy of "
-            f"these balls would do for {fastest(scene):.3g} m/s)",
-        )

@@ -12,15 +12,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine import CUSHIONS, Scene
+from ghostball.engine import Scene
 from ghostball.reference_adapters.box2d.engine import SLOP, Box2dSettings
-from ghostball.reference_adapters.stepping.contact_world import SINGLE, ContactWorld
+from ghostball.reference_adapters.stepping.contact_world import SINGLE, ContactWorld, collision_of
 from ghostball.reference_adapters.stepping.friction import ContactFriction
 from ghostball.reference_adapters.stepping.plane import (
     Collision,
-    cushion_restitution,
-    reach_beyond,
+    Side,
+    reach_beyond_corners,
+    restitutions,
     rubs,
+    sides_of,
 )
 
 # Its types warn of what SWIG left out as they are made; where warnings are errors, Python crashes.
@@ -39,28 +41,20 @@ class World(ContactWorld):
 
     def __init__(self, scene: Scene, settings: Box2dSettings) -> None:
         self._tuned = settings.config == "tuned"
-        self._units = settings.units(scene)
         rubbing = self._tuned and rubs(scene)
-        super().__init__(scene, noise=SINGLE * self._units, rubs=rubbing)
+        super().__init__(scene, noise=SINGLE, rubs=rubbing, units=settings.units(scene))
         self._settings = settings
-        default = 8 if self._tuned else 6
-        self._iterations = settings.iterations or default
-        physics = scene.physics
-        self._restitutions = physics.ball_restitution, cushion_restitution(physics)
+        self.iterations = settings.iterations or (8 if self._tuned else 6)  # over the velocities
+        self._restitutions = restitutions(scene.physics)
         self._friction = ContactFriction(scene) if rubbing else None
         self._found: set[Collision] = set()
         self._listener = _listener(self)
         self._world = Box2D.b2World(gravity=(0, 0), doSleep=False, contactListener=self._listener)
         if settings.contact_steps == "exact":
             self._world.warmStarting = False  # contacts don't last, and steps are of any length
-        self._bodies = [self._ball(scene, i) for i in range(len(scene.balls))]
-        for name in () if scene.table is None else scene.table.cushions:
-            self._cushion(scene, CUSHIONS.index(name))
-
-    @property
-    def iterations(self) -> int:
-        """Iterations over the velocities in each step."""
-        return self._iterations
+        self._bodies = [self._ball(i) for i in range(len(scene.balls))]
+        for side in sides_of(scene):
+            self._cushion(side)
 
     def start(self, velocities: FloatArray, spins: FloatArray | None) -> FloatArray:
         """Give the balls velocities, (n, 2) [m/s], and spins, (n, 3) [rad/s], for a step."""
@@ -77,7 +71,7 @@ class World(ContactWorld):
     def step(self, dt: float) -> None:
         """Let Box2D step by `dt` [s]: it finds contacts, solves velocities, then moves."""
         self._found = set()
-        self._world.Step(dt, self._iterations, 3 if self._tuned else 2)
+        self._world.Step(dt, self.iterations, 3 if self._tuned else 2)
         self._note(self._found)
 
     def positions_and_velocities(self) -> tuple[FloatArray, FloatArray]:
@@ -114,10 +108,7 @@ class World(ContactWorld):
             self._found.add(parts)
 
     def _parts(self, contact: Any) -> Collision:
-        one, other = contact.fixtureA.userData, contact.fixtureB.userData
-        if one[1] or (not other[1] and other[0] < one[0]):  # a cushion
-            one, other = other, one
-        return Collision(one[0], other[0], other[1])
+        return collision_of(contact.fixtureA.userData, contact.fixtureB.userData)
 
     def _velocities(self) -> FloatArray:
         return np.array([tuple(body.linearVelocity) for body in self._bodies]) / self._units
@@ -125,8 +116,8 @@ class World(ContactWorld):
     def _vertical_spins(self) -> FloatArray:
         return np.array([body.angularVelocity for body in self._bodies])
 
-    def _ball(self, scene: Scene, i: int) -> Any:
-        ball, units = scene.balls[i], self._units
+    def _ball(self, i: int) -> Any:
+        ball, units = self._scene.balls[i], self._units
         body = self._world.CreateDynamicBody(
             position=(units * ball.position[0], units * ball.position[1]),
             bullet=self._settings.bullets,
@@ -136,7 +127,7 @@ class World(ContactWorld):
         fixture = body.CreateCircleFixture(
             radius=radius,
             density=ball.mass / (np.pi * radius**2),
-            restitution=scene.physics.ball_restitution,
+            restitution=self._restitutions[False],
             friction=0.0,
         )
         fixture.userData = i, False
@@ -145,25 +136,18 @@ class World(ContactWorld):
             body.massData = Box2D.b2MassData(mass=ball.mass, center=(0, 0), I=inertia)
         return body
 
-    def _cushion(self, scene: Scene, cushion: int) -> None:
-        table, units = scene.table, self._units
-        assert table is not None
-        beyond = reach_beyond(scene) + table.length
+    def _cushion(self, side: Side) -> None:
+        units = self._units
         # What steps don't find late they find in the skin: early, so that is moved out of the way.
         skin = SKIN / units if self._settings.contact_steps == "exact" else 0.0
-        start, end = (
-            ((-skin, -beyond), (-skin, table.width + beyond)),
-            ((table.length + skin, -beyond), (table.length + skin, table.width + beyond)),
-            ((-beyond, -skin), (table.length + beyond, -skin)),
-            ((-beyond, table.width + skin), (table.length + beyond, table.width + skin)),
-        )[cushion]
+        ends = side.ends(reach_beyond_corners(self._scene), outward=skin)
         body = self._world.CreateStaticBody()
         fixture = body.CreateEdgeFixture(
-            vertices=[(units * x, units * y) for x, y in (start, end)],
+            vertices=[(units * x, units * y) for x, y in ends],
             restitution=self._restitutions[True],
             friction=0.0,
         )
-        fixture.userData = cushion, True
+        fixture.userData = side.cushion, True
 
 
 def _listener(world: World) -> Any:

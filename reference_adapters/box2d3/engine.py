@@ -9,21 +9,23 @@ metres, frames of 1/60 s, and hits slower than 1 m/s are plastic.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar
+from collections.abc import Iterator
+from typing import ClassVar
 
 from ghostball.engine import Scene
 from ghostball.engine.scene.features import Capabilities, Capability
 from ghostball.reference_adapters.base import EngineSettings
-from ghostball.reference_adapters.stepping.plane import ExactSteps, cushion_restitution
+from ghostball.reference_adapters.stepping.plane import (
+    IN_SINGLE_PRECISION,
+    ExactSteps,
+    restitutions,
+)
 from ghostball.reference_adapters.stepping.plane_engine import (
     PlaneEngine,
     default_capabilities,
     frictionless_capabilities,
 )
 from ghostball.reference_adapters.stepping.settings import SteppingSettings
-
-if TYPE_CHECKING:
-    from ghostball.reference_adapters.box2d3.world import World
 
 
 class Box2d3Settings(SteppingSettings):
@@ -45,32 +47,21 @@ _HITS = Capability(
     "approximate", "in single precision; contacts that share a ball take up to half of the energy"
 )
 _LARGER = Capability("approximate", "hits slower than 1 m/s are plastic")
-_TUNED: Capabilities = frictionless_capabilities("Box2D", _HITS)
 
 
 class Box2d3Engine(PlaneEngine):
     """Box2D 3 behind the protocol; see the module."""
 
     name: ClassVar[str] = "box2d3"
+    WORLD: ClassVar[str] = "ghostball.reference_adapters.box2d3.world:World"
     PACKAGE: ClassVar[str] = "pyb2d3"
     Settings: ClassVar[type[EngineSettings]] = Box2d3Settings
-    TUNED: ClassVar[Capabilities] = _TUNED
-    DEFAULT: ClassVar[Capabilities] = default_capabilities(_TUNED, "Box2D", _LARGER)
-    EXACT_STEPS: ClassVar[ExactSteps] = ExactSteps(gap=1e-6)
-    """Single precision has 2e-7 m on a table."""
+    TUNED: ClassVar[Capabilities] = frictionless_capabilities("Box2D", _HITS)
+    DEFAULT: ClassVar[Capabilities] = default_capabilities(TUNED, "Box2D", _LARGER)
+    EXACT_STEPS: ClassVar[ExactSteps] = IN_SINGLE_PRECISION
 
-    def lacks(self, scene: Scene) -> tuple[str, ...]:
-        """Return a sentence for each thing in `scene` that is no `Feature` and can't be done."""
-        sentences = [*super().lacks(scene)]
-        restitution = scene.physics.ball_restitution
-        if scene.table is not None and cushion_restitution(scene.physics) < restitution:
-            sentences.append(
-                "no cushions with less restitution than the balls (Box2D takes the larger of two)"
-            )
-        return tuple(sentences)
-
-    def world(self, scene: Scene) -> World:
-        """Load Box2D 3 and build the scene in it."""
-        from ghostball.reference_adapters.box2d3.world import World  # noqa: PLC0415
-
-        return World(scene, self.settings)
+    def _lacking(self, scene: Scene) -> Iterator[str]:
+        yield from super()._lacking(scene)
+        balls, cushions = restitutions(scene.physics)
+        if scene.table is not None and cushions < balls:
+            yield "no cushions with less restitution than the balls (Box2D takes the larger of two)"

@@ -8,14 +8,20 @@ import numpy as np
 import pyb2d3
 from numpy.typing import NDArray
 
-from ghostball.engine import CUSHIONS, Scene
+from ghostball.engine import Scene
 from ghostball.reference_adapters.box2d3.engine import Box2d3Settings
-from ghostball.reference_adapters.stepping.contact_world import SINGLE, ContactWorld
+from ghostball.reference_adapters.stepping.contact_world import (
+    SINGLE,
+    ContactWorld,
+    Part,
+    collision_of,
+)
 from ghostball.reference_adapters.stepping.plane import (
-    Collision,
+    Side,
     cushion_restitution,
     fastest,
-    reach_beyond,
+    reach_beyond_corners,
+    sides_of,
 )
 
 FloatArray = NDArray[np.float64]
@@ -31,23 +37,17 @@ class World(ContactWorld):
     """
 
     def __init__(self, scene: Scene, settings: Box2d3Settings) -> None:
-        super().__init__(scene, noise=SINGLE, rubs=False)
-        self._units = settings.units
-        self._iterations = settings.iterations or SUB_STEPS
+        super().__init__(scene, noise=SINGLE, rubs=False, units=settings.units)
+        self.iterations = settings.iterations or SUB_STEPS
         values: dict[str, Any] = {"gravity": (0.0, 0.0), "hit_event_threshold": 0.0}
         if settings.config == "tuned":
             speed = max(2.0 * self._units * fastest(scene), 1.0)
             values |= {"restitution_threshold": 0.0, "maximum_linear_speed": speed}
         self._world = pyb2d3.World(**values)
-        self._parts: dict[int, tuple[int, bool]] = {}
+        self._parts: dict[int, Part] = {}
         self._balls = [self._ball(i) for i in range(len(scene.balls))]
-        for name in () if scene.table is None else scene.table.cushions:
-            self._cushion(CUSHIONS.index(name))
-
-    @property
-    def iterations(self) -> int:
-        """Sub-steps of each step."""
-        return self._iterations
+        for side in sides_of(scene):
+            self._cushion(side)
 
     def start(self, velocities: FloatArray, _: FloatArray | None) -> FloatArray:
         """Give the balls velocities, (n, 2) [m/s], for a step."""
@@ -58,22 +58,16 @@ class World(ContactWorld):
 
     def step(self, dt: float) -> None:
         """Let Box2D step by `dt` [s]: it finds contacts, then solves velocities and moves."""
-        self._world.step(dt, self._iterations)
-        hits: set[Collision] = set()
-        for hit in self._world.get_contact_events().hit_events():
-            parts = [self._parts[hit.shape_a.id], self._parts[hit.shape_b.id]]
-            one, other = sorted(parts, key=lambda part: part[::-1])
-            hits.add(Collision(one[0], *other))
-        self._note(hits)
+        self._world.step(dt, self.iterations)
+        hits = self._world.get_contact_events().hit_events()
+        self._note(
+            {collision_of(self._parts[hit.shape_a.id], self._parts[hit.shape_b.id]) for hit in hits}
+        )
 
     def positions_and_velocities(self) -> tuple[FloatArray, FloatArray]:
         """Return the centres [m] and velocities [m/s], two arrays (n, 2) float64."""
         places = np.array([(body.position.x, body.position.y) for body in self._balls])
         return places / self._units, self._velocities()
-
-    def turns(self) -> FloatArray:
-        """Return what the step's contacts added to the spins, (n, 3) [rad/s]: nothing rubs."""
-        return np.zeros((len(self._balls), 3))
 
     def _velocities(self) -> FloatArray:
         pairs = [body.linear_velocity for body in self._balls]
@@ -93,20 +87,12 @@ class World(ContactWorld):
         self._parts[shape.id] = i, False
         return body
 
-    def _cushion(self, cushion: int) -> None:
-        table, units = self._scene.table, self._units
-        assert table is not None
-        beyond = reach_beyond(self._scene) + table.length
-        start, end = (
-            ((0.0, -beyond), (0.0, table.width + beyond)),
-            ((table.length, -beyond), (table.length, table.width + beyond)),
-            ((-beyond, 0.0), (table.length + beyond, 0.0)),
-            ((-beyond, table.width), (table.length + beyond, table.width)),
-        )[cushion]
+    def _cushion(self, side: Side) -> None:
         definition = self._definition(cushion_restitution(self._scene.physics))
-        edge = pyb2d3.segment(*((units * x, units * y) for x, y in (start, end)))
+        ends = side.ends(reach_beyond_corners(self._scene))
+        edge = pyb2d3.segment(*((self._units * x, self._units * y) for x, y in ends))
         shape = self._world.create_static_body().create_segment_shape(definition, edge)
-        self._parts[shape.id] = cushion, True
+        self._parts[shape.id] = side.cushion, True
 
     @staticmethod
     def _definition(restitution: float) -> Any:

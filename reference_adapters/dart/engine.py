@@ -10,7 +10,8 @@ newcomer types: metres, and the restitution on both bodies, of which DART takes 
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, ClassVar
+from collections.abc import Iterator
+from typing import Annotated, ClassVar
 
 from pydantic import Field
 
@@ -23,9 +24,6 @@ from ghostball.reference_adapters.stepping.plane_engine import (
     tuned_capabilities,
 )
 from ghostball.reference_adapters.stepping.space import OwnClothSettings, SpaceEngine
-
-if TYPE_CHECKING:
-    from ghostball.reference_adapters.dart.world import World
 
 FASTEST_REBOUND = 100.0
 """Rebounds faster than this are cut to it [units/s]."""
@@ -75,13 +73,12 @@ _MULTIPLIED = Capability(
     "rebounds slower than 0.1 m/s are plastic, and DART multiplies the restitutions of the two",
 )
 
-_TUNED: Capabilities = tuned_capabilities("DART", _HITS, _RUBS)
-
 
 class DartEngine(SpaceEngine):
     """DART behind the protocol; see the module."""
 
     name: ClassVar[str] = "dart"
+    WORLD: ClassVar[str] = "ghostball.reference_adapters.dart.world:World"
     PACKAGE: ClassVar[str] = "dartpy"
     Settings: ClassVar[type[EngineSettings]] = DartSettings
     TITLE: ClassVar[str] = "DART"
@@ -90,28 +87,20 @@ class DartEngine(SpaceEngine):
         "in space, one ball on a cloth without cushions; a landing is seen up to a step late, and "
         "one slower than 0.1 unit/s doesn't bounce",
     )
-    TUNED: ClassVar[Capabilities] = _TUNED
-    DEFAULT: ClassVar[Capabilities] = default_capabilities(_TUNED, "DART", _MULTIPLIED)
+    TUNED: ClassVar[Capabilities] = tuned_capabilities("DART", _HITS, _RUBS)
+    DEFAULT: ClassVar[Capabilities] = default_capabilities(TUNED, "DART", _MULTIPLIED)
 
-    def lacks(self, scene: Scene) -> tuple[str, ...]:
-        """Return a sentence for each thing in `scene` that is no `Feature` and can't be done."""
+    def _lacking(self, scene: Scene) -> Iterator[str]:
+        yield from super()._lacking(scene)
         settings: DartSettings = self.settings
-        sentences = [*super().lacks(scene)]
         most = FASTEST_REBOUND / settings.units(scene)
         if fastest(scene) > most:
-            sentences.append(
+            yield (
                 f"no speeds above {most:.3g} m/s with `scale` = {settings.units(scene):g} (DART "
                 "cuts rebounds to 100 units/s)"
             )
         if self.own_cloth(scene) and len(scene.balls) > 1:
-            sentences.append(
+            yield (
                 "no hits between balls with `cloth` = own (DART takes the smaller of two "
                 "coefficients of friction, so balls that rub on the cloth rub on each other)"
             )
-        return tuple(sentences)
-
-    def world(self, scene: Scene) -> World:
-        """Load DART and build the scene in it."""
-        from ghostball.reference_adapters.dart.world import World  # noqa: PLC0415
-
-        return World(scene, self.settings, own_cloth=self.own_cloth(scene))

@@ -12,17 +12,22 @@ import dartpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine import CUSHIONS, Scene
+from ghostball.engine import Scene
 from ghostball.reference_adapters.dart.engine import DartSettings
-from ghostball.reference_adapters.stepping.contact_world import DOUBLE, ContactWorld
+from ghostball.reference_adapters.stepping.contact_world import (
+    DOUBLE,
+    ContactWorld,
+    Part,
+    collision_of,
+)
 from ghostball.reference_adapters.stepping.plane import (
-    INWARD,
     Collision,
     ball_friction,
     cushion_friction,
-    cushion_restitution,
     multiplied_restitutions,
+    restitutions,
     rubs,
+    sides_of,
 )
 
 FloatArray = NDArray[np.float64]
@@ -42,18 +47,15 @@ class World(ContactWorld):
     iterations = 0  # it solves directly
 
     def __init__(self, scene: Scene, settings: DartSettings, *, own_cloth: bool) -> None:
-        self._units = settings.units(scene)
-        super().__init__(scene, noise=DOUBLE * self._units, rubs=rubs(scene) or own_cloth)
-        self._names: dict[str, tuple[int, bool]] = {}
+        rubbing = rubs(scene) or own_cloth
+        super().__init__(scene, noise=DOUBLE, rubs=rubbing, units=settings.units(scene))
+        self._names: dict[str, Part] = {}
         self.on_cloth: set[int] = set()
-        physics, multiplied = scene.physics, settings.config == "default"
+        physics, split = scene.physics, settings.config == "tuned"
         self._world = dartpy.simulation.World()
         self._world.setGravity([0.0, 0.0, -physics.gravity * self._units if own_cloth else 0.0])
-        ball_factor, wall_factor = (
-            (physics.ball_restitution, cushion_restitution(physics))
-            if multiplied
-            else multiplied_restitutions(physics)
-        )
+        factors = multiplied_restitutions if split else restitutions
+        ball_factor, cushion_factor = factors(physics)
         friction = ball_friction(scene)
         # The smaller of two: a ball's is what all its contacts have at most.
         most = max(friction, cushion_friction(physics), float(np.max(scene.sliding_frictions)))
@@ -61,8 +63,11 @@ class World(ContactWorld):
         self._bodies = [
             self._ball(i, ball_factor, rub, own_cloth=own_cloth) for i in range(len(scene.balls))
         ]
-        for name in () if scene.table is None else scene.table.cushions:
-            self._cushion(CUSHIONS.index(name), wall_factor, cushion_friction(physics))
+        for side in sides_of(scene):
+            self._names[f"cushion {side.cushion}"] = side.cushion, True
+            normal, point = (*side.normal, 0.0), (*side.point, 0.0)
+            laws = cushion_factor, cushion_friction(physics)
+            self._plane(f"cushion {side.cushion}", normal, point, *laws)
         if own_cloth:
             bounce = physics.table_restitution / ball_factor if physics.airborne else 0.0
             self._plane(_CLOTH, (0.0, 0.0, 1.0), (0.0, 0.0, 0.0), bounce, most)
@@ -96,8 +101,7 @@ class World(ContactWorld):
             if len(parts) == 1:
                 self.on_cloth.add(parts[0][0])
             else:
-                one, other = sorted(parts, key=lambda part: part[::-1])
-                pushing.add(Collision(one[0], other[0], other[1]))
+                pushing.add(collision_of(*parts))
         self._note(pushing)
 
     def positions_and_velocities(self) -> tuple[FloatArray, FloatArray]:
@@ -134,7 +138,7 @@ class World(ContactWorld):
             joint.setPositions(place)
             joint.setVelocities(motion)
 
-    def _parts(self, contact: Any) -> list[tuple[int, bool]]:
+    def _parts(self, contact: Any) -> list[Part]:
         """Return which balls and cushions a contact is of; the cloth isn't named."""
         sides = (contact.collisionObject1, contact.collisionObject2)
         names = (side.getShapeFrame().getName() for side in sides)
@@ -160,14 +164,6 @@ class World(ContactWorld):
         )
         self._world.addSkeleton(skeleton)
         return joint, body
-
-    def _cushion(self, cushion: int, restitution: float, friction: float) -> None:
-        table = self._scene.table
-        assert table is not None
-        far = CUSHIONS[cushion] in ("right", "top")
-        point = (table.length, table.width, 0.0) if far else (0.0, 0.0, 0.0)
-        self._names[f"cushion {cushion}"] = cushion, True
-        self._plane(f"cushion {cushion}", (*INWARD[cushion], 0.0), point, restitution, friction)
 
     def _plane(
         self,

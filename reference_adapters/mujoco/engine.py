@@ -9,9 +9,8 @@ and contacts are 20 ms long.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
-from ghostball.engine import Scene
 from ghostball.engine.scene.features import Capabilities, Capability, Feature
 from ghostball.reference_adapters.base import EngineSettings
 from ghostball.reference_adapters.stepping.plane import ExactSteps
@@ -21,9 +20,6 @@ from ghostball.reference_adapters.stepping.plane_engine import (
     tuned_capabilities,
 )
 from ghostball.reference_adapters.stepping.settings import SteppingSettings
-
-if TYPE_CHECKING:
-    from ghostball.reference_adapters.mujoco.world import World
 
 
 class MujocoSettings(SteppingSettings):
@@ -68,6 +64,7 @@ class MujocoEngine(PlaneEngine):
     """MuJoCo behind the protocol; see the module."""
 
     name: ClassVar[str] = "mujoco"
+    WORLD: ClassVar[str] = "ghostball.reference_adapters.mujoco.world:World"
     PACKAGE: ClassVar[str] = "mujoco"
     Settings: ClassVar[type[EngineSettings]] = MujocoSettings
     TUNED: ClassVar[Capabilities] = _TUNED
@@ -75,10 +72,3 @@ class MujocoEngine(PlaneEngine):
     EXACT_STEPS: ClassVar[ExactSteps] = ExactSteps(shortest=1e-7)
     """MuJoCo resolves a contact by an acceleration, and takes one above 1e10 m/s^2 for a failure.
     """
-
-    def world(self, scene: Scene) -> World:
-        """Load MuJoCo and build the scene in it."""
-        from ghostball.reference_adapters.mujoco.world import World  # noqa: PLC0415
-
-        settings: MujocoSettings = self.settings
-        return World(scene, tuned=settings.config == "tuned", iterations=settings.iterations)

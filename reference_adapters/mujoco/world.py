@@ -12,16 +12,18 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine import CUSHIONS, Scene
+from ghostball.engine import Scene
 from ghostball.reference_adapters.stepping.contact_world import DOUBLE, ContactWorld
 from ghostball.reference_adapters.stepping.plane import (
-    INWARD,
     Collision,
+    Side,
     ball_friction,
     cushion_friction,
-    cushion_restitution,
+    restitutions,
     rubs,
+    sides_of,
 )
+from ghostball.reference_adapters.stepping.settings import SteppingSettings
 
 FloatArray = NDArray[np.float64]
 
@@ -37,27 +39,19 @@ _SAME_IMPEDANCE = (HARDEST, HARDEST, 0.001, 0.5, 2.0)  # whatever the depth
 class World(ContactWorld):
     """A model with its balls in the scene's order, and the collisions of its last step.
 
-    Parameters
-    ----------
-    tuned : bool
-        Whether contacts are dampers; else as MuJoCo has them where nobody says anything.
-    iterations : int or None
-        Most iterations of the contact solver in each step; None is MuJoCo's own 100.
-
-    Where contacts rub a ball has six degrees of freedom, else two.
+    Tuned, contacts are dampers; else as MuJoCo has them where nobody says anything. Where contacts
+    rub, a ball has six degrees of freedom, else two.
     """
 
-    def __init__(self, scene: Scene, *, tuned: bool, iterations: int | None) -> None:
+    def __init__(self, scene: Scene, settings: SteppingSettings) -> None:
         super().__init__(scene, noise=DOUBLE, rubs=rubs(scene))
-        self._tuned = tuned
+        self._tuned = settings.config == "tuned"
         self._n = len(scene.balls)
-        physics = scene.physics
-        self._cushions = (
-            [] if scene.table is None else list(map(CUSHIONS.index, scene.table.cushions))
-        )
-        self._ball_bounce = 1.0 + physics.ball_restitution
-        self._cushion_bounce = 1.0 + cushion_restitution(physics)
-        self._model = self._compile(scene, iterations)
+        self._cushions = [side.cushion for side in sides_of(scene)]
+        ball, cushion = restitutions(scene.physics)
+        self._ball_bounce, self._cushion_bounce = 1.0 + ball, 1.0 + cushion
+        self._model = self._compile(scene, settings.iterations)
+        self.iterations = int(self._model.opt.iterations)
         self._data = mujoco.MjData(self._model)
         width = 7 if self.rubs else 2
         self._places = self._data.qpos.reshape(self._n, width)
@@ -65,11 +59,6 @@ class World(ContactWorld):
         self._places[:, :2] = scene.positions[:, :2]
         self._force = np.zeros(6)  # of a contact, along its normal first
         self._dt = 0.0
-
-    @property
-    def iterations(self) -> int:
-        """Most iterations of the contact solver in each step."""
-        return int(self._model.opt.iterations)
 
     def start(self, velocities: FloatArray, spins: FloatArray | None) -> FloatArray:
         """Give the balls velocities, (n, 2) [m/s], and spins, (n, 3) [rad/s], for a step."""
@@ -144,8 +133,8 @@ class World(ContactWorld):
             spec.option.ls_tolerance = 1e-6
         if iterations is not None:
             spec.option.iterations = iterations
-        for cushion in self._cushions:
-            self._add_cushion(spec, cushion, scene)
+        for side in sides_of(scene):
+            self._add_cushion(spec, side, scene)
         for i in range(self._n):
             self._add_ball(spec, i, scene)
         if self._tuned and self.rubs:
@@ -169,16 +158,14 @@ class World(ContactWorld):
         )
         self._harden(geom)
 
-    def _add_cushion(self, spec: mujoco.MjSpec, cushion: int, scene: Scene) -> None:
-        table = scene.table
-        assert table is not None
-        far = CUSHIONS[cushion] in ("right", "top")
+    def _add_cushion(self, spec: mujoco.MjSpec, side: Side, scene: Scene) -> None:
+        nx, ny = side.normal
         geom = spec.worldbody.add_geom(
-            name=f"cushion {cushion}",
+            name=f"cushion {side.cushion}",
             type=mujoco.mjtGeom.mjGEOM_PLANE,
             size=[1, 1, 1],  # for drawing: a plane has no end
-            pos=[table.length, table.width, 0.0] if far else [0.0, 0.0, 0.0],
-            quat=[1.0, -INWARD[cushion][1], INWARD[cushion][0], 0.0],  # turns z inward
+            pos=[*side.point, 0.0],
+            quat=[1.0, -ny, nx, 0.0],  # turns z inward
             friction=[cushion_friction(scene.physics), 0.0, 0.0],
         )
         # Of two priorities, MuJoCo takes the coefficients of the higher one, and mixes none.

@@ -9,20 +9,16 @@ plane under gravity, with PhysX's friction; else the adapter applies the cloth b
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import ClassVar, Literal
 
-from ghostball.engine import Scene
 from ghostball.engine.scene.features import Capabilities, Capability
 from ghostball.reference_adapters.base import EngineSettings
-from ghostball.reference_adapters.stepping.plane import ExactSteps
+from ghostball.reference_adapters.stepping.plane import IN_SINGLE_PRECISION, ExactSteps
 from ghostball.reference_adapters.stepping.plane_engine import (
     default_capabilities,
     tuned_capabilities,
 )
 from ghostball.reference_adapters.stepping.space import OwnClothSettings, SpaceEngine
-
-if TYPE_CHECKING:
-    from ghostball.reference_adapters.physx.world import World
 
 
 class PhysxSettings(OwnClothSettings):
@@ -62,13 +58,12 @@ _PLASTIC = Capability(
     "hits slower than 2 m/s are plastic, and the temporal solver changes the energy of others",
 )
 
-_TUNED: Capabilities = tuned_capabilities("PhysX", _HITS, _RUBS)
-
 
 class PhysxEngine(SpaceEngine):
     """PhysX behind the protocol; see the module."""
 
     name: ClassVar[str] = "physx"
+    WORLD: ClassVar[str] = "ghostball.reference_adapters.physx.world:World"
     PACKAGE: ClassVar[str] = "sapien"
     Settings: ClassVar[type[EngineSettings]] = PhysxSettings
     TITLE: ClassVar[str] = "PhysX"
@@ -78,13 +73,6 @@ class PhysxEngine(SpaceEngine):
         "falls at less than (1 + 1 / (1 - e)) g dt doesn't bounce: balls that lie on the table "
         "would tremble",
     )
-    TUNED: ClassVar[Capabilities] = _TUNED
-    DEFAULT: ClassVar[Capabilities] = default_capabilities(_TUNED, "PhysX", _PLASTIC)
-    EXACT_STEPS: ClassVar[ExactSteps] = ExactSteps(gap=1e-6)
-    """Single precision has 2e-7 m on a table."""
-
-    def world(self, scene: Scene) -> World:
-        """Load PhysX and build the scene in it."""
-        from ghostball.reference_adapters.physx.world import World  # noqa: PLC0415
-
-        return World(scene, self.settings, own_cloth=self.own_cloth(scene))
+    TUNED: ClassVar[Capabilities] = tuned_capabilities("PhysX", _HITS, _RUBS)
+    DEFAULT: ClassVar[Capabilities] = default_capabilities(TUNED, "PhysX", _PLASTIC)
+    EXACT_STEPS: ClassVar[ExactSteps] = IN_SINGLE_PRECISION

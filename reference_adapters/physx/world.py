@@ -15,16 +15,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine import CUSHIONS, Scene
+from ghostball.engine import Scene
 from ghostball.reference_adapters.physx.engine import PhysxSettings
-from ghostball.reference_adapters.stepping.contact_world import SINGLE, ContactWorld
+from ghostball.reference_adapters.stepping.contact_world import (
+    SINGLE,
+    ContactWorld,
+    Part,
+    collision_of,
+)
 from ghostball.reference_adapters.stepping.plane import (
-    INWARD,
     Collision,
     ball_friction,
     cushion_friction,
     cushion_restitution,
     rubs,
+    sides_of,
 )
 from ghostball.reference_adapters.stepping.space import slowest_bounce
 
@@ -55,18 +60,13 @@ class World(ContactWorld):
         super().__init__(scene, noise=SINGLE, rubs=rubs(scene) or own_cloth)
         self._tuned = settings.config == "tuned"
         self._own_cloth = own_cloth
-        self._parts: dict[Any, tuple[int, bool]] = {}
+        self._parts: dict[Any, Part] = {}
         self.on_cloth: set[int] = set()
         self._cloth: Any = None
         self._configure(settings)
         self._scene_of = sapien.Scene([sapien.physx.PhysxCpuSystem()])
         self._dt = math.nan
         self._add_bodies()
-
-    @property
-    def iterations(self) -> int:
-        """Iterations over the positions in each step."""
-        return self._iterations
 
     def start(self, velocities: FloatArray, spins: FloatArray | None) -> FloatArray:
         """Give the balls velocities, (n, 2) [m/s], and spins, (n, 3) [rad/s], for a step."""
@@ -96,8 +96,7 @@ class World(ContactWorld):
             entities = [body.entity for body in contact.bodies]
             parts = [self._parts[entity] for entity in entities if entity != self._cloth]
             if len(parts) == 2:
-                one, other = sorted(parts, key=lambda part: part[::-1])
-                (pushing if impulse > self._noise else near).add(Collision(one[0], *other))
+                (pushing if impulse > self._noise else near).add(collision_of(*parts))
             elif impulse > self._noise:
                 self.on_cloth.add(parts[0][0])
         self._note(pushing, near)
@@ -150,13 +149,13 @@ class World(ContactWorld):
             body.sleep_threshold = 0.0
         if settings.iterations is not None:
             body.solver_position_iterations = settings.iterations
-        self._iterations = int(body.solver_position_iterations)
+        self.iterations = int(body.solver_position_iterations)
         physx.set_scene_config(scene)
         physx.set_shape_config(shape)
         physx.set_body_config(body)
 
     def _add_bodies(self) -> None:
-        physics, table = self._scene.physics, self._scene.table
+        physics = self._scene.physics
         friction = ball_friction(self._scene)
         physx = sapien.physx
         materials = {
@@ -172,12 +171,10 @@ class World(ContactWorld):
             )
         }
         self._bodies = [self._ball(i, materials) for i in range(len(self._scene.balls))]
-        for name in () if table is None else table.cushions:
-            assert table is not None
-            i = CUSHIONS.index(name)
-            far = (table.length, table.width, 0.0) if name in ("right", "top") else (0, 0, 0)
-            entity = self._plane((*INWARD[i], 0.0), far, materials[_CUSHIONS], _CUSHIONS)
-            self._parts[entity] = i, True
+        for side in sides_of(self._scene):
+            normal, point = (*side.normal, 0.0), (*side.point, 0.0)
+            entity = self._plane(normal, point, materials[_CUSHIONS], _CUSHIONS)
+            self._parts[entity] = side.cushion, True
         if self._own_cloth:
             self._cloth = self._plane((0.0, 0.0, 1.0), (0, 0, 0), materials[_CLOTH], _CLOTH)
 

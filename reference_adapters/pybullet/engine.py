@@ -14,20 +14,19 @@ Two configurations: "tuned" sets what makes the physics right; "default" sets wh
 
 from __future__ import annotations
 
-import math
+from collections.abc import Iterator
 from typing import Annotated, ClassVar, Self
 
 import numpy as np
 from pydantic import Field, model_validator
 
 from ghostball.engine import Record, Result, Scene
-from ghostball.engine.result import initial_state
 from ghostball.engine.scene.features import EXACT, Capabilities, Capability, Feature
-from ghostball.engine.trajectory import energy_of
 from ghostball.reference_adapters.base import (
     EngineBase,
     EngineSettings,
-    lacks_sequence,
+    lacking_sequence,
+    none,
     resolution_of_step,
 )
 from ghostball.reference_adapters.pybullet import world as pybullet_world
@@ -38,6 +37,7 @@ from ghostball.reference_adapters.recording import Recorder
 from ghostball.reference_adapters.stepping import contact_time
 from ghostball.reference_adapters.stepping.contact_time import CONTACT_GAP
 from ghostball.reference_adapters.stepping.ending import end_of, ending_of
+from ghostball.reference_adapters.stepping.plane import largest_momenta
 from ghostball.reference_adapters.stepping.settings import SteppingSettings
 from ghostball.reference_adapters.stepping.space import slowest_bounce
 
@@ -45,9 +45,7 @@ _ROLLING = Capability(
     "exact",
     "planar, without gravity; mu g is applied around Bullet's steps, in closed form between hits",
 )
-_FLAT_CUSHION = Capability(
-    "none", "Bullet's cushion is a vertical plane: it has no nose above the ball's centre"
-)
+_FLAT_CUSHION = none("Bullet's cushion is a vertical plane: it has no nose above the ball's centre")
 _HOPS = (
     "in space: a ball that friction lifts hops, and has no cloth until it lands; one that it "
     "presses down is rubbed by the cloth, and slowed as it rolls, in the same instant"
@@ -65,8 +63,8 @@ CAPABILITIES: Capabilities = {
         "changes the balls' velocities once they roll by up to 0.5 % of the cue ball's speed with "
         "mu = 0.05, and 5 % with 0.2",
     ),
-    Feature.SPEED_DEPENDENT_FRICTION: Capability(
-        "none", "Bullet's friction is one number for two bodies, whatever their slip"
+    Feature.SPEED_DEPENDENT_FRICTION: none(
+        "Bullet's friction is one number for two bodies, whatever their slip"
     ),
     Feature.MATHAVAN_BALL: Capability(
         "approximate",
@@ -83,9 +81,7 @@ CAPABILITIES: Capabilities = {
     Feature.OPEN_SIDES: EXACT,
     Feature.MIRROR_CUSHION: EXACT,
     Feature.CUSHION_RESTITUTION: EXACT,
-    Feature.CUSHION_TANGENTIAL: Capability(
-        "none", "along a contact Bullet has Coulomb friction, no restitution"
-    ),
+    Feature.CUSHION_TANGENTIAL: none("along a contact Bullet has Coulomb friction, no restitution"),
     Feature.FRICTIONAL_CUSHION: Capability(
         "approximate",
         f"{_HOPS}. A ball that rolls or doesn't turn leaves as the law says; its hop takes it a "
@@ -94,12 +90,8 @@ CAPABILITIES: Capabilities = {
     ),
     Feature.HAN_CUSHION: _FLAT_CUSHION,
     Feature.MATHAVAN_CUSHION: _FLAT_CUSHION,
-    Feature.AIR_DRAG: Capability(
-        "none", "Bullet's damping, k (1 + |v|) v, can't be quadratic alone"
-    ),
-    Feature.QUADRATIC_ROLLING: Capability(
-        "none", "Bullet's rolling friction is one torque, whatever the speed"
-    ),
+    Feature.AIR_DRAG: none("Bullet's damping, k (1 + |v|) v, can't be quadratic alone"),
+    Feature.QUADRATIC_ROLLING: none("Bullet's rolling friction is one torque, whatever the speed"),
     Feature.FLIGHT: Capability(
         "approximate",
         "in space, with the table's restitution and cushions that are thin lines; a landing is "
@@ -146,9 +138,7 @@ _OF_SLIDING = (
 )
 """What only balls that may slide have."""
 
-_NO_EXACT_STEPS = Capability(
-    "none", "Bullet's table contact needs steady steps. Use `contact_steps` = fixed"
-)
+_NO_EXACT_STEPS = none("Bullet's table contact needs steady steps. Use `contact_steps` = fixed")
 
 
 class PybulletSettings(SteppingSettings):
@@ -202,9 +192,27 @@ class PybulletEngine(EngineBase):
         """Return why pybullet can't be imported here and how to get it, or None."""
         return pybullet_world.unavailable()
 
-    def lacks(self, scene: Scene) -> tuple[str, ...]:
-        """Return a sentence for each thing in `scene` that is no `Feature` and can't be done."""
-        return (*_lacks_in_combination(scene), *_lacks_strength(scene), *lacks_sequence(scene))
+    def _lacking(self, scene: Scene) -> Iterator[str]:
+        slides = scene.physics.motion == "sliding"
+        if slides and len({ball.radius for ball in scene.balls}) > 1 and not scene.physics.airborne:
+            yield (
+                "no balls of different radius that slide (in space they touch along a line that "
+                "isn't level, nearer than the sum of their radii in the plane)"
+            )
+        if slides and np.any(scene.sliding_frictions == 0.0):
+            yield (
+                "no sliding without friction (Bullet's rolling friction is a part of the sliding "
+                "friction)"
+            )
+        # An impact's impulse is at most 2 m |v|, m the reduced mass and v the relative velocity,
+        # and m v^2 / 2 at most all the energy.
+        impulse = 2.0 * float(np.max(largest_momenta(scene)))
+        if impulse > MOST_IMPULSE:
+            yield (
+                f"no impulses above {MOST_IMPULSE:g} N s (Bullet's solver bounds them in each "
+                f"step; the energy of these balls could need {impulse:.3g} N s)"
+            )
+        yield from lacking_sequence(scene)
 
     def resolution(self, scene: Scene) -> float:
         """Return how far a ball goes in a step [m]; or how far from a contact its step ends."""
@@ -256,37 +264,3 @@ class PybulletEngine(EngineBase):
                 work=run.work,
                 reason=reason,
             )
-
-
-def _lacks_in_combination(scene: Scene) -> tuple[str, ...]:
-    """Return a sentence for each thing that Bullet can do, but not in this scene."""
-    if scene.physics.motion == "rolling":
-        return ()
-    sentences = []
-    if len({ball.radius for ball in scene.balls}) > 1 and not scene.physics.airborne:
-        sentences.append(
-            "no balls of different radius that slide (in space they touch along a line that isn't "
-            "level, nearer than the sum of their radii in the plane)"
-        )
-    if np.any(scene.sliding_frictions == 0.0):
-        sentences.append(
-            "no sliding without friction (Bullet's rolling friction is a part of the sliding "
-            "friction)"
-        )
-    return tuple(sentences)
-
-
-def _lacks_strength(scene: Scene) -> tuple[str, ...]:
-    """Return a sentence where an impact may need more than Bullet's solver gives.
-
-    An impact's impulse is at most 2 m |v|, m the reduced mass and v the relative velocity, and
-    m v^2 / 2 at most all the energy.
-    """
-    energy = float(energy_of(scene, initial_state(scene)).total[0])
-    impulse = 2.0 * math.sqrt(2.0 * energy * float(np.max(scene.masses)))
-    if impulse <= MOST_IMPULSE:
-        return ()
-    return (
-        f"no impulses above {MOST_IMPULSE:g} N s (Bullet's solver bounds them in each step; the "
-        f"energy of these balls could need {impulse:.3g} N s)",
-    )

@@ -10,19 +10,16 @@ solver's own error remains. `config="tuned"` is the best use of Pymunk that expe
 from __future__ import annotations
 
 import importlib.util
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 from ghostball.engine import Scene
 from ghostball.engine.scene.features import EXACT, Capabilities, Capability, Feature
-from ghostball.reference_adapters.base import EngineSettings
+from ghostball.reference_adapters.base import EngineSettings, none
 from ghostball.reference_adapters.pymunk.steppers import NativeRolling
 from ghostball.reference_adapters.stepping.ending import end_of
 from ghostball.reference_adapters.stepping.plane import Stepper
-from ghostball.reference_adapters.stepping.plane_engine import PlaneEngine, none
+from ghostball.reference_adapters.stepping.plane_engine import PlaneEngine
 from ghostball.reference_adapters.stepping.settings import SteppingSettings
-
-if TYPE_CHECKING:
-    from ghostball.reference_adapters.pymunk.world import World
 
 
 class PymunkSettings(SteppingSettings):
@@ -95,6 +92,7 @@ class PymunkEngine(PlaneEngine):
     """Pymunk behind the protocol; see the module."""
 
     name: ClassVar[str] = "pymunk"
+    WORLD: ClassVar[str] = "ghostball.reference_adapters.pymunk.world:World"
     Settings: ClassVar[type[EngineSettings]] = PymunkSettings
     TUNED: ClassVar[Capabilities] = _TUNED
     DEFAULT: ClassVar[Capabilities] = _DEFAULT
@@ -105,13 +103,6 @@ class PymunkEngine(PlaneEngine):
         if importlib.util.find_spec("pymunk") is not None:
             return None
         return "the package `pymunk` is not installed. Install it with: pip install 'pymunk>=7'"
-
-    def world(self, scene: Scene) -> World:
-        """Load Pymunk and build the scene in it."""
-        from ghostball.reference_adapters.pymunk.world import World  # noqa: PLC0415
-
-        settings: PymunkSettings = self.settings
-        return World(scene, tuned=settings.config == "tuned", iterations=settings.iterations)
 
     def stepper(self, scene: Scene, world: Any) -> Stepper:
         """Return what moves the balls on: balls that only roll, by Pymunk's own means."""

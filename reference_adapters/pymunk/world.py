@@ -13,15 +13,18 @@ import pymunk
 from numpy.typing import NDArray
 from pymunk import batch
 
-from ghostball.engine import CUSHIONS, Scene, Table
+from ghostball.engine import Scene
 from ghostball.reference_adapters.stepping.friction import ContactFriction
 from ghostball.reference_adapters.stepping.plane import (
     Collision,
+    Side,
     cushion_restitution,
     largest_momenta,
     reach_beyond,
     rubs,
+    sides_of,
 )
+from ghostball.reference_adapters.stepping.settings import SteppingSettings
 
 FloatArray = NDArray[np.float64]
 
@@ -60,12 +63,12 @@ class World:
 
     collides_first = False
 
-    def __init__(self, scene: Scene, *, tuned: bool, iterations: int | None) -> None:
+    def __init__(self, scene: Scene, settings: SteppingSettings) -> None:
         self.scene = scene
         self.collisions: list[Collision] = []
         self.contacts_solved = 0
         self._forgotten = 0
-        self.tuned = tuned
+        self.tuned = settings.config == "tuned"
         # Rounding of the momentum that each ball would have with all the energy: balls that roll on
         # together exchange impulses of this size, and don't collide.
         self._impulse_rounding = 16.0 * np.finfo(np.float64).eps * largest_momenta(scene)
@@ -75,17 +78,17 @@ class World:
         self._persistence = self._space.collision_persistence
         self._buffer = batch.Buffer()
         self.friction: ContactFriction | None = None
-        if tuned:
+        if self.tuned:
             self._tune()
             if rubs(scene):
                 self.friction = ContactFriction(scene)
-        if iterations is not None:
-            self._space.iterations = iterations
+        if settings.iterations is not None:
+            self._space.iterations = settings.iterations
+        self.iterations = self._space.iterations
         for i in range(len(scene.balls)):
-            self._add_ball(i, tuned=tuned)
-        if scene.table is not None:
-            for name in scene.table.cushions:
-                self._add_cushion(scene.table, CUSHIONS.index(name), tuned=tuned)
+            self._add_ball(i)
+        for side in sides_of(scene):
+            self._add_cushion(side)
         for other in (_BALL, _CUSHION):
             self._space.on_collision(_BALL, other, post_solve=self._note)
 
@@ -115,11 +118,6 @@ class World:
         """Return what the step's contacts added to the spins, (n, 3) [rad/s]."""
         assert self.friction is not None
         return self.friction.turns(np.array([body.angular_velocity for body in self._bodies]))
-
-    @property
-    def iterations(self) -> int:
-        """Iterations of the contact solver in each step."""
-        return self._space.iterations
 
     def positions_and_velocities(self) -> tuple[FloatArray, FloatArray]:
         """Return the centres [m] and velocities [m/s], two arrays (n, 2) float64."""
@@ -182,10 +180,10 @@ class World:
             # dead balls (e = 0) at live cushions.
             space.on_collision(_BALL, other, pre_solve=self._prepare, data=restitution)
 
-    def _add_ball(self, i: int, *, tuned: bool) -> None:
+    def _add_ball(self, i: int) -> None:
         ball = self.scene.balls[i]
         moment = pymunk.moment_for_circle(ball.mass, 0.0, ball.radius)
-        if tuned:  # a disc's moment isn't a ball's, and without friction no contact turns it
+        if self.tuned:  # a disc's moment isn't a ball's, and without friction no contact turns it
             moment = math.inf if self.friction is None else 0.4 * ball.mass * ball.radius**2
         body = pymunk.Body(ball.mass, moment)
         body.position = ball.position[0], ball.position[1]
@@ -197,26 +195,15 @@ class World:
         self._bodies.append(body)
         self._index[shape] = i
 
-    def _add_cushion(self, table: Table, cushion: int, *, tuned: bool) -> None:
-        # Each runs along one axis, at `nose` on the other.
-        across, nose, outward, length = (
-            (0, 0.0, -1.0, table.width),
-            (0, table.length, 1.0, table.width),
-            (1, 0.0, -1.0, table.length),
-            (1, table.width, 1.0, table.length),
-        )[cushion]
-        radius = CUSHION_THICKNESS if tuned else 0.0
-        beyond = CUSHION_THICKNESS + reach_beyond(self.scene) if tuned else 0.0
-        spine = nose + outward * radius
-        start, end = (
-            (spine, along) if across == 0 else (along, spine)
-            for along in (-beyond, length + beyond)
-        )
-        shape = pymunk.Segment(self._space.static_body, start, end, radius)
+    def _add_cushion(self, side: Side) -> None:
+        radius = CUSHION_THICKNESS if self.tuned else 0.0
+        beyond = CUSHION_THICKNESS + reach_beyond(self.scene) if self.tuned else 0.0
+        spine = side.ends(beyond, outward=radius)
+        shape = pymunk.Segment(self._space.static_body, *spine, radius)
         shape.elasticity = cushion_restitution(self.scene.physics)
         shape.collision_type = _CUSHION
         self._space.add(shape)
-        self._index[shape] = cushion
+        self._index[shape] = side.cushion
 
     def _parts(self, arbiter: pymunk.Arbiter) -> Collision:
         shape_a, shape_b = arbiter.shapes

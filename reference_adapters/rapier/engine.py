@@ -10,21 +10,17 @@ restitutions.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
-from ghostball.engine import Scene
 from ghostball.engine.scene.features import Capabilities, Capability
 from ghostball.reference_adapters.base import EngineSettings
-from ghostball.reference_adapters.stepping.plane import ExactSteps
+from ghostball.reference_adapters.stepping.plane import IN_SINGLE_PRECISION, ExactSteps
 from ghostball.reference_adapters.stepping.plane_engine import (
     PlaneEngine,
     default_capabilities,
     frictionless_capabilities,
 )
 from ghostball.reference_adapters.stepping.settings import SteppingSettings
-
-if TYPE_CHECKING:
-    from ghostball.reference_adapters.rapier.world import World
 
 
 class RapierSettings(SteppingSettings):
@@ -44,22 +40,15 @@ _PREDICTED = Capability(
     "approximate",
     "contacts are resolved up to 2 cm before balls touch, along the line that they have then",
 )
-_TUNED: Capabilities = frictionless_capabilities("Rapier", _HITS)
 
 
 class RapierEngine(PlaneEngine):
     """Rapier behind the protocol; see the module."""
 
     name: ClassVar[str] = "rapier"
+    WORLD: ClassVar[str] = "ghostball.reference_adapters.rapier.world:World"
     PACKAGE: ClassVar[str] = "rapier3d"
     Settings: ClassVar[type[EngineSettings]] = RapierSettings
-    TUNED: ClassVar[Capabilities] = _TUNED
-    DEFAULT: ClassVar[Capabilities] = default_capabilities(_TUNED, "Rapier", _PREDICTED)
-    EXACT_STEPS: ClassVar[ExactSteps] = ExactSteps(gap=1e-6)
-    """Single precision has 2e-7 m on a table."""
-
-    def world(self, scene: Scene) -> World:
-        """Load Rapier and build the scene in it."""
-        from ghostball.reference_adapters.rapier.world import World  # noqa: PLC0415
-
-        return World(scene, self.settings)
+    TUNED: ClassVar[Capabilities] = frictionless_capabilities("Rapier", _HITS)
+    DEFAULT: ClassVar[Capabilities] = default_capabilities(TUNED, "Rapier", _PREDICTED)
+    EXACT_STEPS: ClassVar[ExactSteps] = IN_SINGLE_PRECISION

@@ -8,15 +8,21 @@ import numpy as np
 import rapier3d
 from numpy.typing import NDArray
 
-from ghostball.engine import CUSHIONS, Scene
-from ghostball.reference_adapters.rapier.engine import RapierSettings
-from ghostball.reference_adapters.stepping.contact_world import SINGLE, ContactWorld
-from ghostball.reference_adapters.stepping.plane import (
-    INWARD,
-    Collision,
-    cushion_restitution,
-    multiplied_restitutions,
+from ghostball.engine import Scene
+from ghostball.reference_adapters.stepping.contact_world import (
+    SINGLE,
+    ContactWorld,
+    Part,
+    collision_of,
 )
+from ghostball.reference_adapters.stepping.plane import (
+    Collision,
+    Side,
+    multiplied_restitutions,
+    restitutions,
+    sides_of,
+)
+from ghostball.reference_adapters.stepping.settings import SteppingSettings
 
 FloatArray = NDArray[np.float64]
 
@@ -27,7 +33,7 @@ PREDICTION = 1e-5
 class World(ContactWorld):
     """A world with its balls in the scene's order, and the collisions of its last step."""
 
-    def __init__(self, scene: Scene, settings: RapierSettings) -> None:
+    def __init__(self, scene: Scene, settings: SteppingSettings) -> None:
         super().__init__(scene, noise=SINGLE, rubs=False)
         self._tuned = settings.config == "tuned"
         self._world = rapier3d.PhysicsWorld()
@@ -36,21 +42,14 @@ class World(ContactWorld):
             self._parameters.normalized_prediction_distance = PREDICTION
         if settings.iterations is not None:
             self._parameters.num_solver_iterations = settings.iterations
-        physics = scene.physics
-        self._restitutions = (
-            multiplied_restitutions(physics)
-            if self._tuned
-            else (physics.ball_restitution, cushion_restitution(physics))
+        self.iterations = int(self._parameters.num_solver_iterations)
+        self._restitutions = (multiplied_restitutions if self._tuned else restitutions)(
+            scene.physics
         )
-        self._parts: dict[Any, tuple[int, bool]] = {}
+        self._parts: dict[Any, Part] = {}
         self._balls = [self._ball(i) for i in range(len(scene.balls))]
-        for name in () if scene.table is None else scene.table.cushions:
-            self._cushion(CUSHIONS.index(name))
-
-    @property
-    def iterations(self) -> int:
-        """Iterations of the contact solver in each step."""
-        return int(self._parameters.num_solver_iterations)
+        for side in sides_of(scene):
+            self._cushion(side)
 
     def start(self, velocities: FloatArray, _: FloatArray | None) -> FloatArray:
         """Give the balls velocities, (n, 2) [m/s], for a step."""
@@ -66,20 +65,15 @@ class World(ContactWorld):
         pushing: set[Collision] = set()
         near: set[Collision] = set()
         for pair in self._world.narrow_phase.contact_pairs():
-            parts = [self._parts[pair.collider1], self._parts[pair.collider2]]
-            one, other = sorted(parts, key=lambda part: part[::-1])
+            collision = collision_of(self._parts[pair.collider1], self._parts[pair.collider2])
             pushes = pair.total_impulse_magnitude() > self._noise
-            (pushing if pushes else near).add(Collision(one[0], *other))
+            (pushing if pushes else near).add(collision)
         self._note(pushing, near)
 
     def positions_and_velocities(self) -> tuple[FloatArray, FloatArray]:
         """Return the centres [m] and velocities [m/s], two arrays (n, 2) float64."""
         places = np.array([tuple(ball.translation)[:2] for ball in self._bodies()])
         return places, self._kept(self._velocities())
-
-    def turns(self) -> FloatArray:
-        """Return what the step's contacts added to the spins, (n, 3) [rad/s]: nothing rubs."""
-        return np.zeros((len(self._balls), 3))
 
     def _bodies(self) -> list[Any]:
         bodies = self._world.rigid_bodies
@@ -98,16 +92,13 @@ class World(ContactWorld):
         self._add(shape, self._restitutions[False], handle, (i, False))
         return handle
 
-    def _cushion(self, cushion: int) -> None:
-        table = self._scene.table
-        assert table is not None
-        far = CUSHIONS[cushion] in ("right", "top")
-        place = (table.length, table.width, 0.0) if far else (0.0, 0.0, 0.0)
-        handle = self._world.add_body(rapier3d.RigidBody.fixed().translation(place).build())
-        shape = rapier3d.Collider.halfspace((*INWARD[cushion], 0.0))
-        self._add(shape, self._restitutions[True], handle, (cushion, True))
+    def _cushion(self, side: Side) -> None:
+        body = rapier3d.RigidBody.fixed().translation((*side.point, 0.0))
+        shape = rapier3d.Collider.halfspace((*side.normal, 0.0))
+        part = side.cushion, True
+        self._add(shape, self._restitutions[True], self._world.add_body(body.build()), part)
 
-    def _add(self, shape: Any, restitution: float, body: Any, part: tuple[int, bool]) -> None:
+    def _add(self, shape: Any, restitution: float, body: Any, part: Part) -> None:
         shape = shape.restitution(restitution).friction(0.0)
         if self._tuned:
             shape = shape.restitution_combine_rule(rapier3d.CoefficientCombineRule.MULTIPLY)

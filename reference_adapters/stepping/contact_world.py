@@ -16,6 +16,9 @@ from ghostball.reference_adapters.stepping.plane import (
 
 FloatArray = NDArray[np.float64]
 
+Part = tuple[int, bool]
+"""A ball or a cushion of a world: its index, and whether it is a cushion."""
+
 SINGLE = 16.0 * float(np.finfo(np.float32).eps)
 """Share of the largest momentum below which an impulse of single precision is rounding."""
 
@@ -33,6 +36,8 @@ class ContactWorld:
         Impulse that is none, over the largest momentum that a ball may have.
     rubs : bool
         Whether contacts may turn balls.
+    units : float [1/m]
+        Units of the engine in a metre.
 
     Attributes
     ----------
@@ -42,15 +47,20 @@ class ContactWorld:
 
     collides_first = True
 
-    def __init__(self, scene: Scene, *, noise: float, rubs: bool) -> None:
+    def __init__(self, scene: Scene, *, noise: float, rubs: bool, units: float = 1.0) -> None:
         self.collisions: list[Collision] = []
         self.contacts_solved = 0
         self.rubs = rubs
         self._scene = scene
-        self._noise = noise * float(np.max(largest_momenta(scene)))
+        self._units = units
+        self._noise = noise * units * float(np.max(largest_momenta(scene)))
         self._pushing: Set[Collision] = set()
         self._lasting: Set[Collision] = set()
         self._given, self._start = scene.velocities[:, :2], scene.angular_velocities
+
+    def turns(self) -> FloatArray:
+        """Return what the step's contacts added to the spins, (n, 3) [rad/s]: nothing rubs."""
+        return np.zeros_like(self._start)
 
     def _note(self, pushing: Set[Collision], near: Set[Collision] = frozenset()) -> None:
         """Take the contacts that pushed in a step: those that did not push before are collisions.
@@ -73,3 +83,9 @@ class ContactWorld:
         turns = spins - self._start
         turns[untouched(len(turns), self._pushing)] = 0.0
         return turns
+
+
+def collision_of(one: Part, other: Part) -> Collision:
+    """Return the collision of two parts of a world; of two balls, the first one comes first."""
+    (a, _), (b, cushion) = sorted((one, other), key=lambda part: part[::-1])
+    return Collision(a, b, cushion)

@@ -31,9 +31,59 @@ from ghostball.reference_adapters.stepping.settings import SteppingSettings
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
+Point = tuple[float, float]
 
 INWARD = ((1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0))
 """Unit normal into the table of each cushion, in the order of `CUSHIONS`."""
+
+
+class Side(NamedTuple):
+    """A cushion, an infinite line.
+
+    Attributes
+    ----------
+    cushion : int
+        Its index in `CUSHIONS`.
+    normal : two floats
+        Unit normal into the table.
+    point : two floats [m]
+        A corner of the table that the line goes through.
+    length : float [m]
+        Of the table along it.
+    """
+
+    cushion: int
+    normal: tuple[float, float]
+    point: tuple[float, float]
+    length: float
+
+    def ends(self, beyond: float, outward: float = 0.0) -> tuple[Point, Point]:
+        """Return the ends of a part of the line that goes `beyond` both corners [m].
+
+        `outward` [m] is how far it is moved out of the table.
+        """
+        (nx, ny), (x, y) = self.normal, self.point
+        if nx:
+            x -= outward * nx
+            return (x, -beyond), (x, self.length + beyond)
+        y -= outward * ny
+        return (-beyond, y), (self.length + beyond, y)
+
+
+def sides_of(scene: Scene) -> list[Side]:
+    """Return the cushions of a scene, in the order of `CUSHIONS`."""
+    table = scene.table
+    if table is None:
+        return []
+    return [
+        Side(
+            CUSHIONS.index(name),
+            INWARD[CUSHIONS.index(name)],
+            (table.length, table.width) if name in ("right", "top") else (0.0, 0.0),
+            table.width if name in ("left", "right") else table.length,
+        )
+        for name in table.cushions
+    ]
 
 
 LEAST_RESTITUTION = 2.0**-52
@@ -74,6 +124,10 @@ class ExactSteps(NamedTuple):
 
     gap: float = contact_time.CONTACT_GAP
     shortest: float = 0.0
+
+
+IN_SINGLE_PRECISION = ExactSteps(gap=1e-6)
+"""Of an engine in single precision, which has 2e-7 m on a table."""
 
 
 class PlaneWorld(Protocol):
@@ -152,6 +206,11 @@ def untouched(n: int, pushing: Set[Collision]) -> BoolArray:
     return free
 
 
+def restitutions(physics: Physics) -> tuple[float, float]:
+    """Return the restitution of balls and the normal one of cushions [1]."""
+    return physics.ball_restitution, cushion_restitution(physics)
+
+
 def cushion_restitution(physics: Physics) -> float:
     """Return the normal restitution of cushions [1]."""
     return 1.0 if physics.cushion == "mirror" else physics.cushion_restitution
@@ -166,8 +225,9 @@ def ball_friction(scene: Scene) -> float:
 
 def multiplied_restitutions(physics: Physics) -> tuple[float, float]:
     """Return factors of balls and of cushions, for an engine that takes the product of two [1]."""
-    ball = math.sqrt(max(physics.ball_restitution, LEAST_RESTITUTION))
-    return ball, cushion_restitution(physics) / ball
+    ball, cushion = restitutions(physics)
+    ball = math.sqrt(max(ball, LEAST_RESTITUTION))
+    return ball, cushion / ball
 
 
 def cushion_friction(physics: Physics) -> float:
@@ -192,6 +252,14 @@ def reach_beyond(scene: Scene) -> float:
     distances += [speed * scene.t_max] if scene.t_max is not None else []
     outside = float(np.max(np.abs(scene.positions)))  # open sides: a ball may start anywhere
     return outside + min(distances, default=0.0)
+
+
+def reach_beyond_corners(scene: Scene) -> float:
+    """Return how far beyond the corners cushions that end must go [m]: a ball may come from there.
+
+    With a length of the table for ends that are no corners to a ball.
+    """
+    return reach_beyond(scene) + (0.0 if scene.table is None else scene.table.length)
 
 
 def fastest(scene: Scene) -> float:

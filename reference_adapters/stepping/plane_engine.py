@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
-from abc import abstractmethod
+from collections.abc import Iterator
+from pkgutil import resolve_name
 from typing import ClassVar
 
 from ghostball.engine import Record, Result, Scene
 from ghostball.engine.scene.features import EXACT, Capabilities, Capability, Feature
-from ghostball.reference_adapters.base import EngineBase, lacks_sequence, resolution_of_step
+from ghostball.reference_adapters.base import (
+    EngineBase,
+    lacking_sequence,
+    none,
+    resolution_of_step,
+)
 from ghostball.reference_adapters.optional import why_not_installed
 from ghostball.reference_adapters.stepping.ending import end_of
 from ghostball.reference_adapters.stepping.plane import (
@@ -23,6 +29,8 @@ from ghostball.reference_adapters.stepping.plane import (
 class PlaneEngine(EngineBase):
     """An engine that a `PlaneWorld` stands for, with `SteppingSettings`."""
 
+    WORLD: ClassVar[str]
+    """Its `PlaneWorld`, "MODULE:CLASS", which imports the engine: so a list of engines doesn't."""
     TUNED: ClassVar[Capabilities]
     DEFAULT: ClassVar[Capabilities]
     EXACT_STEPS: ClassVar[ExactSteps] = ExactSteps()
@@ -39,9 +47,8 @@ class PlaneEngine(EngineBase):
         """How each feature of a scene is represented with these settings."""
         return self.TUNED if self.settings.config == "tuned" else self.DEFAULT
 
-    def lacks(self, scene: Scene) -> tuple[str, ...]:
-        """Return a sentence for each thing in `scene` that is no `Feature` and can't be done."""
-        return lacks_sequence(scene)
+    def _lacking(self, scene: Scene) -> Iterator[str]:
+        yield from lacking_sequence(scene)
 
     def resolution(self, scene: Scene) -> float:
         """Return how far a ball goes in a step [m]; or how far from a contact its step ends."""
@@ -50,9 +57,10 @@ class PlaneEngine(EngineBase):
             return max(gap, resolution_of_step(shortest, scene))
         return resolution_of_step(self.settings.step, scene)
 
-    @abstractmethod
     def world(self, scene: Scene) -> PlaneWorld:
-        """Load the engine, which a list of engines doesn't, and build the scene in it."""
+        """Load the engine, and build the scene in it."""
+        world: PlaneWorld = resolve_name(self.WORLD)(scene, self.settings)
+        return world
 
     def step(self, scene: Scene) -> float:  # noqa: ARG002
         """Return the step for a scene [s]; the longest, where steps end at contacts."""
@@ -77,11 +85,6 @@ class PlaneEngine(EngineBase):
         self.check(scene)
         world = self.world(scene)
         return run(scene, record, self.name, self.settings, world, self.stepper(scene, world))
-
-
-def none(how: str) -> Capability:
-    """Return the capability of what isn't represented, and why not."""
-    return Capability("none", how)
 
 
 def tuned_capabilities(title: str, hits: Capability, rubs: Capability) -> Capabilities:

@@ -8,7 +8,8 @@ the balls that roll.
 from __future__ import annotations
 
 import math
-from abc import abstractmethod
+from collections.abc import Iterator
+from pkgutil import resolve_name
 from typing import ClassVar, Literal, Protocol, Self
 
 import numpy as np
@@ -197,26 +198,25 @@ class SpaceEngine(PlaneEngine):
         own = Capability("approximate", f"{self.TITLE}'s own Coulomb friction on a plane")
         return {**capabilities, Feature.SLIDING: own, Feature.FLIGHT: self.FLIES}
 
-    def lacks(self, scene: Scene) -> tuple[str, ...]:
-        """Return a sentence for each thing in `scene` that is no `Feature` and can't be done."""
-        sentences = [*super().lacks(scene)]
-        if self.own_cloth(scene):
-            if len({ball.radius for ball in scene.balls}) > 1:
-                sentences.append(
-                    "no balls of different radius with `cloth` = own (in space they touch along a "
-                    "line that isn't level)"
-                )
-            if scene.physics.airborne and scene.table is not None and scene.table.cushions:
-                sentences.append(
-                    f"no cushions where balls may fly ({self.TITLE}'s are planes without a top: no "
-                    "ball would hop from a nose, nor leave the table)"
-                )
-            if len(set(scene.sliding_frictions.tolist())) > 1:
-                sentences.append(
-                    "no balls that slide by different coefficients with `cloth` = own (they lie on "
-                    "one plane)"
-                )
-        return tuple(sentences)
+    def _lacking(self, scene: Scene) -> Iterator[str]:
+        yield from super()._lacking(scene)
+        if not self.own_cloth(scene):
+            return
+        if len({ball.radius for ball in scene.balls}) > 1:
+            yield (
+                "no balls of different radius with `cloth` = own (in space they touch along a line "
+                "that isn't level)"
+            )
+        if scene.physics.airborne and scene.table is not None and scene.table.cushions:
+            yield (
+                f"no cushions where balls may fly ({self.TITLE}'s are planes without a top: no "
+                "ball would hop from a nose, nor leave the table)"
+            )
+        if len(set(scene.sliding_frictions.tolist())) > 1:
+            yield (
+                "no balls that slide by different coefficients with `cloth` = own (they lie on one "
+                "plane)"
+            )
 
     def own_cloth(self, scene: Scene) -> bool:
         """Whether balls lie on a plane of the engine's own."""
@@ -232,6 +232,8 @@ class SpaceEngine(PlaneEngine):
         stepper = OnItsOwnCloth(scene, world, self.step(scene), end_of(scene, self.settings))
         return run(scene, record, self.name, self.settings, world, stepper)
 
-    @abstractmethod
     def world(self, scene: Scene) -> SpaceWorld:
-        """Load the engine, which a list of engines doesn't, and build the scene in it."""
+        """Load the engine, and build the scene in it."""
+        own_cloth = self.own_cloth(scene)
+        world: SpaceWorld = resolve_name(self.WORLD)(scene, self.settings, own_cloth=own_cloth)
+        return world

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import atexit
 import os
+from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 from typing import Any, ClassVar
@@ -17,7 +18,7 @@ import numpy as np
 from ghostball.engine import Record, Result, Scene, UnsupportedSceneError
 from ghostball.engine.core.cache_folder import cache_folder
 from ghostball.engine.scene.features import EXACT, Capabilities, Capability, Feature
-from ghostball.reference_adapters.base import EngineBase, EngineSettings
+from ghostball.reference_adapters.base import EngineBase, EngineSettings, none
 from ghostball.reference_adapters.elsewhere import Run
 from ghostball.reference_adapters.registry import EngineUnavailableError
 from ghostball.reference_adapters.workers.process import (
@@ -75,10 +76,6 @@ class WorkerEngine(EngineBase):
         return Run.parse(values, f"the answer of `{self.name}`").result(scene, record=record)
 
 
-def _none(how: str) -> Capability:
-    return Capability("none", how)
-
-
 _ONE_AFTER_ANOTHER = (
     'no impacts = "simultaneous" where balls touch (it resolves one contact after another)'
 )
@@ -105,8 +102,8 @@ class PooltoolEngine(WorkerEngine):
         apart = Capability(
             "approximate", "exact, but that balls are moved 1 um apart at each impact"
         )
-        one = _none("pooltool has one number of each kind for all balls here")
-        no_law = _none("driven here with mirrors and Han's cushions alone")
+        one = none("pooltool has one number of each kind for all balls here")
+        no_law = none("driven here with mirrors and Han's cushions alone")
         return {
             Feature.ROLLING: EXACT,
             Feature.SLIDING: EXACT,
@@ -117,31 +114,28 @@ class PooltoolEngine(WorkerEngine):
             Feature.BALL_RESTITUTION: apart,
             Feature.BALL_FRICTION: apart,
             Feature.SPEED_DEPENDENT_FRICTION: apart,
-            Feature.MATHAVAN_BALL: _none("driven here with its frictional, inelastic impacts"),
+            Feature.MATHAVAN_BALL: none("driven here with its frictional, inelastic impacts"),
             Feature.UNEQUAL_MASSES: one,
             Feature.UNEQUAL_RADII: one,
             Feature.PER_BALL_FRICTION: one,
             Feature.UNBOUNDED_CLOTH: Capability("approximate", "on a table of 1 km"),
-            Feature.OPEN_SIDES: _none("its tables have all four cushions here"),
+            Feature.OPEN_SIDES: none("its tables have all four cushions here"),
             Feature.MIRROR_CUSHION: apart,
             Feature.CUSHION_RESTITUTION: no_law,
             Feature.CUSHION_TANGENTIAL: no_law,
             Feature.FRICTIONAL_CUSHION: no_law,
             Feature.HAN_CUSHION: apart,
             Feature.MATHAVAN_CUSHION: no_law,
-            Feature.AIR_DRAG: _none("pooltool has no air"),
-            Feature.QUADRATIC_ROLLING: _none("pooltool's rolling friction is one at any speed"),
-            Feature.FLIGHT: _none("pooltool's balls never leave the cloth"),
+            Feature.AIR_DRAG: none("pooltool has no air"),
+            Feature.QUADRATIC_ROLLING: none("pooltool's rolling friction is one at any speed"),
+            Feature.FLIGHT: none("pooltool's balls never leave the cloth"),
         }
 
-    def lacks(self, scene: Scene) -> tuple[str, ...]:
-        """Return a sentence for each thing in `scene` that is no `Feature` and can't be done."""
-        sentences = []
+    def _lacking(self, scene: Scene) -> Iterator[str]:
         if scene.physics.motion == "rolling":
-            sentences.append("no balls that always roll (its balls slide before they roll)")
+            yield "no balls that always roll (its balls slide before they roll)"
         if scene.physics.impacts == "simultaneous" and _frozen(scene):
-            sentences.append(_ONE_AFTER_ANOTHER)
-        return tuple(sentences)
+            yield _ONE_AFTER_ANOTHER
 
     def resolution(self, scene: Scene) -> float:  # noqa: ARG002
         """Return how far it moves balls at an impact [m]."""
@@ -158,8 +152,8 @@ class BilliardsEngine(WorkerEngine):
     @property
     def capabilities(self) -> Capabilities:
         """How each feature of a scene is represented."""
-        elastic = _none("its impacts are elastic, and without friction")
-        cloth = _none("it has no cloth: its balls are never slowed")
+        elastic = none("its impacts are elastic, and without friction")
+        cloth = none("it has no cloth: its balls are never slowed")
         return {
             Feature.ROLLING: Capability("approximate", "where nothing slows them"),
             Feature.SLIDING: cloth,
@@ -185,16 +179,13 @@ class BilliardsEngine(WorkerEngine):
             Feature.FLIGHT: cloth,
         }
 
-    def lacks(self, scene: Scene) -> tuple[str, ...]:
-        """Return a sentence for each thing in `scene` that is no `Feature` and can't be done."""
-        sentences = []
+    def _lacking(self, scene: Scene) -> Iterator[str]:
         if np.any(scene.rolling_frictions != 0.0):
-            sentences.append("no friction of the cloth (its balls are never slowed)")
+            yield "no friction of the cloth (its balls are never slowed)"
         if scene.t_max is None:
-            sentences.append("no shots to rest (its balls are never slowed: set `t_max`)")
+            yield "no shots to rest (its balls are never slowed: set `t_max`)"
         if scene.physics.impacts == "simultaneous" and _frozen(scene):
-            sentences.append(_ONE_AFTER_ANOTHER)
-        return tuple(sentences)
+            yield _ONE_AFTER_ANOTHER
 
     def resolution(self, scene: Scene) -> float:  # noqa: ARG002
         """Return 0: it goes from collision to collision, and errs by rounding alone."""
