@@ -14,7 +14,7 @@ import ghostball.validation.parallel.pool
 from ghostball.engine import Ball, Scene, Table
 from ghostball.validation.checks.criteria import Criteria
 from ghostball.validation.stress import run_stress
-from ghostball.validation.stress.selection import chosen_trials, path_of
+from ghostball.validation.stress.families import chosen_trials, path_of
 from ghostball.validation.suite.suite import run_suite
 
 ENGINES = ("ghostball", "paper-discrete")

@@ -8,9 +8,8 @@ from __future__ import annotations
 
 from functools import cache
 
-from ghostball.validation.stress.family import Family
 from ghostball.validation.stress.proved import ProvedTrial
-from ghostball.validation.stress.trial import SceneTrial, Suite, Trial
+from ghostball.validation.stress.trial import Family, SceneTrial, Suite, Trial
 
 
 @cache

@@ -23,16 +23,11 @@ from ghostball.validation.checks.criteria import common_criteria
 from ghostball.validation.checks.violations import faults_of
 from ghostball.validation.grading.certified_growth import growth_of_proof
 from ghostball.validation.grading.certified_widths import is_differentiated
-from ghostball.validation.grading.gradable import (
-    gradable,
-)
-from ghostball.validation.grading.grading import (
-    Grade,
-    grade,
-)
+from ghostball.validation.grading.gradable import gradable
+from ghostball.validation.grading.grading import Grade, grade
 from ghostball.validation.grading.horizon import GRID, horizon
 from ghostball.validation.grading.tolerances import OFF_BY, ROUNDINGS, TOLERANCE, UNIT_ROUNDOFF
-from ghostball.validation.stress.judges import is_exact
+from ghostball.validation.stress.invariants import is_exact
 from ghostball.validation.stress.trial import Judge, Trial, Verdict, play
 from ghostball.validation.truth.scene_truth import truth_of
 
@@ -41,7 +36,7 @@ LONGEST = 2.0
 
 
 @dataclass(frozen=True)
-class AsProved:
+class MatchesProof:
     """Whether a run has the events of the shot's proof, and no others; and ends where it does.
 
     As far as the proof goes, and the shot can be predicted in double precision.
@@ -98,7 +93,7 @@ class AsProved:
         found = grade(result, proof, gradable(scene, proof))
         faults = list(faults_of(found, scene))
         faults += _moved(found) if not faults else []
-        faults += own_words(result, proof, found.until)
+        faults += self_reported_growth(result, proof, found.until)
         nearest = (found.quality_factor or 0.0) / quality_limit()
         values = {
             "quality_factor": found.quality_factor,
@@ -111,7 +106,7 @@ class AsProved:
 
 
 def proved_too_little(scene: Scene, proof: Certificate, least: int | None) -> str:
-    """Return what is wrong where a proof ends before it must, else ""; see `AsProved.least`."""
+    """Return what is wrong where a proof ends before it must, else ""; see `MatchesProof.least`."""
     found = len(proof.events)
     if proof.proved or (least is not None and found >= least):
         return ""
@@ -122,7 +117,7 @@ def proved_too_little(scene: Scene, proof: Certificate, least: int | None) -> st
     )
 
 
-def own_words(result: Result, proof: Certificate, until: float = math.inf) -> list[str]:
+def self_reported_growth(result: Result, proof: Certificate, until: float = math.inf) -> list[str]:
     """Return what a run says of its own predictability that the proved motion contradicts.
 
     Its horizon, and how far rounding displaces its balls; as far as the shot is proved, and up to
@@ -208,7 +203,7 @@ class ProvedTrial(Trial):
     name : str
     scene : Scene
     least, cached
-        As of `AsProved`.
+        As of `MatchesProof`.
     also : callable or None
         Another judge of the same run.
     """
@@ -221,7 +216,7 @@ class ProvedTrial(Trial):
 
     def run(self, engine: ReferenceEngine) -> Verdict:
         """Prove the shot, run it, compare."""
-        judge = AsProved(least=self.least, cached=self.cached)
+        judge = MatchesProof(least=self.least, cached=self.cached)
         proof = judge.proof(self.scene)
         refuse_long(engine, self.scene, float(proof.t_end))
         result = play(engine, self.scene, truth=partial(truth_of, self.scene))

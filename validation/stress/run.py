@@ -34,7 +34,7 @@ from ghostball.validation.results.environment import describe_environment
 from ghostball.validation.results.record_store import Name
 from ghostball.validation.runs.runner import run
 from ghostball.validation.scenes.library import FOLDER
-from ghostball.validation.stress.families import FAMILIES
+from ghostball.validation.stress.families import FAMILIES, chosen_trials
 from ghostball.validation.stress.findings import (
     RUN,
     Finding,
@@ -45,7 +45,6 @@ from ghostball.validation.stress.findings import (
     is_stress_folder,
     save_worst,
 )
-from ghostball.validation.stress.selection import chosen_trials
 from ghostball.validation.stress.trial import (
     CRASHED,
     StressError,

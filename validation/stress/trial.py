@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, Literal
 
@@ -86,6 +86,22 @@ class Verdict:
         found = tuple(faults)
         near = graded_severity(severity, bool(found))
         return cls(found, scene, near, 1, bool(found), values or {})
+
+    @classmethod
+    def of_all(
+        cls, verdicts: Sequence[Verdict], values: Mapping[str, Any] | None = None
+    ) -> Verdict:
+        """Return the verdict on several shots: the worst one's scene and values stand for them."""
+        worst = max(verdicts, key=lambda one: (one.broken, one.severity))
+        faults = tuple(
+            f"{one.scene.name}: {fault}"
+            for one in verdicts
+            if one.scene is not None
+            for fault in one.faults
+        )
+        broken = sum(one.broken for one in verdicts)
+        shown = worst.values if values is None else values
+        return cls(faults, worst.scene, worst.severity, len(verdicts), broken, shown)
 
     def joined(self, other: Verdict) -> Verdict:
         """Return the verdict of this judge and of another one on the same shot."""
@@ -215,3 +231,29 @@ def play(
         return Verdict.of(scene, faults, 10.0) if faults else result
     why = f": {result.reason}" if result.reason else ""
     return Verdict.of(scene, [f"it stops at {result.rest_time:.6g} s: {result.status.value}{why}"])
+
+
+@dataclass(frozen=True)
+class Family:
+    """One question, asked over a range.
+
+    Attributes
+    ----------
+    name : str
+        As on the command line, such as "grazing".
+    title : str
+        A few words, for tables.
+    asks : str
+        What an engine must do to survive, a sentence or two.
+    trials : callable
+        Given the suite, yields the trials; those of "quick" are among those of "full", or are
+        smaller ones of the same kind. Made anew at each call, always the same.
+    ours_alone : bool
+        Whether it is about our engine, and so is tried for our engine alone.
+    """
+
+    name: str
+    title: str
+    asks: str
+    trials: Callable[[Suite], Iterable[Trial]]
+    ours_alone: bool = False

@@ -28,8 +28,7 @@ from ghostball.validation.stress import (
     Suite,
     run_stress,
 )
-from ghostball.validation.stress.family import Family
-from ghostball.validation.stress.selection import chosen_trials, path_of
+from ghostball.validation.stress.families import chosen_trials, path_of
 from ghostball.validation.stress.survival import (
     Survival,
     all_survival,
@@ -38,6 +37,7 @@ from ghostball.validation.stress.survival import (
     trying_again,
 )
 from ghostball.validation.stress.tracked import tracked_numbers
+from ghostball.validation.stress.trial import Family
 
 FAULTS_SHOWN = 3
 """How many broken trials of an engine in a family are named; the others are counted."""

@@ -19,7 +19,7 @@ from ghostball.validation.grading.certified_growth import CertifiedGrowth, growt
 from ghostball.validation.grading.horizon import horizon
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.scenes.random_shots import random_shot
-from ghostball.validation.stress.proved import own_words
+from ghostball.validation.stress.proved import self_reported_growth
 
 CHANGE = 1e-9
 """Largest displacement [m] that differences are taken over: the second order is 1e-9 of it."""
@@ -184,7 +184,7 @@ def test_there_is_no_derivative_past_two_collisions_at_one_instant() -> None:
 def test_what_our_engine_says_of_itself_agrees(name: str) -> None:
     scene = find_scene(name)
     result, proof = simulate(scene, record="trajectory"), certify(scene, motion=True)
-    assert own_words(result, proof) == []
+    assert self_reported_growth(result, proof) == []
 
 
 def test_our_engines_sample_of_roundings_is_as_near_as_it_says() -> None:
@@ -243,12 +243,14 @@ def test_growth_that_an_engine_inflates_is_seen(
     result, proof = simulate(scene, record="trajectory"), certify(scene, motion=True)
     right = type(result.rounding).growth
     monkeypatch.setattr(type(result.rounding), "growth", lambda *a: factor * right(*a))
-    assert any("`sensitivity` of ball" in fault for fault in own_words(replace(result), proof))
+    assert any(
+        "`sensitivity` of ball" in fault for fault in self_reported_growth(replace(result), proof)
+    )
 
 
 def test_a_horizon_that_an_engine_makes_up_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     scene = find_scene("half-ball-cut")
     result, proof = simulate(scene, record="trajectory"), certify(scene, motion=True)
     monkeypatch.setattr(type(result), "horizon", lambda *_: 0.1)
-    (fault,) = own_words(result, proof)
+    (fault,) = self_reported_growth(result, proof)
     assert fault.startswith("`horizon()` is 0.1 s")

@@ -19,10 +19,15 @@ from ghostball.reference_adapters.certified import CertifiedSettings, certify
 from ghostball.reference_adapters.registry import make_engine
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.scenes.random_shots import random_shot
-from ghostball.validation.stress.families import graded, near_degenerate, touching
+from ghostball.validation.stress.families import extremes, graded, touching
 from ghostball.validation.stress.families.extremes import ICE, cut
 from ghostball.validation.stress.families.graded import FULL_SHOTS, PROOF
-from ghostball.validation.stress.proved import AsProved, ProvedTrial, partly_proved, quality_limit
+from ghostball.validation.stress.proved import (
+    MatchesProof,
+    ProvedTrial,
+    partly_proved,
+    quality_limit,
+)
 from ghostball.validation.stress.trial import SceneTrial
 
 R = 2.0**-5
@@ -46,14 +51,14 @@ def run() -> Result:
 
 def test_our_engine_keeps_to_the_proof_and_another_shot_does_not() -> None:
     scene = find_scene("half-ball-cut")
-    verdict = AsProved()(simulate(scene, record="trajectory"))
+    verdict = MatchesProof()(simulate(scene, record="trajectory"))
     assert verdict.faults == ()
     assert verdict.values["events"] == 3
     assert 0.0 < verdict.severity < 1.0
     # The same shot, played with a restitution that is off by a part in a million.
     physics = scene.physics.model_copy(update={"ball_restitution": 1.0 - 1e-6})
     wrong = simulate(scene.model_copy(update={"physics": physics}), record="trajectory")
-    verdict = AsProved()(replace(wrong, scene=scene))
+    verdict = MatchesProof()(replace(wrong, scene=scene))
     assert any("quality_factor" in fault for fault in verdict.faults)
     assert verdict.severity >= 1.0
 
@@ -61,20 +66,22 @@ def test_our_engine_keeps_to_the_proof_and_another_shot_does_not() -> None:
 def test_an_event_that_is_not_proved_is_seen(run):
     # A run whose only collision was passed over, and the balls went through each other.
     none = run.events[:0]
-    (first, *_) = AsProved()(replace(run, events=none)).faults
+    (first, *_) = MatchesProof()(replace(run, events=none)).faults
     assert "events_missing" in first
-    assert "events_invented" in AsProved()(replace(run, events=np.repeat(run.events, 2))).faults[0]
+    assert (
+        "events_invented" in MatchesProof()(replace(run, events=np.repeat(run.events, 2))).faults[0]
+    )
 
 
 def test_an_end_that_is_not_proved_is_seen(run):
     off = run.final_state.positions.copy()
     off[0, 0, 0] += 1e-12
     exact = replace(run, final_state=run.final_state._replace(positions=off))
-    assert any("quality_factor" in fault for fault in AsProved()(exact).faults)
+    assert any("quality_factor" in fault for fault in MatchesProof()(exact).faults)
 
 
 def test_a_right_run_survives(run):
-    assert AsProved()(run).faults == ()
+    assert MatchesProof()(run).faults == ()
 
 
 def test_an_engine_that_steps_is_asked_what_its_step_allows():
@@ -96,11 +103,11 @@ def test_an_engine_that_steps_is_asked_what_its_step_allows():
 def test_a_ball_that_nothing_moves_must_stay():
     still = Scene(name="still", t_max=1.0, balls=[Ball(id="a", radius=R, position=(0.25, 0.0))])
     right = simulate(still, record="trajectory")
-    assert AsProved()(right).faults == ()
+    assert MatchesProof()(right).faults == ()
     off = right.final_state.positions + np.array([2.0**-60, 0.0, 0.0])
     off[0, 0, 0] = np.nextafter(0.25, 1.0)
     crept = replace(right, final_state=right.final_state._replace(positions=off))
-    assert AsProved()(crept).faults
+    assert MatchesProof()(crept).faults
 
 
 def test_the_limit_is_that_of_the_common_criteria():
@@ -112,17 +119,17 @@ def test_a_proof_that_says_nothing_is_no_pass():
     name = "corner-elastic-slanting-gap-0"
     (scene,) = (one.scene for one in touching.FAMILY.trials("quick") if one.name == name)
     with pytest.raises(GhostballError, match="nothing is proved of scene"):
-        AsProved()(simulate(scene, record="trajectory"))
+        MatchesProof()(simulate(scene, record="trajectory"))
     with pytest.raises(GhostballError, match="nothing is proved of scene"):
         ProvedTrial(name, scene).run(make_engine("ghostball"))
 
 
 def proved():
-    for family in (near_degenerate, touching, graded):
+    for family in (extremes, touching, graded):
         for trial in family.FAMILY.trials("quick"):
             if isinstance(trial, ProvedTrial):
-                yield trial.scene, AsProved(least=trial.least, cached=trial.cached)
-            elif isinstance(trial, SceneTrial) and isinstance(trial.judge, AsProved):
+                yield trial.scene, MatchesProof(least=trial.least, cached=trial.cached)
+            elif isinstance(trial, SceneTrial) and isinstance(trial.judge, MatchesProof):
                 yield trial.scene, trial.judge
 
 
@@ -139,12 +146,12 @@ def test_a_proof_that_ends_before_it_must_fails_whatever_the_run() -> None:
     scene = find_scene("half-ball-cut")
     result = simulate(scene, record="trajectory")
     gave_up = CertifiedSettings(max_events=1)
-    verdict = AsProved(settings=gave_up)(result)
+    verdict = MatchesProof(settings=gave_up)(result)
     assert "only 1 events of scene 'half-ball-cut' are proved, all to its end" in str(verdict)
-    assert AsProved(settings=gave_up, least=1)(result).faults == ()
-    (fault,) = AsProved(settings=gave_up, least=2)(result).faults
+    assert MatchesProof(settings=gave_up, least=1)(result).faults == ()
+    (fault,) = MatchesProof(settings=gave_up, least=2)(result).faults
     assert ", 2 must be: event limit" in fault
-    assert AsProved(least=7)(result).faults == ()  # all of its three are proved
+    assert MatchesProof(least=7)(result).faults == ()  # all of its three are proved
 
 
 def test_partly_proved_shots_are_listed_and_no_others() -> None:

@@ -15,9 +15,9 @@ from ghostball.engine import EngineFailedError, GhostballError, SceneError, Unsu
 from ghostball.validation.results.database import transaction, writing
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.stress import StressOutcome, run_stress
+from ghostball.validation.stress.families import chosen_trials
 from ghostball.validation.stress.findings import Finding, StressFolder, StressRun
 from ghostball.validation.stress.run import StressTask, run_trial
-from ghostball.validation.stress.selection import chosen_trials
 from ghostball.validation.stress.trial import (
     CRASHED,
     NOT_FINITE,

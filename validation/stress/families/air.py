@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from ghostball.validation.stress.family import Family
 from ghostball.validation.stress.same.trials import trials_of
-from ghostball.validation.stress.trial import Suite, Trial
+from ghostball.validation.stress.trial import Family, Suite, Trial
 
 
 def _trials(suite: Suite) -> Iterator[Trial]:

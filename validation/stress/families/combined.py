@@ -9,10 +9,9 @@ from typing import ClassVar
 from ghostball.engine import Scene
 from ghostball.reference_adapters import ReferenceEngine
 from ghostball.validation.scenes.random_scenes import ASPECTS, random_scene
-from ghostball.validation.stress.family import Family
 from ghostball.validation.stress.same.plays import sweep
 from ghostball.validation.stress.same.trials import trials_of
-from ghostball.validation.stress.trial import Suite, Trial, Verdict
+from ghostball.validation.stress.trial import Family, Suite, Trial, Verdict
 
 LONG_SWEEP = 600
 """Shots of a sweep that threads share among them: more than each takes at a time."""

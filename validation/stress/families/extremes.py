@@ -17,9 +17,8 @@ from typing import Any
 
 from ghostball.engine import Ball, Physics, Scene, Table
 from ghostball.engine.scene import POOL_BALL_MASS as MASS, POOL_BALL_RADIUS as RADIUS
-from ghostball.validation.stress.family import Family
 from ghostball.validation.stress.proved import ProvedTrial
-from ghostball.validation.stress.trial import Suite, Trial
+from ghostball.validation.stress.trial import Family, Suite, Trial
 
 WAY = 0.0625
 """Way of the cue ball to the other one [m]."""
@@ -128,6 +127,24 @@ def _speeds(suite: Suite) -> Iterator[Trial]:
         yield ProvedTrial(f"speed-bounces-{_tag(power)}", scene)
 
 
+def _differences(suite: Suite) -> Iterator[Trial]:
+    """Yield a ball that catches up with another one, which is almost as fast."""
+    for power in _spread(suite, range(-11, 0)):
+        slower = 10.0**power
+        closes = slower * SPEED * 0.5 * T_MAX
+        for kind, fields in KINDS.items():
+            balls = [
+                Ball(id="behind", position=(0.0, 0.0), velocity=(SPEED, 0.0)),
+                Ball(
+                    id="ahead",
+                    position=(2.0 * RADIUS + closes, 0.0),
+                    velocity=(SPEED * (1.0 - slower), 0.0),
+                ),
+            ]
+            scene = Scene(name="alike", physics=Physics(**fields), t_max=T_MAX, balls=balls)
+            yield ProvedTrial(f"speed-difference-{kind}-{_tag(power)}", scene)
+
+
 def _ratios(suite: Suite) -> Iterator[Trial]:
     for power in _spread(suite, range(-6, 7)):
         for kind, fields in KINDS.items():
@@ -139,7 +156,7 @@ def _ratios(suite: Suite) -> Iterator[Trial]:
                 yield ProvedTrial(f"{what}-ratio-{kind}-{_tag(power)}", scene)
 
 
-def _crowds(suite: Suite) -> Iterator[Trial]:
+def _among_many(suite: Suite) -> Iterator[Trial]:
     """Yield two large balls that meet in front of a hundred small ones, 40 and 400 times smaller.
 
     Two of those meet a little later. Who finds neighbours in cells must have cells for the largest
@@ -247,7 +264,10 @@ def _tiny(suite: Suite) -> Iterator[Trial]:
 
 
 def _trials(suite: Suite) -> Iterator[Trial]:
-    parts = (_speeds, _ratios, _crowds, _tables, _moved, _frictions, _restitutions, _tiny)
+    parts = (
+        *(_speeds, _differences, _ratios, _among_many),
+        *(_tables, _moved, _frictions, _restitutions, _tiny),
+    )
     for part in parts:
         yield from part(suite)
 
@@ -255,8 +275,9 @@ def _trials(suite: Suite) -> Iterator[Trial]:
 FAMILY = Family(
     "extremes",
     "Extremes of speed, size, mass, place and friction",
-    "Shots with one number far out (speeds 5e-324 to 1e49 m/s, ratios of radii and masses to 1e6, "
-    "tables from 1 mm to 1e6 m, 1e6 m from the origin, friction 0 to 10, restitution 0 and 1) come "
-    "out as proved: within some roundings, or, of engines that step, within what the step allows.",
+    "Shots with one number far out (speeds 5e-324 to 1e49 m/s, two that differ by 1e-11 of them, "
+    "ratios of radii and masses to 1e6, tables from 1 mm to 1e6 m, 1e6 m from the origin, friction "
+    "0 to 10, restitution 0 and 1) come out as proved: within some roundings, or, of engines that "
+    "step, within what the step allows.",
     _trials,
 )

@@ -10,12 +10,11 @@ import numpy as np
 
 from ghostball.engine import Ball, EventKind, Physics, Result, Scene
 from ghostball.validation.stress.families.graded import BATCH, ProvedShots
-from ghostball.validation.stress.family import Family
-from ghostball.validation.stress.in_space import SoundInSpace
+from ghostball.validation.stress.judges import Invariants
 from ghostball.validation.stress.random_jumps import random_jump
 from ghostball.validation.stress.same.plays import MOST_EVENTS
 from ghostball.validation.stress.same.trials import trials_of
-from ghostball.validation.stress.trial import SceneTrial, Suite, Trial, Verdict
+from ghostball.validation.stress.trial import Family, SceneTrial, Suite, Trial, Verdict
 
 R = Ball(id="any", position=(0.0, 0.0)).radius
 G = 9.81
@@ -104,12 +103,12 @@ def _trials(suite: Suite) -> Iterator[Trial]:
     for depth in [s * 10.0**-k for k in range(1, finest) for s in (1.0, -1.0)]:
         for turn in (0.0, 0.7) if suite == "quick" else (0.0, 0.3, 0.7, 2.0):
             scene = over_the_top(depth, turn)
-            yield SceneTrial(scene.name, scene, SoundInSpace(meets=depth > 0.0))
+            yield SceneTrial(scene.name, scene, Invariants(meets=depth > 0.0))
     for aside in (0.0, 1e-13, 1e-6, 0.5, 1.5):
         for restitution in (0.0, 0.95, 1.0):
             for drop in (0.1,) if suite == "quick" else (0.1, 1e-3, 1e-7):
                 scene = on_top(aside, restitution, drop)
-                yield SceneTrial(scene.name, scene, SoundInSpace(meets=True))
+                yield SceneTrial(scene.name, scene, Invariants(meets=True))
     for restitution in (0.0, 0.3, 0.6, 0.9, 0.99):
         for count in (1, 2):
             scene = endless(count, restitution, 0.1)
@@ -118,7 +117,7 @@ def _trials(suite: Suite) -> Iterator[Trial]:
             yield SceneTrial(scene.name, scene, Lands(ends))
     size, chunks = (40, 1) if suite == "quick" else (500, 5)
     for flight in ("low", "jump", "drop", "on-top"):
-        yield from trials_of(flight, size, chunks, ("ends", "sound"), flight=flight)
+        yield from trials_of(flight, size, chunks, ("ends", "invariants"), flight=flight)
     count = 30 if suite == "quick" else 300
     for start in range(0, count, BATCH):
         yield ProvedJumps(f"proved-jumps-{start:03d}-{start + BATCH - 1:03d}", start, BATCH)

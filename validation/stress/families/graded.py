@@ -12,9 +12,8 @@ from ghostball.reference_adapters import ReferenceEngine
 from ghostball.reference_adapters.certified import CertifiedSettings
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.scenes.random_shots import random_shot
-from ghostball.validation.stress.family import Family
-from ghostball.validation.stress.proved import AsProved, partly_proved
-from ghostball.validation.stress.trial import SceneTrial, Suite, Trial, Verdict, play
+from ghostball.validation.stress.proved import MatchesProof, partly_proved
+from ghostball.validation.stress.trial import Family, SceneTrial, Suite, Trial, Verdict, play
 
 PROOF = CertifiedSettings(max_events=5_000)
 """How far a shot is proved: a few elastic ones have thousands of events."""
@@ -63,7 +62,7 @@ CALM = range(10, 90)
 Of the first hundred, shots 1 and 97 do have them.
 """
 
-AS_PROVED = AsProved(settings=PROOF)
+MATCHES_PROOF = MatchesProof(settings=PROOF)
 
 
 @dataclass(frozen=True)
@@ -92,17 +91,7 @@ class ProvedShots(Trial):
 
     def run(self, engine: ReferenceEngine) -> Verdict:
         """Play and judge them; the verdict shows the shot that came off worst."""
-        verdicts = [self._judge(engine, self.shot(n)) for n in self._numbers()]
-        worst = max(verdicts, key=lambda verdict: (verdict.broken, verdict.severity))
-        faults = [
-            f"{verdict.scene.name}: {fault}"
-            for verdict in verdicts
-            for fault in verdict.faults
-            if verdict.scene is not None
-        ]
-        broken = sum(verdict.broken for verdict in verdicts)
-        values = dict(worst.values)
-        return Verdict(tuple(faults), worst.scene, worst.severity, len(verdicts), broken, values)
+        return Verdict.of_all([self._judge(engine, self.shot(n)) for n in self._numbers()])
 
     def examples(self) -> Iterable[Scene]:
         """Yield the shots."""
@@ -123,7 +112,7 @@ class ProvedShots(Trial):
         result = play(engine, scene)
         if isinstance(result, Verdict):
             return result
-        return replace(AS_PROVED, cached=self.cached, least=self.least(scene))(result)
+        return replace(MATCHES_PROOF, cached=self.cached, least=self.least(scene))(result)
 
 
 @dataclass(frozen=True)
@@ -180,17 +169,17 @@ def _odd_shots() -> Iterator[Scene]:
 
 def _trials(suite: Suite) -> Iterator[Trial]:
     for name in SHIPPED:
-        as_proved = replace(AS_PROVED, least=PARTLY_PROVED.get(name))
+        as_proved = replace(MATCHES_PROOF, least=PARTLY_PROVED.get(name))
         yield ProvedShot(name, find_scene(name), as_proved)
     for scene in _odd_shots():
-        yield ProvedShot(scene.name, scene, AS_PROVED)
+        yield ProvedShot(scene.name, scene, MATCHES_PROOF)
     for kind, physics in (
         ("elastic", Physics(rolling_friction=0.0)),
         ("sliding", Physics(preset="pool")),
     ):
         for number in range(1 if suite == "quick" else 10):
             name = f"crowd-{kind}-{number}"
-            yield ProvedShot(name, crowd(name, physics, number), AS_PROVED)
+            yield ProvedShot(name, crowd(name, physics, number), MATCHES_PROOF)
     for first in range(0, QUICK_SHOTS if suite == "quick" else FULL_SHOTS, BATCH):
         calm = first in CALM and first + BATCH - 1 in CALM
         batch = CalmShots if calm else ProvedShots

@@ -17,8 +17,7 @@ import numpy as np
 from mpmath import mp, mpf, workdps
 
 from ghostball.engine import Ball, EventKind, Physics, Result, Scene, Table
-from ghostball.validation.stress.family import Family
-from ghostball.validation.stress.trial import SceneTrial, Suite, Trial, Verdict
+from ghostball.validation.stress.trial import Family, SceneTrial, Suite, Trial, Verdict
 
 SPEED = 1.0
 WAY = 0.1

@@ -20,7 +20,6 @@ from ghostball.reference_adapters import ReferenceEngine
 from ghostball.reference_adapters.base import resolution_of
 from ghostball.reference_adapters.registry import OURS
 from ghostball.validation.grading.tolerances import EPS
-from ghostball.validation.stress.family import Family
 from ghostball.validation.stress.gas import (
     ICE,
     FloatArray,
@@ -31,8 +30,8 @@ from ghostball.validation.stress.gas import (
     patient,
     stray_momentum,
 )
-from ghostball.validation.stress.judges import is_exact, overlap_limit, overlaps, solver_noise
-from ghostball.validation.stress.trial import Suite, Trial, Verdict, graded_severity, play
+from ghostball.validation.stress.invariants import is_exact, overlap_limit, overlaps, solver_noise
+from ghostball.validation.stress.trial import Family, Suite, Trial, Verdict, graded_severity, play
 
 SEGMENT = 20_000
 """Collisions of a gas that are recorded at once; the next run begins where this one ended."""

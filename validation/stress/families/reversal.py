@@ -21,9 +21,8 @@ from ghostball.engine.sensitivity import QUALITY, ROUNDING
 from ghostball.reference_adapters import ReferenceEngine
 from ghostball.reference_adapters.registry import OURS
 from ghostball.validation.runs.our_run import run_ours
-from ghostball.validation.stress.family import Family
 from ghostball.validation.stress.gas import ICE, begun_at_end, gas
-from ghostball.validation.stress.trial import Suite, Trial, Verdict, play
+from ghostball.validation.stress.trial import Family, Suite, Trial, Verdict, play
 
 TOLERANCE = 1e-3 * RADIUS
 """Distance from the start up to which balls have come back [m]."""

@@ -9,8 +9,7 @@ from typing import ClassVar
 from ghostball.engine import Scene
 from ghostball.reference_adapters import ReferenceEngine
 from ghostball.validation.scenes.library import select
-from ghostball.validation.stress.family import Family
-from ghostball.validation.stress.trial import Suite, Trial, Verdict, broken_law, play
+from ghostball.validation.stress.trial import Family, Suite, Trial, Verdict, broken_law, play
 from ghostball.validation.suite.plan import shipped_criteria
 from ghostball.validation.truth.scene_truth import truth_of
 

@@ -8,11 +8,10 @@ from dataclasses import replace
 from itertools import product
 
 from ghostball.engine import Physics, Scene, Table
-from ghostball.validation.stress.family import Family
+from ghostball.validation.stress.judges import Both, Ends, Invariants
 from ghostball.validation.stress.proved import ProvedTrial
 from ghostball.validation.stress.rows import RADIUS, Plane, ball, resting_row
-from ghostball.validation.stress.sound import Both, Ends, Sound
-from ghostball.validation.stress.trial import SceneTrial, Suite, Trial, size
+from ghostball.validation.stress.trial import Family, SceneTrial, Suite, Trial, size
 
 ROOT3 = math.sqrt(3.0)
 
@@ -81,7 +80,7 @@ def _pairs(suite: Suite) -> Iterator[Trial]:
                 ball("b", (c * apart, s * apart)),
             ],
         )
-        sound = Sound(most_events=4, most_steps=200, isolated=kind == "elastic")
+        sound = Invariants(most_events=4, most_steps=200, isolated=kind == "elastic")
         if kind == "elastic" and word == "into" and gap == 0.0 and turn != 0.0:
             # The first ball ends at rest or creeps by a rounding: which, no proof tells, so that it
             # says nothing of the shot. Equal masses trade velocities.
@@ -111,14 +110,14 @@ def _on_cushions(suite: Suite) -> Iterator[Trial]:
                 t_max=T_MAX,
                 balls=[ball("a", place, velocity)],
             )
-            sound = Sound(most_events=6, most_steps=200)
+            sound = Invariants(most_events=6, most_steps=200)
             if where == "corner" and word == "slanting" and gap == 0.0:
                 yield SceneTrial(name, scene, _from_corner(kind, place, course, sound))
             else:
                 yield ProvedTrial(name, scene, also=sound, cached=False)
 
 
-def _from_corner(kind: str, place: Plane, course: Plane, sound: Sound) -> Sound | Both:
+def _from_corner(kind: str, place: Plane, course: Plane, sound: Invariants) -> Invariants | Both:
     """Return the judge of a ball that leaves a corner, into which it is pushed at the start.
 
     Which of both cushions comes first no proof tells, and so it says nothing of the shot. Mirrors
@@ -154,17 +153,37 @@ def _into_corners(suite: Suite) -> Iterator[Trial]:
         beyond = 0.5 - 2.0 * far  # to the corner and back, and then that much
         place = tuple(p + b * beyond for p, b in zip((x, y), back, strict=True))
         ends = Ends(((back[0], back[1]),), collisions=2, positions=((place[0], place[1]),))
-        yield SceneTrial(name, scene, Both(Sound(most_events=2), ends))
+        yield SceneTrial(name, scene, Both(Invariants(most_events=2), ends))
 
 
-def _bounds(scene: Scene, kind: str) -> Sound:
+def _bounds(scene: Scene, kind: str) -> Invariants:
     """Return what is asked of a row, a rack or a wedge."""
     n, elastic = len(scene.balls), kind == "elastic"
-    return Sound(
+    return Invariants(
         most_events=EVENTS_PER_BALL * n,
         most_steps=0 if elastic else STEPS_PER_BALL * n,
         isolated=elastic and scene.table is None,
     )
+
+
+def _cradles(suite: Suite) -> Iterator[Trial]:
+    """Yield balls that run into a row: as many leave it, and the others stay.
+
+    Equal masses trade velocities: as many collisions as passings of `k` balls through `n`.
+    """
+    rows = (2, 5) if suite == "quick" else (1, 2, 3, 4, 5, 8, 15)
+    for n, k, gap in product(rows, (1, 2, 3), _few_gaps(suite)):
+        if k > n:
+            continue
+        first = -(2.0 * RADIUS + 2.0**-5)
+        places = [first - i * (2.0 * RADIUS + 2.0**-6) for i in range(k)]
+        coming = [ball(f"in{i}", (x, 0.0), (1.0, 0.0)) for i, x in enumerate(places)]
+        name = f"cradle-{k}-into-{n}-gap-{size(gap)}"
+        balls = [*reversed(coming), *resting_row(n, gap)]
+        scene = Scene(name=name, physics=KINDS["elastic"], t_max=0.125, balls=balls)
+        ends = Ends(((0.0, 0.0),) * n + ((1.0, 0.0),) * k, collisions=n * k)
+        bounds = Invariants(most_events=n * k, isolated=True, images=tuple(range(n + k)))
+        yield SceneTrial(name, scene, Both(bounds, ends))
 
 
 def _lines(suite: Suite) -> Iterator[Trial]:
@@ -208,7 +227,7 @@ def _triangles(suite: Suite) -> Iterator[Trial]:
             replace(_bounds(scene, kind), images=images_of(places), skew=SKEW_OF_RACK),
         )
         still = Scene(name=f"still-{name}", physics=physics, t_max=0.01, balls=balls)
-        calm = Sound(most_events=0, still=tuple(range(n)), images=images_of(places))
+        calm = Invariants(most_events=0, still=tuple(range(n)), images=images_of(places))
         yield SceneTrial(still.name, still, calm)
 
 
@@ -259,6 +278,7 @@ def _trials(suite: Suite) -> Iterator[Trial]:
     yield from _pairs(suite)
     yield from _on_cushions(suite)
     yield from _into_corners(suite)
+    yield from _cradles(suite)
     yield from _lines(suite)
     yield from _triangles(suite)
     yield from _wedged(suite)
@@ -268,7 +288,8 @@ FAMILY = Family(
     "touching",
     "Touching starts",
     "Balls that touch each other, a cushion or a corner at the start, or are 1e-15 to 1e-3 m from "
-    "it, collide as is proved; racks and lines come apart without overlap or gain of energy, "
+    "it, collide as is proved; as many balls leave a cradle as run into it; racks and lines come "
+    "apart without overlap or gain of energy, "
     "straight shots stay their own mirror image, and what nothing hits stays where it is.",
     _trials,
 )

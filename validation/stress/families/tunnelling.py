@@ -29,9 +29,8 @@ from ghostball.reference_adapters import ReferenceEngine
 from ghostball.validation.grading.tolerances import EPS
 from ghostball.validation.runs.playing import run_engine
 from ghostball.validation.runs.steps import step_setting, with_step
-from ghostball.validation.stress.family import Family
-from ghostball.validation.stress.judges import energies, is_exact
-from ghostball.validation.stress.trial import Suite, Trial, Verdict, play
+from ghostball.validation.stress.invariants import is_exact
+from ghostball.validation.stress.trial import Family, Suite, Trial, Verdict, play
 
 DIAMETER = 2.0 * POOL_BALL_RADIUS
 
@@ -209,7 +208,7 @@ class Energy(Trial):
         return Verdict.of(self.scene, faults, error / limit, values)
 
     def _error(self, result: Result) -> float:
-        first, last = energies(result, np.array([0.0, result.rest_time]))
+        first, last = result.energy(np.array([0.0, result.rest_time])).total
         return float(abs(last - self.energy) / first)
 
     def examples(self) -> Iterator[Scene]:

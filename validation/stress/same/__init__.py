@@ -20,7 +20,7 @@ Check = Callable[[Scene], str | None]
 CHECKS: Final[Mapping[str, Check]] = {
     "ends": motion.ends,
     "sampled": motion.sampled,
-    "sound": motion.sound,
+    "invariants": motion.invariants,
     "records": plays.records,
     "many": plays.many,
     "sweep": plays.sweep,

@@ -43,20 +43,15 @@ class SameScenes(Trial):
 
     def run(self, engine: ReferenceEngine) -> Verdict:  # noqa: ARG002 - it is about our engine
         """Put the scenes to the checks."""
-        faults: list[str] = []
-        worst: tuple[float, Scene | None] = (-1.0, None)
-        broken, most = 0, 0
+        verdicts = []
         for k, scene in enumerate(self._scenes()):
             found = differences(scene, CHECKS if k == 0 else self.checks)
-            faults += [f"{scene.name}: {name}: {sentence}" for name, sentence in found.items()]
-            broken += bool(found)
             work = sum(played(scene).work[name] for name in ("events", "contact_steps"))
-            most = max(most, work)
             severity = 1.0 + len(found) if found else work / (work + 1e6)
-            if severity > worst[0]:
-                worst = (severity, scene)
-        values = {"most_events_and_steps": most}
-        return Verdict(tuple(faults), worst[1], worst[0], self.count, broken, values)
+            faults = [f"{name}: {sentence}" for name, sentence in found.items()]
+            verdicts.append(Verdict.of(scene, faults, severity, {"work": work}))
+        most = max(one.values["work"] for one in verdicts)
+        return Verdict.of_all(verdicts, {"most_events_and_steps": most})
 
     def examples(self) -> Iterator[Scene]:
         """Yield scenes with every variant of the kernels that is needed, or nearly."""

@@ -23,7 +23,6 @@ from ghostball.validation.stress.families.tunnelling import (
     own_step,
     passing,
 )
-from ghostball.validation.stress.judges import energies
 
 
 def test_the_half_chord_of_a_full_hit_is_a_diameter():
@@ -86,7 +85,7 @@ def test_the_own_step_is_what_the_engine_runs_with():
 @pytest.mark.parametrize("shot", [elastic_break, bounces])
 def test_a_wrong_energy_breaks_an_engine(shot):
     scene, energy = shot()
-    first = energies(simulate(scene, record="trajectory"), np.array([0.0]))[0]
+    first = simulate(scene, record="trajectory").energy(np.array([0.0])).total[0]
     for off, breaks in ((1e-14, "ghostball"), (2e-3, "pymunk")):
         verdict = Energy("some", scene, energy + off * first, ()).run(make_engine(breaks))
         assert "energy at the end is off" in verdict.faults[0]

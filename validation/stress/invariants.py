@@ -1,0 +1,319 @@
+"""What must hold in any run, looked up in its recorded motion by brute force; and how well.
+
+Exact motion is held to rounding, and to what a sustained contact may be off by. An engine that
+steps is held to the law that holds for every engine (`trial.play`): of overlaps of balls and of
+energy nothing else is asked. What the law has no metric of may be off by what the engine's step
+explains, where it is a place, and by the noise that the law leaves to a solver, where it is a part.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ghostball.engine import ExactTrajectory, Result, Samples, Scene, Status
+from ghostball.engine.core.tolerances import LOWEST_HOP, MOTION_ERROR
+from ghostball.engine.running.skips import is_integrated
+from ghostball.engine.trajectory import Phase, SampledTrajectory, energy_of
+from ghostball.validation.checks.criteria import common_criteria
+from ghostball.validation.checks.energy_gain import largest_rise
+from ghostball.validation.grading.tolerances import EPS
+from ghostball.validation.runs.steps import STEP_SETTINGS
+
+FloatArray = NDArray[np.float64]
+
+Measured = dict[str, tuple[float, float]]
+"""What is measured of a run: by its name, its value and the most that it may be."""
+
+CONTACT_SLOP = 2.0**-37
+"""Overlap, in diameters, that an exact motion may have in a contact that lasts.
+
+4e-13 m for pool balls: a thousand roundings of a coordinate on a table, so that the force that
+holds a gap closed isn't made of rounding.
+"""
+
+BOUNCE_SLOP = 4.0 * LOWEST_HOP
+"""The same of balls that fly: what is pressed together there bounces instead of being held."""
+
+LAW_ERROR = 1e-7
+"""Of the speeds, what a law may be off by that integrates over an impact: twice that of the energy,
+at each of two instants."""
+
+MOST_STEPS = 64
+"""Contact steps that may err the same way: more than a contact takes from its start to its end."""
+
+MOST_DISTANCES = 4_000_000
+"""Distances of two balls that are computed in one run: of more instants, some are left out."""
+
+
+def measured(result: Result, times: FloatArray, *, random: bool = False) -> Measured:
+    """Return what no run may do, how much of it this one does, and the most that it may.
+
+    Parameters
+    ----------
+    result : Result
+        Recorded as a trajectory.
+    times : (k,) float64 [s]
+        Instants at which it is looked at.
+    random : bool
+        Whether the shot is a random one of any features. Such a one may have thousands of events,
+        last for days, or have a law that is integrated: their roundings are permitted.
+    """
+    scene, states = result.scene, result.sample(times)
+    in_space = scene.physics.airborne
+    if in_space:
+        found = _depths_in_space(result, times, states)
+    else:
+        found = _depths_on_cloth(result, times, states, random)
+    if is_exact(result):
+        many = random or in_space
+        limit = rise_limit_of_many(result, times, states) if many else rise_limit(result)
+        limit += 4.0 * LAW_ERROR if random and not in_space and is_integrated(scene) else 0.0
+        rise = energy_rise(energy_of(scene, states).total)
+        found["rise of the energy [1]"] = (rise, limit)
+    found["contact steps or joint impacts left unsolved"] = (float(unsolved(result)), 0.0)
+    return found
+
+
+def faults_in(found: Measured) -> list[str]:
+    """Return what is measured and more than it may be, one sentence each."""
+    return [
+        f"{name} of {value:.3g}, at most {limit:.3g}"
+        for name, (value, limit) in found.items()
+        if not value <= limit  # nor where it is NaN
+    ]
+
+
+def _depths_on_cloth(result: Result, times: FloatArray, states: Samples, random: bool) -> Measured:
+    """Return how deep balls overlap each other, of exact motion, and how deep cushions."""
+    depths = overlaps(result.scene, states.positions)
+    limit = overlap_limit(result, states.positions)
+    ways = np.zeros(len(times))
+    if random:  # the instant of an impact is rounded, and two balls go on for that long
+        speeds = np.linalg.norm(states.velocities, axis=2).max(axis=1)
+        ways = 2.0 * speeds * np.spacing(times)
+    found: Measured = {}
+    for column, name in enumerate(("overlap of balls [m]", "overlap of ball and cushion [m]")):
+        if column == 1 or is_exact(result):
+            k = int(np.argmax(depths[:, column] - ways))
+            found[name] = (float(np.maximum(depths[k, column], 0.0)), limit + float(ways[k]))
+    return found
+
+
+def _depths_in_space(result: Result, times: FloatArray, states: Samples) -> Measured:
+    """Return how deep balls are in the table, in each other, and in the noses of cushions."""
+    scene = result.scene
+    here = result.phases(times) != Phase.GONE
+    places, radii = states.positions, scene.radii
+    rounding = gap_rounding(scene, places)
+    limit = rounding + BOUNCE_SLOP * 2.0 * float(radii.max())
+    found = {"depth in the table [m]": (float((radii - places[:, :, 2]).max()), rounding)}
+    first, second = np.triu_indices(len(radii), 1)
+    if len(first):
+        between = np.linalg.norm(places[:, first] - places[:, second], axis=2)
+        depth = radii[first] + radii[second] - between
+        depth = np.where(here[:, first] & here[:, second], depth, -1.0)
+        found["overlap of balls [m]"] = (float(depth.max()), limit)
+    if scene.table is not None and scene.table.cushions:
+        x, y = places[:, :, 0], places[:, :, 1]
+        above = places[:, :, 2] - scene.physics.cushion_height
+        inward = {
+            "left": x,
+            "right": scene.table.length - x,
+            "bottom": y,
+            "top": scene.table.width - y,
+        }
+        deepest = -1.0
+        for side in scene.table.cushions:
+            depth = radii - np.hypot(np.maximum(inward[side], 0.0), above)
+            deepest = max(float(np.where(here, depth, -1.0).max()), deepest)
+        found["overlap of ball and nose [m]"] = (deepest, limit)
+    if result.status is Status.REST:
+        last = result.sample([result.rest_time])
+        on_cloth = result.phases(np.array([result.rest_time]))[0] != Phase.GONE
+        above = np.where(on_cloth, np.abs(last.positions[0, :, 2] - radii), 0.0)
+        found["height of a ball at rest over the cloth [m]"] = (float(above.max()), rounding)
+    return found
+
+
+def overlaps(scene: Scene, positions: FloatArray) -> FloatArray:
+    """Return the deepest overlap of two balls, and of a ball with a cushion, at each instant.
+
+    Parameters
+    ----------
+    scene : Scene
+    positions : (k, n, 3) float64 [m]
+
+    Returns
+    -------
+    (k, 2) float64 [m]
+        Negative where nothing touches.
+    """
+    radii = scene.radii
+    deepest = np.full((len(positions), 2), -np.inf)
+    first, second = np.triu_indices(len(radii), 1)
+    x, y = positions[:, :, 0], positions[:, :, 1]
+    if len(first):
+        dx, dy = x[:, first] - x[:, second], y[:, first] - y[:, second]
+        reach = radii[first] + radii[second]
+        deepest[:, 0] = np.max(reach - np.sqrt(dx * dx + dy * dy), axis=1)
+    if scene.table is not None:
+        beyond = {
+            "left": radii - x,
+            "right": x + radii - scene.table.length,
+            "bottom": radii - y,
+            "top": y + radii - scene.table.width,
+        }
+        for name in scene.table.cushions:
+            deepest[:, 1] = np.maximum(deepest[:, 1], np.max(beyond[name], axis=1))
+    return deepest
+
+
+def instants(result: Result, between: int = 7) -> FloatArray:
+    """Return the instants at which a run is looked at, (k,) [s], sorted.
+
+    Parameters
+    ----------
+    result : Result
+        Recorded with "events" or "trajectory".
+    between : int
+        Instants from each event to the next, beside those of the events themselves.
+
+    Notes
+    -----
+    Where an engine records frames: these alone. Between them its states are means of two, which it
+    never claimed, and a mean of the velocities before and after an impact has lost energy.
+    """
+    if isinstance(result.trajectory, SampledTrajectory):
+        return np.unique(result.trajectory.times)
+    assert result.events is not None
+    marks = np.unique(np.concatenate(([0.0], result.events["t"], [result.rest_time])))
+    parts = np.arange(between + 1) / (between + 1)
+    inner = marks[:-1, np.newaxis] + np.diff(marks)[:, np.newaxis] * parts
+    return np.append(inner.ravel(), marks[-1])
+
+
+def instants_of_change(result: Result, between: int = 3) -> FloatArray:
+    """Return `instants`, and in exact motion whenever a ball's motion changes, and just before.
+
+    Where that is more than `MOST_DISTANCES` allows: some of them, evenly taken, and the end.
+    """
+    times = instants(result, between)
+    if isinstance(result.trajectory, ExactTrajectory):
+        changes = np.concatenate([knots[:, 0] for knots in result.trajectory.knots])
+        changes = changes[(changes > 0.0) & (changes <= result.rest_time)]
+        times = np.unique(np.concatenate((times, changes, np.nextafter(changes, 0.0))))
+    most = max(MOST_DISTANCES // len(result.scene.balls) ** 2, 2)
+    if len(times) > most:
+        times = times[np.linspace(0, len(times) - 1, most).round().astype(np.int64)]
+    return times
+
+
+def energy_rise(energy: FloatArray) -> float:
+    """Return by how much energy ever exceeds the least before it, over the first.
+
+    So that many small rises count as what they add up to. 0 where it never rises, infinite where it
+    rises from 0.
+
+    Parameters
+    ----------
+    energy : (k,) float64 [J]
+        In order of time.
+    """
+    rise = largest_rise(energy)
+    if rise <= 0.0:
+        return 0.0
+    return rise / float(energy[0]) if energy[0] > 0.0 else np.inf
+
+
+def is_exact(result: Result) -> bool:
+    """Whether a run is held to rounding: its motion is recorded in closed form."""
+    return isinstance(result.trajectory, ExactTrajectory)
+
+
+def overlap_limit(result: Result, positions: FloatArray) -> float:
+    """Return the deepest overlap that a run may have at these places, (k, n, 3) [m]; in metres.
+
+    Of an engine that steps that is with a cushion; the law says how deep balls may overlap.
+    """
+    scene = result.scene
+    slop = CONTACT_SLOP * 2.0 * float(scene.radii.max())
+    return gap_rounding(scene, positions) + (slop if is_exact(result) else way_of_a_step(result))
+
+
+@cache
+def solver_noise() -> float:
+    """Return the part of the energy that the common law leaves to any engine's solver."""
+    rows = common_criteria().criteria
+    (limit,) = (one.limit for one in rows if one.metric == "energy_rise" and one.claiming is None)
+    return float(limit)
+
+
+def rise_limit(result: Result) -> float:
+    """Return the largest `energy_rise` that an exact motion may have.
+
+    A rounding of each of the three parts that a ball's energy has, for the sum
+    over them may round all the same way; of few balls, those of their speeds as well.
+    """
+    return max(16.0, 3.0 * len(result.scene.balls)) * EPS
+
+
+def rise_limit_of_many(result: Result, times: FloatArray, states: Samples) -> float:
+    """Return the largest `energy_rise` that an exact motion of many events may have.
+
+    Bounces of balls that lie on others lose nothing, so that the roundings of many add up, by
+    chance half a spacing of doubles each, sqrt(n) / 2 of n together, and four times as much isn't
+    seen. A height is recorded as that of the centre, and rounded so: half a spacing at each of two
+    instants. An instant, too, is rounded, to what the cloth takes in the spacing of the clock
+    there: next to nothing, unless a slow ball slides after days. And each contact step may err by
+    `MOTION_ERROR` of the velocities, so by twice that of the energy. Steps of one contact err the
+    same way, and one takes no more than some fifty.
+    """
+    scene = result.scene
+    limit = rise_limit(result) + 2.0 * EPS * math.sqrt(result.work["events"])
+    first = float(energy_of(scene, states).total[0])
+    if scene.physics.airborne and first > 0.0:
+        weights = scene.physics.gravity * scene.masses
+        limit += EPS * float(weights @ states.positions[:, :, 2].max(axis=0)) / first
+    if first > 0.0:
+        limit += 4.0 * float(np.max(np.spacing(times) * _most_taken(scene, states))) / first
+    steps = min(result.work.get("contact_steps", 0), MOST_STEPS)
+    return limit + (2.0 * MOTION_ERROR * (1 + steps) if steps else 0.0)
+
+
+def _most_taken(scene: Scene, states: Samples) -> FloatArray:
+    """Return at most what the cloth takes of the energy at each instant, (k,) [W]."""
+    speeds = np.linalg.norm(states.velocities, axis=2)
+    speeds += scene.radii * np.linalg.norm(states.angular_velocities, axis=2)
+    frictions = np.maximum(scene.sliding_frictions, scene.rolling_frictions)
+    taken: FloatArray = speeds @ (frictions * scene.masses * scene.physics.gravity)
+    return taken
+
+
+def gap_rounding(scene: Scene, positions: FloatArray) -> float:
+    """Return how far rounding alone may put a closed gap off [m]: some ulps of the coordinates."""
+    largest = float(np.max(np.abs(positions[:, :, :2]), initial=0.0))
+    return 8.0 * EPS * max(largest, float(scene.radii.max()))
+
+
+def way_of_a_step(result: Result) -> float:
+    """Return how far the fastest ball goes at first in a step of the engine [m].
+
+    Infinite where the result doesn't say how long its steps are. Its speed is that of the centre or
+    of the surface, whichever is greater: spin becomes speed.
+    """
+    steps = (float(result.settings.get(name) or math.inf) for name in STEP_SETTINGS)
+    step = min(steps, default=math.inf)
+    scene = result.scene
+    centres = np.linalg.norm(scene.velocities, axis=1)
+    surfaces = scene.radii * np.linalg.norm(scene.angular_velocities, axis=1)
+    fastest = float(np.maximum(centres, surfaces).max())
+    return step * fastest if fastest > 0.0 else 0.0
+
+
+def unsolved(result: Result) -> int:
+    """Return how many contact steps and joint impacts an engine of ours left unsolved."""
+    return sum(count for name, count in result.work.items() if name.startswith("unsolved"))
