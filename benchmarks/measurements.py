@@ -16,7 +16,7 @@ from rich.table import Table
 
 from ghostball.engine import GhostballError
 from ghostball.validation.results.environment import describe_environment
-from ghostball.validation.results.files import told, write_whole
+from ghostball.validation.results.files import describe_validation_error, write_whole
 
 STORE = Path(__file__).resolve().parent / "results"
 """Committed measurements, one folder per machine."""
@@ -95,7 +95,7 @@ class Measurement(Record):
         except (OSError, UnicodeDecodeError) as error:
             raise BenchError(f"{path}: can't read the measurement: {error}") from None
         except ValidationError as error:
-            raise BenchError(f"{path}: {told(error)}. Measure again") from None
+            raise BenchError(f"{path}: {describe_validation_error(error)}. Measure again") from None
 
     @classmethod
     def committed(cls) -> Self | None:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from ghostball.reference_adapters.registry import OURS
 from ghostball.reports.words import many
 from ghostball.validation.baselines.regression import UNCOMPARED, Regression, SceneChange
-from ghostball.validation.checks.difference import BAD
+from ghostball.validation.checks.difference import FAILING
 from ghostball.validation.checks.verdict import Verdict, verdict_of
 from ghostball.validation.results.store import CaseRecord, Results
 from ghostball.validation.scenes import commands
@@ -147,4 +147,4 @@ def kinds_text(changes: Sequence[SceneChange]) -> str:
 
 def bad_cases(results: Results) -> list[CaseRecord]:
     """Return the cases that make a run fail, in its order."""
-    return [case for case in results.cases if verdict_of(case) in BAD]
+    return [case for case in results.cases if verdict_of(case) in FAILING]

@@ -31,7 +31,7 @@ from ghostball.validation.baselines.regression import UNCOMPARED
 from ghostball.validation.checks.criteria import Criteria
 from ghostball.validation.checks.law import Asked
 from ghostball.validation.checks.metric_table import METRICS
-from ghostball.validation.runs.playing import apart
+from ghostball.validation.runs.playing import in_other_process
 from ghostball.validation.scenes.commands import regress as regress_command
 from ghostball.validation.scenes.library import scene_names, select
 from ghostball.validation.suite.conformance import (
@@ -202,7 +202,9 @@ class _Plan:
     def _player(self) -> ReferenceEngine:
         """The engine in a process of its own, one for all scenes; it ends with `process`."""
         engine = self.engine.make()
-        return self.process.enter_context(apart(engine, self.time_limit, self.printed.append))
+        return self.process.enter_context(
+            in_other_process(engine, self.time_limit, self.printed.append)
+        )
 
     def commands(self, nodeid: str, scene: Scene) -> Iterator[str]:
         """Yield what runs a test again, and what shows where the shot parts from the true one."""

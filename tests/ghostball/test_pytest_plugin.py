@@ -154,7 +154,7 @@ def test_an_engine_that_hangs_or_crashes_fails_that_scene_alone(pytester):
         "half-ball-cut::completes": "PASSED",
     }
     text = result.stdout.str()
-    assert "mine failed: the process running it died (exit code 7)" in text
+    assert "mine failed: the process running it crashed (exit code 7)" in text
     assert "straight \\x1b[31m to descriptor 1" in text  # in a section of its own
     assert "\x1b[31m" not in text
 

@@ -19,7 +19,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "(discriminant >= 0.0) & (closing | (acceleration < 0.0))",
         "(discriminant >= 0.0) & closing",
         "A gap that opens at first, and is pulled closed later, is never seen to close.",
-        "near-degenerate/rolling-slowed-more-by-1e-03-met",
+        "touching/line-of-5-sliding-gap-0",
     ),
     Mutation(
         "naive root",
@@ -68,7 +68,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "        if m == 0 or t == 0.0:\n"
         "            _update_ball(balls, laws, pairs, contacts, balls.touched[1 + m], t)\n",
         "The second ball of an impact keeps the predictions of before.",
-        "cradles/1-into-2-gap-0",
+        "graded/three-ball-chain",
     ),
     Mutation(
         "stale slot",
@@ -121,7 +121,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "-(1.0 + laws.ball_restitution) * (nx * vx + ny * vy)",
         "-(1.0 + 1.01 * laws.ball_restitution) * (nx * vx + ny * vy)",
         "Balls that only roll part 1 % too fast.",
-        "near-degenerate/elastic-slower-by-1e-01-at-0-turned-0",
+        "graded/head-on",
     ),
     Mutation(
         "restitution - 1e-6",
@@ -139,7 +139,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "    balls.state[j].vx *= 1.0 - 5e-10\n"
         "    balls.state[j].vy *= 1.0 - 5e-10\n",
         "Each impact takes a billionth of a ball's energy.",
-        "near-degenerate/elastic-slower-by-1e-01-at-0-turned-0",
+        "graded/head-on",
     ),
     Mutation(
         "masses ignored",
@@ -157,7 +157,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "    balls.state[i].x -= 1e-9 * nx\n"
         "    balls.state[i].y -= 1e-9 * ny\n",
         "A collision moves a ball by a nanometre.",
-        "near-degenerate/elastic-slower-by-1e-01-at-0-turned-0",
+        "graded/head-on",
     ),
     Mutation(
         "wrong grip",
@@ -219,7 +219,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "balls.state[i].bx = 2.5 * ay / radius",
         "balls.state[i].bx = -2.5 * ay / radius",
         "The cloth turns a sliding ball about x the wrong way.",
-        "near-degenerate/sliding-slower-by-1e-01-at-1e-04-turned-0",
+        "touching/wedged-corner-sliding-gap-0",
     ),
     Mutation(
         "sliding friction / 2",
@@ -394,7 +394,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "    if status == RUN_T_MAX:\n        t = laws.t_max\n",
         "    if status == RUN_T_MAX:\n        t = (1.0 - 1e-9) * laws.t_max\n",
         "A run ends a part in a billion before its time.",
-        "near-degenerate/elastic-slower-by-1e-01-at-0-turned-0",
+        "extremes/speed-elastic-1e-09",
     ),
     # What grading must not lean on: the engine's account of itself.
     *(
@@ -404,7 +404,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
             "        result[order] = total * math.sqrt(",
             f"        result[order] = {factor}.0 * total * math.sqrt(",
             f"Rounding is said to displace balls {factor} times as far as it does.",
-            "near-degenerate/elastic-slower-by-1e-01-at-0-turned-0",
+            "graded/head-on",
         )
         for factor in (30, 1000)
     ),
@@ -431,7 +431,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "            if len(self.events) >= max_events:",
         "            if len(self.events) >= min(max_events, 1):",
         "Every proof ends after one event.",
-        "near-degenerate/elastic-slower-by-1e-01-at-0-turned-0",
+        "graded/head-on",
         "reference_adapters",
     ),
     Mutation(

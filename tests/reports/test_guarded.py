@@ -106,7 +106,7 @@ def test_a_process_that_dies_costs_its_part_alone(module_folder, monkeypatch):
     monkeypatch.setattr(report, "_make_in_worker", die_of_one_scene)
     failed, html = written(module_folder, jobs=2)
     assert failed == ["part of report.html on scene stop"]
-    assert "the process running it died (exit code 7)" in html
+    assert "the process running it crashed (exit code 7)" in html
     assert 'data-replay="replay-head-on"' in html
 
 

@@ -75,7 +75,6 @@ class Acceptance:
         Scenes that moved too, and weren't asked for.
     broken : tuple of SceneChange
         Those that were accepted though they break limits of truth.
-    changelog : Path
     """
 
     written: tuple[str, ...]

@@ -43,7 +43,7 @@ from ghostball.validation.baselines.observed import KEPT_EVENTS, Observed
 from ghostball.validation.baselines.places import ENDING, BaselineError
 from ghostball.validation.baselines.regression import Level
 from ghostball.validation.checks.metric_table import METRICS
-from ghostball.validation.results.files import told, toml_of
+from ghostball.validation.results.files import describe_validation_error, toml_of
 from ghostball.validation.truth.scene_truth import OUR_NAME
 
 SCHEMA: Final = 3
@@ -129,7 +129,7 @@ class Hashes(_Model):
     """Hashes of a run; see `Observed`.
 
     `level` "error": any bit that moves fails, as our engine promises the same ones on every
-    machine. "warn": rounding is told and passes, and results that changed fail. "off": neither.
+    machine. "warn": rounding is reported and passes, and results that changed fail. "off": neither.
     """
 
     bits: Hash
@@ -224,8 +224,6 @@ class Baseline(_Model):
 
         Parameters
         ----------
-        observed : Observed
-        accepted : Accepted
         earlier : Baseline, optional
             The one that it replaces: its bands and levels stay where they still hold.
         engine : str
@@ -337,7 +335,7 @@ def baseline_of(text: str, path: Path, engine: str = OUR_NAME) -> Baseline:
     try:
         baseline = Baseline.model_validate(data)
     except ValidationError as error:
-        raise BaselineError(f"{path}: {told(error)}. {_RESTORE}") from None
+        raise BaselineError(f"{path}: {describe_validation_error(error)}. {_RESTORE}") from None
     if baseline.scene != path.name.removesuffix(ENDING):
         raise BaselineError(
             f"{path}:{line_of(text, 'scene')}: `scene` must be the name of its file, got "

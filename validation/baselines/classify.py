@@ -42,7 +42,6 @@ def classify(
     ----------
     base, head : Observed
         Of one scene by name.
-    bands : Bands
     allowance : callable
         Returns what rounding explains in `head`; called only where bits differ.
     command : str

@@ -50,15 +50,15 @@ PENDING = "not accepted yet"
 
 
 @cache
-def crowds() -> tuple[Scene, ...]:
+def many_ball_scenes() -> tuple[Scene, ...]:
     """Return the shots of many balls that have baselines but no files: they are made by a rule."""
     return many_balls()
 
 
 def check_baselines(folder: Path, scenes: Sequence[str], engine: str = OUR_NAME) -> None:
-    """Read an engine's baselines of some scenes: nonsense is told before anything runs.
+    """Read an engine's baselines of some scenes: what is nonsense is refused before anything runs.
 
-    One of another schema version is passed over: it is told with its scene.
+    One of another schema version is passed over here, and reported with its scene.
 
     Raises
     ------
@@ -85,7 +85,6 @@ def compare_results(
 
     Parameters
     ----------
-    results : Results
     folder : Path
         Of the baselines of this engine.
     label : str
@@ -155,8 +154,6 @@ def compare_case(
 
     Parameters
     ----------
-    case : CaseRecord
-    motion : Motion
     folder : Path
         Of the baselines of this engine.
     label : str
@@ -207,16 +204,18 @@ def _observed(
             case.load_scene(),
             case if motion is None else Observed.of_case(case, motion),
         )
-    for scene in crowds() if whole and label == OUR_NAME else ():
-        yield scene, _crowd(scene)
+    for scene in many_ball_scenes() if whole and label == OUR_NAME else ():
+        yield scene, _many_ball_run(scene)
 
 
-def _crowd(scene: Scene) -> Observed | CaseRecord:
+def _many_ball_run(scene: Scene) -> Observed | CaseRecord:
     """Return what our engine did in a shot of many balls, or that it failed."""
     try:
         result = run_ours(scene, "events")
         check_result(result, scene, OUR_NAME, "events")
-    except Exception as error:  # a fault of the engine, told with its scene, as in every other one
+    except (
+        Exception
+    ) as error:  # a fault of the engine, reported with its scene, as in every other one
         case = Case(scene, OUR_NAME, TruthFailure("", ""))
         return failed(blank_record(case), f"{type(error).__name__}: {error}")
     return Observed.of_result(result)
@@ -252,7 +251,9 @@ def _compare(
         "scene": scene.name,
         "title": scene.title,
         # The shots of many balls are no files: they run with all others.
-        "command": commands.regress(None if scene in crowds() else scene.name, engine=label),
+        "command": commands.regress(
+            None if scene in many_ball_scenes() else scene.name, engine=label
+        ),
         "head_hash": head.bits,
     }
 

@@ -51,12 +51,10 @@ class Observed:
     rest_positions : (n, 3) float64 [m]
     events : structured array (`EVENT_DTYPE`)
         All of them, or the first ones, of a baseline of a long shot.
-    event_count : int
     bits, sequence : str
         Hashes of all bits, and of the order of all events alone; see `engine.result.hashes`.
     metrics : dict of str to int or float
         Those that have a value, without those that compare our engine with itself.
-    work : dict of str to int
     ids : tuple of str
         Of the balls.
     """

@@ -111,7 +111,6 @@ class SceneChange(_Model):
 
     Attributes
     ----------
-    change : Change
     failed : bool
         Whether it fails the gate.
     summary : str
@@ -172,7 +171,6 @@ class Regression(_Model):
         (`validation.results.environment.describe_environment`).
     outcome : "passed", "failed" or "no-baseline"
         The last where nothing failed, but some scene could not be compared: that is no pass.
-    scenes : tuple of SceneChange
     stale : tuple of str
         Baselines of scenes that are no more.
     warnings : tuple of str

@@ -14,7 +14,7 @@ from ghostball.engine.result.hashes import bits_hash
 from ghostball.reference_adapters.registry import EngineUnavailableError, make_engine
 from ghostball.validation.baselines.observed import Observed
 from ghostball.validation.baselines.regression import SceneChange
-from ghostball.validation.runs.playing import apart, run_engine
+from ghostball.validation.runs.playing import in_other_process, run_engine
 from ghostball.validation.runs.sampling import events_of
 
 PlayAgain = Callable[[Scene], str]
@@ -30,9 +30,9 @@ def playing_again(label: str, time_limit: float | None = None) -> Iterator[PlayA
     label : str
         The engine, as it was asked for.
     time_limit : float or None [s]
-        For each shot, of an engine other than ours; see `runs.playing.apart`.
+        For each shot, of an engine other than ours; see `runs.playing.in_other_process`.
     """
-    with apart(make_engine(label), time_limit) as engine:
+    with in_other_process(make_engine(label), time_limit) as engine:
 
         def play(scene: Scene) -> str:
             try:
@@ -56,8 +56,6 @@ def not_deterministic(
     base_bits : str
         Hash of what was accepted, "" where nothing was. Where that is what it did, it isn't played
         again: it did so twice.
-    play_again : callable
-    scene : Scene
     command : str
         What shows the scene again, for the record.
     """

@@ -24,7 +24,12 @@ from ghostball.validation.checks.criteria import Criteria, criteria_beside
 from ghostball.validation.parallel.pool import Progress
 from ghostball.validation.results.environment import describe_environment
 from ghostball.validation.results.fields import EnvironmentValues
-from ghostball.validation.results.files import BOARD, cannot_write, told, write_whole
+from ghostball.validation.results.files import (
+    BOARD,
+    cannot_write,
+    describe_validation_error,
+    write_whole,
+)
 from ghostball.validation.results.records import CaseRecord
 from ghostball.validation.results.store import Pair, Results, has_results
 from ghostball.validation.suite.suite import Outcome, run_suite
@@ -59,7 +64,7 @@ ROWS: Final = (
 """Engines and configurations that the board has, unless others are asked for."""
 
 CASE_LIMIT: Final = 120.0
-"""Time after which a shot of the board is given up [s], unless told."""
+"""Time after which a shot of the board is given up [s], by default."""
 
 Place = tuple[str, str]
 """A row and a column's id."""
@@ -70,11 +75,8 @@ class Board(BaseModel):
 
     Attributes
     ----------
-    version : 3
     environment : mapping
         Where, when and with which versions the last of its cells was measured.
-    columns : tuple of Column
-    cells : tuple of Cell
     absent : mapping of str to str
         Rows that can't run here, and why.
     """
@@ -148,14 +150,12 @@ def run_board(
         A results folder of the suite, which keeps each case as it is done. A later run takes over
         those that are unchanged; see `validation.suite.unchanged`. `board.json` beside them is what
         they come to.
-    columns : iterable of Column
     jobs : int
         Processes. Run times are best taken with 1.
     rerun : bool
         Whether to run anew all that is asked for; what isn't stays as it is.
     time_limit : float [s]
         Time after which a shot is given up.
-    progress : callable, optional
     compiling : callable, optional
         How far the compiling of our engine's kernels is, where they aren't.
 
@@ -263,7 +263,7 @@ def load(path: Path) -> Board | None:
     except FileNotFoundError:
         return None
     except (OSError, ValidationError) as error:
-        why = told(error) if isinstance(error, ValidationError) else error
+        why = describe_validation_error(error) if isinstance(error, ValidationError) else error
         raise GhostballError(
             f"{path} is no board that this version can go on from: {why}. Move it away, or choose "
             "another `--out`"

@@ -37,8 +37,6 @@ class Cell(BaseModel):
 
     Attributes
     ----------
-    row, column : str
-    kind : AccuracyKind or Shade
     value : float or None
         In the column's unit: of a class, the largest error; None where there is none.
     note : str
@@ -71,8 +69,6 @@ def cell_of(column: Column, row: str, cases: Sequence[CaseRecord]) -> Cell:
 
     Parameters
     ----------
-    column : Column
-    row : str
     cases : sequence of CaseRecord
         None of them where the engine lacks the settings that the column requires.
     """

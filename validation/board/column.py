@@ -23,7 +23,7 @@ from ghostball.engine import GhostballError
 from ghostball.validation.board.shots import FOLDER, scene_path
 from ghostball.validation.checks.criterion import MetricName, Number, Sentence
 from ghostball.validation.checks.metric_table import METRICS
-from ghostball.validation.results.files import told, toml_of
+from ghostball.validation.results.files import describe_validation_error, toml_of
 from ghostball.validation.results.records import AccuracyKind
 
 ACCURACY: Final = "accuracy"
@@ -127,7 +127,7 @@ def load_columns(path: Path) -> dict[str, Column]:
     try:
         found = _Columns.model_validate(toml_of(path.read_text(encoding="utf-8")))
     except ValidationError as error:
-        raise GhostballError(f"{path}: {told(error)}") from None
+        raise GhostballError(f"{path}: {describe_validation_error(error)}") from None
     except (OSError, ValueError) as error:
         raise GhostballError(f"{path}: can't read the columns: {error}. Mend it there") from None
     return {one.id: one for one in found.column}

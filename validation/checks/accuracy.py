@@ -70,7 +70,6 @@ def accuracy_of(result: Result, truth: Truth, *, resolution: Resolution = 0.0) -
     ----------
     result : Result
         Recorded with `record="trajectory"`.
-    truth : Truth
     resolution : float [m], "proved" or None
         Of the engine: `reference_adapters.base.resolution_of`.
     """

@@ -47,7 +47,7 @@ from __future__ import annotations
 import math
 import re
 from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from difflib import get_close_matches
 from functools import cache
 from pathlib import Path
@@ -74,7 +74,7 @@ from ghostball.validation.checks.criterion import (
     SharedCriterion,
     StepRule,
 )
-from ghostball.validation.results.files import toml_of
+from ghostball.validation.results.files import describe_problem, field_of, toml_of
 from ghostball.validation.results.records import LimitKind
 from ghostball.validation.scenes.library import FOLDER
 from ghostball.validation.truth.scene_truth import WantedTruth
@@ -164,8 +164,6 @@ class Criteria(BaseModel):
 
         Parameters
         ----------
-        engine : str
-        settings : mapping
         claim : Claim, optional
             What the engine claims in the scene; None: only criteria that hold whatever it claims.
 
@@ -292,7 +290,7 @@ def _load(model: type[_Model], source: Path) -> _Model:
     try:
         return model.model_validate(data)
     except ValidationError as error:
-        raise CriteriaError(_describe(error, source, lines)) from None
+        raise CriteriaError("\n".join(_described(error, source, lines))) from None
 
 
 def _lines_of_tables(text: str) -> Mapping[str, Sequence[int]]:
@@ -305,35 +303,6 @@ def _lines_of_tables(text: str) -> Mapping[str, Sequence[int]]:
     return lines
 
 
-def _describe(error: ValidationError, source: Path, lines: Mapping[str, Sequence[int]]) -> str:
-    told = []
-    for problem in _one_per_field(error):
-        table, row = (*problem["loc"], "", "")[:2]
-        if problem["type"] == "repeated":
-            table, row = "criteria", problem["ctx"]["i"]
-        known = table in lines and isinstance(row, int) and row < len(lines[table])
-        at = f"{source}:{lines[table][row]}" if known else source
-        told.append(f"{at}: {_sentence(problem)}")
-    return "\n".join(told)
-
-
-def _one_per_field(error: ValidationError) -> Sequence[Mapping[str, Any]]:
-    fields: dict[str, Mapping[str, Any]] = {}
-    for problem in error.errors():  # both branches of a number report the same field
-        fields.setdefault(_field_of(problem), problem)
-    return list(fields.values())
-
-
-def _field_of(problem: Mapping[str, Any]) -> str:
-    name = ""
-    for part in problem["loc"]:
-        if isinstance(part, int):
-            name += f"[{part}]"
-        elif part not in ("int", "float"):
-            name += f".{part}" if name else part
-    return name
-
-
 _MODELS: Mapping[str, type[BaseModel]] = {
     "criteria": Criterion,
     "steps": StepRule,
@@ -343,18 +312,17 @@ _MODELS: Mapping[str, type[BaseModel]] = {
 """Of the rows of each table."""
 
 
-def _sentence(problem: Mapping[str, Any]) -> str:
-    field, kind = _field_of(problem), problem["type"]
-    if kind == "extra_forbidden":
-        table = field.partition("[")[0] if "." in field else ""
-        model = _MODELS.get(table, Criteria)
-        known = ", ".join(name for name in model.model_fields if name != "at")
-        return f"`{field}` is not a known field. Known here: {known}"
-    if kind == "missing":
-        return f"`{field}` must be given"
-    if kind == "string_pattern_mismatch":
-        return f"`{field}` must say why the limit is what it is, got {problem['input']!r}"
-    message = str(problem["msg"]).replace("Input should", "must", 1)
-    if kind in ("limit", "metric", "class", "repeated", "excused"):
-        return f"`{field}` {message}" if field else message
-    return f"`{field}` {message}, got {problem['input']!r}"
+def _described(
+    error: ValidationError, source: Path, lines: Mapping[str, Sequence[int]]
+) -> Iterator[str]:
+    """Yield what is wrong with a file, and in which line the row begins that it is in."""
+    fields = {field_of(problem): problem for problem in reversed(error.errors())}
+    for problem in reversed(fields.values()):  # of a number both its types report the same field
+        table, row = (*problem["loc"], "", "")[:2]
+        if problem["type"] == "repeated":
+            table, row = "criteria", problem["ctx"]["i"]
+        known = table in lines and isinstance(row, int) and row < len(lines[str(table)])
+        at = f"{source}:{lines[str(table)][int(row)]}" if known else source
+        model = _MODELS.get(str(table), Criteria) if len(problem["loc"]) > 1 else Criteria
+        names = [name for name in model.model_fields if name != "at"]
+        yield f"{at}: {describe_problem(problem, names)}"

@@ -106,7 +106,15 @@ def _known_metric(name: str) -> str:
 
 MetricName = Annotated[str, Strict(), AfterValidator(_known_metric)]
 Number = Annotated[int, Strict()] | Annotated[float, Strict(), AllowInfNan(False)]
-Sentence = Annotated[str, Strict(), Field(pattern=r"\S")]
+
+
+def _not_blank(text: str) -> str:
+    if not text.strip():
+        raise ValueError(f"must not be blank, got {text!r}")
+    return text
+
+
+Sentence = Annotated[str, Strict(), AfterValidator(_not_blank)]
 
 
 class ForEngines(BaseModel):
@@ -129,12 +137,15 @@ class ForEngines(BaseModel):
 class Criterion(ForEngines):
     """One limit on one metric for the engines that it covers.
 
-    One with `claiming` covers, of these, those that claim so much of themselves: "exact" also those
-    that claim "rounding". `if_measured` criteria are judged only where the metric has a value that
-    owes nothing to our engine; where it has none, the record says why, and nothing passes; but a
-    run that stops early, or whose value isn't finite, fails them. Without it, no value is a
-    failure. A `past_horizon` criterion judges how a shot ends also where the engine can't be
-    expected to predict that. Limits on `accuracy` are classes, such as "nanometres".
+    A criterion with `claiming` covers only engines that claim this of themselves; "exact" also
+    covers those that claim "rounding".
+
+    A metric may have no value, or one that is measured against our own engine. Then a criterion
+    with `if_measured` is skipped, and the record says why; any other criterion fails. A run that
+    stops early, or whose value isn't finite, fails both.
+
+    A `past_horizon` criterion judges how a shot ends also where the engine can't be expected to
+    predict that. Limits on `accuracy` are classes, such as "nanometres".
     """
 
     claiming: Claim | None = None
@@ -230,11 +241,6 @@ class Excused(ForEngines):
     """Engines of which the common law asks nothing, and why: what they do is shown alone.
 
     Each is named: "*" with a setting would excuse whoever calls a setting so.
-
-    Attributes
-    ----------
-    engines : tuple of Selector
-    reason : str
     """
 
     @model_validator(mode="after")
@@ -254,14 +260,12 @@ class StepRule(ForEngines):
 
     Attributes
     ----------
-    engines : tuple of Selector
     late : tuple of str
         The events that they see up to a step late: "ball-ball", "ball-cushion", "slide-to-roll".
     energy_noise : float
         What they may make of energy, over the first.
     drifts : bool
         Whether their motion between contacts errs by up to v dt, also where contacts are in time.
-    reason : str
     """
 
     late: tuple[Literal["ball-ball", "ball-cushion", "slide-to-roll"], ...]
@@ -279,7 +283,6 @@ class BeyondStep(ForEngines):
 
     Attributes
     ----------
-    engines : tuple of Selector
     reason : str
         What else they get wrong.
     """

@@ -11,10 +11,10 @@ from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.checks.verdict import Verdict, verdict_of
 from ghostball.validation.results.records import AccuracyKind, CaseRecord
 
-UNTOLD = ("wall_time",)
+NOT_COMPARED = ("wall_time",)
 """Metrics that differ in every run: they are the machine's."""
 
-BAD = (Verdict.FAIL, Verdict.CRASHED)
+FAILING = (Verdict.FAIL, Verdict.CRASHED)
 """Verdicts that a run must not come to."""
 
 KINDS: tuple[AccuracyKind, ...] = get_args(AccuracyKind)
@@ -43,8 +43,6 @@ class CaseDifference:
 
     Attributes
     ----------
-    scene : str
-    base, head : CaseRecord or None
     moved : tuple of Moved
         The metrics that differ, in the order of `METRICS`.
     """
@@ -97,7 +95,7 @@ class CaseDifference:
         """Whether the head is less right by a class, or fails where the base did not."""
         if self.base is None or self.head is None or self.another_shot:
             return False
-        failed = verdict_of(self.head) in BAD and verdict_of(self.base) not in BAD
+        failed = verdict_of(self.head) in FAILING and verdict_of(self.base) not in FAILING
         return failed or self.step < 0
 
     @property
@@ -105,7 +103,7 @@ class CaseDifference:
         """Whether the head is more right by a class, or passes where the base failed."""
         if self.base is None or self.head is None or self.another_shot or self.got_worse:
             return False
-        mended = verdict_of(self.base) in BAD and verdict_of(self.head) not in BAD
+        mended = verdict_of(self.base) in FAILING and verdict_of(self.head) not in FAILING
         return mended or self.step > 0
 
 
@@ -116,7 +114,6 @@ def difference_of(
 
     Parameters
     ----------
-    base, head : sequence of CaseRecord
     labels : mapping of str to str, optional
         Which engine of the head each engine of the base is compared with, by label; the one of the
         same label where it is left out.
@@ -143,6 +140,6 @@ def _compared(base: CaseRecord, head: CaseRecord | None) -> CaseDifference:
     moved = tuple(
         Moved(name, base.metrics.get(name), head.metrics.get(name))
         for name in METRICS
-        if name not in UNTOLD and base.metrics.get(name) != head.metrics.get(name)
+        if name not in NOT_COMPARED and base.metrics.get(name) != head.metrics.get(name)
     )
     return CaseDifference(base.scene, base, head, moved)

@@ -35,7 +35,6 @@ def largest_gain(result: Result, resolution: Resolution = 0.0) -> float:
 
     Parameters
     ----------
-    result : Result
     resolution : float [m], "proved" or None
         How far off a ball may be when it collides, as the engine states it: `resolution_of`.
 
@@ -95,7 +94,6 @@ def cloth_takes(scene: Scene, before: Samples, after: Samples, durations: FloatA
 
     Parameters
     ----------
-    scene : Scene
     before, after : Samples
         States at both ends of each step, arrays (k, n, 3).
     durations : (k,) float64 [s]

@@ -36,7 +36,7 @@ class NotMeasuredError(Exception):
     """Why a metric has no value in a case; the sentence is kept beside it."""
 
 
-class FellShortError(NotMeasuredError):
+class RunIncompleteError(NotMeasuredError):
     """There is no value because of what the run did: a criterion on it fails."""
 
 
@@ -56,7 +56,7 @@ class Measured:
         Why a value is None.
     said : dict of str to str
         More of a value than the value.
-    fell_short : set of str
+    incomplete : set of str
         Metrics that have no good value because of what the run did: it ended early, isn't finite,
         or is broken.
     unpredictable : set of str
@@ -69,7 +69,7 @@ class Measured:
     notes: dict[str, str] = field(default_factory=dict)
     said: dict[str, str] = field(default_factory=dict)
     ball_errors: FloatArray | None = None
-    fell_short: set[str] = field(default_factory=set)
+    incomplete: set[str] = field(default_factory=set)
     unpredictable: set[str] = field(default_factory=set)
 
     def add_class(self, found: Accuracy | None, why: str = "") -> None:
@@ -89,7 +89,7 @@ class Measured:
             more = f": {why}" if why else ""
             self.said[name] = found.sentence.removeprefix(f"{found.kind}: ") + more
         if found is not None and found.kind == "broken":
-            self.fell_short.add(name)
+            self.incomplete.add(name)
 
 
 def measure(
@@ -99,14 +99,12 @@ def measure(
     *,
     horizon: float = math.inf,
     resolution: Resolution = 0.0,
-    anyway: Collection[str] = (),
+    include_past_horizon: Collection[str] = (),
 ) -> Measured:
     """Measure a run recorded with `record="trajectory"` against the truth of its scene.
 
     Parameters
     ----------
-    result : Result
-    truth : Truth
     metrics : collection of str, optional
         Names of those that are computed; all where it is left out.
     horizon : float [s]
@@ -115,7 +113,7 @@ def measure(
         there.
     resolution : float [m], "proved" or None
         Of the engine: `reference_adapters.base.resolution_of`.
-    anyway : collection of str
+    include_past_horizon : collection of str
         Metrics that have a value all the same.
     """
     measured = Measured()
@@ -128,19 +126,19 @@ def measure(
         if metrics is not None and name not in metrics:
             continue
         try:
-            if beyond and METRICS[name].to_the_end and name not in anyway:
+            if beyond and METRICS[name].to_the_end and name not in include_past_horizon:
                 measured.unpredictable.add(name)
                 raise NotMeasuredError(past_horizon(horizon))
             value = compute(result, truth)
         except NotMeasuredError as why:
             measured.values[name], measured.notes[name] = None, str(why)
-            if isinstance(why, FellShortError):
-                measured.fell_short.add(name)
+            if isinstance(why, RunIncompleteError):
+                measured.incomplete.add(name)
             continue
         if not np.isfinite(value):
             measured.values[name] = None
             measured.notes[name] = f"not finite: {value}"
-            measured.fell_short.add(name)
+            measured.incomplete.add(name)
             continue
         measured.values[name] = value
     if any(measured.values.get(name) is not None for name in _REST_ERRORS):
@@ -151,8 +149,8 @@ def measure(
 def past_horizon(horizon: float) -> str:
     """Return why nothing is said of the end of a shot that can't be predicted to its end."""
     return (
-        f"unpredictable: from t = {horizon:.3g} s on, errors of this engine's size may take the "
-        "shot another course"
+        f"unpredictable: from t = {horizon:.3g} s on, errors of this engine's size may lead the "
+        "shot onto another path"
     )
 
 
@@ -379,12 +377,12 @@ _COMPUTE: dict[str, Callable[[Result, Truth], int | float]] = {
 def _require_end(result: Result) -> None:
     if not result.status.complete:
         why = f": {result.reason}" if result.reason else ""
-        raise FellShortError(f"the run stopped early ({result.status.value}){why}")
+        raise RunIncompleteError(f"the run stopped early ({result.status.value}){why}")
 
 
 def _finite(energy: FloatArray) -> FloatArray:
     if not np.all(np.isfinite(energy)):
-        raise FellShortError("the energy of the engine's motion is not finite")
+        raise RunIncompleteError("the energy of the engine's motion is not finite")
     return energy
 
 

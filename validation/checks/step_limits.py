@@ -22,7 +22,7 @@ An engine that is worse than this breaks a law, or steps more coarsely than it s
 Nothing is said where the sum isn't the whole story: where a ball may collide twice within a step,
 so that the second collision is another one; where balls may pass through each other between two
 steps, or go more than a radius in one; past ties, which have no derivative; past the horizon of the
-engine, where its errors may have taken the shot another course; and where the shot isn't proved to
+engine, where its errors may have led the shot onto another path; and where the shot isn't proved to
 its end.
 """
 
@@ -103,8 +103,6 @@ def step_criteria(
     ----------
     rule : StepRule
         Which events the engine sees late, and what noise its energy has.
-    engine : ReferenceEngine
-    scene : Scene
     truth : Truth
         Of that scene, with its part "proof".
     """

@@ -1,4 +1,4 @@
-"""The verdict on a case, and what its rest error is worth: the one place that decides either.
+"""Decides the verdict on a case, and whether its rest error is judged, shown or left out.
 
 A case may keep every stated limit while nothing limits where its balls end: energy held, but the
 balls rest in the wrong place. Such a case is `LIMITS_HOLD`, never `PASS`.

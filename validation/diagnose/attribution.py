@@ -57,7 +57,7 @@ EARLIEST: Final = 1e-6
 PREDICTABLE: Final = 1e-6
 """How far rounding may move a ball before the shot counts as unpredictable [m].
 
-A thousandth of what the best stepping engine is off, so that chaos is told from its errors.
+A thousandth of what the best stepping engine is off, so that chaos isn't taken for its errors.
 """
 
 
@@ -77,7 +77,6 @@ class Attribution:
     ----------
     scene, label, engine : str
         As in a `CaseRecord`.
-    outcome : Outcome
     truth : "certified", "closed form" or "our engine"
         What it is the difference from.
     reason : str
@@ -124,8 +123,6 @@ def attribute(
 
     Parameters
     ----------
-    scene : Scene
-    engine : ReferenceEngine
     label : str
         The engine as asked for; its name where it is left out.
     known : KnownShot, optional
@@ -265,8 +262,6 @@ def agreed_instant(
 
     Parameters
     ----------
-    true : sequence of Event
-    runs : sequences of Event
     end : float [s]
         Until when to compare; infinite is to the end of the runs.
 

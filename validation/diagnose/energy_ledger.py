@@ -1,6 +1,6 @@
 """Where the energy of a shot went: into collisions of each kind, or into the cloth between events.
 
-It is told from the stored motion alone, ball by ball. An exact motion is stored on both sides of
+It is found from the stored motion alone, ball by ball. An exact motion is stored on both sides of
 each event (`validation.runs.sampling.motion_of`), and between two events a ball is in one phase: so
 each loss belongs to one entry. Frames of a stepping engine are joined by straight lines, and an
 event falls between two of them: what is lost there at the event, and what on the way, they don't
@@ -51,7 +51,6 @@ class EnergyLedger:
         None where the motion doesn't tell, and `why` says so.
     counts : dict of str to int
         How many collisions there were, by kind.
-    why : str
     """
 
     initial: float

@@ -219,8 +219,6 @@ def explain(
 
     Parameters
     ----------
-    scene : Scene
-    engine : ReferenceEngine
     label : str
         The engine as asked for; its name where it is left out.
     attributed : bool

@@ -105,7 +105,6 @@ class Slide(NamedTuple):
 
     Attributes
     ----------
-    series : Series
     e : (2,) float64
         Where the slip points to as the piece begins: its series may have but rounding left.
     a, k : float [m/s^2], [1/m]

@@ -37,7 +37,6 @@ class Lateness:
 
     Attributes
     ----------
-    kinds : tuple of EventKind, one for each event
     times : (events,) float64 [s]
     balls : tuple of tuple of int
         The balls of each.
@@ -70,7 +69,6 @@ class CertifiedGrowth:
         When a ball first has two collisions at one instant, whose order any change decides; inf
         where none has. Later there is no derivative of what follows from them. 0 where balls may
         fly: nothing is known here of how errors grow then, so that `sizes` are infinite.
-    balls : tuple of ProvedBall
     events : tuple of EventChange
         What each event does to small changes of its balls.
     """

@@ -198,7 +198,6 @@ def compare_logs(
 
     Parameters
     ----------
-    true, other : sequence of Event
     strict : bool
         Whether events that share a ball have an order also at one instant, to within `TIE` of it.
         An exact engine has one; one that steps reports one time for all collisions of a step.

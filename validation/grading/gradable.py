@@ -24,7 +24,7 @@ from ghostball.validation.grading.certified_widths import FlightGrowth, width_si
 from ghostball.validation.grading.event_logs import Event
 from ghostball.validation.grading.horizon import Growth, growth_along_proof, horizon
 from ghostball.validation.grading.tolerances import (
-    LOWEST_HOP,
+    LOWEST_BOUNCE,
     ROUNDINGS,
     TOLERANCE,
     UNIT_ROUNDOFF,
@@ -32,9 +32,9 @@ from ghostball.validation.grading.tolerances import (
 
 FloatArray = NDArray[np.float64]
 
-Extent = Literal["whole", "horizon", "low hop", "proved part"]
-"""Up to where events are graded: the end, the predictability horizon, the first hop too low to be
-followed in double precision, or the proof's end."""
+Extent = Literal["whole", "horizon", "low bounce", "proved part"]
+"""Up to where events are graded: the end, the predictability horizon, the first bounce that is too
+low to be followed in double precision, or the proof's end."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +43,7 @@ class Gradable:
 
     Attributes
     ----------
-    extent : "whole", "horizon", "low hop" or "proved part"
+    extent : "whole", "horizon", "low bounce" or "proved part"
     why : str
         Where it isn't the whole shot, why not; else "".
     until : float [s]
@@ -75,7 +75,6 @@ def gradable(
 
     Parameters
     ----------
-    scene : Scene
     certificate : Certificate
         Of that scene, with its motion: `certify(scene, motion=True)`.
     exact : bool
@@ -97,8 +96,8 @@ def gradable(
     if until is None:
         assert growth is not None
         until = horizon(growth, TOLERANCE, ROUNDINGS * UNIT_ROUNDOFF)
-    low_hop = _first_low_hop(scene, certificate)
-    extent, why, last = _extent(certificate, until, low_hop)
+    low_bounce = _first_low_bounce(scene, certificate)
+    extent, why, last = _extent(certificate, until, low_bounce)
     if not exact:
         return Gradable(extent, why, last, last, None)
     assert growth is not None
@@ -148,12 +147,12 @@ def proved_motion(scene: Scene, certificate: Certificate) -> ExactTrajectory:
     return motion
 
 
-def _extent(certificate: Certificate, until: float, low_hop: float) -> tuple[Extent, str, float]:
+def _extent(certificate: Certificate, until: float, low_bounce: float) -> tuple[Extent, str, float]:
     """Return how much is graded, why not more, and the last instant of it."""
     end = float(certificate.t_end)
-    if low_hop <= min(until, end):
-        why = f"a bounce stays below {LOWEST_HOP:.2g} diameters until t = {low_hop:.6g} s"
-        return "low hop", why, math.nextafter(low_hop, 0.0)
+    if low_bounce <= min(until, end):
+        why = f"a bounce stays below {LOWEST_BOUNCE:.2g} diameters until t = {low_bounce:.6g} s"
+        return "low bounce", why, math.nextafter(low_bounce, 0.0)
     if until <= end:
         why = f"the shot can't be predicted beyond t = {until:.6g} s"
         return "horizon", why, math.nextafter(until, 0.0)
@@ -163,26 +162,26 @@ def _extent(certificate: Certificate, until: float, low_hop: float) -> tuple[Ext
 
 
 @lru_cache(maxsize=4)  # by identity: a case that comes from another process has its own
-def _first_low_hop(scene: Scene, certificate: Certificate) -> float:
-    """Return when the first hop ends that stays below `LOWEST_HOP`, inf where none does [s].
+def _first_low_bounce(scene: Scene, certificate: Certificate) -> float:
+    """Return when the first bounce ends that stays below `LOWEST_BOUNCE`, inf where none does [s].
 
-    A hop is what is between two collisions of one contact; its height is taken in the middle.
+    A bounce is what is between two collisions of one contact; its height is taken in the middle.
     """
     truth = proved_motion(scene, certificate)
     last: dict[tuple[EventKind, int, int], float] = {}
-    hops: list[tuple[EventKind, int, int, float, float]] = []
+    bounces: list[tuple[EventKind, int, int, float, float]] = []
     for event in proved_events(certificate):
         if event.kind in COLLISION_KINDS:
             if event.key in last:
-                hops.append((*event.key, last[event.key], event.t))
+                bounces.append((*event.key, last[event.key], event.t))
             last[event.key] = event.t
-    if not hops:
+    if not bounces:
         return math.inf
-    kinds, a, b, start, end = (np.array(column) for column in zip(*hops, strict=True))
+    kinds, a, b, start, end = (np.array(column) for column in zip(*bounces, strict=True))
     # In space where balls may fly; else those of different size are taken to be at one height.
     in_space = scene.physics.airborne
     places = truth.sample(0.5 * (start + end)).positions[:, :, : 3 if in_space else 2]
-    rows, radii = np.arange(len(hops)), scene.radii
+    rows, radii = np.arange(len(bounces)), scene.radii
     pair = kinds == EventKind.BALL_BALL
     other = np.where(pair, b, a)
     reach = radii[a] + radii[other]
@@ -196,6 +195,6 @@ def _first_low_hop(scene: Scene, certificate: Certificate) -> float:
             across = np.hypot(across, places[rows, a, 2] - scene.physics.cushion_height)
         across -= radii[a]
         gaps = np.where(pair, gaps, across)
-    # Collisions at one instant are no hop: what is struck against a cushion comes back at once.
-    low = (gaps <= LOWEST_HOP * reach) & (end > start)
+    # Collisions at one instant are no bounce: what is struck against a cushion comes back at once.
+    low = (gaps <= LOWEST_BOUNCE * reach) & (end > start)
     return float(end[low].min()) if low.any() else math.inf

@@ -134,7 +134,7 @@ def grade(result: Result, certificate: Certificate, within: Gradable | None = No
     that loses digits, or plays another shot, doesn't.
 
     Two balls, or a ball and a cushion, may bounce ever lower, without end in a finite time. From
-    the first hop that is proved to stay below `LOWEST_HOP` on, nothing is graded.
+    the first bounce that is proved to stay below `LOWEST_BOUNCE` on, nothing is graded.
 
     No derivative exists once a ball has had two collisions at one instant. That says nothing of how
     errors have grown, so that events are compared beyond it, up to the end of the proof; positions
@@ -168,7 +168,7 @@ def grade(result: Result, certificate: Certificate, within: Gradable | None = No
     pairs = [(true, ours) for true, ours in compared.pairs if true.t <= until]
     missing = [proved[i] for i in compared.missing if proved[i].t <= until]
     before = until
-    if within.extent in ("low hop", "proved part"):
+    if within.extent in ("low bounce", "proved part"):
         before = _end_of_found(scene, pairs, until)
     invented = [found[j] for j in compared.invented if found[j].t <= before]
     compared_at, errors = position_errors(result, certificate, within)
@@ -236,7 +236,7 @@ def _end_of_found(scene: Scene, pairs: Sequence[tuple[Event, Event]], until: flo
     """Return up to when the run's events are graded, where the proved ones are up to `until` [s].
 
     Just before the run's last one of those, which may come later or sooner by its error: what
-    comes at that instant, or after it, may be what can't be told any more. Where a proof ends as
+    comes at that instant, or after it, may be what can't be known any more. Where a proof ends as
     the shot begins, with balls that touch, that instant is one of some rounding of their places:
     `TIE` of the time in which the fastest ball goes a radius.
     """
@@ -291,8 +291,8 @@ def position_errors(
     if t < float(certificate.t_end) or within.extent == "horizon":
         truth = proved_motion(result.scene, certificate)
         at = np.array([t])
-        apart = _positions(result.sample(at)) - _positions(truth.sample(at))
-        return t, np.linalg.norm(apart, axis=1)
+        difference = _positions(result.sample(at)) - _positions(truth.sample(at))
+        return t, np.linalg.norm(difference, axis=1)
     if within.extent == "whole":
         t, positions = result.rest_time, result.rest_positions
     else:

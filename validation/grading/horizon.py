@@ -6,7 +6,7 @@ Errors grow along the proved motion where there is one, so that no engine says i
 judged: by its tangent map (`certified_growth`), in flight by the widths of its enclosures
 (`certified_widths`); else as our engine says of its own run. An engine makes errors of its own
 size: an exact one those of rounding, one that steps those of a contact seen up to a step late. How
-near the shot comes to another course is no part of it: who takes that one before its errors have
+near the shot comes to another path is no part of it: who takes that one before its errors have
 grown plays another shot.
 """
 
@@ -69,7 +69,6 @@ def growth_along(scene: Scene, proof: Certificate | None, result: Result) -> Gro
 
     Parameters
     ----------
-    scene : Scene
     proof : Certificate or None
         With its motion.
     result : Result
@@ -96,7 +95,6 @@ def horizon(
 
     Parameters
     ----------
-    growth : Growth
     tolerance : float [m]
     error : float
         Relative size of the error that is made at the start and at each event.
@@ -164,7 +162,7 @@ class RunGrowth:
 class Meetings:
     """How errors have grown when two balls are about to meet, along a shot; made by `meetings_of`.
 
-    There they may take the shot another course, and what comes after says nothing of the engine.
+    There they may lead the shot onto another path, and what comes after says nothing of the engine.
 
     Attributes
     ----------
@@ -193,7 +191,7 @@ class Meetings:
         return largest
 
     def horizon(self, resolution: float) -> float:
-        """Return the first meeting whose course errors may have changed [s]; inf: none.
+        """Return the first meeting whose outcome errors may have changed [s]; inf: none.
 
         Where they have grown to a ball's radius.
 

@@ -33,12 +33,12 @@ OFF_BY = 4.0
 Our engine takes the root mean square over 32 random signs, which is off by a tenth, seldom a half.
 """
 
-LOWEST_HOP = 2.0**-18
-"""Height of a hop, in diameters, from which on a shot isn't graded.
+LOWEST_BOUNCE = 2.0**-18
+"""Height of a bounce, in diameters, from which on a shot isn't graded.
 
 2e-7 m for pool balls. Bounces that die out come without end in a finite time, and no engine follows
-them all; a hop of that height lasts less than a millisecond on the cloth, as long as a contact of
-real balls. An engine that takes higher hops for a contact misses events that are graded.
+them all; a bounce of that height lasts less than a millisecond on the cloth, as long as a contact
+of real balls. An engine that takes higher bounces for a contact misses events that are graded.
 """
 
 LEAST_SLIP = 4.0 * EPS

@@ -317,12 +317,12 @@ def serve(run: str, first: bytes, key: str, pickled: bytes, limit: float | None)
         ending.callback(process.close)
         if is_new:
             answer = _answered(process, key, first, _START_LIMIT)
-            if answer.died:
+            if answer.crashed:
                 return answer
             if differences := answer.of(None).given:
                 raise ClusterError(differences)
         answer = _answered(process, key, pickled, limit)
-        if answer.died:
+        if answer.crashed:
             return answer
         ending.pop_all()
     _keep(process, run)

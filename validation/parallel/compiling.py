@@ -30,8 +30,6 @@ def compile_kernels(
 
     Parameters
     ----------
-    scenes : iterable of Scene
-    jobs : int
     labels : iterable of str
         Engines that are run, whose adapters may have kernels too.
     tangents, contacts_from
@@ -64,9 +62,9 @@ def compile_kernels(
         with closing(run_tasks(missing, jobs, _compile)) as finished:
             for one in finished:
                 names = one.task.names
-                if one.died:
+                if one.crashed:
                     raise GhostballError(
-                        f"the kernels ({', '.join(names)}) could not be compiled: {one.died}"
+                        f"the kernels ({', '.join(names)}) could not be compiled: {one.crashed}"
                     )
                 done += len(names)
                 count(done, total, "; ".join(names))

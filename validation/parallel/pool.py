@@ -25,12 +25,9 @@ from dataclasses import dataclass
 from itertools import islice
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait as wait_for_any
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import Any, Generic, Protocol, TypeVar
 
 from ghostball.reference_adapters.output import captured, divert, flush, text_of
-
-if TYPE_CHECKING:
-    from ghostball.validation.parallel.cluster import Cluster
 
 S = TypeVar("S")
 T = TypeVar("T")
@@ -65,31 +62,43 @@ class Done(Generic[T, R]):
 
     Attributes
     ----------
-    task : object
     given : object
-        What it gave; None where its process died.
-    died : str
-        Why its process died of it; else "".
+        What it gave; None where its process crashed.
+    crashed : str
+        Why its process crashed, or was ended; else "".
     printed : str
         What was printed while it was done.
     """
 
     task: T
     given: R | None
-    died: str
+    crashed: str
     printed: str
 
     def of(self, task: S) -> Done[S, Any]:
         """Return what a process gave, pickled, as that of a task."""
         given = None if self.given is None else pickle.loads(self.given)  # type: ignore[arg-type]
-        return Done(task, given, self.died, self.printed)
+        return Done(task, given, self.crashed, self.printed)
 
-    def or_else(self, died: Callable[[T, str], R]) -> R:
-        """Return what it gave, or what `died` makes of it and of why its process died."""
-        if self.died:
-            return died(self.task, self.died)
+    def or_else(self, crashed: Callable[[T, str], R]) -> R:
+        """Return what it gave, or what `crashed` makes of it and of why it crashed."""
+        if self.crashed:
+            return crashed(self.task, self.crashed)
         given: Any = self.given  # None too may be what it gave
         return given  # type: ignore[no-any-return]
+
+
+class Workers(Protocol):
+    """Processes of other machines, such as those of a cluster."""
+
+    def run_tasks(
+        self,
+        tasks: Iterable[T],
+        work: Callable[[T], R],
+        limit: Callable[[T], float] | None = None,
+        prepare: Callable[[], object] | None = None,
+    ) -> Generator[Done[T, R]]:
+        """Do tasks there; see `run_tasks` of this module."""
 
 
 Progress = Callable[[int, int, R], None]
@@ -110,7 +119,7 @@ def limit_of(limit: Callable[[T], float] | float | None) -> Callable[[T], float]
 
 def run_tasks(
     tasks: Iterable[T],
-    jobs: int | Cluster,
+    jobs: int | Workers,
     work: Callable[[T], R],
     limit: Callable[[T], float] | float | None = None,
     prepare: Callable[[], object] | None = None,
@@ -124,13 +133,13 @@ def run_tasks(
     ----------
     tasks : iterable
         Taken one by one, as processes become free.
-    jobs : int or Cluster
+    jobs : int or Workers
         Processes of this machine, or a cluster, which does as many tasks at once as it can.
     work : callable
         Does a task; a function of a module, for other processes must find it.
     limit : callable or float, optional [s]
         How long a task may take, or what says it of each: after that its process is ended, and it
-        has died of it. The start of a process doesn't count; that has a limit of its own, of
+        counts as crashed. The start of a process doesn't count; that has a limit of its own, of
         minutes.
     prepare : callable, optional
         What another process does first, such as importing what tasks need: no task's limit of time
@@ -178,7 +187,7 @@ def run_tasks(
                 answer = process.answer()
                 if answer is None:
                     continue
-                if answer.died:
+                if answer.crashed:
                     process.close()
                     processes.remove(process)
                 del doing[process]
@@ -247,7 +256,7 @@ class Process:
             is_alive = False
         if not is_alive:
             self._process.join(_JOIN_TIMEOUT)
-            reason = f"the process running it died (exit code {self._process.exitcode})"
+            reason = f"the process running it crashed (exit code {self._process.exitcode})"
         elif self.left > 0.0:
             return None
         elif self._is_ready:

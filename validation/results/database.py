@@ -21,7 +21,7 @@ from urllib.parse import quote
 from filelock import FileLock, Timeout
 from pydantic import TypeAdapter, ValidationError
 
-from ghostball.validation.results.files import ResultsError, cannot_write, told
+from ghostball.validation.results.files import ResultsError, cannot_write, describe_validation_error
 
 DATABASE: Final = "results.db"
 LOCK: Final = ".lock"
@@ -146,7 +146,7 @@ def writing(folder: Path) -> Iterator[sqlite3.Connection]:
             yield database
         finally:
             # One file again, which can be copied, and read where nothing can be written. Where
-            # somebody reads it now it stays as it is, and is as sound.
+            # somebody reads it now it stays as it is, which is as safe.
             with suppress(sqlite3.OperationalError):
                 database.execute("PRAGMA busy_timeout = 0")
                 database.execute("PRAGMA journal_mode = DELETE")
@@ -221,7 +221,7 @@ def name_text(name: Sequence[str]) -> str:
 
 
 def record_of(adapter: TypeAdapter[Any], text: str, what: str) -> Any:
-    """Read a record, which is sound unless somebody edited the database.
+    """Read a record, which is right unless somebody edited the database.
 
     Raises
     ------
@@ -231,7 +231,9 @@ def record_of(adapter: TypeAdapter[Any], text: str, what: str) -> Any:
     try:
         return adapter.validate_json(text)
     except ValidationError as error:
-        raise ResultsError(f"{what} is damaged: {told(error)}. {AGAIN}") from None
+        raise ResultsError(
+            f"{what} is damaged: {describe_validation_error(error)}. {AGAIN}"
+        ) from None
 
 
 AGAIN: Final = "Move the file away, or choose another `--out`, and run again"

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
+from pydantic_core import ErrorDetails
 
 from ghostball.engine import GhostballError
 
@@ -35,25 +36,39 @@ def toml_of(text: str) -> dict[str, Any]:
         raise ValueError("lists or tables are nested too deeply to read") from None
 
 
-def told(error: ValidationError) -> str:
+def describe_validation_error(error: ValidationError) -> str:
     """Return what is wrong with data that a model refuses: the first field, its rule, its value.
 
     Such as "`rounds` must be a valid integer, got 'x'", for a message that says where it is.
     """
-    # A number may be an integer or a float: what is neither is told by the rule of the latter.
-    errors = error.errors()
-    first = next((one for one in errors if one["loc"][-1:] != ("int",)), errors[0])
-    where = ".".join(str(part) for part in first["loc"] if part not in ("int", "float"))
-    if first["type"] == "missing":
+    # A number may be an integer or a float: what is neither is described by the rule of the latter.
+    problems = error.errors()
+    return describe_problem(
+        next((one for one in problems if one["loc"][-1:] != ("int",)), problems[0])
+    )
+
+
+def describe_problem(problem: ErrorDetails, known: Sequence[str] = ()) -> str:
+    """Return one of the things that are wrong, in words; `known` are the fields that there are."""
+    where, kind = field_of(problem), problem["type"]
+    if kind == "missing":
         return f"`{where}` is missing"
-    if first["type"] in ("extra_forbidden", "unexpected_keyword_argument"):
-        return f"`{where}` is no field of this file"
-    said = re.sub(r"^\w+ should", "must", first["msg"].removeprefix("Value error, "))
+    if kind in ("extra_forbidden", "unexpected_keyword_argument"):
+        there = f". Known here: {', '.join(known)}" if known else ""
+        return f"`{where}` is no field of this file{there}"
+    said = re.sub(r"^\w+ should", "must", problem["msg"].removeprefix("Value error, "))
     # Of what is no JSON the whole text would be shown, and of a table all of it.
-    shown = repr(first["input"])
-    hidden = ", got " in said or len(shown) > _SHOWN or first["type"] == "json_invalid"
+    shown = repr(problem["input"])
+    hidden = ", got " in said or len(shown) > _SHOWN or kind == "json_invalid"
     colon = "" if said.startswith("must ") else ":"
     return (f"`{where}`{colon} " if where else "") + said + ("" if hidden else f", got {shown}")
+
+
+def field_of(problem: ErrorDetails) -> str:
+    """Return the field that a problem is in, such as `criteria[2].metric`; "" where in none."""
+    parts = (one for one in problem["loc"] if one not in ("int", "float"))
+    named = "".join(f"[{one}]" if isinstance(one, int) else f".{one}" for one in parts)
+    return named.removeprefix(".")
 
 
 _SHOWN = 80

@@ -30,7 +30,6 @@ def run_git(root: Path, *arguments: str) -> str:
 
     Parameters
     ----------
-    root : Path
     *arguments : str
         Such as "rev-parse", "HEAD".
 

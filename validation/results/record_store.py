@@ -57,13 +57,11 @@ class RecordStore(Generic[W, R]):
 
     Parameters
     ----------
-    path : str or Path
     code : str
-        Hash of the code that makes the records; "" where it can't be told, and nothing is reused.
+        Hash of the code that makes the records; "" where it isn't known, and nothing is reused.
 
     Attributes
     ----------
-    kind : Kind
     adapter : TypeAdapter
         Reads and writes a record as JSON.
     what : str
@@ -180,7 +178,6 @@ class RecordStore(Generic[W, R]):
         ----------
         about : mapping
             What the document says, as plain values; how far the run is comes to it.
-        taken_over : collection of names
 
         Raises
         ------
@@ -214,7 +211,6 @@ class RecordStore(Generic[W, R]):
 
         Parameters
         ----------
-        given : object
         key : str
             Hash of all that it depends on besides the code; "" where it must be made again.
         """

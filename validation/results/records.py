@@ -104,7 +104,6 @@ class Check:
     value : int, float or None
         None where it could not be computed; `note` says why.
     limit_kind : "at_most", "at_least" or "equals"
-    limit : int or float
     passed : bool or None
         None is "reference": the value compares our engine with itself and proves nothing.
     reason : str
@@ -149,7 +148,6 @@ class Accuracy:
 
     Attributes
     ----------
-    kind : AccuracyKind
     error : float or None [m]
         Largest distance of a ball from where it should be; None for another shot.
     at : float or None [s]
@@ -158,7 +156,6 @@ class Accuracy:
         since rounding alone would make another shot of what comes later.
     agree, of : int or None
         Another shot: how many collisions agree, of how many true ones.
-    cause : BrokenBy or None
     amount : float or None
         By how much: energy made over the first energy, or the deepest overlap [m].
     """
@@ -240,7 +237,6 @@ class CaseRecord:
         By name; None where it can't be computed, and `notes` says why.
     notes : dict of str to str
         By metric.
-    checks : tuple of Check
     left_out : tuple of str
         The metric of each limit that wasn't judged, for the run didn't ask for that metric.
     excused : str

@@ -3,7 +3,7 @@
 Whatever an engine does is its own failure, and named so: it may raise, exit, crash, hang, or hand
 back what no engine may.
 
-    >>> with apart(make_engine("pymunk"), time_limit=60.0) as engine:
+    >>> with in_other_process(make_engine("pymunk"), time_limit=60.0) as engine:
     ...     result = run_engine(engine, scene)
 """
 
@@ -65,7 +65,7 @@ def run_engine(engine: ReferenceEngine, scene: Scene, record: Record = "trajecto
     KeyboardInterrupt
         Where it was interrupted, and handed back what it had.
     """
-    if hasattr(engine, "runs_apart"):  # it comes through this door in the other process
+    if hasattr(engine, "is_remote"):  # it comes through this door in the other process
         return engine.simulate(scene, record=record)
     with blamed_on_engine(engine.name):
         result = engine.simulate(scene, record=record)
@@ -105,7 +105,7 @@ def run_as_it_can(
 
 
 @contextmanager
-def apart(
+def in_other_process(
     engine: ReferenceEngine,
     time_limit: float | None,
     printed: Callable[[str], None] | None = None,
@@ -114,7 +114,6 @@ def apart(
 
     Parameters
     ----------
-    engine : ReferenceEngine
     time_limit : float or None [s]
         For each shot; None runs them in this process, which an engine that crashes then ends.
     printed : callable, optional
@@ -129,18 +128,18 @@ def apart(
         yield engine
         return
     base: Any = type(engine)
-    with _Line(base.__module__, time_limit, printed) as line:
+    with _Worker(base.__module__, time_limit, printed) as worker:
 
-        class Apart(base):  # type: ignore[misc]
+        class RemoteEngine(base):  # type: ignore[misc]
             """The engine, but for where it runs."""
 
-            runs_apart = True
+            is_remote = True
 
             def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
                 """Run the scene in the other process; see `ReferenceEngine.simulate`."""
-                return line.run(_Shot(base, self.settings, scene, record))
+                return worker.run(_Shot(base, self.settings, scene, record))
 
-        yield Apart(engine.settings)
+        yield RemoteEngine(engine.settings)
 
 
 @dataclass(frozen=True)
@@ -161,7 +160,7 @@ class _Answer:
     error: Exception | None = None
 
 
-class _Line:
+class _Worker:
     """One process that is asked for one shot after another."""
 
     def __init__(
@@ -181,7 +180,7 @@ class _Line:
             raise StopIteration
         return self._waiting.popleft()
 
-    def __enter__(self) -> _Line:
+    def __enter__(self) -> _Worker:
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -193,7 +192,7 @@ class _Line:
         done = next(self._answers)
         if done.printed and self._printed is not None:
             self._printed(done.printed)
-        answer = done.or_else(_died)
+        answer = done.or_else(_crashed)
         if answer.error is not None:
             raise answer.error
         result: Result = pickle.loads(answer.result)
@@ -220,5 +219,5 @@ def _sendable(name: str, error: Exception) -> Exception:
     return error
 
 
-def _died(shot: _Shot, reason: str) -> _Answer:
+def _crashed(shot: _Shot, reason: str) -> _Answer:
     return _Answer(error=EngineFailedError(shot.engine.name, reason))

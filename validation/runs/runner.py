@@ -10,13 +10,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
-from ghostball.validation.parallel.pool import Done, Progress, run_tasks
+from ghostball.validation.parallel.pool import Done, Progress, Workers, run_tasks
 from ghostball.validation.results.record_store import Name, RecordStore, RunState
-
-if TYPE_CHECKING:
-    from ghostball.validation.parallel.cluster import Cluster
 
 T = TypeVar("T")
 G = TypeVar("G")
@@ -51,7 +48,6 @@ class Ran(Generic[R]):
     ----------
     records : mapping of names to records
         Those taken over, then the others as they ended.
-    taken_over : int
     interrupted : bool
         Whether it was cut short by Ctrl-C; the store has what was done.
     begun : bool
@@ -71,7 +67,7 @@ def run(
     settle: Callable[[Done[T, G]], W],
     store: RecordStore[W, R],
     *,
-    jobs: int | Cluster = 1,
+    jobs: int | Workers = 1,
     limit: Callable[[T], float] | float | None = None,
     prepare: Callable[[Sequence[Name]], Callable[[], object] | None] | None = None,
     about: Callable[[Mapping[Name, R]], Mapping[str, Any]] | None = None,
@@ -92,7 +88,6 @@ def run(
         Does a task; a function of a module.
     settle : callable
         Returns what is stored of what came of a task, also where its process died.
-    store : RecordStore
     jobs, limit
         See `run_tasks`.
     prepare : callable, optional

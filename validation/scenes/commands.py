@@ -22,7 +22,6 @@ def simulate(scene: str, engine: str | None = None, *, recorded: bool = False) -
 
     Parameters
     ----------
-    scene : str
     engine : str, optional
         With its settings, as a label says it.
     recorded : bool

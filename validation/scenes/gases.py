@@ -28,7 +28,6 @@ def packed_gas(
 
     Parameters
     ----------
-    count : int
     packing : float
         The part of the area that balls cover, up to 0.75; a square lattice holds pi / 4.
     physics : dict

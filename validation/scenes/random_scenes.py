@@ -161,7 +161,6 @@ def random_scene(number: int, **having: str) -> Scene:
 
     Parameters
     ----------
-    number : int
     having : str
         Options that the scene must have, by aspect, "-" written as "_": `along_rail="yes"`. A pair
         whose turn it is and that can't be with them is left out.

@@ -80,11 +80,10 @@ class StressRun:
     Attributes
     ----------
     suite : "quick" or "full"
-    families, labels : tuple of str
     environment : mapping
         As of a run of the suite.
     code_hash : str
-        Of the code that ran, and of the shipped scenes; "" where it can't be told.
+        Of the code that ran, and of the shipped scenes; "" where it isn't known.
     asked : tuple of (str, str, str)
         Keys of all that was asked for, by this run or an earlier one of the same code, in order.
     run, state : str
@@ -113,8 +112,6 @@ class StressFolder:
 
     Attributes
     ----------
-    path : Path
-    run : StressRun
     findings : list of Finding
         In the order in which they were asked for: family by family, trial by trial, engine by
         engine.

@@ -144,7 +144,6 @@ def overlaps(scene: Scene, positions: FloatArray) -> FloatArray:
 
     Parameters
     ----------
-    scene : Scene
     positions : (k, n, 3) float64 [m]
 
     Returns

@@ -48,7 +48,6 @@ class Invariants:
     images : tuple of int
         Of a shot that is its own mirror image in y = 0 (`swapped`: in x = y), each ball's image;
         empty where it isn't.
-    swapped : bool
     skew : float
         Asymmetry [diameters] that is permitted to exact motion with contact steps.
     still : tuple of int

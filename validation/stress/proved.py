@@ -200,8 +200,6 @@ class ProvedTrial(Trial):
 
     Attributes
     ----------
-    name : str
-    scene : Scene
     least, cached
         As of `MatchesProof`.
     also : callable or None

@@ -148,13 +148,12 @@ def run_stress(
     ----------
     labels : sequence of str
         Engines, each `NAME` or `NAME:key=value,...`.
-    out : Path
     suite : "quick" or "full"
     only : sequence of str
         Families, or trials as `FAMILY/TRIAL`, each of which may be a pattern such as
         "grazing/*-miss-*"; all where it is empty.
     must_hold : sequence of str, optional
-        Which of the engines have to survive it all; all of them, unless told.
+        Which of the engines have to survive it all; by default all of them.
     jobs, cluster, progress, compiling, reuse, time_limit
         As of `suite.run_suite`, of trials in place of cases. Every trial runs in another process,
         and has a limit of time of its own, which holds where it is the shorter one.
@@ -202,7 +201,7 @@ def run_stress(
             _LOGGER.warning(
                 "engine %s printed in %s, and maybe more: %s", done.task.label, where, done.printed
             )
-        return done.or_else(_died)
+        return done.or_else(_crashed)
 
     ran = run(
         {name: _hash(name) if is_ours(task.label) else "" for name, task in tasks.items()},
@@ -257,7 +256,7 @@ def _check_label(label: str) -> None:
 
 
 def _hash_of_all() -> str:
-    """Return the hash of all that decides what is found; "" where the code can't be told.
+    """Return the hash of all that decides what is found; "" where the code isn't known.
 
     Of the code; and of the shipped scenes with their criteria, which some trials play.
     """
@@ -316,7 +315,7 @@ def _of_verdict(verdict: Verdict) -> dict[str, Any]:
     }
 
 
-def _died(task: StressTask, reason: str) -> Finding:
+def _crashed(task: StressTask, reason: str) -> Finding:
     return Finding(task.family, task.trial.name, task.label, **_broke(task, reason))
 
 

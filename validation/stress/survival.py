@@ -16,8 +16,6 @@ class Survival:
 
     Attributes
     ----------
-    family, label : str
-    findings : tuple of Finding
     worst : Finding or None
         Of those with a shot that shows them: what broke worst, else what came nearest.
     """

@@ -164,8 +164,6 @@ class SceneTrial(Trial):
 
     Attributes
     ----------
-    name : str
-    scene : Scene
     judge : callable
         Given the result, returns the verdict. It sees whole results of this scene only.
     record : "rest", "events" or "trajectory"

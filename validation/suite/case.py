@@ -60,9 +60,8 @@ def run_case(case: Case, make: Callable[[str], ReferenceEngine] = make_engine) -
 
     Parameters
     ----------
-    case : Case
     make : callable
-        Makes the engine of the case's label: an installed one, unless told.
+        Makes the engine of the case's label: by default an installed one.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""One engine, be it anyone's, held against the suite: what is asked of it, and what came of that.
+"""Runs one engine on the scenes of the suite, and says of each limit whether it was kept.
 
 Asked is what `ghostball validate` asks, in the same words; see `validation.checks.law`.
 """
@@ -59,7 +59,6 @@ class SceneRun:
 
     Attributes
     ----------
-    record : CaseRecord
     motion : Motion or None
         None where the engine did not come to its end.
     """
@@ -141,13 +140,10 @@ def run_scene(
 
     Parameters
     ----------
-    engine : EngineUnderTest
-    scene : Scene
     own : Criteria
         Of the scene.
-    asked : Asked
     make : callable, optional
-        Makes the engine that runs, such as one in another process; `engine.make` unless told.
+        Makes the engine that runs, such as one in another process; by default `engine.make`.
 
     Raises
     ------

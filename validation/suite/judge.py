@@ -36,10 +36,8 @@ class Case:
 
     Attributes
     ----------
-    scene : Scene
     label : str
         The engine with its settings, as asked for.
-    truth : Truth or TruthFailure
     asked : Asked
         What it is asked there.
     metrics : tuple of str, or None
@@ -73,9 +71,6 @@ def judge(
     ----------
     record : CaseRecord
         What is known of the case before it ran.
-    case : Case
-    truth : Truth
-    result : Result
     resolution : float or None
         What the engine states of how far off a ball may be when it collides.
     limits : sequence of Criterion
@@ -154,7 +149,7 @@ def _measured(
         metrics,
         horizon=truth.horizon_of(resolution),
         resolution=resolution,
-        anyway={criterion.metric for criterion in asked if criterion.past_horizon},
+        include_past_horizon={criterion.metric for criterion in asked if criterion.past_horizon},
     )
     accuracy = accuracy_of(result, truth, resolution=resolution)
     if accuracy is not None and accuracy.kind != "broken":
@@ -175,7 +170,7 @@ def _checks(
 def _is_judged(criterion: Criterion, measured: Measured, truth: Truth) -> bool:
     """Whether a criterion has something to judge; where it has nothing, the record says why."""
     metric = criterion.metric
-    if metric in measured.fell_short:
+    if metric in measured.incomplete:
         return True
     if not criterion.if_measured:
         return metric not in measured.unpredictable
@@ -189,7 +184,7 @@ def _check(criterion: Criterion, measured: Measured, truth: Truth, engine: str) 
     return criterion.check(
         measured.values[metric],
         measured.notes.get(metric) or measured.said.get(metric, ""),
-        reference=own and metric not in measured.fell_short,
+        reference=own and metric not in measured.incomplete,
     )
 
 

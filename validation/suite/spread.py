@@ -62,7 +62,6 @@ class SceneSpread:
 
     Attributes
     ----------
-    scene, label : str
     planned, ended : int
         How many there were, and how many of them came to their end.
     broken : int

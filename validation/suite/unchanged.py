@@ -10,8 +10,8 @@ missed would cost the results their meaning.
 
 Two things can't be hashed, so such cases always run: an engine that another package brings depends
 on whatever that package loads; a case that failed, or stopped early, may have done so for a reason
-outside of all this, such as a limit of time. A package that computes is told by its version alone:
-after an edit of one in place, run with `--rerun`.
+outside of all this, such as a limit of time. Of an installed package that computes
+only the version is known: after an edit in place, run with `--rerun`.
 """
 
 from __future__ import annotations
@@ -65,12 +65,10 @@ def inputs_hash(
 
     Parameters
     ----------
-    scene : Scene
     label : str
         The engine as asked for.
     settings : mapping
         All its settings, as plain values.
-    asked : Asked
     truth : str or None
         What the scene's criteria ask for.
     metrics : sequence of str or None

@@ -161,8 +161,6 @@ def varied(scene: Scene, size: Size, index: int) -> Scene:
 
     Parameters
     ----------
-    scene : Scene
-    size : Size
     index : int
         From 0; a start doesn't depend on how many there are.
 

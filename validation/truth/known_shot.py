@@ -43,7 +43,6 @@ class KnownShot:
 
     Attributes
     ----------
-    kind : KnownBy
     result : Result
         With its trajectory.
     rest_positions : (n, 3) float64 [m]

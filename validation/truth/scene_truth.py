@@ -98,7 +98,6 @@ class Truth:
         In order of time, the lower ball first.
     collision_times : (m,) float64 [s]
         When they come; empty where a closed form gives their order alone.
-    collision_counts : dict of str to int, or None
     energy_times, energy : (k,) float64 [s], [J]; None where there is no curve
     certificate : Certificate or None
         What is proved of the shot, with its motion; also where that isn't all of it.
@@ -202,7 +201,6 @@ def truth_of(
 
     Parameters
     ----------
-    scene : Scene
     wanted : "closed-form", "certified", "engine" or None
         What the scene's criteria ask for; None takes the first of them that there is.
     parts : collection of TruthPart

@@ -36,7 +36,7 @@ from ghostball.validation.baselines import (
     compare_results,
     save_regressions,
 )
-from ghostball.validation.baselines.gate import crowds
+from ghostball.validation.baselines.gate import many_ball_scenes
 from ghostball.validation.baselines.places import (
     baseline_names,
     engine_folder,
@@ -134,7 +134,7 @@ def run(
     ran = {scene.name for scene in scenes}
     whole = not wanted or ran >= {scene.name for scene in select(config.scenes)}
     for gate in gates:
-        made = crowds() if gate.label == OUR_NAME and whole else ()
+        made = many_ball_scenes() if gate.label == OUR_NAME and whole else ()
         check_baselines(gate.folder, [scene.name for scene in (*scenes, *made)], gate.engine)
     with Steps(COMPILING, "running").bar() as step:
         count = step("running")
@@ -159,7 +159,7 @@ def run(
         return ExitStatus.INTERRUPTED
     results = Results.open(place)
     # Of other scenes the folder may hold what another run found.
-    only = ran | {scene.name for scene in crowds()}
+    only = ran | {scene.name for scene in many_ball_scenes()}
     found = [
         compare_results(
             results, gate.folder, gate.label, whole=whole, only=only, time_limit=time_limit

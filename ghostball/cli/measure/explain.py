@@ -22,7 +22,7 @@ from ghostball.validation.diagnose.attribution import Attribution
 from ghostball.validation.diagnose.explanation import Explanation, Margin, explain
 from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.grading.event_logs import Event
-from ghostball.validation.runs.playing import apart
+from ghostball.validation.runs.playing import in_other_process
 from ghostball.validation.scenes.library import find_scene
 
 FEW_ULPS = 1e6
@@ -59,7 +59,7 @@ def run(
     what = "three steps" if attribute else "one run"
     with (
         busy(f"explaining {shot.name} on {engine}: the truth, and {what}"),
-        apart(made, time_limit, _said_once(made.name)) as player,
+        in_other_process(made, time_limit, _said_once(made.name)) as player,
     ):
         explanation = explain(shot, player, label=engine, attributed=attribute)
     if plot is not None:

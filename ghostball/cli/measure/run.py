@@ -13,7 +13,7 @@ from ghostball.cli.shared.terminal import busy, say, say_printed, stdout
 from ghostball.engine import Record
 from ghostball.reference_adapters import make_engine
 from ghostball.validation.exit_status import ExitStatus
-from ghostball.validation.runs.playing import apart, run_engine
+from ghostball.validation.runs.playing import in_other_process, run_engine
 from ghostball.validation.scenes.library import find_scene
 
 
@@ -37,7 +37,7 @@ def run(
     shot = find_scene(scene)
     with (
         busy(f"{shot.name} on {spec}"),
-        apart(engine, time_limit, partial(say_printed, engine.name)) as player,
+        in_other_process(engine, time_limit, partial(say_printed, engine.name)) as player,
     ):
         result = run_engine(player, shot, record)
     if plot is not None:

@@ -19,7 +19,7 @@ from typing import Annotated, Any
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from ghostball.engine import GhostballError
-from ghostball.validation.results.files import told, toml_of
+from ghostball.validation.results.files import describe_validation_error, toml_of
 
 FILE = "pyproject.toml"
 
@@ -113,4 +113,6 @@ def _checked(table: Any, path: Path) -> Config:
     try:
         return Config.model_validate(table)
     except ValidationError as error:
-        raise ConfigError(f"{path}: in `tool.ghostball`: {told(error)}") from None
+        raise ConfigError(
+            f"{path}: in `tool.ghostball`: {describe_validation_error(error)}"
+        ) from None

@@ -126,10 +126,10 @@ reason = "by hand"
         (
             "late",
             "lte",
-            r"`steps\[0\].lte` is not a known field. Known here: engines, reason, late",
+            r"`steps\[0\].lte` is no field of this file. Known here: engines, reason, late",
         ),
-        ('reason = "by hand"', "", r"`steps\[0\].reason` must be given"),
-        ('late = ["ball-ball"]', "", r"`steps\[0\].late` must be given"),
+        ('reason = "by hand"', "", r"`steps\[0\].reason` is missing"),
+        ('late = ["ball-ball"]', "", r"`steps\[0\].late` is missing"),
     ],
 )
 def test_a_wrong_rule_of_steps_is_refused(tmp_path: Path, old: str, new: str, message: str) -> None:
@@ -214,13 +214,13 @@ def test_a_scene_without_a_file_beside_it_has_no_criteria(tmp_path: Path) -> Non
         ("equals = 3", 'equals = "3"', r"`criteria\[0\].equals` .*got '3'"),
         ("equals = 3", "equals = true", r"`criteria\[0\].equals` .*got True"),
         ('"counted by hand"', '"  "', r"`criteria\[0\].reason` must say why"),
-        ('reason = "counted by hand"', "", r"`criteria\[0\].reason` must be given"),
-        ("reason =", "raeson =", r"`criteria\[0\].raeson` is not a known field"),
+        ('reason = "counted by hand"', "", r"`criteria\[0\].reason` is missing"),
+        ("reason =", "raeson =", r"`criteria\[0\].raeson` is no field of this file"),
         ('truth = "engine"', 'truth = "guess"', r"`truth` must be .*got 'guess'"),
         (
             'truth = "engine"',
             "thruth = 1",
-            r"`thruth` is not a known field.*truth, proved, criteria",
+            r"`thruth` is no field of this file.*truth, proved, criteria",
         ),
         (
             '["pymunk", "pybullet:contact_steps=exact"]',

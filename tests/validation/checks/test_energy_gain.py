@@ -177,14 +177,14 @@ def test_a_run_that_makes_energy_of_nothing_fails_and_one_that_rests_says_why() 
     resting = replace(still, trajectory=SampledTrajectory(times, places, *np.zeros((2, *shape))))
     measured = measure(resting, Truth(None), ("energy_rise",))
     assert "nothing moves" in measured.notes["energy_rise"]
-    assert not measured.fell_short
+    assert not measured.incomplete
     moving = np.zeros(shape)
     moving[1] = 1.0
     woken = replace(
         still,
         trajectory=SampledTrajectory(times, places, moving, np.zeros(shape)),
     )
-    assert measure(woken, Truth(None), ("energy_rise",)).fell_short == {"energy_rise"}
+    assert measure(woken, Truth(None), ("energy_rise",)).incomplete == {"energy_rise"}
 
 
 def test_an_energy_that_is_not_finite_fails() -> None:
@@ -196,7 +196,7 @@ def test_an_energy_that_is_not_finite_fails() -> None:
     wrong = replace(result, trajectory=replace(motion, velocities=broken))
     names = ("energy_rise", "energy_difference_max")
     measured = measure(wrong, Truth(None, energy=np.ones(1), energy_times=np.zeros(1)), names)
-    assert "energy_rise" in measured.fell_short
+    assert "energy_rise" in measured.incomplete
 
 
 def test_no_energy_is_gained_where_nothing_collides() -> None:

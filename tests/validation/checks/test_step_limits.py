@@ -117,7 +117,7 @@ def test_an_amplifying_shot_is_allowed_more() -> None:
     [
         ("galperin-2", "pymunk", "a step holds many collisions of a ball"),
         ("unbounded-cut", "paper-discrete", "in a step balls go more than a radius"),
-        ("break-7", "pymunk", "the engine's errors take the shot another course"),
+        ("break-7", "pymunk", "the engine's errors lead the shot onto another path"),
         ("three-ball-symmetric", "pymunk", "two collisions of one instant have no derivative"),
         pytest.param(
             "push", "pybullet", "a contact that lasts isn't proved", marks=needs("pybullet")

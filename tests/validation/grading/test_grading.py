@@ -237,7 +237,7 @@ def test_bounces_that_die_out_are_graded_until_they_do(number: int) -> None:
     scene = random_shot(number)
     result, certificate = simulate(scene, record="trajectory"), certify(scene, motion=True)
     made = grade(result, certificate)
-    assert made.extent == "low hop"
+    assert made.extent == "low bounce"
     assert "bounce stays below" in made.why
     assert 0 < made.events < len(certificate.events)
     assert clean(made)

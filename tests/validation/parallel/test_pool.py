@@ -34,9 +34,9 @@ def test_without_a_limit_one_job_is_this_process():
 
 def test_with_a_limit_one_job_is_another_process_and_a_crash_costs_its_task():
     assert results(["die 7", "a", "die 3", "b"]) == [
-        "die 7: the process running it died (exit code 7)",
+        "die 7: the process running it crashed (exit code 7)",
         "done a",
-        "die 3: the process running it died (exit code 3)",
+        "die 3: the process running it crashed (exit code 3)",
         "done b",
     ]
 
@@ -44,12 +44,16 @@ def test_with_a_limit_one_job_is_another_process_and_a_crash_costs_its_task():
 def test_a_process_that_ends_as_if_all_were_well_has_died_too():
     # Without a limit of time nothing else would end the wait for it.
     found = results(["die 0", "a", "b"], jobs=2, limit=None)
-    assert sorted(found) == ["die 0: the process running it died (exit code 0)", "done a", "done b"]
+    assert sorted(found) == [
+        "die 0: the process running it crashed (exit code 0)",
+        "done a",
+        "done b",
+    ]
 
 
 def test_what_raises_costs_its_task_and_says_where():
     raised, after = run_tasks(["raise no luck", "a"], 1, work, LIMIT)
-    assert (raised.died, raised.given) == ("the process running it died (exit code 1)", None)
+    assert (raised.crashed, raised.given) == ("the process running it crashed (exit code 1)", None)
     assert raised.printed.endswith("ValueError: no luck")
     assert "in work" in raised.printed
     assert after.given == "done a"
@@ -101,13 +105,13 @@ def test_a_process_that_dies_while_idle_costs_no_task():
 def test_a_process_that_dies_in_the_midst_of_its_answer_costs_its_task():
     # Breaks where half a message ends the whole run with an OSError.
     found = results(["half", "a"])
-    assert found == ["half: the process running it died (exit code 3)", "done a"]
+    assert found == ["half: the process running it crashed (exit code 3)", "done a"]
 
 
 def test_a_process_that_cannot_start_costs_a_task_each():
     assert results(["a", "b"], prepare=never) == [
-        "a: the process running it died (exit code 5)",
-        "b: the process running it died (exit code 5)",
+        "a: the process running it crashed (exit code 5)",
+        "b: the process running it crashed (exit code 5)",
     ]
 
 

@@ -8,7 +8,11 @@ from pathlib import Path
 import pytest
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from ghostball.validation.results.files import told, write_all_whole, write_whole
+from ghostball.validation.results.files import (
+    describe_validation_error,
+    write_all_whole,
+    write_whole,
+)
 
 
 def test_text_and_bytes_are_written_whole(tmp_path: Path) -> None:
@@ -83,10 +87,10 @@ class _Whole(BaseModel):
 def test_what_a_model_refuses_is_told_in_words(text: str, said: str) -> None:
     with pytest.raises(ValidationError) as caught:
         _Whole.model_validate_json(text)
-    assert told(caught.value) == said
+    assert describe_validation_error(caught.value) == said
 
 
 def test_a_long_value_is_not_shown() -> None:
     with pytest.raises(ValidationError) as caught:
         _Whole.model_validate({"parts": "x" * 200})
-    assert told(caught.value) == "`parts` must be a valid dictionary"
+    assert describe_validation_error(caught.value) == "`parts` must be a valid dictionary"

@@ -9,7 +9,7 @@ from ghostball.engine import EngineFailedError, GhostballError, UnsupportedScene
 from ghostball.reference_adapters import make_engine
 from ghostball.reference_adapters.registry import OURS
 from ghostball.validation import find_scene
-from ghostball.validation.runs.playing import apart, run_engine
+from ghostball.validation.runs.playing import in_other_process, run_engine
 from ghostball.validation.runs.steps import with_setting
 
 ENGINE = '''
@@ -108,7 +108,7 @@ def test_what_our_own_engine_raises_is_a_bug_of_ours(monkeypatch):
 
 def test_ours_runs_in_this_process():
     ours = make_engine(OURS)
-    with apart(ours, 600.0) as player:
+    with in_other_process(ours, 600.0) as player:
         assert player is ours
 
 
@@ -116,14 +116,14 @@ def test_another_engine_of_our_name_runs_in_another_process_too(evil):
     # Where the name alone was compared, its crash ended the command without a word.
     impostor = type("Impostor", (type(evil),), {"name": OURS, "__module__": "evil_engine"})
     sys.modules["evil_engine"].Impostor = impostor
-    with apart(impostor(evil.settings), 60.0) as player:
-        assert player.runs_apart
+    with in_other_process(impostor(evil.settings), 60.0) as player:
+        assert player.is_remote
 
 
 def test_another_process_costs_the_shot_alone(evil, capfd):
     # One process plays shot after shot; where it dies or hangs, the next one is as good.
     printed = []
-    with apart(evil, 60.0, printed.append) as player:
+    with in_other_process(evil, 60.0, printed.append) as player:
 
         def play(does):
             return run_engine(with_setting(player, "does", does), SCENE)
@@ -156,14 +156,14 @@ def test_another_process_costs_the_shot_alone(evil, capfd):
 
 
 def test_a_limit_of_time_ends_what_hangs(evil):
-    with apart(evil, 0.5) as player, pytest.raises(EngineFailedError) as failed:
+    with in_other_process(evil, 0.5) as player, pytest.raises(EngineFailedError) as failed:
         run_engine(with_setting(player, "does", "hang"), SCENE)
     assert failed.value.reason == "it took longer than 0.5 s, and was ended"
 
 
 def test_without_a_limit_it_runs_in_this_process_and_prints_nothing(evil, capfd):
     printed = []
-    with apart(evil, None, printed.append) as player:
+    with in_other_process(evil, None, printed.append) as player:
         assert run_engine(with_setting(player, "does", "print"), SCENE).engine == "evil"
     assert "from C" in printed[0]
     assert capfd.readouterr().out == ""

@@ -82,7 +82,7 @@ def test_a_process_that_dies_costs_its_task_which_is_done_again(tmp_path):
         assert outcome.taken_over == taken_over
         assert sorted(outcome.records.values()) == [
             ("a", "done a"),
-            ("die 3", "die 3: the process running it died (exit code 3)"),
+            ("die 3", "die 3: the process running it crashed (exit code 3)"),
         ]
     assert multiprocessing.active_children() == []
 

@@ -78,7 +78,6 @@ class ProvedShots(Trial):
 
     Attributes
     ----------
-    name : str
     first, count : int
         See `random_shot`.
     """

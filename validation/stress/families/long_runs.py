@@ -56,7 +56,6 @@ class GasTrial(Trial):
 
     Attributes
     ----------
-    name : str
     rows : int
         Of rows x rows balls.
     packing : float
@@ -205,7 +204,6 @@ class GalperinTrial(Trial):
 
     Attributes
     ----------
-    name : str
     digits : int
         Of pi after the point; the heavy ball has 100^digits times the mass.
     stepped : bool

@@ -56,7 +56,6 @@ class ReversalTrial(Trial):
 
     Attributes
     ----------
-    name : str
     scene : Scene
         Elastic, without friction; with a `t_max` by which there are `most` collisions.
     most, stepped : int

@@ -16,13 +16,7 @@ from ghostball.validation.truth.scene_truth import truth_of
 
 @dataclass(frozen=True)
 class ShippedTrial(Trial):
-    """A scene, held to its limits and to the law.
-
-    Attributes
-    ----------
-    name : str
-    scene : Scene
-    """
+    """A scene, held to its limits and to the law."""
 
     name: str
     scene: Scene

@@ -44,11 +44,6 @@ class Breaks(Trial):
 
     Our engine plays them all to rest. Of other engines, that need seconds for one, each plays the
     first 2 s of the first one that it can represent.
-
-    Attributes
-    ----------
-    name : str
-    first, count : int
     """
 
     name: str

@@ -63,45 +63,44 @@ def _few_gaps(suite: Suite) -> tuple[float, ...]:
 def _pairs(suite: Suite) -> Iterator[Trial]:
     """Yield two balls, one of which moves, in contact along an axis or at an angle; proved."""
     turns = (0.0, 0.7) if suite == "quick" else (0.0, 0.7, 0.5 * math.pi, 2.0, 4.0)
-    for (kind, physics), gap, (word, course), turn in product(
+    for (kind, physics), gap, (word, direction), turn in product(
         KINDS.items(), _gaps(suite), DIRECTIONS.items(), turns
     ):
         c, s = math.cos(turn), math.sin(turn)
-        apart = 2.0 * RADIUS + gap
+        x, y = direction
+        reach = 2.0 * RADIUS + gap
         name = f"pair-{kind}-{word}-gap-{size(gap)}-turned-{turn:.1f}"
         scene = Scene(
             name=name,
             physics=physics,
             t_max=T_MAX,
             balls=[
-                ball(
-                    "a", (0.0, 0.0), (c * course[0] - s * course[1], s * course[0] + c * course[1])
-                ),
-                ball("b", (c * apart, s * apart)),
+                ball("a", (0.0, 0.0), (c * x - s * y, s * x + c * y)),
+                ball("b", (c * reach, s * reach)),
             ],
         )
-        sound = Invariants(most_events=4, most_steps=200, isolated=kind == "elastic")
+        bounds = Invariants(most_events=4, most_steps=200, isolated=kind == "elastic")
         if kind == "elastic" and word == "into" and gap == 0.0 and turn != 0.0:
-            # The first ball ends at rest or creeps by a rounding: which, no proof tells, so that it
+            # The first ball ends at rest or moves by a rounding: which, no proof says, so that it
             # says nothing of the shot. Equal masses trade velocities.
-            there = (c * (apart + T_MAX), s * (apart + T_MAX))
+            there = (c * (reach + T_MAX), s * (reach + T_MAX))
             traded = Ends(((0.0, 0.0), (c, s)), 1, ((0.0, 0.0), there))
-            yield SceneTrial(name, scene, Both(sound, traded))
+            yield SceneTrial(name, scene, Both(bounds, traded))
         else:
-            yield ProvedTrial(name, scene, also=sound, cached=False)
+            yield ProvedTrial(name, scene, also=bounds, cached=False)
 
 
 def _on_cushions(suite: Suite) -> Iterator[Trial]:
     """Yield a ball at a cushion, and in a corner; proved."""
     table = Table(length=1.0, width=1.0)
-    for (kind, physics), gap, (word, course) in product(
+    for (kind, physics), gap, (word, direction) in product(
         KINDS.items(), _gaps(suite), DIRECTIONS.items()
     ):
         for place, where in (
             ((RADIUS + gap, 0.5), "cushion"),
             ((RADIUS + gap, RADIUS + gap), "corner"),
         ):
-            velocity = (-course[0], -course[1])
+            velocity = (-direction[0], -direction[1])
             name = f"{where}-{kind}-{word}-gap-{size(gap)}"
             scene = Scene(
                 name=name,
@@ -110,28 +109,30 @@ def _on_cushions(suite: Suite) -> Iterator[Trial]:
                 t_max=T_MAX,
                 balls=[ball("a", place, velocity)],
             )
-            sound = Invariants(most_events=6, most_steps=200)
+            bounds = Invariants(most_events=6, most_steps=200)
             if where == "corner" and word == "slanting" and gap == 0.0:
-                yield SceneTrial(name, scene, _from_corner(kind, place, course, sound))
+                yield SceneTrial(name, scene, _from_corner(kind, place, direction, bounds))
             else:
-                yield ProvedTrial(name, scene, also=sound, cached=False)
+                yield ProvedTrial(name, scene, also=bounds, cached=False)
 
 
-def _from_corner(kind: str, place: Plane, course: Plane, sound: Invariants) -> Invariants | Both:
+def _from_corner(
+    kind: str, place: Plane, direction: Plane, bounds: Invariants
+) -> Invariants | Both:
     """Return the judge of a ball that leaves a corner, into which it is pushed at the start.
 
-    Which of both cushions comes first no proof tells, and so it says nothing of the shot. Mirrors
+    Which of both cushions comes first no proof says, and so it says nothing of the shot. Mirrors
     send the ball back either way, and it rolls on. What friction on the first one leaves for the
     second depends on that order: then nothing is asked but that both are met, or it would be
     beyond one of them.
     """
     if kind == "sliding":
-        return sound
+        return bounds
     lost = KINDS[kind].rolling_friction * KINDS[kind].gravity * T_MAX
     way = T_MAX * (1.0 - 0.5 * lost)  # at 1 m/s at first
-    velocity = (course[0] * (1.0 - lost), course[1] * (1.0 - lost))
-    there = (place[0] + course[0] * way, place[1] + course[1] * way)
-    return Both(sound, Ends((velocity,), 2, (there,)))
+    velocity = (direction[0] * (1.0 - lost), direction[1] * (1.0 - lost))
+    there = (place[0] + direction[0] * way, place[1] + direction[1] * way)
+    return Both(bounds, Ends((velocity,), 2, (there,)))
 
 
 def _into_corners(suite: Suite) -> Iterator[Trial]:

@@ -87,7 +87,6 @@ class Passing(Trial):
 
     Attributes
     ----------
-    name : str
     speed : float [m/s]
     depth : float
         Of the impact, in diameters.
@@ -171,8 +170,6 @@ class Energy(Trial):
 
     Attributes
     ----------
-    name : str
-    scene : Scene
     energy : float [J]
         What is left at the end.
     steps : tuple of float [s]

@@ -25,7 +25,6 @@ class SameScenes(Trial):
 
     Attributes
     ----------
-    name : str
     first, count : int
         See `random_scene`.
     having : tuple of (str, str)

@@ -47,26 +47,20 @@ class Setup:
     heights, rises : tuple of mpf [m], [m/s]
         Of the balls' lowest points over the cloth, and how fast they rise; 0 of all where no ball
         may leave it.
-    table_restitution : mpf
     spins : tuple of (mpf, mpf, mpf) [rad/s]
         Angular velocities. Of a ball that rolls the first two mean nothing: its velocity says them.
     rolls : tuple of bool
         Which balls start rolling without slip.
     radii, masses : tuple of mpf [m], [kg]
     gravity : mpf [m/s^2]
-    rolling_frictions, sliding_frictions : tuple of mpf
     spin_decelerations : tuple of mpf [rad/s^2]
     air_drag, rolling_friction_quadratic : mpf [1/m]
-    ball_restitution : mpf
     ball_friction : mpf or None
         None: Alciatore's curve.
     cushion : str
         Name of the law; the four numbers that follow are 1 where it mirrors, or none is there.
-    cushion_restitution, cushion_tangential_restitution : mpf
-    cushion_friction : mpf
     cushion_height : mpf [m]
     length, width : mpf [m], or None on an unbounded cloth
-    cushions : tuple of str
     t_max : mpf or None [s]
     slides : bool
         Whether spin is a state of its own; else balls always roll.
@@ -112,7 +106,6 @@ class Outcome:
     ----------
     positions, velocities : tuple of (mpf, mpf) [m], [m/s]
     time : mpf [s]
-    collisions : tuple of Collision, in order of time
     """
 
     positions: tuple[Vector, ...]
