@@ -21,7 +21,6 @@ from ghostball.validation.results.records import Motion
 
 _LABELS: Final = {int(kind): kind.label for kind in EventKind}
 _KINDS: Final = {label: kind for kind, label in _LABELS.items()}
-_ENERGIES: Final = ("energy_translation", "energy_rotation", "energy_height")
 _SAMPLED: Final = [part.name for part in fields(Motion) if part.name != "events"]
 
 
