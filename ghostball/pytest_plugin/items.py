@@ -32,6 +32,7 @@ from ghostball.validation.checks.criteria import Criteria
 from ghostball.validation.checks.law import Asked
 from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.runs.playing import in_other_process
+from ghostball.validation.runs.runner import check_limits
 from ghostball.validation.scenes.commands import regress as regress_command
 from ghostball.validation.scenes.library import scene_names, select
 from ghostball.validation.suite.conformance import (
@@ -45,11 +46,7 @@ from ghostball.validation.suite.conformance import (
     run_scene,
     what_is_asked,
 )
-from ghostball.validation.suite.plan import (
-    check_time_limit,
-    criteria_beside_paths,
-    shipped_criteria,
-)
+from ghostball.validation.suite.plan import criteria_beside_paths, shipped_criteria
 
 DEFAULT_SCENES = "smoke"
 
@@ -187,7 +184,7 @@ class _Plan:
         seconds = option.ghostball_time_limit
         options += ["--ghostball-time-limit", f"{seconds:g}"] * (seconds != TIME_LIMIT)
         time_limit = None if seconds == math.inf else seconds
-        check_time_limit(time_limit)
+        check_limits(1, time_limit)
         return cls(engine, tuple(scenes), own, for_all, tuple(options), time_limit, baselines)
 
     def asked(self, scene: Scene) -> Asked:

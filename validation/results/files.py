@@ -55,7 +55,7 @@ def describe_problem(problem: ErrorDetails, known: Sequence[str] = ()) -> str:
         return f"`{where}` is missing"
     if kind in ("extra_forbidden", "unexpected_keyword_argument"):
         there = f". Known here: {', '.join(known)}" if known else ""
-        return f"`{where}` is no field of this file{there}"
+        return f"`{where}` is not a known field{there}"
     said = re.sub(r"^\w+ should", "must", problem["msg"].removeprefix("Value error, "))
     # Of what is no JSON the whole text would be shown, and of a table all of it.
     shown = repr(problem["input"])

@@ -7,11 +7,13 @@ processes or on a cluster, and stores each as it ends.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, field
 from typing import Any, Generic, TypeVar
 
+from ghostball.engine import GhostballError
 from ghostball.validation.parallel.pool import Done, Progress, Workers, run_tasks
 from ghostball.validation.results.record_store import Name, RecordStore, RunState
 
@@ -19,6 +21,37 @@ T = TypeVar("T")
 G = TypeVar("G")
 W = TypeVar("W")
 R = TypeVar("R")
+
+
+class RunError(GhostballError, ValueError):
+    """A run that can't start: of nothing, of one thing twice, in no process, or with no limit."""
+
+
+def check_limits(jobs: int, time_limit: float | None) -> None:
+    """Refuse a number of processes, or a limit of time [s], that is none.
+
+    Raises
+    ------
+    RunError
+    """
+    if jobs < 1:
+        raise RunError(f"`jobs` must be at least 1, got {jobs}")
+    if time_limit is not None and not 0.0 < time_limit < math.inf:
+        raise RunError(f"`time_limit` must be a positive number of seconds, got {time_limit!r}")
+
+
+def check_each_once(what: str, names: Sequence[str]) -> None:
+    """Refuse a run of no scene or no engine, or of one twice.
+
+    Raises
+    ------
+    RunError
+    """
+    if not names:
+        raise RunError(f"a run needs at least one {what}, got none")
+    repeated = sorted({name for name in names if names.count(name) > 1})
+    if repeated:
+        raise RunError(f"each {what} must be given once, got {', '.join(repeated)} again")
 
 
 @dataclass(frozen=True, eq=False)

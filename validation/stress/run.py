@@ -14,6 +14,7 @@ import logging
 import math
 import time
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -32,7 +33,7 @@ from ghostball.validation.parallel.pool import Done, Progress
 from ghostball.validation.results.database import SCHEMA
 from ghostball.validation.results.environment import describe_environment
 from ghostball.validation.results.record_store import Name
-from ghostball.validation.runs.runner import run
+from ghostball.validation.runs.runner import check_each_once, check_limits, run
 from ghostball.validation.scenes.library import FOLDER
 from ghostball.validation.stress.families import FAMILIES, chosen_trials
 from ghostball.validation.stress.findings import (
@@ -164,10 +165,7 @@ def run_stress(
         Before anything runs: where an engine, a family or a trial is unknown, or the folder can't
         be used.
     """
-    if jobs < 1:
-        raise StressError(f"`jobs` must be at least 1, got {jobs}")
-    if time_limit is not None and not 0.0 < time_limit < math.inf:
-        raise StressError(f"`time_limit` must be a positive number of seconds, got {time_limit!r}")
+    check_limits(jobs, time_limit)
     begun = time.perf_counter()
     planned = {_key(task): task for task in _plan(labels, suite, only)}
     tasks = dict[Name, StressTask](planned.items())
@@ -227,13 +225,10 @@ def run_stress(
 
 def _plan(labels: Sequence[str], suite: Suite, only: Sequence[str]) -> list[StressTask]:
     """Return what is to be done, in order; refuse what is unknown."""
-    if not labels:
-        raise StressError("a run needs at least one engine, got none")
-    repeated = sorted({label for label in labels if labels.count(label) > 1})
-    if repeated:
-        raise StressError(f"each engine must be given once, got {', '.join(repeated)} again")
+    check_each_once("engine", labels)
     for label in labels:
-        _check_label(label)
+        with suppress(EngineUnavailableError):  # its trials say so
+            make_engine(label)
     tasks = [
         StressTask(family.name, trial, label)
         for family, trial in chosen_trials(suite, only)
@@ -246,13 +241,6 @@ def _plan(labels: Sequence[str], suite: Suite, only: Sequence[str]) -> list[Stre
             f"{', '.join(labels)}"
         )
     return tasks
-
-
-def _check_label(label: str) -> None:
-    try:
-        make_engine(label)
-    except EngineUnavailableError:
-        return  # its trials say so
 
 
 def _hash_of_all() -> str:

@@ -7,12 +7,11 @@ all engines, each engine in another process), `judge` (`validation.suite.judge`,
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from ghostball.engine import GhostballError, Scene
+from ghostball.engine import Scene
 from ghostball.engine.compilation import MANY
 from ghostball.reference_adapters.registry import (
     EngineUnavailableError,
@@ -28,14 +27,11 @@ from ghostball.validation.parallel.pool import Progress
 from ghostball.validation.results.environment import describe_environment
 from ghostball.validation.results.record_store import Name
 from ghostball.validation.results.records import CaseRecord
+from ghostball.validation.runs.runner import check_each_once
 from ghostball.validation.scenes.library import FOLDER, find_scene, paths_among, scene_names
 from ghostball.validation.suite.unchanged import dates_of, inputs_hash, is_ours
 from ghostball.validation.suite.varied import Ensemble
 from ghostball.validation.truth.scene_truth import check_truth
-
-
-class SuiteError(GhostballError, ValueError):
-    """A run that can't start: no scene, no engine, the same one twice, a wrong number of jobs."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,7 +85,6 @@ def plan(
     scenes: Sequence[Scene],
     labels: Sequence[str],
     criteria: Mapping[str, Criteria],
-    jobs: int,
     metrics: Sequence[str] | None,
     only: Collection[Name] | None = None,
     ensemble: Ensemble | None = None,
@@ -101,17 +96,15 @@ def plan(
     GhostballError
         See `validation.suite.suite.run_suite`.
     """
-    if jobs < 1:
-        raise SuiteError(f"`jobs` must be at least 1, got {jobs}")
     chosen = None if metrics is None else choose_metrics(metrics)
-    _each_once("scene", [scene.name for scene in scenes])
-    _each_once("engine", labels)
+    check_each_once("scene", [scene.name for scene in scenes])
+    check_each_once("engine", labels)
     origins: dict[str, str] = {}
     if ensemble is not None:
         starts = {scene.name: ensemble.of(scene) for scene in scenes}
         origins = {one.name: origin for origin, these in starts.items() for one in these}
         scenes = [*scenes, *(one for these in starts.values() for one in these)]
-        _each_once("scene", [scene.name for scene in scenes])
+        check_each_once("scene", [scene.name for scene in scenes])
     settings = {label: _settings_of(label) for label in labels}
     own = {
         scene.name: criteria[scene.name] if scene.name in criteria else shipped_criteria(scene)
@@ -138,18 +131,6 @@ def plan(
                 else inputs_hash(scene, label, values, asked[pair], limits.truth, chosen)
             )
     return Plan(scenes, settings, own, asked, inputs, chosen, origins)
-
-
-def check_time_limit(seconds: float | None) -> None:
-    """Refuse a limit of time that is none.
-
-    Raises
-    ------
-    SuiteError
-        Where it isn't a positive number of seconds.
-    """
-    if seconds is not None and not 0.0 < seconds < math.inf:
-        raise SuiteError(f"`time_limit` must be a positive number of seconds, got {seconds!r}")
 
 
 def shipped_criteria(scene: Scene) -> Criteria:
@@ -182,14 +163,6 @@ def criteria_beside_paths(names_or_tags: Sequence[str]) -> dict[str, Criteria]:
         Where such a scene or the criteria beside it are refused.
     """
     return {find_scene(path).name: criteria_beside(path) for path in paths_among(names_or_tags)}
-
-
-def _each_once(what: str, names: Sequence[str]) -> None:
-    if not names:
-        raise SuiteError(f"a run needs at least one {what}, got none")
-    repeated = sorted({name for name in names if names.count(name) > 1})
-    if repeated:
-        raise SuiteError(f"each {what} must be given once, got {', '.join(repeated)} again")
 
 
 def _settings_of(label: str) -> dict[str, Any] | None:

@@ -21,9 +21,9 @@ from ghostball.validation.parallel.pool import Progress
 from ghostball.validation.results.record_store import Name
 from ghostball.validation.results.records import CaseRecord
 from ghostball.validation.results.store import PartWriter, ResultsWriter
-from ghostball.validation.runs.runner import Reuse, run
+from ghostball.validation.runs.runner import Reuse, check_limits, run
 from ghostball.validation.suite.case import cases_of, finished, run_case
-from ghostball.validation.suite.plan import check_time_limit, plan
+from ghostball.validation.suite.plan import plan
 from ghostball.validation.suite.unchanged import code_hash
 from ghostball.validation.suite.varied import Ensemble
 
@@ -192,8 +192,8 @@ def run_suite(
     by Ctrl-C, the run stops, keeps what is done and says so in `Outcome.interrupted`; what earlier
     runs found and this one has not come to is kept too, for a later run with `reuse`.
     """
-    planned = plan(scenes, engine_specs, criteria or {}, jobs, metrics, only, ensemble)
-    check_time_limit(time_limit)
+    check_limits(jobs, time_limit)
+    planned = plan(scenes, engine_specs, criteria or {}, metrics, only, ensemble)
     store = (ResultsWriter if only is None else PartWriter)(out, code_hash())
     ran = run(
         planned.inputs,

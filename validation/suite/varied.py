@@ -9,18 +9,16 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
-from difflib import get_close_matches
-from typing import Any, Self
+from dataclasses import dataclass
+from typing import Annotated, Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from ghostball.engine import Ball, GhostballError, Scene, Table
+from ghostball.validation.results.files import describe_problem
 from ghostball.validation.runs.rolling import rolling_spin
-
-LARGEST_VELOCITY = 0.1
-"""More than a tenth of the speed, or 0.1 rad, isn't the same shot any more."""
 
 LARGEST_POSITION = 0.25
 """Of the smallest radius: a ball that moves farther might change places with its neighbour."""
@@ -37,50 +35,39 @@ _LONGEST = 48
 _DRAWS = 4
 """Numbers of a ball: speed, direction, x, y; drawn also where they act on nothing."""
 
-_FORM = "write it as velocity=1e-3,position=1e-4"
-
 
 class EnsembleError(GhostballError, ValueError):
     """Varied starts that can't be made: a wrong number of them, or a size that is none."""
 
 
-@dataclass(frozen=True)
-class Size:
+class Size(BaseModel):
     """How far members lie from their scene, at most; each number is drawn evenly in between.
 
     Attributes
     ----------
     velocity : float [1] and [rad]
         By what part the speed of each moving ball changes, its spin with it, and by what angle it
-        is turned about the vertical, its spin with it.
+        is turned about the vertical, its spin with it. More than a tenth of the speed, or 0.1 rad,
+        isn't the same shot any more.
     position : float [m]
         By how much x and y of each ball change.
 
     Raises
     ------
-    EnsembleError
+    ValidationError
         Where a number is negative, not finite, too large, or both are 0.
     """
 
-    velocity: float = 1e-3
-    position: float = 1e-4
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
-    def __post_init__(self) -> None:
-        for name, value in asdict(self).items():
-            if not (math.isfinite(value) and value >= 0.0):
-                raise EnsembleError(
-                    f"`{name}` of the ensemble's size must be finite and at least 0, got {value}"
-                )
-        if self.velocity > LARGEST_VELOCITY:
-            raise EnsembleError(
-                f"`velocity` of the ensemble's size must be at most {LARGEST_VELOCITY:g} (of the "
-                f"speed, and rad), got {self.velocity:g}: members would be other shots"
-            )
+    velocity: Annotated[float, Field(ge=0.0, le=0.1)] = 1e-3
+    position: Annotated[float, Field(ge=0.0)] = 1e-4
+
+    @model_validator(mode="after")
+    def _not_nothing(self) -> Self:
         if self.velocity == self.position == 0.0:
-            raise EnsembleError(
-                "the ensemble's size must not be 0 in velocity and in position: all members would "
-                "be one and the same shot"
-            )
+            raise ValueError("must not be 0 in velocity and in position: all would be one shot")
+        return self
 
     def __str__(self) -> str:
         return f"velocity={self.velocity:g},position={self.position:g}"
@@ -94,28 +81,18 @@ class Size:
         EnsembleError
             Where it is written otherwise, names something else, or the size is wrong.
         """
-        values: dict[str, float] = {}
-        for piece in text.split(","):
-            key, equals, number = (part.strip() for part in piece.partition("="))
-            if key not in cls.__dataclass_fields__:
-                close = get_close_matches(key, cls.__dataclass_fields__, n=1)
-                hint = f"Did you mean `{close[0]}`? " if close else ""
-                raise EnsembleError(
-                    f"the ensemble's size must give velocity or position, got {piece!r}. "
-                    f"{hint}Else {_FORM}"
-                )
-            if key in values:
-                raise EnsembleError(
-                    f"`{key}` of the ensemble's size must be given once, got it twice in {text!r}"
-                )
-            try:
-                values[key] = float(number)
-            except ValueError:
-                raise EnsembleError(
-                    f"`{key}` of the ensemble's size must be a number, got "
-                    f"{number if equals else piece!r}; {_FORM}"
-                ) from None
-        return cls(**values)
+        try:
+            values = dict(piece.split("=") for piece in text.split(","))
+            if len(values) < len(text.split(",")):
+                raise ValueError
+            return cls.model_validate(values)
+        except ValidationError as error:
+            why = describe_problem(error.errors()[0], [*cls.model_fields])
+        except ValueError:
+            why = f"must give each number once, by its name, got {text!r}"
+        raise EnsembleError(
+            f"the ensemble's size: {why}. Write it as velocity=1e-3,position=1e-4"
+        ) from None
 
     def check(self, scene: Scene) -> None:
         """Refuse a size that is too large for a scene.
@@ -145,7 +122,7 @@ class Ensemble:
     """
 
     count: int
-    size: Size = Size()
+    size: Size = Size()  # noqa: RUF009 - frozen
 
     def __post_init__(self) -> None:
         if self.count < 2:

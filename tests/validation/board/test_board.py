@@ -129,7 +129,7 @@ def test_what_is_wrong_is_told_from_what_is_another_law(tmp_path):
 def test_a_cell_that_dies_costs_itself_alone(tmp_path):
     board, outcome = ask(tmp_path, ["ghostball", DYING], "line", "throw")
     assert board.cell(DYING, "line").kind == "failed"
-    assert "died" in board.cell(DYING, "line").note
+    assert "crashed" in board.cell(DYING, "line").note
     assert board.cell("ghostball", "line").kind == "good"
     assert board.cell("ghostball", "throw").kind == "exact"
     assert outcome.exit_status == 1
@@ -235,7 +235,7 @@ def test_the_cure_cures_what_the_default_shows(tmp_path, engine, name):
     ("text", "says"),
     [
         ("{}", "`environment` is missing"),
-        ('{"environment": {}, "columns": [], "cells": [{"row": "a"}]}', "`cells.0.column`"),
+        ('{"environment": {}, "columns": [], "cells": [{"row": "a"}]}', "`cells[0].column`"),
         ("no board", "JSON"),
     ],
 )

@@ -147,7 +147,7 @@ def test_another_process_costs_the_shot_alone(evil, capfd):
             "from Python",
             "to standard error",
         ]
-        with pytest.raises(EngineFailedError, match=r"died \(exit code -9\)"):
+        with pytest.raises(EngineFailedError, match=r"crashed \(exit code -9\)"):
             play("die")
         assert printed.pop() == "last words"
         assert play("play").engine == "evil"

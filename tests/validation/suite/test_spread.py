@@ -103,4 +103,9 @@ def test_a_size_that_is_too_large_for_a_scene_is_refused_before_anything_runs(
     stop: Callable[..., None] = pytest.fail
     monkeypatch.setattr("ghostball.validation.suite.suite.run", stop)
     with pytest.raises(EnsembleError, match="balls could change places"):
-        run_suite(select(["stop"]), ["ghostball"], tmp_path, ensemble=Ensemble(2, Size(1e-3, 0.01)))
+        run_suite(
+            select(["stop"]),
+            ["ghostball"],
+            tmp_path,
+            ensemble=Ensemble(2, Size(velocity=1e-3, position=0.01)),
+        )

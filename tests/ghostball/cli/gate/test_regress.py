@@ -295,7 +295,7 @@ def test_each_of_several_engines_has_its_own_gate(project):
     ("text", "said"),
     [
         ('engins = ["ghostball"]', "`tool.ghostball.engins` is not a known setting. Did you mean"),
-        ("engines = [1]", "`engines.0` must be a valid string, got 1"),
+        ("engines = [1]", "`engines[0]` must be a valid string, got 1"),
         ('scenes = ["none-such"]', 'unknown scene or tag "none-such"'),
         ('scenes = ["none-such/*.toml"]', "matches no shipped scene and no TOML file"),
         ("engines = [", "not valid TOML"),
