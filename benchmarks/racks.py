@@ -21,7 +21,7 @@ from ghostball.reference_adapters.output import captured
 from ghostball.reference_adapters.registry import OURS
 from ghostball.reports.style import format_time
 from ghostball.validation.parallel.pool import Progress
-from ghostball.validation.results.environment import versions
+from ghostball.validation.parallel.sources import versions
 from ghostball.validation.runs.playing import ONE_BY_ONE, run_as_it_can
 
 RACKS = 1_000

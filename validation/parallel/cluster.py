@@ -26,7 +26,7 @@ from uuid import uuid4
 
 from ghostball.engine.errors import GhostballError
 from ghostball.validation.parallel.pool import WAKE, Done, Process, wait
-from ghostball.validation.parallel.sources import versions
+from ghostball.validation.parallel.sources import code_here
 
 if TYPE_CHECKING:
     from distributed import Client, Future
@@ -150,7 +150,7 @@ class Cluster:
         ClusterLostError
             Where the scheduler ends, or there is no worker for a minute.
         """
-        first = pickle.dumps((_first, (versions(), pickle.dumps(prepare))))
+        first = pickle.dumps((_first, (code_here(), pickle.dumps(prepare))))
         run = uuid4().hex
         queue = iter(tasks)
         doing: dict[str, tuple[Future, T]] = {}
@@ -274,7 +274,7 @@ class _Job:
 def _first(given: tuple[dict[str, str], bytes]) -> str:
     """Prepare this process for tasks; return in what its code differs, if in anything."""
     wanted, prepare = given
-    here = versions()
+    here = code_here()
     differences = [
         f"{name} is {here.get(name, 'missing')} there and {wanted.get(name, 'missing')} here"
         for name in {**wanted, **here}

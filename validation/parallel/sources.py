@@ -6,13 +6,13 @@ import hashlib
 import json
 import platform
 from collections.abc import Iterable
-from contextlib import suppress
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from importlib.util import find_spec
 from pathlib import Path
 
 from ghostball.engine.errors import GhostballError
-from ghostball.reference_adapters.workers.process import installed
+from ghostball.reference_adapters.workers.process import DISTRIBUTIONS, installed
 
 OUR_PACKAGES = ("engine", "reference_adapters", "validation")
 """Packages whose every line may decide a result."""
@@ -25,7 +25,10 @@ LIBRARIES = (
     *("mpmath", "gmpy2", "python-flint", "pydantic", "pydantic-core"),
     *("mujoco-core", "box2d", "dartpy", "sapien", "pyb2d3", "rapier3d"),
 )
-"""Distributions whose versions can change a number: they compute, or are beneath one that does."""
+"""Distributions that compute, or are beneath one that does."""
+
+PACKAGES = ("ghostball", *LIBRARIES)
+"""Distributions whose versions can change a number."""
 
 
 class SourcesError(GhostballError):
@@ -70,14 +73,25 @@ def code_files(folder: Path) -> list[Path]:
     return sorted(path for path in folder.rglob("*") if path.suffix in CODE_ENDINGS)
 
 
-def versions() -> dict[str, str]:
+def versions() -> dict[str, str | None]:
+    """Return the versions of `PACKAGES`, and of the workers' engines; None of what isn't there."""
+    there = installed()
+    return {name: _version(name) for name in PACKAGES} | {
+        name: there.get(name) for name in DISTRIBUTIONS
+    }
+
+
+@cache  # reading what is installed takes milliseconds, and every results folder asks
+def _version(package: str) -> str | None:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return None
+
+
+def code_here() -> dict[str, str]:
     """Return what is the same where the same code runs: what our sources are, and versions."""
-    found = {
-        "ghostball": version("ghostball"),
+    return {
         "ghostball's sources": hash_sources(source_folders())[:12],
         "Python": platform.python_version(),
-    }
-    for name in LIBRARIES:
-        with suppress(PackageNotFoundError):
-            found[name] = version(name)
-    return found | {f"{name} of the workers": version for name, version in installed().items()}
+    } | {name: found for name, found in versions().items() if found is not None}

@@ -6,17 +6,11 @@ import os
 import platform
 import sys
 from datetime import UTC, datetime
-from functools import cache
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from ghostball.reference_adapters.workers.process import DISTRIBUTIONS, installed
-from ghostball.validation.parallel.sources import LIBRARIES
+from ghostball.validation.parallel.sources import versions
 from ghostball.validation.results.git import GitError, run_git
-
-PACKAGES = ("ghostball", *LIBRARIES)
-"""Distributions whose versions can change a number."""
 
 
 def describe_environment() -> dict[str, Any]:
@@ -35,22 +29,20 @@ def describe_environment() -> dict[str, Any]:
 
 def cpu_name() -> str:
     """Return the processor's model name, or its architecture where the system hides the name."""
-    try:
-        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
-    except OSError:  # not Linux
-        return platform.processor() or platform.machine()
-    models = (line.partition(":")[2].strip() for line in lines if line.startswith("model name"))
-    return next(models, platform.machine())
+    return _cpu("model name") or platform.processor() or platform.machine()
 
 
 def cpu_flags() -> str:
     """Return what the processor says that it can do, "" where the system hides it."""
+    return _cpu("flags", "Features")
+
+
+def _cpu(*fields: str) -> str:
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
     except OSError:  # not Linux
         return ""
-    flags = (line.partition(":")[2] for line in lines if line.startswith(("flags", "Features")))
-    return next(flags, "").strip()
+    return next((x.partition(":")[2].strip() for x in lines if x.startswith(fields)), "")
 
 
 def git_state(root: Path) -> dict[str, Any] | None:
@@ -66,19 +58,3 @@ def git_state(root: Path) -> dict[str, Any] | None:
     except GitError:  # no git here, or no commit yet
         return None
     return {"revision": revision, "dirty": bool(changes)}
-
-
-def versions() -> dict[str, str | None]:
-    """Return the versions of `PACKAGES`, and of the workers' engines; None of what isn't there."""
-    there = installed()
-    return {name: _version(name) for name in PACKAGES} | {
-        name: there.get(name) for name in DISTRIBUTIONS
-    }
-
-
-@cache  # reading what is installed takes milliseconds, and every results folder asks
-def _version(package: str) -> str | None:
-    try:
-        return version(package)
-    except PackageNotFoundError:
-        return None

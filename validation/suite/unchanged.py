@@ -34,9 +34,10 @@ from ghostball.validation.parallel.sources import (
     SourcesError,
     hash_sources,
     source_folders,
+    versions,
 )
 from ghostball.validation.results.database import SCHEMA
-from ghostball.validation.results.environment import cpu_flags, cpu_name, versions
+from ghostball.validation.results.environment import cpu_flags, cpu_name
 from ghostball.validation.results.records import CaseRecord
 
 VARIABLES = ("NUMBA_", "NPY_", "MPMATH_", "LD_", "DYLD_", "GLIBC_", "OMP_", "OPENBLAS_", "MKL_")

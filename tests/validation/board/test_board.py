@@ -235,7 +235,7 @@ def test_the_cure_cures_what_the_default_shows(tmp_path, engine, name):
     ("text", "says"),
     [
         ("{}", "`environment` is missing"),
-        ('{"environment": {}, "columns": [], "cells": [{"row": "a"}]}', "`cells[0].column`"),
+        ('{"environment": {}, "columns": [], "cells": [{"row": "a"}]}', r"`cells\[0\].column`"),
         ("no board", "JSON"),
     ],
 )

@@ -16,7 +16,7 @@ from ghostball.validation.parallel.cluster import (
     ClusterError,
     ClusterLostError,
     cluster_at,
-    versions,
+    code_here,
 )
 from ghostball.validation.parallel.pool import limit_of, run_tasks
 
@@ -116,10 +116,10 @@ def test_a_worker_that_is_killed_costs_nothing(tmp_path):
 
 @pytest.mark.slow
 def test_workers_with_other_code_are_refused(cluster, monkeypatch):
-    theirs = versions()
+    theirs = code_here()
     sources = theirs["ghostball's sources"]
     ours = {"ghostball's sources": "0123456789ab", "numpy": "1.0"}
-    monkeypatch.setattr(ghostball.validation.parallel.cluster, "versions", lambda: theirs | ours)
+    monkeypatch.setattr(ghostball.validation.parallel.cluster, "code_here", lambda: theirs | ours)
     with cluster_at(cluster.address) as there, pytest.raises(ClusterError) as refused:
         list(run_tasks(["a", "b"], there, work))
     assert not isinstance(refused.value, ClusterLostError)

@@ -7,7 +7,8 @@ import subprocess
 from pathlib import Path
 
 from ghostball.reference_adapters.workers.process import DISTRIBUTIONS
-from ghostball.validation.results.environment import PACKAGES, describe_environment, git_state
+from ghostball.validation.parallel.sources import PACKAGES
+from ghostball.validation.results.environment import describe_environment, git_state
 
 
 def test_the_description_is_plain_and_complete() -> None:

@@ -7,7 +7,7 @@ import sqlite3
 
 import pytest
 
-from ghostball.validation.results.database import DATABASE, reserved, transaction, writing
+from ghostball.validation.results.database import DATABASE, transaction, writing
 from ghostball.validation.results.files import ResultsError
 from ghostball.validation.stress.findings import (
     RUN,
@@ -66,24 +66,6 @@ def test_what_somebody_edited_is_named(folder):
         StressFolder.load(folder)
 
 
-def test_what_strangers_put_there_stays(tmp_path):
-    (tmp_path / "thesis.tex").write_text("years of work")
-    with pytest.raises(ResultsError, match="not empty and not a results folder of ours"):
-        StressWriter(tmp_path)
-    assert [entry.name for entry in tmp_path.iterdir()] == ["thesis.tex"]
-
-
-def test_another_run_in_the_folder_is_waited_for(folder):
-    with (
-        reserved(folder),
-        pytest.raises(ResultsError, match="another run writes there"),
-        StressWriter(folder).reserved(),
-    ):
-        pass
-    with StressWriter(folder).reserved():
-        pass
-
-
 def test_the_worst_case_of_what_broke_is_never_a_survivor(tmp_path):
     broken = finding("b", outcome="broken", faults=("crashed",), severity=1.0, scene=None)
     run = StressRun("quick", ("f",), ("ghostball",), {})
@@ -91,17 +73,6 @@ def test_the_worst_case_of_what_broke_is_never_a_survivor(tmp_path):
     folder = StressFolder(tmp_path, run, found)
     assert folder.worst(broken.family, broken.label) is None
     assert StressFolder(tmp_path, run, found[:1]).worst(broken.family, broken.label) == found[0]
-
-
-def test_a_full_disk_loses_nothing_that_was_written(folder):
-    writer = StressWriter(folder)
-    with writer.reserved():
-        writer.begin(RUN.dump_python(ASKED, mode="json"), KEYS)
-        pages = writer._database.execute("PRAGMA page_count").fetchone()[0]
-        writer._database.execute(f"PRAGMA max_page_count = {pages}")
-        with pytest.raises(ResultsError, match=r"disk is full\. Make room, or choose another"):
-            writer.write(finding("c", faults=("x" * 100_000,)))
-    assert trials(folder) == ["a", "b"]
 
 
 def test_records_are_json_without_nan(folder):

@@ -19,7 +19,7 @@ from ghostball.reference_adapters.paper.discrete import PaperDiscreteEngine
 from ghostball.validation.checks.criteria import Criteria, common_criteria
 from ghostball.validation.checks.criterion import Criterion
 from ghostball.validation.checks.law import Asked
-from ghostball.validation.results.environment import versions
+from ghostball.validation.parallel.sources import versions
 from ghostball.validation.results.records import CaseRecord, Motion, status_name
 from ghostball.validation.results.store import Results, ResultsWriter
 from ghostball.validation.runs.runner import Reuse
