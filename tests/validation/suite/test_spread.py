@@ -90,7 +90,7 @@ def test_the_command_says_and_reports_it(tmp_path: Path, monkeypatch: pytest.Mon
     for wrong, said in (
         (["--ensemble", 1], "at least 2 members"),
         (["--ensemble-size", "velocity=0.01"], "needs --ensemble K"),
-        (["--ensemble", 2, "--ensemble-size", "velocity=1"], "must be at most 0.1"),
+        (["--ensemble", 2, "--ensemble-size", "velocity=1"], "must be less than or equal to 0.1"),
     ):
         refused = validate(*wrong)
         assert refused.exit_code == 2
