@@ -9,6 +9,7 @@ import math
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,15 +19,18 @@ from ghostball.engine.result import COLLISION_KINDS
 from ghostball.reference_adapters.base import Resolution
 from ghostball.validation.checks.energy_gain import largest_gain
 from ghostball.validation.checks.metric_table import METRICS
-from ghostball.validation.grading.event_logs import compare_collisions
+from ghostball.validation.grading.event_logs import Agreement, compare_collisions
 from ghostball.validation.grading.grading import Grade, grade
 from ghostball.validation.grading.tolerances import TOLERANCE
 from ghostball.validation.results.records import ACCURACY_KINDS, Accuracy
 from ghostball.validation.runs.sampling import deepest_overlap, energy_at, energy_series, events_of
-from ghostball.validation.truth.scene_truth import Truth
+from ghostball.validation.truth.scene_truth import Truth, TruthPart
 
 FloatArray = NDArray[np.float64]
 Value = int | float | None
+Compute = Callable[[Result, Truth], int | float]
+
+T = TypeVar("T")
 
 EPSILON = 2.0**-52
 """Spacing of doubles at 1: a conditioning times this is an "ulp" of the outcome."""
@@ -163,10 +167,9 @@ def ball_errors(result: Result, truth: Truth) -> FloatArray:
         Where the run did not reach its end, or there is no truth.
     """
     _require_end(result)
-    if truth.rest_positions is None:
-        raise NotMeasuredError(truth.why_not("rest"))
+    right = _known(truth.rest_positions, truth, "rest")
     # The first difference of near-equal doubles is exact; the low part completes the truth.
-    difference = (result.rest_positions - truth.rest_positions) - truth.rest_positions_low
+    difference = (result.rest_positions - right) - truth.rest_positions_low
     distances: FloatArray = np.linalg.norm(difference, axis=1)
     return distances
 
@@ -191,69 +194,45 @@ def conserves_energy(scene: Scene) -> bool:
     )
 
 
-def _rest_error_max(result: Result, truth: Truth) -> float:
-    return float(np.max(ball_errors(result, truth)))
-
-
-def _rest_error_rms(result: Result, truth: Truth) -> float:
-    return float(np.sqrt(np.mean(ball_errors(result, truth) ** 2)))
-
-
 def _rest_error_ulps(result: Result, truth: Truth) -> float:
-    if truth.conditioning is None:
-        raise NotMeasuredError(truth.why_not("conditioning"))
-    return float(np.max(ball_errors(result, truth) / (EPSILON * truth.conditioning)))
+    conditioning = _known(truth.conditioning, truth, "conditioning")
+    return float(np.max(ball_errors(result, truth) / (EPSILON * conditioning)))
 
 
 def _rest_time_error(result: Result, truth: Truth) -> float:
     _require_end(result)
-    if truth.rest_time is None:
-        raise NotMeasuredError(truth.why_not("time"))
-    return abs((result.rest_time - truth.rest_time) - truth.rest_time_low)
+    return abs((result.rest_time - _known(truth.rest_time, truth, "time")) - truth.rest_time_low)
 
 
 def _rest_time_error_ulps(result: Result, truth: Truth) -> float:
-    if truth.rest_time_conditioning is None:
-        raise NotMeasuredError(truth.why_not("conditioning"))
-    if truth.rest_time_conditioning == 0.0:
+    conditioning = _known(truth.rest_time_conditioning, truth, "conditioning")
+    if conditioning == 0.0:
         raise NotMeasuredError("no ball moves in this scene: its rest time is 0 by definition")
-    return _rest_time_error(result, truth) / (EPSILON * truth.rest_time_conditioning)
+    return _rest_time_error(result, truth) / (EPSILON * conditioning)
 
 
-def _count(kind: EventKind) -> Callable[[Result, Truth], int]:
-    def count(result: Result, truth: Truth) -> int:  # noqa: ARG001 - needs no truth
-        return int(result.collision_counts[kind.label])
-
-    return count
+def _count(kind: EventKind) -> Compute:
+    return lambda result, _: int(result.collision_counts[kind.label])
 
 
-def _collision_count(result: Result, truth: Truth) -> int:  # noqa: ARG001 - needs no truth
-    return sum(int(result.collision_counts[kind.label]) for kind in COLLISION_KINDS)
-
-
-def _count_error(kind: EventKind) -> Callable[[Result, Truth], int]:
+def _count_error(kind: EventKind) -> Compute:
     def error(result: Result, truth: Truth) -> int:
         _require_end(result)
-        if truth.collision_counts is None:
-            raise NotMeasuredError(truth.why_not("events"))
-        return abs(int(result.collision_counts[kind.label]) - truth.collision_counts[kind.label])
+        right = _known(truth.collision_counts, truth, "events")[kind.label]
+        return abs(int(result.collision_counts[kind.label]) - right)
 
     return error
 
 
-def _matching_events(result: Result, truth: Truth) -> int:
-    if truth.collisions is None:
-        raise NotMeasuredError(truth.why_not("events"))
-    return compare_collisions(truth.collisions, truth.collision_times, events_of(result)).leading
+def _compared(result: Result, truth: Truth) -> Agreement:
+    """Compare the collisions with the true ones."""
+    collisions = _known(truth.collisions, truth, "events")
+    return compare_collisions(collisions, truth.collision_times, events_of(result))
 
 
 def _first_divergence_time(result: Result, truth: Truth) -> float:
     _require_end(result)
-    if truth.collisions is None:
-        raise NotMeasuredError(truth.why_not("events"))
-    times = truth.collision_times
-    found = compare_collisions(truth.collisions, times, events_of(result))
-    parts_at = found.parts_at(timed=bool(len(times)))
+    parts_at = _compared(result, truth).parts_at(timed=bool(len(truth.collision_times)))
     if parts_at is None:
         raise NotMeasuredError("a collision is missing; the closed form does not say when it comes")
     if math.isinf(parts_at):
@@ -261,22 +240,26 @@ def _first_divergence_time(result: Result, truth: Truth) -> float:
     return parts_at
 
 
-def _events_missing(result: Result, truth: Truth) -> int:
-    return len(_graded(result, truth).missing)
+def _graded(result: Result, truth: Truth) -> Grade:
+    _known(truth.certificate, truth, "proof")
+    _require_end(result)
+    graded = _grade(result, truth)
+    if graded.until == 0.0:
+        raise NotMeasuredError(f"nothing of this shot is proved: {graded.why}")
+    return graded
 
 
-def _events_invented(result: Result, truth: Truth) -> int:
-    return len(_graded(result, truth).invented)
+@lru_cache(maxsize=1)  # four metrics are made of it
+def _grade(result: Result, truth: Truth) -> Grade:
+    assert truth.certificate is not None
+    exact = isinstance(result.trajectory, ExactTrajectory)
+    return grade(result, truth.certificate, truth.graded if exact else truth.graded_steps)
 
 
 def _graded_until(result: Result, truth: Truth) -> float:
     until = _graded(result, truth).until
     assert truth.certificate is not None  # `_graded` needed it
     return min(until, float(truth.certificate.t_end))
-
-
-def _graded_events(result: Result, truth: Truth) -> int:
-    return _graded(result, truth).events
 
 
 def _event_time_error_ulps(result: Result, truth: Truth) -> float:
@@ -293,43 +276,21 @@ def _quality_factor(result: Result, truth: Truth) -> float:
     return graded.quality_factor
 
 
-def _graded(result: Result, truth: Truth) -> Grade:
-    if truth.certificate is None:
-        raise NotMeasuredError(truth.why_not("proof"))
-    _require_end(result)
-    graded = _grade(result, truth)
-    if graded.until == 0.0:
-        raise NotMeasuredError(f"nothing of this shot is proved: {graded.why}")
-    return graded
-
-
-@lru_cache(maxsize=1)  # four metrics are made of it
-def _grade(result: Result, truth: Truth) -> Grade:
-    assert truth.certificate is not None
-    exact = isinstance(result.trajectory, ExactTrajectory)
-    return grade(result, truth.certificate, truth.graded if exact else truth.graded_steps)
-
-
 def _energy_difference_max(result: Result, truth: Truth) -> float:
     _require_end(result)
-    if truth.energy is None:
-        raise NotMeasuredError(truth.why_not("energy"))
+    right = _known(truth.energy, truth, "energy")
     energy = _finite(energy_at(result, truth.energy_times).total)
-    return float(np.max(np.abs(energy - truth.energy))) / _initial(truth.energy)
+    return float(np.max(np.abs(energy - right))) / _initial(right)
 
 
-def _energy_drift(result: Result, truth: Truth) -> float:  # noqa: ARG001 - needs no truth
+def _energy_drift(result: Result, _: Truth) -> float:
     if not conserves_energy(result.scene):
         raise NotMeasuredError("energy is lost in this scene, as it should be")
     energy = _finite(energy_series(result))
     return float(np.max(np.abs(energy - energy[0]))) / _initial(energy)
 
 
-def _energy_rise(
-    result: Result,
-    truth: Truth,  # noqa: ARG001 - needs no truth
-    resolution: Resolution = 0.0,
-) -> float:
+def _energy_rise(result: Result, _: Truth, resolution: Resolution = 0.0) -> float:
     energy = _finite(energy_series(result))
     gain = largest_gain(result, resolution)
     if gain > 0.0 and energy[0] == 0.0:
@@ -337,41 +298,48 @@ def _energy_rise(
     return gain / _initial(energy)
 
 
-def _overlap_max(result: Result, truth: Truth) -> float:  # noqa: ARG001 - needs no truth
+def _overlap_max(result: Result, _: Truth) -> float:
     if len(result.scene.balls) == 1:
         raise NotMeasuredError("there is one ball only")
     return deepest_overlap(result)
 
 
-def _wall_time(result: Result, truth: Truth) -> float:  # noqa: ARG001 - needs no truth
-    return result.wall_time
-
-
-_COMPUTE: dict[str, Callable[[Result, Truth], int | float]] = {
-    "rest_error_max": _rest_error_max,
-    "rest_error_rms": _rest_error_rms,
+_COMPUTE: dict[str, Compute] = {
+    "rest_error_max": lambda result, truth: float(np.max(ball_errors(result, truth))),
+    "rest_error_rms": lambda result, truth: float(
+        np.sqrt(np.mean(ball_errors(result, truth) ** 2))
+    ),
     "rest_error_ulps": _rest_error_ulps,
     "rest_time_error": _rest_time_error,
     "rest_time_error_ulps": _rest_time_error_ulps,
     "ball_ball_count": _count(EventKind.BALL_BALL),
     "ball_cushion_count": _count(EventKind.BALL_CUSHION),
-    "collision_count": _collision_count,
+    "collision_count": lambda result, _: sum(
+        int(result.collision_counts[kind.label]) for kind in COLLISION_KINDS
+    ),
     "ball_ball_count_error": _count_error(EventKind.BALL_BALL),
     "ball_cushion_count_error": _count_error(EventKind.BALL_CUSHION),
-    "matching_events": _matching_events,
+    "matching_events": lambda result, truth: _compared(result, truth).leading,
     "first_divergence_time": _first_divergence_time,
     "graded_until": _graded_until,
-    "graded_events": _graded_events,
-    "events_missing": _events_missing,
-    "events_invented": _events_invented,
+    "graded_events": lambda result, truth: _graded(result, truth).events,
+    "events_missing": lambda result, truth: len(_graded(result, truth).missing),
+    "events_invented": lambda result, truth: len(_graded(result, truth).invented),
     "event_time_error_ulps": _event_time_error_ulps,
     "quality_factor": _quality_factor,
     "energy_difference_max": _energy_difference_max,
     "energy_drift": _energy_drift,
     "energy_rise": _energy_rise,
     "overlap_max": _overlap_max,
-    "wall_time": _wall_time,
+    "wall_time": lambda result, _: result.wall_time,
 }
+
+
+def _known(value: T | None, truth: Truth, part: TruthPart) -> T:
+    """Return a part of the truth, where there is one."""
+    if value is None:
+        raise NotMeasuredError(truth.why_not(part))
+    return value
 
 
 def _require_end(result: Result) -> None:
