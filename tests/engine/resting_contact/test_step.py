@@ -16,7 +16,7 @@ from ghostball.engine.resting_contact.forces import solve
 from ghostball.engine.running import driver
 from ghostball.engine.running.room import Limits
 from ghostball.validation.scenes.library import FOLDER
-from ghostball.validation.stress.judges import overlaps
+from ghostball.validation.stress.invariants import overlaps
 
 SCENES = Path(__file__).parents[2] / "support" / "scenes"
 
