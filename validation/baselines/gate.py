@@ -48,6 +48,8 @@ from ghostball.validation.truth.scene_truth import OUR_NAME
 
 PENDING = "not accepted yet"
 
+NOT_FINITE = "its numbers are not finite, so they can't be compared or accepted"
+
 
 @cache
 def many_ball_scenes() -> tuple[Scene, ...]:
@@ -116,10 +118,11 @@ def compare_results(
                 continue  # it never could
             scenes.append(scene.name)
             if isinstance(found, CaseRecord):
-                changes.append(_not_run(found))
+                why = f"the engine did not run it: {found.reason}"
+                changes.append(_worse(found.scene, found.title, found.label, why))
                 continue
             if not found.is_finite:
-                changes.append(_not_finite(scene, label))
+                changes.append(_worse(scene.name, scene.title, label, NOT_FINITE))
                 continue
             change, candidate, before = _compare(
                 scene, found, folder, environment, label, play_again
@@ -168,7 +171,7 @@ def compare_case(
     """
     scene, found = case.load_scene(), Observed.of_case(case, motion)
     if not found.is_finite:
-        return _not_finite(scene, label)
+        return _worse(scene.name, scene.title, label, NOT_FINITE)
     with playing_again(label, time_limit) as play_again:
         return _compare(scene, found, folder, head_of(label), label, play_again)[0]
 
@@ -304,25 +307,11 @@ def allowance(scene: Scene, head: Observed, label: str) -> Allowance:
     return allowance_of(scene) if label == OUR_NAME else allowance_of_other(scene, head)
 
 
-def _not_finite(scene: Scene, label: str) -> SceneChange:
+def _worse(scene: str, title: str, label: str, why: str) -> SceneChange:
+    """Return that there is nothing that could be compared."""
+    command = commands.simulate(scene, label)
     return SceneChange(
-        scene=scene.name,
-        title=scene.title,
-        change="worse",
-        failed=True,
-        summary="its numbers are not finite, so they can't be compared or accepted",
-        command=commands.simulate(scene.name, label),
-    )
-
-
-def _not_run(case: CaseRecord) -> SceneChange:
-    return SceneChange(
-        scene=case.scene,
-        title=case.title,
-        change="worse",
-        failed=True,
-        summary=f"the engine did not run it: {case.reason}",
-        command=commands.simulate(case.scene, case.label),
+        scene=scene, title=title, change="worse", failed=True, summary=why, command=command
     )
 
 

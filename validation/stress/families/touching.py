@@ -7,13 +7,17 @@ from collections.abc import Iterator
 from dataclasses import replace
 from itertools import product
 
-from ghostball.engine import Physics, Scene, Table
+from ghostball.engine import Ball, Physics, Scene, Table
 from ghostball.validation.stress.judges import Both, Ends, Invariants
 from ghostball.validation.stress.proved import ProvedTrial
-from ghostball.validation.stress.rows import RADIUS, Plane, ball, resting_row
 from ghostball.validation.stress.trial import Family, SceneTrial, Suite, Trial, size
 
+RADIUS = 2.0**-5
+"""Radius [m]: with it, contacts along an axis are closed to the bit, and gaps what they say."""
+
 ROOT3 = math.sqrt(3.0)
+
+Plane = tuple[float, float]
 
 KINDS = {
     "elastic": Physics(rolling_friction=0.0),
@@ -50,6 +54,19 @@ Where balls neither rub nor slow down, nothing presses them, and none is permitt
 
 T_MAX = 0.02
 """How long what is proved is followed [s]."""
+
+
+def ball(name: str, place: Plane, velocity: Plane = (0.0, 0.0)) -> Ball:
+    """Return a ball of radius `RADIUS` at a place [m], with a velocity [m/s]."""
+    return Ball(id=name, radius=RADIUS, position=place, velocity=velocity)
+
+
+def resting_row(count: int, gap: float) -> list[Ball]:
+    """Return balls "b0", "b1" ... at rest in a row along y = 0, with these gaps [m]."""
+    places = [0.0]
+    for _ in range(count - 1):
+        places.append(places[-1] + (2.0 * RADIUS + gap))
+    return [ball(f"b{k}", (x, 0.0)) for k, x in enumerate(places)]
 
 
 def _gaps(suite: Suite) -> tuple[float, ...]:
