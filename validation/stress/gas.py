@@ -8,10 +8,11 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine import Ball, EventKind, ExactTrajectory, Physics, Result, Scene, Table
+from ghostball.engine import EventKind, ExactTrajectory, Physics, Result, Scene
 from ghostball.engine.scene import POOL_BALL_RADIUS as RADIUS
 from ghostball.reference_adapters import ReferenceEngine
 from ghostball.reference_adapters.registry import OURS
+from ghostball.validation.scenes.gases import FRICTIONLESS, packed_gas
 
 FloatArray = NDArray[np.float64]
 
@@ -22,26 +23,11 @@ ICE: Final = Physics(rolling_friction=0.0)
 def gas(rows: int, packing: float, t_max: float, seed: int = 1) -> Scene:
     """Return rows x rows balls of 1 kg that cover this part of a square table.
 
-    They begin on a grid, at velocities of which each component has a variance of about 1 m^2/s^2.
+    They begin on a lattice; each component of their velocities has a variance of about 1 m^2/s^2.
     """
-    side = rows * RADIUS * math.sqrt(math.pi / packing)
-    places = (np.arange(rows) + 0.5) * (side / rows)
-    velocities = np.random.default_rng(seed).standard_normal((rows * rows, 2))
-    return Scene(
-        name="gas",
-        t_max=t_max,
-        physics=ICE,
-        table=Table(length=side, width=side),
-        balls=[
-            Ball(
-                id=f"b{i}",
-                position=(float(places[i % rows]), float(places[i // rows])),
-                velocity=tuple(velocity.tolist()),
-                mass=1.0,
-            )
-            for i, velocity in enumerate(velocities)
-        ],
-    )
+    scene = packed_gas(rows * rows, packing, FRICTIONLESS, t_max, seed)
+    balls = tuple(ball.model_copy(update={"mass": 1.0}) for ball in scene.balls)
+    return scene.model_copy(update={"balls": balls})
 
 
 def begun_at_end(result: Result, t_max: float, sign: float = 1.0) -> Scene:
