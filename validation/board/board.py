@@ -66,7 +66,7 @@ ROWS: Final = (
 CASE_LIMIT: Final = 120.0
 """Time after which a shot of the board is given up [s], by default."""
 
-Place = tuple[str, str]
+CellKey = tuple[str, str]
 """A row and a column's id."""
 
 
@@ -120,7 +120,7 @@ class _Plan:
     """What cells are made of: the cases of each, and what the suite runs."""
 
     absent: Mapping[str, str]
-    pairs_of: Mapping[Place, tuple[Pair, ...]]
+    pairs_of: Mapping[CellKey, tuple[Pair, ...]]
     scenes: Mapping[str, Scene]
     criteria: Mapping[str, Criteria]
 
@@ -213,7 +213,7 @@ def _plan(rows: Sequence[str], columns: Sequence[Column]) -> _Plan:
         except EngineUnavailableError as error:
             absent[row] = str(error)
     present = tuple(row for row in dict.fromkeys(rows) if row not in absent)
-    pairs_of: dict[Place, tuple[Pair, ...]] = {}
+    pairs_of: dict[CellKey, tuple[Pair, ...]] = {}
     scenes: dict[str, Scene] = {}
     criteria: dict[str, Criteria] = {}
     for row, column in product(present, columns):
@@ -226,7 +226,7 @@ def _plan(rows: Sequence[str], columns: Sequence[Column]) -> _Plan:
     return _Plan(absent, pairs_of, scenes, criteria)
 
 
-def _of_cases(folder: Path, plan: _Plan, columns: Mapping[str, Column]) -> dict[Place, Cell]:
+def _of_cases(folder: Path, plan: _Plan, columns: Mapping[str, Column]) -> dict[CellKey, Cell]:
     """Return the cells all of whose cases are stored, of the scenes as they are now."""
     results = Results.open(folder) if has_results(folder) else None
     stored = {} if results is None else {(one.scene, one.label): one for one in results.cases}
