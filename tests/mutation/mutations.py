@@ -279,7 +279,8 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "    gap += ((x + rx) * wx + (y + ry) * wy) / both",
         "    gap += 0.5 * ((x + rx) * wx + (y + ry) * wy) / both",
         "A contact step takes the gap of two balls to change by half of what it does.",
-        "sustained/cornered-restitution-0.5-friction-0",
+        "tests/engine/resting_contact/test_gaps.py"
+        "::test_a_ball_that_its_spin_drives_onto_another_in_a_corner_presses_it_symmetrically[0.0]",
     ),
     Mutation(
         "rubs the wrong way",
