@@ -12,7 +12,7 @@ from ghostball.reports.words import many
 from ghostball.validation.results.store import Results
 from ghostball.validation.stress import FAMILIES, StressFolder
 from ghostball.validation.stress.findings import is_stress_folder
-from ghostball.validation.stress.survival import Survival, all_survival, survival_of, trying_again
+from ghostball.validation.stress.survival import Survival, all_survival, trying_again
 from ghostball.validation.stress.tracked import COUNTS, DEPTH, QUANTILES, SPEED, tracked_numbers
 
 STRESS_FOLDERS = ("stress", "stress-quick", "stress-full")
@@ -56,31 +56,32 @@ def _run(folder: StressFolder) -> dict[str, Any]:
         "date": str(environment.get("date", ""))[:10],
         "labels": run.labels,
         "families": [
-            (_title(family), [survival_of(folder, family, label) for label in run.labels])
+            (_title(family), [Survival(folder, family, label) for label in run.labels])
             for family in run.families
         ],
         "unjudged": [
             (_title(one.family), one.label, failed, trying_again(failed, folder))
             for one in found
-            for failed in one.failures()
+            for failed in one.of("failed")
         ],
-        "worst": [_worst(one, folder) for one in found if one.broken],
+        "worst": [_worst(one) for one in found if one.count("broken")],
         "tracked": tracked_numbers(folder),
         "asked": [FAMILIES[name] for name in run.families if name in FAMILIES],
     }
 
 
-def _worst(one: Survival, folder: StressFolder) -> dict[str, Any]:
+def _worst(one: Survival) -> dict[str, Any]:
     """Return the worst case of a family and engine that broke, and how to see it again."""
-    worst = one.breaks()[0] if one.worst is None else one.worst
+    worst = one.of("broken")[0] if one.worst is None else one.worst
     return {
         "family": _title(one.family),
         "label": one.label,
-        "shots": f"{one.broken_shots} of {one.shots}",
+        "shots": f"{sum(found.broken for found in one.findings)} of "
+        f"{sum(found.shots for found in one.findings)}",
         "trial": worst.trial,
         "fault": worst.faults[0] if worst.faults else "",
-        "seen": one.command(folder.path),
-        "judged": one.again(folder),
+        "seen": one.command,
+        "judged": one.again,
     }
 
 

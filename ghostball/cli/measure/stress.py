@@ -33,7 +33,6 @@ from ghostball.validation.stress.survival import (
     Survival,
     all_survival,
     scene_file,
-    survival_of,
     trying_again,
 )
 from ghostball.validation.stress.tracked import tracked_numbers
@@ -159,15 +158,15 @@ def _survival(one: Survival, folder: StressFolder) -> dict[str, Any]:
         "family": one.family,
         "engine": one.label,
         "trials": len(one.findings),
-        "survived": one.survived,
-        "broken": one.broken,
-        "not_representable": one.not_representable,
-        "unavailable": one.unavailable,
-        "not_judged": one.failed,
-        "shots": one.shots,
-        "broken_shots": one.broken_shots,
-        "seconds": one.seconds,
-        "again": one.again(folder),
+        "survived": one.count("survived"),
+        "broken": one.count("broken"),
+        "not_representable": one.count("not-representable"),
+        "unavailable": one.count("unavailable"),
+        "not_judged": one.count("failed"),
+        "shots": sum(found.shots for found in one.findings),
+        "broken_shots": sum(found.broken for found in one.findings),
+        "seconds": sum(found.seconds for found in one.findings),
+        "again": one.again,
         "worst": None
         if worst is None
         else {
@@ -176,7 +175,7 @@ def _survival(one: Survival, folder: StressFolder) -> dict[str, Any]:
             "faults": list(worst.faults),
             "severity": worst.severity,
             "scene": str(scene_file(worst, folder.path)),
-            "command": one.command(folder.path),
+            "command": one.command,
         },
     }
 
@@ -188,7 +187,7 @@ def _tables(outcome: StressOutcome) -> list[RenderableType]:
     for label in folder.run.labels:
         table.add_column(escape(label), justify="right")
     for family in folder.run.families:
-        cells = [_cell(survival_of(folder, family, label)) for label in folder.run.labels]
+        cells = [_cell(Survival(folder, family, label)) for label in folder.run.labels]
         table.add_row(FAMILIES[family].title, *cells)
     parts: list[RenderableType] = [table]
     for label in folder.run.labels:
@@ -199,25 +198,25 @@ def _tables(outcome: StressOutcome) -> list[RenderableType]:
 
 
 def _cell(one: Survival) -> str:
-    if not one.tried and not one.failed:
+    if not one.count("survived", "broken", "failed"):
         return f"[dim]{one.text}[/]"
-    return f"[bold red]{one.text}[/]" if one.broken or one.failed else f"[green]{one.text}[/]"
+    return f"[bold red]{one.text}[/]" if one.count("broken", "failed") else f"[green]{one.text}[/]"
 
 
 def _faults(folder: StressFolder, family: str, label: str) -> list[str]:
-    one = survival_of(folder, family, label)
-    broken = one.breaks()
+    one = Survival(folder, family, label)
+    broken = one.of("broken")
     lines = [
         f"  {escape(f'{family}/{found.trial}')}: {escape(found.faults[0])}"
         for found in broken[:FAULTS_SHOWN]
     ]
     if len(broken) > FAULTS_SHOWN:
         lines.append(f"  {family}: {len(broken) - FAULTS_SHOWN} more")
-    commands = (one.command(folder.path), one.again(folder)) if broken else ()
+    commands = (one.command, one.again) if broken else ()
     lines += [f"    {escape(command)}" for command in commands if command is not None]
     lines += [
         f"  {escape(f'{family}/{found.trial}')} [bold]could not be judged:[/] "
         f"{escape(found.faults[0])}\n    {escape(trying_again(found, folder))}"
-        for found in one.failures()
+        for found in one.of("failed")
     ]
     return lines

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from ghostball.validation.stress.findings import Finding, StressFolder, StressRun
-from ghostball.validation.stress.survival import all_survival, reproducing, scene_file, survival_of
+from ghostball.validation.stress.survival import Survival, all_survival, scene_file
 
 SCENE = {"schema": 1, "name": "x", "balls": [{"id": "a", "position": [0.0, 0.0, 0.028575]}]}
 
@@ -25,7 +25,7 @@ def found(trial, outcome, severity=0.0, label="pymunk", family="f", **fields):
 
 
 def test_outcomes_and_shots_are_counted():
-    one = survival_of(
+    one = Survival(
         folder(
             found("a", "survived", shots=3, seconds=1.0),
             found("b", "broken", 2.0, shots=5, broken=2, seconds=0.5),
@@ -34,15 +34,15 @@ def test_outcomes_and_shots_are_counted():
         "f",
         "pymunk",
     )
-    assert (one.survived, one.broken, one.tried, one.not_representable) == (1, 1, 2, 1)
-    assert (one.shots, one.broken_shots, one.seconds, one.text) == (8, 2, 1.5, "1/2")
+    counted = [one.count(name) for name in ("survived", "broken", "not-representable")]
+    assert (counted, one.tried, one.text) == ([1, 1, 1], 2, "1/2")
 
 
 @pytest.mark.parametrize(
     ("outcome", "text"), [("not-representable", "–"), ("unavailable", "unavailable")]
 )
 def test_what_nothing_is_known_of_has_no_number(outcome, text):
-    assert survival_of(folder(found("a", outcome)), "f", "pymunk").text == text
+    assert Survival(folder(found("a", outcome)), "f", "pymunk").text == text
 
 
 def test_breaks_come_worst_first_and_a_break_is_worse_than_any_close_call():
@@ -52,8 +52,8 @@ def test_breaks_come_worst_first_and_a_break_is_worse_than_any_close_call():
         found("worse", "broken", 7.0, scene=SCENE),
         found("worst-but-no-scene", "broken", 9.0),
     )
-    one = survival_of(there, "f", "pymunk")
-    assert [case.trial for case in one.breaks()] == ["worst-but-no-scene", "worse", "bad"]
+    one = Survival(there, "f", "pymunk")
+    assert [case.trial for case in one.of("broken")] == ["worst-but-no-scene", "worse", "bad"]
     assert one.worst is not None
     assert one.worst.trial == "worse"
 
@@ -61,11 +61,17 @@ def test_breaks_come_worst_first_and_a_break_is_worse_than_any_close_call():
 def test_the_command_names_the_scene_and_the_engine_with_its_settings():
     worst = found("a", "broken", 1.0, label="pymunk:contact_steps=exact,dt=1e-3", scene=SCENE)
     path = scene_file(worst, Path("some where"))
+<<<<<<< HEAD
     assert path == Path("some where/worst/f-pymunk_contact_steps=exact,dt=1e-3.toml")
     assert reproducing(worst, Path("some where")) == (
         f"ghostball run '{path}' --engine pymunk:contact_steps=exact,dt=1e-3"
+=======
+    assert path == Path("some where/worst/f-pymunk_mode=landed,dt=1e-3.toml")
+    assert Survival(folder(worst), "f", worst.label).command == (
+        f"ghostball run '{path}' --engine pymunk:mode=landed,dt=1e-3"
+>>>>>>> 89c0c18 (Count what was survived by outcome)
     )
-    assert survival_of(folder(found("a", "survived")), "f", "pymunk").command(Path()) is None
+    assert Survival(folder(found("a", "survived")), "f", "pymunk").command is None
 
 
 def test_the_other_command_tries_the_trial_again_in_a_folder_of_its_own():
@@ -74,17 +80,23 @@ def test_the_other_command_tries_the_trial_again_in_a_folder_of_its_own():
         found("a", "survived", 0.5, label="pymunk:contact_steps=exact", scene=SCENE),
         found("b", "broken", 1.0, label="pymunk:contact_steps=exact"),
     )
+<<<<<<< HEAD
     one = survival_of(there, "f", "pymunk:contact_steps=exact")
     assert one.again(there) == (
         "ghostball stress f/b --engine pymunk:contact_steps=exact --rerun --out 'some where-again'"
+=======
+    one = Survival(there, "f", "pymunk:mode=landed")
+    assert one.again == (
+        "ghostball stress f/b --engine pymunk:mode=landed --rerun --out 'some where-again'"
+>>>>>>> 89c0c18 (Count what was survived by outcome)
     )
-    assert survival_of(folder(), "f", "pymunk").again(there) is None
+    assert Survival(folder(), "f", "pymunk").again is None
 
 
 def test_what_was_not_judged_counts_for_nothing_and_is_told():
-    one = survival_of(folder(found("a", "survived"), found("b", "failed")), "f", "pymunk")
-    assert (one.tried, one.failed, one.text) == (1, 1, "1/1, 1 not judged")
-    assert [failed.trial for failed in one.failures()] == ["b"]
+    one = Survival(folder(found("a", "survived"), found("b", "failed")), "f", "pymunk")
+    assert (one.tried, one.count("failed"), one.text) == (1, 1, "1/1, 1 not judged")
+    assert [failed.trial for failed in one.of("failed")] == ["b"]
 
 
 def test_each_family_and_engine_that_something_is_known_of_comes_once():
