@@ -18,9 +18,9 @@ from ghostball.reports.board import (
 )
 from ghostball.reports.page.rendering import embedded_json, render
 from ghostball.reports.page.replay_data import motions_data
+from ghostball.validation.board.asking import board_scene
 from ghostball.validation.board.board import Board, command
 from ghostball.validation.board.column import Column
-from ghostball.validation.board.shots import board_scene
 from ghostball.validation.results.database import has_database
 from ghostball.validation.results.motions import motion_of_case
 

@@ -9,10 +9,10 @@ import pytest
 from ghostball.reports import style
 from ghostball.reports.board import LOOKS, board_beside, board_table, cell_text, draw_board
 from ghostball.reports.page.board import board_html
+from ghostball.validation.board.asking import board_scene
 from ghostball.validation.board.board import ROWS, Board, load, run_board
 from ghostball.validation.board.cell import Cell
 from ghostball.validation.board.column import COLUMNS
-from ghostball.validation.board.shots import board_scene
 from ghostball.validation.results.environment import describe_environment
 from ghostball.validation.results.files import BOARD
 from ghostball.validation.results.records import ACCURACY_KINDS

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from functools import cache
 from itertools import product
 from typing import Any, Final
 
+import numpy as np
+
 from ghostball.engine import Scene
-from ghostball.reference_adapters.base import EngineError
+from ghostball.engine.scene.features import missing_features
+from ghostball.reference_adapters.base import EngineError, ReferenceEngine
 from ghostball.reference_adapters.registry import make_engine, parse_spec, spec_of
-from ghostball.validation.board.column import Column, Settings
-from ghostball.validation.board.shots import board_scene, playable
+from ghostball.validation.board.column import Column, Settings, scene_path
 from ghostball.validation.runs.steps import step_setting
 
 MOST: Final = {"max_steps": 1_000_000, "max_events": 1_000_000}
@@ -55,6 +58,44 @@ def with_settings(row: str, given: Settings) -> str | None:
         made = make_engine(label)
     except EngineError:  # settings that exclude each other
         return None
+<<<<<<< HEAD
     asked_for = settings.get("contact_steps")
     has = made.settings.model_dump().get("contact_steps")
     return label if asked_for in (None, has) else None
+=======
+    mode = settings.get("mode")
+    return label if mode is None or made.settings.model_dump()["mode"] == mode else None
+
+
+@cache
+def board_scene(name: str) -> Scene:
+    """Return a scene of the board."""
+    return Scene.load(scene_path(name))
+
+
+def playable(scene: Scene, engine: ReferenceEngine) -> Scene:
+    """Return a scene as an engine can play it: as it is, impact by impact, or with sliding balls.
+
+    Where nothing slows a ball, one that slides goes as one that always rolls; and where no two
+    balls are hit at once, nor does the order of impacts matter. As it is where none of that helps.
+    """
+    sliding: dict[str, Any] = {}
+    if scene.physics.motion == "rolling":
+        sliding = {"motion": "sliding"}
+        if not np.any(scene.rolling_frictions):
+            sliding["sliding_friction"] = 0.0
+    for more in ({}, sliding):
+        for impacts in ({}, {"impacts": "sequential"}):
+            changes = {**more, **impacts}
+            physics = scene.physics.model_copy(update=changes)
+            name = "-".join([scene.name, *(["sliding"] if more else []), *impacts.values()])
+            shot = scene.model_copy(update={"physics": physics, "name": name})
+            if _can_play(engine, shot):
+                return shot
+    return scene
+
+
+def _can_play(engine: ReferenceEngine, scene: Scene) -> bool:
+    lacks = getattr(engine, "lacks", None)
+    return not missing_features(engine.capabilities, scene) and not (lacks and lacks(scene))
+>>>>>>> 12ae054 (Keep what the board asks in one module)

@@ -18,8 +18,7 @@ from ghostball.engine import GhostballError, Scene
 from ghostball.reference_adapters.registry import EngineUnavailableError, make_engine
 from ghostball.validation.board.asking import asked
 from ghostball.validation.board.cell import Cell, cell_of, law_of
-from ghostball.validation.board.column import COLUMNS, QUESTIONS, Column
-from ghostball.validation.board.shots import scene_path
+from ghostball.validation.board.column import COLUMNS, QUESTIONS, Column, scene_path
 from ghostball.validation.checks.criteria import Criteria, criteria_beside
 from ghostball.validation.parallel.pool import Progress
 from ghostball.validation.results.environment import describe_environment

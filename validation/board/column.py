@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from difflib import get_close_matches
+from importlib.resources import files
 from pathlib import Path
 from typing import Annotated, Final, Literal, Self
 
@@ -20,14 +21,21 @@ from pydantic import (
 )
 
 from ghostball.engine import GhostballError
-from ghostball.validation.board.shots import FOLDER, scene_path
 from ghostball.validation.checks.criterion import MetricName, Number, Sentence
 from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.results.files import describe_validation_error, toml_of
 from ghostball.validation.results.records import AccuracyKind
 
+FOLDER: Final = Path(str(files("ghostball.validation.board")))
+"""Where the lists of columns lie, and in scenes/ what they play."""
+
 ACCURACY: Final = "accuracy"
 """The metric of a column that shows the class of each run."""
+
+
+def scene_path(name: str) -> Path:
+    """Return the file of a scene of the board."""
+    return FOLDER / "scenes" / f"{name}.toml"
 
 
 def _known_scene(name: str) -> str:

@@ -9,9 +9,8 @@ from engine_facts import needs
 
 from ghostball.engine.scene.features import EXACT, Feature
 from ghostball.reference_adapters import EngineBase, EngineSettings, make_engine
-from ghostball.validation.board.asking import asked, with_settings
+from ghostball.validation.board.asking import asked, board_scene, playable, with_settings
 from ghostball.validation.board.column import COLUMNS, Settings
-from ghostball.validation.board.shots import board_scene, playable
 
 TO_CONTACTS, STEPPED = Settings(contact_steps="exact"), Settings(step=1e-3, contact_steps="fixed")
 

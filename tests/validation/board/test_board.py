@@ -17,8 +17,7 @@ from ghostball.engine.scene import POOL_BALL_RADIUS
 from ghostball.validation.board import board as boards
 from ghostball.validation.board.board import Board, load, run_board
 from ghostball.validation.board.cell import Cell, cell_of, shade
-from ghostball.validation.board.column import ACCURACY, COLUMNS, QUESTIONS
-from ghostball.validation.board.shots import scene_path
+from ghostball.validation.board.column import ACCURACY, COLUMNS, QUESTIONS, scene_path
 from ghostball.validation.results.files import BOARD
 from ghostball.validation.results.motions import motion_of_case
 from ghostball.validation.results.store import Results

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from ghostball.engine import GhostballError
+from ghostball.validation.board.asking import board_scene
 from ghostball.validation.board.column import ACCURACY, COLUMNS, FAULTS, load_columns
-from ghostball.validation.board.shots import board_scene
 from ghostball.validation.results.records import INDEPENDENT
 from ghostball.validation.scenes.library import scene_names
 from ghostball.validation.truth.scene_truth import truth_of
