@@ -150,8 +150,8 @@ class Explanation:
     @property
     def rest_distances(self) -> FloatArray:
         """Distance of each ball from where it ends in truth, (n,) [m]."""
-        apart = self.result.rest_positions[:, :2] - self.known.positions(None)
-        distances: FloatArray = np.hypot(*apart.T)
+        between = self.result.rest_positions[:, :2] - self.known.positions(None)
+        distances: FloatArray = np.hypot(*between.T)
         return distances
 
     @property
@@ -177,28 +177,12 @@ class Explanation:
                 "t": parting.t,
                 "true": _event(parting.true),
                 "engine": _event(parting.other),
-                "margins": [
-                    {
-                        "run": one.run,
-                        "what": one.what,
-                        "event": _event(one.event),
-                        "length": one.length,
-                        "ulps": one.ulps,
-                        "seconds": one.seconds,
-                    }
-                    for one in self.margins
-                ],
+                "margins": [vars(one) | {"event": _event(one.event)} for one in self.margins],
                 "balls": [
                     {
                         "ball": one.ball,
-                        "true": {
-                            "position": one.true_position.tolist(),
-                            "velocity": one.true_velocity.tolist(),
-                        },
-                        "engine": {
-                            "position": one.position.tolist(),
-                            "velocity": one.velocity.tolist(),
-                        },
+                        "true": _state(one.true_position, one.true_velocity),
+                        "engine": _state(one.position, one.velocity),
                     }
                     for one in self.states
                 ],
@@ -371,3 +355,7 @@ def _event(one: Event | None) -> dict[str, Any] | None:
         return None
     b: int | str = CUSHIONS[one.b] if one.kind is EventKind.BALL_CUSHION else one.b
     return {"t": one.t, "kind": one.kind.label, "a": one.a, "b": b}
+
+
+def _state(position: FloatArray, velocity: FloatArray) -> dict[str, list[float]]:
+    return {"position": position.tolist(), "velocity": velocity.tolist()}

@@ -74,8 +74,8 @@ def approach_speed(result: Result, collision: Event) -> float:
     if collision.kind is EventKind.BALL_CUSHION:
         outwards = velocities[a, 0 if b < 2 else 1] * (-1.0 if b % 2 == 0 else 1.0)
         return float(outwards)
-    apart = positions[b] - positions[a]
-    normal = apart / np.hypot(*apart)
+    between = positions[b] - positions[a]
+    normal = between / np.hypot(*between)
     return float((velocities[a] - velocities[b]) @ normal)
 
 
@@ -83,13 +83,13 @@ def gaps(scene: Scene, collision: Event, centres: FloatArray) -> FloatArray:
     """Return the gap of what would collide for centres (k, balls of it, 2): (k,) [m]."""
     radii = scene.radii[list(collision.balls)]
     if collision.kind is EventKind.BALL_BALL:
-        apart: FloatArray = np.hypot(*(centres[:, 1] - centres[:, 0]).T) - radii.sum()
-        return apart
+        gap: FloatArray = np.hypot(*(centres[:, 1] - centres[:, 0]).T) - radii.sum()
+        return gap
     assert scene.table is not None
     along = centres[:, 0, 0 if collision.b < 2 else 1]
     far = scene.table.length if collision.b < 2 else scene.table.width
     distance: FloatArray = along if collision.b % 2 == 0 else far - along
-    gap: FloatArray = distance - radii[0]
+    gap = distance - radii[0]
     return gap
 
 
