@@ -89,8 +89,8 @@ def gaps(scene: Scene, collision: Event, centres: FloatArray) -> FloatArray:
     along = centres[:, 0, 0 if collision.b < 2 else 1]
     far = scene.table.length if collision.b < 2 else scene.table.width
     distance: FloatArray = along if collision.b % 2 == 0 else far - along
-    gap = distance - radii[0]
-    return gap
+    gap_to_cushion: FloatArray = distance - radii[0]
+    return gap_to_cushion
 
 
 def _coast(scene: Scene, state: Samples, ball: int) -> Result:
