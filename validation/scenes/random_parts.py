@@ -1,12 +1,10 @@
-"""The parts of random scenes: balls and where they lie, tables, coefficients; see `random_scenes`.
+"""The parts of random scenes: sizes of balls, tables, coefficients; see `random_scenes`.
 
-Directions are points of the unit circle by the tangent of half their angle, and sizes are drawn
-from a power of two on: sines and powers differ from one machine to another.
+Sizes are drawn from a power of two on: powers differ from one machine to another.
 """
 
 from __future__ import annotations
 
-import itertools
 import math
 import random
 from collections.abc import Mapping
@@ -25,7 +23,7 @@ TABLES: Final = {
     "open": Table(length=1.2, width=0.7),
 }
 
-_SPREAD: Final = (1.2, 0.7)
+SPREAD: Final = (1.2, 0.7)
 """Where balls lie on an unbounded cloth [m]."""
 
 _CHANNEL: Final = 2.5
@@ -33,9 +31,6 @@ _CHANNEL: Final = 2.5
 
 _PATH: Final = 4.0
 """Way of the fastest ball up to the stop, where there is one [m]: some tens of collisions."""
-
-_SPEEDS: Final = {"slow": (-20, -5), "usual": (-2, 2), "fast": (3, 4)}
-"""Powers of two from which on speeds are drawn [m/s]."""
 
 
 def sizes_of(chance: random.Random, options: Options) -> list[Draft]:
@@ -51,7 +46,7 @@ def sizes_of(chance: random.Random, options: Options) -> list[Draft]:
         if options["radii"] == "unequal":
             ball["radius"] *= chance.uniform(0.75, 1.4)
         if options["masses"] == "unequal":
-            ball["mass"] *= _sized(chance, -2, 1)
+            ball["mass"] *= sized(chance, -2, 1)
         if options["own-friction"] == "yes" and (k == 0 or chance.random() < 0.5):
             ball["rolling_friction"] = chance.uniform(0.004, 0.05)
             if options["motion"] == "sliding" and chance.random() < 0.5:
@@ -107,9 +102,9 @@ def physics_of(chance: random.Random, options: Options, sizes: list[Draft]) -> D
         least = min(ball["radius"] for ball in sizes)
         physics["cushion_height"] = least * chance.choice((1.0, 1.25, chance.uniform(1.0, 1.4)))
     if options["air"] == "yes":
-        physics["air_drag"] = chance.choice((0.0041, 0.1, _sized(chance, -10, 0)))
+        physics["air_drag"] = chance.choice((0.0041, 0.1, sized(chance, -10, 0)))
     if options["quadratic"] == "yes":
-        physics["rolling_friction_quadratic"] = chance.choice((0.0039, _sized(chance, -10, -3)))
+        physics["rolling_friction_quadratic"] = chance.choice((0.0039, sized(chance, -10, -3)))
     if flies:
         physics["airborne"] = True
         lasts = 1.0 if options["stop"] == "t-max" else 0.9
@@ -151,7 +146,7 @@ def table_of(
     """
     kind = options["table"]
     if kind == "none":
-        return chance.choice((None, Table(length=_SPREAD[0], width=_SPREAD[1], cushions=())))
+        return chance.choice((None, Table(length=SPREAD[0], width=SPREAD[1], cushions=())))
     if kind == "narrow":
         flies = options["flight"] != "no"  # then also at the height of the noses
         widest = 2.0 * max(ball["radius"] if flies else reach(ball, physics) for ball in sizes)
@@ -174,326 +169,6 @@ def reach(ball: Draft, physics: Draft) -> float:
     return math.sqrt(radius * radius - above * above)
 
 
-def placed(
-    chance: random.Random,
-    options: Options,
-    sizes: list[Draft],
-    table: Table | None,
-    physics: Draft,
-) -> list[Ball]:
-    """Return the balls where they lie at first, those that move with their motion.
-
-    A group that touches, or lies at a rail, comes first; then the ball that is shot at it, or that
-    goes along a rail; then others, as far as there is room.
-    """
-    place = _Places(chance, table, physics)
-    layout, group = options["layout"], []
-    if layout in ("rail", "corner"):
-        group = place.at_rail(sizes[: 1 + (len(sizes) > 2)], corner=layout == "corner")
-    elif layout in ("rack", "rack-at-rail"):
-        group = place.rack(sizes, at_rail=layout == "rack-at-rail")
-    elif layout == "touching":
-        group = place.cluster(sizes[: max(2, len(sizes) - 1)])
-    free = [ball for ball in sizes if ball not in group]
-    movers: list[Draft] = []
-    along = options["along-rail"] == "yes"
-    if along:
-        cue = free.pop(0) if free else group[0]
-        if cue not in group and not place.at_rail([cue], corner=False):
-            cue = group[0] if group else cue
-        movers.append(cue)
-    for ball in free:
-        place.anywhere(ball)
-    balls = place.balls
-    _lift(chance, options["flight"], place, movers)
-    still = [ball for ball in balls if ball not in movers]
-    shot = [ball for ball in still if ball not in group] or still
-    if not movers or (shot and chance.random() < 0.5):
-        movers.append(shot[-1])
-    if len(balls) > 2 and chance.random() < 0.3:
-        movers += [ball for ball in balls[:1] if ball not in movers]
-    for ball in movers:
-        others = [other for other in balls if other is not ball]
-        speed = _sized(chance, *_SPEEDS[options["speed"]])
-        way = place.rail_of(ball) if along and ball is movers[0] else None
-        _shoot(chance, options, ball, speed, way or place.way_for(ball, others))
-    if options["spin"] == "vertical" and len(balls) > 1 and chance.random() < 0.3:
-        balls[0].setdefault("angular_velocity", (0.0, 0.0, chance.uniform(-60.0, 60.0)))
-    chance.shuffle(balls)
-    return [Ball(**ball) for ball in balls]
-
-
-def _sized(chance: random.Random, least: int, most: int) -> float:
+def sized(chance: random.Random, least: int, most: int) -> float:
     """Return a number from 2^least on, of any size up to 2^(most + 1)."""
     return math.ldexp(chance.uniform(1.0, 2.0), chance.randint(least, most))
-
-
-def _direction(chance: random.Random) -> tuple[float, float]:
-    half = chance.uniform(-1.0, 1.0)
-    c, s = (1.0 - half * half) / (1.0 + half * half), 2.0 * half / (1.0 + half * half)
-    return (c, s) if chance.random() < 0.5 else (-c, s)
-
-
-def _lift(chance: random.Random, flight: str, place: _Places, movers: list[Draft]) -> None:
-    """Hang a ball in the air, or put it on another."""
-    still = [ball for ball in place.balls if ball not in movers] or place.balls
-    ball = still[-1]
-    x, y = ball["position"]
-    radius = ball["radius"]
-    if flight == "drop":
-        ball["position"] = (*place.within(ball, x, y), radius + _sized(chance, -8, -2))
-        place.clear_above(ball)
-    elif flight == "on-top":
-        below = next(one for one in place.balls if one is not ball)
-        beside = chance.choice((0.0, chance.uniform(0.0, 1.0))) * min(radius, below["radius"])
-        dx, dy = (part * beside for part in _direction(chance))
-        if place.table is not None and min(place.room) < 4.0 * radius:
-            dy = 0.0  # a narrow table has no room beside
-        x, y = below["position"][0] + dx, below["position"][1] + dy
-        x, y = place.within(ball, x, y)
-        dx, dy = x - below["position"][0], y - below["position"][1]
-        apart = radius + below["radius"]
-        height = below["radius"] + math.sqrt(max(apart * apart - dx * dx - dy * dy, 0.0))
-        ball["position"] = (x, y, height + chance.choice((0.0, _sized(chance, -10, -4))))
-        place.clear_above(ball)
-
-
-def _shoot(
-    chance: random.Random,
-    options: Options,
-    ball: Draft,
-    speed: float,
-    way: tuple[float, float],
-) -> None:
-    """Give a ball its velocity along a way, and its spin."""
-    radius = ball["radius"]
-    velocity = (speed * way[0], speed * way[1])
-    ball["velocity"] = velocity
-    if options["flight"] == "jump" or (options["flight"] == "drop" and len(ball["position"]) > 2):
-        ball["velocity"] = (*velocity, chance.uniform(0.1, 0.7) * min(speed, 6.0))
-    if options["spin"] == "rolls":
-        return
-    top, side, turn = (chance.uniform(-1.5, 1.5) for _ in range(3))
-    top = chance.choice((top, 0.0, 1.0))
-    ball["angular_velocity"] = (
-        (side * velocity[0] - top * velocity[1]) / radius,
-        (side * velocity[1] + top * velocity[0]) / radius,
-        turn * speed / radius if options["spin"] == "vertical" else 0.0,
-    )
-
-
-class _Places:
-    """Where balls lie so far, on the cloth, and where there is room."""
-
-    def __init__(self, chance: random.Random, table: Table | None, physics: Draft) -> None:
-        self.chance = chance
-        self.table = table
-        self.physics = physics
-        self.balls: list[Draft] = []
-        self.room = _SPREAD if table is None else (table.length, table.width)
-
-    def anywhere(self, ball: Draft) -> None:
-        """Lay a ball where there is room, if some is found."""
-        for _ in range(200):
-            edge = reach(ball, self.physics)
-            x, y = (self.chance.uniform(edge, max(side - edge, edge)) for side in self.room)
-            if self._lay(ball, x, y, apart=0.01):
-                return
-
-    def at_rail(self, balls: list[Draft], *, corner: bool) -> list[Draft]:
-        """Lay balls at a rail, or in a corner, so that they touch it and each other."""
-        for _ in range(50):
-            sides = self._corner() if corner else [self.chance.choice(self._sides())]
-            laid = self._row(balls, sides)
-            if laid:
-                return laid
-        return []
-
-    def rack(self, balls: list[Draft], *, at_rail: bool) -> list[Draft]:
-        """Rack as many balls as a triangle takes; with a rail, so that its long side touches it."""
-        rows = next(rows for rows in (5, 4, 3, 2) if rows * (rows + 1) // 2 < len(balls))
-        radius = balls[0]["radius"]
-        step = math.sqrt(0.75) * 2.0 * radius
-        triangle = [
-            (2.0 * radius * (place - row / 2.0), (rows - 1 - row) * step)
-            for row in range(rows)
-            for place in range(row + 1)
-        ][: len(balls)]
-        for _ in range(200):
-            x, y = (self.chance.uniform(0.0, side) for side in self.room)
-            if at_rail:
-                y = reach(balls[0], self.physics)
-            spots = [(x + dx, y + dy) for dx, dy in triangle]
-            if at_rail:
-                spots = [self._beside_rail(spot) for spot in spots]
-            if self._lay_all(balls, spots):
-                return balls[: len(spots)]
-        return []
-
-    def cluster(self, balls: list[Draft]) -> list[Draft]:
-        """Lay balls so that each touches one or two before it."""
-        for _ in range(50):
-            length, width = self.room
-            x, y = self.chance.uniform(0.2, 0.8) * length, self.chance.uniform(0.2, 0.8) * width
-            spots = self._touching(balls, x, y)
-            if self._lay_all(balls, spots):
-                return balls
-        spots = [(0.5 * self.room[0], 0.5 * self.room[1])]  # in a row, where there is no room else
-        for before, ball in itertools.pairwise(balls):
-            spots.append((spots[-1][0] + self._apart(before, ball), spots[-1][1]))
-        return balls if self._lay_all(balls, spots) else []
-
-    def _touching(self, balls: list[Draft], x: float, y: float) -> list[tuple[float, float]]:
-        spots = [(x, y)]
-        for k in range(1, len(balls)):
-            a = self.chance.randrange(k)
-            d = self._apart(balls[a], balls[k])
-            c, s = _direction(self.chance)
-            spot = (spots[a][0] + d * c, spots[a][1] + d * s)
-            if k > 1 and self.chance.random() < 0.7:
-                b = (a + 1) % k
-                spot = _corner_of(spots[a], spots[b], d, self._apart(balls[b], balls[k])) or spot
-            spots.append(spot)
-        return spots
-
-    def way_for(self, ball: Draft, others: list[Draft]) -> tuple[float, float]:
-        """Return the direction of a shot, (c, s): at another ball, up to a graze, or anywhere."""
-        chance = self.chance
-        edge = reach(ball, self.physics)
-        if self.table is not None and min(self.room) <= 2.0 * edge * (1.0 + 1e-9):
-            return (chance.choice((1.0, -1.0)), 0.0)
-        if not others or chance.random() < 0.3:
-            return chance.choice((_direction(chance), (1.0, 0.0), (0.0, -1.0)))
-        aim = chance.choice(others)
-        dx, dy = (b - a for a, b in zip(ball["position"][:2], aim["position"][:2], strict=True))
-        apart = math.sqrt(dx * dx + dy * dy)
-        if apart == 0.0:
-            return _direction(chance)
-        wide = ball["radius"] + aim["radius"]
-        aside = chance.choice((0.0, chance.uniform(-1.0, 1.0))) * wide / apart
-        dx, dy = dx - aside * dy, dy + aside * dx
-        size = math.sqrt(dx * dx + dy * dy)
-        return (dx / size, dy / size)
-
-    def rail_of(self, ball: Draft) -> tuple[float, float] | None:
-        """Return the direction along the rail that a ball touches; None where it touches none."""
-        edge, (x, y) = reach(ball, self.physics), ball["position"][:2]
-        sign = self.chance.choice((1.0, -1.0))
-        for side in self._sides():
-            at, along = self._line(side, edge)
-            if (x if along[0] == 0.0 else y) == at:
-                return (sign * along[0], sign * along[1])
-        return None
-
-    def within(self, ball: Draft, x: float, y: float) -> tuple[float, float]:
-        """Return a place moved into the table."""
-        if self.table is None:
-            return x, y
-        edge = ball["radius"]
-        x, y = (
-            min(max(c, edge), side - edge) if side > 2.0 * edge else 0.5 * side
-            for c, side in zip((x, y), self.room, strict=True)
-        )
-        return x, y
-
-    def clear_above(self, ball: Draft) -> None:
-        """Raise a ball in the air until it is clear of all others."""
-        x, y, z = ball["position"]
-        for other in self.balls:
-            if other is ball:
-                continue
-            dx, dy = x - other["position"][0], y - other["position"][1]
-            left = (ball["radius"] + other["radius"]) ** 2 - dx * dx - dy * dy
-            if left > 0.0:
-                z = max(z, other["radius"] + math.sqrt(left))
-        ball["position"] = (x, y, z)
-
-    def _sides(self) -> list[str]:
-        return [] if self.table is None else list(self.table.cushions)
-
-    def _corner(self) -> list[str]:
-        sides = self._sides()
-        return [
-            self.chance.choice([side for side in pair if side in sides])
-            for pair in (("left", "right"), ("bottom", "top"))
-        ]
-
-    def _line(self, side: str, edge: float) -> tuple[float, tuple[float, float]]:
-        """Return where a ball touches a side, in the coordinate across it, and the way along it."""
-        length, width = self.room
-        at = {"left": edge, "right": length - edge, "bottom": edge, "top": width - edge}[side]
-        return at, (0.0, 1.0) if side in ("left", "right") else (1.0, 0.0)
-
-    def _row(self, balls: list[Draft], sides: list[str]) -> list[Draft]:
-        """Lay balls in a row along the last of the sides, from the first on where there are two."""
-        edges = [reach(ball, self.physics) for ball in balls]
-        along_x = sides[-1] in ("bottom", "top")
-        if len(sides) == 2:
-            at, _ = self._line(sides[0], edges[0])
-            sign = 1.0 if sides[0] in ("left", "bottom") else -1.0
-        else:
-            side = self.room[0 if along_x else 1]
-            at, sign = self.chance.uniform(edges[0], max(side - edges[0], edges[0])), 1.0
-        spots = []
-        across = [self._line(sides[-1], edge)[0] for edge in edges]
-        for k, ball in enumerate(balls):
-            if k > 0:
-                d, aside = self._apart(balls[k - 1], ball), across[k] - across[k - 1]
-                at += sign * math.sqrt(max(d * d - aside * aside, 0.0))
-            spots.append((at, across[k]) if along_x else (across[k], at))
-        return balls if self._lay_all(balls, spots) else []
-
-    def _beside_rail(self, spot: tuple[float, float]) -> tuple[float, float]:
-        """Return a place beside the bottom rail as one beside the first rail that there is."""
-        length, width = self.room
-        x, y = spot
-        places = {"bottom": (x, y), "top": (x, width - y), "left": (y, x), "right": (length - y, x)}
-        return places[self._sides()[-1]]
-
-    def _apart(self, one: Draft, other: Draft) -> float:
-        """Return how far apart, in plan, balls on the cloth are that touch [m]."""
-        if self.physics.get("airborne"):
-            return 2.0 * math.sqrt(one["radius"] * other["radius"])
-        both: float = one["radius"] + other["radius"]
-        return both
-
-    def _lay_all(self, balls: list[Draft], spots: list[tuple[float, float]]) -> bool:
-        before = len(self.balls)
-        laid = [self._lay(ball, *spot) for ball, spot in zip(balls, spots, strict=False)]
-        if not all(laid):
-            del self.balls[before:]
-        return all(laid)
-
-    def _lay(self, ball: Draft, x: float, y: float, apart: float = -1e-13) -> bool:
-        """Lay a ball at a place if it has room there, at least so many radii from others.
-
-        Those that touch may overlap by rounding.
-        """
-        edge = reach(ball, self.physics)
-        gaps = {"left": x, "right": self.room[0] - x, "bottom": y, "top": self.room[1] - y}
-        bounded = self.table is not None
-        if bounded and any(gaps[side] < edge - 1e-15 for side in self._sides()):
-            return False
-        for other in self.balls:
-            dx, dy = x - other["position"][0], y - other["position"][1]
-            if math.sqrt(dx * dx + dy * dy) < self._apart(ball, other) + apart * ball["radius"]:
-                return False
-        ball["position"] = (x, y)
-        self.balls.append(ball)
-        return True
-
-
-def _corner_of(
-    a: tuple[float, float], b: tuple[float, float], to_a: float, to_b: float
-) -> tuple[float, float] | None:
-    """Return a place so far from two others; None where there is none."""
-    dx, dy = b[0] - a[0], b[1] - a[1]
-    size = dx * dx + dy * dy
-    if size == 0.0:
-        return None
-    along = 0.5 * (1.0 + (to_a * to_a - to_b * to_b) / size)
-    aside = to_a * to_a / size - along * along
-    if aside < 0.0:
-        return None
-    aside = math.sqrt(aside)
-    return (a[0] + along * dx - aside * dy, a[1] + along * dy + aside * dx)

@@ -22,11 +22,11 @@ from ghostball.engine.scene.features import Feature
 from ghostball.validation.scenes.random_parts import (
     never_rests,
     physics_of,
-    placed,
     sizes_of,
     stop_of,
     table_of,
 )
+from ghostball.validation.scenes.random_places import placed
 
 Option = tuple[str, str]
 """An aspect's name and what it is."""

@@ -139,8 +139,8 @@ FAMILY = Family(
     "Whatever the break, the laws and the frictions: it ends by itself within "
     f"{MOST_EVENTS} events and contact steps, energy never rises, and no ball overlaps another or "
     "a cushion: exact motion by no more than rounding and what a sustained contact may be off by, "
-    "that of an engine that steps by no more than the law allows its step. Looked at at "
-    f" {LOOKS} events and the end, and every {DENSE}th break at all events and between. Other "
-    "engines than ours play 2 s of one break of each trial.",
+    "that of an engine that steps by no more than the law allows its step. Each break is looked at "
+    f"at {LOOKS} events and its end, every {DENSE}th at all events and between. Other engines than "
+    "ours play 2 s of one break of each trial.",
     _trials,
 )
