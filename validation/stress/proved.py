@@ -8,7 +8,6 @@ it is asked what `ghostball validate` asks of it, by the same rows, with this pr
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cache, partial
 from pathlib import Path
@@ -222,10 +221,6 @@ class ProvedTrial(Trial):
             return result
         verdict = judge.judge(result, proof)
         return verdict if self.also is None else verdict.joined(self.also(result))
-
-    def examples(self) -> Iterable[Scene]:
-        """Yield the scene."""
-        yield self.scene
 
 
 def refuse_long(engine: ReferenceEngine, scene: Scene, t_end: float) -> None:

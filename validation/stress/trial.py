@@ -151,7 +151,8 @@ class Trial(ABC):
 
     def examples(self) -> Iterable[Scene]:
         """Yield scenes that need the same kernels: these are compiled before the clock runs."""
-        return ()
+        scene = getattr(self, "scene", None)
+        return () if scene is None else (scene,)
 
 
 Judge = Callable[[Result], Verdict]
@@ -178,10 +179,6 @@ class SceneTrial(Trial):
         """Run the shot and judge it; a run that stops early, or isn't finite, is a fault."""
         result = play(engine, self.scene, self.record)
         return result if isinstance(result, Verdict) else self.judge(result)
-
-    def examples(self) -> Iterable[Scene]:
-        """Yield the scene."""
-        yield self.scene
 
 
 NO_TRUTH = Truth(None, missing="what this shot comes to isn't known")

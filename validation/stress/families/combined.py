@@ -30,10 +30,6 @@ class LongSweep(Trial):
         found = sweep(self.scene, LONG_SWEEP)
         return Verdict.of(self.scene, [] if found is None else [found])
 
-    def examples(self) -> Iterator[Scene]:
-        """Yield the scene."""
-        yield self.scene
-
 
 def _trials(suite: Suite) -> Iterator[Trial]:
     yield from trials_of("all", *((50, 4) if suite == "quick" else (200, 100)))

@@ -263,10 +263,6 @@ class GalperinTrial(Trial):
         values = {"collisions": found, "speed_error": float(off), "energy_drift": drift}
         return Verdict.of(scene, faults, float(off) / limit, values)
 
-    def examples(self) -> Iterable[Scene]:
-        """Yield the shot."""
-        yield self.scene
-
 
 def galperin(digits: int) -> tuple[int, float, float]:
     """Return how many collisions there are with masses 1 : 100^digits, and the end speeds [m/s].

@@ -9,7 +9,7 @@ forth got wrong, exact motion would bring back unharmed; the way back makes erro
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
@@ -97,10 +97,6 @@ class ReversalTrial(Trial):
             if times[k - 1] < times[k] < math.inf:
                 yield k, 0.5 * float(times[k - 1] + times[k])
             k = max(k + 1, round(GROWTH * k))
-
-    def examples(self) -> Iterable[Scene]:
-        """Yield the scene."""
-        yield self.scene
 
 
 def until(scene: Scene, turn: float) -> Scene:

@@ -32,10 +32,6 @@ class ShippedTrial(Trial):
         faults = broken_law(engine, result, truth, own)
         return Verdict.of(self.scene, faults, 10.0 * bool(faults))
 
-    def examples(self) -> Iterator[Scene]:
-        """Yield the scene."""
-        yield self.scene
-
 
 def _trials(suite: Suite) -> Iterator[Trial]:
     for scene in select(["smoke" if suite == "quick" else "full"]):

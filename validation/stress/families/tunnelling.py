@@ -208,10 +208,6 @@ class Energy(Trial):
         first, last = result.energy(np.array([0.0, result.rest_time])).total
         return float(abs(last - self.energy) / first)
 
-    def examples(self) -> Iterator[Scene]:
-        """Yield the shot."""
-        yield self.scene
-
 
 def energy_limit(result: Result) -> float:
     """Return by how much the energy at the end may be off, over the first.
