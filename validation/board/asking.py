@@ -58,13 +58,9 @@ def with_settings(row: str, given: Settings) -> str | None:
         made = make_engine(label)
     except EngineError:  # settings that exclude each other
         return None
-<<<<<<< HEAD
     asked_for = settings.get("contact_steps")
     has = made.settings.model_dump().get("contact_steps")
     return label if asked_for in (None, has) else None
-=======
-    mode = settings.get("mode")
-    return label if mode is None or made.settings.model_dump()["mode"] == mode else None
 
 
 @cache
@@ -98,4 +94,3 @@ def playable(scene: Scene, engine: ReferenceEngine) -> Scene:
 def _can_play(engine: ReferenceEngine, scene: Scene) -> bool:
     lacks = getattr(engine, "lacks", None)
     return not missing_features(engine.capabilities, scene) and not (lacks and lacks(scene))
->>>>>>> 12ae054 (Keep what the board asks in one module)

@@ -61,15 +61,9 @@ def test_breaks_come_worst_first_and_a_break_is_worse_than_any_close_call():
 def test_the_command_names_the_scene_and_the_engine_with_its_settings():
     worst = found("a", "broken", 1.0, label="pymunk:contact_steps=exact,dt=1e-3", scene=SCENE)
     path = scene_file(worst, Path("some where"))
-<<<<<<< HEAD
     assert path == Path("some where/worst/f-pymunk_contact_steps=exact,dt=1e-3.toml")
-    assert reproducing(worst, Path("some where")) == (
-        f"ghostball run '{path}' --engine pymunk:contact_steps=exact,dt=1e-3"
-=======
-    assert path == Path("some where/worst/f-pymunk_mode=landed,dt=1e-3.toml")
     assert Survival(folder(worst), "f", worst.label).command == (
-        f"ghostball run '{path}' --engine pymunk:mode=landed,dt=1e-3"
->>>>>>> 89c0c18 (Count what was survived by outcome)
+        f"ghostball run '{path}' --engine pymunk:contact_steps=exact,dt=1e-3"
     )
     assert Survival(folder(found("a", "survived")), "f", "pymunk").command is None
 
@@ -80,15 +74,9 @@ def test_the_other_command_tries_the_trial_again_in_a_folder_of_its_own():
         found("a", "survived", 0.5, label="pymunk:contact_steps=exact", scene=SCENE),
         found("b", "broken", 1.0, label="pymunk:contact_steps=exact"),
     )
-<<<<<<< HEAD
-    one = survival_of(there, "f", "pymunk:contact_steps=exact")
-    assert one.again(there) == (
-        "ghostball stress f/b --engine pymunk:contact_steps=exact --rerun --out 'some where-again'"
-=======
-    one = Survival(there, "f", "pymunk:mode=landed")
+    one = Survival(there, "f", "pymunk:contact_steps=exact")
     assert one.again == (
-        "ghostball stress f/b --engine pymunk:mode=landed --rerun --out 'some where-again'"
->>>>>>> 89c0c18 (Count what was survived by outcome)
+        "ghostball stress f/b --engine pymunk:contact_steps=exact --rerun --out 'some where-again'"
     )
     assert Survival(folder(), "f", "pymunk").again is None
 
