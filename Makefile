@@ -90,7 +90,7 @@ test-slow: kernels  ## the tests that take long
 # and the stored hashes of `test_determinism.py` hold. Each file's tests share what they load.
 test-nojit: $(READY)  ## tests that run every line of the kernels, without compilation
 	export NUMBA_DISABLE_JIT=1; $(call with_coverage,interpreted) \
-		--dist loadfile -m "not slow and not compiled" tests/engine
+		--dist loadfile -m "not slow and not compiled" tests/model tests/engine
 
 coverage: COVERAGE := 1
 
@@ -104,7 +104,7 @@ coverage: engines test test-nojit  ## coverage of both runs
 # two more. Checks are the same where the optimiser does less, and so is every bit: it compiles in
 # three quarters of the time.
 CHECKED := NUMBA_BOUNDSCHECK=1 NUMBA_OPT=1
-BOUNDED := impacts resting_contact scheduling sensitivity trajectory/test_orientation.py test_batch.py \
+BOUNDED := impacts resting_contact scheduling sensitivity test_batch.py \
 	test_unchecked_scenes.py
 
 test-boundscheck: $(READY)  ## tests of the kernels with bounds checks

@@ -13,7 +13,8 @@ from rich.console import Group, RenderableType
 from rich.text import Text
 
 from benchmarks.measurements import BenchError, Measurement, Record, table_of
-from ghostball.engine import Status, simulate
+from ghostball.engine import simulate
+from ghostball.model import Status
 from ghostball.reference_adapters.certified import CertifiedSettings, certify
 from ghostball.validation.checks.violations import faults_of
 from ghostball.validation.grading.grading import grade

@@ -14,7 +14,7 @@ from rich.console import RenderableType
 from rich.markup import escape
 from rich.table import Table
 
-from ghostball.engine import GhostballError
+from ghostball.model import GhostballError
 from ghostball.validation.results.environment import describe_environment
 from ghostball.validation.results.files import describe_validation_error, write_whole
 

@@ -15,7 +15,7 @@ from rich.markup import escape
 from benchmarks.measurements import Measurement, Record, table_of
 from benchmarks.scenes import random_rack
 from benchmarks.timing import Figures, Sampler, Task, interleave, run
-from ghostball.engine import EngineFailedError, Scene, UnsupportedSceneError
+from ghostball.model import EngineFailedError, Scene, UnsupportedSceneError
 from ghostball.reference_adapters import EngineUnavailableError, ReferenceEngine, make_engine
 from ghostball.reference_adapters.output import captured
 from ghostball.reference_adapters.registry import OURS

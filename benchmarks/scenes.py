@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ghostball.engine import Ball, Physics, Scene, Table
-from ghostball.engine.scene import POOL_BALL_RADIUS
+from ghostball.model import POOL_BALL_RADIUS, Ball, Physics, Scene, Table
 from ghostball.validation.scenes.gases import FRICTIONLESS, FULL_CLOTH, lattice_of
 
 POOL_TABLE = Table(length=2.54, width=1.27)

@@ -17,8 +17,8 @@ from rich.console import Group, RenderableType
 
 from benchmarks.measurements import Measurement, Record, table_of
 from benchmarks.timing import run
-from ghostball.engine import Result, Scene
 from ghostball.engine.running.skips import BUILT_IN, Skip, explain_skips
+from ghostball.model import Result, Scene
 from ghostball.reports.style import format_time
 from ghostball.validation.parallel.pool import Progress
 

@@ -19,8 +19,8 @@ from benchmarks.measurements import BenchError, Measurement, Record, table_of
 from benchmarks.processes import prepare_cold_start, prepare_start
 from benchmarks.scenes import ROLLING, racked_break, table_gas
 from benchmarks.timing import Sampler, Task, interleave, run
-from ghostball.engine import Scene, simulate_sweep
-from ghostball.engine.scene import POOL_BALL_RADIUS
+from ghostball.engine import simulate_sweep
+from ghostball.model import POOL_BALL_RADIUS, Scene
 from ghostball.reports.style import format_quantity
 from ghostball.validation.parallel.pool import Progress
 from ghostball.validation.scenes.gases import FRICTIONLESS, FULL_CLOTH, ball_at, packed_gas

@@ -9,7 +9,8 @@ from statistics import mean, median
 import numpy as np
 
 from benchmarks.measurements import BenchError
-from ghostball.engine import Record, Result, Scene, Status, simulate
+from ghostball.engine import simulate
+from ghostball.model import Record, Result, Scene, Status
 from ghostball.validation.parallel.pool import Progress
 
 Sampler = Callable[[], Mapping[str, float]]

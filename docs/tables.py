@@ -8,9 +8,9 @@ from collections.abc import Iterable, Sequence
 from contextlib import suppress
 
 from benchmarks.pictures.gallery import committed_board
-from ghostball.engine import Ball, Physics, Table
-from ghostball.engine.impacts.laws.registry import BALL_LAWS, CUSHION_LAWS
-from ghostball.engine.scene.features import Capability, Feature
+from ghostball.model import Ball, Physics, Table
+from ghostball.model.features import Capability, Feature
+from ghostball.model.impact_laws import BALL_LAWS, CUSHION_LAWS
 from ghostball.reference_adapters import EngineUnavailableError, engine_names, make_engine
 from ghostball.reports.accuracy import CLASSES
 from ghostball.reports.board import board_table, columns_of

@@ -1,6 +1,6 @@
-"""The in-house continuous-collision engine, and the types that every engine of the harness speaks.
+"""The in-house continuous-collision engine.
 
-    >>> from ghostball.engine import Ball, Scene, simulate
+    >>> from ghostball import Ball, Scene, simulate
     >>> scene = Scene(name="roll", balls=[Ball(id="cue", position=(0, 0), velocity=(1, 0))])
     >>> simulate(scene).rest_time
     5.098...
@@ -32,7 +32,7 @@ such a motion is no parabola (`engine/motion/drag.py`).
 Impacts
 -------
 They take no time. `Physics.ball_impact` and `Physics.cushion` name the law of each kind
-(`engine/impacts/laws/registry.py` lists them), and `Physics.impacts` says whether those of
+(`ghostball/model/impact_laws.py` lists them), and `Physics.impacts` says whether those of
 balls that share one at one instant are resolved together, so that no order of balls matters, or one
 after another; together, balls rub by Coulomb's law, whatever `ball_impact` is. Both cushions of a
 corner are met together too; a cushion and a ball at one instant, the cushion first. Impulses along
@@ -57,47 +57,11 @@ for as long as they push, in steps that keep every gap within a tolerance
 
 from ghostball.engine.batch import STATUSES, Batch, simulate_many, simulate_sweep
 from ghostball.engine.compilation import warm_up
-from ghostball.engine.errors import (
-    EngineFailedError,
-    GhostballError,
-    SceneError,
-    UnsupportedSceneError,
-)
-from ghostball.engine.result import EVENT_DTYPE, EventKind, Record, Result, Status
-from ghostball.engine.scene import CUSHIONS, Ball, Physics, Scene, Table
 from ghostball.engine.shot import simulate
-from ghostball.engine.trajectory import (
-    Energy,
-    ExactTrajectory,
-    Phase,
-    SampledTrajectory,
-    Samples,
-    Trajectory,
-)
 
 __all__ = [
-    "CUSHIONS",
-    "EVENT_DTYPE",
     "STATUSES",
-    "Ball",
     "Batch",
-    "Energy",
-    "EngineFailedError",
-    "EventKind",
-    "ExactTrajectory",
-    "GhostballError",
-    "Phase",
-    "Physics",
-    "Record",
-    "Result",
-    "SampledTrajectory",
-    "Samples",
-    "Scene",
-    "SceneError",
-    "Status",
-    "Table",
-    "Trajectory",
-    "UnsupportedSceneError",
     "simulate",
     "simulate_many",
     "simulate_sweep",

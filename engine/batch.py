@@ -13,14 +13,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic_core import PydanticCustomError
 
-from ghostball.engine.core.events import Status
-from ghostball.engine.core.tolerances import position_rounding
-from ghostball.engine.errors import GhostballError, SceneError
 from ghostball.engine.running.from_scene import layout_of, phases_of
-from ghostball.engine.scene import Ball, Scene, rolling_angular_velocity
-from ghostball.engine.scene.messages import refusal
-from ghostball.engine.scene.rules import Motions, check_motions
 from ghostball.engine.shot import MAX_EVENTS, MAX_WORK, check_request
+from ghostball.model import Ball, Scene, rolling_angular_velocity
+from ghostball.model.errors import GhostballError, SceneError
+from ghostball.model.events import Status
+from ghostball.model.rounding import position_rounding
+from ghostball.model.scene.messages import refusal
+from ghostball.model.scene.motion_rules import Motions, check_motions
 
 STATUSES = tuple(Status)
 """What the numbers in `Batch.status` mean: indices of this."""

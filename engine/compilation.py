@@ -10,10 +10,10 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from ghostball.engine.errors import GhostballError
 from ghostball.engine.running.variants import Variant, still_scene, variant_of
-from ghostball.engine.scene import Scene
 from ghostball.engine.shot import MAX_EVENTS, check_request
+from ghostball.model import Scene
+from ghostball.model.errors import GhostballError
 
 MANY = 3
 """Balls from which on joint impacts and sustained contact are likely: two seldom come to them."""

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Collection
+from dataclasses import replace
 
-from ghostball.engine.core.events import RECORDS, Record
-from ghostball.engine.errors import GhostballError
-from ghostball.engine.result import Result
 from ghostball.engine.running.from_scene import admit
 from ghostball.engine.running.skips import Skip, chosen_skips
-from ghostball.engine.scene import Scene
+from ghostball.engine.tangents import tangents_of
+from ghostball.model import Result, Scene
+from ghostball.model.errors import GhostballError
+from ghostball.model.events import RECORDS, Record
 
 MAX_EVENTS = 10_000_000
 """Default event limit: a shot has hundreds of events, a long run of an elastic gas millions."""
@@ -86,6 +87,7 @@ def simulate(
         settings["max_work"] = max_work
     if off:
         settings["no_skip"] = "+".join(sorted(off))
+    trajectory = run.trajectory()
     return Result(
         engine="ghostball",
         settings=settings,
@@ -97,7 +99,7 @@ def simulate(
         work=run.work(),
         wall_time=run.wall_time,
         events=run.events(),
-        trajectory=run.trajectory(),
+        trajectory=trajectory and replace(trajectory, tangents=tangents_of),
         reason=run.reason,
     )
 

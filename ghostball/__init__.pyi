@@ -1,4 +1,9 @@
 from .engine import (
+    simulate as simulate,
+    simulate_many as simulate_many,
+    simulate_sweep as simulate_sweep,
+)
+from .model import (
     Ball as Ball,
     EventKind as EventKind,
     GhostballError as GhostballError,
@@ -8,9 +13,6 @@ from .engine import (
     SceneError as SceneError,
     Status as Status,
     Table as Table,
-    simulate as simulate,
-    simulate_many as simulate_many,
-    simulate_sweep as simulate_sweep,
 )
 from .reference_adapters import make_engine as make_engine
 from .validation.results.store import Results as Results

@@ -20,9 +20,8 @@ from typing import Any, ClassVar, Literal, Protocol, runtime_checkable
 import numpy as np
 from pydantic import BaseModel, ConfigDict
 
-from ghostball.engine import Record, Result, Scene
-from ghostball.engine.errors import GhostballError, UnsupportedSceneError
-from ghostball.engine.scene.features import Capabilities, Capability, missing_features
+from ghostball.model import GhostballError, Record, Result, Scene, UnsupportedSceneError
+from ghostball.model.features import Capabilities, Capability, missing_features
 
 Resolution = float | Literal["proved"] | None
 """How far off a ball may be when it collides, as an engine states it [m].

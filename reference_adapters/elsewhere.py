@@ -36,7 +36,8 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from pydantic_core import from_json
 
-from ghostball.engine import (
+from ghostball.model import (
+    COLLISION_KINDS,
     CUSHIONS,
     EVENT_DTYPE,
     EventKind,
@@ -47,8 +48,7 @@ from ghostball.engine import (
     Scene,
     Status,
 )
-from ghostball.engine.result import COLLISION_KINDS
-from ghostball.engine.scene.features import EXACT, Capabilities, Capability, Feature
+from ghostball.model.features import EXACT, Capabilities, Capability, Feature
 from ghostball.reference_adapters.base import (
     EngineBase,
     EngineError,

@@ -6,10 +6,12 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field, field_validator
 
-from ghostball.engine import Record, Result, Scene, simulate
+from ghostball.engine import simulate
+from ghostball.engine.capabilities import CAPABILITIES
 from ghostball.engine.running.skips import chosen_skips
-from ghostball.engine.scene.features import CAPABILITIES, Capabilities
 from ghostball.engine.shot import MAX_EVENTS, MAX_WORK
+from ghostball.model import Record, Result, Scene
+from ghostball.model.features import Capabilities
 from ghostball.reference_adapters.base import EngineBase, EngineSettings
 
 

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine import (
+from ghostball.model import (
+    COLLISION_KINDS,
     EVENT_DTYPE,
     EventKind,
     Record,
@@ -19,9 +20,8 @@ from ghostball.engine import (
     Samples,
     Scene,
     Status,
+    rolling_angular_velocity,
 )
-from ghostball.engine.result import COLLISION_KINDS
-from ghostball.engine.scene import rolling_angular_velocity
 
 FloatArray = NDArray[np.float64]
 

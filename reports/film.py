@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ghostball.engine import GhostballError, Result
+from ghostball.model import GhostballError, Result
 from ghostball.reports import style
 from ghostball.reports.figures._table import aspect_of, draw_discs, draw_table, view_of
 from ghostball.reports.figures.single import FEW, ball_colours

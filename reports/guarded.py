@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple, TypeVar
 
-from ghostball.engine import GhostballError
+from ghostball.model import GhostballError
 
 T = TypeVar("T")
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine.result import COLLISION_KINDS
+from ghostball.model import COLLISION_KINDS
 from ghostball.reports.shots import Run, Shot
 from ghostball.validation.results.store import Motion
 

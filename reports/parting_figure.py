@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine import CUSHIONS, EventKind, GhostballError, Result
+from ghostball.model import CUSHIONS, EventKind, GhostballError, Result
 from ghostball.reports import style
 from ghostball.reports.figures._table import View, aspect_of, draw_ball, draw_table, view_of
 from ghostball.reports.plot import ENDINGS

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ghostball.engine import GhostballError, Result
+from ghostball.model import GhostballError, Result
 from ghostball.reports import style
 from ghostball.reports.figures.single import draw_single
 from ghostball.reports.film import FILMS, film_result

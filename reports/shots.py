@@ -10,8 +10,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine import GhostballError, Scene
-from ghostball.engine.trajectory import Phase
+from ghostball.model import GhostballError, Phase, Scene
 from ghostball.reports import style
 from ghostball.validation.checks.verdict import (
     RestError,

@@ -16,12 +16,9 @@ from benchmarks.precision.points import PrecisionMeasurement
 from benchmarks.racks import RacksMeasurement
 from benchmarks.speed import TargetsMeasurement
 from ghostball.cli import app
-from ghostball.engine import (
-    Ball,
-    Physics,
-    simulate,
-)
+from ghostball.engine import simulate
 from ghostball.engine.core.tolerances import CAPTURE_HEIGHT, CONTACT_TOLERANCE
+from ghostball.model import Ball, Physics
 from ghostball.validation.scenes.library import find_scene, select
 
 ROOT = Path(__file__).parent.parent

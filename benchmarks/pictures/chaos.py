@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine import GhostballError, Scene
 from ghostball.engine.sensitivity import PARTS
+from ghostball.model import GhostballError, Scene
 from ghostball.reports import style
 from ghostball.validation.grading.tolerances import TOLERANCE
 from ghostball.validation.results.store import Results

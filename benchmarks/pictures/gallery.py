@@ -17,7 +17,7 @@ from benchmarks.pictures.shots import our_shot
 from benchmarks.precision.figure import draw_against_time
 from benchmarks.precision.points import PrecisionMeasurement
 from benchmarks.racks import RacksMeasurement
-from ghostball.engine import GhostballError
+from ghostball.model import GhostballError
 from ghostball.reports import style
 from ghostball.reports.board import draw_board
 from ghostball.reports.figures._table import aspect_of, view_of

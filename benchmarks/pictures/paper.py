@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.pictures.shots import our_shot
-from ghostball.engine import EventKind
+from ghostball.model import EventKind
 from ghostball.reports import style
 from ghostball.reports.figures._table import (
     View,

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.pictures.shots import our_shot, write_at
-from ghostball.engine import EventKind, Scene
+from ghostball.model import EventKind, Scene
 from ghostball.reports import style
 from ghostball.reports.shots import Run, Shot
 from ghostball.validation.results.store import Motion, Results

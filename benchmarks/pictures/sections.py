@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.pictures.shots import our_shot
-from ghostball.engine import SampledTrajectory
+from ghostball.model import SampledTrajectory
 from ghostball.reference_adapters.paper.rotation import turned_by_frames
 from ghostball.reports import style
 from ghostball.reports.accuracy import accuracy_text

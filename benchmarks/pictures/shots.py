@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ghostball.engine import GhostballError
+from ghostball.model import GhostballError
 from ghostball.reports import style
 from ghostball.reports.shots import Run, Shot, load_shot
 from ghostball.validation.results.store import Results

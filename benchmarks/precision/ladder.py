@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from benchmarks.precision.phases import begun_earlier
-from ghostball.engine import Record, Result, Scene
+from ghostball.model import Record, Result, Scene
 from ghostball.reference_adapters import ReferenceEngine, parse_spec
 from ghostball.reference_adapters.certified import CertifiedEngine, CertifiedSettings, certify
 from ghostball.reference_adapters.certified.engine import result_of

@@ -13,7 +13,7 @@ from benchmarks.measurements import BenchError
 from benchmarks.precision.ladder import Rung, ladder_of, start_of
 from benchmarks.precision.points import LeftOut, PrecisionMeasurement, PrecisionPoint
 from benchmarks.timing import Sampler, Task, interleave
-from ghostball.engine import EngineFailedError, Result, Scene, UnsupportedSceneError
+from ghostball.model import EngineFailedError, Result, Scene, UnsupportedSceneError
 from ghostball.reference_adapters import EngineUnavailableError, make_engine
 from ghostball.reference_adapters.base import resolution_of
 from ghostball.validation.checks.metrics import ball_errors

@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine import Ball, Scene, SceneError, Status
+from ghostball.model import Ball, Scene, SceneError, Status
 from ghostball.validation.runs.our_run import run_ours
 from ghostball.validation.runs.rolling import rolling_spin
 

@@ -3,9 +3,10 @@
 A kernel is a function that numba compiles to machine code. numba keeps that, and looks only at the
 function's *own* file to decide whether it is fresh: edit a callee in another file, or a constant,
 and callers stay stale. So the cache lies in a directory whose name is a hash of everything that
-goes into the machine code: the sources of this package, the versions of numba, llvmlite and numpy,
-and the flags. A changed source means another directory, and nothing stale can be found. Kernels of
-other packages lie there too, in folders named by a hash of the sources beside them.
+goes into the machine code: the sources of this package, what kernels take from the model, the
+versions of numba, llvmlite and numpy, and the flags. A changed source means another directory, and
+nothing stale can be found. Kernels of other packages lie there too, in folders named by a hash of
+the sources beside them.
 """
 
 from __future__ import annotations
@@ -32,6 +33,8 @@ from filelock import FileLock, Timeout
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLocator
 
 from ghostball.engine.core.cache_folder import cache_folder
+from ghostball.model import events, impact_laws
+from ghostball.model.trajectory import polynomial
 
 logger = logging.getLogger("ghostball.engine")
 
@@ -62,6 +65,12 @@ It is that of the Cache Directory Tagging Specification (bford.info/cachedir).
 """
 
 _PACKAGE = Path(__file__).resolve().parent.parent
+
+FROM_MODEL = (events, impact_laws, polynomial)
+"""Modules of the model that kernels take constants and functions from: these are in machine code.
+
+The others aren't, so that who edits them needn't wait for the compiler.
+"""
 
 
 class KernelCache(FunctionCache):
@@ -172,7 +181,8 @@ def cache_key() -> str:
     """
     flags = [getattr(numba.config, name) for name in FLAGS]
     versions = [numba.__version__, llvmlite.__version__, np.__version__]
-    sources = _hash_of(_PACKAGE.rglob("*.py"))
+    of_model = [Path(inspect.getfile(module)).resolve() for module in FROM_MODEL]
+    sources = _hash_of([*_PACKAGE.rglob("*.py"), *of_model])
     parts = (str(_PACKAGE), sources, flags, versions, _processor())
     return hashlib.sha256(repr(parts).encode()).hexdigest()[:20]
 

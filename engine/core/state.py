@@ -159,8 +159,8 @@ class ObstacleRow(_Row):
     nx: float  # the line's unit normal into the table; the segment's other end [m]
     ny: float
     radius: float  # of the disc, or of the nose around a segment [m]
-    law: float  # the place of its law in `registry.CUSHION_LAWS`, or TAKES_OUT
-    index: float  # what events call it: a cushion's in `engine.scene.CUSHIONS`, or one above those
+    law: float  # the place of its law in `impact_laws.CUSHION_LAWS`, or TAKES_OUT
+    index: float  # what events call it: a cushion's in `model.scene.CUSHIONS`, or one above those
 
 
 OBSTACLE_COLUMNS = len(ObstacleRow.__annotations__)
@@ -218,11 +218,11 @@ class Laws(NamedTuple):
     uniform: bool  # whether no ball is ever slowed, so that all move uniformly between events
     rubs: bool  # whether a ball's surface rubs on another's
     simultaneous: bool  # whether impacts at one instant are resolved together
-    ball_law: int  # its place in `registry.BALL_LAWS`
+    ball_law: int  # its place in `impact_laws.BALL_LAWS`
     ball_restitution: float
     ball_friction: float
     speed_dependent: bool  # whether Alciatore's curve stands for `ball_friction`
-    cushion_turns: bool  # whether the law of the cushions turns balls: see `registry.LawEntry`
+    cushion_turns: bool  # whether the law of the cushions turns balls: see `impact_laws.LawEntry`
     cushion_restitution: float
     cushion_tangential: float
     cushion_friction: float

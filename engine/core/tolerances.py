@@ -1,4 +1,4 @@
-"""The tolerances of the engine, each with why.
+"""The tolerances of the engine, each with why; that of given positions is in `model.rounding`.
 
 Those down to `SLIP_ROUNDING` are derived from the rounding of double precision and only say when a
 computed sign is noise: free balls have no speed below which they rest, no distance below which they
@@ -12,19 +12,6 @@ from __future__ import annotations
 
 EPS = 2.0**-52
 """Spacing of doubles at 1 (twice the unit roundoff)."""
-
-POSITION_ULPS = 16.0
-"""Rounding errors, in units of EPS times the coordinates, that a *given* position may carry.
-
-A rack computed from sqrt(3) and a few sums overlaps itself by up to about 4 of them; 16 leaves room
-for longer sums. It decides only whether a scene is refused as overlapping; balls are never moved.
-"""
-
-
-def position_rounding(*lengths: float) -> float:
-    """Largest distance [m] that rounding can put between given positions made of `lengths` [m]."""
-    return POSITION_ULPS * EPS * float(sum(abs(length) for length in lengths))
-
 
 GAP_ULPS = 4.0
 """Rounding of a gap, in units of EPS times the coordinates that it is computed from."""

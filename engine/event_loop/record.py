@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 
-from ghostball.engine.core.events import EventKind
 from ghostball.engine.core.kernel import kernel
 from ghostball.engine.core.state import (
     AX,
@@ -48,6 +47,7 @@ from ghostball.engine.core.state import (
     X,
     Y,
 )
+from ghostball.model.events import EventKind
 
 # Plain integers for the compiler.
 BALL_BALL_EVENT = int(EventKind.BALL_BALL)

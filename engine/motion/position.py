@@ -2,9 +2,9 @@
 
 A piece is its motion over the cloth, as a polynomial of the time, from its `epoch` until its own
 next event; how high it is, is in `motion.flight`. Everybody else asks here. What a piece is made of
-is in `core.state.BallRow`, the polynomial in `motion.polynomial`. A piece may be of any degree
-(`core.state.Balls.higher`). Bounds of contact times take it for a quadratic, and add what its
-`jerk` could change: how fast its acceleration changes at most, until the piece ends.
+is in `core.state.BallRow`, the polynomial in `model.trajectory.polynomial`. A piece may be of any
+degree (`core.state.Balls.higher`). Bounds of contact times take it for a quadratic, and add what
+its `jerk` could change: how fast its acceleration changes at most, until the piece ends.
 Where no piece of a run is of a degree above 2, `higher` is None, and the compiler leaves out all
 that is for those.
 """
@@ -29,7 +29,7 @@ from ghostball.engine.core.state import (
     Balls,
     FloatArray,
 )
-from ghostball.engine.motion import polynomial
+from ghostball.model.trajectory import polynomial
 
 FOR_EVER = 1e100
 """A duration that nothing lasts [s]."""

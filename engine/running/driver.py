@@ -10,15 +10,14 @@ from threading import Event
 import numpy as np
 
 from ghostball.engine.core import state as s
-from ghostball.engine.core.events import EVENT_DTYPE, EventKind, Events, Status
 from ghostball.engine.core.kernel import compiling
-from ghostball.engine.core.tolerances import position_rounding
 from ghostball.engine.running.from_scene import layout_of, log_of, room_for_contacts
 from ghostball.engine.running.room import STATUS, WORK_AT_ONCE, Limits, Log, Room, shots_of
 from ghostball.engine.running.skips import Skip
 from ghostball.engine.running.variants import Variant, still_scene
-from ghostball.engine.scene import Scene
-from ghostball.engine.trajectory import ExactTrajectory, Samples
+from ghostball.model import ExactTrajectory, Samples, Scene
+from ghostball.model.events import EVENT_DTYPE, EventKind, Events, Status
+from ghostball.model.rounding import position_rounding
 
 _FIRST_LOG = 1_024
 """Events that the first log holds; a full one is followed by one twice as large."""

@@ -12,6 +12,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from ghostball.engine.capabilities import CAPABILITIES
 from ghostball.engine.core.block import Block
 from ghostball.engine.core.state import (
     BASE,
@@ -67,8 +68,6 @@ from ghostball.engine.core.state import (
     Y,
     contacts_in,
 )
-from ghostball.engine.errors import UnsupportedSceneError
-from ghostball.engine.impacts.laws.registry import BALL_LAW_NAMES, CUSHION_LAW_NAMES, CUSHION_LAWS
 from ghostball.engine.running.skips import (
     Skip,
     balls_rub,
@@ -78,8 +77,11 @@ from ghostball.engine.running.skips import (
     uses_cells,
 )
 from ghostball.engine.running.variants import Variant, variant_of
-from ghostball.engine.scene import CUSHIONS, Scene, check_whole
-from ghostball.engine.scene.features import CAPABILITIES, check_supported
+from ghostball.model import CUSHIONS, Scene
+from ghostball.model.errors import UnsupportedSceneError
+from ghostball.model.features import check_supported
+from ghostball.model.impact_laws import BALL_LAW_NAMES, CUSHION_LAW_NAMES, CUSHION_LAWS
+from ghostball.model.scene import check_whole
 
 _CELL_ROOM = 2.0**-20
 """What a cell is larger than the largest ball, in units of it: room for rounding."""

@@ -10,9 +10,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ghostball.engine.core import state as s
-from ghostball.engine.core.events import Status
 from ghostball.engine.event_loop.play import SHOT_COLUMNS, play
 from ghostball.engine.running.from_scene import Layout, no_contacts, room_for_contacts
+from ghostball.model.events import Status
 
 WORK_AT_ONCE = 5_000_000
 """Work between two returns from the kernel: some 50 ms, so that an interrupt is heard."""

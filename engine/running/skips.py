@@ -19,9 +19,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ghostball.engine.errors import GhostballError
-from ghostball.engine.impacts.laws.registry import any_integrated
-from ghostball.engine.scene import Scene
+from ghostball.model import Scene
+from ghostball.model.errors import GhostballError
+from ghostball.model.impact_laws import any_integrated
 
 MOST_PAIRED = 100
 """Balls up to which a bound for every pair is quicker than cells; the results are the same.

@@ -12,7 +12,7 @@ from ghostball.engine.running.driver import warm_up
 from ghostball.engine.running.from_scene import layout_of, log_of
 from ghostball.engine.running.room import Limits, Room, Shots
 from ghostball.engine.running.variants import variant_of
-from ghostball.engine.scene import Scene
+from ghostball.model import Scene
 
 _SHARE = 256
 """Shots of a sweep that a thread takes at a time: about a millisecond's."""

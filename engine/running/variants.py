@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 from ghostball.engine.running import skips
 from ghostball.engine.running.skips import Skip, has_drag, is_integrated, uses_cells
-from ghostball.engine.scene import Ball, Physics, Scene
+from ghostball.model import Ball, Physics, Scene
 
 
 class Variant(NamedTuple):

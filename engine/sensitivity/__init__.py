@@ -9,7 +9,6 @@ from ghostball.engine.sensitivity.tangent_map import (
     QUALITY,
     ROUNDING,
     TangentMap,
-    horizon_of,
     rounding_of,
     tangent_of,
 )
@@ -20,7 +19,6 @@ __all__ = [
     "QUALITY",
     "ROUNDING",
     "TangentMap",
-    "horizon_of",
     "rounding_of",
     "tangent_of",
 ]

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import math
 
-from ghostball.engine.core.events import EventKind
 from ghostball.engine.core.kernel import kernel
 from ghostball.engine.core.state import (
     EPOCH,
@@ -50,6 +49,7 @@ from ghostball.engine.sensitivity.state import (
     Tangents,
 )
 from ghostball.engine.sensitivity.through_impacts import pass_cushion, pass_impact
+from ghostball.model.events import EventKind
 
 _BALL_BALL = int(EventKind.BALL_BALL)
 _BALL_CUSHION = int(EventKind.BALL_CUSHION)

@@ -22,7 +22,6 @@ from functools import cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ghostball.engine.core.events import EVENT_DTYPE, OBSTACLE_KINDS, EventKind, Events
 from ghostball.engine.core.kernel import COMPILED, compiling
 from ghostball.engine.core.state import (
     KNOT,
@@ -35,14 +34,14 @@ from ghostball.engine.core.state import (
     Y,
     rows_of,
 )
-from ghostball.engine.errors import GhostballError
 from ghostball.engine.running.from_scene import laws_of, layout_of
 from ghostball.engine.running.skips import has_drag, is_integrated
 from ghostball.engine.running.variants import Variant, still_scene
-from ghostball.engine.scene import Scene
 from ghostball.engine.sensitivity import state as s
 from ghostball.engine.sensitivity.propagate import run_tangent, sample_growth, sample_tangent
-from ghostball.engine.trajectory import ExactTrajectory
+from ghostball.model import ExactTrajectory, Scene
+from ghostball.model.errors import GhostballError
+from ghostball.model.events import EVENT_DTYPE, OBSTACLE_KINDS, EventKind, Events
 
 FloatArray = NDArray[np.float64]
 
@@ -140,6 +139,29 @@ class TangentMap:
         result[order] = total * math.sqrt(s.LANES / self.count)
         return result
 
+    def horizon(self, instants: FloatArray, tolerance: float, error: float | None) -> float:
+        """Return the first instant at which error times `growth` exceeds a tolerance [s].
+
+        inf: none does.
+
+        Parameters
+        ----------
+        instants : (k,) float64 [s], increasing
+            Of the events; between two of them growth is looked for at a few instants only.
+        tolerance : float [m]
+        error : float or None
+            None: that within which our engine stays, `QUALITY` times the error of a rounding.
+        """
+        limit = tolerance / (QUALITY * ROUNDING if error is None else error)
+        for times in _chunks(instants, self.t_end):
+            beyond = ~(np.max(self.growth(times), axis=1) <= limit)
+            if np.any(beyond):
+                first = int(np.argmax(beyond))
+                if first == 0:
+                    return float(times[0])
+                return _first_beyond(self, float(times[first - 1]), float(times[first]), limit)
+        return float("inf")
+
 
 def tangent_of(
     scene: Scene, trajectory: ExactTrajectory, events: Events, directions: ArrayLike
@@ -208,29 +230,6 @@ def has_derivative(scene: Scene) -> bool:
     Nothing is where air slows balls or they may leave the cloth.
     """
     return not (has_drag(scene) or scene.physics.airborne)
-
-
-def horizon_of(rounding: TangentMap, knots: FloatArray, tolerance: float, error: float) -> float:
-    """Return the first instant at which a growth exceeds tolerance / error [s]; inf: none does.
-
-    Parameters
-    ----------
-    rounding : TangentMap
-    knots : (k,) float64 [s], increasing
-        Instants of the events; between two of them growth is looked for at a few instants only.
-    tolerance : float [m]
-    error : float
-        What a growth is multiplied by.
-    """
-    limit = tolerance / error
-    for times in _chunks(knots, rounding.t_end):
-        beyond = ~(np.max(rounding.growth(times), axis=1) <= limit)
-        if np.any(beyond):
-            first = int(np.argmax(beyond))
-            if first == 0:
-                return float(times[0])
-            return _first_beyond(rounding, float(times[first - 1]), float(times[first]), limit)
-    return float("inf")
 
 
 def _chunks(knots: FloatArray, t_end: float) -> Iterator[FloatArray]:

@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 
 from ghostball.cli.shared.config import load_config
-from ghostball.engine import GhostballError, Scene
+from ghostball.model import GhostballError, Scene
 from ghostball.pytest_plugin.names import PREFIX, TIME_LIMIT
 from ghostball.reference_adapters import ReferenceEngine
 from ghostball.reference_adapters.output import harmless

@@ -14,8 +14,8 @@ from typing import Annotated, ClassVar, Self
 
 from pydantic import Field, model_validator
 
-from ghostball.engine import Scene
-from ghostball.engine.scene.features import Capabilities, Capability, Feature
+from ghostball.model import Scene
+from ghostball.model.features import Capabilities, Capability, Feature
 from ghostball.reference_adapters.base import EngineSettings, none
 from ghostball.reference_adapters.stepping.plane import IN_SINGLE_PRECISION, ExactSteps, fastest
 from ghostball.reference_adapters.stepping.plane_engine import (

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine import Scene
+from ghostball.model import Scene
 from ghostball.reference_adapters.box2d.engine import SLOP, Box2dSettings
 from ghostball.reference_adapters.stepping.contact_world import SINGLE, ContactWorld, collision_of
 from ghostball.reference_adapters.stepping.friction import ContactFriction

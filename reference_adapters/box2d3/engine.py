@@ -12,8 +12,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import ClassVar
 
-from ghostball.engine import Scene
-from ghostball.engine.scene.features import Capabilities, Capability
+from ghostball.model import Scene
+from ghostball.model.features import Capabilities, Capability
 from ghostball.reference_adapters.base import EngineSettings
 from ghostball.reference_adapters.stepping.plane import (
     IN_SINGLE_PRECISION,

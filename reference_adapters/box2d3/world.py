@@ -8,7 +8,7 @@ import numpy as np
 import pyb2d3
 from numpy.typing import NDArray
 
-from ghostball.engine import Scene
+from ghostball.model import Scene
 from ghostball.reference_adapters.box2d3.engine import Box2d3Settings
 from ghostball.reference_adapters.stepping.contact_world import (
     SINGLE,

@@ -2,14 +2,8 @@
 
 from __future__ import annotations
 
-from ghostball.engine import Scene, UnsupportedSceneError
-from ghostball.engine.scene.features import (
-    EXACT,
-    Capabilities,
-    Capability,
-    Feature,
-    check_supported,
-)
+from ghostball.model import Scene, UnsupportedSceneError
+from ghostball.model.features import EXACT, Capabilities, Capability, Feature, check_supported
 from ghostball.reference_adapters.certified import cache
 from ghostball.reference_adapters.certified.certificate import Certificate
 from ghostball.reference_adapters.certified.problem import problem_of

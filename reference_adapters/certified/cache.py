@@ -18,7 +18,7 @@ from pathlib import Path
 import flint
 
 from ghostball.engine.core.cache_folder import cache_folder
-from ghostball.engine.errors import GhostballError
+from ghostball.model import GhostballError
 from ghostball.reference_adapters.certified.certificate import Certificate
 from ghostball.reference_adapters.certified.problem import Problem
 from ghostball.reference_adapters.certified.settings import CertifiedSettings

@@ -8,7 +8,7 @@ from itertools import count
 
 from flint import arb
 
-from ghostball.engine import EventKind
+from ghostball.model import EventKind
 from ghostball.reference_adapters.certified.certificate import Choice
 from ghostball.reference_adapters.certified.gaps import Gap, Meeting, meeting
 from ghostball.reference_adapters.certified.motion import Body

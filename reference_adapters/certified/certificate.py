@@ -13,11 +13,9 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine.core.state import BALL_FIELDS, KNOT
-from ghostball.engine.errors import GhostballError
-from ghostball.engine.result import EventKind
-from ghostball.engine.scene import CUSHIONS, Scene
-from ghostball.engine.trajectory import ExactTrajectory
+from ghostball.engine.tangents import tangents_of
+from ghostball.model import CUSHIONS, EventKind, ExactTrajectory, GhostballError, Scene
+from ghostball.model.trajectory import segment
 
 Ending = Literal[
     "proved", "ambiguous", "sustained contact", "precision cap", "event limit", "time limit"
@@ -53,7 +51,7 @@ def knot_columns(powers: int = 2, *, lifts: bool = False) -> tuple[str, ...]:
     lifts : bool
         Whether balls may be in the air.
     """
-    names = BALL_FIELDS[:KNOT] + (_RISES if lifts else ())
+    names = segment.NAMES + (_RISES if lifts else ())
     ways = tuple(f"{axis}{n}" for n in range(3, powers + 1) for axis in "xy")
     turns = tuple(f"w{axis}{n}" for n in range(2, powers) for axis in "xy")
     return names + ways + turns
@@ -229,6 +227,7 @@ class Certificate:
             scene.spinning_friction_rates,
             turns="wx2" in self.columns,
             lifts=self.lifts,
+            tangents=tangents_of,
         )
 
     @property

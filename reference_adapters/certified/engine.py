@@ -7,9 +7,8 @@ from typing import ClassVar, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine import EVENT_DTYPE, Record, Result, Samples, Scene, Status
-from ghostball.engine.result import COLLISION_KINDS
-from ghostball.engine.scene.features import Capabilities
+from ghostball.model import COLLISION_KINDS, EVENT_DTYPE, Record, Result, Samples, Scene, Status
+from ghostball.model.features import Capabilities
 from ghostball.reference_adapters.base import EngineBase, EngineSettings
 from ghostball.reference_adapters.certified.api import CAPABILITIES, NAME, certify
 from ghostball.reference_adapters.certified.certificate import Certificate, Enclosure, Ending

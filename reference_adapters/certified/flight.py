@@ -17,8 +17,7 @@ from typing import NamedTuple
 
 from flint import arb
 
-from ghostball.engine import EventKind
-from ghostball.engine.trajectory import Phase
+from ghostball.model import EventKind, Phase
 from ghostball.reference_adapters.certified.arithmetic import (
     ONE,
     ZERO,

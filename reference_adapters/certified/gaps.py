@@ -13,7 +13,7 @@ from typing import NamedTuple, Protocol
 
 from flint import arb
 
-from ghostball.engine import EventKind
+from ghostball.model import EventKind
 from ghostball.reference_adapters.certified.arithmetic import (
     ZERO,
     SustainedContactError,

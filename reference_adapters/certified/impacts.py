@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from flint import arb
 
-from ghostball.engine import EventKind
+from ghostball.model import EventKind
 from ghostball.reference_adapters.certified.arithmetic import ZERO, Vector, exactly
 from ghostball.reference_adapters.certified.candidates import Candidate
 from ghostball.reference_adapters.certified.contacts import Contacts

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ghostball.engine.scene import CUSHIONS, Scene
+from ghostball.model import CUSHIONS, Scene
 
 
 @dataclass(frozen=True)

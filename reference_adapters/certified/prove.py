@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from flint import arb
 
-from ghostball.engine import UnsupportedSceneError
+from ghostball.model import UnsupportedSceneError
 from ghostball.reference_adapters.certified.arithmetic import (
     ZERO,
     OutOfTimeError,

@@ -10,7 +10,7 @@ import numpy as np
 from flint import arb
 from numpy.typing import NDArray
 
-from ghostball.engine.trajectory import Phase
+from ghostball.model import Phase
 from ghostball.reference_adapters.certified.arithmetic import ZERO, unit
 from ghostball.reference_adapters.certified.certificate import knot_columns
 from ghostball.reference_adapters.certified.motion import Body

@@ -11,8 +11,7 @@ import time
 
 from flint import arb
 
-from ghostball.engine import EventKind
-from ghostball.engine.trajectory import Phase
+from ghostball.model import EventKind, Phase
 from ghostball.reference_adapters.certified.arithmetic import (
     ZERO,
     SustainedContactError,

@@ -15,8 +15,8 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from ghostball.engine import Scene
-from ghostball.engine.scene.features import Capabilities, Capability
+from ghostball.model import Scene
+from ghostball.model.features import Capabilities, Capability
 from ghostball.reference_adapters.base import EngineSettings
 from ghostball.reference_adapters.stepping.plane import fastest
 from ghostball.reference_adapters.stepping.plane_engine import (

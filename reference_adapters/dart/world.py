@@ -12,7 +12,7 @@ import dartpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine import Scene
+from ghostball.model import Scene
 from ghostball.reference_adapters.dart.engine import DartSettings
 from ghostball.reference_adapters.stepping.contact_world import (
     DOUBLE,

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from ghostball.engine.scene.features import Capabilities, Capability, Feature
+from ghostball.model.features import Capabilities, Capability, Feature
 from ghostball.reference_adapters.base import EngineSettings
 from ghostball.reference_adapters.stepping.plane import ExactSteps
 from ghostball.reference_adapters.stepping.plane_engine import (

@@ -12,7 +12,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine import Scene
+from ghostball.model import Scene
 from ghostball.reference_adapters.stepping.contact_world import DOUBLE, ContactWorld
 from ghostball.reference_adapters.stepping.plane import (
     Collision,

@@ -52,8 +52,8 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from ghostball.engine import EventKind, Record, Result, Scene
-from ghostball.engine.scene.features import EXACT, Capabilities
+from ghostball.model import EventKind, Record, Result, Scene
+from ghostball.model.features import EXACT, Capabilities
 from ghostball.reference_adapters.base import EngineBase, EngineSettings, resolution_of_step
 from ghostball.reference_adapters.paper.model import PaperRun, Stop, paper_capabilities
 

@@ -30,8 +30,8 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from ghostball.engine import EventKind, Record, Result, Scene
-from ghostball.engine.scene.features import Capabilities, Capability
+from ghostball.model import EventKind, Record, Result, Scene
+from ghostball.model.features import Capabilities, Capability
 from ghostball.reference_adapters.base import EngineBase, EngineSettings, resolution_of_step
 from ghostball.reference_adapters.paper.model import PaperRun, Stop, paper_capabilities
 

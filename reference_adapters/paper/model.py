@@ -18,9 +18,17 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ghostball.engine import CUSHIONS, EventKind, Record, Result, Samples, Scene, Status
-from ghostball.engine.scene import rolling_angular_velocity
-from ghostball.engine.scene.features import EXACT, Capability, Feature
+from ghostball.model import (
+    CUSHIONS,
+    EventKind,
+    Record,
+    Result,
+    Samples,
+    Scene,
+    Status,
+    rolling_angular_velocity,
+)
+from ghostball.model.features import EXACT, Capability, Feature
 from ghostball.reference_adapters.recording import Recorder
 
 Stop = Literal["reversal", "never"]

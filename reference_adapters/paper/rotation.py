@@ -14,7 +14,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine.trajectory.orientation import hamilton_product
+from ghostball.model.trajectory.orientation import hamilton_product
 
 
 def turned_by_frames(

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine import Scene
+from ghostball.model import Scene
 from ghostball.reference_adapters.physx.engine import PhysxSettings
 from ghostball.reference_adapters.stepping.contact_world import (
     SINGLE,

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine import Scene
+from ghostball.model import Scene
 from ghostball.reference_adapters.stepping.plane import (
     ball_friction,
     cushion_friction,

@@ -20,8 +20,8 @@ from typing import Annotated, ClassVar, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from ghostball.engine import Record, Result, Scene
-from ghostball.engine.scene.features import EXACT, Capabilities, Capability, Feature
+from ghostball.model import Record, Result, Scene
+from ghostball.model.features import EXACT, Capabilities, Capability, Feature
 from ghostball.reference_adapters.base import (
     EngineBase,
     EngineSettings,

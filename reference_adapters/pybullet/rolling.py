@@ -17,7 +17,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine import EventKind, Samples, Scene
+from ghostball.model import EventKind, Samples, Scene
 from ghostball.reference_adapters.pybullet.world import SHORTEST_STEP, Contact, World
 from ghostball.reference_adapters.recording import Recorder, rolling_state
 from ghostball.reference_adapters.stepping.clock import Clock

@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine import CUSHIONS, EventKind, Samples, Scene, Table
+from ghostball.model import CUSHIONS, EventKind, Samples, Scene, Table
 from ghostball.reference_adapters.pybullet.world import Contact, World
 from ghostball.reference_adapters.recording import Recorder
 from ghostball.reference_adapters.stepping.clock import Clock

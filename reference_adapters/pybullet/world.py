@@ -20,8 +20,7 @@ from typing import Any, Literal, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine import CUSHIONS, EventKind, Scene, Table
-from ghostball.engine.scene import CushionName
+from ghostball.model import CUSHIONS, CushionName, EventKind, Scene, Table
 from ghostball.reference_adapters.base import EngineError
 from ghostball.reference_adapters.pybullet.coefficients import Coefficients
 

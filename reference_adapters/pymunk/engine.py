@@ -12,8 +12,8 @@ from __future__ import annotations
 import importlib.util
 from typing import Any, ClassVar
 
-from ghostball.engine import Scene
-from ghostball.engine.scene.features import EXACT, Capabilities, Capability, Feature
+from ghostball.model import Scene
+from ghostball.model.features import EXACT, Capabilities, Capability, Feature
 from ghostball.reference_adapters.base import EngineSettings, none
 from ghostball.reference_adapters.pymunk.steppers import NativeRolling
 from ghostball.reference_adapters.stepping.ending import end_of

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine import EventKind, Samples, Scene
+from ghostball.model import EventKind, Samples, Scene
 from ghostball.reference_adapters.recording import Recorder, rolling_state
 from ghostball.reference_adapters.stepping import plane
 from ghostball.reference_adapters.stepping.clock import Clock

@@ -13,7 +13,7 @@ import pymunk
 from numpy.typing import NDArray
 from pymunk import batch
 
-from ghostball.engine import Scene
+from ghostball.model import Scene
 from ghostball.reference_adapters.stepping.friction import ContactFriction
 from ghostball.reference_adapters.stepping.plane import (
     Collision,

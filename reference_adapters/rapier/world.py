@@ -8,7 +8,7 @@ import numpy as np
 import rapier3d
 from numpy.typing import NDArray
 
-from ghostball.engine import Scene
+from ghostball.model import Scene
 from ghostball.reference_adapters.stepping.contact_world import (
     SINGLE,
     ContactWorld,

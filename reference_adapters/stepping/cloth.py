@@ -12,9 +12,8 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine import Ball, EventKind, Physics, Samples, Scene
 from ghostball.engine.core.kernel import compiling
-from ghostball.engine.scene import rolling_angular_velocity
+from ghostball.model import Ball, EventKind, Physics, Samples, Scene, rolling_angular_velocity
 from ghostball.reference_adapters.stepping.slowing import accelerate, last, move, turn
 
 FloatArray = NDArray[np.float64]

@@ -14,8 +14,8 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine import Table
 from ghostball.engine.core.kernel import compiling, kernel
+from ghostball.model import Table
 from ghostball.reference_adapters.stepping.slowing import slow, stop
 
 FloatArray = NDArray[np.float64]

@@ -7,7 +7,7 @@ from collections.abc import Set
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine import Scene
+from ghostball.model import Scene
 from ghostball.reference_adapters.stepping.plane import (
     Collision,
     largest_momenta,

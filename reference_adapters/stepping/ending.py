@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from ghostball.engine import Samples, Scene, Status
+from ghostball.model import Samples, Scene, Status
 from ghostball.reference_adapters.stepping.settings import SteppingSettings
 
 

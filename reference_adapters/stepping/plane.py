@@ -17,10 +17,17 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine import CUSHIONS, EventKind, Record, Result, Samples, Scene
-from ghostball.engine.result import initial_state
-from ghostball.engine.scene import Physics
-from ghostball.engine.trajectory import energy_of
+from ghostball.model import (
+    CUSHIONS,
+    EventKind,
+    Physics,
+    Record,
+    Result,
+    Samples,
+    Scene,
+    energy_of,
+    initial_state,
+)
 from ghostball.reference_adapters.recording import Recorder
 from ghostball.reference_adapters.stepping import cloth, contact_time
 from ghostball.reference_adapters.stepping.clock import Clock

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from pkgutil import resolve_name
 from typing import ClassVar
 
-from ghostball.engine import Record, Result, Scene
-from ghostball.engine.scene.features import EXACT, Capabilities, Capability, Feature
+from ghostball.model import Record, Result, Scene
+from ghostball.model.features import EXACT, Capabilities, Capability, Feature
 from ghostball.reference_adapters.base import (
     EngineBase,
     lacking_sequence,

@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import model_validator
 
-from ghostball.engine import EventKind, Record, Result, Samples, Scene
-from ghostball.engine.scene.features import Capabilities, Capability, Feature
+from ghostball.model import EventKind, Record, Result, Samples, Scene
+from ghostball.model.features import Capabilities, Capability, Feature
 from ghostball.reference_adapters.recording import Recorder
 from ghostball.reference_adapters.stepping.clock import Clock
 from ghostball.reference_adapters.stepping.ending import end_of

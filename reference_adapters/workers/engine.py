@@ -15,9 +15,9 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ghostball.engine import Record, Result, Scene, UnsupportedSceneError
 from ghostball.engine.core.cache_folder import cache_folder
-from ghostball.engine.scene.features import EXACT, Capabilities, Capability, Feature
+from ghostball.model import Record, Result, Scene, UnsupportedSceneError
+from ghostball.model.features import EXACT, Capabilities, Capability, Feature
 from ghostball.reference_adapters.base import EngineBase, EngineSettings, none
 from ghostball.reference_adapters.elsewhere import Run
 from ghostball.reference_adapters.registry import EngineUnavailableError

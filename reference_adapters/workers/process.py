@@ -21,7 +21,7 @@ from functools import cache
 from pathlib import Path
 from typing import IO, Any
 
-from ghostball.engine import Record, Scene
+from ghostball.model import Record, Scene
 
 SCRIPTS = Path(__file__).resolve().parent / "scripts"
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine.trajectory import Phase
+from ghostball.model import Phase
 from ghostball.reports.shots import Run
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine import CUSHIONS, Scene
+from ghostball.model import CUSHIONS, Scene
 from ghostball.reports import style
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine import Scene
+from ghostball.model import Scene
 from ghostball.reports import style
 from ghostball.reports.figures._phases import draw_motion
 from ghostball.reports.figures._table import View, aspect_of, draw_ball, draw_table

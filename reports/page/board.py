@@ -7,7 +7,7 @@ from typing import Any, Final
 
 from markupsafe import Markup
 
-from ghostball.engine.scene.toml import dumps
+from ghostball.model.scene.toml import dumps
 from ghostball.reports.board import (
     LOOKS,
     about,

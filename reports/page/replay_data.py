@@ -16,8 +16,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine import CUSHIONS, EventKind, Scene
-from ghostball.engine.result import Events
+from ghostball.model import CUSHIONS, EventKind, Events, Scene
 from ghostball.reports.accuracy import accuracy_text
 from ghostball.reports.figures._table import view_of
 from ghostball.reports.page.replay_tracks import (

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine.result import Events
+from ghostball.model import Events
 from ghostball.validation.results.records import Motion
 
 FloatArray = NDArray[np.float64]
@@ -60,7 +60,7 @@ class Track:
     spins : (m, 6) int64 [`SPIN_QUANTUM`]
         At the start and the end of each piece, over that of a ball which rolls along it.
     phases : (m,) int64
-        `engine.trajectory.Phase`, or `UNKNOWN_PHASE`.
+        `model.trajectory.Phase`, or `UNKNOWN_PHASE`.
     lost : float [s] or None
         From when on no finite position is known.
     """

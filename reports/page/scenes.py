@@ -11,7 +11,7 @@ from urllib.parse import quote
 import numpy as np
 from markupsafe import Markup
 
-from ghostball.engine.result.hashes import bits_hash
+from ghostball.model.hashes import bits_hash
 from ghostball.reports import style
 from ghostball.reports.accuracy import cell_text
 from ghostball.reports.counted import work_text

@@ -10,7 +10,8 @@ import pytest
 import benchmarks.accuracy
 from benchmarks.accuracy import AccuracyMeasurement, Distribution, measure_accuracy
 from benchmarks.measurements import BenchError
-from ghostball.engine import Scene, simulate
+from ghostball.engine import simulate
+from ghostball.model import Scene
 from ghostball.validation.parallel.pool import Done
 from ghostball.validation.scenes.random_shots import random_shot
 

@@ -7,7 +7,7 @@ import pytest
 from benchmarks import racks
 from benchmarks.racks import Player, RacksMeasurement, measure_racks, our_player, peer
 from benchmarks.scenes import random_rack, table_gas
-from ghostball.engine import EngineFailedError, GhostballError, Status, UnsupportedSceneError
+from ghostball.model import EngineFailedError, GhostballError, Status, UnsupportedSceneError
 from ghostball.reference_adapters import EngineUnavailableError, make_engine
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from benchmarks import scenes
 from benchmarks.scenes import ROLLING
-from ghostball.engine.scene import POOL_BALL_RADIUS as R
+from ghostball.model import POOL_BALL_RADIUS as R
 from ghostball.validation.scenes.gases import FRICTIONLESS, FULL_CLOTH, packed_gas
 from ghostball.validation.scenes.library import find_scene
 

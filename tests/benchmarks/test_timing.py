@@ -8,7 +8,7 @@ from benchmarks import timing
 from benchmarks.measurements import BenchError
 from benchmarks.scenes import table_gas
 from benchmarks.timing import Figures, Task, interleave, run
-from ghostball.engine import Status
+from ghostball.model import Status
 
 
 def task_of(name, log, most=None):

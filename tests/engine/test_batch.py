@@ -11,16 +11,8 @@ import numpy as np
 import pytest
 from shots import POOL_TABLE, R, ball, random_break, scene_of
 
-from ghostball.engine import (
-    STATUSES,
-    GhostballError,
-    Scene,
-    Status,
-    simulate,
-    simulate_many,
-    simulate_sweep,
-)
-from ghostball.engine.errors import SceneError, UnsupportedSceneError
+from ghostball.engine import STATUSES, simulate, simulate_many, simulate_sweep
+from ghostball.model import GhostballError, Scene, SceneError, Status, UnsupportedSceneError
 
 
 def shot(velocity=(2.0, 0.0), **cue) -> Scene:

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from ghostball.engine import EventKind, ExactTrajectory, Result, simulate
-from ghostball.engine.scene import POOL_BALL_RADIUS as RADIUS
+from ghostball.engine import simulate
+from ghostball.model import POOL_BALL_RADIUS as RADIUS, EventKind, ExactTrajectory, Result
 from ghostball.validation.stress.gas import begun_at_end, collision_rate, gas
 
 LAYERS = 10.0 * RADIUS

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from scaled_shots import differences, scaled
 
-from ghostball.engine import Physics, simulate
+from ghostball.engine import simulate
+from ghostball.model import Physics
 from ghostball.validation.stress.families.extremes import ICE, KINDS, bank, cut
 
 SIZES = (

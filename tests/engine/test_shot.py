@@ -15,7 +15,9 @@ import pytest
 from recorded import fingerprint
 from shots import POOL_TABLE, R, ball, scene_of
 
-from ghostball.engine import (
+from ghostball.engine import simulate, simulate_many, simulate_sweep
+from ghostball.engine.sensitivity import tangent_of
+from ghostball.model import (
     EVENT_DTYPE,
     Ball,
     EventKind,
@@ -25,11 +27,7 @@ from ghostball.engine import (
     SceneError,
     Status,
     UnsupportedSceneError,
-    simulate,
-    simulate_many,
-    simulate_sweep,
 )
-from ghostball.engine.sensitivity import tangent_of
 from ghostball.validation.scenes.library import find_scene
 
 BASELINES = Path(__file__).parents[2] / "benchmarks" / "baselines" / "ghostball"

@@ -22,7 +22,7 @@ from typer.testing import CliRunner
 
 from ghostball.cli import app
 from ghostball.cli.shared.config import load_config
-from ghostball.engine import GhostballError, Scene
+from ghostball.model import GhostballError, Scene
 from ghostball.reference_adapters.elsewhere import Run
 from ghostball.validation.baselines.baseline import load_baseline
 from ghostball.validation.baselines.regression import Regression, SceneChange

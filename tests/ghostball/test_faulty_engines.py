@@ -13,7 +13,7 @@ from faulty_engine import planted
 from typer.testing import CliRunner
 
 from ghostball.cli import app
-from ghostball.engine import Scene
+from ghostball.model import Scene
 
 SHOT = """
 schema = 1

@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 from shots import R, ball, scene_of
 
-from ghostball.engine import Scene, Status, Table, UnsupportedSceneError
-from ghostball.engine.scene.features import Feature, scene_features
+from ghostball.model import Scene, Status, Table, UnsupportedSceneError
+from ghostball.model.features import Feature, scene_features
 from ghostball.reference_adapters import ReferenceEngine, engine_class, make_engine, parse_spec
 from ghostball.reference_adapters.base import resolution_of
 from ghostball.reference_adapters.registry import engine_names

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ghostball.engine import Ball, Scene, Status
-from ghostball.engine.scene import rolling_angular_velocity
+from ghostball.model import Ball, Scene, Status, rolling_angular_velocity
 from ghostball.reference_adapters.recording import FRAME_INTERVAL, Recorder, rolling_state
 
 BALLS = [

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from ghostball.engine import Scene
-from ghostball.engine.trajectory import Phase
+from ghostball.model import Phase, Scene
 from ghostball.reports import style
 from ghostball.reports.accuracy import cell_text
 from ghostball.reports.figures import (

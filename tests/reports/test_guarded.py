@@ -5,7 +5,7 @@ import pickle
 import pytest
 from dying_figures import die_of_one_scene
 
-from ghostball.engine import GhostballError
+from ghostball.model import GhostballError
 from ghostball.reports import PAGE, IncompleteReportError, report, style, write_report
 from ghostball.reports.guarded import NAMED, FailedPart, attempt, failed_text
 from ghostball.reports.page import page

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from benchmarks.pictures.physics import draw_deflection
-from ghostball.engine import Scene, simulate
+from ghostball.engine import simulate
+from ghostball.model import Scene
 from ghostball.reports import style
 from ghostball.reports.figures import (
     draw_sheet,

@@ -2,7 +2,7 @@
 
 import pytest
 
-from ghostball.engine import GhostballError
+from ghostball.model import GhostballError
 from ghostball.reference_adapters import make_engine
 from ghostball.reports import plot_explanation, style
 from ghostball.reports.parting_figure import draw_explanation

@@ -4,8 +4,14 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from ghostball.engine import GhostballError, SampledTrajectory, Status
-from ghostball.engine.result import EVENT_DTYPE, Result, initial_state
+from ghostball.model import (
+    EVENT_DTYPE,
+    GhostballError,
+    Result,
+    SampledTrajectory,
+    Status,
+    initial_state,
+)
 from ghostball.reports import (
     PAGE,
     film,

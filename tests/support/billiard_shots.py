@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 
-from ghostball.engine import Ball, Physics, Scene, Table
-from ghostball.engine.scene import POOL_BALL_RADIUS as R
+from ghostball.model import POOL_BALL_RADIUS as R, Ball, Physics, Scene, Table
 
 SPEED = 1.5
 """Of the cue ball in single hits [m/s]."""

@@ -5,7 +5,7 @@ from dataclasses import replace
 from typing import ClassVar
 
 from ghostball.engine import simulate
-from ghostball.engine.scene.features import EXACT, Feature
+from ghostball.model.features import EXACT, Feature
 from ghostball.reference_adapters import EngineBase, EngineSettings
 
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine import Scene
+from ghostball.model import Scene
 
 G = 9.81
 UP = np.array([0.0, 0.0, 1.0])

@@ -7,7 +7,7 @@ import pytest
 from billiard_shots import FREE, SPEED, half_ball
 from numpy.typing import NDArray
 
-from ghostball.engine import Ball, Physics, Result, Scene, Table
+from ghostball.model import Ball, Physics, Result, Scene, Table
 from ghostball.reference_adapters import engine_class, make_engine
 
 PHASES = np.arange(8) / 8

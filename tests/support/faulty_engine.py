@@ -13,8 +13,9 @@ from typing import ClassVar, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine import Record, Result, Samples, Scene, Status, simulate
-from ghostball.engine.scene.features import EXACT, Capability, Feature
+from ghostball.engine import simulate
+from ghostball.model import Record, Result, Samples, Scene, Status
+from ghostball.model.features import EXACT, Capability, Feature
 from ghostball.reference_adapters import EngineBase, EngineSettings
 
 Fault = Literal[

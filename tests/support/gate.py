@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from ghostball.engine import Ball, Scene, Table, simulate
-from ghostball.engine.result import EVENT_DTYPE, EventKind, Events
-from ghostball.engine.result.hashes import bits_hash, sequence_hash
+from ghostball.engine import simulate
+from ghostball.model import EVENT_DTYPE, Ball, EventKind, Events, Scene, Table
+from ghostball.model.hashes import bits_hash, sequence_hash
 from ghostball.validation.baselines.bands import Bands, band_of_counter, band_of_metric
 from ghostball.validation.baselines.baseline import Accepted
 from ghostball.validation.baselines.classify import classify

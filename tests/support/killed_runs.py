@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import ghostball.validation.parallel.pool
-from ghostball.engine import Ball, Scene, Table
+from ghostball.model import Ball, Scene, Table
 from ghostball.validation.checks.criteria import Criteria
 from ghostball.validation.stress import run_stress
 from ghostball.validation.stress.families import chosen_trials, path_of

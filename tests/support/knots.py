@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from shots import R
 
-from ghostball.engine import ExactTrajectory
+from ghostball.model import ExactTrajectory
 
 G = 9.81
 ROLLING_FRICTION = 0.01

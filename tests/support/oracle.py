@@ -36,7 +36,7 @@ from oracle_laws import (
 )
 from oracle_roots import first_entry
 
-from ghostball.engine import CUSHIONS, EventKind, Scene
+from ghostball.model import CUSHIONS, EventKind, Scene
 
 __all__ = ["DIGITS", "OracleEvent", "OracleRun", "first_entry", "solve"]
 

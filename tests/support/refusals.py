@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from shots import scene_of
 
-from ghostball.engine import Scene, SceneError
+from ghostball.model import Scene, SceneError
 
 LONGEST_LINE = 700
 """Characters that a line of a refusal may have: an input of any length is told in a few words."""

@@ -6,7 +6,7 @@ import zlib
 
 import numpy as np
 
-from ghostball.engine.trajectory.orientation import hamilton_product
+from ghostball.model.trajectory.orientation import hamilton_product
 
 
 class Packed:

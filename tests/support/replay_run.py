@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ghostball.engine import Ball, Scene, Table
+from ghostball.model import Ball, Scene, Table
 from ghostball.validation.board.board import run_board
 from ghostball.validation.board.column import QUESTIONS
 from ghostball.validation.results.store import Results, ResultsWriter

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ghostball.engine import GhostballError, Result, Scene
+from ghostball.model import GhostballError, Result, Scene
 
 
 def differences(one: Result, other: Result, length: int, time: int) -> list[str]:

@@ -7,7 +7,7 @@ import random
 from collections.abc import Sequence
 from typing import Any
 
-from ghostball.engine import Ball, Physics, Scene, Table
+from ghostball.model import Ball, Physics, Scene, Table
 
 R = 0.028575
 """Radius of a pool ball [m]; two touch at a distance of exactly 2 R in doubles."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ghostball.engine import Scene
+from ghostball.model import Scene
 from ghostball.reference_adapters import ReferenceEngine, make_engine
 from ghostball.validation.checks.criteria import Criteria, common_criteria
 from ghostball.validation.checks.criterion import Criterion

@@ -6,8 +6,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from ghostball.engine import Ball, Scene, simulate
-from ghostball.engine.scene.features import EXACT, Feature
+from ghostball.engine import simulate
+from ghostball.model import Ball, Scene
+from ghostball.model.features import EXACT, Feature
 from ghostball.reference_adapters import EngineBase, EngineSettings
 from ghostball.validation.runs.rolling import rolling_spin
 

@@ -18,7 +18,7 @@ import numba
 from ghostball.engine.running import driver
 from ghostball.engine.running.driver import Run
 from ghostball.engine.running.skips import Skip
-from ghostball.engine.scene import Scene
+from ghostball.model import Scene
 
 if TYPE_CHECKING:
     import pytest

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ghostball.engine import EVENT_DTYPE, Ball, EventKind, Scene, Table
+from ghostball.model import EVENT_DTYPE, Ball, EventKind, Scene, Table
 from ghostball.validation.checks.accuracy import kind_of
 from ghostball.validation.results.records import Accuracy
 from ghostball.validation.results.store import (

@@ -12,8 +12,9 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine import Record, Result, SampledTrajectory, Scene, simulate
-from ghostball.engine.scene.features import EXACT, Capabilities, Feature
+from ghostball.engine import simulate
+from ghostball.model import Record, Result, SampledTrajectory, Scene
+from ghostball.model.features import EXACT, Capabilities, Feature
 from ghostball.reference_adapters import EngineBase, EngineSettings
 
 

@@ -8,7 +8,7 @@ from datetime import UTC, datetime
 from fnmatch import fnmatchcase
 from pathlib import Path
 
-from ghostball.engine import GhostballError
+from ghostball.model import GhostballError
 from ghostball.validation.baselines.baseline import (
     Accepted,
     Baseline,

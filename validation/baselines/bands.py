@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from ghostball.engine import GhostballError
+from ghostball.model import GhostballError
 from ghostball.validation.baselines.regression import Level, Quantity
 from ghostball.validation.checks.metric_table import METRICS, Metric
 

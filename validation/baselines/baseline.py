@@ -31,7 +31,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
 
-from ghostball.engine.result.hashes import bits_hash, sequence_hash
+from ghostball.model.hashes import bits_hash, sequence_hash
 from ghostball.validation.baselines.bands import Band, Bands, band_of_counter, band_of_metric
 from ghostball.validation.baselines.baseline_text import (
     events_of_lines,

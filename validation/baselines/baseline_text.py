@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 from pydantic_core import PydanticCustomError
 
-from ghostball.engine import CUSHIONS, EventKind
-from ghostball.engine.result import EVENT_DTYPE, OBSTACLE_KINDS, Events, event_dict
+from ghostball.model import CUSHIONS, EVENT_DTYPE, OBSTACLE_KINDS, EventKind, Events, event_dict
 
 
 def line_of_event(event: Any) -> str:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ghostball.engine.result import EventKind, event_dict
+from ghostball.model import EventKind, event_dict
 from ghostball.validation.baselines.bands import Band, Bands, direction
 from ghostball.validation.baselines.observed import Observed
 from ghostball.validation.baselines.regression import (

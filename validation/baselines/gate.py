@@ -10,7 +10,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from ghostball.engine import Scene
+from ghostball.model import Scene
 from ghostball.reference_adapters.registry import engine_class, parse_spec
 from ghostball.validation.baselines.baseline import (
     Accepted,

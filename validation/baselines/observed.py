@@ -9,9 +9,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine import GhostballError, Result
-from ghostball.engine.result import Events
-from ghostball.engine.result.hashes import bits_hash, sequence_hash
+from ghostball.model import Events, GhostballError, Result
+from ghostball.model.hashes import bits_hash, sequence_hash
 from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.checks.metrics import Value
 from ghostball.validation.results.records import (
@@ -52,7 +51,7 @@ class Observed:
     events : structured array (`EVENT_DTYPE`)
         All of them, or the first ones, of a baseline of a long shot.
     bits, sequence : str
-        Hashes of all bits, and of the order of all events alone; see `engine.result.hashes`.
+        Hashes of all bits, and of the order of all events alone; see `model.hashes`.
     metrics : dict of str to int or float
         Those that have a value, without those that compare our engine with itself.
     ids : tuple of str

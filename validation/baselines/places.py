@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from ghostball.engine import GhostballError
+from ghostball.model import GhostballError
 from ghostball.reference_adapters.registry import engine_name, parse_spec, spec_of
 
 ENDING = ".toml"

@@ -11,7 +11,7 @@ from typing import Final, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 
-from ghostball.engine.scene.fields import SceneName
+from ghostball.model.scene.fields import SceneName
 from ghostball.validation.results.database import (
     get_document,
     has_database,

@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from ghostball.engine import EngineFailedError, Scene, UnsupportedSceneError
-from ghostball.engine.result.hashes import bits_hash
+from ghostball.model import EngineFailedError, Scene, UnsupportedSceneError
+from ghostball.model.hashes import bits_hash
 from ghostball.reference_adapters.registry import EngineUnavailableError, make_engine
 from ghostball.validation.baselines.observed import Observed
 from ghostball.validation.baselines.regression import SceneChange

@@ -13,7 +13,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine import Scene, UnsupportedSceneError
+from ghostball.model import Scene, UnsupportedSceneError
 from ghostball.validation.baselines.observed import Observed
 from ghostball.validation.grading.certified_growth import growth_of_proof
 from ghostball.validation.grading.certified_widths import is_differentiated

@@ -8,8 +8,8 @@ from typing import Any, Final
 
 import numpy as np
 
-from ghostball.engine import Scene
-from ghostball.engine.scene.features import missing_features
+from ghostball.model import Scene
+from ghostball.model.features import missing_features
 from ghostball.reference_adapters.base import EngineError, ReferenceEngine
 from ghostball.reference_adapters.registry import make_engine, parse_spec, spec_of
 from ghostball.validation.board.column import Column, Settings, scene_path

@@ -14,7 +14,7 @@ from typing import Final, Literal
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from ghostball.engine import GhostballError, Scene
+from ghostball.model import GhostballError, Scene
 from ghostball.reference_adapters.registry import EngineUnavailableError, make_engine
 from ghostball.validation.board.asking import asked
 from ghostball.validation.board.cell import Cell, cell_of, law_of

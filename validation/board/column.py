@@ -20,7 +20,7 @@ from pydantic import (
     model_validator,
 )
 
-from ghostball.engine import GhostballError
+from ghostball.model import GhostballError
 from ghostball.validation.checks.criterion import MetricName, Number, Sentence
 from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.results.files import describe_validation_error, toml_of

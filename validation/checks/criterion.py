@@ -18,7 +18,7 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
-from ghostball.engine import EventKind, GhostballError
+from ghostball.model import EventKind, GhostballError
 from ghostball.reference_adapters.base import EngineError
 from ghostball.reference_adapters.registry import parse_spec, spec_of
 from ghostball.validation.checks.metric_table import METRICS

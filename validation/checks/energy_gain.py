@@ -12,9 +12,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine import Result, SampledTrajectory, Samples, Scene
-from ghostball.engine.result import COLLISION_KINDS
-from ghostball.engine.trajectory import energy_of
+from ghostball.model import COLLISION_KINDS, Result, SampledTrajectory, Samples, Scene, energy_of
 from ghostball.reference_adapters.base import Resolution, resolution_of_step, stated_error
 from ghostball.validation.runs.sampling import energy_series, events_of
 

@@ -15,8 +15,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from ghostball.engine import Scene
-from ghostball.engine.scene.features import scene_features
+from ghostball.model import Scene
+from ghostball.model.features import scene_features
 from ghostball.reference_adapters.base import ReferenceEngine, resolution_of
 from ghostball.validation.checks.criteria import Criteria, common_criteria
 from ghostball.validation.checks.criterion import CLAIMS, Claim, Criterion, StepRule

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from fnmatch import fnmatchcase
 
-from ghostball.engine import GhostballError
+from ghostball.model import GhostballError
 from ghostball.validation.results.records import ACCURACY_KINDS
 from ghostball.validation.truth.scene_truth import TruthPart
 

@@ -14,8 +14,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine import EventKind, ExactTrajectory, Result, Scene
-from ghostball.engine.result import COLLISION_KINDS
+from ghostball.model import COLLISION_KINDS, EventKind, ExactTrajectory, Result, Scene
 from ghostball.reference_adapters.base import Resolution
 from ghostball.validation.checks.energy_gain import largest_gain
 from ghostball.validation.checks.metric_table import METRICS

@@ -35,8 +35,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine import EventKind, Scene
-from ghostball.engine.result import COLLISION_KINDS
+from ghostball.model import COLLISION_KINDS, EventKind, Scene
 from ghostball.reference_adapters.base import (
     ReferenceEngine,
     resolution_of,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ghostball.engine import Scene
+from ghostball.model import Scene
 from ghostball.validation.checks.criteria import common_criteria
 from ghostball.validation.grading.grading import Grade
 from ghostball.validation.truth.scene_truth import OUR_NAME

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import ValidationError
 
-from ghostball.engine import GhostballError, Result, Scene
+from ghostball.model import GhostballError, Result, Scene
 from ghostball.reference_adapters import ReferenceEngine
 from ghostball.validation.checks.law import approximations_of
 from ghostball.validation.grading.event_logs import Agreement, Event, compare_logs, events_in

@@ -15,9 +15,15 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine import EventKind, Scene
-from ghostball.engine.result import COLLISION_KINDS, Events, initial_state
-from ghostball.engine.trajectory import Phase, energy_of
+from ghostball.model import (
+    COLLISION_KINDS,
+    EventKind,
+    Events,
+    Phase,
+    Scene,
+    energy_of,
+    initial_state,
+)
 from ghostball.validation.results.records import Motion
 
 FloatArray = NDArray[np.float64]

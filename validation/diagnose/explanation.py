@@ -9,7 +9,7 @@ from typing import Any, Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine import (
+from ghostball.model import (
     CUSHIONS,
     EngineFailedError,
     EventKind,

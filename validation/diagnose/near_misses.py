@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine import Ball, EventKind, Result, SampledTrajectory, Samples, Scene
+from ghostball.model import Ball, EventKind, Result, SampledTrajectory, Samples, Scene
 from ghostball.validation.grading.event_logs import Event
 from ghostball.validation.runs.our_run import run_ours
 

@@ -12,9 +12,16 @@ from typing import ClassVar
 import numpy as np
 from pydantic import Field
 
-from ghostball.engine import EventKind, Record, Result, Samples, Scene, Status
-from ghostball.engine.scene import rolling_angular_velocity
-from ghostball.engine.scene.features import EXACT, Capabilities, Feature
+from ghostball.model import (
+    EventKind,
+    Record,
+    Result,
+    Samples,
+    Scene,
+    Status,
+    rolling_angular_velocity,
+)
+from ghostball.model.features import EXACT, Capabilities, Feature
 from ghostball.reference_adapters import EngineBase, EngineSettings
 from ghostball.reference_adapters.base import resolution_of_step
 from ghostball.reference_adapters.recording import Recorder

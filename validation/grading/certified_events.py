@@ -9,8 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine import EventKind, Scene
-from ghostball.engine.result import COLLISION_KINDS
+from ghostball.model import COLLISION_KINDS, EventKind, Scene
 from ghostball.reference_adapters.certified import Certificate
 from ghostball.reference_adapters.certified.gaps import SIDES
 from ghostball.reference_adapters.certified.laws import Laws, Seen, seen_along, seen_from_table

@@ -12,8 +12,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine.core.state import KNOT
-from ghostball.engine.trajectory import Phase
+from ghostball.model import Phase
+from ghostball.model.trajectory.segment import COLUMNS
 from ghostball.validation.grading.certified_air import (
     SLIP_RATE,
     Series,
@@ -81,7 +81,7 @@ class ProvedBall:
     @cached_property
     def _rows(self) -> list[list[float]]:
         """The knots as plain numbers: one at a time they are quicker to calculate with."""
-        rows: list[list[float]] = self.knots[:, :KNOT].tolist()
+        rows: list[list[float]] = self.knots[:, :COLUMNS].tolist()
         return rows
 
     @cached_property
@@ -117,9 +117,9 @@ class ProvedBall:
     def _series(self, k: int) -> Series:
         """Return velocity and slip of a slide from a knot on, in powers of the time."""
         _, _, _, vx, vy, ax, ay, *_, bx, by, _, _ = self._rows[k]
-        half = (self.knots.shape[1] - KNOT) // 2
-        further = self.knots[k, KNOT : KNOT + half].reshape(-1, 2)
-        turning = self.knots[k, KNOT + half :].reshape(-1, 2)
+        half = (self.knots.shape[1] - COLUMNS) // 2
+        further = self.knots[k, COLUMNS : COLUMNS + half].reshape(-1, 2)
+        turning = self.knots[k, COLUMNS + half :].reshape(-1, 2)
         degrees = np.arange(3, 3 + len(further))[:, np.newaxis]
         velocity = np.vstack([[[vx, vy], [ax, ay]], degrees * further])
         spin = np.vstack([[[bx, by]], turning])  # from the first power on

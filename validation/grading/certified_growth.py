@@ -23,7 +23,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ghostball.engine import EventKind, Scene
+from ghostball.model import EventKind, Scene
 from ghostball.reference_adapters.certified import Certificate
 from ghostball.validation.grading.certified_events import EventChange, event_changes
 from ghostball.validation.grading.certified_flow import PARTS, ProvedBall

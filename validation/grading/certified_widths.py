@@ -14,7 +14,7 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ghostball.engine import EventKind, Scene
+from ghostball.model import EventKind, Scene
 from ghostball.reference_adapters.certified import Certificate, Enclosure
 from ghostball.reference_adapters.certified.problem import problem_of
 from ghostball.reference_adapters.certified.run import largest_speeds

@@ -20,8 +20,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine import CUSHIONS, EventKind, Scene
-from ghostball.engine.result import COLLISION_KINDS, Events
+from ghostball.model import COLLISION_KINDS, CUSHIONS, EventKind, Events, Scene
 from ghostball.validation.grading.tolerances import TIE
 
 FloatArray = NDArray[np.float64]

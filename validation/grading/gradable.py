@@ -17,8 +17,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine import EventKind, ExactTrajectory, GhostballError, Scene
-from ghostball.engine.result import COLLISION_KINDS
+from ghostball.model import COLLISION_KINDS, EventKind, ExactTrajectory, GhostballError, Scene
 from ghostball.reference_adapters.certified import Certificate
 from ghostball.validation.grading.certified_widths import FlightGrowth, width_sizes
 from ghostball.validation.grading.event_logs import Event

@@ -18,9 +18,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine import EventKind, ExactTrajectory, GhostballError, Result, Scene
-from ghostball.engine.result import COLLISION_KINDS
-from ghostball.engine.trajectory import Samples
+from ghostball.model import (
+    COLLISION_KINDS,
+    EventKind,
+    ExactTrajectory,
+    GhostballError,
+    Result,
+    Samples,
+    Scene,
+)
 from ghostball.reference_adapters.certified import Certificate, Enclosure
 from ghostball.validation.grading.event_logs import (
     ALL_KINDS,

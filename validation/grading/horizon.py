@@ -20,7 +20,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ghostball.engine import EventKind, Result, Scene
+from ghostball.model import EventKind, Result, Scene
 from ghostball.reference_adapters.certified import Certificate
 from ghostball.validation.grading.certified_growth import growth_of_proof
 from ghostball.validation.grading.certified_widths import FlightGrowth, is_differentiated

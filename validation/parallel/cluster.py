@@ -24,7 +24,7 @@ from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any, TypeVar
 from uuid import uuid4
 
-from ghostball.engine.errors import GhostballError
+from ghostball.model import GhostballError
 from ghostball.validation.parallel.pool import WAKE, Done, Process, wait
 from ghostball.validation.parallel.sources import code_here
 

@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterable
 from contextlib import closing
 from functools import partial
 
-from ghostball.engine import GhostballError, Scene
 from ghostball.engine.compilation import Variants, variants_of
+from ghostball.model import GhostballError, Scene
 from ghostball.reference_adapters.stepping.kernels import AdapterKernels, adapter_kernels
 from ghostball.validation.parallel.pool import Progress, run_tasks
 

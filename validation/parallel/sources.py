@@ -11,10 +11,10 @@ from importlib.metadata import PackageNotFoundError, version
 from importlib.util import find_spec
 from pathlib import Path
 
-from ghostball.engine.errors import GhostballError
+from ghostball.model import GhostballError
 from ghostball.reference_adapters.workers.process import DISTRIBUTIONS, installed
 
-OUR_PACKAGES = ("engine", "reference_adapters", "validation")
+OUR_PACKAGES = ("model", "engine", "reference_adapters", "validation")
 """Packages whose every line may decide a result."""
 
 CODE_ENDINGS = (".py", ".so", ".pyd")

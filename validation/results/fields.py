@@ -20,7 +20,7 @@ from pydantic import (
     TypeAdapter,
 )
 
-from ghostball.engine import Scene, SceneError
+from ghostball.model import Scene, SceneError
 
 
 def _array_from_json(value: Any) -> NDArray[np.float64]:

@@ -12,7 +12,7 @@ from typing import Any
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
-from ghostball.engine import GhostballError
+from ghostball.model import GhostballError
 
 BOARD = "board.json"
 """The file that keeps a board of engines, in a folder of its own or beside results."""

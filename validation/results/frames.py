@@ -12,7 +12,7 @@ from typing import Any, Final
 
 from pydantic import TypeAdapter
 
-from ghostball.engine import GhostballError
+from ghostball.model import GhostballError
 from ghostball.validation.results.database import reading, record_of
 from ghostball.validation.results.files import ResultsError, cannot_write, write_all_whole
 

@@ -7,7 +7,7 @@ import subprocess
 from pathlib import Path
 from typing import Final
 
-from ghostball.engine import GhostballError
+from ghostball.model import GhostballError
 
 TIMEOUT: Final = 120.0
 """Seconds: git checks a whole tree out within some."""

@@ -11,10 +11,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine import EVENT_DTYPE, EventKind
-from ghostball.engine.result import Events
-from ghostball.engine.scene import CUSHIONS
-from ghostball.engine.trajectory import Phase
+from ghostball.model import CUSHIONS, EVENT_DTYPE, EventKind, Events, Phase
 from ghostball.validation.results.database import AGAIN, name_text, reading
 from ghostball.validation.results.files import ResultsError
 from ghostball.validation.results.records import Motion

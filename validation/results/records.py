@@ -16,9 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import ConfigDict
 
-from ghostball.engine import GhostballError, Scene, SceneError, Status
-from ghostball.engine.result import Events
-from ghostball.engine.scene.fields import SceneName
+from ghostball.model import Events, GhostballError, Scene, SceneError, Status
+from ghostball.model.scene.fields import SceneName
 from ghostball.validation.results.fields import Definition, FloatArray, check_shape
 
 CLOSED_FORM: Final = "closed form"
@@ -332,7 +331,7 @@ class Motion:
     positions, velocities, angular_velocities : (k, n, 3) float64 [m], [m/s], [rad/s]
     energy_translation, energy_rotation, energy_height : (k,) float64 [J]
     phases : (k, n) int8 or None
-        `engine.trajectory.Phase` of each ball; None where the engine records frames, which have no
+        `model.trajectory.Phase` of each ball; None where the engine records frames, which have no
         phases, or where the motion was stored by a version that kept none.
     """
 

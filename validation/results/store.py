@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 
 from pydantic import AfterValidator, Field, NonNegativeInt, TypeAdapter
 
-from ghostball.engine.scene.fields import SceneName
+from ghostball.model.scene.fields import SceneName
 from ghostball.validation.results.database import (
     documents_in,
     get_document,

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from ghostball.engine import Record, Result, Scene, Status, simulate
+from ghostball.engine import simulate
+from ghostball.model import Record, Result, Scene, Status
 
 
 def run_ours(scene: Scene, record: Record = "trajectory") -> Result:

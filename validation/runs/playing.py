@@ -19,7 +19,7 @@ from functools import partial
 from importlib import import_module
 from typing import Any, Final
 
-from ghostball.engine import EngineFailedError, Record, Result, Scene, Status, UnsupportedSceneError
+from ghostball.model import EngineFailedError, Record, Result, Scene, Status, UnsupportedSceneError
 from ghostball.reference_adapters.base import EngineSettings, ReferenceEngine
 from ghostball.reference_adapters.ghostball import GhostballEngine
 from ghostball.reference_adapters.registry import OURS, EngineUnavailableError

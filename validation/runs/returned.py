@@ -13,7 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from ghostball.engine import (
+from ghostball.model import (
+    COLLISION_KINDS,
+    CUSHIONS,
     EVENT_DTYPE,
     EventKind,
     Record,
@@ -23,13 +25,11 @@ from ghostball.engine import (
     Scene,
     Status,
 )
-from ghostball.engine.result import COLLISION_KINDS
-from ghostball.engine.scene import CUSHIONS
 
 MOST = 2**53
 """Largest count: beyond it JSON's readers, whose numbers are doubles, lose ones."""
 
-_MEND = "Mend `simulate` of engine `{engine}`; `engine.result.Result` says what it must hold"
+_MEND = "Mend `simulate` of engine `{engine}`; `model.result.Result` says what it must hold"
 
 
 class ResultRefusedError(Exception):

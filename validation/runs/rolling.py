@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ghostball.engine.scene import rolling_angular_velocity
+from ghostball.model import rolling_angular_velocity
 
 
 def rolling_spin(

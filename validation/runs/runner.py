@@ -13,7 +13,7 @@ from contextlib import closing
 from dataclasses import dataclass, field
 from typing import Any, Generic, TypeVar
 
-from ghostball.engine import GhostballError
+from ghostball.model import GhostballError
 from ghostball.validation.parallel.pool import Done, Progress, Workers, run_tasks
 from ghostball.validation.results.record_store import Name, RecordStore, RunState
 

@@ -10,17 +10,17 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine import (
+from ghostball.model import (
     Energy,
+    Events,
     ExactTrajectory,
     GhostballError,
     Result,
     SampledTrajectory,
     Samples,
     Scene,
+    energy_of,
 )
-from ghostball.engine.result import Events
-from ghostball.engine.trajectory import energy_of
 from ghostball.validation.results.records import Motion
 
 FloatArray = NDArray[np.float64]

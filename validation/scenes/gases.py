@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ghostball.engine import Ball, Physics, Scene, Table
-from ghostball.engine.scene import POOL_BALL_RADIUS
+from ghostball.model import POOL_BALL_RADIUS, Ball, Physics, Scene, Table
 
 FRICTIONLESS: dict[str, Any] = {"preset": "paper", "rolling_friction": 0.0}
 """Physics of an elastic gas: nothing slows a ball, cushions are mirrors."""

@@ -10,7 +10,7 @@ from glob import glob
 from importlib.resources import files
 from pathlib import Path
 
-from ghostball.engine import Scene, SceneError
+from ghostball.model import Scene, SceneError
 
 FOLDER = Path(str(files("ghostball.validation.scenes")))
 """Where the shipped scenes lie; beside each, `NAME.expect.toml` holds its pass criteria."""

@@ -10,8 +10,7 @@ import random
 from collections.abc import Mapping
 from typing import Any, Final
 
-from ghostball.engine import CUSHIONS, Ball, Physics, Table
-from ghostball.engine.scene import POOL_BALL_MASS, POOL_BALL_RADIUS
+from ghostball.model import CUSHIONS, POOL_BALL_MASS, POOL_BALL_RADIUS, Ball, Physics, Table
 
 Options = Mapping[str, str]
 Draft = dict[str, Any]

@@ -11,7 +11,7 @@ import math
 import random
 from typing import Final
 
-from ghostball.engine import Ball, Table
+from ghostball.model import Ball, Table
 from ghostball.validation.scenes.random_parts import SPREAD, Draft, Options, reach, sized
 
 _SPEEDS: Final = {"slow": (-20, -5), "usual": (-2, 2), "fast": (3, 4)}

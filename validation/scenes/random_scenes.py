@@ -17,8 +17,8 @@ import random
 from collections.abc import Mapping
 from typing import Final
 
-from ghostball.engine import Physics, Scene
-from ghostball.engine.scene.features import Feature
+from ghostball.model import Physics, Scene
+from ghostball.model.features import Feature
 from ghostball.validation.scenes.random_parts import (
     never_rests,
     physics_of,

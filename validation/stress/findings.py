@@ -8,7 +8,7 @@ from typing import Annotated, Any, Final, Literal
 
 from pydantic import ConfigDict, Field, TypeAdapter
 
-from ghostball.engine import Scene
+from ghostball.model import Scene
 from ghostball.validation.results.database import (
     documents_in,
     get_document,

@@ -8,8 +8,14 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine import EventKind, ExactTrajectory, Physics, Result, Scene
-from ghostball.engine.scene import POOL_BALL_RADIUS as RADIUS
+from ghostball.model import (
+    POOL_BALL_RADIUS as RADIUS,
+    EventKind,
+    ExactTrajectory,
+    Physics,
+    Result,
+    Scene,
+)
 from ghostball.reference_adapters import ReferenceEngine
 from ghostball.reference_adapters.registry import OURS
 from ghostball.validation.scenes.gases import FRICTIONLESS, packed_gas

@@ -14,10 +14,18 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine import ExactTrajectory, Result, Samples, Scene, Status
 from ghostball.engine.core.tolerances import LOWEST_HOP, MOTION_ERROR
 from ghostball.engine.running.skips import is_integrated
-from ghostball.engine.trajectory import Phase, SampledTrajectory, energy_of
+from ghostball.model import (
+    ExactTrajectory,
+    Phase,
+    Result,
+    SampledTrajectory,
+    Samples,
+    Scene,
+    Status,
+    energy_of,
+)
 from ghostball.validation.checks.criteria import common_criteria
 from ghostball.validation.checks.energy_gain import largest_rise
 from ghostball.validation.grading.tolerances import EPS

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ghostball.engine import EventKind, Result, Samples, Scene
+from ghostball.model import EventKind, Result, Samples, Scene
 from ghostball.validation.grading.tolerances import EPS
 from ghostball.validation.stress.invariants import (
     FloatArray,

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ghostball.engine import GhostballError, Result, Scene, UnsupportedSceneError
+from ghostball.model import GhostballError, Result, Scene, UnsupportedSceneError
 from ghostball.reference_adapters import ReferenceEngine
 from ghostball.reference_adapters.certified import Certificate, CertifiedSettings, certify
 from ghostball.reference_adapters.registry import OURS

@@ -6,8 +6,7 @@ import math
 import random
 from typing import Any
 
-from ghostball.engine import Ball, Physics, Scene, Table
-from ghostball.engine.scene import POOL_BALL_MASS, POOL_BALL_RADIUS
+from ghostball.model import POOL_BALL_MASS, POOL_BALL_RADIUS, Ball, Physics, Scene, Table
 
 TABLE = Table(length=2.54, width=1.27)
 

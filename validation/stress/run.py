@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ghostball.engine import EngineFailedError, GhostballError, UnsupportedSceneError
+from ghostball.model import EngineFailedError, GhostballError, UnsupportedSceneError
 from ghostball.reference_adapters.registry import (
     OURS,
     EngineUnavailableError,

@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, Literal
 
-from ghostball.engine import ExactTrajectory, GhostballError, Record, Result, Scene
+from ghostball.model import ExactTrajectory, GhostballError, Record, Result, Scene
 from ghostball.reference_adapters import ReferenceEngine
 from ghostball.validation.checks.criteria import Criteria
 from ghostball.validation.checks.law import asked_of

@@ -12,7 +12,7 @@ from dataclasses import replace
 from datetime import UTC, datetime
 from typing import Any
 
-from ghostball.engine import EngineFailedError, Scene, Status, UnsupportedSceneError
+from ghostball.model import EngineFailedError, Scene, Status, UnsupportedSceneError
 from ghostball.reference_adapters.base import ReferenceEngine, resolution_of
 from ghostball.reference_adapters.registry import (
     EngineUnavailableError,

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
-from ghostball.engine import Scene
+from ghostball.model import Scene
 from ghostball.reference_adapters import ReferenceEngine, engine_names, make_engine
 from ghostball.validation.checks import law
 from ghostball.validation.checks.criteria import Criteria

@@ -7,9 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ghostball.engine import Result, Scene
-from ghostball.engine.result import initial_state
-from ghostball.engine.trajectory import energy_of
+from ghostball.model import Result, Scene, energy_of, initial_state
 from ghostball.reference_adapters.base import ReferenceEngine, Resolution, resolution_of
 from ghostball.validation.checks.accuracy import accuracy_of
 from ghostball.validation.checks.criterion import Criterion

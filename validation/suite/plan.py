@@ -11,8 +11,8 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from ghostball.engine import Scene
 from ghostball.engine.compilation import MANY
+from ghostball.model import Scene
 from ghostball.reference_adapters.registry import (
     EngineUnavailableError,
     engine_name,

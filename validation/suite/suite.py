@@ -12,7 +12,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from ghostball.engine import Scene
+from ghostball.model import Scene
 from ghostball.validation.checks.criteria import Criteria
 from ghostball.validation.checks.verdict import is_nothing_judged, is_unfinished
 from ghostball.validation.exit_status import ExitStatus

@@ -25,7 +25,7 @@ from collections.abc import Collection, Mapping, Sequence
 from functools import cache
 from typing import Any
 
-from ghostball.engine import Scene
+from ghostball.model import Scene
 from ghostball.reference_adapters.registry import engine_class, parse_spec
 from ghostball.reference_adapters.workers.process import installed
 from ghostball.validation.checks.law import Asked

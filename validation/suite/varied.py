@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from ghostball.engine import Ball, GhostballError, Scene, Table
+from ghostball.model import Ball, GhostballError, Scene, Table
 from ghostball.validation.results.files import describe_problem
 from ghostball.validation.runs.rolling import rolling_spin
 

@@ -12,7 +12,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine import GhostballError, Result, Scene
+from ghostball.model import GhostballError, Result, Scene
 from ghostball.reference_adapters.certified import CertifiedSettings
 from ghostball.reference_adapters.certified.engine import result_of
 from ghostball.validation.runs.our_run import run_ours

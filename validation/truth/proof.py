@@ -7,7 +7,7 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from ghostball.engine import Scene, UnsupportedSceneError
+from ghostball.model import Scene, UnsupportedSceneError
 from ghostball.reference_adapters.certified import Certificate, certify
 from ghostball.reference_adapters.certified.api import check_certified
 

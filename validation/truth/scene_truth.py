@@ -18,7 +18,7 @@ import mpmath
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine import (
+from ghostball.model import (
     CUSHIONS,
     EventKind,
     GhostballError,

@@ -66,9 +66,9 @@ def mathavan2014(impact: BallImpact, laws: Laws) -> BallImpulse:
     dropped after the impact, as in `frictional`, which takes energy and never gives any. Without
     vertical slip, or without friction, the cloth takes no part: this is then `frictional`.
 
-    Contract: coefficients within the limits that the registry names; no allocation; a bounded
-    number of steps. Turning the frame by half a turn and
-    exchanging the balls gives the same bits, and so does the mirror image.
+    Contract: coefficients within the limits in `model.impact_laws`; no allocation; a bounded
+    number of steps. Turning the frame by half a turn and exchanging the balls gives the same bits,
+    and so does the mirror image.
     """
     approach = impact.a_vn - impact.b_vn
     slip_along, slip_up = contact_slip(impact)

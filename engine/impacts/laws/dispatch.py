@@ -1,4 +1,4 @@
-"""Calls the law that a scene chose, by its place in `registry`.
+"""Calls the law that a scene chose, by its place in `model.impact_laws`.
 
 And tells contacts that last at which height a cushion's law has it touch the ball.
 """
@@ -18,7 +18,7 @@ from ghostball.engine.impacts.laws.interface import (
     CushionBounce,
     CushionImpact,
 )
-from ghostball.engine.impacts.laws.registry import BALL_LAW_NAMES, CUSHION_LAW_NAMES, CUSHION_LAWS
+from ghostball.model.impact_laws import BALL_LAW_NAMES, CUSHION_LAW_NAMES, CUSHION_LAWS
 
 _MATHAVAN2014 = BALL_LAW_NAMES.index("mathavan2014")
 _FRICTIONAL_CUSHION = CUSHION_LAW_NAMES.index("frictional")
@@ -45,7 +45,7 @@ def _ball_law(impact: BallImpact, laws: Laws, integrated: int | None) -> BallImp
 
 @kernel(inline=True)
 def cushion_law(impact: CushionImpact, laws: Laws, law: int) -> CushionBounce:
-    """Return what a law, by its place in `registry.CUSHION_LAWS`, makes of an impact."""
+    """Return what a law, by its place in `impact_laws.CUSHION_LAWS`, makes of an impact."""
     return _cushion_law(impact, laws, law, laws.integrated)
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from ghostball.cli.gate import diff
 from ghostball.cli.shared.config import load_config
 from ghostball.cli.shared.terminal import say
-from ghostball.engine import GhostballError
+from ghostball.model import GhostballError
 from ghostball.reference_adapters import make_engine
 from ghostball.validation.baselines.gate import source_of
 from ghostball.validation.baselines.revision import checked_out, repository, resolve

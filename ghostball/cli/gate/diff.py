@@ -14,7 +14,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from ghostball.cli.shared.terminal import stdout
-from ghostball.engine import GhostballError
+from ghostball.model import GhostballError
 from ghostball.reports import style
 from ghostball.reports.accuracy import cell_text
 from ghostball.validation.checks.difference import CaseDifference, Moved, difference_of

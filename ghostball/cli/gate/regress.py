@@ -19,7 +19,7 @@ from ghostball.cli.shared.options import Format
 from ghostball.cli.shared.progress import COMPILING, Steps
 from ghostball.cli.shared.summary import printed
 from ghostball.cli.shared.terminal import say, stdout, tables
-from ghostball.engine import Scene
+from ghostball.model import Scene
 from ghostball.reference_adapters import make_engine
 from ghostball.validation.baselines import (
     Acceptance,

@@ -12,8 +12,8 @@ from rich.table import Table
 
 from ghostball.cli.measure.verdicts import failures
 from ghostball.cli.shared.terminal import say, stdout
-from ghostball.engine import GhostballError, Scene
-from ghostball.engine.scene import json_schema
+from ghostball.model import GhostballError, Scene
+from ghostball.model.scene import json_schema
 from ghostball.reference_adapters.base import EngineError
 from ghostball.reference_adapters.elsewhere import Run, recorded_engine
 from ghostball.reference_adapters.registry import engine_names

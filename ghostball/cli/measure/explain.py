@@ -14,8 +14,7 @@ from rich.table import Table
 from rich.text import Text
 
 from ghostball.cli.shared.terminal import busy, say, say_printed, stdout
-from ghostball.engine.result import Status, initial_state
-from ghostball.engine.trajectory import energy_of
+from ghostball.model import Status, energy_of, initial_state
 from ghostball.reference_adapters import make_engine
 from ghostball.reports import plot_explanation, style
 from ghostball.validation.diagnose.attribution import Attribution

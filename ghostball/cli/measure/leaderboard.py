@@ -15,7 +15,7 @@ from rich.table import Table
 from ghostball.cli.measure.verdicts import failures, headline
 from ghostball.cli.shared.progress import COMPILING, Steps
 from ghostball.cli.shared.terminal import say, stdout
-from ghostball.engine import GhostballError
+from ghostball.model import GhostballError
 from ghostball.reports import style
 from ghostball.reports.board import LOOKS, about, draw_board, value_text
 from ghostball.validation.board.board import ROWS, Board, command, run_board

@@ -10,7 +10,7 @@ from rich.markup import escape
 
 from ghostball.cli.shared.tables import result_table
 from ghostball.cli.shared.terminal import busy, say, say_printed, stdout
-from ghostball.engine import Record
+from ghostball.model import Record
 from ghostball.reference_adapters import make_engine
 from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.runs.playing import in_other_process, run_engine

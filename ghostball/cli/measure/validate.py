@@ -18,7 +18,7 @@ from ghostball.cli.shared.progress import COMPILING, DRAWING, Steps
 from ghostball.cli.shared.report import write as write_report
 from ghostball.cli.shared.summary import printed
 from ghostball.cli.shared.terminal import say, say_printed, tables
-from ghostball.engine import Scene
+from ghostball.model import Scene
 from ghostball.reference_adapters import (
     EngineError,
     engine_class,

@@ -18,7 +18,7 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from ghostball.engine import GhostballError
+from ghostball.model import GhostballError
 from ghostball.validation.results.files import describe_validation_error, toml_of
 
 FILE = "pyproject.toml"

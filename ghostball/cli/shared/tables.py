@@ -13,9 +13,9 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
-from ghostball.engine import Result, Scene
-from ghostball.engine.scene.features import Capability, Feature
-from ghostball.engine.scene.toml import dumps
+from ghostball.model import Result, Scene
+from ghostball.model.features import Capability, Feature
+from ghostball.model.scene.toml import dumps
 from ghostball.reference_adapters import EngineError, engine_class, engine_names
 from ghostball.reference_adapters.base import EngineSettings
 from ghostball.reference_adapters.registry import known_settings

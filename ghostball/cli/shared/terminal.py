@@ -129,7 +129,7 @@ def check_writable(path: Path, option: str) -> None:
             pass
     except OSError as error:
         reason = error.strerror or type(error).__name__
-        from ghostball.engine.errors import GhostballError  # noqa: PLC0415
+        from ghostball.model import GhostballError  # noqa: PLC0415
 
         raise GhostballError(
             f"{path}: can't write the file of `{option}`: {reason}. Choose another path"
@@ -173,7 +173,7 @@ def _console(*, stderr: bool) -> Console:
 def _explain(error: Exception) -> ExitStatus:
     from rich.markup import escape  # noqa: PLC0415
 
-    from ghostball.engine.errors import (  # noqa: PLC0415
+    from ghostball.model import (  # noqa: PLC0415
         EngineFailedError,
         GhostballError,
         UnsupportedSceneError,

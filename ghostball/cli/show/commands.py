@@ -59,7 +59,7 @@ def report(
     from ghostball.validation.results.database import documents_in  # noqa: PLC0415
 
     if documents_in(folder) == {"stress"}:
-        from ghostball.engine import GhostballError  # noqa: PLC0415
+        from ghostball.model import GhostballError  # noqa: PLC0415
 
         raise GhostballError(
             f"{folder}: holds a run of `ghostball stress`, which is a section of the report of the "
@@ -122,7 +122,7 @@ def scenes(
 
         raise typer.Exit(export_scenes(export, wanted or []))
     if schema:
-        from ghostball.engine.scene import json_schema  # noqa: PLC0415
+        from ghostball.model.scene import json_schema  # noqa: PLC0415
 
         typer.echo(json_schema())
         return

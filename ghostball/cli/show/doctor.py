@@ -15,8 +15,8 @@ from rich import box
 from rich.markup import escape
 from rich.table import Table
 
-from ghostball.engine import GhostballError
 from ghostball.engine.core.cache_folder import cache_folder
+from ghostball.model import GhostballError
 from ghostball.reference_adapters import EngineError, engine_class, engine_names
 from ghostball.validation.results.environment import cpu_name
 from ghostball.validation.scenes import library

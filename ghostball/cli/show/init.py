@@ -11,7 +11,7 @@ import typer
 
 from ghostball.cli.shared.config import FILE, ConfigError, load_table
 from ghostball.cli.shared.terminal import say
-from ghostball.engine import GhostballError
+from ghostball.model import GhostballError
 from ghostball.reference_adapters import make_engine
 from ghostball.validation.results.files import write_all_whole
 

@@ -4,7 +4,7 @@ import pytest
 
 from benchmarks.pictures import gallery
 from benchmarks.pictures.gallery import write_gallery
-from ghostball.engine import GhostballError
+from ghostball.model import GhostballError
 from ghostball.reports import style
 
 

@@ -15,7 +15,8 @@ from benchmarks.pictures.physics import (
     natural_deflection,
     throw_angle,
 )
-from ghostball.engine import Scene, simulate
+from ghostball.engine import simulate
+from ghostball.model import Scene
 from ghostball.reports import style
 from ghostball.validation.results.store import Motion, Results
 from ghostball.validation.runs.sampling import motion_of

@@ -8,7 +8,7 @@ from toy_engines import ToyEngine, ToySettings, roll
 from benchmarks.precision import ladder
 from benchmarks.precision.ladder import MOST_STEPS, ladder_of, start_of
 from benchmarks.precision.phases import begun_earlier
-from ghostball.engine import Ball, Scene
+from ghostball.model import Ball, Scene
 from ghostball.reference_adapters import make_engine
 
 

@@ -6,7 +6,7 @@ from toy_engines import NoSettings, ToyEngine, ToySettings, cut, other_shot, rol
 from benchmarks.precision import ladder, measure as precision
 from benchmarks.precision.measure import measure_precision
 from benchmarks.precision.points import PrecisionMeasurement, seconds_to
-from ghostball.engine import UnsupportedSceneError
+from ghostball.model import UnsupportedSceneError
 from ghostball.reference_adapters import EngineBase, EngineError, EngineUnavailableError
 from ghostball.validation.scenes.library import find_scene
 

@@ -5,7 +5,8 @@ import pytest
 from toy_engines import cut, roll
 
 from benchmarks.precision.phases import begun_earlier
-from ghostball.engine import Ball, Scene, Table, simulate
+from ghostball.engine import simulate
+from ghostball.model import Ball, Scene, Table
 from ghostball.validation import find_scene
 
 

@@ -1,15 +1,18 @@
 """The kernel cache: nothing stale is ever used, old caches go, and nothing else does."""
 
+import ast
 import os
 import subprocess
 import sys
 import time
+from pathlib import Path
 from threading import Thread
-from types import SimpleNamespace
+from types import ModuleType, SimpleNamespace
 
 import pytest
 from copies import copy_packages
 
+from ghostball import engine
 from ghostball.engine.core import kernel_cache
 from ghostball.engine.core.kernel_cache import KEPT_CACHES, UNUSED, KernelCache
 
@@ -115,6 +118,61 @@ def test_key_depends_on_flags(monkeypatch, flag):
     assert key == kernel_cache.cache_key()
     monkeypatch.setattr(kernel_cache.numba.config, flag, 17)
     assert kernel_cache.cache_key() != key
+
+
+def test_key_depends_on_what_kernels_take_from_the_model(monkeypatch, tmp_path):
+    file = tmp_path / "events.py"
+    file.write_text("BALL_BALL = 0")
+    module = ModuleType("events")
+    module.__file__ = str(file)
+    monkeypatch.setattr(kernel_cache, "FROM_MODEL", (module,))
+    key = kernel_cache.cache_key()
+    file.write_text("BALL_BALL = 7")
+    assert kernel_cache.cache_key() != key
+
+
+def test_kernels_take_nothing_else_from_the_model():
+    """Edited, a constant of a module that isn't in the key would stay in the machine code."""
+    allowed = {module.__name__ for module in kernel_cache.FROM_MODEL}
+    unread = [path for path in PACKAGE.rglob("*.py") if "kernel" in imported_by(path)]
+    assert len(unread) > 40
+    read = set()
+    while unread:
+        path = unread.pop()
+        read.add(path)
+        for name in imported_by(path).values():
+            if name.startswith("ghostball.model"):
+                assert any(f"{name}.".startswith(f"{one}.") for one in allowed), (path, name)
+            beside = file_of(name)
+            if beside is not None and beside not in read:
+                unread.append(beside)
+
+
+PACKAGE = Path(engine.__file__).parent
+
+
+def imported_by(path):
+    """Names that a module imports from ours as it is loaded, and in full what each stands for."""
+    loaded = ast.parse(path.read_text()).body
+    return {
+        alias.asname or alias.name: f"{node.module}.{alias.name}"
+        for node in loaded
+        if isinstance(node, ast.ImportFrom) and node.module.startswith("ghostball.")
+        for alias in node.names
+    }
+
+
+def file_of(name):
+    """The file of the engine that a name comes from, or None."""
+    parts = name.split(".")
+    if parts[:2] != ["ghostball", "engine"]:
+        return None
+    for end in (len(parts), len(parts) - 1):
+        place = PACKAGE.joinpath(*parts[2:end])
+        for file in (place.with_suffix(".py"), place / "__init__.py"):
+            if file.is_file():
+                return file
+    raise AssertionError(name)
 
 
 def cache_of(root, number, age=0.0, marker=kernel_cache._MARKED):

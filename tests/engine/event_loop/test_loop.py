@@ -12,9 +12,10 @@ import pytest
 from recorded import fingerprint
 from shots import POOL_TABLE, ball, scene_of
 
-from ghostball.engine import Scene, Status, Table, simulate, simulate_many
+from ghostball.engine import simulate, simulate_many
 from ghostball.engine.core import state as s
 from ghostball.engine.running import driver, room, skips
+from ghostball.model import Scene, Status, Table
 from ghostball.validation.scenes.library import FOLDER
 
 R = 0.028575

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 from shots import POOL_TABLE, ball, scene_of
 
-from ghostball.engine import Status, simulate
+from ghostball.engine import simulate
 from ghostball.engine.core import state as s
 from ghostball.engine.running.driver import Run
 from ghostball.engine.running.room import Limits
+from ghostball.model import Status
 
 MOTION = ("X", "Y", "VX", "VY", "AX", "AY", "WX", "WY", "WZ", "BX", "BY", "BZ", "EPOCH")
 CONSTANTS = (

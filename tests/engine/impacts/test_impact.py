@@ -13,7 +13,8 @@ from mpmath import mp, mpf, workdps
 from recorded import EPS, collisions
 from shots import POOL_TABLE, R, ball, scene_of
 
-from ghostball.engine import EventKind, Scene, Status, Table, simulate
+from ghostball.engine import simulate
+from ghostball.model import EventKind, Scene, Status, Table
 
 HIT, CUSHION = EventKind.BALL_BALL, EventKind.BALL_CUSHION
 

@@ -17,8 +17,8 @@ import pytest
 from recorded import EPS, collisions, fingerprint, speed, state_at, state_before, times_of
 from shots import R, ball, scene_of
 
-from ghostball.engine import EventKind, Samples, simulate
-from ghostball.engine.trajectory import energy_of
+from ghostball.engine import simulate
+from ghostball.model import EventKind, Samples, energy_of
 
 HIT = EventKind.BALL_BALL
 ROOT3 = math.sqrt(3)

@@ -12,10 +12,11 @@ import numpy as np
 import pytest
 from shots import R, ball, scene_of
 
-from ghostball.engine import EventKind, Result, Scene, Status, Table, simulate
+from ghostball.engine import simulate
 from ghostball.engine.core.kernel import COMPILED
 from ghostball.engine.core.tolerances import CAPTURE_HEIGHT, LOWEST_HOP
 from ghostball.engine.impacts import slow_impacts
+from ghostball.model import EventKind, Result, Scene, Status, Table
 
 G = 9.81
 FLIES: dict[str, Any] = {"preset": "pool", "airborne": True}

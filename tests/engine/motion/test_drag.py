@@ -12,8 +12,9 @@ import pytest
 from mpmath import mp, mpf
 from shots import R, ball, scene_of
 
-from ghostball.engine import EventKind, Status, Table, simulate
+from ghostball.engine import simulate
 from ghostball.engine.core.tolerances import EPS
+from ghostball.model import EventKind, Status, Table
 
 K = 0.0041
 G = 9.81

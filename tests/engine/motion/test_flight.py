@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from shots import R, ball, scene_of
 
-from ghostball.engine import EventKind, Status, Table, simulate
+from ghostball.engine import simulate
 from ghostball.engine.core.tolerances import EPS
-from ghostball.engine.trajectory import Phase
+from ghostball.model import EventKind, Phase, Status, Table
 
 G = 9.81
 FLIES = {

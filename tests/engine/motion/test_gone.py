@@ -9,11 +9,10 @@ import numpy as np
 import pytest
 from shots import R, ball, scene_of
 
-from ghostball.engine import EventKind, Result, Scene, Status, simulate
+from ghostball.engine import simulate
 from ghostball.engine.core.state import DISC, LINE, TAKES_OUT
-from ghostball.engine.result.result import event_dict
 from ghostball.engine.running import from_scene, skips
-from ghostball.engine.trajectory import Phase
+from ghostball.model import EventKind, Phase, Result, Scene, Status, event_dict
 
 HOLE = (DISC, 0.5, 0.0, 0.0, 0.0, 0.05, TAKES_OUT, 4)
 WAY = 0.5 - 0.05 - R

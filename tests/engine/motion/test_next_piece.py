@@ -16,7 +16,8 @@ from mpmath import mp, mpf, workdps
 from recorded import EPS, direction, once_rolling, speed, state_before, times_of
 from shots import R, ball, scene_of
 
-from ghostball.engine import EventKind, Scene, Status, Table, simulate
+from ghostball.engine import simulate
+from ghostball.model import EventKind, Scene, Status, Table
 
 FOOT, INCH, MILE_PER_HOUR = 0.3048, 0.0254, 0.44704
 CLOTH = {"motion": "sliding", "rolling_friction": 0.01, "sliding_friction": 0.2}

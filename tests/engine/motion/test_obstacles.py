@@ -9,17 +9,10 @@ import numpy as np
 import pytest
 from shots import R, ball, scene_of
 
-from ghostball.engine import (
-    EventKind,
-    Result,
-    Scene,
-    Status,
-    Table,
-    UnsupportedSceneError,
-    simulate,
-)
+from ghostball.engine import simulate
 from ghostball.engine.core.state import DISC, LINE, MOST_OBSTACLES, SEGMENT
 from ghostball.engine.running import from_scene
+from ghostball.model import EventKind, Result, Scene, Status, Table, UnsupportedSceneError
 
 MIRROR = 0.0
 

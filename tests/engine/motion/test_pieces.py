@@ -15,7 +15,7 @@ import pytest
 from recorded import fingerprint
 from shots import R, ball, scene_of
 
-from ghostball.engine import EventKind, Scene, Table, simulate, simulate_sweep
+from ghostball.engine import simulate, simulate_sweep
 from ghostball.engine.core.kernel import COMPILED
 from ghostball.engine.core.state import COLUMN, DISC, HIGHER, OWN_PIECE, POWERS, ROLLING, ROW
 from ghostball.engine.event_loop import predict
@@ -24,6 +24,7 @@ from ghostball.engine.motion.next_piece import predict_motion, predict_obstacles
 from ghostball.engine.running import from_scene, skips
 from ghostball.engine.scheduling import broad_phase
 from ghostball.engine.scheduling.grid import _LATE
+from ghostball.model import EventKind, Scene, Table
 
 LASTS = 0.07
 """How long a piece lasts [s]."""

@@ -7,7 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from ghostball.engine import Scene, simulate
+from ghostball.engine import simulate
+from ghostball.model import Scene
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.truth.closed_forms import closed_form
 

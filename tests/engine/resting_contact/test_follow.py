@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 from constrained_motion import Touch, pressed_motion
 
-from ghostball.engine import Ball, Physics, Scene, simulate
+from ghostball.engine import simulate
 from ghostball.engine.core.tolerances import CONTACT_TOLERANCE, EPS
+from ghostball.model import Ball, Physics, Scene
 
 R = 0.028575
 

@@ -12,8 +12,9 @@ import numpy as np
 import pytest
 from constrained_motion import Touch, pressed_motion
 
-from ghostball.engine import Ball, Physics, Scene, Table, simulate
+from ghostball.engine import simulate
 from ghostball.engine.core.state import MOST_DIRECT
+from ghostball.model import Ball, Physics, Scene, Table
 
 R, NOSE = 0.028575, 0.0357
 TURN = 0.05

@@ -6,7 +6,8 @@ import math
 
 import pytest
 
-from ghostball.engine import Ball, Physics, Scene, Table, simulate
+from ghostball.engine import simulate
+from ghostball.model import Ball, Physics, Scene, Table
 from ghostball.validation.stress.judges import Invariants
 
 R = 2.0**-5

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from ghostball.engine import Ball, EventKind, Physics, Scene, Table, simulate
+from ghostball.engine import simulate
+from ghostball.model import Ball, EventKind, Physics, Scene, Table
 
 R, G = 0.028575, 9.81
 SLIDING, SPINNING = 0.2, 10.0

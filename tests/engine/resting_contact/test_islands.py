@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 from recorded import same_log
 
-from ghostball.engine import Result, Scene, Status, simulate
+from ghostball.engine import simulate
 from ghostball.engine.core.kernel import COMPILED
 from ghostball.engine.resting_contact import paths
+from ghostball.model import Result, Scene, Status
 from ghostball.validation.stress.same.images import shuffled
 
 SCENES = Path(__file__).parents[2] / "support" / "scenes"

@@ -7,7 +7,7 @@ import pytest
 from recorded import fingerprint
 from whole_kernels import begin_without_contacts
 
-from ghostball.engine import Ball, EventKind, Physics, Scene, Status, Table, simulate
+from ghostball.engine import simulate
 from ghostball.engine.core.kernel import COMPILED
 from ghostball.engine.core.state import MOST_DIRECT, RUN_CONTACTS, STATUS
 from ghostball.engine.core.tolerances import CONTACT_TOLERANCE, EPS
@@ -15,6 +15,7 @@ from ghostball.engine.resting_contact import step
 from ghostball.engine.resting_contact.forces import solve
 from ghostball.engine.running import driver
 from ghostball.engine.running.room import Limits
+from ghostball.model import Ball, EventKind, Physics, Scene, Status, Table
 from ghostball.validation.scenes.library import FOLDER
 from ghostball.validation.stress.invariants import overlaps
 

@@ -7,9 +7,10 @@ import pytest
 from recorded import fingerprint
 from shots import POOL_TABLE, ball, rack, random_shot, scene_of
 
-from ghostball.engine import GhostballError, Scene, simulate
+from ghostball.engine import simulate
 from ghostball.engine.running import skips
 from ghostball.engine.running.skips import BUILT_IN, MOST_IN_MATRIX, Skip, explain_skips
+from ghostball.model import GhostballError, Scene
 from ghostball.validation.scenes.library import FOLDER
 
 EXACT = [skip for skip in Skip if skip not in {Skip.ADVANCEMENT, *BUILT_IN}]

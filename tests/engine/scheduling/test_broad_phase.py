@@ -7,15 +7,9 @@ import pytest
 from recorded import fingerprint
 from shots import POOL_TABLE, R, ball, rack, scene_of
 
-from ghostball.engine import (
-    Ball,
-    EventKind,
-    Physics,
-    Scene,
-    Table,
-    simulate,
-)
+from ghostball.engine import simulate
 from ghostball.engine.running import skips
+from ghostball.model import Ball, EventKind, Physics, Scene, Table
 
 
 def crowd(count, filled=0.4, seed=1, speed=1.0, t_max=None, spread=1.0, **physics) -> Scene:

@@ -8,7 +8,8 @@ from itertools import product
 import numpy as np
 import pytest
 
-from ghostball.engine import Ball, Physics, Scene, simulate
+from ghostball.engine import simulate
+from ghostball.model import Ball, Physics, Scene
 
 NORMALS = {
     "uneven": ((24.0 / 25.0, 7.0 / 25.0), (3.0 / 5.0, -4.0 / 5.0)),

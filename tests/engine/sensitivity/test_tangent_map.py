@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 from shots import R, ball, scene_of
 
-from ghostball.engine import EventKind, GhostballError, Scene, simulate
+from ghostball.engine import simulate
 from ghostball.engine.compilation import variants_of
 from ghostball.engine.sensitivity import QUALITY, ROUNDING, tangent_map, tangent_of
+from ghostball.model import EventKind, GhostballError, Scene
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.stress.same.images import shuffled
 

@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 
 import ghostball.reference_adapters.pybullet.world
 from ghostball.cli import app
-from ghostball.engine.scene.features import Feature
+from ghostball.model.features import Feature
 from ghostball.reference_adapters import make_engine
 from ghostball.reference_adapters.paper.discrete import PaperDiscreteEngine
 from ghostball.validation import find_scene, scene_names

@@ -6,7 +6,8 @@ from billiard_shots import frozen_line, half_ball, head_on, rack
 from engine_facts import cut_angles, energy_ratios, needs, play, shares, to_the_wall
 from pydantic import ValidationError
 
-from ghostball.engine import UnsupportedSceneError, simulate
+from ghostball.engine import simulate
+from ghostball.model import UnsupportedSceneError
 from ghostball.reference_adapters.box2d.engine import Box2dSettings
 from ghostball.validation.scenes.library import find_scene
 

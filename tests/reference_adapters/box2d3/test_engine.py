@@ -5,7 +5,7 @@ import pytest
 from billiard_shots import half_ball, head_on, rack, throw
 from engine_facts import cut_angles, energy_ratios, needs, play, shares, to_the_wall
 
-from ghostball.engine import UnsupportedSceneError
+from ghostball.model import UnsupportedSceneError
 from ghostball.reference_adapters.box2d3.engine import Box2d3Settings
 
 pytestmark = needs("box2d3")

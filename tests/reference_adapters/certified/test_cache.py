@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from shots import POOL_TABLE, ball, scene_of
 
-from ghostball.engine import Scene
+from ghostball.model import Scene
 from ghostball.reference_adapters.certified import CertifiedSettings, api, cache, certify
 from ghostball.reference_adapters.certified.problem import problem_of
 from ghostball.reference_adapters.registry import make_engine

@@ -9,8 +9,7 @@ import pytest
 from hypothesis import given, strategies as st
 from shots import ball, scene_of
 
-from ghostball.engine import EventKind
-from ghostball.engine.errors import GhostballError
+from ghostball.model import EventKind, GhostballError
 from ghostball.reference_adapters.certified import Certificate, Choice, Enclosure, certify
 
 enclosures = st.builds(

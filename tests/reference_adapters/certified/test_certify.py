@@ -12,9 +12,8 @@ from mpmath import mpf, workdps
 from oracle import solve
 from shots import POOL_TABLE, R, ball, random_break, random_cloth_shot, random_shot, scene_of
 
-from ghostball.engine import EventKind, Table, UnsupportedSceneError, simulate
-from ghostball.engine.result import COLLISION_KINDS
-from ghostball.engine.scene import CUSHIONS
+from ghostball.engine import simulate
+from ghostball.model import COLLISION_KINDS, CUSHIONS, EventKind, Table, UnsupportedSceneError
 from ghostball.reference_adapters.certified import (
     Certificate,
     CertifiedSettings,

@@ -5,7 +5,8 @@ import pytest
 from flint import arb
 from shots import R, ball, scene_of
 
-from ghostball.engine import Scene, simulate
+from ghostball.engine import simulate
+from ghostball.model import Scene
 from ghostball.reference_adapters.certified import CertifiedSettings, certify
 from ghostball.reference_adapters.certified.arithmetic import working_precision
 from ghostball.reference_adapters.certified.drag import Roll, first_entry_of

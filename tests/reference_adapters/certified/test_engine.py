@@ -7,9 +7,9 @@ import pytest
 from pydantic import ValidationError
 from shots import POOL_TABLE, ball, scene_of
 
-from ghostball.engine import EventKind, Status, UnsupportedSceneError, simulate
-from ghostball.engine.errors import GhostballError
-from ghostball.engine.scene.features import Feature
+from ghostball.engine import simulate
+from ghostball.model import EventKind, GhostballError, Status, UnsupportedSceneError
+from ghostball.model.features import Feature
 from ghostball.reference_adapters import ReferenceEngine
 from ghostball.reference_adapters.certified import CertifiedEngine, CertifiedSettings
 from ghostball.validation.scenes.library import find_scene

@@ -12,7 +12,8 @@ from flint import arb
 from mpmath import mp, mpf
 from shots import R, ball, scene_of
 
-from ghostball.engine import EventKind, Scene, Table, simulate
+from ghostball.engine import simulate
+from ghostball.model import EventKind, Scene, Table
 from ghostball.reference_adapters.certified import (
     Certificate,
     CertifiedSettings,

@@ -9,7 +9,7 @@ import pytest
 from flint import arb
 from shots import R, ball, scene_of
 
-from ghostball.engine import Table
+from ghostball.model import Table
 from ghostball.reference_adapters.certified.arithmetic import UndecidedError, working_precision
 from ghostball.reference_adapters.certified.laws import Laws, Seen
 from ghostball.reference_adapters.certified.problem import problem_of

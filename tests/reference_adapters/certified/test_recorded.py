@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from shots import ball, random_cloth_shot, scene_of
 
-from ghostball.engine import Scene, simulate
+from ghostball.engine import simulate
+from ghostball.model import Scene
 from ghostball.reference_adapters.registry import make_engine
 from ghostball.validation.scenes.library import find_scene
 

@@ -7,7 +7,8 @@ import pytest
 from flint import arb, arb_poly
 from shots import POOL_TABLE, R, ball, random_cloth_shot, scene_of
 
-from ghostball.engine import EventKind, Scene, UnsupportedSceneError, simulate
+from ghostball.engine import simulate
+from ghostball.model import EventKind, Scene, UnsupportedSceneError
 from ghostball.reference_adapters.certified import CertifiedSettings, certify
 from ghostball.reference_adapters.certified.arithmetic import (
     UndecidedError,

@@ -6,14 +6,8 @@ from billiard_shots import head_on, rack
 from engine_facts import cut_angles, energy_ratios, needs, play, shares, slide, to_the_wall
 from pydantic import ValidationError
 
-from ghostball.engine import (
-    Ball,
-    EventKind,
-    Physics,
-    Scene,
-    UnsupportedSceneError,
-    simulate,
-)
+from ghostball.engine import simulate
+from ghostball.model import Ball, EventKind, Physics, Scene, UnsupportedSceneError
 from ghostball.reference_adapters.dart.engine import DartSettings
 from ghostball.validation.scenes.library import find_scene
 

@@ -5,7 +5,8 @@ import pytest
 from billiard_shots import frozen_line, half_ball, head_on, rack
 from engine_facts import cut_angles, energy_ratios, needs, play, shares, to_the_wall
 
-from ghostball.engine import Status, simulate
+from ghostball.engine import simulate
+from ghostball.model import Status
 from ghostball.validation.scenes.library import find_scene
 
 pytestmark = needs("mujoco")

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from ghostball.engine import (
+from ghostball.model import (
     Ball,
     EventKind,
     Physics,

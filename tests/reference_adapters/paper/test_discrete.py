@@ -7,7 +7,7 @@ import math
 import pytest
 from pydantic import ValidationError
 
-from ghostball.engine import Ball, EventKind, Physics, Scene, Status, Table, UnsupportedSceneError
+from ghostball.model import Ball, EventKind, Physics, Scene, Status, Table, UnsupportedSceneError
 from ghostball.reference_adapters.paper.discrete import PaperDiscreteEngine, PaperDiscreteSettings
 
 R = 0.028575

@@ -7,7 +7,7 @@ import math
 import pytest
 from hypothesis import strategies as st
 
-from ghostball.engine import Ball, Scene, Table
+from ghostball.model import Ball, Scene, Table
 from ghostball.reference_adapters.paper.model import PaperBalls
 
 DECELERATION = 0.02 * 9.81

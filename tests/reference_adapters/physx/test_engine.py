@@ -5,7 +5,8 @@ import pytest
 from billiard_shots import frozen_line, head_on, rack
 from engine_facts import cut_angles, energy_ratios, needs, play, shares, slide, to_the_wall
 
-from ghostball.engine import EventKind, Scene, UnsupportedSceneError, simulate
+from ghostball.engine import simulate
+from ghostball.model import EventKind, Scene, UnsupportedSceneError
 from ghostball.validation.scenes.library import find_scene
 
 pytestmark = needs("physx")

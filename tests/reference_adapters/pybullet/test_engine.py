@@ -15,9 +15,9 @@ import numpy as np
 import pytest
 from shots import R, ball, scene_of
 
-from ghostball.engine import EventKind, Record, Result, Scene, Table, simulate
-from ghostball.engine.errors import UnsupportedSceneError
-from ghostball.engine.scene.features import missing_features
+from ghostball.engine import simulate
+from ghostball.model import EventKind, Record, Result, Scene, Table, UnsupportedSceneError
+from ghostball.model.features import missing_features
 from ghostball.reference_adapters.base import EngineError
 from ghostball.reference_adapters.pybullet import world as pybullet_world
 from ghostball.reference_adapters.pybullet.engine import PybulletEngine, PybulletSettings
@@ -199,7 +199,7 @@ def test_imports_bullet_late_and_prints_nothing() -> None:
         pytest.skip(str(PybulletEngine.unavailable()))
     program = """
 import sys
-from ghostball.engine import Ball, Scene, Table
+from ghostball.model import Ball, Scene, Table
 from ghostball.reference_adapters.pybullet.engine import PybulletEngine
 assert "pybullet" not in sys.modules
 assert PybulletEngine.unavailable() is None

@@ -12,8 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ghostball.engine import Ball, EventKind, Physics, Record, Result, Scene, Status, Table
-from ghostball.engine.scene import CUSHIONS
+from ghostball.model import CUSHIONS, Ball, EventKind, Physics, Record, Result, Scene, Status, Table
 from ghostball.reference_adapters.pybullet.engine import PybulletEngine, PybulletSettings
 
 R = 0.028575

@@ -14,7 +14,8 @@ import pytest
 from numpy.typing import NDArray
 from shots import R, ball, scene_of
 
-from ghostball.engine import CUSHIONS, EventKind, Record, Result, Scene, Status, Table, simulate
+from ghostball.engine import simulate
+from ghostball.model import CUSHIONS, EventKind, Record, Result, Scene, Status, Table
 from ghostball.reference_adapters.pybullet.engine import PybulletEngine, PybulletSettings
 
 G = 9.81

@@ -6,7 +6,7 @@ import hashlib
 
 import pytest
 
-from ghostball.engine import Result
+from ghostball.model import Result
 from ghostball.reference_adapters import make_engine
 from ghostball.reference_adapters.pybullet import world as pybullet_world
 from ghostball.reference_adapters.pybullet.world import World

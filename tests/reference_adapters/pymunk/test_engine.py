@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from ghostball.engine import Ball, EventKind, Physics, Scene, Status, Table, UnsupportedSceneError
+from ghostball.model import Ball, EventKind, Physics, Scene, Status, Table, UnsupportedSceneError
 from ghostball.reference_adapters.pymunk.engine import PymunkEngine, PymunkSettings
 
 R = 0.028575

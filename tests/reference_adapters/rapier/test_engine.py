@@ -5,7 +5,7 @@ import pytest
 from billiard_shots import FREE, half_ball, head_on, rack, throw
 from engine_facts import cut_angles, energy_ratios, needs, play, shares, to_the_wall
 
-from ghostball.engine import Ball, Scene, Table, UnsupportedSceneError
+from ghostball.model import Ball, Scene, Table, UnsupportedSceneError
 
 pytestmark = needs("rapier")
 

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from shots import R, ball, random_cloth_shot, scene_of
 
-from ghostball.engine import EventKind, Scene, simulate
-from ghostball.engine.scene.features import missing_features
+from ghostball.engine import simulate
+from ghostball.model import EventKind, Scene
+from ghostball.model.features import missing_features
 from ghostball.reference_adapters.pymunk.engine import PymunkEngine, PymunkSettings
 from ghostball.reference_adapters.stepping import plane
 from ghostball.reference_adapters.stepping.cloth import ClosedFormCloth

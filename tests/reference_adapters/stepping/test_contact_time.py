@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from ghostball.engine import Table
+from ghostball.model import Table
 from ghostball.reference_adapters.stepping.contact_time import (
     CONTACT_GAP,
     rolling_accelerations,

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from shots import R, ball, random_cloth_shot, scene_of
 
-from ghostball.engine import Result, Scene, simulate
-from ghostball.engine.scene.features import missing_features
+from ghostball.engine import simulate
+from ghostball.model import Result, Scene
+from ghostball.model.features import missing_features
 from ghostball.reference_adapters.pymunk.engine import PymunkEngine, PymunkSettings
 
 TOUCHING = 2 * R * (1 + 1e-9)

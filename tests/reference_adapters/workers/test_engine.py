@@ -14,7 +14,8 @@ import pytest
 from billiard_shots import rack
 from engine_facts import needs, play
 
-from ghostball.engine import UnsupportedSceneError, simulate
+from ghostball.engine import simulate
+from ghostball.model import UnsupportedSceneError
 from ghostball.reference_adapters.registry import EngineUnavailableError, make_engine
 from ghostball.reference_adapters.workers import engine as workers
 from ghostball.reference_adapters.workers.process import (

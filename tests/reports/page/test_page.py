@@ -13,7 +13,7 @@ from stored_results import (
     edit_records,
 )
 
-from ghostball.engine import GhostballError
+from ghostball.model import GhostballError
 from ghostball.reports import PAGE, write_report
 from ghostball.reports.page import scene_part
 from ghostball.reports.shots import load_shot

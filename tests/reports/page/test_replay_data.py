@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from replay_decoder import Packed, decoded, place_at, turned_by
 
-from ghostball.engine import EVENT_DTYPE, Ball, Scene, Table, simulate
-from ghostball.engine.trajectory import Phase
+from ghostball.engine import simulate
+from ghostball.model import EVENT_DTYPE, Ball, Phase, Scene, Table
 from ghostball.reports.page.replay_data import MAX_EVENTS, motion_data, scene_data
 from ghostball.reports.page.replay_tracks import FARTHEST, TOLERANCE, packed, tick_of, track_of
 from ghostball.reports.shots import load_shot

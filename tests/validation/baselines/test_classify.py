@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from ghostball.engine.result import EventKind
+from ghostball.model import EventKind
 from ghostball.validation.baselines.classify import classify
 from ghostball.validation.baselines.observed import KEPT_EVENTS
 from ghostball.validation.scenes.library import find_scene

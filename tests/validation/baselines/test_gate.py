@@ -10,7 +10,8 @@ import pytest
 
 import ghostball.reference_adapters.ghostball
 import ghostball.validation.runs.our_run
-from ghostball.engine import UnsupportedSceneError, simulate
+from ghostball.engine import simulate
+from ghostball.model import UnsupportedSceneError
 from ghostball.validation.baselines import gate as gate_module
 from ghostball.validation.baselines.accept import (
     CHANGES_FILE,

@@ -8,7 +8,8 @@ import gate
 import numpy as np
 import pytest
 
-from ghostball.engine import GhostballError, simulate
+from ghostball.engine import simulate
+from ghostball.model import GhostballError
 from ghostball.validation.baselines.observed import Observed, judged
 from ghostball.validation.checks.criteria import Criteria
 from ghostball.validation.checks.metrics import measure

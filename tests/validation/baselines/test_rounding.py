@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings, strategies as st
 
-from ghostball.engine import Scene, simulate
+from ghostball.engine import simulate
 from ghostball.engine.sensitivity import TangentMap
+from ghostball.model import Scene
 from ghostball.validation.baselines.rounding import UNAMPLIFIED, allowance_of
 from ghostball.validation.scenes.library import find_scene
 

@@ -7,7 +7,7 @@ from typing import ClassVar
 import pytest
 from engine_facts import needs
 
-from ghostball.engine.scene.features import EXACT, Feature
+from ghostball.model.features import EXACT, Feature
 from ghostball.reference_adapters import EngineBase, EngineSettings, make_engine
 from ghostball.validation.board.asking import asked, board_scene, playable, with_settings
 from ghostball.validation.board.column import COLUMNS, Settings

@@ -11,9 +11,8 @@ from engine_facts import needs
 from typer.testing import CliRunner
 
 from ghostball.cli import app
-from ghostball.engine import GhostballError
 from ghostball.engine.running.driver import Run
-from ghostball.engine.scene import POOL_BALL_RADIUS
+from ghostball.model import POOL_BALL_RADIUS, GhostballError
 from ghostball.validation.board import board as boards
 from ghostball.validation.board.board import Board, load, run_board
 from ghostball.validation.board.cell import Cell, cell_of, shade

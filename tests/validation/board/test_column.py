@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from ghostball.engine import GhostballError
+from ghostball.model import GhostballError
 from ghostball.validation.board.asking import board_scene
 from ghostball.validation.board.column import ACCURACY, COLUMNS, FAULTS, load_columns
 from ghostball.validation.results.records import INDEPENDENT

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from toy_engines import ToyEngine, cut
 
-from ghostball.engine import EventKind, Result, Scene, simulate
+from ghostball.engine import simulate
+from ghostball.model import EventKind, Result, Scene
 from ghostball.reference_adapters import make_engine
 from ghostball.validation.checks.accuracy import BROKEN_SHARE, accuracy_of, kind_of
 from ghostball.validation.results.records import AccuracyKind

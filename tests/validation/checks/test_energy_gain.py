@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from shots import R, ball, scene_of
 
-from ghostball.engine import EventKind, ExactTrajectory, Result, SampledTrajectory, simulate
+from ghostball.engine import simulate
+from ghostball.model import EventKind, ExactTrajectory, Result, SampledTrajectory
 from ghostball.reference_adapters import make_engine
 from ghostball.reference_adapters.base import resolution_of
 from ghostball.validation.checks.criteria import common_criteria

@@ -2,7 +2,7 @@
 
 from toy_engines import ToyEngine
 
-from ghostball.engine.scene.features import Capability, Feature
+from ghostball.model.features import Capability, Feature
 from ghostball.reference_adapters import make_engine
 from ghostball.validation.checks.criteria import Criteria, common_criteria
 from ghostball.validation.checks.law import asked_of

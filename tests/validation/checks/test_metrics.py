@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import ghostball.validation.checks.metrics
-from ghostball.engine import (
+from ghostball.model import (
     EVENT_DTYPE,
     Ball,
     EventKind,

@@ -9,7 +9,7 @@ import pytest
 from engine_facts import needs
 from step_rules import criteria_of_step, limit_of_step
 
-from ghostball.engine import Record, Result, Scene
+from ghostball.model import Record, Result, Scene
 from ghostball.reference_adapters import make_engine
 from ghostball.reference_adapters.pymunk.engine import PymunkEngine
 from ghostball.validation.checks.criteria import Criteria, common_criteria

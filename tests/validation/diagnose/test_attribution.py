@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from toy_engines import ToyEngine, ToySettings, cut, other_shot, roll
 
-from ghostball.engine import Ball, Scene, Table, UnsupportedSceneError
-from ghostball.engine.result import EventKind
+from ghostball.model import Ball, EventKind, Scene, Table, UnsupportedSceneError
 from ghostball.reference_adapters import make_engine
 from ghostball.validation import find_scene
 from ghostball.validation.diagnose.attribution import agreed_instant, attribute

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ghostball.engine import Ball, Scene, simulate
+from ghostball.engine import simulate
+from ghostball.model import Ball, Scene
 from ghostball.validation.diagnose.energy_ledger import (
     FRAMES,
     NOT_FINITE,

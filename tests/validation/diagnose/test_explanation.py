@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from toy_engines import NoSettings, other_shot
 
-from ghostball.engine import Ball, EventKind, Scene, Table, UnsupportedSceneError, simulate
-from ghostball.engine.scene.features import EXACT, Feature
+from ghostball.engine import simulate
+from ghostball.model import Ball, EventKind, Scene, Table, UnsupportedSceneError
+from ghostball.model.features import EXACT, Feature
 from ghostball.reference_adapters import EngineBase, make_engine
 from ghostball.validation import find_scene
 from ghostball.validation.diagnose.explanation import ExplanationError, explain

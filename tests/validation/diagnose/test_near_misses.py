@@ -5,7 +5,8 @@ import math
 import pytest
 from toy_engines import cut
 
-from ghostball.engine import Ball, EventKind, Scene, Table, simulate
+from ghostball.engine import simulate
+from ghostball.model import Ball, EventKind, Scene, Table
 from ghostball.reference_adapters import make_engine
 from ghostball.validation.diagnose.near_misses import (
     approach_speed,

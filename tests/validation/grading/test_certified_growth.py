@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from shots import POOL_TABLE, R, ball, scene_of
 from tangent import carried
 
-from ghostball.engine import Scene, simulate
+from ghostball.engine import simulate
+from ghostball.model import Scene
 from ghostball.reference_adapters.certified import CertifiedSettings, certify
 from ghostball.reference_adapters.certified.certificate import knot_columns
 from ghostball.validation.grading.certified_growth import CertifiedGrowth, growth_of_proof

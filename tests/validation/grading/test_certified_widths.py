@@ -7,7 +7,8 @@ from dataclasses import replace
 
 import pytest
 
-from ghostball.engine import Ball, Scene, simulate
+from ghostball.engine import simulate
+from ghostball.model import Ball, Scene
 from ghostball.reference_adapters.certified import Certificate, CertifiedSettings, certify
 from ghostball.validation.grading.certified_widths import (
     FlightGrowth,

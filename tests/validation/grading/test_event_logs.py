@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from ghostball.engine import EVENT_DTYPE, EventKind, simulate
+from ghostball.engine import simulate
+from ghostball.model import EVENT_DTYPE, EventKind
 from ghostball.reference_adapters.certified import certify
 from ghostball.validation.grading.event_logs import (
     ALL_KINDS,

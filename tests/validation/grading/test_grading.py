@@ -12,7 +12,8 @@ import pytest
 from shots import ball, scene_of
 from tangent import made_up
 
-from ghostball.engine import EventKind, ExactTrajectory, GhostballError, Result, Scene, simulate
+from ghostball.engine import simulate
+from ghostball.model import EventKind, ExactTrajectory, GhostballError, Result, Scene
 from ghostball.reference_adapters import make_engine
 from ghostball.reference_adapters.certified import (
     Certificate,

@@ -5,7 +5,7 @@ import os
 import pytest
 from pool_tasks import Part
 
-from ghostball.engine import GhostballError
+from ghostball.model import GhostballError
 from ghostball.validation.parallel import compiling
 from ghostball.validation.scenes.library import find_scene
 

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ghostball.engine import EVENT_DTYPE, Ball, GhostballError, Scene
+from ghostball.model import EVENT_DTYPE, Ball, GhostballError, Scene
 from ghostball.validation.results.database import transaction, writing
 from ghostball.validation.results.files import ResultsError
 from ghostball.validation.results.frames import TABLES, export, rows_of

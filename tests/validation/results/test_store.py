@@ -13,7 +13,7 @@ from unittest.mock import Mock
 import numpy as np
 import pytest
 
-from ghostball.engine import EVENT_DTYPE, Ball, Scene
+from ghostball.model import EVENT_DTYPE, Ball, Scene
 from ghostball.validation.results.database import DATABASE, LOCK, writing
 from ghostball.validation.results.store import (
     CaseRecord,

@@ -5,7 +5,7 @@ from textwrap import dedent
 
 import pytest
 
-from ghostball.engine import EngineFailedError, GhostballError, UnsupportedSceneError
+from ghostball.model import EngineFailedError, GhostballError, UnsupportedSceneError
 from ghostball.reference_adapters import make_engine
 from ghostball.reference_adapters.registry import OURS
 from ghostball.validation import find_scene
@@ -15,8 +15,9 @@ from ghostball.validation.runs.steps import with_setting
 ENGINE = '''
 import ctypes, os, signal, time
 from dataclasses import replace
-from ghostball.engine import SceneError, UnsupportedSceneError, simulate
-from ghostball.engine.scene.features import EXACT, Feature
+from ghostball.model import SceneError, UnsupportedSceneError
+from ghostball.engine import simulate
+from ghostball.model.features import EXACT, Feature
 from ghostball.reference_adapters import EngineBase, EngineSettings
 
 

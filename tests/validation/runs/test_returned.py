@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ghostball.engine import (
+from ghostball.engine import simulate
+from ghostball.model import (
     EVENT_DTYPE,
     Ball,
     EventKind,
@@ -15,9 +16,8 @@ from ghostball.engine import (
     Status,
     Table,
     UnsupportedSceneError,
-    simulate,
+    initial_state,
 )
-from ghostball.engine.result import initial_state
 from ghostball.reference_adapters import EngineUnavailableError, engine_names, make_engine
 from ghostball.validation import find_scene
 from ghostball.validation.runs.returned import ResultRefusedError, check_result

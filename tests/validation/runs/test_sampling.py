@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ghostball.engine import Ball, Physics, Scene, simulate
-from ghostball.engine.trajectory import Phase
+from ghostball.engine import simulate
+from ghostball.model import Ball, Phase, Physics, Scene
 from ghostball.reference_adapters import make_engine
 from ghostball.validation.runs.sampling import (
     MAX_TIMES,

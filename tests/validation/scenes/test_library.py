@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ghostball.engine import Scene, SceneError
-from ghostball.engine.scene import json_schema
+from ghostball.model import Scene, SceneError
+from ghostball.model.scene import json_schema
 from ghostball.reference_adapters.registry import engine_names
 from ghostball.validation.checks.criteria import SUFFIX, criteria_beside, shared_criteria
 from ghostball.validation.scenes.library import (

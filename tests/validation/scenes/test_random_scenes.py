@@ -9,7 +9,7 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from ghostball.engine.scene.features import Feature, scene_features
+from ghostball.model.features import Feature, scene_features
 from ghostball.validation.scenes.random_parts import reach
 from ghostball.validation.scenes.random_scenes import (
     ASPECTS,

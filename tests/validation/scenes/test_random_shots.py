@@ -7,7 +7,7 @@ import sys
 from collections import Counter
 
 from ghostball.engine import simulate
-from ghostball.engine.scene.features import scene_features
+from ghostball.model.features import scene_features
 from ghostball.validation.scenes.random_shots import MOST_BALLS, random_shot
 from ghostball.validation.truth.proof import refused_features
 

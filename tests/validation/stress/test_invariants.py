@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from shots import POOL_TABLE, R, ball, scene_of
 
-from ghostball.engine import Result, Status, simulate
-from ghostball.engine.scene import CUSHIONS
-from ghostball.engine.trajectory import SampledTrajectory, Samples
+from ghostball.engine import simulate
+from ghostball.model import CUSHIONS, Result, SampledTrajectory, Samples, Status
 from ghostball.validation.stress.invariants import (
     energy_rise,
     instants,

@@ -8,7 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ghostball.engine import (
+from ghostball.engine import simulate
+from ghostball.model import (
     Ball,
     ExactTrajectory,
     Physics,
@@ -17,7 +18,6 @@ from ghostball.engine import (
     Samples,
     Scene,
     Table,
-    simulate,
 )
 from ghostball.validation.stress.invariants import way_of_a_step
 from ghostball.validation.stress.judges import (

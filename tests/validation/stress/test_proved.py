@@ -7,14 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ghostball.engine import (
-    Ball,
-    GhostballError,
-    Physics,
-    Result,
-    Scene,
-    simulate,
-)
+from ghostball.engine import simulate
+from ghostball.model import Ball, GhostballError, Physics, Result, Scene
 from ghostball.reference_adapters.certified import CertifiedSettings, certify
 from ghostball.reference_adapters.registry import make_engine
 from ghostball.validation.scenes.library import find_scene

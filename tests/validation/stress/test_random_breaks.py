@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ghostball.engine import Scene
+from ghostball.model import Scene
 from ghostball.validation.stress.invariants import overlaps
 from ghostball.validation.stress.random_breaks import FASTEST, MOST_BALLS, SLOWEST, random_break
 

@@ -11,7 +11,7 @@ import pytest
 from faulty_engine import planted
 
 import ghostball.validation.stress.run
-from ghostball.engine import EngineFailedError, GhostballError, SceneError, UnsupportedSceneError
+from ghostball.model import EngineFailedError, GhostballError, SceneError, UnsupportedSceneError
 from ghostball.validation.results.database import transaction, writing
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.stress import StressOutcome, run_stress

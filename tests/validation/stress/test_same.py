@@ -9,19 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ghostball.engine import (
-    Ball,
-    EventKind,
-    ExactTrajectory,
-    Physics,
-    Result,
-    Scene,
-    Status,
-    Table,
-    simulate,
-)
+from ghostball.engine import simulate
 from ghostball.engine.core.kernel import COMPILED
 from ghostball.engine.running.skips import Skip
+from ghostball.model import Ball, EventKind, ExactTrajectory, Physics, Result, Scene, Status, Table
 from ghostball.reference_adapters.registry import make_engine
 from ghostball.validation.baselines.baseline import Accepted, Baseline, baseline_of
 from ghostball.validation.baselines.observed import Observed

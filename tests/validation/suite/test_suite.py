@@ -18,7 +18,7 @@ import pytest
 
 import ghostball.validation.suite.case
 import ghostball.validation.suite.suite
-from ghostball.engine import Ball, GhostballError, Scene
+from ghostball.model import Ball, GhostballError, Scene
 from ghostball.validation.checks.criteria import Criteria
 from ghostball.validation.checks.criterion import Criterion
 from ghostball.validation.checks.verdict import Verdict, verdict_of
@@ -36,8 +36,9 @@ import time
 
 import numpy as np
 
-from ghostball.engine import Result, Status, simulate
-from ghostball.engine.scene.features import EXACT, Capability, Feature
+from ghostball.model import Result, Status
+from ghostball.engine import simulate
+from ghostball.model.features import EXACT, Capability, Feature
 from ghostball.reference_adapters.base import EngineBase, EngineSettings
 
 
@@ -423,7 +424,7 @@ def test_ctrl_c_in_a_terminal(tmp_path: Path, fake_engines: Path, jobs: int) -> 
     script.write_text(
         textwrap.dedent(f"""
         from pathlib import Path
-        from ghostball.engine import Ball, Scene
+        from ghostball.model import Ball, Scene
         from ghostball.validation import run_suite
 
         if __name__ == "__main__":

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import ghostball.validation.suite.unchanged
-from ghostball.engine import Ball, Result, Scene, Status, Table
+from ghostball.model import Ball, Result, Scene, Status, Table
 from ghostball.reference_adapters.ghostball import GhostballEngine
 from ghostball.reference_adapters.paper.discrete import PaperDiscreteEngine
 from ghostball.validation.checks.criteria import Criteria, common_criteria

@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from ghostball.engine import Ball, Physics, Scene, Table
+from ghostball.model import Ball, Physics, Scene, Table
 from ghostball.validation.scenes.library import find_scene, select
 from ghostball.validation.suite.varied import Ensemble, EnsembleError, Size, varied
 

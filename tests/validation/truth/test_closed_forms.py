@@ -12,7 +12,7 @@ import pytest
 from mpmath import mp
 from numpy.typing import NDArray
 
-from ghostball.engine import Ball, Physics, Scene, Table
+from ghostball.model import Ball, Physics, Scene, Table
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.truth.closed_forms import DIGITS, ClosedForm, closed_form
 

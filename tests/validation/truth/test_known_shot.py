@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from toy_engines import roll
 
-from ghostball.engine import Physics, UnsupportedSceneError
+from ghostball.model import Physics, UnsupportedSceneError
 from ghostball.validation import find_scene
 from ghostball.validation.truth.known_shot import known_shot
 

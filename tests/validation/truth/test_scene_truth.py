@@ -12,14 +12,8 @@ import pytest
 
 import ghostball.validation.truth.proof
 import ghostball.validation.truth.scene_truth
-from ghostball.engine import (
-    Ball,
-    EventKind,
-    Physics,
-    Scene,
-    Table,
-    simulate,
-)
+from ghostball.engine import simulate
+from ghostball.model import Ball, EventKind, Physics, Scene, Table
 from ghostball.reference_adapters.certified import certify
 from ghostball.validation.checks.criteria import Criteria
 from ghostball.validation.results.store import CERTIFIED, CLOSED_FORM, OUR_ENGINE

@@ -15,8 +15,14 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-from ghostball.engine import Ball, Physics, Scene, Table
-from ghostball.engine.scene import POOL_BALL_MASS as MASS, POOL_BALL_RADIUS as RADIUS
+from ghostball.model import (
+    POOL_BALL_MASS as MASS,
+    POOL_BALL_RADIUS as RADIUS,
+    Ball,
+    Physics,
+    Scene,
+    Table,
+)
 from ghostball.validation.stress.proved import ProvedTrial
 from ghostball.validation.stress.trial import Family, Suite, Trial
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ghostball.engine import Ball, EventKind, Physics, Result, Scene
+from ghostball.model import Ball, EventKind, Physics, Result, Scene
 from ghostball.validation.stress.families.graded import BATCH, ProvedShots
 from ghostball.validation.stress.judges import Invariants
 from ghostball.validation.stress.random_jumps import random_jump

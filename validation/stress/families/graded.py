@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
-from ghostball.engine import Ball, Physics, Scene, Table
+from ghostball.model import Ball, Physics, Scene, Table
 from ghostball.reference_adapters import ReferenceEngine
 from ghostball.reference_adapters.certified import CertifiedSettings
 from ghostball.validation.scenes.library import find_scene

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from mpmath import mp, mpf, workdps
 
-from ghostball.engine import Ball, EventKind, Physics, Result, Scene, Table
+from ghostball.model import Ball, EventKind, Physics, Result, Scene, Table
 from ghostball.validation.stress.trial import Family, SceneTrial, Suite, Trial, Verdict
 
 SPEED = 1.0

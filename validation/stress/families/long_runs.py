@@ -14,8 +14,14 @@ from typing import Any, ClassVar
 import numpy as np
 from mpmath import mp, workdps
 
-from ghostball.engine import Ball, Result, Scene, Table, UnsupportedSceneError
-from ghostball.engine.scene import POOL_BALL_RADIUS as RADIUS
+from ghostball.model import (
+    POOL_BALL_RADIUS as RADIUS,
+    Ball,
+    Result,
+    Scene,
+    Table,
+    UnsupportedSceneError,
+)
 from ghostball.reference_adapters import ReferenceEngine
 from ghostball.reference_adapters.base import resolution_of
 from ghostball.reference_adapters.registry import OURS

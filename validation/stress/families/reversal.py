@@ -15,9 +15,16 @@ from typing import ClassVar, NamedTuple
 
 import numpy as np
 
-from ghostball.engine import Ball, GhostballError, Result, Scene, SceneError, Table
-from ghostball.engine.scene import POOL_BALL_RADIUS as RADIUS
 from ghostball.engine.sensitivity import QUALITY, ROUNDING
+from ghostball.model import (
+    POOL_BALL_RADIUS as RADIUS,
+    Ball,
+    GhostballError,
+    Result,
+    Scene,
+    SceneError,
+    Table,
+)
 from ghostball.reference_adapters import ReferenceEngine
 from ghostball.reference_adapters.registry import OURS
 from ghostball.validation.runs.our_run import run_ours

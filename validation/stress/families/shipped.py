@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 
-from ghostball.engine import Scene
+from ghostball.model import Scene
 from ghostball.reference_adapters import ReferenceEngine
 from ghostball.validation.scenes.library import select
 from ghostball.validation.stress.trial import Family, Suite, Trial, Verdict, broken_law, play

@@ -8,8 +8,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ghostball.engine import Result, Scene, UnsupportedSceneError
-from ghostball.engine.trajectory import SampledTrajectory
+from ghostball.model import Result, SampledTrajectory, Scene, UnsupportedSceneError
 from ghostball.reference_adapters import ReferenceEngine
 from ghostball.reference_adapters.registry import OURS
 from ghostball.validation.runs.steps import with_setting

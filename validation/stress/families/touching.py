@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from itertools import product
 
-from ghostball.engine import Ball, Physics, Scene, Table
+from ghostball.model import Ball, Physics, Scene, Table
 from ghostball.validation.stress.judges import Both, Ends, Invariants
 from ghostball.validation.stress.proved import ProvedTrial
 from ghostball.validation.stress.trial import Family, SceneTrial, Suite, Trial, size

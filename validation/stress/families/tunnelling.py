@@ -21,10 +21,17 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ghostball.engine import Ball, EventKind, Physics, Result, Scene, Table
-from ghostball.engine.result import initial_state
-from ghostball.engine.scene import POOL_BALL_RADIUS
-from ghostball.engine.trajectory import energy_of
+from ghostball.model import (
+    POOL_BALL_RADIUS,
+    Ball,
+    EventKind,
+    Physics,
+    Result,
+    Scene,
+    Table,
+    energy_of,
+    initial_state,
+)
 from ghostball.reference_adapters import ReferenceEngine
 from ghostball.validation.grading.tolerances import EPS
 from ghostball.validation.runs.playing import run_engine

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping
 from typing import Final
 
-from ghostball.engine import Scene
+from ghostball.model import Scene
 from ghostball.validation.stress.same import images, motion, plays, stored
 
 Check = Callable[[Scene], str | None]

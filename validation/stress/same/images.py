@@ -11,8 +11,8 @@ from typing import Any, Final
 
 import numpy as np
 
-from ghostball.engine import Ball, EventKind, Result, Scene, Table
 from ghostball.engine.running.skips import has_drag
+from ghostball.model import Ball, EventKind, Result, Scene, Table
 from ghostball.validation.stress.same.plays import play, played, with_balls
 
 Plane = Callable[[Any, Any], tuple[Any, Any]]

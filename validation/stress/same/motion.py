@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ghostball.engine import EventKind, ExactTrajectory, Result, Scene, Status
-from ghostball.engine.trajectory import Phase
+from ghostball.model import EventKind, ExactTrajectory, Phase, Result, Scene, Status
 from ghostball.validation.grading.tolerances import EPS
 from ghostball.validation.stress.invariants import (
     BOUNCE_SLOP,

@@ -9,20 +9,11 @@ from typing import Any, Final
 
 import numpy as np
 
-from ghostball.engine import (
-    STATUSES,
-    Ball,
-    Batch,
-    Record,
-    Result,
-    Scene,
-    simulate,
-    simulate_many,
-    simulate_sweep,
-)
-from ghostball.engine.result.hashes import log_bits
+from ghostball.engine import STATUSES, Batch, simulate, simulate_many, simulate_sweep
 from ghostball.engine.running import skips
 from ghostball.engine.running.skips import BUILT_IN, Skip, explain_skips
+from ghostball.model import Ball, Record, Result, Scene
+from ghostball.model.hashes import log_bits
 
 MOST_EVENTS = 1_000_000
 MOST_WORK = 4_000_000_000

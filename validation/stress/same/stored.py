@@ -9,10 +9,9 @@ from typing import Any, Final
 
 import numpy as np
 
-from ghostball.engine import Scene
-from ghostball.engine.scene import toml
-from ghostball.engine.scene.features import missing_features
-from ghostball.engine.trajectory import energy_of
+from ghostball.model import Scene, energy_of
+from ghostball.model.features import missing_features
+from ghostball.model.scene import toml
 from ghostball.reference_adapters.certified import Certificate, CertifiedSettings, certify
 from ghostball.reference_adapters.certified.api import CAPABILITIES
 from ghostball.reference_adapters.registry import OURS

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 
-from ghostball.engine import Scene
+from ghostball.model import Scene
 from ghostball.reference_adapters import ReferenceEngine
 from ghostball.validation.scenes.random_scenes import random_scene
 from ghostball.validation.stress.same import CHECKS, differences

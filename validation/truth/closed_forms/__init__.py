@@ -16,8 +16,7 @@ import numpy as np
 from mpmath import mp, mpf
 from numpy.typing import NDArray
 
-from ghostball.engine import Scene
-from ghostball.engine.result import COLLISION_KINDS
+from ghostball.model import COLLISION_KINDS, Scene
 from ghostball.validation.truth.closed_forms._forms import FORMS, Form, form_of_shape
 from ghostball.validation.truth.closed_forms._setup import (
     DIGITS,

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from mpmath import mp, mpf
 
-from ghostball.engine import Scene
+from ghostball.model import Scene
 
 DIGITS = 50
 """Decimal digits of every closed form: a relative nudge of 1e-25 leaves 25 for the difference."""

@@ -10,7 +10,7 @@ from ghostball.engine.core.state import OBSTACLE, Laws
 from ghostball.engine.event_loop.play import laws_from
 from ghostball.engine.impacts.laws.dispatch import ball_law, cushion_law
 from ghostball.engine.impacts.laws.interface import BallImpact, CushionImpact
-from ghostball.engine.impacts.laws.registry import BALL_LAWS, CUSHION_LAWS
+from ghostball.model.impact_laws import BALL_LAWS, CUSHION_LAWS
 
 NUMBERS = Laws._fields[:-2]
 NOTHING = Laws(*(0.0,) * len(NUMBERS), obstacles=np.empty(0, dtype=OBSTACLE), integrated=1)

@@ -12,7 +12,8 @@ import pytest
 from typer.testing import CliRunner
 
 from ghostball.cli import app
-from ghostball.engine import Scene, simulate
+from ghostball.engine import simulate
+from ghostball.model import Scene
 from ghostball.reference_adapters.base import EngineError
 from ghostball.reference_adapters.elsewhere import Run
 from ghostball.validation.scenes.library import find_scene, scene_names

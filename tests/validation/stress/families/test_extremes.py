@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from ghostball.engine import Ball, Scene, SceneError
+from ghostball.model import Ball, Scene, SceneError
 from ghostball.reference_adapters.certified import certify
 from ghostball.reference_adapters.registry import make_engine
 from ghostball.validation.stress.families.extremes import FAMILY

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ghostball.engine import Ball, Physics, Result, Scene, Table, simulate
+from ghostball.engine import simulate
+from ghostball.model import Ball, Physics, Result, Scene, Table
 from ghostball.reference_adapters.registry import make_engine
 from ghostball.validation.stress import invariants
 from ghostball.validation.stress.families.flight import (

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from ghostball.engine import Scene, simulate
+from ghostball.engine import simulate
+from ghostball.model import Scene
 from ghostball.reference_adapters.registry import make_engine
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.scenes.random_shots import random_shot

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from stress_trials import trials_of
 
-from ghostball.engine import EventKind, simulate
+from ghostball.engine import simulate
+from ghostball.model import EventKind
 from ghostball.reference_adapters.certified import certify
 from ghostball.validation.stress.families.grazing import FAMILY, HitOrMiss
 from ghostball.validation.stress.trial import SceneTrial

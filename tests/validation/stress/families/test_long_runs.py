@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ghostball.engine import SampledTrajectory, UnsupportedSceneError, simulate
+from ghostball.engine import simulate
+from ghostball.model import SampledTrajectory, UnsupportedSceneError
 from ghostball.reference_adapters.registry import make_engine
 from ghostball.validation.stress.families.long_runs import (
     GalperinTrial,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from ghostball.engine import GhostballError
+from ghostball.model import GhostballError
 from ghostball.reference_adapters.registry import make_engine
 from ghostball.validation.stress.families.reversal import (
     TOLERANCE,

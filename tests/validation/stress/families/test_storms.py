@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from shots import ball, scene_of
 
-from ghostball.engine import GhostballError, UnsupportedSceneError, simulate
-from ghostball.engine.trajectory import SampledTrajectory, Samples
+from ghostball.engine import simulate
+from ghostball.model import GhostballError, SampledTrajectory, Samples, UnsupportedSceneError
 from ghostball.reference_adapters.registry import make_engine
 from ghostball.validation.stress.families import storms
 from ghostball.validation.stress.families.storms import Breaks, looks

@@ -7,7 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from ghostball.engine import EventKind, UnsupportedSceneError, simulate
+from ghostball.engine import simulate
+from ghostball.model import EventKind, UnsupportedSceneError
 from ghostball.reference_adapters.registry import make_engine
 from ghostball.validation.runs.steps import with_step
 from ghostball.validation.stress.families.tunnelling import (

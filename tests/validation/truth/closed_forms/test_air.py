@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from ghostball.engine import Physics
+from ghostball.model import Physics
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.truth.closed_forms import closed_form, has_closed_form
 

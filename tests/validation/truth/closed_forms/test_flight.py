@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from mpmath import mp
 
-from ghostball.engine import Ball, Physics, Scene, simulate
+from ghostball.engine import simulate
+from ghostball.model import Ball, Physics, Scene
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.truth.closed_forms import closed_form
 

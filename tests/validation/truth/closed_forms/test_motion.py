@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from ghostball.engine import Ball, Physics, Scene
+from ghostball.model import Ball, Physics, Scene
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.truth.closed_forms import ClosedForm, closed_form, has_closed_form
 from ghostball.validation.truth.closed_forms._setup import numbers_of

@@ -1,0 +1,33 @@
+"""What of a scene's physics our own engine represents."""
+
+from __future__ import annotations
+
+from ghostball.model.features import EXACT, Capabilities, Capability, Feature
+
+_INTEGRATED = Capability("approximate", "integrated to an accuracy of 1e-7 of the speeds")
+
+CAPABILITIES: Capabilities = {
+    Feature.ROLLING: EXACT,
+    Feature.SLIDING: EXACT,
+    Feature.FRICTIONLESS_CLOTH: EXACT,
+    Feature.VERTICAL_SPIN: EXACT,
+    Feature.BALL_RESTITUTION: EXACT,
+    Feature.BALL_FRICTION: EXACT,
+    Feature.SPEED_DEPENDENT_FRICTION: EXACT,
+    Feature.MATHAVAN_BALL: _INTEGRATED,
+    Feature.UNEQUAL_MASSES: EXACT,
+    Feature.UNEQUAL_RADII: EXACT,
+    Feature.PER_BALL_FRICTION: EXACT,
+    Feature.UNBOUNDED_CLOTH: EXACT,
+    Feature.OPEN_SIDES: EXACT,
+    Feature.MIRROR_CUSHION: EXACT,
+    Feature.CUSHION_RESTITUTION: EXACT,
+    Feature.CUSHION_TANGENTIAL: EXACT,
+    Feature.FRICTIONAL_CUSHION: EXACT,
+    Feature.HAN_CUSHION: EXACT,
+    Feature.MATHAVAN_CUSHION: _INTEGRATED,
+    Feature.AIR_DRAG: EXACT,
+    Feature.QUADRATIC_ROLLING: EXACT,
+    Feature.FLIGHT: EXACT,
+}
+"""What our own engine represents, feature by feature: each is named, so that a new one is none."""

@@ -1,0 +1,80 @@
+"""The language that all engines speak: what a scene is, and what a run of it returns.
+
+    >>> from ghostball.model import Ball, Scene
+    >>> scene = Scene(name="roll", balls=[Ball(id="cue", position=(0, 0), velocity=(1, 0))])
+    >>> scene.save("roll.toml")
+
+It needs no compiler and knows no engine.
+"""
+
+from ghostball.model.errors import (
+    EngineFailedError,
+    GhostballError,
+    SceneError,
+    UnsupportedSceneError,
+)
+from ghostball.model.events import (
+    COLLISION_KINDS,
+    EVENT_DTYPE,
+    OBSTACLE_KINDS,
+    RECORDS,
+    EventKind,
+    Events,
+    Record,
+    Status,
+)
+from ghostball.model.result import Result, event_dict, initial_state
+from ghostball.model.scene import (
+    CUSHIONS,
+    POOL_BALL_MASS,
+    POOL_BALL_RADIUS,
+    Ball,
+    CushionName,
+    Physics,
+    Scene,
+    Table,
+    rolling_angular_velocity,
+)
+from ghostball.model.trajectory import (
+    Energy,
+    ExactTrajectory,
+    Phase,
+    SampledTrajectory,
+    Samples,
+    Trajectory,
+    energy_of,
+)
+
+__all__ = [
+    "COLLISION_KINDS",
+    "CUSHIONS",
+    "EVENT_DTYPE",
+    "OBSTACLE_KINDS",
+    "POOL_BALL_MASS",
+    "POOL_BALL_RADIUS",
+    "RECORDS",
+    "Ball",
+    "CushionName",
+    "Energy",
+    "EngineFailedError",
+    "EventKind",
+    "Events",
+    "ExactTrajectory",
+    "GhostballError",
+    "Phase",
+    "Physics",
+    "Record",
+    "Result",
+    "SampledTrajectory",
+    "Samples",
+    "Scene",
+    "SceneError",
+    "Status",
+    "Table",
+    "Trajectory",
+    "UnsupportedSceneError",
+    "energy_of",
+    "event_dict",
+    "initial_state",
+    "rolling_angular_velocity",
+]

@@ -1,0 +1,341 @@
+"""What any engine returns: rest positions, events, counts, samples, energy, and what it cost."""
+
+from __future__ import annotations
+
+import json
+import math
+import traceback
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from html import escape
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ghostball.model.errors import EngineFailedError, GhostballError
+from ghostball.model.events import OBSTACLE_KINDS, EventKind, Events, Status
+from ghostball.model.hashes import bits_hash
+from ghostball.model.scene.parts import CUSHIONS
+from ghostball.model.scene.picture import picture
+from ghostball.model.scene.scene import Scene
+from ghostball.model.trajectory.tangent_map import TangentMap
+from ghostball.model.trajectory.trajectory import (
+    Energy,
+    ExactTrajectory,
+    SampledTrajectory,
+    Samples,
+    Trajectory,
+    energy_of,
+)
+
+PICTURE_TIMES = 200
+"""At how many instants a notebook's picture follows the balls, beside those of the events."""
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """The outcome of one scene on one engine.
+
+    Attributes
+    ----------
+    engine : str
+        Name of the engine.
+    settings : mapping of str to str, int, float or bool
+        The engine's settings, frozen when it ran.
+    scene : Scene
+    status : Status
+    final_state : Samples, arrays (1, n, 3)
+        State of every ball when the run ended; `status` says whether that is at rest.
+    rest_time : float [s]
+        When the last ball came to rest, or when the run stopped.
+    collision_counts : mapping of str to int
+        By kind, "ball-ball" and "ball-cushion".
+    work : mapping of str to int
+        Machine-independent counters: events, bounds, steps ...
+    wall_time : float [s]
+        Of the simulation alone, without building the world or compiling.
+    events : structured array (`EVENT_DTYPE`) in order of time, or None
+        None where `record="rest"`.
+    trajectory : Trajectory or None
+        None where nothing was recorded to sample from.
+    reason : str
+        Where the run stopped early, why; else "".
+    """
+
+    engine: str
+    settings: Mapping[str, Any]
+    scene: Scene
+    status: Status
+    final_state: Samples
+    rest_time: float
+    collision_counts: Mapping[str, int]
+    work: Mapping[str, int]
+    wall_time: float
+    events: Events | None = None
+    trajectory: Trajectory | None = field(default=None, repr=False)
+    reason: str = ""
+
+    @property
+    def rest_positions(self) -> NDArray[np.float64]:
+        """Centres when the run ended, (n, 3) float64 [m]."""
+        positions: NDArray[np.float64] = self.final_state.positions[0]
+        return positions
+
+    def sample(self, times: ArrayLike) -> Samples:
+        """Return positions, velocities, angular velocities at `times`, each (k, n, 3).
+
+        Parameters
+        ----------
+        times : (k,) float64 [s], in any order, from 0; past the end the balls stay as they ended
+
+        Raises
+        ------
+        GhostballError
+            Where the run recorded nothing to sample from, or a time is negative or NaN.
+        EngineFailedError
+            Where the engine brought a trajectory of its own, and that raises or returns no states.
+        """
+        t, trajectory = _instants(times), self._recorded()
+        if type(trajectory) in (ExactTrajectory, SampledTrajectory):
+            return trajectory.sample(t)
+        return _sampled_by(self.engine, trajectory, t, len(self.scene.balls))
+
+    def energy(self, times: ArrayLike) -> Energy:
+        """Return the total energy at `times` [J], split in translation, rotation and height.
+
+        Parameters and errors are those of `sample`.
+        """
+        return energy_of(self.scene, self.sample(times))
+
+    def orientation(self, times: ArrayLike) -> NDArray[np.float64]:
+        """Return the orientation of every ball at `times`: unit quaternions (k, n, 4), w first.
+
+        Parameters are those of `sample`; every ball starts at (1, 0, 0, 0). Of an engine that
+        records frames: what the angular velocities of these come to, straight from one to the next.
+
+        Raises
+        ------
+        GhostballError
+            Where the run recorded nothing, or the engine brought a trajectory of its own.
+        """
+        t, trajectory = _instants(times), self._recorded()
+        if isinstance(trajectory, (ExactTrajectory, SampledTrajectory)):
+            return trajectory.orientation(t)
+        raise GhostballError(
+            f"engine `{self.engine}` brought a trajectory of its own, which has no orientation"
+        )
+
+    def phases(self, times: ArrayLike) -> NDArray[np.int8]:
+        """Return how every ball moves at `times`: `Phase` as (k, n) int8.
+
+        Parameters are those of `sample`; where an event falls on a time, the phase after it.
+
+        Raises
+        ------
+        GhostballError
+            Where the run recorded nothing, or the engine records frames instead of exact motion: a
+            frame has no phase, and which slip is but an engine's rounding it does not say.
+        """
+        return self._exact("phases").phases(_instants(times))
+
+    def sensitivity(self, times: ArrayLike) -> NDArray[np.float64]:
+        """Return how far rounding displaces each ball by `times`, over 2^-53: (k, n) float64 [m].
+
+        The root mean square of what becomes of rounding the state once at the start and at each
+        event, to first order. A number that is exactly 0 by symmetry stays so, as in our engine:
+        what becomes of changes that respect no symmetry, `tangent` says.
+        Infinite where no derivative exists: after collisions of one ball at one instant, and after
+        sustained contact. See `engine.sensitivity`.
+
+        Parameters are those of `sample`.
+
+        Raises
+        ------
+        GhostballError
+            Where the run recorded nothing, or the engine records frames instead of exact motion.
+        """
+        return self.rounding.growth(_instants(times))
+
+    def horizon(self, tolerance: float = 1e-3, error: float | None = None) -> float:
+        """Return the predictability horizon [s]: until when errors stay within a tolerance.
+
+        Parameters
+        ----------
+        tolerance : float [m]
+        error : float, optional
+            Relative size of the error that is made at the start and at each event; if left out,
+            32 times that of rounding, within which our engine stays.
+
+        Returns
+        -------
+        float [s]
+            The first instant at which error times `sensitivity` exceeds the tolerance for a ball;
+            inf where that never happens.
+
+        Raises
+        ------
+        GhostballError
+            As `sensitivity`; or where an argument isn't a positive number.
+        """
+        for name, value in (("tolerance", tolerance), ("error", error)):
+            if value is not None and not (math.isfinite(value) and value > 0.0):
+                raise GhostballError(f"`{name}` must be a positive number, got {value!r}")
+        events = self._exact_events("horizon")
+        instants = np.unique(np.append(0.0, events["t"]))
+        return self.rounding.horizon(instants, tolerance, error)
+
+    def tangent(self, directions: ArrayLike) -> TangentMap:
+        """Return what becomes of small changes of the first state; see `sensitivity.tangent_of`.
+
+        Parameters
+        ----------
+        directions : (m, n, 7) float64
+            Each a change of every ball's position x, y [m], velocity x, y [m/s] and angular
+            velocity x, y, z [rad/s].
+
+        Raises
+        ------
+        GhostballError
+            As `sensitivity`; or where `directions` has another shape, or isn't finite.
+        """
+        return self._tangents("tangent map", directions)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the result as plain values, which `ghostball run --format json` prints."""
+        start = energy_of(self.scene, initial_state(self.scene))
+        end = energy_of(self.scene, self.final_state)
+        return {
+            "engine": self.engine,
+            "settings": dict(self.settings),
+            "scene": self.scene.name,
+            "status": self.status.name.lower().replace("_", "-"),
+            "reason": self.reason,
+            "rest_time": self.rest_time,
+            "rest_positions": self.rest_positions.tolist(),
+            "events": None if self.events is None else [event_dict(e) for e in self.events],
+            "collision_counts": dict(self.collision_counts),
+            "energy": {"initial": float(start.total[0]), "final": float(end.total[0])},
+            "work": dict(self.work),
+            "hash": None if self.events is None else bits_hash(self.events, self.rest_positions),
+            "wall_time": self.wall_time,
+        }
+
+    def to_json(self) -> str:
+        """Return `to_dict` as one line of JSON; floats read back to the same bits.
+
+        JSON has no NaN or infinity: where an engine blew up, null stands for them.
+        """
+        return json.dumps(_finite(self.to_dict()), allow_nan=False)
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows: how the shot ended, and the ways of the balls."""
+        path = self.rest_positions[np.newaxis]
+        if self.trajectory is not None:
+            times = np.linspace(0.0, self.rest_time, PICTURE_TIMES)
+            if self.events is not None:  # where the ways have their corners
+                times = np.union1d(times, self.events["t"])
+            path = np.concatenate([self.sample(times).positions, path])
+        counts = ", ".join(f"{kind} {count}" for kind, count in self.collision_counts.items())
+        told = f"{self.engine}, {self.status.name.lower()} at t = {self.rest_time:.6g} s; {counts}"
+        return (
+            f"<figure>{picture(self.scene, path)}<figcaption>{escape(told)}</figcaption></figure>"
+        )
+
+    @cached_property
+    def rounding(self) -> TangentMap:
+        """What becomes of rounding the state at each event; errors as `sensitivity`."""
+        return self._tangents("sensitivity", None)
+
+    def _tangents(self, wanted: str, directions: ArrayLike | None) -> TangentMap:
+        trajectory, events = self._exact(wanted), self._exact_events(wanted)
+        if trajectory.tangents is None:
+            raise GhostballError(
+                f"engine `{self.engine}` knows no {wanted} of what it records; engine `ghostball` "
+                "does"
+            )
+        return trajectory.tangents(self.scene, trajectory, events, directions)
+
+    def _exact_events(self, wanted: str) -> Events:
+        """Return the events, of an engine that records exact motion beside them."""
+        self._exact(wanted)
+        assert self.events is not None  # kept with every motion
+        return self.events
+
+    def _recorded(self) -> Trajectory:
+        if self.trajectory is None:
+            raise GhostballError(
+                f"nothing was recorded to sample from: engine `{self.engine}` ran with too little "
+                '`record`. Call simulate(scene, record="trajectory")'
+            )
+        return self.trajectory
+
+    def _exact(self, wanted: str) -> ExactTrajectory:
+        trajectory = self._recorded()
+        if not isinstance(trajectory, ExactTrajectory):
+            raise GhostballError(
+                f"engine `{self.engine}` records frames, which have no {wanted}; engine "
+                "`ghostball` records exact motion"
+            )
+        return trajectory
+
+
+def _sampled_by(engine: str, trajectory: Trajectory, times: NDArray[np.float64], n: int) -> Samples:
+    """Sample a trajectory that an engine brought, and that it answers for."""
+    try:
+        samples = Samples(*trajectory.sample(times))
+    except (Exception, SystemExit) as error:
+        reason = f"`trajectory.sample` raised {type(error).__name__}: {error}"
+        trace = "".join(traceback.format_exception(error))
+        raise EngineFailedError(engine, reason, trace) from error
+    wanted = (len(times), n, 3)
+    for name, array in samples._asdict().items():
+        if not isinstance(array, np.ndarray) or array.dtype.kind != "f" or array.shape != wanted:
+            got = getattr(array, "shape", type(array).__name__)
+            raise EngineFailedError(
+                engine,
+                f"`trajectory.sample` must return {name} as floats of shape {wanted}, got {got}",
+            )
+    return samples
+
+
+def _instants(times: ArrayLike) -> NDArray[np.float64]:
+    """Return `times` as an array (k,), checked."""
+    t = np.atleast_1d(np.asarray(times, dtype=np.float64))
+    if t.ndim != 1:
+        raise GhostballError(f"`times` must be one-dimensional, got shape {t.shape}")
+    wrong = t[~(t >= 0.0)]
+    if len(wrong):
+        raise GhostballError(f"`times` must be at least 0 s, got {wrong[0]}; a shot starts at 0")
+    return t
+
+
+def _finite(value: Any) -> Any:
+    """Return `value` with null for every number in it that is not finite."""
+    if isinstance(value, dict):
+        return {key: _finite(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_finite(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def initial_state(scene: Scene) -> Samples:
+    """Return the state of every ball at t = 0, arrays of shape (1, n, 3)."""
+    return Samples(
+        scene.positions[np.newaxis],
+        scene.velocities[np.newaxis],
+        scene.angular_velocities[np.newaxis],
+    )
+
+
+def event_dict(event: Any) -> dict[str, Any]:
+    """Return one event as plain values: b is a ball index, a cushion's name, or None."""
+    kind = EventKind(int(event["kind"]))
+    b: int | str | None = int(event["b"])
+    if kind in OBSTACLE_KINDS:
+        index = int(event["b"])
+        b = CUSHIONS[index] if index < len(CUSHIONS) else f"obstacle-{index}"
+    elif kind is not EventKind.BALL_BALL:
+        b = None
+    return {"t": float(event["t"]), "kind": kind.label, "a": int(event["a"]), "b": b}

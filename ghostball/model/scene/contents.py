@@ -1,0 +1,106 @@
+"""What a scene has: its fields, each in order by itself, and the same as arrays.
+
+The rules between them are asked about this; a `Scene` has passed them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Annotated, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BeforeValidator, Field
+
+from ghostball.model.rounding import EPS
+from ghostball.model.scene.fields import Positive, SceneName, Text, whole_number
+from ghostball.model.scene.parts import Ball, Part, Table, rolling_angular_velocity
+from ghostball.model.scene.physics import Physics
+
+ROLLING_ULPS = 4.0
+"""Slip of a ball that counts as rolling, in units of EPS times its speed; see `Scene.rolls`."""
+
+
+class SceneContents(Part):
+    """The fields of a scene, which `Scene` explains, and its balls' numbers as arrays."""
+
+    schema_version: Annotated[Literal[1], BeforeValidator(whole_number)] = Field(
+        default=1, alias="schema"
+    )
+    name: SceneName
+    title: Text = ""
+    tags: tuple[Text, ...] = ()
+    t_max: Positive | None = None
+    physics: Physics = Field(default_factory=Physics)
+    table: Table | None = None
+    balls: Annotated[tuple[Ball, ...], Field(min_length=1)]
+
+    @property
+    def positions(self) -> NDArray[np.float64]:
+        """Centres at the start, (n, 3) float64 [m]; a fresh array."""
+        return np.array([ball.position for ball in self.balls], dtype=np.float64)
+
+    @property
+    def velocities(self) -> NDArray[np.float64]:
+        """Velocities at the start, (n, 3) float64 [m/s]; a fresh array."""
+        return np.array([ball.velocity for ball in self.balls], dtype=np.float64)
+
+    @property
+    def angular_velocities(self) -> NDArray[np.float64]:
+        """Angular velocities at the start, (n, 3) float64 [rad/s]; a fresh array."""
+        rolling = rolling_angular_velocity(self.velocities, self.radii)
+        for i, ball in enumerate(self.balls):
+            if ball.angular_velocity is not None:
+                rolling[i] = ball.angular_velocity
+        return rolling
+
+    @property
+    def radii(self) -> NDArray[np.float64]:
+        """Radii, (n,) float64 [m]; a fresh array."""
+        return np.array([ball.radius for ball in self.balls], dtype=np.float64)
+
+    @property
+    def masses(self) -> NDArray[np.float64]:
+        """Masses, (n,) float64 [kg]; a fresh array."""
+        return np.array([ball.mass for ball in self.balls], dtype=np.float64)
+
+    @property
+    def rolling_frictions(self) -> NDArray[np.float64]:
+        """Coefficients of rolling resistance, (n,) float64 [1]; a fresh array."""
+        shared = self.physics.rolling_friction
+        return _own_or_shared((ball.rolling_friction for ball in self.balls), shared)
+
+    @property
+    def sliding_frictions(self) -> NDArray[np.float64]:
+        """Coefficients of sliding friction, ball on cloth, (n,) float64 [1]; a fresh array."""
+        shared = self.physics.sliding_friction
+        return _own_or_shared((ball.sliding_friction for ball in self.balls), shared)
+
+    @property
+    def spinning_friction_rates(self) -> NDArray[np.float64]:
+        """Decelerations of vertical spin, (n,) float64 [rad/s^2]; a fresh array."""
+        shared = self.physics.spinning_friction_rate
+        return _own_or_shared((ball.spinning_friction_rate for ball in self.balls), shared)
+
+    @property
+    def rolls(self) -> NDArray[np.bool_]:
+        """Whether each ball starts rolling without slip, or at rest, (n,) bool; a fresh array.
+
+        Notes
+        -----
+        A ball whose angular velocity isn't given rolls; so does every ball where `motion` is
+        "rolling". Otherwise the slip at its lowest point decides, (vx - R wy, vy + R wx): it must
+        be at most 4 EPS times the larger of |v| and R |(wx, wy)|, which leaves room for the
+        rounding of a v / R that somebody computed. Spin about the vertical doesn't matter, nor
+        does height: a ball in the air that would roll on the cloth counts as rolling.
+        """
+        v, w, radii = self.velocities, self.angular_velocities, self.radii
+        slip = np.hypot(v[:, 0] - radii * w[:, 1], v[:, 1] + radii * w[:, 0])
+        speed = np.maximum(np.hypot(v[:, 0], v[:, 1]), radii * np.hypot(w[:, 0], w[:, 1]))
+        given = np.array([ball.angular_velocity is not None for ball in self.balls])
+        tied = self.physics.motion == "rolling"
+        return tied | ~given | (slip <= ROLLING_ULPS * EPS * speed)
+
+
+def _own_or_shared(own: Iterable[float | None], shared: float) -> NDArray[np.float64]:
+    return np.array([shared if value is None else value for value in own], dtype=np.float64)

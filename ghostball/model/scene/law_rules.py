@@ -1,0 +1,122 @@
+"""The rules between a scene's laws of impacts and its balls and table.
+
+Each refuses what breaks it with one sentence. Those between the laws and other fields of the
+physics are in `scene.physics`.
+"""
+
+from __future__ import annotations
+
+from ghostball.model.impact_laws import BALL_LAWS, CUSHION_LAWS
+from ghostball.model.scene.contents import SceneContents
+from ghostball.model.scene.fields import problem
+from ghostball.model.scene.parts import Ball
+from ghostball.model.scene.physics import Physics, choice, entry_of, from_preset
+
+
+def check_laws_in_scene(scene: SceneContents) -> None:
+    """Check that the laws of impacts, which are in order themselves, suit the balls and the table.
+
+    Raises
+    ------
+    PydanticCustomError
+        For the first rule that is broken.
+    """
+    _check_laws_without_spin(scene)
+    _check_limits(scene)
+    _check_cushion_height(scene)
+
+
+def _check_laws_without_spin(scene: SceneContents) -> None:
+    # A ball that always rolls has its velocity's spin and no other: these laws would be cut short.
+    physics, table = scene.physics, scene.table
+    if physics.motion != "rolling":
+        return
+    wrong: dict[str, str] = {}  # field, and what to set it to
+    if table is not None and table.cushions and entry_of(CUSHION_LAWS, physics.cushion).turns:
+        wrong["cushion"] = choice(law.name for law in CUSHION_LAWS if not law.turns)
+    if len(scene.balls) > 1:
+        if entry_of(BALL_LAWS, physics.ball_impact).turns:
+            wrong["ball_impact"] = choice(law.name for law in BALL_LAWS if not law.turns)
+        if physics.ball_friction != 0.0:
+            wrong["ball_friction"] = "0"
+    if not wrong:
+        return
+    found = []
+    for field in wrong:
+        value = getattr(physics, field)
+        shown = f'"{value}"' if isinstance(value, str) else f"{value}"
+        preset = value == from_preset(physics, field)
+        source = f' (of preset "{physics.preset}")' if preset else ""
+        found.append(f"`{field}` = {shown}{source}")
+    raise problem(
+        "needs_spin",
+        '`motion` must be "sliding" with {found}: where it is "rolling", a ball has the spin of '
+        'its velocity, and no impact can turn it. Set `motion` = "sliding", or {mended}',
+        at=("physics", next(iter(wrong))),
+        found=" and ".join(found),
+        mended=" and ".join(f"`{field}` = {value}" for field, value in wrong.items()),
+    )
+
+
+def _check_limits(scene: SceneContents) -> None:
+    law = entry_of(BALL_LAWS, scene.physics.ball_impact)
+    if len(scene.balls) < 2:
+        return
+    owners: list[tuple[str, tuple[str | int, ...], Physics | Ball]]
+    owners = [("", ("physics",), scene.physics)]
+    owners += [(f"balls[{i}].", ("balls", i), ball) for i, ball in enumerate(scene.balls)]
+    for field, most in law.limits:
+        for prefix, owner_at, owner in owners:
+            value = getattr(owner, field, None)
+            if not isinstance(value, float) or value <= most:
+                continue
+            raise problem(
+                "beyond_law",
+                '`{name}` must be at most {most} where `ball_impact` = "{law}", got {value}: the '
+                "law describes balls that stay on the cloth. Set a smaller one, or `ball_impact` = "
+                "{others}",
+                at=(*owner_at, field),
+                name=prefix + field,
+                most=most,
+                law=law.name,
+                value=value,
+                others=choice(other.name for other in BALL_LAWS if not other.limits),
+            )
+
+
+def _check_cushion_height(scene: SceneContents) -> None:
+    physics, table = scene.physics, scene.table
+    if table is None or not table.cushions:
+        return
+    in_space = physics.airborne
+    if not in_space and "cushion_height" not in entry_of(CUSHION_LAWS, physics.cushion).uses:
+        return
+    height = physics.cushion_height
+    for i, ball in enumerate(scene.balls):
+        sine = (height - ball.radius) / ball.radius  # of the contact's elevation seen from the ball
+        if -1.0 < sine < 1.0:
+            continue
+        needed = "less than the height of every ball" if sine > 0.0 else "distinct from the cloth's"
+        if in_space:
+            raise problem(
+                "cushion_height",
+                "`cushion_height` must be {needed} where `airborne` = true, got {height} m, but "
+                "`balls[{i}]` is {top} m high. Set `cushion_height`, or `airborne` = false",
+                at=("physics", "cushion_height"),
+                needed=needed,
+                i=i,
+                top=2.0 * ball.radius,
+                height=height,
+            )
+        raise problem(
+            "cushion_height",
+            '`cushion_height` must be {needed} where `cushion` = "{law}", got {height} m, but '
+            "`balls[{i}]` is {top} m high. Set `cushion_height`, or `cushion` = {others}",
+            at=("physics", "cushion_height"),
+            needed=needed,
+            i=i,
+            top=2.0 * ball.radius,
+            height=height,
+            law=physics.cushion,
+            others=choice(law.name for law in CUSHION_LAWS if "cushion_height" not in law.uses),
+        )

@@ -1,0 +1,243 @@
+"""The rules of how balls begin to move: how fast they may turn and be slowed, and for how long.
+
+They are asked about many motions at once: those of a scene's balls, or those of one ball in the
+shots of a sweep.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ghostball.model.scene.contents import SceneContents
+from ghostball.model.scene.fields import FASTEST_DRAG, LARGEST, MOST_IMPACTS, SMALLEST, problem
+from ghostball.model.scene.parts import rolling_angular_velocity
+
+
+class Motions(NamedTuple):
+    """First motions: of each of a scene's balls, or of one of them in each shot of a sweep."""
+
+    ball: NDArray[np.int64]  # (m,) whose it is: index in the scene
+    velocity: NDArray[np.float64]  # (m, 3) [m/s]
+    spin: NDArray[np.float64]  # (m, 3) angular velocity [rad/s]
+    rolling: NDArray[np.float64]  # (m, 3) what that of rolling without slip would be [rad/s]
+    given: NDArray[np.bool_]  # (m,) whether the spin is given; else it is that of rolling
+    in_sweep: bool = False
+
+    def name(self, k: int, field: str = "") -> str:
+        """Return how a message calls the ball of motion k, or a field of it."""
+        return f"`balls[{self.ball[k]}]{field}`" + f" in shot {k}" * self.in_sweep
+
+
+def motions_of(scene: SceneContents) -> Motions:
+    """Return how the balls of a scene begin to move."""
+    rolling = rolling_angular_velocity(scene.velocities, scene.radii)
+    given = np.array([ball.angular_velocity is not None for ball in scene.balls])
+    each = np.arange(len(scene.balls))
+    return Motions(each, scene.velocities, scene.angular_velocities, rolling, given)
+
+
+def check_motions(scene: SceneContents, motions: Motions) -> None:
+    """Check motions that balls of a scene, which is in order itself, would begin with instead.
+
+    Raises
+    ------
+    PydanticCustomError
+        For the first rule that a scene with one of these motions would break.
+    """
+    _check_rolling(scene, motions)
+    _check_spin(scene, motions)
+    _check_drag(scene, motions)
+    _check_ends(scene, motions)
+
+
+def _check_rolling(scene: SceneContents, motions: Motions) -> None:
+    if scene.physics.motion != "rolling":
+        return
+    spin, rolling = motions.spin, motions.rolling
+    scale = np.max(np.abs(np.hstack((rolling, spin))), axis=1, keepdims=True)
+    for k in np.flatnonzero(np.any(np.abs(spin - rolling) > 1e-9 * scale, axis=1))[:1]:
+        raise problem(
+            "not_rolling",
+            "{name} must be that of rolling without slip, {rolling}, "
+            'where `motion` = "rolling", got {spin}. Leave it out, or set `motion` = "sliding"',
+            at=("balls", int(motions.ball[k]), "angular_velocity"),
+            name=motions.name(k, ".angular_velocity"),
+            rolling=tuple(rolling[k].tolist()),
+            spin=tuple(spin[k].tolist()),
+        )
+
+
+def _check_spin(scene: SceneContents, motions: Motions) -> None:
+    surface = np.where(motions.given, scene.radii[motions.ball] * _size(motions.spin), 0.0)
+    for k in np.flatnonzero(surface > LARGEST)[:1]:
+        raise problem(
+            "fast_spin",
+            "{name} must turn the ball's surface at no more than "
+            "{largest:g} m/s, got {spin} rad/s, which make {surface:g} m/s",
+            at=("balls", int(motions.ball[k]), "angular_velocity"),
+            name=motions.name(k, ".angular_velocity"),
+            largest=LARGEST,
+            spin=tuple(motions.spin[k].tolist()),
+            surface=float(surface[k]),
+        )
+
+
+def _size(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the lengths of vectors (m, 2) or (m, 3); the squares of tiny ones don't vanish."""
+    sizes: NDArray[np.float64] = np.hypot.reduce(vectors, axis=1)
+    return sizes
+
+
+def _speeds(scene: SceneContents, motions: Motions) -> NDArray[np.float64]:
+    """Return how fast each ball may come to go: as it does, or as its surface turns [m/s]."""
+    surface = scene.radii[motions.ball] * _size(motions.spin[:, :2])
+    return np.maximum(_size(motions.velocity), surface)
+
+
+def _check_drag(scene: SceneContents, motions: Motions) -> None:
+    """Refuse what is slowed so fast that its motion can't be computed.
+
+    Raises
+    ------
+    PydanticCustomError
+    """
+    speeds, physics = _speeds(scene, motions), scene.physics
+    k = int(np.argmax(speeds))
+    for field in ("air_drag", "rolling_friction_quadratic"):
+        drag: float = getattr(physics, field)
+        if drag * float(speeds[k]) > FASTEST_DRAG:
+            raise problem(
+                "fast_drag",
+                "`physics.{field}` times the speed of a ball must be at most {fastest:g} per "
+                "second, got {drag:g} 1/m times the {speed:g} m/s of {name}: what is computed of "
+                "its motion would be too large for a double. Lower one of them",
+                at=("physics", field),
+                field=field,
+                fastest=FASTEST_DRAG,
+                drag=drag,
+                speed=float(speeds[k]),
+                name=motions.name(k),
+            )
+
+
+def _check_ends(scene: SceneContents, motions: Motions) -> None:
+    """Refuse a shot without `t_max` that might never end, or only after too long.
+
+    Raises
+    ------
+    PydanticCustomError
+    """
+    # A ball that moves may set any other moving: its speed is held against every ball's friction.
+    if scene.t_max is not None:
+        return
+    rolls = ("roll", "rolling_friction", scene.rolling_frictions)
+    slides = ("slide", "sliding_friction", scene.sliding_frictions)
+    sliding = scene.physics.motion == "sliding"
+    speeds = _speeds(scene, motions)
+    if scene.physics.airborne and scene.physics.table_restitution == 1.0:
+        raise problem(
+            "endless",
+            "`t_max` must be given where `table_restitution` is 1: a ball that bounces might never "
+            "come to rest. Set `t_max` to a time in seconds",
+            at=("physics", "table_restitution"),
+        )
+    for verb, field, frictions in (rolls, slides) if sliding else (rolls,):
+        _check_stops(scene, motions, speeds, verb, field, frictions)
+    if sliding:
+        _check_spin_ends(scene, motions, speeds)
+    _check_impacts_end(scene, motions)
+
+
+def _check_impacts_end(scene: SceneContents, motions: Motions) -> None:
+    # Where only rolling takes energy, it has to roll the way on which it loses all of it, be that
+    # shared among the balls; and on a closed table no way is longer than the diagonal.
+    physics, table = scene.physics, scene.table
+    elastic = physics.cushion == "mirror" and physics.ball_restitution == 1.0
+    drag = physics.air_drag + physics.rolling_friction_quadratic
+    if table is None or len(table.cushions) < 4 or not elastic or drag > 0.0:
+        return
+    if physics.motion != "rolling" or physics.airborne:
+        return
+    speeds, masses = _size(motions.velocity), scene.masses[motions.ball]
+    slowing = float(np.max(scene.masses * scene.rolling_frictions)) * physics.gravity
+    ways = 0.5 * masses * speeds**2 / max(slowing, SMALLEST)
+    k = int(np.argmax(ways))
+    impacts = float(ways[k]) / float(np.hypot(table.length, table.width)) - len(scene.balls)
+    if impacts > MOST_IMPACTS:
+        raise problem(
+            "endless",
+            "`t_max` must be given where balls would hit cushions more than {most:g} times before "
+            "they rest: {name} begins with {speed:g} m/s, and until that is lost there are at "
+            "least {impacts:.2g} collisions. Set `t_max` to a time in seconds, or slow the ball",
+            at=("balls", int(motions.ball[k]), "velocity"),
+            most=MOST_IMPACTS,
+            name=motions.name(k),
+            speed=float(speeds[k]),
+            impacts=impacts,
+        )
+
+
+def _check_stops(
+    scene: SceneContents,
+    motions: Motions,
+    speeds: NDArray[np.float64],
+    verb: str,
+    field: str,
+    frictions: NDArray[np.float64],
+) -> None:
+    k, j = int(np.argmax(speeds)), int(np.argmin(frictions))
+    # The product as the engine takes it: of two tiny factors it may round to 0.
+    deceleration = float(frictions[j]) * scene.physics.gravity
+    if deceleration == 0.0 and speeds[k] > 0.0:
+        raise problem(
+            "endless",
+            "`t_max` must be given where a ball moves ({name}) and a ball loses no speed "
+            "while it {verb}s (`balls[{j}]`, `{field}` = {friction}): it might never come to rest. "
+            "Set `t_max` to a time in seconds",
+            at=("balls", int(motions.ball[k])),
+            name=motions.name(k),
+            j=j,
+            verb=verb,
+            field=field,
+            friction=float(frictions[j]),
+        )
+    if speeds[k] > LARGEST * deceleration:
+        raise problem(
+            "endless",
+            "`t_max` must be given where a ball with the speed of {name}, {speed:g} m/s, "
+            "would {verb} for more than {longest:g} s: `balls[{j}]` loses {deceleration:g} m/s "
+            "each second. Set `t_max` to a time in seconds",
+            at=("balls", int(motions.ball[k])),
+            name=motions.name(k),
+            j=j,
+            verb=verb,
+            longest=LARGEST,
+            speed=float(speeds[k]),
+            deceleration=deceleration,
+        )
+
+
+def _check_spin_ends(scene: SceneContents, motions: Motions, speeds: NDArray[np.float64]) -> None:
+    # Spin about the vertical may also come from friction in an impact, out of speed. Where its
+    # rate is 0 nobody waits for its end.
+    rates = scene.spinning_friction_rates
+    if not np.any(rates > 0.0):
+        return
+    vertical = scene.radii[motions.ball] * np.abs(motions.spin[:, 2])
+    spin = float(max(np.max(vertical), np.max(speeds))) / float(np.min(scene.radii))
+    j = int(np.argmin(np.where(rates > 0.0, rates, np.inf)))
+    if spin > LARGEST * float(rates[j]):
+        raise problem(
+            "endless",
+            "`t_max` must be given where a ball might spin for more than {longest:g} s: it may "
+            "have {spin:g} rad/s, and `balls[{j}]` loses {rate:g} rad/s each second. Set `t_max` "
+            "to a time in seconds",
+            at=("balls", j),
+            j=j,
+            longest=LARGEST,
+            spin=spin,
+            rate=float(rates[j]),
+        )

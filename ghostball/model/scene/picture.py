@@ -1,0 +1,94 @@
+"""A scene, or what became of it, as a small SVG: what a notebook shows of `Scene` and `Result`.
+
+Text alone, so that nothing is loaded for it. The figures of `ghostball.reports` show more.
+"""
+
+from __future__ import annotations
+
+from html import escape
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ghostball.model.scene.contents import SceneContents
+
+PIXELS = 640.0
+"""Of the longer side."""
+
+MARGIN = 0.06
+"""Around the table, or around the balls where there is none [m]."""
+
+AIM = 0.15
+"""What the line of a moving ball shows: how far it would go in this time [s]."""
+
+# From the cue ball to the eight; then again, since every ball has its name beside it.
+COLOURS = (
+    "white",
+    "gold",
+    "cornflowerblue",
+    "tomato",
+    "plum",
+    "orange",
+    "lightgreen",
+    "tan",
+    "black",
+)
+
+
+def picture(scene: SceneContents, path: NDArray[np.float64] | None = None) -> str:
+    """Return the table and its balls, seen from above, as SVG.
+
+    Parameters
+    ----------
+    scene : Scene
+    path : (k, n, 3) float64 [m], optional
+        Where the balls were at k instants, the last of them their end: they are drawn there, and
+        as rings where they began. What isn't finite is left out.
+    """
+    moved = scene.positions[np.newaxis] if path is None else path
+    xy = np.concatenate([scene.positions[np.newaxis], moved])[:, :, :2]
+    corners = [
+        xy[np.isfinite(xy).all(axis=2)] - size for size in (scene.radii.max(), -scene.radii.max())
+    ]
+    if scene.table is not None:
+        corners.append(np.array([[0.0, 0.0], [scene.table.length, scene.table.width]]))
+    points = np.concatenate(corners)
+    low, high = points.min(axis=0) - MARGIN, points.max(axis=0) + MARGIN
+    scale = PIXELS / float(max(high - low))
+    width, height = (high - low) * scale
+
+    def at(x: float, y: float) -> tuple[float, float]:
+        return (x - low[0]) * scale, (high[1] - y) * scale
+
+    def circle(centre: NDArray[np.float64], radius: float, look: str) -> str:
+        x, y = at(*centre)
+        return f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{radius * scale:.1f}" {look}/>'
+
+    def line(through: NDArray[np.float64], look: str) -> str:
+        told = " ".join("{:.1f},{:.1f}".format(*at(*point)) for point in through)
+        return f'<polyline points="{told}" fill="none" {look}/>'
+
+    parts = [
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:.0f}" height="{height:.0f}" '
+        'font-family="sans-serif" font-size="11">',
+        f"<title>{escape(scene.title or scene.name)}</title>",
+        '<rect width="100%" height="100%" fill="#2f5d4a"/>',
+    ]
+    if scene.table is not None:
+        x, y = at(0.0, scene.table.width)
+        size = f'width="{scene.table.length * scale:.1f}" height="{scene.table.width * scale:.1f}"'
+        parts.append(f'<rect x="{x:.1f}" y="{y:.1f}" {size} fill="#3d7a62" stroke="#23382f"/>')
+    names = []
+    for i, ball in enumerate(scene.balls):
+        colour, start = COLOURS[i % len(COLOURS)], xy[0, i]
+        way = xy[:, i][np.isfinite(xy[:, i]).all(axis=1)]
+        if path is None:
+            aim = np.array([start, start + AIM * scene.velocities[i, :2]])
+            parts.append(line(aim, f'stroke="{colour}" stroke-width="2" stroke-dasharray="4 2"'))
+        else:
+            parts.append(line(way, f'stroke="{colour}" opacity="0.7"'))
+            parts.append(circle(start, ball.radius, f'stroke="{colour}" fill="none"'))
+        parts.append(circle(way[-1], ball.radius, f'fill="{colour}" stroke="#111"'))
+        x, y = at(*(way[-1] + 1.1 * ball.radius))
+        names.append(f'<text x="{x:.1f}" y="{y:.1f}" fill="#fff">{escape(ball.id)}</text>')
+    return "".join((*parts, *names, "</svg>"))

@@ -1,0 +1,124 @@
+"""A scene: balls, table and physics of one shot, in SI units, validated once and frozen.
+
+`Scene` is what every engine of the harness takes. It is checked here, at the boundary, and trusted
+everywhere else. What a field may hold is in `scene.fields`, the rules between fields and parts are
+in `scene.rules`, and reading and writing TOML is in `scene.toml`.
+"""
+
+from __future__ import annotations
+
+import json
+import weakref
+from pathlib import Path
+from typing import Self
+
+from pydantic import ValidationError, model_validator
+
+from ghostball.model.errors import SceneError
+from ghostball.model.scene import toml
+from ghostball.model.scene.contents import SceneContents
+from ghostball.model.scene.messages import describe, refusal
+from ghostball.model.scene.picture import picture
+from ghostball.model.scene.rules import check_scene
+
+
+class Scene(SceneContents):
+    """A shot: what every engine simulates.
+
+    Attributes
+    ----------
+    name : str
+        Identifier, used in file names: lower case letters, digits, ".", "_", "-".
+    title : str
+        What the scene probes, in one line.
+    tags : tuple of str
+    balls : tuple of Ball
+        At least one; results list balls in this order.
+    table : Table or None
+        None is an unbounded cloth.
+    physics : Physics
+    t_max : float or None
+        Where to stop [s]; None is "until every ball rests".
+    """
+
+    @classmethod
+    def load(cls, path: str | Path) -> Scene:
+        """Read a scene from a TOML file.
+
+        Raises
+        ------
+        SceneError
+            Where the file can't be read, isn't TOML, or breaks a rule; the message names file,
+            line, field, value and rule.
+        """
+        try:
+            place = Path(path)
+        except TypeError:
+            raise refusal(
+                f"`path` of a scene must be text or a Path, got {type(path).__name__}"
+            ) from None
+        return cls.loads(toml.read(place), str(place))
+
+    @classmethod
+    def loads(cls, text: str, source: str = "<scene>") -> Scene:
+        """Read a scene from TOML text; `source` is what errors call it."""
+        data = toml.parse(text, source)
+        try:
+            scene: Scene = cls.__pydantic_validator__.validate_python(data)
+        except ValidationError as error:
+            raise SceneError(describe(error, cls, source, text)) from None
+        return scene
+
+    def save(self, path: str | Path) -> None:
+        """Write the scene as TOML; `load` reads back an equal scene, to the last bit."""
+        toml.write(toml.dumps(self), Path(path))
+
+    def _repr_svg_(self) -> str:
+        """Return what a notebook shows: the balls, and where those that move are going."""
+        return picture(self)
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        check_scene(self)
+        _note_checked(self)
+        return self
+
+
+_CHECKED: dict[int, weakref.ref[Scene]] = {}
+"""Scenes that are known to keep the rules. By identity, since pydantic copies all else: a field, or
+a private one, that said so would say so of a copy with other fields, too."""
+
+
+def _note_checked(scene: Scene) -> None:
+    key = id(scene)
+    _CHECKED[key] = weakref.ref(scene, lambda _: _CHECKED.pop(key, None))
+
+
+def check_whole(scene: Scene) -> None:
+    """Check a scene anew, with all its parts, unless it was made by its checks.
+
+    `model_copy`, `model_construct`, `copy` and `pickle` make scenes past them.
+
+    Raises
+    ------
+    SceneError
+        Where a rule is broken.
+    """
+    kept = _CHECKED.get(id(scene))
+    if kept is not None and kept() is scene:
+        return
+    made = "The scene was made without its checks (by a copy, or by `model_construct`)"
+    try:
+        checked = type(scene).model_validate(scene)
+    except SceneError as error:
+        raise SceneError(f"{error} {made}") from None
+    if checked != scene:
+        raise refusal(f"{made}, which would have changed it. Make it by Scene(...)")
+    _note_checked(scene)
+
+
+def json_schema() -> str:
+    """Return the JSON schema of scene files, so that editors complete and check them."""
+    schema = Scene.model_json_schema(by_alias=True)
+    schema["required"] = ["schema", *schema["required"]]
+    return json.dumps({"$schema": "http://json-schema.org/draft-07/schema#"} | schema, indent=2)

@@ -1,0 +1,149 @@
+"""Scenes as TOML: read with errors that name file, line, field, value and rule; write."""
+
+from __future__ import annotations
+
+import re
+import sys
+import tomllib
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+from uuid import uuid4
+
+import tomli_w
+
+from ghostball.model.scene.contents import SceneContents
+from ghostball.model.scene.messages import refusal
+from ghostball.model.scene.parts import Ball, Part
+
+LARGEST_FILE = 2**26
+"""Most bytes of a scene file: those of half a million balls. A device may go on for ever."""
+
+
+def read(path: Path) -> str:
+    """Return the text of a scene file.
+
+    Raises
+    ------
+    SceneError
+        Where it can't be read, or can be no scene.
+    """
+    try:
+        with path.open("rb") as file:
+            content = file.read(LARGEST_FILE + 1)
+        text = content.decode("utf-8").replace("\r\n", "\n")  # as text files have it
+    except UnicodeDecodeError as error:
+        raise refusal(
+            f"{path}: not UTF-8 text (byte {error.start}). A scene is a TOML text file"
+        ) from None
+    except (OSError, ValueError) as error:  # ValueError: a path that no file can have
+        raise refusal(f"{path}: can't read the scene: {_reason(error)}. Check the path") from None
+    if len(content) > LARGEST_FILE:
+        raise refusal(
+            f"{path}: a scene must have at most {LARGEST_FILE} bytes, and this has more. Check the "
+            "path"
+        )
+    return text
+
+
+def parse(text: str, source: str) -> dict[str, Any]:
+    """Return the plain values of a scene's TOML text; `source` is what errors call it.
+
+    Raises
+    ------
+    SceneError
+        Where it isn't TOML, or has no schema.
+    """
+    if not isinstance(text, str):
+        raise refusal(f"{source}: must be text, got {type(text).__name__}. Decode it, as UTF-8")
+    data = _parsed(text, source)
+    if "schema" not in data:
+        raise refusal(f"{source}: `schema` must be given. Add `schema = 1` as the first line")
+    return data
+
+
+def _parsed(text: str, source: str) -> dict[str, Any]:
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        found = re.search(r"\(at line (\d+), column (\d+)\)", str(error))
+        line = int(found[1]) if found else text.count("\n") + 1
+        detail = re.sub(r" \(at .*\)$", "", str(error))
+        raise refusal(f"{source}:{line}: not valid TOML: {detail}. Mend the syntax there") from None
+    except RecursionError:
+        raise refusal(
+            f"{source}: lists or tables are nested too deeply to read. A scene needs 3 levels"
+        ) from None
+    except ValueError as error:  # Python's own limit: integers of many digits are slow to read
+        digits = sys.get_int_max_str_digits()
+        found = re.search(rf"[0-9](?:_?[0-9]){{{digits},}}", text)
+        if found is None:
+            raise refusal(f"{source}: not valid TOML: {error}") from None
+        line = text.count("\n", 0, found.start()) + 1
+        raise refusal(
+            f"{source}:{line}: a number must have at most {digits} digits. Shorten it"
+        ) from None
+
+
+def write(text: str, path: Path) -> None:
+    """Write the text of a scene file. Nothing is left behind where writing fails.
+
+    Each call writes a file of its own beside the scene file and then replaces that by it, so that
+    of several processes that save one scene at a time each replaces it by a whole file.
+    """
+    if not path.name:
+        raise refusal(f"{path}: can't write the scene: Is a directory")
+    temporary = path.with_name(f".{uuid4().hex}.part")
+    try:
+        temporary.write_text(text, encoding="utf-8")
+        temporary.replace(path)
+    except (OSError, ValueError) as error:  # ValueError: a path or text that no file can have
+        with suppress(OSError, ValueError):  # the first error is the one to tell
+            temporary.unlink(missing_ok=True)
+        raise refusal(f"{path}: can't write the scene: {_reason(error)}") from None
+
+
+def dumps(scene: SceneContents) -> str:
+    """Return the scene as TOML text: `preset` and what differs from it, defaults left out."""
+    data: dict[str, Any] = {"schema": scene.schema_version, "name": scene.name}
+    if scene.title:
+        data["title"] = scene.title
+    if scene.tags:
+        data["tags"] = list(scene.tags)
+    if scene.t_max is not None:
+        data["t_max"] = scene.t_max
+    preset = type(scene.physics)(preset=scene.physics.preset)
+    data["physics"] = {"preset": scene.physics.preset} | {
+        name: value
+        for name, value in scene.physics.model_dump().items()
+        if value != getattr(preset, name)
+    }
+    if scene.table is not None:
+        data["table"] = _differing(scene.table, keep=("length", "width"))
+    data["balls"] = [_ball_fields(ball) for ball in scene.balls]
+    return tomli_w.dumps(data, multiline_strings=False)
+
+
+def _reason(error: OSError | ValueError) -> str:
+    if isinstance(error, OSError):
+        return error.strerror or type(error).__name__
+    return str(error)
+
+
+def _differing(part: Part, keep: tuple[str, ...]) -> dict[str, Any]:
+    fields = type(part).model_fields
+    values = part.model_dump(mode="json")
+    return {
+        name: value
+        for name, value in values.items()
+        if name in keep or getattr(part, name) != fields[name].default
+    }
+
+
+def _ball_fields(ball: Ball) -> dict[str, Any]:
+    fields = _differing(ball, keep=("id", "position"))
+    if ball.position[2] == ball.radius:
+        fields["position"] = list(ball.position[:2])
+    if "velocity" in fields and ball.velocity[2] == 0.0:
+        fields["velocity"] = list(ball.velocity[:2])
+    return fields

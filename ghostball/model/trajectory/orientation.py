@@ -1,0 +1,291 @@
+"""Orientation of balls, as quaternions with w first: how far they turn while they move.
+
+Found after a run, from what it recorded: the motion of a ball doesn't depend on it. Between events
+the angular velocity is a polynomial of the time, w(s) = w_0 + w_1 s + ..., once a piece ends where
+the spin about the vertical does; without air it is a straight line. Where all of it lies on one
+axis, the ball turns about that by the integral of w. Otherwise the axis moves, and q' = w(s) q / 2
+is solved by its power series.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ghostball.model.errors import GhostballError
+from ghostball.model.rounding import EPS
+from ghostball.model.trajectory import segment
+from ghostball.model.trajectory.segment import Phase
+
+FloatArray = NDArray[np.float64]
+
+STEP_TURN = 4.0
+"""Largest turn in one step of the power series [rad]; see `series_turn`."""
+
+LEFT_OUT = 2.0**-55
+"""What the power series may leave out in a step: half of the rounding of its result."""
+
+AXIS_ROUNDING = 8.0 * EPS
+"""Sine of the angle between coefficients of w that is but their rounding: the axis stays fixed."""
+
+MAX_STEPS = 1_000_000
+"""Steps followed for one ball: 4e6 rad with a moving axis, for some seconds of work."""
+
+
+class Pieces(NamedTuple):
+    """One ball's motion as m pieces in order of time, each with an angular velocity of its own.
+
+    Attributes
+    ----------
+    start, duration : (m,) float64 [s]
+    spin : (m, d, 3) float64
+        Coefficients of the angular velocity, by power of the time since `start` [rad/s ...].
+    """
+
+    start: FloatArray
+    duration: FloatArray
+    spin: FloatArray
+
+
+def pieces_of(
+    knots: FloatArray,
+    powers: tuple[FloatArray, FloatArray],
+    radius: float,
+    spin_deceleration: float,
+    t_end: float,
+) -> Pieces:
+    """Split a ball's knots where its vertical spin has decayed, and find the spin of each piece.
+
+    Parameters
+    ----------
+    knots : (k, 14 ...) float64, as in `ExactTrajectory`
+    powers : two (2 m, k) float64, as of `ExactTrajectory.powers`
+    radius : float [m]
+    spin_deceleration : float [rad/s^2]
+    t_end : float [s]
+    """
+    start = knots[:, segment.EPOCH]
+    duration = np.append(start[1:], t_end) - start
+    flies = knots[:, segment.PHASE] == Phase.FLYING
+    sliding = ((knots[:, segment.PHASE] == Phase.SLIDING) | flies)[:, np.newaxis]
+    # While it rolls, the angular velocity is k x v / R, and changes as v does.
+    v, a = knots[:, segment.VX : segment.VY + 1], knots[:, segment.AX : segment.AY + 1]
+    turned = np.array([-1.0, 1.0]) / radius
+    further, turning = powers
+    spin = np.zeros((len(knots), 2 + len(further) // 2, 3))
+    for power in range(len(further) // 2):
+        x, y = further[2 * power : 2 * power + 2]
+        rolling = (3 + power) * np.column_stack((-y, x)) / radius
+        own = turning[2 * power : 2 * power + 2].T if len(turning) else 0.0
+        spin[:, 2 + power, :2] = np.where(sliding, own, rolling)
+    spin[:, 0, :2] = np.where(sliding, knots[:, segment.WX : segment.WY + 1], v[:, ::-1] * turned)
+    spin[:, 1, :2] = np.where(sliding, knots[:, segment.BX : segment.BY + 1], a[:, ::-1] * turned)
+    vertical, added = knots[:, segment.WZ], knots[:, segment.BZ]
+    decay = np.where(flies, 0.0, spin_deceleration * np.sign(vertical))
+    spin[:, 0, 2], spin[:, 1, 2] = vertical, added - decay
+
+    # Once its vertical spin has decayed, a knot goes on as a piece of its own.
+    lasts = np.full(len(knots), np.inf)
+    np.divide(np.abs(vertical), spin_deceleration, out=lasts, where=decay != 0.0)
+    ends = np.flatnonzero(lasts < duration)
+    s, rest = lasts[ends], spin[ends]
+    rest = _later(rest, s)
+    rest[:, 0, 2], rest[:, 1, 2] = s * added[ends], added[ends]
+    after, left = start[ends] + s, duration[ends] - s
+    duration[ends] = s
+    return Pieces(
+        np.insert(start, ends + 1, after),
+        np.insert(duration, ends + 1, left),
+        np.insert(spin, ends + 1, rest, axis=0),
+    )
+
+
+def orientation_at(times: FloatArray, pieces: Pieces) -> FloatArray:
+    """Return the orientation at `times`, unit quaternions (k, 4); (1, 0, 0, 0) at the start.
+
+    Parameters
+    ----------
+    times : (k,) float64 [s], from the start of the first piece to the end of the last
+    pieces : Pieces
+
+    Raises
+    ------
+    GhostballError
+        Where a ball turns more than `MAX_STEPS` steps can follow.
+
+    Notes
+    -----
+    Steps depend on the motion alone, not on `times`: the same instant gives the same bits,
+    whatever else is asked for. The error is some roundings for each step, and what the rounding of
+    the instant itself amounts to, |w| eps t: the largest of the two, about 1e-13 rad for a ball
+    that turns a hundred times in ten seconds.
+    """
+    fixed = has_fixed_axis(pieces)
+    steps = _steps_of(pieces, fixed)
+    length = pieces.duration / steps
+    first = np.concatenate(([0], np.cumsum(steps)))  # number of each piece's first step
+    of = np.repeat(np.arange(len(steps)), steps)
+    offset = (np.arange(len(of)) - first[of]) * length[of]
+    spin = _later(pieces.spin[of], offset)
+    moves = ~fixed[of]
+    terms = terms_needed(spin[moves], length[of][moves])
+    before = np.empty((len(of) + 1, 4))
+    before[0] = 1.0, 0.0, 0.0, 0.0
+    before[1:] = _running_product(_turn(spin, length[of], fixed[of], terms))
+
+    piece = np.searchsorted(pieces.start, times, side="right") - 1
+    since = times - pieces.start[piece]
+    with np.errstate(divide="ignore", invalid="ignore"):  # pieces without duration
+        step = np.nan_to_num(since / length[piece], nan=0.0, posinf=0.0)
+    step = np.minimum(step.astype(np.int64), steps[piece] - 1)
+    at = first[piece] + step
+    turn = _turn(spin[at], since - step * length[piece], fixed[piece], terms)
+    return _unit(hamilton_product(turn, before[at]))
+
+
+def has_fixed_axis(pieces: Pieces) -> NDArray[np.bool_]:
+    """Whether the angular velocity of each piece stays on one axis, up to rounding, (m,)."""
+    scaled = _scaled(pieces.spin, pieces.duration)
+    sizes = np.linalg.norm(scaled, axis=2)
+    axis = np.take_along_axis(scaled, np.argmax(sizes, axis=1)[:, None, None], axis=1)
+    across = np.linalg.norm(np.cross(scaled, axis), axis=2)
+    bound = AXIS_ROUNDING * sizes * np.max(sizes, axis=1, keepdims=True)
+    fixed: NDArray[np.bool_] = np.all(across <= bound, axis=1)
+    return fixed
+
+
+def fixed_axis_turn(spin: FloatArray, duration: FloatArray) -> FloatArray:
+    """Return the turn about one axis by the integral of its spin (m, d, 3), quaternions (m, 4)."""
+    scaled = _scaled(spin, duration)
+    half = 0.5 * np.sum(scaled / np.arange(1, spin.shape[1] + 1)[:, np.newaxis], axis=1)
+    angle = np.linalg.norm(half, axis=1, keepdims=True)
+    # sin(angle) / angle, finite at 0.
+    return np.concatenate((np.cos(angle), np.sinc(angle / np.pi) * half), axis=1)
+
+
+def series_turn(spin: FloatArray, duration: FloatArray, terms: int) -> FloatArray:
+    """Return the turn by a spin (m, d, 3) over a short while, quaternions (m, 4).
+
+    Whatever the axes.
+
+    Parameters
+    ----------
+    spin : (m, d, 3) float64
+        As in `Pieces`.
+    duration : (m,) float64 [s]
+        Such that |w| times it is at most `STEP_TURN` all along.
+    terms : int
+        Of the power series, the first included.
+
+    Notes
+    -----
+    With q = sum C_n and w s = sum W_k, by power of the time, the equation q' = w q / 2 says
+    2 (n + 1) C_{n+1} = sum_k W_k C_{n-k}. The series converges everywhere.
+    """
+    half = 0.5 * _scaled(spin, duration)
+    found = [np.zeros((len(half), 4))]
+    found[0][:, 0] = 1.0
+    total = found[0].copy()
+    for n in range(1, terms):
+        term = np.zeros_like(total)
+        for k, c in enumerate(found[: -half.shape[1] - 1 : -1]):
+            term += _vector_product(half[:, k], c)
+        found.append(term / n)
+        total += found[-1]
+    return _unit(total)
+
+
+def terms_needed(spin: FloatArray, duration: FloatArray) -> int:
+    """Return how many terms of `series_turn` leave out no more than `LEFT_OUT`.
+
+    Notes
+    -----
+    The recurrence in absolute values bounds each term. Of d in a row, which is how far it looks
+    back, the next d are at most half of the largest, once n is twice the sum of its factors; so all
+    that follow sum up to at most d times that one.
+    """
+    half = 0.5 * np.max(np.linalg.norm(_scaled(spin, duration), axis=2), axis=0, initial=0.0)
+    bounds, d = [1.0], len(half)
+    while d * max(bounds[-d:]) > LEFT_OUT or len(bounds) < 2.0 * half.sum():
+        last = bounds[: -d - 1 : -1]
+        bounds.append(float(np.dot(half[: len(last)], last)) / len(bounds))
+    return len(bounds)
+
+
+def hamilton_product(p: FloatArray, q: FloatArray) -> FloatArray:
+    """Return p q, quaternions (..., 4) with w first: the turn q, then the turn p."""
+    w = p[..., :1]
+    return w * q + _vector_product(p[..., 1:], q)
+
+
+def _vector_product(vector: FloatArray, q: FloatArray) -> FloatArray:
+    """Return v q, a vector (..., 3) as a quaternion without w, and a quaternion (..., 4)."""
+    x1, y1, z1 = np.moveaxis(vector, -1, 0)
+    w2, x2, y2, z2 = np.moveaxis(q, -1, 0)
+    product: FloatArray = np.stack(
+        (
+            -x1 * x2 - y1 * y2 - z1 * z2,
+            x1 * w2 + y1 * z2 - z1 * y2,
+            -x1 * z2 + y1 * w2 + z1 * x2,
+            x1 * y2 - y1 * x2 + z1 * w2,
+        ),
+        axis=-1,
+    )
+    return product
+
+
+def _unit(q: FloatArray) -> FloatArray:
+    norms: FloatArray = np.linalg.norm(q, axis=-1, keepdims=True)
+    return q / norms
+
+
+def _scaled(spin: FloatArray, duration: FloatArray) -> FloatArray:
+    """Return the coefficients of w s by power of the part of a duration [rad], (m, d, 3)."""
+    powers = duration[:, np.newaxis] ** np.arange(1, spin.shape[1] + 1)
+    scaled: FloatArray = spin * powers[:, :, np.newaxis]
+    return scaled
+
+
+def _later(spin: FloatArray, by: FloatArray) -> FloatArray:
+    """Return coefficients (m, d, 3) whose time counts from `by` (m,) on: Horner's scheme."""
+    later = spin.copy()
+    for lowest in range(later.shape[1] - 1):
+        for power in range(later.shape[1] - 2, lowest - 1, -1):
+            later[:, power] += by[:, np.newaxis] * later[:, power + 1]
+    return later
+
+
+def _steps_of(pieces: Pieces, fixed: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """Return in how many equal steps to follow each piece, (m,): 1 where its axis stays fixed."""
+    turn = np.sum(np.linalg.norm(_scaled(pieces.spin, pieces.duration), axis=2), axis=1)
+    steps = np.where(fixed, 1.0, np.ceil(turn / STEP_TURN))
+    if not steps.sum() <= MAX_STEPS:
+        raise GhostballError(
+            f"`orientation` can't be followed: a ball turns by about {turn.sum():.3g} rad while "
+            f"its axis moves, and {STEP_TURN * MAX_STEPS:g} are the limit. Set `t_max` sooner"
+        )
+    return np.maximum(steps, 1.0).astype(np.int64)
+
+
+def _turn(
+    spin: FloatArray, duration: FloatArray, fixed: NDArray[np.bool_], terms: int
+) -> FloatArray:
+    """Return the turn of each step, (m, 4), the way that suits it."""
+    turn = np.empty((len(spin), 4))
+    turn[fixed] = fixed_axis_turn(spin[fixed], duration[fixed])
+    turn[~fixed] = series_turn(spin[~fixed], duration[~fixed], terms)
+    return turn
+
+
+def _running_product(turns: FloatArray) -> FloatArray:
+    """Return the orientation after each of the turns, (m, 4).
+
+    By doubling: so that it takes some products of whole columns, and errs less than one by one.
+    """
+    reached, reach = turns.copy(), 1
+    while reach < len(turns):
+        reached[reach:] = _unit(hamilton_product(reached[reach:], reached[:-reach]))
+        reach *= 2
+    return reached

@@ -1,0 +1,291 @@
+"""Sampling a recorded motion at any time: positions, velocities, spin, energy."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ghostball.model.events import Events
+from ghostball.model.scene.parts import rolling_angular_velocity
+from ghostball.model.scene.scene import Scene
+from ghostball.model.trajectory import segment
+from ghostball.model.trajectory.orientation import Pieces, orientation_at, pieces_of
+from ghostball.model.trajectory.polynomial import speed, tails, way
+from ghostball.model.trajectory.segment import Phase
+from ghostball.model.trajectory.tangent_map import TangentMap
+
+FloatArray = NDArray[np.float64]
+PhaseArray = NDArray[np.int8]
+
+# Columns of a knot, for x and for y.
+_PLACE = slice(segment.X, segment.Y + 1)
+_VELOCITY = slice(segment.VX, segment.VY + 1)
+_ACCELERATION = slice(segment.AX, segment.AY + 1)
+_SPIN = slice(segment.WX, segment.WY + 1)
+_SPIN_RATE = slice(segment.BX, segment.BY + 1)
+
+
+class Samples(NamedTuple):
+    """States at k times: three arrays (k, n, 3) float64 [m], [m/s], [rad/s]."""
+
+    positions: FloatArray
+    velocities: FloatArray
+    angular_velocities: FloatArray
+
+
+class Energy(NamedTuple):
+    """Energy of all balls at k times: three arrays (k,) float64 [J]."""
+
+    translation: FloatArray
+    rotation: FloatArray
+    height: FloatArray
+
+    @property
+    def total(self) -> FloatArray:
+        """Sum of the three [J]."""
+        return self.translation + self.rotation + self.height
+
+
+class Trajectory(Protocol):
+    """A motion that can be sampled."""
+
+    @property
+    def t_end(self) -> float:
+        """Last recorded instant [s]; the first is 0."""
+        ...
+
+    def sample(self, times: FloatArray) -> Samples:
+        """Return the states at `times`, (k,) [s]."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class ExactTrajectory:
+    """Motion between events in closed form, as our engine records it.
+
+    Attributes
+    ----------
+    radii : (n,) float64 [m]
+    knots : n arrays (k_i, 14 + 2 m) or, with `turns`, (k_i, 14 + 4 m) float64
+        For each ball, from each time on: time [s]; x, y [m]; vx, vy [m/s]; ax, ay [m/s^2]; angular
+        velocity wx, wy, wz [rad/s]; its rate of change bx, by, and what is added to the decay of
+        wz, bz [rad/s^2]; `Phase`. Where the ball rolls or rests, wx, wy, bx and by mean nothing:
+        the velocity gives them. Of motions of a higher degree than 2, what goes along x and along y
+        with the third power of the time since [m/s^3], with the fourth, and so on; with `turns`,
+        then as much of wx and wy, from the second power on [rad/s^3]. With `lifts`, before these:
+        height of its lowest point above the cloth [m], velocity upwards [m/s], acceleration
+        downwards [m/s^2].
+    t_end : float [s]
+    spin_decelerations : (n,) float64 [rad/s^2]
+        By which each ball's wz decays to 0 on the cloth; in the air it doesn't.
+    turns : bool
+        Whether the angular velocity changes with higher powers of the time, too.
+    lifts : bool
+        Whether balls may be in the air.
+    tangents : Tangents or None
+        What finds how small changes of the motion grow; None: nobody knows.
+    """
+
+    radii: FloatArray
+    knots: tuple[FloatArray, ...]
+    t_end: float
+    spin_decelerations: FloatArray
+    turns: bool = False
+    lifts: bool = False
+    tangents: Tangents | None = None
+
+    def powers(self, knots: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return what goes with higher powers in the place and in the spin, (2 m, k) each."""
+        powers = knots[:, segment.COLUMNS + 3 * self.lifts :].T
+        half = len(powers) // 2 if self.turns else len(powers)
+        return powers[:half], powers[half:]
+
+    def sample(self, times: FloatArray) -> Samples:
+        """Return the states at `times`, (k,) [s]; after an event where one falls on a time."""
+        t = np.clip(times, 0.0, self.t_end)
+        positions, velocities, spins = (np.zeros((len(t), len(self.knots), 3)) for _ in range(3))
+        for i, knots in enumerate(self.knots):
+            knot = knots[_at_or_before(knots, t)]
+            s = (t - knot[:, segment.EPOCH])[:, np.newaxis]
+            r, v, a = knot[:, _PLACE], knot[:, _VELOCITY], knot[:, _ACCELERATION]
+            positions[:, i, :2] = r + way(v, a, s)
+            velocities[:, i, :2] = speed(v, a, s)
+            powers, turning = self.powers(knot)
+            if len(powers) > 0:
+                x, y, vx, vy, _, _ = tails(powers, len(powers) // 2, s[:, 0])
+                positions[:, i, :2] += np.column_stack((x, y))
+                velocities[:, i, :2] += np.column_stack((vx, vy))
+            spins[:, i] = rolling_angular_velocity(velocities[:, i], self.radii[i])
+            flies = knot[:, segment.PHASE] == Phase.FLYING
+            slides = (knot[:, segment.PHASE] == Phase.SLIDING) | flies
+            w, b = knot[slides, _SPIN], knot[slides, _SPIN_RATE]
+            spins[slides, i, :2] = w + s[slides] * b
+            for power in range(0, len(turning), 2):
+                further = s[slides] ** (2 + power // 2) * turning[power : power + 2, slides].T
+                spins[slides, i, :2] += further
+            vertical, s = knot[:, segment.WZ], s[:, 0]
+            decay = np.where(flies, 0.0, self.spin_decelerations[i])
+            left = np.maximum(np.abs(vertical) - s * decay, 0.0)
+            spins[:, i, 2] = np.sign(vertical) * left + s * knot[:, segment.BZ]
+            positions[:, i, 2] = self.radii[i]
+            if self.lifts:
+                rise, up, fall = knot[:, segment.COLUMNS : segment.COLUMNS + 3].T
+                positions[:, i, 2] += rise + way(up, -fall, s)
+                velocities[:, i, 2] = speed(up, -fall, s)
+        return Samples(positions, velocities, spins)
+
+    def phases(self, times: FloatArray) -> PhaseArray:
+        """Return each ball's `Phase` at `times`, (k, n) int8; after an event that falls on one."""
+        t = np.clip(times, 0.0, self.t_end)
+        result = np.empty((len(t), len(self.knots)), dtype=np.int8)
+        for i, knots in enumerate(self.knots):
+            result[:, i] = knots[_at_or_before(knots, t), segment.PHASE]
+        return result
+
+    def bend_times(self, deviation: float, limit: int) -> FloatArray:
+        """Return instants between which sliding balls stay near their chords, (k,) [s], increasing.
+
+        Joined by straight lines, the states at these times draw a curved path as a curve; rolling
+        balls go straight on and need none.
+
+        Parameters
+        ----------
+        deviation : float [m]
+            How far a path may run beside its chord.
+        limit : int
+            How many chords a single slide is cut into at most.
+        """
+        times = [np.empty(0)]
+        for knots in self.knots:
+            ends = np.append(knots[1:, segment.EPOCH], self.t_end)
+            for row in np.flatnonzero(knots[:, segment.PHASE] == Phase.SLIDING):
+                start, end = knots[row, segment.EPOCH], ends[row]
+                # A parabola leaves the chord of a duration s by at most a s^2 / 8.
+                longest = math.hypot(*knots[row, _ACCELERATION]) * (end - start) ** 2 / 8.0
+                if not math.isfinite(longest):
+                    continue  # where a run failed
+                chords = min(max(math.ceil(math.sqrt(longest / deviation)), 1), limit)
+                times.append(np.linspace(start, end, chords + 1))
+        return np.unique(np.concatenate(times))
+
+    def orientation(self, times: FloatArray) -> FloatArray:
+        """Return the orientation of every ball at `times`, unit quaternions (k, n, 4), w first.
+
+        Every ball starts at (1, 0, 0, 0). A ball that rolls by a distance s without spin about the
+        vertical turns by s / R about k x v, exactly, since between events it rolls straight on.
+
+        Raises
+        ------
+        GhostballError
+            Where a ball turns too far to be followed.
+
+        Notes
+        -----
+        Where the axis moves, because the ball slides or spins about the vertical as it
+        rolls, the turn is a power series, exact to rounding; see `model.trajectory.orientation`.
+        The paper's own rule (section 5.3) is in `reference_adapters.paper.rotation`.
+        """
+        t = np.clip(times, 0.0, self.t_end)
+        result = np.empty((len(t), len(self.knots), 4))
+        for i, knots in enumerate(self.knots):
+            decay = float(self.spin_decelerations[i])
+            powers = self.powers(knots)
+            pieces = pieces_of(knots, powers, float(self.radii[i]), decay, self.t_end)
+            result[:, i] = orientation_at(t, pieces)
+        return result
+
+
+Tangents = Callable[[Scene, ExactTrajectory, Events, ArrayLike | None], TangentMap]
+"""Returns what becomes of small changes of a shot, given its scene, its motion and its events.
+
+Each of the changes, (m, n, 7) float64, is one of every ball's position x, y [m], velocity x, y
+[m/s] and angular velocity x, y, z [rad/s]; in place of changes, None asks for what becomes of
+rounding the state at the start and at each event, over 2^-53. A function at the top of a module, so
+that the trajectory can be pickled.
+"""
+
+
+def _at_or_before(knots: FloatArray, t: FloatArray) -> NDArray[np.intp]:
+    """Return the row of the knot that holds at each instant, (k,)."""
+    return np.searchsorted(knots[:, segment.EPOCH], t, side="right") - 1
+
+
+@dataclass(frozen=True, eq=False)
+class SampledTrajectory:
+    """States stored at instants, straight lines between them: what a stepping engine records.
+
+    Attributes
+    ----------
+    times : (k,) float64 [s], never decreasing
+        Two equal instants are the state before and after a collision; sampling there gives the
+        state after.
+    positions, velocities, angular_velocities : (k, n, 3) float64 [m], [m/s], [rad/s]
+    """
+
+    times: FloatArray
+    positions: FloatArray
+    velocities: FloatArray
+    angular_velocities: FloatArray
+
+    @property
+    def t_end(self) -> float:
+        """Last recorded instant [s]."""
+        return float(self.times[-1])
+
+    def orientation(self, times: FloatArray) -> FloatArray:
+        """Return the orientation of every ball at `times`, as `ExactTrajectory.orientation`.
+
+        Of the motion that the frames stand for: an angular velocity that goes straight from each to
+        the next.
+        """
+        t = np.clip(times, self.times[0], self.times[-1])
+        duration = np.append(np.diff(self.times), 0.0)
+        spin = np.zeros((len(duration), 2, 3))
+        result = np.empty((len(t), self.positions.shape[1], 4))
+        for i in range(result.shape[1]):
+            spin[:, 0] = self.angular_velocities[:, i]
+            change = np.diff(spin[:, 0], axis=0, append=spin[-1:, 0])
+            over = duration[:, np.newaxis]
+            np.divide(change, over, out=spin[:, 1], where=over > 0.0)
+            result[:, i] = orientation_at(t, Pieces(self.times, duration, spin))
+        return result
+
+    def sample(self, times: FloatArray) -> Samples:
+        """Return the states at `times`, (k,) [s], by linear interpolation; clamped at both ends."""
+        t = np.clip(times, self.times[0], self.times[-1])
+        after = np.clip(np.searchsorted(self.times, t, side="right"), 1, len(self.times) - 1)
+        before = after - 1
+        span = self.times[after] - self.times[before]
+        weight = np.where(span > 0.0, (t - self.times[before]) / np.where(span > 0, span, 1.0), 1.0)
+        w = weight[:, np.newaxis, np.newaxis]
+        return Samples(
+            *(
+                (1.0 - w) * stored[before] + w * stored[after]
+                for stored in (self.positions, self.velocities, self.angular_velocities)
+            )
+        )
+
+
+def energy_of(scene: Scene, samples: Samples) -> Energy:
+    """Return the energy of the balls of `scene` in the given states.
+
+    Notes
+    -----
+    I = (2/5) m R^2 for a solid ball. Height is counted from a ball that lies on the cloth, so a
+    scene at rest has energy 0.
+    """
+    masses, radii = scene.masses, scene.radii
+    inertia = 0.4 * masses * radii**2
+    speed2 = np.sum(samples.velocities**2, axis=2)
+    spin2 = np.sum(samples.angular_velocities**2, axis=2)
+    rise = samples.positions[:, :, 2] - radii
+    return Energy(
+        0.5 * speed2 @ masses,
+        0.5 * spin2 @ inertia,
+        scene.physics.gravity * (rise @ masses),
+    )

@@ -1,0 +1,340 @@
+"""Each mistake in a scene file gets one line: file, line, field, value; any input is judged."""
+
+from __future__ import annotations
+
+import copy
+import tempfile
+from pathlib import Path
+
+import pytest
+import tomli_w
+from hypothesis import given, strategies as st
+from refusals import loading as refusal, refusal_of
+from shots import POOL_TABLE
+
+from ghostball.model import Scene, SceneError
+from ghostball.model.impact_laws import BALL_LAW_NAMES, CUSHION_LAW_NAMES
+from ghostball.model.scene.toml import dumps
+
+VALID = """\
+schema = 1
+name = "half-ball"
+title = "Half-ball cut"
+tags = ["smoke"]
+
+[physics]
+preset = "paper"
+rolling_friction = 0.01
+
+[table]
+length = 2.54
+width = 1.27
+
+[[balls]]
+id = "cue"
+position = [0.6, 0.635]
+velocity = [2.0, 0.0]
+
+[[balls]]
+id = "object"
+position = [1.2, 0.66]
+"""
+
+
+def edited(old: str, new: str) -> str:
+    assert VALID.count(old) == 1
+    return VALID.replace(old, new)
+
+
+def test_what_is_broken_below_is_valid():
+    scene = Scene.loads(VALID)
+    assert scene.name == "half-ball"
+    assert scene.physics.rolling_friction == 0.01
+    assert scene.table == POOL_TABLE
+    assert [b.id for b in scene.balls] == ["cue", "object"]
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "parts"),
+    [
+        (edited("rolling_friction = 0.01", "roling_friction = 0.01"), 8, ["`physics.roling_fric"]),
+        (edited("velocity = [2.0, 0.0]", "velocity = [nan, 0.0]"), 17, ["[0]`", "finite", "nan"]),
+        (edited("[1.2, 0.66]", "[0.62, 0.66]"), 21, ["balls[0]", "balls[1]", "overlap", "0.025"]),
+        (edited("[1.2, 0.66]", "[3.2, 0.66]"), 21, ["`balls[1].position`", "right cushion", "3.2"]),
+        (edited('id = "object"', 'id = "cue"'), 20, ["`balls[1].id`", "unique", '"cue"']),
+        (edited("[1.2, 0.66]", "[1.2, 0.66, 1]"), 21, ["`balls[1].position` z", "got 1.0 m"]),
+        (edited("[2.0, 0.0]", "[2.0, 0.0, 1]"), 17, ["`balls[0].velocity` z", "got 1.0 m/s"]),
+        (
+            edited('"paper"', '"pool"').replace("[1.2, 0.66]", "[1.2, 0.66]\nradius = 0.01"),
+            6,
+            ["`cushion_height` must be less", "`balls[1]`"],
+        ),
+        (
+            edited("[2.0, 0.0]", "[2.0, 0.0]\nangular_velocity = [0, 0, 1]"),
+            18,
+            ["`balls[0].angular_velocity` must be that of rolling", '= "sliding"'],
+        ),
+        (edited("= 0.01", "= 0"), 14, ["`t_max` must be given", "`balls[0]`"]),
+    ],
+)
+def test_a_mistake_is_told_with_file_line_field_and_value(text, line, parts):
+    place = f"shot.toml:{line}: "
+    problems = refusal(text).replace("greater than", ">").splitlines()
+    assert any(
+        problem.startswith(place) and all(part in problem for part in parts) for problem in problems
+    ), problems
+    assert all(problem.startswith("shot.toml:") for problem in problems)
+
+
+def test_every_mistake_of_a_file_is_told_at_once():
+    text = edited("length = 2.54", "length = 0").replace("[2.0, 0.0]", "[nan, 0.0]")
+    assert [line.split(": ")[0] for line in refusal(text).splitlines()] == [
+        "shot.toml:11",
+        "shot.toml:17",
+    ]
+
+
+VALID_LINES = VALID.splitlines()
+
+SPOILT = [
+    *(
+        "{key} = = {value}",
+        "{key} {value}",
+        "{line} ]",
+        "{line} x",
+        "{line} \x01",
+        "{key} =",
+        "= 1",
+    ),
+    *(
+        "{key} = 01",
+        "{key} = 1__0",
+        '{key} = "\\q"',
+        '{key} = "open',
+        "{key} = 1979-13-41",
+        "[open",
+    ),
+    "{line}\n{line}",
+]
+
+
+@pytest.mark.parametrize("spoilt", SPOILT)
+def test_a_syntax_error_is_told_with_its_line(spoilt):
+    for n, line in enumerate(VALID_LINES):
+        key, _, value = line.partition(" = ")
+        if not value:
+            continue
+        wrong = spoilt.format(key=key, value=value, line=line)
+        message = refusal("\n".join([*VALID_LINES[:n], wrong, *VALID_LINES[n + 1 :], ""]))
+        # What isn't closed in one line, and what is given twice, is seen in the next one.
+        places = [f"shot.toml:{n + 1 + k}: not valid TOML: " for k in (0, 1)]
+        assert message.startswith(tuple(places)), message
+
+
+def test_a_file_cut_short_anywhere_is_refused_or_read_as_what_is_left_of_it(tmp_path):
+    path = tmp_path / "shot.toml"
+    whole = VALID.replace('"object"', '"öbject"').encode()
+    right = Scene.loads(whole.decode())
+    read = 0
+    for size in range(len(whole)):
+        path.write_bytes(whole[:size])
+        scene, refused = scene_or_refusal(lambda: Scene.load(path))
+        if scene is None:
+            assert refused.startswith(f"{path}:"), refused
+        else:
+            read += 1
+            assert (
+                scene.balls[:-1] == right.balls[: len(scene.balls) - 1]
+            )  # the last may lack lines
+    assert 0 < read < 100
+
+
+@given(
+    st.one_of(
+        st.binary(max_size=200),
+        st.text(max_size=200).map(lambda text: text.encode("utf-8", "surrogatepass")),
+        st.text("[]{}=\"'.#\n\\ a1_-", max_size=100).map(str.encode),
+    )
+)
+def test_bytes_that_are_no_scene_are_refused(content):
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "shot.toml"
+        path.write_bytes(content)
+        assert refusal_of(lambda: Scene.load(path)).startswith(f"{path}:")
+
+
+@pytest.mark.parametrize("key", ["mirror", "str", "float", '"a[b]"', '"a(b)"', '""', '"x.y"'])
+@pytest.mark.parametrize(
+    ("above", "prefix"),
+    [("schema = 1\n", ""), ("[physics]\n", "physics."), ('id = "cue"\n', "balls[0].")],
+)
+def test_an_unknown_key_is_named_whatever_it_is_called(key, above, prefix):
+    message = refusal(edited(above, f"{above}{key} = 1\n"))
+    bare = key.strip('"')
+    assert f"`{prefix}{bare}` is not a known field" in message
+
+
+@pytest.mark.parametrize("separator", ["\\n", "\\r", "\\u2028", "\\u0085", "\\f"])
+def test_a_ball_whose_name_breaks_the_line_does_not_break_the_message(separator):
+    name = f'id = "a{separator}b"'
+    message = refusal(edited('id = "cue"', name).replace('id = "object"', name))
+    assert len(message.splitlines()) == 1
+    assert "must be unique" in message
+
+
+def test_a_number_too_long_to_be_one():
+    # Python refuses to read more than 4300 digits, with an error of its own.
+    message = refusal(edited("[1.2, 0.66]", f"[{'1' * 5000}, 0.66]"))
+    assert message == "shot.toml:21: a number must have at most 4300 digits. Shorten it"
+    # It reads any number of hexadecimal digits, and then refuses to write them in decimal.
+    message = refusal(edited("[1.2, 0.66]", f"[0x{'f' * 5000}, 0.66]"))
+    assert "shot.toml:21: `balls[1].position[0]` must be at most 1e+50 in size, got 0xff" in message
+    assert len(message) < 300
+
+
+def test_nesting_without_end():
+    message = refusal(VALID + f"radius = {'[' * 3000}{']' * 3000}\n")
+    assert message.startswith("shot.toml: lists or tables are nested too deeply")
+    # Dotted keys nest without brackets: the parser can read these, `repr` can't write them.
+    message = refusal(edited('title = "Half-ball cut"', f"title.{'.'.join('a' * 2000)} = 1"))
+    assert message.startswith("shot.toml:3: `title` must be text in quotes, got {'a': {'a':")
+    assert len(message) < 200
+
+
+LAID_OUT = """\
+schema = 1
+name = "laid-out"
+title = \'\'\'
+[physics]
+gravity = 0
+\'\'\'
+tags = [
+  "a", # ]
+  "physics.gravity = 1",
+]
+physics.gravity = 9.8
+"physics"."ball_restitution" = 1.0 # a comment
+[ 'table' ] # the cloth
+length = 2.54
+width = 1.27
+[["balls"]]
+id = "[[balls]]"
+"position" = [
+  0.5,
+  0.5,
+]
+[[balls]] # second
+'id' = "b"
+position = [1.0, 0.5]
+"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "place"),
+    [
+        ("gravity = 9.8", "gravity = -9.8", "11: `physics.gravity`"),
+        ("= 1.0 #", "= 1.5 #", "12: `physics.ball_restitution`"),
+        ("length = 2.54", "length = 0", "14: `table.length`"),
+        ("width = 1.27", "", "13: `table.width` must be given"),
+        ("  0.5,\n]", '  "a",\n]', "18: `balls[0].position[1]`"),
+        ('"b"', '""', "23: `balls[1].id`"),
+        ("[1.0, 0.5]", "[1.0, 0.5]\nspin.x = 1", "25: `balls[1].spin`"),
+        ("[1.0, 0.5]", "[1.0, 0.5]\n[balls.mass]\nx = 1", "25: `balls[1].mass`"),
+    ],
+)
+def test_the_line_is_found_however_the_file_is_laid_out(old, new, place):
+    assert LAID_OUT.count(old) == 1
+    Scene.loads(LAID_OUT)
+    assert refusal(LAID_OUT.replace(old, new)).splitlines()[0].startswith(f"shot.toml:{place}")
+
+
+VALUES = st.one_of(
+    st.none(),
+    st.booleans(),
+    st.integers(-(2**70), 2**70),
+    st.floats(),
+    st.sampled_from(["sliding", "pool", *CUSHION_LAW_NAMES, *BALL_LAW_NAMES]),
+    st.sampled_from([0.0, -0.0, 1e308, -1e308, 5e-324, 1e-300, 10**400]),
+    st.text(max_size=5),
+    st.lists(st.one_of(st.floats(), st.text(max_size=2), st.booleans()), max_size=4),
+    st.dictionaries(st.text(max_size=5), st.integers(), max_size=2),
+    st.dates(),
+)
+FIELDS = [
+    *("schema", "name", "tags", "t_max", "physics", "table", "balls", "id", "position"),
+    *("velocity", "radius", "mass", "angular_velocity", "motion", "cushion", "preset"),
+    *("mirror", "float", "str", "ball_friction", "ball_restitution", "airborne", "cushions"),
+    *("rolling_friction", "sliding_friction", "spinning_friction_rate", "impacts", "ball_impact"),
+    *("cushion_friction", "cushion_height", "cushion_restitution"),
+]
+KEYS = st.one_of(st.text(max_size=6), st.sampled_from(FIELDS))
+
+
+@st.composite
+def mutated_scenes(draw):
+    """Return a valid scene's dict with one to three values replaced, added or removed."""
+    data = copy.deepcopy(Scene.loads(VALID).model_dump(mode="json", by_alias=True))
+    for ball_fields in data["balls"]:
+        del ball_fields["angular_velocity"]
+    del data["t_max"]
+    for _ in range(draw(st.integers(1, 3))):
+        place = draw(st.sampled_from(["scene", "physics", "table", "ball"]))
+        owner = data if place == "scene" else data.get("balls" if place == "ball" else place)
+        if place == "ball" and isinstance(owner, list) and owner:
+            owner = draw(st.sampled_from(owner))
+        if not isinstance(owner, dict):
+            continue
+        if owner and draw(st.booleans()):
+            key = draw(st.sampled_from(sorted(owner)))
+            if draw(st.booleans()):
+                del owner[key]
+                continue
+        else:
+            key = draw(KEYS)
+        owner[key] = draw(VALUES)
+    return data
+
+
+def without_nones(value):
+    if isinstance(value, dict):
+        return {k: without_nones(v) for k, v in value.items() if v is not None}
+    if isinstance(value, list):
+        return [without_nones(v) for v in value if v is not None]
+    return value
+
+
+def scene_or_refusal(make) -> tuple[Scene | None, str]:
+    """Return the scene, or what the `SceneError` says; anything else is a bug and comes through."""
+    try:
+        return make(), ""
+    except SceneError as error:
+        return None, str(error)
+
+
+@given(mutated_scenes())
+def test_any_mutation_loads_or_is_refused_as_a_scene_error(data):
+    text = tomli_w.dumps(without_nones(data))
+    scene, refused = scene_or_refusal(lambda: Scene.loads(text, "mutated.toml"))
+    if scene is None:
+        assert all(line.startswith("mutated.toml") for line in refused.split("\n"))
+    else:
+        assert Scene.loads(dumps(scene)) == scene
+
+
+@pytest.mark.parametrize(
+    ("text", "parts"),
+    [
+        ('{"name": 1', ("`scene` must be valid JSON", "EOF")),
+        ("[]", ("`scene` must be a table of fields, got []",)),
+        (
+            '{"name": "a", "balls": [{"id": "a", "position": [0, NaN]}]}',
+            ("`balls[0].position[1]`",),
+        ),
+        ('{"name": "a", "ball": []}', ("`ball` is not a known field", "`balls`")),
+        (b"\xff", ("`scene` must be valid JSON",)),
+    ],
+)
+def test_json_is_refused_as_all_else_is(text, parts):
+    with pytest.raises(SceneError) as caught:
+        Scene.model_validate_json(text)
+    assert all(part in str(caught.value) for part in parts)

@@ -1,0 +1,316 @@
+"""Every field of a scene, with every kind of mistake: refused by field, rule, value and line.
+
+What a mistake is said to be is written out here from the documentation of scenes, not read from the
+code that checks them. Each is made in a scene that is in order otherwise, and is refused as plain
+values, as arguments, and as text; where only Python can say it, not as text.
+"""
+
+from __future__ import annotations
+
+import copy
+import datetime
+import itertools
+import json
+import math
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+from refusals import loading, refusal_of
+from scene_texts import Location, literal, name_of, written
+
+from ghostball.engine import simulate
+from ghostball.model import Ball, Physics, Scene, Table
+
+POSITIVE, NOT_NEGATIVE, FRACTION, REAL = "positive", "not negative", "fraction", "real"
+
+NUMBERS = {
+    "": {"t_max": POSITIVE},
+    "physics": {
+        "gravity": POSITIVE,
+        "rolling_friction": NOT_NEGATIVE,
+        "sliding_friction": NOT_NEGATIVE,
+        "spinning_friction_rate": NOT_NEGATIVE,
+        "ball_restitution": FRACTION,
+        "ball_friction": NOT_NEGATIVE,
+        "cushion_restitution": FRACTION,
+        "cushion_tangential_restitution": FRACTION,
+        "cushion_friction": NOT_NEGATIVE,
+        "cushion_height": POSITIVE,
+        "air_drag": NOT_NEGATIVE,
+        "rolling_friction_quadratic": NOT_NEGATIVE,
+        "table_restitution": FRACTION,
+    },
+    "table": {"length": POSITIVE, "width": POSITIVE},
+    "balls": {
+        "radius": POSITIVE,
+        "mass": POSITIVE,
+        "rolling_friction": NOT_NEGATIVE,
+        "sliding_friction": NOT_NEGATIVE,
+        "spinning_friction_rate": NOT_NEGATIVE,
+    },
+}
+"""Every field that is one number, and what it must be."""
+
+CHOICES = {
+    "preset": ("paper", "pool"),
+    "motion": ("rolling", "sliding"),
+    "impacts": ("simultaneous", "sequential"),
+    "ball_impact": ("frictional", "mathavan2014"),
+    "cushion": ("mirror", "restitution", "frictional", "han2005", "mathavan2010"),
+}
+"""Every field of the physics that is a choice."""
+
+VECTORS = {"position": 2, "velocity": 3, "angular_velocity": 3}
+"""Every field that is a vector, and how many components are spoilt."""
+
+
+def test_every_field_is_spoilt():
+    # Breaks where a new field joins a scene, and nothing tries it.
+    assert set(Physics.model_fields) == {*NUMBERS["physics"], *CHOICES, "airborne"}
+    assert set(Ball.model_fields) == {*NUMBERS["balls"], *VECTORS, "id"}
+    assert set(Table.model_fields) == {*NUMBERS["table"], "cushions"}
+    texts = {"schema_version", "name", "title", "tags", "physics", "table", "balls"}
+    assert set(Scene.model_fields) == {*NUMBERS[""], *texts}
+
+
+# Scenes in order, of which each case spoils one.
+
+PHYSICS: list[dict[str, Any]] = [
+    {},
+    {"preset": "paper", "rolling_friction": 0.03, "ball_restitution": 0.9},
+    {"preset": "paper", "cushion": "restitution", "cushion_restitution": 0.7, "gravity": 3.7},
+    {"preset": "pool"},
+    {"preset": "pool", "ball_friction": 0.06, "cushion": "mathavan2010", "sliding_friction": 0.3},
+    {"motion": "sliding", "cushion": "frictional", "cushion_friction": 0.1},
+    {"motion": "sliding", "ball_impact": "mathavan2014", "spinning_friction_rate": 5},
+]
+
+BALLS: list[dict[str, Any]] = [
+    {"id": "ball 0", "position": [0.2, 0.2], "velocity": [2.0, 1.25]},
+    {"id": "ball 1", "position": [0.45, 0.2], "radius": 0.05, "mass": 1},
+    {"id": "ball 2", "position": [0.7, 0.45], "velocity": [-1, 0.5], "radius": 0.03},
+]
+
+SCENES = [
+    {"schema": 1, "name": "plain", "t_max": 0.5, "physics": physics, "table": table, "balls": BALLS}
+    for physics in PHYSICS
+    for table in (
+        {"length": 2.0, "width": 1.0},
+        {"length": 2.0, "width": 1.0, "cushions": ["left", "top"]},
+    )
+]
+
+
+@pytest.mark.parametrize("data", SCENES, ids=lambda data: literal(data["physics"])[:60])
+def test_what_is_spoilt_is_in_order(data):
+    text, _ = written(data)
+    scene = Scene.loads(text)
+    assert scene == Scene(**data) == Scene.model_validate(data)
+    assert simulate(scene).status.complete
+
+
+def test_the_line_of_a_field_is_its_own_else_that_of_the_part_around_it():
+    scene = {"schema": 1, "name": "a", "physics": {"gravity": 1.0}, "balls": [{"id": "x"}]}
+    text, line = written(scene, ("physics", "gravity"))
+    assert text.splitlines()[line - 1] == "gravity = 1.0"
+    text, line = written(scene, ("balls", 0, "position"))
+    assert text.splitlines()[line - 1] == "[[balls]]"
+    assert written(scene, ("table", "length"))[1] == 0
+
+
+def assert_refused(
+    scene: dict[str, Any], at: Location, value: Any, *tells: str, plain: bool = True
+) -> None:
+    """Assert that a scene in order with `value` at a place, `LEFT_OUT` for none, is refused.
+
+    One line of the message holds all of `tells`; of a text, it begins with the right line's number.
+    """
+    data = copy.deepcopy(scene)
+    owner: Any = data
+    for part in at[:-1]:
+        owner = owner[part]
+    if value is LEFT_OUT:
+        del owner[at[-1]]
+    else:
+        owner[at[-1]] = value
+    assert_told(refusal_of(lambda: Scene.model_validate(data)), tells)
+    assert_told(refusal_of(lambda: Scene(**data)), tells)
+    if plain:
+        text, line = written(data, at)
+        assert_told(loading(text), tells, f"shot.toml:{line}: " if line else "shot.toml: ")
+
+
+LEFT_OUT = object()
+
+
+def assert_told(message: str, tells: tuple[str, ...], place: str = "") -> None:
+    lines = [line for line in message.splitlines() if line.startswith(place)]
+    assert any(all(part in line for part in tells) for line in lines), (place, tells, message)
+
+
+def shown(value: Any) -> str:
+    """Return how a message shows a value that is short."""
+    if isinstance(value, int) and abs(value) > 10**40:
+        return "got 1000" if abs(value) < 10**300 else "got 0x"
+    text = json.dumps(value) if isinstance(value, (str, bool)) else repr(value)
+    return f"got {text}"[:60]
+
+
+BEYOND = {
+    POSITIVE: [
+        *((value, "greater than 0") for value in (0.0, -0.0, 0, -1.5)),
+        *((value, "at least 1e-50") for value in (1e-51, 5e-324)),
+    ],
+    NOT_NEGATIVE: [(value, "at least 0") for value in (-1e-300, -1)],
+    FRACTION: [
+        (-0.01, "at least 0"),
+        *((value, "at most 1") for value in (math.nextafter(1.0, 2.0), 1.3, 2)),
+    ],
+    REAL: [(value, "at least -1e+50") for value in (-1.1e50, -1e300)],
+}
+"""Numbers beyond their bounds, and the rule that they break."""
+
+NO_NUMBERS = [math.nan, math.inf, -math.inf]
+NO_FLOATS = ["1.0", "", "ice", True, False, [1.0], {"a": 1}, datetime.date(1979, 5, 27)]
+PYTHON_ONLY = [None, 1j, b"1.0", object, {1.0}, (1.0,)]
+LARGE = [1.1e50, 1e308, 10**60, 10**400]
+
+
+def wrong_numbers(rule: str) -> Iterator[tuple[Any, str, bool]]:
+    """Yield what isn't a number of that kind, the rule that it breaks, whether TOML has it."""
+    yield from ((value, broken, True) for value, broken in BEYOND[rule])
+    if rule != FRACTION:
+        yield from ((value, "at most 1e+50", True) for value in LARGE)
+    yield from ((value, "finite number", True) for value in NO_NUMBERS)
+    yield from ((value, "must be a number", True) for value in NO_FLOATS)
+    yield from ((value, "must be a number", False) for value in PYTHON_ONLY)
+
+
+PLACES: dict[str, Location] = {
+    "": (),
+    "physics": ("physics",),
+    "table": ("table",),
+    "balls": ("balls", 2),
+}
+"""Where the fields of each part are."""
+
+PARTS = {"": Scene, "physics": Physics, "table": Table, "balls": Ball}
+NEEDED = {
+    "physics": {},
+    "table": {"length": 1, "width": 1},
+    "balls": {"id": "a", "position": (0, 0)},
+}
+
+
+@pytest.mark.parametrize(
+    ("part", "field"), [(part, field) for part, fields in NUMBERS.items() for field in fields]
+)
+def test_a_field_that_is_no_number_as_it_should_be(part, field):
+    wrong = wrong_numbers(NUMBERS[part][field])
+    for scene, (value, rule, plain) in zip(itertools.cycle(SCENES), wrong, strict=False):
+        if value is None and PARTS[part].model_fields[field].default is None:
+            continue  # as if it were left out
+        at = (*PLACES[part], field)
+        assert_refused(scene, at, value, f"`{name_of(at)}`", rule, shown(value), plain=plain)
+        if part:
+            message = refusal_of(lambda value=value: PARTS[part](**{**NEEDED[part], field: value}))
+            assert_told(message, (f"`{field}`", rule, shown(value)))
+
+
+@pytest.mark.parametrize(
+    ("field", "axis"), [(field, axis) for field, count in VECTORS.items() for axis in range(count)]
+)
+def test_a_component_that_is_no_number_as_it_should_be(field, axis):
+    for scene, (value, rule, plain) in zip(
+        itertools.cycle(SCENES), wrong_numbers(REAL), strict=False
+    ):
+        vector: list[Any] = [0.5, 0.25, 0.0][: VECTORS[field]]
+        vector[axis] = value
+        at = ("balls", 1, field)
+        tells = (f"`{name_of((*at, axis))}`", rule, shown(value))
+        assert_refused(scene, at, vector, *tells, plain=plain)
+
+
+@pytest.mark.parametrize("field", CHOICES)
+def test_a_choice_that_there_is_not(field):
+    choices = [f"'{choice}'" for choice in CHOICES[field]]
+    wrong = ("never", "", "PAPER", "Mirror", " pool", "mirror ", 3, True, ["mirror"], None)
+    for scene, value in zip(SCENES, wrong, strict=False):
+        tells = (f"`physics.{field}`", *choices, "" if value is None else shown(value))
+        assert_refused(scene, ("physics", field), value, *tells, plain=value is not None)
+
+
+LOWER_CASE = "lower case letters"
+NAMES = ("Break", "", "über", "../../etc", "a/b", "a b", "-a", "a\nb", "a\n")
+
+WRONG: list[tuple[Location, Any, str]] = [
+    *((("name",), name, LOWER_CASE) for name in NAMES),
+    (("name",), "a" * 65, "at most 64"),
+    (("name",), 3, "text in quotes"),
+    (("title",), 3, "text in quotes"),
+    (("title",), ["a"], "text in quotes"),
+    (("tags",), "smoke", "must be a list"),
+    (("tags",), ["smoke", 7], "text in quotes"),
+    (("balls", 0, "id"), "", "must not be empty"),
+    (("balls", 1, "id"), "x" * 65, "at most 64 characters"),
+    (("balls", 1, "id"), 7, "text in quotes"),
+    # A later version compares it; true and 1.0 are mistakes today and would be surprises then.
+    *((("schema",), value, "must be 1") for value in (2, True, 1.0, "1")),
+    (("physics", "airborne"), "yes", "true or false"),
+    (("physics", "airborne"), 1, "true or false"),
+    (("physics",), 3, "table of fields"),
+    (("physics",), [1], "table of fields"),
+    (("table",), "pool", "table of fields"),
+    (("table", "cushions"), "left", "must be a list"),
+    (("table", "cushions"), ["north"], "'left'"),
+    (("table", "cushions"), ["left", "left"], "each cushion once"),
+    (("balls",), [], "at least 1 item"),
+    (("balls",), "cue", "must be a list"),
+    (("balls",), 8, "must be a list"),
+    (("balls",), {"id": "a"}, "must be a list"),
+    (("balls", 0, "position"), [0.2], "2 or 3 components, got 1"),
+    (("balls", 0, "position"), [], "2 or 3 components, got 0"),
+    (("balls", 1, "position"), [0.2, 0.2, 0.2, 0.2], "2 or 3 components, got 4"),
+    (("balls", 0, "velocity"), 1.0, "must be a list"),
+    (("balls", 0, "velocity"), "fast", "must be a list"),
+    (("balls", 0, "velocity"), datetime.date(1979, 5, 27), "must be a list"),
+    (("balls", 0, "velocity"), [[1.0, 0.0]], "velocity[0]` must be a number"),
+    (("balls", 0, "angular_velocity"), [1.0, 0.0], "angular_velocity[2]` must be given"),
+    (("balls", 0, "angular_velocity"), [1.0] * 4, "at most 3 items"),
+]
+
+
+@pytest.mark.parametrize(
+    ("at", "value", "rule"), WRONG, ids=[f"{name_of(at)}={value}"[:40] for at, value, _ in WRONG]
+)
+def test_a_text_a_list_or_a_table_of_another_type_or_size(at, value, rule):
+    for scene in SCENES:
+        assert_refused(scene, at, value, f"`{name_of(at)}", rule)
+
+
+@pytest.mark.parametrize(
+    "at",
+    [
+        ("name",),
+        ("balls",),
+        ("table", "length"),
+        ("table", "width"),
+        ("balls", 0, "id"),
+        ("balls", 2, "position"),
+    ],
+    ids=name_of,
+)
+def test_what_must_be_given_is_left_out(at):
+    for scene in SCENES:
+        assert_refused(scene, at, LEFT_OUT, f"`{name_of(at)}` must be given")
+
+
+@pytest.mark.parametrize("part", NUMBERS)
+def test_a_field_that_there_is_not(part):
+    fields = [f"{field}s" for field in NUMBERS[part]]
+    for field in (*fields, "x", "0", "self", "class", "k" * 80, "k" * 81, "k" * 10_000):
+        for scene, value in zip(SCENES, (1, "x", [], {}), strict=False):
+            at = (*PLACES[part], field)
+            named = name_of((*PLACES[part], field if len(field) <= 80 else field[:77]))
+            assert_refused(scene, at, value, f"`{named}", "is not a known field")

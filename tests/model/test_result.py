@@ -1,0 +1,139 @@
+"""A result says how the run ended, and prints floats that read back to the same bits."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from shots import R, ball, scene_of
+
+from ghostball.engine import simulate
+from ghostball.model import (
+    EVENT_DTYPE,
+    Ball,
+    EventKind,
+    GhostballError,
+    Phase,
+    Result,
+    SampledTrajectory,
+    Samples,
+    Scene,
+    Status,
+    initial_state,
+)
+
+SCENE = scene_of(ball((0.1, 0.2), (1.0, 0.5)), ball((0.9, 0.2)))
+EVENTS = np.array(
+    [(1 / 3, 0, 0, 1), (0.7, 1, 1, 3), (0.8, 1, 0, 0), (2.0, 3, 1, -1)], dtype=EVENT_DTYPE
+)
+
+
+def result_with(**fields) -> Result:
+    defaults = {
+        "engine": "toy",
+        "settings": {"dt": 1e-3},
+        "scene": SCENE,
+        "status": Status.REST,
+        "final_state": initial_state(SCENE),
+        "rest_time": 2.0,
+        "collision_counts": {"ball-ball": 1, "ball-cushion": 2},
+        "work": {"steps": 7},
+        "wall_time": 0.25,
+        "events": EVENTS,
+    }
+    return Result(**{**defaults, **fields})
+
+
+def test_kinds_have_the_names_of_files_and_reports():
+    assert [kind.label for kind in EventKind] == [
+        "ball-ball",
+        "ball-cushion",
+        "slide-to-roll",
+        "roll-to-rest",
+        "ball-gone",
+        "ball-cloth",
+        "leaves-table",
+    ]
+
+
+def test_the_initial_state_is_the_scenes():
+    state = initial_state(SCENE)
+    assert [array.shape for array in state] == [(1, 2, 3)] * 3
+    assert state.positions[0].tolist() == [[0.1, 0.2, R], [0.9, 0.2, R]]
+    assert state.angular_velocities[0, 0].tolist() == [-0.5 / R, 1.0 / R, 0.0]
+
+
+def test_json_reads_back_to_the_same_bits():
+    noise = np.random.default_rng(1).normal(size=(1, 2, 3))
+    result = result_with(final_state=Samples(noise, noise, noise))
+    text = result.to_json()
+    assert "\n" not in text
+    read = json.loads(text)
+    assert read == result.to_dict()
+    assert np.array(read["rest_positions"]).tobytes() == noise[0].tobytes()
+    assert read["events"][0]["t"].hex() == (1 / 3).hex()
+    assert read["status"] == "rest"
+    assert set(read["energy"]) == {"initial", "final"}
+
+
+def test_energy_of_the_two_ends_in_json():
+    still = initial_state(scene_of(ball((0.1, 0.2)), ball((0.9, 0.2))))
+    energy = result_with(final_state=still).to_dict()["energy"]
+    assert energy["final"] == 0.0
+    assert energy["initial"] == pytest.approx(0.7 * 0.170097 * 1.25, rel=1e-15)
+
+
+def test_sampling_what_was_not_recorded_says_what_to_do():
+    for ask in (result_with().sample, result_with().energy, result_with().phases):
+        with pytest.raises(GhostballError, match=r'engine `toy` .*record="trajectory"'):
+            ask([0.0])
+
+
+def test_sampling_takes_one_time_or_many_in_any_order():
+    state = initial_state(SCENE)
+    later = state.positions + np.array([1.0, 0.0, 0.0])
+    trajectory = SampledTrajectory(
+        np.array([0.0, 1.0]),
+        np.concatenate([state.positions, later]),
+        np.concatenate([state.velocities] * 2),
+        np.concatenate([state.angular_velocities] * 2),
+    )
+    result = result_with(trajectory=trajectory)
+    assert result.sample(0.5).positions.shape == (1, 2, 3)
+    assert result.sample([1, 0, 0.5]).positions[:, 0, 0].tolist() == pytest.approx([1.1, 0.1, 0.6])
+    assert result.energy([0.0, 1.0]).total.shape == (2,)
+
+
+def test_frames_have_no_phases_and_a_trajectory_of_ones_own_no_orientation():
+    trajectory = SampledTrajectory(np.zeros(1), *initial_state(SCENE))
+    result = result_with(trajectory=trajectory)
+    with pytest.raises(GhostballError, match=r"engine `toy` .* no phases; .*`ghostball`"):
+        result.phases([0.0])
+    assert np.all(result.orientation([0.0, 1.0]) == [1.0, 0.0, 0.0, 0.0])
+
+    class Own:
+        t_end, sample = 0.0, trajectory.sample
+
+    with pytest.raises(GhostballError, match=r"engine `toy` .* of its own, .* no orientation"):
+        result_with(trajectory=Own()).orientation([0.0])
+
+
+def test_our_engine_says_how_the_balls_move():
+    result = simulate(scene_of(ball((0, 0), (1, 0)), ball((9, 9))), record="events")
+    assert result.phases([0.0, result.rest_time]).tolist() == [
+        [Phase.ROLLING, Phase.RESTING],
+        [Phase.RESTING, Phase.RESTING],
+    ]
+
+
+@pytest.mark.parametrize(
+    ("times", "complaint"),
+    [([-1.0], "at least 0"), ([float("nan")], "at least 0"), ([[0.0, 1.0]], "one-dimensional")],
+)
+def test_times_to_sample_at_are_checked(times, complaint):
+    scene = Scene(name="roll", balls=[Ball(id="a", position=(0, 0), velocity=(1, 0))])
+    result = simulate(scene, record="events")
+    for method in (result.sample, result.energy, result.orientation, result.phases):
+        with pytest.raises(GhostballError, match=complaint):
+            method(times)
