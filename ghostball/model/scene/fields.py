@@ -32,9 +32,7 @@ SMALLEST = 1.0 / LARGEST
 """Smallest size of what must be positive, since it divides: a spin is v / R, at most 1e100."""
 
 
-def problem(
-    kind: str, rule: str, *, at: tuple[int | str, ...] = (), **context: Any
-) -> PydanticCustomError:
+def problem(kind: str, rule: str, *, at: tuple[int | str, ...] = ()) -> PydanticCustomError:
     """Build the error that a validator raises.
 
     Parameters
@@ -42,11 +40,11 @@ def problem(
     kind : str
         pydantic's type of the error.
     rule : str
-        A sentence with {placeholders}, which `context` fills.
+        A sentence.
     at : tuple of str and int
         The field to blame, from where the validator stands down; it finds the line in a file.
     """
-    return PydanticCustomError(kind, "{sentence}", {"sentence": rule.format(**context), "at": at})
+    return PydanticCustomError(kind, "{sentence}", {"sentence": rule, "at": at})
 
 
 def _not_tiny(value: float) -> float:
@@ -64,7 +62,10 @@ def whole_number(value: Any) -> Any:
 
 def _two_or_three(value: tuple[float, ...]) -> tuple[float, ...]:
     if len(value) not in (2, 3):
-        raise problem("vector_length", "must have 2 or 3 components, got {count}", count=len(value))
+        raise problem(
+            "vector_length",
+            f"must have 2 or 3 components, got {len(value)}",
+        )
     return value
 
 

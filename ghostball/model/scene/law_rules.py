@@ -48,13 +48,13 @@ def _check_laws_without_spin(scene: SceneContents) -> None:
         preset = value == from_preset(physics, field)
         source = f' (of preset "{physics.preset}")' if preset else ""
         found.append(f"`{field}` = {shown}{source}")
+    mended = " and ".join(f"`{field}` = {value}" for field, value in wrong.items())
     raise problem(
         "needs_spin",
-        '`motion` must be "sliding" with {found}: where it is "rolling", a ball has the spin of '
-        'its velocity, and no impact can turn it. Set `motion` = "sliding", or {mended}',
+        f'`motion` must be "sliding" with {" and ".join(found)}: where it is "rolling", a ball has '
+        'the spin of its velocity, and no impact can turn it. Set `motion` = "sliding", or '
+        f"{mended}",
         at=("physics", next(iter(wrong))),
-        found=" and ".join(found),
-        mended=" and ".join(f"`{field}` = {value}" for field, value in wrong.items()),
     )
 
 
@@ -72,15 +72,10 @@ def _check_limits(scene: SceneContents) -> None:
                 continue
             raise problem(
                 "beyond_law",
-                '`{name}` must be at most {most} where `ball_impact` = "{law}", got {value}: the '
-                "law describes balls that stay on the cloth. Set a smaller one, or `ball_impact` = "
-                "{others}",
+                f'`{prefix}{field}` must be at most {most} where `ball_impact` = "{law.name}", got '
+                f"{value}: the law describes balls that stay on the cloth. Set a smaller one, or "
+                f"`ball_impact` = {choice(other.name for other in BALL_LAWS if not other.limits)}",
                 at=(*owner_at, field),
-                name=prefix + field,
-                most=most,
-                law=law.name,
-                value=value,
-                others=choice(other.name for other in BALL_LAWS if not other.limits),
             )
 
 
@@ -97,26 +92,13 @@ def _check_cushion_height(scene: SceneContents) -> None:
         if -1.0 < sine < 1.0:
             continue
         needed = "less than the height of every ball" if sine > 0.0 else "distinct from the cloth's"
-        if in_space:
-            raise problem(
-                "cushion_height",
-                "`cushion_height` must be {needed} where `airborne` = true, got {height} m, but "
-                "`balls[{i}]` is {top} m high. Set `cushion_height`, or `airborne` = false",
-                at=("physics", "cushion_height"),
-                needed=needed,
-                i=i,
-                top=2.0 * ball.radius,
-                height=height,
-            )
+        where, mended = "`airborne` = true", "`airborne` = false"
+        if not in_space:
+            others = (law.name for law in CUSHION_LAWS if "cushion_height" not in law.uses)
+            where, mended = f'`cushion` = "{physics.cushion}"', f"`cushion` = {choice(others)}"
         raise problem(
             "cushion_height",
-            '`cushion_height` must be {needed} where `cushion` = "{law}", got {height} m, but '
-            "`balls[{i}]` is {top} m high. Set `cushion_height`, or `cushion` = {others}",
+            f"`cushion_height` must be {needed} where {where}, got {height} m, but `balls[{i}]` is "
+            f"{2.0 * ball.radius} m high. Set `cushion_height`, or {mended}",
             at=("physics", "cushion_height"),
-            needed=needed,
-            i=i,
-            top=2.0 * ball.radius,
-            height=height,
-            law=physics.cushion,
-            others=choice(law.name for law in CUSHION_LAWS if "cushion_height" not in law.uses),
         )

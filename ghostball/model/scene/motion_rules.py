@@ -61,12 +61,10 @@ def _check_rolling(scene: SceneContents, motions: Motions) -> None:
     for k in np.flatnonzero(np.any(np.abs(spin - rolling) > 1e-9 * scale, axis=1))[:1]:
         raise problem(
             "not_rolling",
-            "{name} must be that of rolling without slip, {rolling}, "
-            'where `motion` = "rolling", got {spin}. Leave it out, or set `motion` = "sliding"',
+            f"{motions.name(k, '.angular_velocity')} must be that of rolling without slip, "
+            f'{tuple(rolling[k].tolist())}, where `motion` = "rolling", got '
+            f'{tuple(spin[k].tolist())}. Leave it out, or set `motion` = "sliding"',
             at=("balls", int(motions.ball[k]), "angular_velocity"),
-            name=motions.name(k, ".angular_velocity"),
-            rolling=tuple(rolling[k].tolist()),
-            spin=tuple(spin[k].tolist()),
         )
 
 
@@ -75,13 +73,10 @@ def _check_spin(scene: SceneContents, motions: Motions) -> None:
     for k in np.flatnonzero(surface > LARGEST)[:1]:
         raise problem(
             "fast_spin",
-            "{name} must turn the ball's surface at no more than "
-            "{largest:g} m/s, got {spin} rad/s, which make {surface:g} m/s",
+            f"{motions.name(k, '.angular_velocity')} must turn the ball's surface at no more than "
+            f"{LARGEST:g} m/s, got {tuple(motions.spin[k].tolist())} rad/s, which make "
+            f"{surface[k]:g} m/s",
             at=("balls", int(motions.ball[k]), "angular_velocity"),
-            name=motions.name(k, ".angular_velocity"),
-            largest=LARGEST,
-            spin=tuple(motions.spin[k].tolist()),
-            surface=float(surface[k]),
         )
 
 
@@ -111,15 +106,10 @@ def _check_drag(scene: SceneContents, motions: Motions) -> None:
         if drag * float(speeds[k]) > FASTEST_DRAG:
             raise problem(
                 "fast_drag",
-                "`physics.{field}` times the speed of a ball must be at most {fastest:g} per "
-                "second, got {drag:g} 1/m times the {speed:g} m/s of {name}: what is computed of "
-                "its motion would be too large for a double. Lower one of them",
+                f"`physics.{field}` times the speed of a ball must be at most {FASTEST_DRAG:g} per "
+                f"second, got {drag:g} 1/m times the {speeds[k]:g} m/s of {motions.name(k)}: what "
+                "is computed of its motion would be too large for a double. Lower one of them",
                 at=("physics", field),
-                field=field,
-                fastest=FASTEST_DRAG,
-                drag=drag,
-                speed=float(speeds[k]),
-                name=motions.name(k),
             )
 
 
@@ -169,14 +159,11 @@ def _check_impacts_end(scene: SceneContents, motions: Motions) -> None:
     if impacts > MOST_IMPACTS:
         raise problem(
             "endless",
-            "`t_max` must be given where balls would hit cushions more than {most:g} times before "
-            "they rest: {name} begins with {speed:g} m/s, and until that is lost there are at "
-            "least {impacts:.2g} collisions. Set `t_max` to a time in seconds, or slow the ball",
+            f"`t_max` must be given where balls would hit cushions more than {MOST_IMPACTS:g} "
+            f"times before they rest: {motions.name(k)} begins with {speeds[k]:g} m/s, and until "
+            f"that is lost there are at least {impacts:.2g} collisions. Set `t_max` to a time in "
+            "seconds, or slow the ball",
             at=("balls", int(motions.ball[k]), "velocity"),
-            most=MOST_IMPACTS,
-            name=motions.name(k),
-            speed=float(speeds[k]),
-            impacts=impacts,
         )
 
 
@@ -194,29 +181,18 @@ def _check_stops(
     if deceleration == 0.0 and speeds[k] > 0.0:
         raise problem(
             "endless",
-            "`t_max` must be given where a ball moves ({name}) and a ball loses no speed "
-            "while it {verb}s (`balls[{j}]`, `{field}` = {friction}): it might never come to rest. "
-            "Set `t_max` to a time in seconds",
+            f"`t_max` must be given where a ball moves ({motions.name(k)}) and a ball loses no "
+            f"speed while it {verb}s (`balls[{j}]`, `{field}` = {float(frictions[j])}): it might "
+            "never come to rest. Set `t_max` to a time in seconds",
             at=("balls", int(motions.ball[k])),
-            name=motions.name(k),
-            j=j,
-            verb=verb,
-            field=field,
-            friction=float(frictions[j]),
         )
     if speeds[k] > LARGEST * deceleration:
         raise problem(
             "endless",
-            "`t_max` must be given where a ball with the speed of {name}, {speed:g} m/s, "
-            "would {verb} for more than {longest:g} s: `balls[{j}]` loses {deceleration:g} m/s "
-            "each second. Set `t_max` to a time in seconds",
+            f"`t_max` must be given where a ball with the speed of {motions.name(k)}, "
+            f"{speeds[k]:g} m/s, would {verb} for more than {LARGEST:g} s: `balls[{j}]` loses "
+            f"{deceleration:g} m/s each second. Set `t_max` to a time in seconds",
             at=("balls", int(motions.ball[k])),
-            name=motions.name(k),
-            j=j,
-            verb=verb,
-            longest=LARGEST,
-            speed=float(speeds[k]),
-            deceleration=deceleration,
         )
 
 
@@ -232,12 +208,8 @@ def _check_spin_ends(scene: SceneContents, motions: Motions, speeds: NDArray[np.
     if spin > LARGEST * float(rates[j]):
         raise problem(
             "endless",
-            "`t_max` must be given where a ball might spin for more than {longest:g} s: it may "
-            "have {spin:g} rad/s, and `balls[{j}]` loses {rate:g} rad/s each second. Set `t_max` "
-            "to a time in seconds",
+            f"`t_max` must be given where a ball might spin for more than {LARGEST:g} s: it may "
+            f"have {spin:g} rad/s, and `balls[{j}]` loses {rates[j]:g} rad/s each second. Set "
+            "`t_max` to a time in seconds",
             at=("balls", j),
-            j=j,
-            longest=LARGEST,
-            spin=spin,
-            rate=float(rates[j]),
         )

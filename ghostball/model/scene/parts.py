@@ -145,7 +145,10 @@ class Table(Part):
     @classmethod
     def _each_once(cls, value: tuple[str, ...]) -> tuple[str, ...]:
         if len(set(value)) != len(value):
-            raise problem("repeated", "must name each cushion once, got {value}", value=value)
+            raise problem(
+                "repeated",
+                f"must name each cushion once, got {value}",
+            )
         return tuple(name for name in CUSHIONS if name in value)
 
 

@@ -154,24 +154,19 @@ def _check_laws(physics: Physics) -> None:
                 continue  # where balls meet cushions in space, whatever the law
             raise problem(
                 "no_effect",
-                '`{field}` = {value} has no effect with `{chooser}` = "{law}". Set `{chooser}` = '
-                "{others}, or leave the field out",
+                f'`{field}` = {value} has no effect with `{chooser}` = "{chosen.name}". Set '
+                f"`{chooser}` = {choice(law.name for law in laws if field in law.uses)}, or leave "
+                "the field out",
                 at=(field,),
-                field=field,
-                value=value,
-                chooser=chooser,
-                law=chosen.name,
-                others=choice(law.name for law in laws if field in law.uses),
             )
     _check_airborne(physics)
     landing = physics.table_restitution
     if not physics.airborne and landing not in _given(physics, "table_restitution"):
         raise problem(
             "no_effect",
-            "`table_restitution` = {value} has no effect with `airborne` = false: no ball lands. "
-            "Set `airborne` = true, or leave the field out",
+            f"`table_restitution` = {landing} has no effect with `airborne` = false: no ball "
+            "lands. Set `airborne` = true, or leave the field out",
             at=("table_restitution",),
-            value=landing,
         )
 
 
@@ -188,12 +183,10 @@ def _check_airborne(physics: Physics) -> None:
     for field, instead in wrong.items():
         raise problem(
             "not_airborne",
-            '`{field}` must be {instead} where `airborne` = true, got "{value}": it holds balls on '
-            "the cloth. Set `{field}` = {instead}, or `airborne` = false",
+            f"`{field}` must be {instead} where `airborne` = true, got "
+            f'"{getattr(physics, field)}": it holds balls on the cloth. Set `{field}` = {instead}, '
+            "or `airborne` = false",
             at=(field,),
-            field=field,
-            value=getattr(physics, field),
-            instead=instead,
         )
 
 

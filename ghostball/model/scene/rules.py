@@ -39,11 +39,9 @@ def _check_ids(scene: SceneContents) -> None:
         if ball.id in seen:
             raise problem(
                 "duplicate_id",
-                '`balls[{i}].id` must be unique, but `balls[{j}]` is called "{id}" too',
+                f"`balls[{i}].id` must be unique, but `balls[{seen[ball.id]}]` is called "
+                f'"{ball.id}" too',
                 at=("balls", i, "id"),
-                i=i,
-                j=seen[ball.id],
-                id=ball.id,
             )
         seen[ball.id] = i
 
@@ -53,66 +51,54 @@ def _check_on_cloth(scene: SceneContents) -> None:
         _check_above_cloth(scene)
         return
     for i, ball in enumerate(scene.balls):
-        if ball.position[2] != ball.radius:
+        z, up = ball.position[2], ball.velocity[2]
+        if z != ball.radius:
             raise problem(
                 "off_cloth",
-                "`balls[{i}].position` z must be the radius, {radius} m, got {z} m: the ball must "
-                "lie on the cloth. Leave z out",
+                f"`balls[{i}].position` z must be the radius, {ball.radius} m, got {z} m: the ball "
+                "must lie on the cloth. Leave z out",
                 at=("balls", i, "position"),
-                i=i,
-                radius=ball.radius,
-                z=ball.position[2],
             )
-        if ball.velocity[2] != 0.0:
+        if up != 0.0:
             raise problem(
                 "off_cloth",
-                "`balls[{i}].velocity` z must be 0, got {z} m/s: the ball must stay on the cloth. "
-                "Leave z out",
+                f"`balls[{i}].velocity` z must be 0, got {up} m/s: the ball must stay on the "
+                "cloth. Leave z out",
                 at=("balls", i, "velocity"),
-                i=i,
-                z=ball.velocity[2],
             )
 
 
 def _check_above_cloth(scene: SceneContents) -> None:
     for i, ball in enumerate(scene.balls):
-        if ball.position[2] < ball.radius:
+        z, up = ball.position[2], ball.velocity[2]
+        if z < ball.radius:
             raise problem(
                 "below_cloth",
-                "`balls[{i}].position` z must be at least the radius, {radius} m, got {z} m: the "
-                "ball would be inside the table. Raise it, or leave z out",
+                f"`balls[{i}].position` z must be at least the radius, {ball.radius} m, got {z} m: "
+                "the ball would be inside the table. Raise it, or leave z out",
                 at=("balls", i, "position"),
-                i=i,
-                radius=ball.radius,
-                z=ball.position[2],
             )
-        if ball.position[2] == ball.radius and ball.velocity[2] < 0.0:
+        if z == ball.radius and up < 0.0:
             raise problem(
                 "below_cloth",
-                "`balls[{i}].velocity` z must be at least 0 of a ball that lies on the cloth, got "
-                "{z} m/s. Leave z out, or say how the ball comes up again",
+                f"`balls[{i}].velocity` z must be at least 0 of a ball that lies on the cloth, got "
+                f"{up} m/s. Leave z out, or say how the ball comes up again",
                 at=("balls", i, "velocity"),
-                i=i,
-                z=ball.velocity[2],
             )
 
 
 def _check_resolved(scene: SceneContents) -> None:
     # Else balls in one place would count as touching, and their collisions would be missed.
     for i, ball in enumerate(scene.balls):
-        rounding = position_rounding(*ball.position[:2])
+        x, y = ball.position[:2]
+        rounding = position_rounding(x, y)
         if rounding >= ball.radius:
             raise problem(
                 "unresolved",
-                "`balls[{i}].position` must be known to better than the radius, {radius} m, but "
-                "at ({x}, {y}) m double precision rounds by up to {rounding:.2g} m. Move the scene "
-                "to the origin",
+                f"`balls[{i}].position` must be known to better than the radius, {ball.radius} m, "
+                f"but at ({x}, {y}) m double precision rounds by up to {rounding:.2g} m. Move the "
+                "scene to the origin",
                 at=("balls", i, "position"),
-                i=i,
-                radius=ball.radius,
-                x=ball.position[0],
-                y=ball.position[1],
-                rounding=rounding,
             )
 
 
@@ -132,20 +118,13 @@ def _check_inside(scene: SceneContents) -> None:
         permitted = position_rounding(x, y, table.length, table.width)
         for name in table.cushions:
             if gaps[name] < -permitted:
+                far = "its radius" if reach == ball.radius else "so far at this height"
                 raise problem(
                     "outside",
-                    '`balls[{i}].position` must be inside the table: ball "{id}" at ({x}, {y}) m '
-                    "reaches {depth:.6g} m beyond the {cushion} cushion. Its centre must be at "
-                    "least {reach}, {radius} m, from each cushion",
+                    f'`balls[{i}].position` must be inside the table: ball "{ball.id}" at '
+                    f"({x}, {y}) m reaches {-gaps[name]:.6g} m beyond the {name} cushion. Its "
+                    f"centre must be at least {far}, {reach} m, from each cushion",
                     at=("balls", i, "position"),
-                    i=i,
-                    id=ball.id,
-                    x=x,
-                    y=y,
-                    depth=-gaps[name],
-                    cushion=name,
-                    reach="its radius" if reach == ball.radius else "so far at this height",
-                    radius=reach,
                 )
 
 
@@ -165,19 +144,14 @@ def _check_overlaps(scene: SceneContents) -> None:
     radii = scene.radii
     for i, j, depth in overlapping_pairs(centres, radii):
         if depth > position_rounding(*centres[i], *centres[j], radii[i], radii[j]):
+            one, other = scene.balls[j].id, scene.balls[i].id
+            distance = np.sqrt(np.sum((centres[j] - centres[i]) ** 2))
             raise problem(
                 "overlap",
-                '`balls[{j}]` ("{a}") and `balls[{i}]` ("{b}") must not overlap, but do by '
-                "{depth:.6g} m: their centres are {distance:.9g} m apart and their radii add up to "
-                "{reach:.9g} m. Move one of them",
+                f'`balls[{j}]` ("{one}") and `balls[{i}]` ("{other}") must not overlap, but do by '
+                f"{depth:.6g} m: their centres are {distance:.9g} m apart and their radii add up "
+                f"to {radii[i] + radii[j]:.9g} m. Move one of them",
                 at=("balls", i, "position"),
-                i=i,
-                j=j,
-                a=scene.balls[j].id,
-                b=scene.balls[i].id,
-                depth=depth,
-                distance=float(np.sqrt(np.sum((centres[j] - centres[i]) ** 2))),
-                reach=float(radii[i] + radii[j]),
             )
 
 
