@@ -413,8 +413,8 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "horizon of 0.1 s",
         "sensitivity/tangent_map.py",
-        "    limit = tolerance / error\n    for times in",
-        "    limit = tolerance / error\n    return 0.1\n    for times in",
+        "        for times in _chunks(",
+        "        return 0.1\n        for times in _chunks(",
         "Every shot is said to be predictable for a tenth of a second.",
         "graded/stop",
     ),
