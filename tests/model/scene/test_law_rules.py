@@ -1,73 +1,19 @@
-"""The rules between a scene's impact laws and its other fields."""
+"""The rules between a scene's laws of impacts and its balls and table."""
 
 from __future__ import annotations
 
 import math
-import subprocess
-import sys
 
 import pytest
 from refusals import loading, refusal
 from shots import POOL_TABLE, R, ball, scene_of
 
-from ghostball.model import Physics, SceneError, Table
-from ghostball.model.impact_laws import BALL_LAWS, CUSHION_LAW_NAMES, CUSHION_LAWS
+from ghostball.model import SceneError, Table
+from ghostball.model.impact_laws import BALL_LAWS
 
 SPIN_LAWS = ("frictional", "han2005", "mathavan2010")
 HEIGHT_LAWS = ("han2005", "mathavan2010")
-
-CUSHION_FIELDS = sorted(
-    {field for law in CUSHION_LAWS for field in law.uses} - {"sliding_friction"}
-)
-UNUSED = [
-    (law.name, field) for law in CUSHION_LAWS for field in CUSHION_FIELDS if field not in law.uses
-]
-
-
-def test_a_restitution_of_the_table_needs_balls_that_land():
-    with pytest.raises(SceneError, match=r"`table_restitution` = .* has no effect with `airborne`"):
-        Physics(table_restitution=0.3)
-    assert Physics(table_restitution=0.3, motion="sliding", airborne=True).table_restitution == 0.3
-    assert Physics(table_restitution=0.5).airborne is False  # the default does no harm
-
-
-class TestLawNames:
-    def test_knowing_the_laws_needs_no_compiler(self):
-        check = "import sys, ghostball.engine; assert 'numba' not in sys.modules"
-        subprocess.run([sys.executable, "-c", check], check=True)
-
-
-class TestFieldsWithoutEffect:
-    """A field that the chosen law ignores in silence is a mistake of whoever set it."""
-
-    @pytest.mark.parametrize("preset", ["paper", "pool", "pool-coulomb"])
-    @pytest.mark.parametrize(("law", "field"), UNUSED)
-    def test_a_field_that_the_cushion_law_ignores(self, law, field, preset):
-        with pytest.raises(SceneError) as caught:
-            Physics(preset=preset, cushion=law, **{field: 0.03})
-        message = str(caught.value)
-        assert f'`{field}` = 0.03 has no effect with `cushion` = "{law}"' in message
-        assert "or leave the field out" in message
-        for other in CUSHION_LAWS:
-            assert (f'"{other.name}"' in message.split("Set ")[1]) == (field in other.uses)
-
-    @pytest.mark.parametrize("law", CUSHION_LAW_NAMES)
-    @pytest.mark.parametrize("preset", ["paper", "pool", "pool-coulomb"])
-    def test_what_preset_or_default_give_is_allowed_also_when_spelled_out(self, preset, law):
-        # So that a preset's law can be swapped for another with nothing else changed.
-        given = Physics(preset=preset)
-        fields = {field for other in CUSHION_LAWS for field in other.uses}
-        for source in (given, Physics()):
-            spelled_out = {field: getattr(source, field) for field in fields}
-            assert Physics(preset=preset, cushion=law, **spelled_out).cushion == law
-
-    def test_in_a_file_the_line_is_the_field_s(self):
-        text = 'schema = 1\nname = "a"\n[physics]\npreset = "paper"\ncushion_friction = 0.5\n'
-        text += '[[balls]]\nid = "a"\nposition = [0, 0]\n'
-        assert loading(text) == (
-            'shot.toml:5: `cushion_friction` = 0.5 has no effect with `cushion` = "mirror". Set '
-            '`cushion` = "frictional", "han2005" or "mathavan2010", or leave the field out.'
-        )
+FLIES = {"motion": "sliding", "airborne": True}
 
 
 class TestLawsThatActThroughSpin:
@@ -156,6 +102,11 @@ class TestCushionHeight:
     @pytest.mark.parametrize("table", [None, Table(length=2, width=2, cushions=())])
     def test_a_table_without_cushions_takes_any_ball(self, table):
         assert self.shot("han2005", 0.05, 0.01, table=table)
+
+    def test_where_balls_may_fly_it_is_below_their_tops_whatever_the_law(self):
+        message = refusal(ball((1, 0.5)), table=POOL_TABLE, cushion_height=0.08, **FLIES)
+        assert "`cushion_height` must be less than the height of every ball where" in message
+        assert message.endswith("or `airborne` = false.")
 
 
 class TestLimits:

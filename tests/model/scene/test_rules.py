@@ -1,132 +1,40 @@
-"""The rules between the fields of a scene: spin, and whether a shot ends."""
+"""The rules between the balls of a scene and its table: where a ball may be."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 from refusals import refusal
-from shots import ball, scene_of
+from shots import POOL_TABLE, R, ball, rack, scene_of
 
-from ghostball.model import SceneError, Table
+from ghostball.model import CUSHIONS, Table
 from ghostball.model.scene.rules import overlapping_pairs
 
-SLIDE = {"motion": "sliding"}
 
+class TestBallsTogether:
+    def test_two_balls_of_one_name(self):
+        message = refusal(ball((0, 0), id="cue"), ball((1, 0)), ball((2, 0), id="cue"))
+        assert '`balls[2].id` must be unique, but `balls[0]` is called "cue" too' in message
 
-class TestDrag:
-    """What slows by more the faster a ball is: too fast, and powers of it are no doubles."""
+    def test_overlap_names_both_balls_and_the_depth(self):
+        message = refusal(ball((0, 0), id="cue"), ball((1, 0)), ball((0.05, 0), id="eight"))
+        assert '`balls[0]` ("cue") and `balls[2]` ("eight")' in message
+        assert f"{2 * R - 0.05:.6g} m" in message
+        assert "Move one" in message
 
-    @pytest.mark.parametrize("field", ["air_drag", "rolling_friction_quadratic"])
-    @pytest.mark.parametrize("speed", [1e-20, 1.0, 1e6])
-    def test_it_slows_within_what_can_be_computed(self, field, speed):
-        moving = ball((0, 0), (speed, 0.0))
-        message = refusal(moving, **{field: 1.1e10 / speed})
-        assert f"`physics.{field}` times the speed of a ball must be at most 1e+10" in message
-        assert f"the {speed:g} m/s of `balls[0]`" in message
-        assert "Lower one of them" in message
-        assert scene_of(moving, **{field: 0.9e10 / speed})
+    def test_the_reach_of_unequal_balls_is_the_sum_of_their_radii_in_the_plane(self):
+        # In space the centres are farther apart than in the plane, as their heights differ.
+        scene_of(ball((0, 0), radius=0.25), ball((0.75, 0), radius=0.5))
+        assert "overlap" in refusal(ball((0, 0), radius=0.25), ball((0.74, 0), radius=0.5))
 
+    @pytest.mark.parametrize("apex", [(0.0, 0.0), (1.905, 0.635), (17.3, -4.1)])
+    def test_a_touching_rack_computed_from_sqrt_3_is_accepted(self, apex):
+        assert len(scene_of(*rack(15, apex, gap=0.0)).balls) == 15
 
-class TestEnds:
-    """`t_max` is asked for where a ball might move for ever: any may set any other moving."""
-
-    @pytest.mark.parametrize("motion", ["rolling", "sliding"])
-    def test_a_ball_without_rolling_friction_beside_one_that_moves(self, motion):
-        balls = [ball((0, 0), rolling_friction=0.0), ball((1, 0), (1, 0))]
-        message = refusal(*balls, motion=motion)
-        assert "`t_max` must be given where a ball moves (`balls[1]`)" in message
-        assert "while it rolls (`balls[0]`, `rolling_friction` = 0.0)" in message
-        assert "Set `t_max` to a time in seconds" in message
-        assert scene_of(*balls, motion=motion, t_max=1.0).t_max == 1.0
-
-    def test_a_ball_s_own_friction_stands_for_the_scene_s(self):
-        moving = ball((0, 0), (1, 0), rolling_friction=0.01)
-        assert scene_of(moving, rolling_friction=0.0)
-        assert "`rolling_friction` = 0.0" in refusal(moving, ball((1, 0)), rolling_friction=0.0)
-
-    def test_without_sliding_friction_a_ball_that_is_hit_slides_for_ever(self):
-        message = refusal(ball((0, 0), (1, 0)), ball((1, 0)), sliding_friction=0.0, **SLIDE)
-        assert "while it slides (`balls[0]`, `sliding_friction` = 0.0)" in message
-        assert scene_of(ball((0, 0), (1, 0)), sliding_friction=0.0)  # always rolls
-
-    def test_spin_about_a_level_axis_moves_a_ball(self):
-        turning = ball((0, 0), angular_velocity=(0, 5, 0))
-        for field in ("rolling_friction", "sliding_friction"):
-            message = refusal(turning, **{field: 0.0}, **SLIDE)
-            assert "a ball moves (`balls[0]`)" in message
-        assert scene_of(turning, **SLIDE)
-
-    def test_spin_about_the_vertical_may_last_for_ever(self):
-        # Nobody waits for it: it moves nothing.
-        spinning = ball((0, 0), angular_velocity=(0, 0, 5))
-        ice = {"rolling_friction": 0.0, "sliding_friction": 0.0, **SLIDE}
-        assert scene_of(spinning, spinning_friction_rate=0.0, **ice).t_max is None
-
-    @pytest.mark.parametrize(
-        ("velocity", "spin"), [((1e10, 0), None), ((0, 0), (1e12, 0, 0)), ((1e10, 0), (0, 0, 0))]
-    )
-    @pytest.mark.parametrize(
-        ("field", "verb"), [("rolling_friction", "roll"), ("sliding_friction", "slide")]
-    )
-    def test_longer_than_doubles_can_follow(self, field, verb, velocity, spin):
-        balls = [ball((0, 0), velocity, angular_velocity=spin), ball((1, 0), **{field: 1e-42})]
-        message = refusal(*balls, **SLIDE)
-        assert f"would {verb} for more than 1e+50 s: `balls[1]` loses" in message
-        assert "the speed of `balls[0]`" in message
-        assert scene_of(*balls, **SLIDE, t_max=1.0)
-
-    @pytest.mark.parametrize("speed", [1e8, 1e30])
-    def test_more_impacts_than_anyone_waits_for(self, speed):
-        table = Table(length=2.54, width=1.27)
-        fast = ball((0.5, 0.5), (0.0, speed))
-        message = refusal(ball((1.0, 1.0)), fast, table=table)
-        assert "`t_max` must be given where balls would hit cushions more than 1e+12" in message
-        assert f"`balls[1]` begins with {speed:g} m/s" in message
-        for fewer in (
-            {"t_max": 1.0},
-            {"table": Table(length=2.54, width=1.27, cushions=("left", "right"))},
-            {"preset": "pool"},
-            {"cushion": "restitution", "cushion_restitution": 0.9},
-            {"rolling_friction_quadratic": 1e-30},
-        ):
-            assert scene_of(ball((1.0, 1.0)), fast, **({"table": table} | fewer))
-        assert scene_of(ball((0.5, 0.5), (0.0, 1e6)), table=table)
-        # Lost are m mu g in each metre, wherever the energy went, on ways of at most 2.84 m.
-        some = ball((0.5, 0.5), (0.0, 1.06e6), mass=1.0)
-        assert "at least 1e+12" in refusal(some, table=table)
-        assert scene_of(some, ball((1.0, 1.0), mass=2.0), table=table)
-
-    def test_a_friction_that_rounds_to_nothing(self):
-        # mu g rounds to 0: the engine would see no friction at all.
-        for field in ("rolling_friction", "sliding_friction"):
-            message = refusal(ball((0, 0), (1e-300, 0), **{field: 1e-300}), gravity=1e-50, **SLIDE)
-            assert "never come to rest" in message
-
-
-class TestSpinMagnitude:
-    @pytest.mark.parametrize("axis", range(3))
-    def test_the_surface_of_a_ball_is_no_faster_than_a_ball_may_be(self, axis):
-        spin = [0.0, 0.0, 0.0]
-        spin[axis] = -2e30
-        fast = ball((0, 0), radius=1e20, angular_velocity=tuple(spin))
-        message = refusal(fast, motion="sliding", t_max=1.0)
-        assert "`balls[0].angular_velocity` must turn the ball's surface at no more than" in message
-        assert "1e+50 m/s" in message
-        assert "2e+50 m/s" in message
-        slower = fast | {"radius": 1e19}
-        assert scene_of(slower, motion="sliding", t_max=1.0).rolls.tolist() == [axis == 2]
-
-    def test_extremes_are_judged_without_a_warning(self):
-        # Warnings are errors here: an overflow in a rule would fail this.
-        most = ball((0, 0), (1e50, 0), radius=1e50, angular_velocity=(0.5, 0.5, 0.5))
-        small = ball((1e30, 1e30), (0, -1e50), radius=1e-50, angular_velocity=(1e50, 0, 1e50))
-        assert scene_of(most, motion="sliding", t_max=1e50).rolls.tolist() == [False]
-        with pytest.raises(SceneError, match="known to better than the radius"):
-            scene_of(small, motion="sliding", t_max=1.0)
-        at_origin = small | {"position": (0, 0)}
-        assert scene_of(at_origin, motion="sliding", t_max=1.0).rolls.tolist() == [False]
-        ends = refusal(at_origin, motion="sliding", rolling_friction=1e-30)
-        assert "would roll for more than 1e+50 s" in ends
+    def test_the_worst_overlap_of_a_ball_is_the_one_reported(self):
+        message = refusal(ball((0, 0)), ball((0.1, 0)), ball((0.06, 0)))
+        assert "`balls[1]`" in message
+        assert "`balls[2]`" in message
 
 
 def test_every_overlap_is_found_and_no_other():
@@ -141,3 +49,76 @@ def test_every_overlap_is_found_and_no_other():
             found = overlapping_pairs(centres, radii)
             assert sorted([i, j] for i, j, _ in found) == expected
             assert [i for i, _, _ in found] == sorted(i for i, _, _ in found)
+
+
+@pytest.mark.parametrize(
+    ("cushion", "place"),
+    [
+        ("left", (0.02, 0.6)),
+        ("right", (2.53, 0.6)),
+        ("bottom", (1.0, 0.0)),
+        ("top", (1.0, 1.3)),
+        # By hardly more than rounding, and by far.
+        ("left", (R - 1e-9, 0.6)),
+        ("right", (2.54 - R + 1e-9, 0.6)),
+        ("bottom", (1.0, R - 1e-9)),
+        ("top", (1.0, 1.27 - R + 1e-9)),
+        ("right", (1e6, 0.6)),
+        ("bottom", (1.0, -1e6)),
+    ],
+)
+def test_a_ball_outside_the_table(cushion, place):
+    message = refusal(ball((1, 0.3)), ball(place, id="lost"), table=POOL_TABLE)
+    assert "`balls[1].position` must be inside the table" in message
+    assert '"lost"' in message
+    assert f"beyond the {cushion} cushion" in message
+
+
+@pytest.mark.parametrize("name", CUSHIONS)
+def test_a_side_without_a_cushion_is_open(name):
+    places = {"left": (-9, 1), "right": (9, 1), "bottom": (1, -9), "top": (1, 9)}
+    others = tuple(other for other in CUSHIONS if other != name)
+    table = Table(length=2, width=2, cushions=others)
+    assert scene_of(ball(places[name]), table=table).table == table
+
+
+def test_a_ball_in_the_air_needs_airborne():
+    assert "z must be the radius" in refusal(ball((0, 0, 0.1)))
+    assert "z must be 0, got 1.0 m/s" in refusal(ball((0, 0), (0, 0, 1)))
+    flies = scene_of(ball((0, 0, 0.1), (0, 0, 1)), motion="sliding", airborne=True)
+    assert flies.balls[0].position[2] == 0.1
+
+
+def test_no_ball_is_inside_the_table_or_begins_into_it():
+    inside = {"motion": "sliding", "airborne": True}
+    assert "z must be at least the radius" in refusal(ball((0, 0, 0.9 * R)), **inside)
+    assert "z must be at least 0 of a ball that lies" in refusal(
+        ball((0, 0), (0, 0, -1e-9)), **inside
+    )
+    assert scene_of(ball((0, 0, 1.1 * R), (0, 0, -1)), **inside).balls[0].velocity[2] == -1.0
+
+
+def test_a_ball_above_a_cushion_may_be_nearer_to_it():
+    fields = {"motion": "sliding", "airborne": True, "table": POOL_TABLE}
+    on_nose = 0.0357 + R
+    scene_of(ball((1e-3, 0.5, on_nose)), **fields)
+    assert "beyond the left cushion" in refusal(ball((1e-3, 0.5, 0.99 * on_nose)), **fields)
+    assert "beyond the left cushion" in refusal(ball((-1e-3, 0.5, 2 * on_nose)), **fields)
+    # On the cloth, at sqrt(h (2 R - h)): a little less than its radius.
+    scene_of(ball((0.97 * R, 0.5)), **fields)
+    assert "so far at this height" in refusal(ball((0.96 * R, 0.5)), **fields)
+
+
+def test_balls_above_each_other_do_not_overlap_in_the_air():
+    scene_of(ball((0, 0)), ball((0, 0, 3.5 * R)), motion="sliding", airborne=True)
+    fields = {"motion": "sliding", "airborne": True}
+    assert "overlap" in refusal(ball((0, 0)), ball((0, 0, 2.5 * R)), **fields)
+
+
+@pytest.mark.parametrize("place", [(1e14, 0), (0, -1e14)])
+def test_a_place_where_rounding_is_larger_than_a_ball(place):
+    # Two balls in one place would pass for touching there.
+    message = refusal(ball((0, 0)), ball(place))
+    assert "`balls[1].position` must be known to better than the radius, 0.028575 m" in message
+    assert "rounds by up to 0.36 m" in message
+    assert "must not overlap" in refusal(ball((1e12, 0)), ball((1e12, 0)))
