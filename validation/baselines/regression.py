@@ -204,12 +204,7 @@ class Regression(_Model):
 
 
 def save_regressions(regressions: Sequence[Regression], folder: Path) -> None:
-    """Store them in a results folder, one of each engine, in place of earlier ones.
-
-    Raises
-    ------
-    ResultsError
-    """
+    """Store them in a results folder, one of each engine, in place of earlier ones."""
     with writing(folder) as database, transaction(database):
         text = _LIST.dump_json([*regressions], by_alias=True).decode()
         put_document(database, "regression", text)
@@ -234,13 +229,7 @@ def load_regressions(folder: Path) -> list[Regression]:
 
 
 def load_regression(folder: Path, engine: str | None = None) -> Regression | None:
-    """Read that of an engine, else the first that fails, else the first; None where there is none.
-
-    Raises
-    ------
-    ResultsError
-        As of `load_regressions`.
-    """
+    """Read that of an engine, else the first that fails, else the first; None if there is none."""
     found = load_regressions(folder)
     if engine is not None:
         return next((one for one in found if one.engine == engine), None)

@@ -210,12 +210,7 @@ class Criteria(BaseModel):
         return found if isinstance(found, StepRule) else None
 
     def check_engines(self, known: Iterable[str], source: str) -> None:
-        """Make sure that every selector names an installed engine: a typo would check nothing.
-
-        Raises
-        ------
-        CriteriaError
-        """
+        """Make sure that every selector names an installed engine: a typo would check nothing."""
         names = tuple(known)
         tables: dict[str, tuple[ForEngines, ...]] = {
             table: getattr(self, table) for table in _MODELS

@@ -111,12 +111,7 @@ def gradable(
 
 
 def check_proof(scene: Scene, certificate: Certificate) -> None:
-    """Make sure that a certificate is of a scene, and holds its motion.
-
-    Raises
-    ------
-    GhostballError
-    """
+    """Make sure that a certificate is of a scene, and holds its motion."""
     balls, name = len(scene.balls), scene.name
     if len(certificate.positions) != balls:
         raise GhostballError(

@@ -184,12 +184,7 @@ class Cluster:
                 self._client.cancel([future for future, _ in doing.values()], force=True)
 
     def _room(self) -> int:
-        """Return how many tasks can be done at once; at least one, which then waits for a worker.
-
-        Raises
-        ------
-        ClusterLostError
-        """
+        """Return how many tasks can be done at once; at least one, which waits for a worker."""
         now = time.monotonic()
         with self._answering():
             if self._client.status != "running":

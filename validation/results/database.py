@@ -190,13 +190,7 @@ def reserved(folder: Path) -> Iterator[None]:
 
 
 def documents_in(folder: Path) -> frozenset[str]:
-    """Return what kinds of runs a folder holds something of; none where it has no database.
-
-    Raises
-    ------
-    ResultsError
-        As of `reading`.
-    """
+    """Return what kinds of runs a folder holds something of; none where it has no database."""
     if not has_database(folder):
         return frozenset()
     with reading(folder) as database:

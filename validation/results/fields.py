@@ -38,12 +38,7 @@ def _array_to_json(value: NDArray[np.float64]) -> Any:
 
 
 def check_shape(name: str, array: NDArray[np.float64] | None, shape: tuple[int, ...]) -> None:
-    """Make sure that a stored array has the shape that it must have, where it is there.
-
-    Raises
-    ------
-    ValueError
-    """
+    """Make sure that a stored array has the shape that it must have, where it is there."""
     if array is not None and array.shape != shape:
         raise ValueError(f"`{name}` must have the shape {shape}, got {array.shape}")
 

@@ -87,13 +87,7 @@ def write_whole(path: Path, content: str | bytes) -> None:
 
 
 def write_all_whole(contents: Mapping[Path, str | bytes]) -> None:
-    """Write files that belong together: none is replaced until all are on the disk.
-
-    Raises
-    ------
-    OSError
-        As of `write_whole`.
-    """
+    """Write files that belong together: none is replaced until all are on the disk."""
     encoded = {
         path: content.encode("utf-8") if isinstance(content, str) else content
         for path, content in contents.items()

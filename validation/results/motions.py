@@ -70,12 +70,7 @@ def _motion(folder: Path, where: str, given: list[str], what: str) -> Motion | N
 
 
 def _check(parts: dict[str, NDArray[Any]], events: Events) -> None:
-    """Make sure that arrays are those of one motion: their names, types, shapes and values.
-
-    Raises
-    ------
-    ValueError
-    """
+    """Make sure that arrays are those of one motion: their names, types, shapes and values."""
     names = set(_SAMPLED)
     if not names - {"phases"} <= set(parts) <= names:
         raise ValueError(f"it must hold {', '.join(_SAMPLED)}, got {', '.join(parts) or 'nothing'}")

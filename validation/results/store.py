@@ -73,12 +73,7 @@ def _as_suite(values: dict[str, Any]) -> dict[str, Any]:
 
 
 def _of_one_scene(case: CaseRecord) -> CaseRecord:
-    """Refuse a case whose definition is of another scene than it says.
-
-    Raises
-    ------
-    ValueError
-    """
+    """Refuse a case whose definition is of another scene than it says."""
     if case.definition["name"] != case.scene:
         raise ValueError(f"`definition.name` must be {case.scene!r}, the name of its scene")
     return case

@@ -32,10 +32,6 @@ def blamed_on_engine(name: str) -> Iterator[None]:
     """Make whatever an engine raises in the block its failure, by name.
 
     What it says of a scene that it lacks something for, or of itself, stays as it is.
-
-    Raises
-    ------
-    EngineFailedError
     """
     try:
         yield

@@ -28,12 +28,7 @@ class RunError(GhostballError, ValueError):
 
 
 def check_limits(jobs: int, time_limit: float | None) -> None:
-    """Refuse a number of processes, or a limit of time [s], that is none.
-
-    Raises
-    ------
-    RunError
-    """
+    """Refuse a number of processes, or a limit of time [s], that is none."""
     if jobs < 1:
         raise RunError(f"`jobs` must be at least 1, got {jobs}")
     if time_limit is not None and not 0.0 < time_limit < math.inf:
@@ -41,12 +36,7 @@ def check_limits(jobs: int, time_limit: float | None) -> None:
 
 
 def check_each_once(what: str, names: Sequence[str]) -> None:
-    """Refuse a run of no scene or no engine, or of one twice.
-
-    Raises
-    ------
-    RunError
-    """
+    """Refuse a run of no scene or no engine, or of one twice."""
     if not names:
         raise RunError(f"a run needs at least one {what}, got none")
     repeated = sorted({name for name in names if names.count(name) > 1})

@@ -224,12 +224,7 @@ class ProvedTrial(Trial):
 
 
 def refuse_long(engine: ReferenceEngine, scene: Scene, t_end: float) -> None:
-    """Refuse for an engine other than ours a shot that would take it too many steps.
-
-    Raises
-    ------
-    UnsupportedSceneError
-    """
+    """Refuse for an engine other than ours a shot that would take it too many steps."""
     if engine.name != OURS and t_end > LONGEST:
         why = f"{t_end:.3g} s of motion, more than the {LONGEST:g} s that steps are asked for"
         raise UnsupportedSceneError(engine.name, (f"{why} (scene {scene.name!r})",))

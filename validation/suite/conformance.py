@@ -144,10 +144,6 @@ def run_scene(
         Of the scene.
     make : callable, optional
         Makes the engine that runs, such as one in another process; by default `engine.make`.
-
-    Raises
-    ------
-    KeyboardInterrupt
     """
     judged_as = None if engine.judged_as is None else engine.judged_as.make
     truth = truth_or_failure(scene, own)
@@ -156,10 +152,5 @@ def run_scene(
 
 
 def check_names(criteria: Criteria, engine: EngineUnderTest, source: str) -> None:
-    """Make sure that criteria name engines that there are, this one included.
-
-    Raises
-    ------
-    CriteriaError
-    """
+    """Make sure that criteria name engines that there are, this one included."""
     criteria.check_engines(dict.fromkeys((*engine_names(), engine.make().name)), source)
