@@ -77,7 +77,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "        i = balls.touched[m]\n",
         "        i = balls.touched[m]\n        if m > 1 and t > 0.0:\n            continue\n",
         "Among many balls, the second ball of an impact keeps the predictions of before.",
-        "graded/crowd-elastic-0",
+        "graded/many-balls-elastic-0",
     ),
     Mutation(
         "neighbours missed",
@@ -85,7 +85,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "        for x in range(-1, 2):\n            cell = cell_number",
         "        for x in range(-1, 1):\n            cell = cell_number",
         "Among many balls, those in the three cells to the right are overlooked.",
-        "graded/crowd-elastic-0",
+        "graded/many-balls-elastic-0",
     ),
     Mutation(
         "slow ties first",
@@ -523,7 +523,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "    side = 2.0 * float(np.max(scene.radii)) * (1.0 + _CELL_ROOM)",
         "    side = 2.0 * float(np.mean(scene.radii)) * (1.0 + _CELL_ROOM)",
         "Among many balls, a cell is as wide as the mean ball, not as the largest.",
-        "extremes/crowd-40",
+        "extremes/among-many-40",
     ),
     Mutation(
         "culled by the mean ball",
@@ -531,7 +531,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "frame=np.array([*low, side, 2.0 * float(np.max(scene.radii))])",
         "frame=np.array([*low, side, 2.0 * float(np.mean(scene.radii))])",
         "Among many balls, a pair is passed over as if both were of the mean size.",
-        "extremes/crowd-40",
+        "extremes/among-many-40",
     ),
     # Caught by no trial, but by a fast test.
     Mutation(

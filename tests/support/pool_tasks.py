@@ -54,7 +54,7 @@ def _answers() -> int:
     )
 
 
-def died(task: str, reason: str) -> str:
+def crashed(task: str, reason: str) -> str:
     return f"{task}: {reason}"
 
 

@@ -168,7 +168,7 @@ def run_tasks(
         for process in [one for one in processes if one not in doing]:
             if process.is_alive:
                 return process
-            # It died since its last task, of what that left behind: the next one isn't to blame.
+            # It crashed since its last task, of what that left behind: the next one isn't to blame.
             process.close()
             processes.remove(process)
         processes.append(Process(first, START_LIMIT))

@@ -110,7 +110,7 @@ def run(
     work : callable
         Does a task; a function of a module.
     settle : callable
-        Returns what is stored of what came of a task, also where its process died.
+        Returns what is stored of what came of a task, also where its process crashed.
     jobs, limit
         See `run_tasks`.
     prepare : callable, optional

@@ -48,7 +48,7 @@ class Finding:
     severity, shots, broken, values
         As in a `Verdict`.
     seconds : float
-        Wall time; 0 where its process died or was ended.
+        Wall time; 0 where its process crashed or was ended.
     scene : mapping or None
         Definition of the shot that broke worst, or came nearest.
     """

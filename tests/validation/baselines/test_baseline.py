@@ -30,7 +30,7 @@ ADVICE = "Restore it (git checkout), or remove it and accept anew"
 
 @pytest.fixture
 def file(tmp_path):
-    """A sound baseline."""
+    """A valid baseline."""
     path = baseline_path(tmp_path, "cut")
     path.write_text(BASELINE.text(), encoding="utf-8")
     return path

@@ -105,7 +105,7 @@ def test_a_speed_changed_by_1e9th_is_no_rounding():
     assert first.words in change.summary
 
 
-def test_an_end_that_moved_alone_is_told_without_an_event():
+def test_an_end_that_moved_alone_is_reported_without_an_event():
     places = BASE.rest_positions + np.array([[0.0, 0.0, 0.0], [1e-6, 0.0, 0.0]])
     change = of(gate.at_rest(BASE, places))
     assert change.change == "results-changed"
@@ -205,7 +205,7 @@ def test_a_long_log_is_identical_to_its_baseline():
 
 
 @pytest.mark.parametrize("index", [KEPT_EVENTS, 2 * KEPT_EVENTS, LONG - 1])
-def test_another_event_beyond_what_is_kept_is_told(index):
+def test_another_event_beyond_what_is_kept_is_reported(index):
     base = gate.as_accepted(long_run())
     events = long_run().events.copy()
     events["b"][index] = 5
@@ -293,7 +293,7 @@ def test_a_number_that_is_new_warns():
     assert all("not measured" in one.why for one in new)
 
 
-def test_errors_against_another_truth_are_not_compared_and_that_is_told():
+def test_errors_against_another_truth_are_not_compared_and_that_is_said():
     # Else a proof that is found no more would let every error pass in silence.
     change = of(replace(with_metrics(BASE, rest_error_max=1.0), truth="closed form"))
     assert (change.change, change.failed) == ("identical", False)

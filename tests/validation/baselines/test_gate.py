@@ -1,4 +1,4 @@
-"""A folder of results against baselines, from none there to a planted change, told and accepted."""
+"""A folder of results against baselines: from none there to a planted change that is accepted."""
 
 from __future__ import annotations
 
@@ -124,7 +124,7 @@ def test_no_baseline_is_no_pass_until_it_is_accepted(shop):
     assert second.base["reason"] == "The first of all."
 
 
-def test_a_planted_change_fails_and_is_told_with_its_first_event(accepted):
+def test_a_planted_change_fails_and_is_reported_with_its_first_event(accepted):
     accepted.plant({"cut": 1.01})
     found = accepted.compare()
     assert found.outcome == "failed"
@@ -261,7 +261,7 @@ def test_nothing_that_was_compared_is_no_pass():
 # --- stale ------------------------------------------------------------------------------------
 
 
-def test_a_baseline_of_a_scene_that_is_no_more_is_told_and_removed_when_accepted(accepted):
+def test_a_baseline_of_a_scene_that_is_no_more_is_reported_and_removed_when_accepted(accepted):
     one = [SCENES[0]]
     assert accepted.compare(scenes=one).stale == (), "only a part was run"
     found = accepted.compare(scenes=one, whole=True)
@@ -305,7 +305,7 @@ def unsteady(monkeypatch):
         monkeypatch.setattr(module, "simulate", unsteady)
 
 
-def test_an_engine_that_gives_other_bits_each_time_is_told(accepted, unsteady):
+def test_an_engine_that_gives_other_bits_each_time_is_reported(accepted, unsteady):
     before = {path: path.read_bytes() for path in accepted.baselines.iterdir()}
     found = accepted.compare()
     assert found.outcome == "failed"

@@ -117,7 +117,7 @@ def test_nobody_else_gets_a_checkout_that_is_in_use_and_it_is_not_removed(root):
         assert (place / "file").read_text() == "first"
 
 
-def test_an_error_of_what_is_done_there_is_not_told_as_one_of_the_place(root):
+def test_an_error_of_what_is_done_there_is_not_called_one_of_the_place(root):
     with pytest.raises(OSError, match="planted"), checked_out(root, resolve("HEAD", root)):
         raise OSError("planted")
 

@@ -114,7 +114,7 @@ def test_the_least_run_time_is_of_a_configuration_that_is_right(tmp_path):
 
 
 @pytest.mark.usefixtures("in_this_process")
-def test_what_is_wrong_is_told_from_what_is_another_law(tmp_path):
+def test_what_is_wrong_is_not_taken_for_another_law(tmp_path):
     # The planted error: speed that is lost.
     board, _ = ask(tmp_path, ["ghostball", SLOWING], "line", "cut")
     line, wrong = (board.cell(row, "line") for row in ("ghostball", SLOWING))

@@ -45,7 +45,7 @@ def test_an_inelastic_hit_costs_what_the_formula_says():
     assert ledger.counts == {"ball-ball": 1, "ball-cushion": 0}
 
 
-def test_friction_on_the_way_is_told_from_the_cushion():
+def test_friction_on_the_way_is_not_taken_for_the_cushion():
     scene = find_scene("restitution-bounce")
     stored = motion(scene)
     hit = stored.events["t"][stored.events["kind"] == 1][0]
@@ -64,7 +64,7 @@ def test_an_elastic_hit_costs_nothing_though_each_ball_changes():
     assert abs(ledger.entries["ball-ball"]) < 1e-15 * ledger.initial * 10
 
 
-def test_a_log_too_long_to_keep_its_states_is_booked_apart():
+def test_a_log_too_long_to_keep_its_states_is_booked_on_its_own():
     scene = find_scene("galperin-3")
     ledger = ledger_of(scene, motion(scene))
     assert UNSTORED in ledger.entries

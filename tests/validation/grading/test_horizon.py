@@ -84,13 +84,13 @@ def test_an_easy_shot_is_predicted_to_its_end(label):
 
 
 def test_what_all_but_happens_leaves_a_shot_predictable():
-    """Breaks where the nearness of another course shortens a horizon: errors don't grow by it."""
+    """Breaks where the nearness of another path shortens a horizon: errors don't grow by it."""
     for label in ("pymunk", "paper-discrete"):
         assert horizon_of("half-ball-cut", label) == math.inf
     assert horizon_of("break-7", "pymunk") == math.inf
 
 
-def test_a_contact_that_is_landed_on_is_off_by_the_landing_gap():
+def test_a_contact_at_which_steps_end_is_off_by_the_landing_gap():
     scene = find_scene("break-7")
     assert resolution_of(make_engine("pymunk:contact_steps=exact"), scene) == 1e-10
     assert resolution_of(make_engine("pymunk:dt=1e-4"), scene) == pytest.approx(2e-4)

@@ -23,7 +23,7 @@ from ghostball.validation.parallel.pool import limit_of, run_tasks
 pytest.importorskip("distributed", reason="needs Dask: pip install 'ghostball[cluster]'")
 
 from dask_cluster import dask_cluster
-from pool_tasks import died, work
+from pool_tasks import crashed, work
 
 LIMIT = limit_of(60.0)
 
@@ -90,7 +90,7 @@ def test_what_each_task_comes_to_is_as_on_one_machine(cluster):
             got = list(answers)
         assert len(got) == len(tasks)
         heard = {done.task: done.printed for done in got if done.printed}
-        return {done.or_else(died) for done in got}, heard
+        return {done.or_else(crashed) for done in got}, heard
 
     with cluster_at(cluster.address) as there:
         answers, heard = found(there)

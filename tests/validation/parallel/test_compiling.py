@@ -55,7 +55,7 @@ def test_what_is_compiled_is_not_counted_again(parts):
     compiling.compile_kernels(SCENES, 2, compiling=lambda *_: pytest.fail("nothing was missing"))
 
 
-def test_a_process_that_dies_is_told_with_what_it_compiled(parts):
+def test_a_process_that_crashes_is_named_with_what_it_compiled(parts):
     parts(("a", {}), ("b", {"dies": True}))
     with pytest.raises(GhostballError, match=r"kernels \(b\) could not be compiled: .*code 7"):
         compiling.compile_kernels(SCENES, 2)

@@ -13,7 +13,7 @@ from itertools import count
 from pathlib import Path
 
 import pytest
-from pool_tasks import died, never, say, wait_a_second, work
+from pool_tasks import crashed, never, say, wait_a_second, work
 
 from ghostball.validation.parallel.pool import Done, limit_of, run_tasks
 
@@ -22,7 +22,7 @@ LIMIT = limit_of(30.0)
 
 def results(tasks, jobs=1, limit=LIMIT, prepare=None) -> list[str]:
     with closing(run_tasks(tasks, jobs, work, limit, prepare)) as found:
-        got = [done.or_else(died) for done in found]
+        got = [done.or_else(crashed) for done in found]
     assert multiprocessing.active_children() == []
     return got
 
@@ -41,7 +41,7 @@ def test_with_a_limit_one_job_is_another_process_and_a_crash_costs_its_task():
     ]
 
 
-def test_a_process_that_ends_as_if_all_were_well_has_died_too():
+def test_a_process_that_ends_as_if_all_were_well_has_crashed_too():
     # Without a limit of time nothing else would end the wait for it.
     found = results(["die 0", "a", "b"], jobs=2, limit=None)
     assert sorted(found) == [
@@ -236,11 +236,11 @@ if __name__ == "__main__":
 
 
 @pytest.mark.parametrize("limit", [LIMIT, None], ids=["other process", "this process"])
-def test_what_a_task_prints_is_told_with_it_and_goes_nowhere_else(capfd, limit):
+def test_what_a_task_prints_is_kept_with_it_and_goes_nowhere_else(capfd, limit):
     tasks = ["a", "b", "die 3", "c"] if limit else ["a", "b"]
     with closing(run_tasks(tasks, 1, say, limit)) as found:
         heard = [(done.task, done.printed) for done in found]
-    assert [task for task, _ in heard] == tasks  # also of the one that died
+    assert [task for task, _ in heard] == tasks  # also of the one that crashed
     for task, text in heard:
         assert text.splitlines()[0] == f"said {task}"
         assert ("and more" in text) is (limit is not None)

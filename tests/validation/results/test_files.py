@@ -1,4 +1,4 @@
-"""Fails where a file is left half written, or what is wrong with one is told in riddles."""
+"""Fails where a file is left half written, or what is wrong with one is worded in riddles."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ class _Whole(BaseModel):
         ('{"par', "Invalid JSON: EOF while parsing a string at line 1 column 5"),
     ],
 )
-def test_what_a_model_refuses_is_told_in_words(text: str, said: str) -> None:
+def test_what_a_model_refuses_is_described_in_words(text: str, said: str) -> None:
     with pytest.raises(ValidationError) as caught:
         _Whole.model_validate_json(text)
     assert describe_validation_error(caught.value) == said

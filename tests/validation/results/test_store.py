@@ -207,7 +207,7 @@ def test_earlier_results_stay_until_the_run_begins(tmp_path: Path) -> None:
     assert (tmp_path / "report.html").exists()  # not the store's to delete
 
 
-def test_cases_that_are_taken_over_keep_their_motion(tmp_path: Path) -> None:
+def test_cases_that_are_reused_keep_their_motion(tmp_path: Path) -> None:
     writer = taking_over(tmp_path, "other code")
     writer.write((record("pymunk"), motion(7)))
     writer.finish("complete")

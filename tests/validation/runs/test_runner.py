@@ -5,7 +5,7 @@ from __future__ import annotations
 import multiprocessing
 
 import pytest
-from pool_tasks import died, work
+from pool_tasks import crashed, work
 from pydantic import TypeAdapter
 
 from ghostball.validation.parallel.pool import limit_of
@@ -33,7 +33,7 @@ def ran(folder, keys, code="code", **options):
         {(task,): key for task, key in keys.items()},
         lambda names: (name[0] for name in names),
         work,
-        lambda done: (done.task, done.or_else(died)),
+        lambda done: (done.task, done.or_else(crashed)),
         Notes(folder, code),
         **options,
     )
@@ -43,7 +43,7 @@ def stored(folder):
     return sorted(Notes(folder).current().values())
 
 
-def test_what_has_the_same_key_is_taken_over_and_all_else_is_done(tmp_path):
+def test_what_has_the_same_key_is_reused_and_all_else_is_done(tmp_path):
     seen, announced = [], []
     first = ran(tmp_path, {"a": "1", "b": "2", "c": ""})
     assert (first.taken_over, first.interrupted, first.begun) == (0, False, True)

@@ -75,7 +75,7 @@ def here(monkeypatch):
 
 
 @pytest.mark.usefixtures("here")
-def test_a_run_is_kept_and_taken_over_by_the_same_code_alone(tmp_path):
+def test_a_run_is_kept_and_reused_by_the_same_code_alone(tmp_path):
     first = run_stress(["ghostball"], tmp_path, only=TWO)
     assert first.exit_status == 0
     assert (first.taken_over, len(first.folder.findings)) == (0, 2)
@@ -129,7 +129,7 @@ def test_what_other_code_was_asked_for_is_no_part_of_a_run(tmp_path):
 
 @pytest.mark.usefixtures("here")
 def test_a_crash_is_tried_again_where_it_is_asked_for_and_else_stays(tmp_path, monkeypatch):
-    crashed = Finding("grazing", "rolling-hit-1e-01", "pymunk", "broken", ("died",), CRASHED)
+    crashed = Finding("grazing", "rolling-hit-1e-01", "pymunk", "broken", ("crashed",), CRASHED)
     with monkeypatch.context() as patch:
         patch.setattr(ghostball.validation.stress.run, "run_trial", lambda _: crashed)
         run_stress(["pymunk"], tmp_path, only=ONE)
@@ -222,7 +222,7 @@ def test_an_engine_that_crashes_or_hangs_costs_its_trial(tmp_path, monkeypatch):
     ):
         assert found[label].outcome == "broken"
         assert says in found[label].faults[0]
-    assert found["faulty:does=die"].scene is not None  # the shot of which it died
+    assert found["faulty:does=die"].scene is not None  # the shot of which it crashed
     assert outcome.exit_status == 1
     assert multiprocessing.active_children() == []
 

@@ -25,7 +25,7 @@ FOUND = {
     "a first nose lifts a ball off the second of a corner": (575, {"flight": "low"}),
     "a cloth without friction turns no ball that is pressed": (224, {}),
     "two noses at one instant": (330, {}),
-    "a ball pushed into a rack is deeper at each hop": (2736, {}),
+    "a ball pushed into a rack is deeper at each bounce": (2736, {}),
     "a slide with its slip ends within the clock's rounding": (
         386,
         {"quadratic": "yes", "layout": "corner"},
@@ -167,7 +167,7 @@ def test_a_baseline_of_a_random_scene_reads_back_the_same():
 
 
 @pytest.mark.slow  # it asks for kernels that `stress` compiles, and that take minutes
-def test_what_breaks_is_told_with_its_scene(monkeypatch):
+def test_what_breaks_is_reported_with_its_scene(monkeypatch):
     engine = make_engine("ghostball")
     monkeypatch.setattr(plays, "MOST_EVENTS", 3)
     verdict = SameScenes("few", 0, 3, checks=("ends",)).run(engine)

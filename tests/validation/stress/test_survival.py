@@ -81,7 +81,7 @@ def test_the_other_command_tries_the_trial_again_in_a_folder_of_its_own():
     assert Survival(folder(), "f", "pymunk").again is None
 
 
-def test_what_was_not_judged_counts_for_nothing_and_is_told():
+def test_what_was_not_judged_counts_for_nothing_and_is_said():
     one = Survival(folder(found("a", "survived"), found("b", "failed")), "f", "pymunk")
     assert (one.tried, one.count("failed"), one.text) == (1, 1, "1/1, 1 not judged")
     assert [failed.trial for failed in one.of("failed")] == ["b"]

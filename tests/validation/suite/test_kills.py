@@ -1,4 +1,4 @@
-"""Runs that are killed at random instants: what they had said was done is there, and sound."""
+"""Runs that are killed at random instants: what they had said was done is there, and whole."""
 
 from __future__ import annotations
 

@@ -44,7 +44,7 @@ def scenes(speed: float = 1.0) -> list[Scene]:
 
 
 def limits(at_most: float = 1e-6, metric: str = "rest_error_max") -> Criteria:
-    # Also of an engine whose steps of 20 ms may take the cut another course.
+    # Also of an engine whose steps of 20 ms may lead the cut onto another path.
     criterion = {"engines": ENGINES, "metric": metric, "at_most": at_most, "past_horizon": True}
     criterion["reason"] = "by hand"
     return Criteria(criteria=(Criterion.model_validate(criterion),))
@@ -94,7 +94,7 @@ def plain(case: CaseRecord) -> dict[str, Any]:
 # --- what is taken over
 
 
-def test_what_is_taken_over_is_what_is_measured_again_to_the_bit(tmp_path: Path) -> None:
+def test_what_is_reused_is_what_is_measured_again_to_the_bit(tmp_path: Path) -> None:
     out, again = tmp_path / "out", tmp_path / "again"
     options = {"criteria": {"roll": limits()}}
     run(out, **options)
@@ -226,7 +226,7 @@ def test_what_failed_runs_again_until_it_does_not(
     assert run(tmp_path).counts.taken_over == 4
 
 
-def test_only_an_end_that_comes_again_is_taken_over(tmp_path: Path) -> None:
+def test_only_an_end_that_comes_again_is_reused(tmp_path: Path) -> None:
     stands = ResultsWriter(tmp_path).stands
     case = CaseRecord("s", "", (), {}, "e", "e", "ran", status="rest")
     assert stands(case)

@@ -185,8 +185,8 @@ def _among_many(suite: Suite) -> Iterator[Trial]:
             Ball(id="behind", position=(0.55, -0.215), radius=small),
         ]
         cue = Ball(id="cue", position=(0.0, -0.1), velocity=(SPEED, 0.0), radius=0.25)
-        scene = Scene(name="crowd", physics=ICE, t_max=0.5, balls=[*others, *rest, cue])
-        yield ProvedTrial(f"crowd-{ratio:g}", scene)
+        scene = Scene(name="among-many", physics=ICE, t_max=0.5, balls=[*others, *rest, cue])
+        yield ProvedTrial(f"among-many-{ratio:g}", scene)
 
 
 def _tables(suite: Suite) -> Iterator[Trial]:

@@ -121,7 +121,7 @@ class CalmShots(ProvedShots):
     cached: ClassVar[bool] = True
 
 
-def crowd(name: str, physics: Physics, number: int) -> Scene:
+def many_balls(name: str, physics: Physics, number: int) -> Scene:
     """Return a fifth of a second of 110 balls, so many that only neighbours are looked at.
 
     In rows, but for chance; every tenth or so moves.
@@ -177,8 +177,8 @@ def _trials(suite: Suite) -> Iterator[Trial]:
         ("sliding", Physics(preset="pool")),
     ):
         for number in range(1 if suite == "quick" else 10):
-            name = f"crowd-{kind}-{number}"
-            yield ProvedShot(name, crowd(name, physics, number), MATCHES_PROOF)
+            name = f"many-balls-{kind}-{number}"
+            yield ProvedShot(name, many_balls(name, physics, number), MATCHES_PROOF)
     for first in range(0, QUICK_SHOTS if suite == "quick" else FULL_SHOTS, BATCH):
         calm = first in CALM and first + BATCH - 1 in CALM
         batch = CalmShots if calm else ProvedShots

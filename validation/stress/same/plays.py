@@ -18,8 +18,8 @@ from ghostball.model.hashes import log_bits
 MOST_EVENTS = 1_000_000
 MOST_WORK = 4_000_000_000
 """What a random scene may take: events and contact steps, and work, less than a run may by default.
-Nearly all take a ten thousandth of it; balls that lie on each other in the air, or creep in contact
-where no cloth stops them, take most."""
+Nearly all take a ten thousandth of it; balls that lie on each other in the air take most, or that
+move very slowly in contact where no cloth stops them."""
 
 THREADS: Final = (1, 2, 5)
 

@@ -14,7 +14,7 @@ from ghostball.validation.stress.families.graded import (
     CALM,
     CalmShots,
     ProvedShots,
-    crowd,
+    many_balls,
 )
 
 OURS = make_engine("ghostball")
@@ -37,8 +37,8 @@ def test_calm_shots_have_no_long_contact() -> None:
     assert len(CALM) % BATCH == 0
 
 
-def test_a_crowd_is_of_many_balls_that_meet() -> None:
-    scene: Scene = crowd("crowd", find_scene("stop").physics, 0)
+def test_many_balls_meet() -> None:
+    scene: Scene = many_balls("many-balls", find_scene("stop").physics, 0)
     result = simulate(scene, record="events")
     assert len(scene.balls) > 100
     assert result.collision_counts["ball-ball"] > 10
