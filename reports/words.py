@@ -26,15 +26,15 @@ def many(count: int, noun: str) -> str:
     return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
 
 
-def taken_over_text(results: Results) -> str:
+def reused_text(results: Results) -> str:
     """Say which cases an earlier run measured; "" where none is."""
-    dates = sorted(case.measured for case in results.cases if case.taken_over)
+    dates = sorted(case.measured for case in results.cases if case.reused)
     if not dates:
         return ""
     when = f"on {dates[0]}" if dates[0] == dates[-1] else f"between {dates[0]} and {dates[-1]}"
     it_was = "it was" if len(dates) == 1 else "they were"
     return (
-        f"{len(dates)} of {many(len(results.cases), 'case')} taken over from an earlier run, since "
+        f"{len(dates)} of {many(len(results.cases), 'case')} reused from an earlier run, since "
         f"{it_was} unchanged in inputs, code, versions and machine: measured {when}. A run time "
         "with a date was taken then; medians of run times include such."
     )
@@ -43,7 +43,7 @@ def taken_over_text(results: Results) -> str:
 def run_time_text(case: CaseRecord) -> str:
     """Return the run time of a case, with the date where an earlier run measured it."""
     text = style.format_time(metric_of(case, "wall_time"))
-    if not case.taken_over or metric_of(case, "wall_time") is None:
+    if not case.reused or metric_of(case, "wall_time") is None:
         return text
     return f"{text} ({case.measured[:10]})"
 

@@ -197,7 +197,7 @@ def test_the_stress_suite_was_survived_as_stored():
         len({row["engine"] for row in stored["survival"]}),
         round(stored["wall_time"] / 60.0),
     )
-    assert (stored["suite"], stored["done"], stored["taken_over"]) == ("full", stored["planned"], 0)
+    assert (stored["suite"], stored["done"], stored["reused"]) == ("full", stored["planned"], 0)
     assert not stored["environment"]["git"]["dirty"]
 
 

@@ -10,7 +10,7 @@ from ghostball.reports.counted import unsolved
 from ghostball.reports.outcome import bad_cases, kind_text, overall
 from ghostball.reports.page.engines import engines_html
 from ghostball.reports.page.rendering import render
-from ghostball.reports.words import many, taken_over_text
+from ghostball.reports.words import many, reused_text
 from ghostball.validation.baselines import Regression
 from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.checks.verdict import Verdict, unfinished_text, verdict_of
@@ -51,7 +51,7 @@ def verdict_html(results: Results, regression: Regression | None) -> Markup:
         unsolved=many(left, "sustained or joint contact") if left else "",
         metrics=[] if len(measured) == len(METRICS) else measured,
         left_out=many(left_out, "limit"),
-        taken_over=taken_over_text(results),
+        reused=reused_text(results),
         failures=[
             (case, unfinished_text(case), [one for one in case.checks if one.passed is False])
             for case in bad_cases(results)

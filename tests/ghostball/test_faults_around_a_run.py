@@ -142,7 +142,7 @@ class Asked:
         self.assert_outcomes(left)
         status, errors = self.run()
         assert status == 0, errors
-        assert ("taken over" in errors or "are known" in errors) == bool(left)
+        assert ("reused" in errors or "are known" in errors) == bool(left)
         found = self.outcomes()
         assert set(found) == self.results
         self.assert_outcomes(found)

@@ -58,7 +58,7 @@ def run_until_killed(
 ) -> None:
     """Run in this process, and say what is done by a line of a file each, written at once.
 
-    With these variables of the environment, which are part of what a result is taken over for. The
+    With these variables of the environment, which are part of what a result is reused for. The
     server of processes has those of whichever test began it.
     """
     os.environ.clear()

@@ -146,7 +146,7 @@ def run_board(
     rows : sequence of str
         Engines as for `--engine`, or `MODULE:CLASS`.
     folder : Path
-        A results folder of the suite, which keeps each case as it is done. A later run takes over
+        A results folder of the suite, which keeps each case as it is done. A later run reuses
         those that are unchanged; see `validation.suite.unchanged`. `board.json` beside them is what
         they come to.
     jobs : int

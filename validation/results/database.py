@@ -26,7 +26,7 @@ from ghostball.validation.results.files import ResultsError, cannot_write, descr
 DATABASE: Final = "results.db"
 LOCK: Final = ".lock"
 
-SCHEMA: Final = 11
+SCHEMA: Final = 12
 """Version of the tables and of the records in them; another one is refused."""
 
 APPLICATION: Final = int.from_bytes(b"ball")
@@ -50,7 +50,7 @@ CREATE TABLE records (
     key TEXT NOT NULL,
     code TEXT NOT NULL,
     current INTEGER NOT NULL,
-    taken_over INTEGER NOT NULL DEFAULT 0,
+    reused INTEGER NOT NULL DEFAULT 0,
     record TEXT NOT NULL,
     UNIQUE (kind, name)
 );
@@ -69,7 +69,7 @@ CREATE TABLE events (
 );
 CREATE INDEX events_of_motion ON events (motion_id);
 CREATE VIEW cases AS
-    SELECT id, record, taken_over,
+    SELECT id, record, reused,
         json_extract(record, '$.scene') AS scene,
         json_extract(record, '$.label') AS label,
         json_extract(record, '$.accuracy.kind') AS accuracy

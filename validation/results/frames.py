@@ -17,7 +17,7 @@ from ghostball.validation.results.database import reading, record_of
 from ghostball.validation.results.files import ResultsError, cannot_write, write_all_whole
 
 TABLES: Final[Mapping[str, str]] = {
-    "cases": "SELECT record, taken_over FROM cases ORDER BY id",
+    "cases": "SELECT record, reused FROM cases ORDER BY id",
     "metrics": "SELECT * FROM metrics",
     "checks": (
         "SELECT scene, label, value AS record FROM cases, json_each(record, '$.checks') "

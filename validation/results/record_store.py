@@ -105,7 +105,7 @@ class RecordStore(Generic[W, R]):
         """Whether the task would come to the same again: not to a failure, or a limit of time."""
         return True
 
-    def taken_over(self, record: R) -> R:
+    def reused(self, record: R) -> R:
         """Return a record of an earlier run as one of this run has it."""
         return record
 
@@ -131,7 +131,7 @@ class RecordStore(Generic[W, R]):
                 self._held.close()
 
     def known(self) -> tuple[int, dict[str, R]]:
-        """Return how many records may be taken over by some code, and those by this one, by key.
+        """Return how many records may be reused by some code, and those by this one, by key.
 
         Raises
         ------
@@ -148,10 +148,10 @@ class RecordStore(Generic[W, R]):
                 "SELECT key, record FROM records WHERE kind = ? AND key != '' AND code = ?",
                 [self.kind, self.code],
             ).fetchall()
-        return stored, {key: self.taken_over(self._read(text)) for key, text in rows}
+        return stored, {key: self.reused(self._read(text)) for key, text in rows}
 
     def current(self) -> dict[Name, R]:
-        """Return the records of the last run by name: those taken over, then as they were written.
+        """Return the records of the last run by name: those reused, then as they were written.
 
         Raises
         ------
@@ -162,17 +162,16 @@ class RecordStore(Generic[W, R]):
             return {}
         with reading(self.path) as database:
             rows = database.execute(
-                "SELECT record, taken_over FROM records WHERE kind = ? AND current ORDER BY id",
+                "SELECT record, reused FROM records WHERE kind = ? AND current ORDER BY id",
                 [self.kind],
             ).fetchall()
         found = (
-            self.taken_over(self._read(text)) if taken_over else self._read(text)
-            for text, taken_over in rows
+            self.reused(self._read(text)) if reused else self._read(text) for text, reused in rows
         )
         return {self.name_of(record): record for record in found}
 
-    def begin(self, about: Mapping[str, Any], taken_over: Collection[Name] = ()) -> None:
-        """Start anew: what earlier runs found is kept aside, but for what is taken over.
+    def begin(self, about: Mapping[str, Any], reused: Collection[Name] = ()) -> None:
+        """Start anew: what earlier runs found is kept aside, but for what is reused.
 
         Parameters
         ----------
@@ -190,13 +189,13 @@ class RecordStore(Generic[W, R]):
         with transaction(database):
             stays = self.code if self.others_stay else ""
             database.execute(
-                "UPDATE records SET current = current AND code = ? AND ? != '', taken_over = 0 "
+                "UPDATE records SET current = current AND code = ? AND ? != '', reused = 0 "
                 "WHERE kind = ?",
                 [stays, stays, self.kind],
             )
             database.executemany(
-                "UPDATE records SET current = 1, taken_over = 1 WHERE kind = ? AND name = ?",
-                [(self.kind, name_text(name)) for name in taken_over],
+                "UPDATE records SET current = 1, reused = 1 WHERE kind = ? AND name = ?",
+                [(self.kind, name_text(name)) for name in reused],
             )
             self.forget(database)
             self._about = {**about, "run": self._run}
@@ -234,7 +233,7 @@ class RecordStore(Generic[W, R]):
     def finish(self, state: RunState) -> None:
         """Note how the run ended, and let other runs in; where it never began, change nothing.
 
-        What the code of a whole run could never take over goes: the folder would grow by each edit.
+        What the code of a whole run could never reuse goes: the folder would grow by each edit.
         """
         try:
             if self._database is not None and self._has_begun:

@@ -244,7 +244,7 @@ class CaseRecord:
         The metrics that it limits.
     measured : str
         When the case was run: date and time in UTC, ISO 8601. `wall_time` is of then.
-    taken_over : bool
+    reused : bool
         Whether it was run by an earlier run than the one that the folder is of, and is unchanged.
     varied_from : str
         Of which scene it is a varied start (`suite.varied`); "" of a scene itself.
@@ -286,7 +286,7 @@ class CaseRecord:
     excused: str = ""
     not_asked: tuple[str, ...] = ()
     measured: str = ""
-    taken_over: bool = False
+    reused: bool = False
     varied_from: SceneName | Literal[""] = ""
 
     __pydantic_config__ = ConfigDict(extra="forbid", arbitrary_types_allowed=True)

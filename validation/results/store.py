@@ -116,7 +116,7 @@ class Results:
         folder = Path(path)
         with reading(folder) as database:
             environment = get_document(database, "suite")
-            rows = database.execute("SELECT record, taken_over FROM cases ORDER BY id").fetchall()
+            rows = database.execute("SELECT record, reused FROM cases ORDER BY id").fetchall()
         if environment is None:
             raise ResultsError(
                 f"{folder}: holds no results of the suite. Run `ghostball validate --out {path}`"
@@ -210,9 +210,9 @@ class ResultsWriter(RecordStore[Finished, CaseRecord]):
             record.outcome == "ran" and record.status in COMPLETE_STATUSES
         )
 
-    def taken_over(self, record: CaseRecord) -> CaseRecord:
+    def reused(self, record: CaseRecord) -> CaseRecord:
         """Return the case as one that an earlier run measured."""
-        return replace(record, taken_over=True)
+        return replace(record, reused=True)
 
     def forget(self, database: sqlite3.Connection) -> None:
         """Remove what was compared with other results than these."""
@@ -241,6 +241,6 @@ def has_results(folder: Path) -> bool:
     return "suite" in documents_in(folder)
 
 
-def _case_of(what: str, text: str, taken_over: int) -> CaseRecord:
+def _case_of(what: str, text: str, reused: int) -> CaseRecord:
     case: CaseRecord = record_of(_RECORD, text, what)
-    return replace(case, taken_over=True) if taken_over else case
+    return replace(case, reused=True) if reused else case

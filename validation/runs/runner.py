@@ -1,7 +1,7 @@
 """The one runner: tasks that have a key are done, stored as they end, and not done again.
 
 The suite and stress are tasks with a key, which is all that their result
-depends on besides the code: `run` takes over what a store knows by that key, does the others in
+depends on besides the code: `run` reuses what a store knows by that key, does the others in
 processes or on a cluster, and stores each as it ends.
 """
 
@@ -46,14 +46,14 @@ def check_each_once(what: str, names: Sequence[str]) -> None:
 
 @dataclass(frozen=True, eq=False)
 class Reuse(Generic[R]):
-    """What is taken over from earlier runs.
+    """What is reused of earlier runs.
 
     Attributes
     ----------
     records : mapping of names to records
         In the order of the run.
     stored : int
-        How many records there are that could have been taken over.
+        How many records there are that could have been reused.
     why : str
         Why none is, where the reason is one for all; else "".
     """
@@ -70,7 +70,7 @@ class Ran(Generic[R]):
     Attributes
     ----------
     records : mapping of names to records
-        Those taken over, then the others as they ended.
+        Those reused, then the others as they ended.
     interrupted : bool
         Whether it was cut short by Ctrl-C; the store has what was done.
     begun : bool
@@ -78,7 +78,7 @@ class Ran(Generic[R]):
     """
 
     records: Mapping[Name, R]
-    taken_over: int
+    reused: int
     interrupted: bool
     begun: bool
 
@@ -117,7 +117,7 @@ def run(
         Given the names of what isn't known, does what is needed before, such as compiling; what it
         returns, each process does first.
     about : callable, optional
-        Given what is taken over, returns what the store says of the whole run, as plain values.
+        Given what is reused, returns what the store says of the whole run, as plain values.
     reuse, announce, progress
         See `suite.run_suite`: of records in place of cases.
 

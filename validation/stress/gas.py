@@ -39,7 +39,7 @@ def gas(rows: int, packing: float, t_max: float, seed: int = 1) -> Scene:
 def begun_at_end(result: Result, t_max: float, sign: float = 1.0) -> Scene:
     """Return the scene that begins where a run ended; with `sign` -1 it goes back.
 
-    Of balls that only ever roll without friction: their spin follows. Every number is taken over
+    Of balls that only ever roll without friction: their spin follows. Every number is copied
     to the bit.
 
     Raises

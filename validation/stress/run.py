@@ -91,7 +91,7 @@ class StressOutcome:
         Keys of the findings that this run was asked for, as far as it came.
     must_hold : tuple of str
         The engines that have to survive what they are asked; of the others it is shown.
-    taken_over : int
+    reused : int
         Findings of an earlier run, by the same code, that stood.
     interrupted : bool
         By Ctrl-C: what was found is kept, and a next run goes on from there.
@@ -104,7 +104,7 @@ class StressOutcome:
     folder: StressFolder
     asked: tuple[Key, ...]
     must_hold: tuple[str, ...]
-    taken_over: int = 0
+    reused: int = 0
     interrupted: bool = False
     wall_time: float = 0.0
     jobs: int = 1
@@ -220,7 +220,7 @@ def run_stress(
     found = tuple(key for key in planned if key in ran.records)
     wall_time = time.perf_counter() - begun
     held = tuple(labels if must_hold is None else must_hold)
-    return StressOutcome(folder, found, held, ran.taken_over, ran.interrupted, wall_time, jobs)
+    return StressOutcome(folder, found, held, ran.reused, ran.interrupted, wall_time, jobs)
 
 
 def _plan(labels: Sequence[str], suite: Suite, only: Sequence[str]) -> list[StressTask]:

@@ -51,7 +51,7 @@ class Plan:
         """How many cases there are."""
         return len(self.inputs)
 
-    def describe(self, taken_over: Mapping[Name, CaseRecord]) -> dict[str, Any]:
+    def describe(self, reused: Mapping[Name, CaseRecord]) -> dict[str, Any]:
         """Return what the results say of the run, of which an earlier one did this much."""
         return describe_environment() | {
             "scenes": [scene.name for scene in self.scenes if scene.name not in self.origins],
@@ -59,7 +59,7 @@ class Plan:
             "engine_settings": dict(self.settings),
             "metrics": list(self.metrics or METRICS),
             "planned": self.size,
-            "taken_over": dates_of(taken_over.values()),
+            "reused": dates_of(reused.values()),
         }
 
     def scenes_of(self, pairs: Sequence[Name]) -> list[Scene]:

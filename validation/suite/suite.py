@@ -57,7 +57,7 @@ class Counts:
     checks_failed: int = 0
     checks_reference: int = 0
     checks_left_out: int = 0
-    taken_over: int = 0
+    reused: int = 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +69,7 @@ class Outcome:
     folder : Path
         Where the results are.
     cases : list of CaseRecord
-        Those that are done: those taken over, then the others in order of completion.
+        Those that are done: those reused, then the others in order of completion.
     planned : int
         How many there would have been.
     interrupted : bool
@@ -99,7 +99,7 @@ class Outcome:
             checks_failed=verdicts.count(False),
             checks_reference=verdicts.count(None),
             checks_left_out=sum(len(case.left_out) for case in self.cases),
-            taken_over=sum(case.taken_over for case in self.cases),
+            reused=sum(case.reused for case in self.cases),
         )
 
     @property
@@ -157,7 +157,7 @@ def run_suite(
     cluster : Cluster, optional
         Where the cases run instead; `jobs` processes then only compile.
     progress : callable, optional
-        Called with how many cases are done, of how many, and the last; not for what is taken over.
+        Called with how many cases are done, of how many, and the last; not for what is reused.
     compiling : callable, optional
         How far the compiling of our engine's kernels is, where they aren't; see `compile_kernels`.
     criteria : mapping of str to Criteria, optional
@@ -166,10 +166,10 @@ def run_suite(
         Names, or patterns such as "rest_error_*", of the metrics that are computed and judged; all
         where it is left out. A criterion on another metric isn't judged: `CaseRecord.left_out`.
     reuse : bool
-        Whether cases that are unchanged since an earlier run into the same folder are taken over
-        from there instead of run again; see `validation.suite.unchanged`.
+        Whether cases that are unchanged since an earlier run into the same folder are reused
+        instead of run again; see `validation.suite.unchanged`.
     announce : callable, optional
-        Called once, before anything runs, with what is taken over from earlier results.
+        Called once, before anything runs, with what is reused of earlier results.
     time_limit : float, optional [s]
         For each case, which then runs in another process, also with one of `jobs`: an engine that
         takes longer, or crashes, costs that case, which has "failed". Guard a script with

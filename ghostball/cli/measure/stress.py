@@ -116,9 +116,9 @@ def run(
             reuse=not rerun,
             time_limit=time_limit,
         )
-    if outcome.taken_over:
+    if outcome.reused:
         say(
-            f"{outcome.taken_over} of {outcome.folder.planned} trials are known from an "
+            f"{outcome.reused} of {outcome.folder.planned} trials are known from an "
             "earlier run of the same code (--rerun tries them again)."
         )
     if as_json:
@@ -145,7 +145,7 @@ def summary(outcome: StressOutcome) -> dict[str, Any]:
         "exit_status": outcome.exit_status,
         "wall_time": outcome.wall_time,
         "jobs": outcome.jobs,
-        "taken_over": outcome.taken_over,
+        "reused": outcome.reused,
         "environment": folder.run.environment,
         "tracked": tracked_numbers(folder),
         "survival": [_survival(one, folder) for one in all_survival(folder)],

@@ -199,8 +199,8 @@ def _show(
     for line in _truths(results, request.criteria):
         console.print(line, soft_wrap=True)
     console.print(headline(outcome, seconds), soft_wrap=True)
-    if count := outcome.counts.taken_over:
-        console.print(f"{_taken_over(count, request.out)}; their run times are of then")
+    if count := outcome.counts.reused:
+        console.print(f"{_reused(count, request.out)}; their run times are of then")
     _say_all_printed(outcome)
     if not request.named and (others := _other_engines()):
         console.print(f"[dim]{escape(others)}[/]", soft_wrap=True)
@@ -246,19 +246,19 @@ def _say_moved(regression: Regression, console: Console) -> ExitStatus:
 
 
 def _announce(reused: Reuse[CaseRecord], engines: Sequence[str], out: Path) -> None:
-    """Say what isn't run again, or why all is, where there are results to take over."""
+    """Say what isn't run again, or why all is, where there are results to reuse."""
     if reused.records:
-        say(_taken_over(len(reused.records), out))
+        say(_reused(len(reused.records), out))
     elif reused.stored or reused.why:
         why = reused.why or "scene, settings, criteria or metrics of every case differ"
-        say(f"nothing is taken over from {escape(str(out))}: {escape(why)}")
+        say(f"nothing is reused from {escape(str(out))}: {escape(why)}")
     if reused.stored and (always := [spec for spec in engines if not is_ours(spec)]):
         say(f"always run, for other packages bring them: {escape(', '.join(always))}")
 
 
-def _taken_over(count: int, out: Path) -> str:
+def _reused(count: int, out: Path) -> str:
     cases = "1 case" if count == 1 else f"{count} cases"
-    return f"{cases} unchanged, taken over from {escape(str(out))} (run again with --rerun)"
+    return f"{cases} unchanged, reused from {escape(str(out))} (run again with --rerun)"
 
 
 def _left(outcome: Outcome) -> str:
@@ -267,7 +267,7 @@ def _left(outcome: Outcome) -> str:
         return "no results"
     if not outcome.begun:
         return "the results stay as they were"
-    return "no results yet, but what earlier runs found and a next run may take over is kept"
+    return "no results yet, but what earlier runs found and a next run may reuse is kept"
 
 
 def _other_engines() -> str:

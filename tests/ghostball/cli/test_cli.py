@@ -277,20 +277,20 @@ def test_a_second_run_takes_over_what_is_unchanged_and_says_so(cli, tmp_path):
     command = ("validate", "stop", "-e", "ghostball", "-e", "paper-discrete", "--out", tmp_path)
     first = cli(*command)
     assert first.exit_code == 0, first.output
-    assert "taken over" not in first.output
+    assert "reused" not in first.output
     second = cli(*command)
     assert second.exit_code == 0, second.output
-    said = f"2 cases unchanged, taken over from {tmp_path} (run again with --rerun)"
+    said = f"2 cases unchanged, reused from {tmp_path} (run again with --rerun)"
     assert said in second.stderr
     assert f"{said}; their run times are of then" in second.stdout
     cases = Results.open(tmp_path).cases
-    assert all(case.taken_over for case in cases)
+    assert all(case.reused for case in cases)
     report = (tmp_path / "report.html").read_text()
-    assert "2 of 2 cases taken over from an earlier run, since they were unchanged" in report
+    assert "2 of 2 cases reused from an earlier run, since they were unchanged" in report
     assert report.count(f"({cases[0].measured[:10]})") == 4  # beside each run time, in two tables
     third = cli(*command, "--rerun", "--no-report")
-    assert "taken over" not in third.output
-    assert not any(case.taken_over for case in Results.open(tmp_path).cases)
+    assert "reused" not in third.output
+    assert not any(case.reused for case in Results.open(tmp_path).cases)
 
 
 @pytest.mark.usefixtures("without_run_figures")

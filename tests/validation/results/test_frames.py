@@ -70,7 +70,7 @@ def test_cases_that_are_only_kept_for_a_next_run_are_in_no_table(folder: Path) -
     writer.begin({}, [("roll", "pymunk")])
     writer.finish("complete")
     assert [row["label"] for row in rows_of(folder, "cases")] == ["pymunk"]
-    assert rows_of(folder, "cases")[0]["taken_over"] == 1
+    assert rows_of(folder, "cases")[0]["reused"] == 1
     assert rows_of(folder, "checks") == rows_of(folder, "events") == []
     assert [row["label"] for row in rows_of(folder, "metrics")] == ["pymunk"]
 

@@ -178,12 +178,12 @@ def labels(cases: list[CaseRecord]) -> list[str]:
 
 
 def left(path: Path, code: str = "code") -> list[str]:
-    """Return the labels of the cases that a next run may take over."""
+    """Return the labels of the cases that a next run may reuse."""
     return sorted(labels(list(ResultsWriter(path, code).known()[1].values())))
 
 
 def taking_over(path: Path, code: str = "code") -> ResultsWriter:
-    """Make a folder of three cases, and begin a run that takes over the second of them."""
+    """Make a folder of three cases, and begin a run that reuses the second of them."""
     first = ResultsWriter(path, "code")
     first.begin(ENVIRONMENT)
     for label in ("pymunk", "ghostball", "pybullet"):
@@ -212,7 +212,7 @@ def test_cases_that_are_reused_keep_their_motion(tmp_path: Path) -> None:
     writer.write((record("pymunk"), motion(7)))
     writer.finish("complete")
     folder = Results.open(tmp_path)
-    assert [(case.label, case.taken_over) for case in folder.cases] == [
+    assert [(case.label, case.reused) for case in folder.cases] == [
         ("ghostball", True),
         ("pymunk", False),
     ]

@@ -1,4 +1,4 @@
-"""The runner: what has a known key is taken over, all else is done and stored as it ends."""
+"""The runner: what has a known key is reused, all else is done and stored as it ends."""
 
 from __future__ import annotations
 
@@ -46,14 +46,14 @@ def stored(folder):
 def test_what_has_the_same_key_is_reused_and_all_else_is_done(tmp_path):
     seen, announced = [], []
     first = ran(tmp_path, {"a": "1", "b": "2", "c": ""})
-    assert (first.taken_over, first.interrupted, first.begun) == (0, False, True)
+    assert (first.reused, first.interrupted, first.begun) == (0, False, True)
     again = ran(
         tmp_path,
         {"b": "other", "a": "1", "c": "", "d": "4"},
         announce=announced.append,
         progress=lambda *one: seen.append(one),
     )
-    assert again.taken_over == 1
+    assert again.reused == 1
     assert [list(one.records) for one in announced] == [[("a",)]]
     assert [(done, planned, record[0]) for done, planned, record in seen] == [
         (2, 4, "b"),
@@ -67,19 +67,19 @@ def test_other_code_and_who_asks_for_it_do_all_again(tmp_path):
     keys = {"a": "1"}
     ran(tmp_path, keys)
     announced = []
-    assert ran(tmp_path, keys, code="edited", announce=announced.append).taken_over == 0
+    assert ran(tmp_path, keys, code="edited", announce=announced.append).reused == 0
     assert announced[0].why == "the code or the environment changed"
-    assert ran(tmp_path, keys, code="edited", reuse=False).taken_over == 0
-    assert ran(tmp_path, keys, code="edited").taken_over == 1
+    assert ran(tmp_path, keys, code="edited", reuse=False).reused == 0
+    assert ran(tmp_path, keys, code="edited").reused == 1
     for _ in range(2):
-        assert ran(tmp_path, keys, code="").taken_over == 0
+        assert ran(tmp_path, keys, code="").reused == 0
 
 
 def test_a_process_that_dies_costs_its_task_which_is_done_again(tmp_path):
     keys = {"die 3": "1", "a": "2"}
-    for taken_over in (0, 1):
+    for reused in (0, 1):
         outcome = ran(tmp_path, keys, jobs=2, limit=limit_of(60.0))
-        assert outcome.taken_over == taken_over
+        assert outcome.reused == reused
         assert sorted(outcome.records.values()) == [
             ("a", "done a"),
             ("die 3", "die 3: the process running it crashed (exit code 3)"),
@@ -96,7 +96,7 @@ def test_an_interrupt_keeps_what_is_done_and_the_next_run_goes_on(tmp_path):
     outcome = ran(tmp_path, keys, progress=interrupt)
     assert outcome.interrupted
     assert list(outcome.records) == [("a",), ("b",)]
-    assert ran(tmp_path, keys).taken_over == 2
+    assert ran(tmp_path, keys).reused == 2
 
 
 def test_an_interrupt_before_the_first_is_done_leaves_all_as_it_was(tmp_path):
@@ -113,7 +113,7 @@ def test_a_run_of_a_part_keeps_the_rest_for_a_later_one(tmp_path):
     ran(tmp_path, {"a": "1", "b": "2"})
     ran(tmp_path, {"a": "1"})
     assert stored(tmp_path) == [("a", "done a")]
-    assert ran(tmp_path, {"a": "1", "b": "2"}).taken_over == 2
+    assert ran(tmp_path, {"a": "1", "b": "2"}).reused == 2
 
 
 def test_two_runs_at_once_in_one_folder_are_refused(tmp_path):

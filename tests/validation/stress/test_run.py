@@ -78,13 +78,13 @@ def here(monkeypatch):
 def test_a_run_is_kept_and_reused_by_the_same_code_alone(tmp_path):
     first = run_stress(["ghostball"], tmp_path, only=TWO)
     assert first.exit_status == 0
-    assert (first.taken_over, len(first.folder.findings)) == (0, 2)
+    assert (first.reused, len(first.folder.findings)) == (0, 2)
     again = run_stress(["ghostball"], tmp_path, only=TWO)
-    assert again.taken_over == 2
+    assert again.reused == 2
     in_database(tmp_path, "DELETE FROM records WHERE id = (SELECT max(id) FROM records)")
-    assert run_stress(["ghostball"], tmp_path, only=TWO).taken_over == 1
+    assert run_stress(["ghostball"], tmp_path, only=TWO).reused == 1
     made_by_other_code(tmp_path)
-    assert run_stress(["ghostball"], tmp_path, only=TWO).taken_over == 0
+    assert run_stress(["ghostball"], tmp_path, only=TWO).reused == 0
     assert len(StressFolder.load(tmp_path).findings) == 2
 
 
@@ -135,7 +135,7 @@ def test_a_crash_is_tried_again_where_it_is_asked_for_and_else_stays(tmp_path, m
         run_stress(["pymunk"], tmp_path, only=ONE)
     run_stress(["ghostball"], tmp_path, only=ONE)
     assert {one.outcome for one in StressFolder.load(tmp_path).findings} == {"survived", "broken"}
-    assert run_stress(["pymunk"], tmp_path, only=ONE).taken_over == 0
+    assert run_stress(["pymunk"], tmp_path, only=ONE).reused == 0
 
 
 class Planted(Trial):

@@ -27,7 +27,7 @@ pytestmark = [
 
 
 def cases_in(out: Path) -> set[Key]:
-    """Return the cases that a next run takes over; read each, so that it must be whole."""
+    """Return the cases that a next run reuses; read each, so that it must be whole."""
     stored, same = ResultsWriter(out, code_hash()).known()
     assert stored == len(same)
     found = {(case.scene, case.label) for case in same.values()}

@@ -54,7 +54,7 @@ def test_they_are_reused_and_more_begin_with_those_of_fewer(tmp_path: Path) -> N
     engines, scenes = ["paper-discrete"], select(["stop"])
     run_suite(scenes, engines, tmp_path, ensemble=Ensemble(3), reuse=True)
     again = run_suite(scenes, engines, tmp_path, ensemble=Ensemble(4), reuse=True)
-    assert again.counts.taken_over == 4
+    assert again.counts.reused == 4
     alone = run_suite(scenes, engines, tmp_path, reuse=True)
     assert len(alone.cases) == 1
     assert Results.open(tmp_path).varied == []

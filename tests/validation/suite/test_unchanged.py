@@ -1,4 +1,4 @@
-"""What is taken over is what would be measured again, to the bit; what may differ runs again."""
+"""What is reused is what would be measured again, to the bit; what may differ runs again."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def run(out: Path, **options: Any) -> Outcome:
 def plain(case: CaseRecord) -> dict[str, Any]:
     """Return a record without what says when it was measured and how long that took."""
     kept = {part.name: getattr(case, part.name) for part in fields(CaseRecord)}
-    for name in ("wall_time", "measured", "taken_over"):
+    for name in ("wall_time", "measured", "reused"):
         del kept[name]
     kept["metrics"] = {name: v for name, v in case.metrics.items() if name != "wall_time"}
     for name, value in kept.items():
@@ -91,7 +91,7 @@ def plain(case: CaseRecord) -> dict[str, Any]:
     return kept
 
 
-# --- what is taken over
+# --- what is reused
 
 
 def test_what_is_reused_is_what_is_measured_again_to_the_bit(tmp_path: Path) -> None:
@@ -107,9 +107,9 @@ def test_what_is_reused_is_what_is_measured_again_to_the_bit(tmp_path: Path) -> 
         assert first is not None
         assert kept is not None
         assert fresh is not None
-        assert (first.taken_over, kept.taken_over, fresh.taken_over) == (False, True, False)
+        assert (first.reused, kept.reused, fresh.reused) == (False, True, False)
         assert plain(kept) == plain(fresh)
-        assert replace(kept, taken_over=False).wall_time == first.wall_time
+        assert replace(kept, reused=False).wall_time == first.wall_time
         ours, theirs = taken.motion(kept), measured.motion(fresh)
         assert ours is not None
         assert theirs is not None
@@ -131,10 +131,10 @@ def test_nothing_runs_twice_and_all_say_so(tmp_path: Path, ran: list[tuple[str, 
     )
     assert ran == []
     assert [list(one.records) for one in announced] == [PAIRS]
-    assert (outcome.counts.taken_over, outcome.counts.ran) == (4, 4)
+    assert (outcome.counts.reused, outcome.counts.ran) == (4, 4)
     folder = Results.open(tmp_path)
     assert folder.state == "complete"
-    assert folder.environment["taken_over"] == {
+    assert folder.environment["reused"] == {
         "cases": 4,
         "measured_first": min(case.measured for case in folder.cases),
         "measured_last": max(case.measured for case in folder.cases),
@@ -197,15 +197,15 @@ def test_other_criteria_are_judged(tmp_path: Path) -> None:
     assert loose.exit_status == 0
     strict = run(tmp_path, criteria={"roll": limits(1e-12), "cut": limits(1.0)})
     assert strict.exit_status == 1
-    assert strict.counts.taken_over == 2
+    assert strict.counts.reused == 2
     # Of one engine alone: the other's verdict stands.
     own = Criterion.model_validate(
         {"engines": ["ghostball"], "metric": "energy_rise", "at_most": 1.0, "reason": "by hand"}
     )
     both = Criteria(criteria=(*limits(1e-12).criteria, own))
     third = run(tmp_path, criteria={"roll": both, "cut": limits(1.0)})
-    assert third.counts.taken_over == 3
-    assert third.exit_status == 1  # a failed check that is taken over still fails the run
+    assert third.counts.reused == 3
+    assert third.exit_status == 1  # a failed check that is reused still fails the run
 
 
 def test_what_failed_runs_again_until_it_does_not(
@@ -217,13 +217,13 @@ def test_what_failed_runs_again_until_it_does_not(
 
     with monkeypatch.context() as broken:
         spy_on(broken, PaperDiscreteEngine, crash)
-        for taken_over in (0, 3):
+        for reused in (0, 3):
             outcome = run(tmp_path)
             assert outcome.exit_status == 1
-            assert outcome.counts.taken_over == taken_over
+            assert outcome.counts.reused == reused
     mended = run(tmp_path)
-    assert (mended.exit_status, mended.counts.taken_over) == (0, 3)
-    assert run(tmp_path).counts.taken_over == 4
+    assert (mended.exit_status, mended.counts.reused) == (0, 3)
+    assert run(tmp_path).counts.reused == 4
 
 
 def test_only_an_end_that_comes_again_is_reused(tmp_path: Path) -> None:
@@ -259,7 +259,7 @@ def test_engines_of_other_packages_always_run(
     options = {"engines": ["foreign", "paper-discrete"]}
     run(tmp_path / "out", **options)
     outcome = run(tmp_path / "out", **options)
-    assert {case.label: case.taken_over for case in outcome.cases} == {
+    assert {case.label: case.reused for case in outcome.cases} == {
         "foreign": False,
         "paper-discrete": True,
     }
