@@ -29,7 +29,7 @@ from ghostball.validation.results.record_store import Name
 from ghostball.validation.results.records import CaseRecord
 from ghostball.validation.runs.runner import check_each_once
 from ghostball.validation.scenes.library import FOLDER, find_scene, paths_among, scene_names
-from ghostball.validation.suite.unchanged import dates_of, inputs_hash, is_ours
+from ghostball.validation.suite.unchanged import measured_between, inputs_hash, is_ours
 from ghostball.validation.suite.varied import Ensemble
 from ghostball.validation.truth.scene_truth import check_truth
 
@@ -59,7 +59,7 @@ class Plan:
             "engine_settings": dict(self.settings),
             "metrics": list(self.metrics or METRICS),
             "planned": self.size,
-            "reused": dates_of(reused.values()),
+            "reused": measured_between(reused.values()),
         }
 
     def scenes_of(self, pairs: Sequence[Name]) -> list[Scene]:
@@ -116,7 +116,7 @@ def plan(
         own[scene.name].check_engines(known, f'criteria of scene "{scene.name}"')
         if scene.name in criteria:  # the shipped ones are checked as their truth is computed
             check_truth(scene, own[scene.name].truth)
-    foreign = tuple(e for e, values in settings.items() if values is not None and not is_ours(e))
+    of_others = tuple(e for e, values in settings.items() if values is not None and not is_ours(e))
     asked: dict[Name, Asked] = {}
     inputs: dict[Name, str] = {}
     for scene in scenes:
@@ -127,7 +127,7 @@ def plan(
             asked[pair] = Asked() if values is None else asked_of([(names[label], values)], limits)
             inputs[pair] = (
                 ""
-                if values is None or label in foreign
+                if values is None or label in of_others
                 else inputs_hash(scene, label, values, asked[pair], limits.truth, chosen)
             )
     return Plan(scenes, settings, own, asked, inputs, chosen, origins)

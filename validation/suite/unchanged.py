@@ -47,7 +47,7 @@ HARMLESS = frozenset({"NUMBA_CACHE_DIR", "NUMBA_COLOR_SCHEME", "NUMBA_NUM_THREAD
 """Those of them that change where things lie or how they look, and no result."""
 
 
-def dates_of(reused: Collection[CaseRecord]) -> dict[str, Any]:
+def measured_between(reused: Collection[CaseRecord]) -> dict[str, Any]:
     """Return what the environment of a run says of the cases that are reused."""
     dates = sorted(case.measured for case in reused)
     first, last = (dates[0], dates[-1]) if dates else (None, None)

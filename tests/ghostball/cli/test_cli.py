@@ -273,7 +273,7 @@ def test_validate_writes_results_verdicts_and_junit(cli_with_processes, tmp_path
 
 
 @pytest.mark.usefixtures("without_run_figures")
-def test_a_second_run_takes_over_what_is_unchanged_and_says_so(cli, tmp_path):
+def test_a_second_run_reuses_what_is_unchanged_and_says_so(cli, tmp_path):
     command = ("validate", "stop", "-e", "ghostball", "-e", "paper-discrete", "--out", tmp_path)
     first = cli(*command)
     assert first.exit_code == 0, first.output
