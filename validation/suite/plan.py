@@ -29,7 +29,7 @@ from ghostball.validation.results.record_store import Name
 from ghostball.validation.results.records import CaseRecord
 from ghostball.validation.runs.runner import check_each_once
 from ghostball.validation.scenes.library import FOLDER, find_scene, paths_among, scene_names
-from ghostball.validation.suite.unchanged import measured_between, inputs_hash, is_ours
+from ghostball.validation.suite.unchanged import inputs_hash, is_ours, measured_between
 from ghostball.validation.suite.varied import Ensemble
 from ghostball.validation.truth.scene_truth import check_truth
 
