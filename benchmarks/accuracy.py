@@ -177,11 +177,6 @@ def measure_accuracy(
         Processes; 1 runs everything in this one.
     progress : callable, optional
         Called with how many shots are done.
-
-    Raises
-    ------
-    BenchError
-        Where a process dies.
     """
     numbers = range(first, first + shots)
     compile_kernels((random_shot(number) for number in numbers[:_VARIED]), jobs)

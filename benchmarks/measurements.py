@@ -63,12 +63,7 @@ class Measurement(Record):
         return f"{self.environment['cpu']}, {str(self.environment['date'])[:10]}"
 
     def save(self, folder: Path) -> Path:
-        """Write it into a folder, each field on a line, and each row of one that has rows.
-
-        Raises
-        ------
-        BenchError
-        """
+        """Write it into a folder, each field on a line, and each row of one that has rows."""
         path = folder / f"{self.kind}.json"
         fields = self.model_dump(mode="json", by_alias=True)
         lines = (f'  "{name}": {_in_rows(value)}' for name, value in fields.items())
@@ -83,13 +78,7 @@ class Measurement(Record):
 
     @classmethod
     def load(cls, path: Path) -> Self:
-        """Read a measurement of this kind.
-
-        Raises
-        ------
-        BenchError
-            Where it can't be read, or is another file.
-        """
+        """Read a measurement of this kind."""
         try:
             return cls.model_validate_json(path.read_text(encoding="utf-8"))
         except (OSError, UnicodeDecodeError) as error:

@@ -64,11 +64,6 @@ def timed(program: str, **variables: str) -> tuple[float, float]:
     -------
     taken, printed : float
         From the start of the process to its end [s], and the number that it printed.
-
-    Raises
-    ------
-    BenchError
-        Where it fails, or takes more than `LONGEST`.
     """
     root = str(Path(engine.__file__).resolve().parent.parent)
     paths = os.pathsep.join([root, *filter(None, [os.environ.get("PYTHONPATH")])])

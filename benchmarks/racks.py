@@ -114,13 +114,7 @@ def our_player() -> Player:
 
 
 def peer(spec: str) -> Player:
-    """Return another engine, as `--engine` names it; one that isn't installed says so when asked.
-
-    Raises
-    ------
-    GhostballError
-        Where there is none of that name, or it doesn't know a setting.
-    """
+    """Return another engine, named as by `--engine`; one that isn't there says so when asked."""
     try:
         engine = make_engine(spec)
     except EngineUnavailableError as error:

@@ -119,11 +119,6 @@ def measure_skips(
         How often each is timed.
     progress : callable, optional
         Called after each scene.
-
-    Raises
-    ------
-    BenchError
-        Where a run breaks off: its time would mean nothing.
     """
     rows: list[SkipRow] = []
     unused: dict[str, dict[str, str]] = {}

@@ -201,13 +201,7 @@ def measure_targets(
 
 
 def chosen_workloads(patterns: Sequence[str]) -> tuple[Workload, ...]:
-    """Return the workloads whose name matches any of some patterns, such as "gas-*"; none is all.
-
-    Raises
-    ------
-    BenchError
-        Where none matches.
-    """
+    """Return the workloads whose name matches a pattern, such as "gas-*"; all without a pattern."""
     if not patterns:
         return WORKLOADS
     chosen = tuple(

@@ -87,15 +87,7 @@ class Figures:
 
 
 def run(scene: Scene, *, record: Record = "rest", no_skip: Collection[str] = ()) -> Result:
-    """Simulate `scene` to its natural end; arguments as for `simulate`.
-
-    Raises
-    ------
-    KeyboardInterrupt
-        Where the engine was interrupted, which it notes in its status.
-    BenchError
-        Where the run broke off: the time it took says nothing.
-    """
+    """Simulate `scene` to its natural end; arguments as for `simulate`."""
     result = simulate(scene, record=record, no_skip=no_skip)
     if result.status is Status.INTERRUPTED:
         raise KeyboardInterrupt

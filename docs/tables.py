@@ -13,7 +13,8 @@ from ghostball.model.features import Capability, Feature
 from ghostball.model.impact_laws import BALL_LAWS, CUSHION_LAWS
 from ghostball.reference_adapters import EngineUnavailableError, engine_names, make_engine
 from ghostball.reports.accuracy import CLASSES
-from ghostball.reports.board import board_table, columns_of
+from ghostball.reports.board import about, cell_text, columns_of, looks_of, unit_of
+from ghostball.validation.board.board import Board
 from ghostball.validation.board.column import FAULTS
 from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.scenes.library import select
@@ -106,6 +107,19 @@ def command_line() -> str:
     typer = [sys.executable, "-m", "typer", "ghostball.cli", "utils", "docs", "--name", "ghostball"]
     text = subprocess.run(typer, capture_output=True, text=True, check=True).stdout
     return text.partition("\n")[2]
+
+
+def board_table(board: Board, *, reported: bool) -> str:
+    """Return a board as a table in Markdown, with what its signs say and its columns ask."""
+    columns = columns_of(board, reported=reported)
+    rows = ((f"`{row}`", *(cell_text(board, row, one) for one in columns)) for row in board.rows)
+    lines = [_table(("engine", *(column.title for column in columns)), rows)]
+    signs = [f"{one.sign} {one.says}" for one in looks_of(board, columns) if one.sign]
+    said = f"{'; '.join(signs)}. Lengths are how far off a run ends. Measured on {about(board)}."
+    lines += ["", said, ""]
+    if not reported:
+        lines += (f"- **{one.title}**{unit_of(one)}: {one.question}." for one in columns)
+    return "\n".join(lines)
 
 
 def board() -> str:

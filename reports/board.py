@@ -103,22 +103,6 @@ def looks_of(board: Board, columns: Collection[Column]) -> list[CellLook]:
     return [look for kind, look in LOOKS.items() if kind in shown]
 
 
-def board_table(board: Board, *, reported: bool) -> str:
-    """Return a board as a table in Markdown, with what its signs say and its columns ask."""
-    columns = columns_of(board, reported=reported)
-    heads = ["engine", *(column.title for column in columns)]
-    lines = [" | ".join(heads), " | ".join("---" for _ in heads)]
-    for row in board.rows:
-        cells = (cell_text(board, row, column) for column in columns)
-        lines.append(" | ".join([f"`{row}`", *cells]))
-    signs = [f"{one.sign} {one.says}" for one in looks_of(board, columns) if one.sign]
-    said = f"{'; '.join(signs)}. Lengths are how far off a run ends. Measured on {about(board)}."
-    lines += ["", said, ""]
-    if not reported:
-        lines += (f"- **{one.title}**{_unit(one)}: {one.question}." for one in columns)
-    return "\n".join(lines)
-
-
 def draw_board(board: Board, columns: Collection[Column] | None = None) -> Figure:
     """Draw a board: a row for each engine and configuration, a column for each question."""
     from matplotlib.patches import Patch, Rectangle  # noqa: PLC0415
@@ -137,7 +121,7 @@ def draw_board(board: Board, columns: Collection[Column] | None = None) -> Figur
             axes.text(x + 0.5, y + 0.5, text, ha="center", va="center", fontsize=6.8)
     axes.set(xlim=(0, len(columns)), ylim=(len(board.rows), 0))
     axes.set_yticks([y + 0.5 for y in range(len(board.rows))], board.rows)
-    titles = [f"{one.title}\n{_unit(one).strip()}" for one in columns]
+    titles = [f"{one.title}\n{unit_of(one).strip()}" for one in columns]
     axes.set_xticks([x + 0.5 for x in range(len(columns))], titles)
     axes.xaxis.tick_top()
     axes.tick_params(length=0, labelsize=7.5)
@@ -152,6 +136,6 @@ def draw_board(board: Board, columns: Collection[Column] | None = None) -> Figur
     return figure
 
 
-def _unit(column: Column) -> str:
+def unit_of(column: Column) -> str:
     """Return the unit of a column's heading; lengths and times say theirs in the cells."""
     return f" [{column.unit}]" if column.unit == "m/s" else ""

@@ -32,11 +32,6 @@ def film_result(result: Result, path: Path) -> None:
         With a motion.
     path : Path
         Where to write; its ending, .gif or .mp4, is the format.
-
-    Raises
-    ------
-    GhostballError
-        Where the film is an MP4 and no ffmpeg is installed.
     """
     from matplotlib.animation import FFMpegWriter, PillowWriter  # noqa: PLC0415
 

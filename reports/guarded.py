@@ -40,13 +40,7 @@ class IncompleteReportError(Exception):
 
 
 def attempt(part: str, make: Callable[[], T], failed: list[FailedPart]) -> T | None:
-    """Return what `make` returns; where it fails, note that in `failed`, and return None.
-
-    Raises
-    ------
-    GhostballError
-        What whoever asked can mend, such as damaged results or a full disk, is no fault of a part.
-    """
+    """Return what `make` returns; where it fails, note that in `failed`, and return None."""
     try:
         return make()
     except GhostballError:

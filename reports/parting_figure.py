@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -9,18 +10,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.model import CUSHIONS, EventKind, GhostballError, Result
+from ghostball.model import CUSHIONS, EventKind, Result
 from ghostball.reports import style
 from ghostball.reports.figures._table import View, aspect_of, draw_ball, draw_table, view_of
-from ghostball.reports.plot import ENDINGS
+from ghostball.reports.plot import write_picture
 from ghostball.validation.diagnose.explanation import Explanation
 from ghostball.validation.grading.event_logs import Event
 
 if TYPE_CHECKING:
-    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-    from matplotlib.patches import Circle
 
 FloatArray = NDArray[np.float64]
 
@@ -48,27 +47,8 @@ def plot_explanation(explanation: Explanation, path: str | Path) -> Path:
     explanation : Explanation
     path : path
         Where to write; its ending, .png, .svg or .pdf, is the format.
-
-    Raises
-    ------
-    GhostballError
-        Where the ending is another, or the file can't be written.
     """
-    target = Path(path)
-    if target.suffix.lower() not in ENDINGS:
-        raise GhostballError(
-            f"`path` must end in {', '.join(ENDINGS)}, got {target.name!r}: the ending says the "
-            "format"
-        )
-    with style.drawing():
-        figure = draw_explanation(explanation)
-        try:
-            style.save_one(figure, target)
-        except OSError as error:
-            raise GhostballError(
-                f"{target}: can't write the figure: {error.strerror or error}. Choose another file"
-            ) from error
-    return target
+    return write_picture(path, lambda target: style.save_one(draw_explanation(explanation), target))
 
 
 def draw_explanation(explanation: Explanation) -> Figure:
@@ -86,8 +66,10 @@ def draw_explanation(explanation: Explanation) -> Figure:
         draw_table(axes, scene, shown)
         _draw_shots(axes, explanation, trails)
     right.set_ylabel("")
-    _mark(left, explanation, size=9.0)
-    _mark(right, explanation, size=15.0)
+    for event, run, mark, _ in _marks(explanation):
+        x, y = _point(explanation, run, event)
+        left.plot(x, y, **mark, markersize=9.0, zorder=6)
+        right.plot(x, y, **mark, markersize=15.0, zorder=6)
     _name_balls(right, explanation, trails, close)
     left.set_title(f"at t = {t:.6g} s", fontsize=9.5)
     right.set_title("close up", fontsize=9.5)
@@ -129,18 +111,17 @@ def _draw_shots(axes: Axes, explanation: Explanation, trails: list[FloatArray]) 
         draw_ball(axes, trails[1][-1, ball], radius, linestyle="--", **edge)
 
 
-def _mark(axes: Axes, explanation: Explanation, size: float) -> None:
-    """Mark where each of the two collisions is."""
-    parting = explanation.parting
-    if parting is None:
+def _marks(explanation: Explanation) -> Iterator[tuple[Event, Result, dict[str, Any], str]]:
+    """Yield each collision at the parting with its run, how it is marked, and where it is."""
+    if explanation.parting is None:
         return
-    colour = style.engine_style(explanation.label).colour
-    marks = ((parting.true, 0, "+", style.BLACK), (parting.other, 1, "x", colour))
-    for one, run, marker, edge in marks:
-        if one is None:
-            continue
-        x, y = _point(explanation, (explanation.known.result, explanation.result)[run], one)
-        axes.plot(x, y, marker=marker, color=edge, markersize=size, markeredgewidth=1.8, zorder=6)
+    look, parting = style.engine_style(explanation.label), explanation.parting
+    truth = {"marker": "+", "color": style.BLACK, "markeredgewidth": 1.8}
+    if parting.true is not None:
+        yield parting.true, explanation.known.result, truth, "collision in truth"
+    if parting.other is not None:
+        other = truth | {"marker": "x", "color": look.colour}
+        yield parting.other, explanation.result, other, f"collision in {look.name}"
 
 
 def _point(explanation: Explanation, run: Result, one: Event) -> FloatArray:
@@ -197,52 +178,19 @@ def _name_balls(axes: Axes, explanation: Explanation, trails: list[FloatArray], 
 
 
 def _add_legend(figure: Figure, explanation: Explanation) -> None:
-    from matplotlib.legend_handler import HandlerPatch  # noqa: PLC0415
     from matplotlib.lines import Line2D  # noqa: PLC0415
-    from matplotlib.patches import Circle  # noqa: PLC0415
 
     look = style.engine_style(explanation.label)
-    handles: list[Artist] = [
+    disc: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 9}
+    filled: dict[str, Any] = {"markerfacecolor": (look.colour, 0.3), "markeredgecolor": look.colour}
+    handles = [
         Line2D([], [], label=f"truth ({explanation.known.kind})", **TRUE_LOOK),
         Line2D([], [], color=look.colour, linewidth=1.1, label=look.name),
-        Circle((0, 0), label="a ball in truth", fill=False, edgecolor=style.BLACK, linewidth=1.2),
-        Circle(
-            (0, 0),
-            label=f"a ball in {look.name}",
-            facecolor=(look.colour, 0.3),
-            edgecolor=look.colour,
-            linestyle="--",
-        ),
+        Line2D([], [], label="a ball in truth", color=style.BLACK, fillstyle="none", **disc),
+        Line2D([], [], label=f"a ball in {look.name}", **filled, **disc),
     ]
-    parting = explanation.parting
-    marks: list[tuple[str, str, Event | None, str]] = []
-    if parting is not None:
-        marks.append(("+", style.BLACK, parting.true, "collision in truth"))
-        marks.append(("x", look.colour, parting.other, f"collision in {look.name}"))
     handles += [
-        Line2D(
-            [],
-            [],
-            linestyle="none",
-            marker=marker,
-            color=colour,
-            markersize=9,
-            markeredgewidth=1.8,
-            label=where,  # which one, the title says
-        )
-        for marker, colour, one, where in marks
-        if one is not None
+        Line2D([], [], linestyle="none", markersize=9, label=where, **mark)  # the title says which
+        for _, _, mark, where in _marks(explanation)
     ]
-    figure.legend(
-        handles=handles,
-        handler_map={Circle: HandlerPatch(patch_func=_round)},
-        loc="outside lower center",
-        ncols=3,
-    )
-
-
-def _round(*_: Any, width: float, height: float, **__: Any) -> Circle:
-    """Return the disc that stands in a legend for a ball; see `HandlerPatch`."""
-    from matplotlib.patches import Circle  # noqa: PLC0415
-
-    return Circle((0.5 * width, 0.5 * height), 0.65 * height)
+    figure.legend(handles=handles, loc="outside lower center", ncols=3)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from ghostball.model import GhostballError, Result
@@ -24,18 +25,7 @@ def plot_result(result: Result, path: str | Path) -> Path:
         Recorded with `record="trajectory"`.
     path : path
         Where to write; its ending, .png, .svg or .pdf, is the format; .gif and .mp4 are films.
-
-    Raises
-    ------
-    GhostballError
-        Where the ending is another, the result has no motion, or the file can't be written.
     """
-    target = Path(path)
-    if target.suffix.lower() not in ENDINGS + FILMS:
-        raise GhostballError(
-            f"`path` must end in {', '.join(ENDINGS + FILMS)}, got {target.name!r}: the ending "
-            "says the format"
-        )
     if result.events is None:
         raise GhostballError(
             f"engine `{result.engine}` recorded no motion to draw. Call "
@@ -55,12 +45,35 @@ def plot_result(result: Result, path: str | Path) -> Path:
         collision_counts=dict(result.collision_counts),
     )
     shot = Shot(result.scene, (Run(result.engine, case, motion_of(result)),))
+
+    def draw(target: Path) -> None:
+        if target.suffix.lower() in FILMS:
+            film_result(result, target)
+        else:
+            style.save_one(draw_single(shot), target)
+
+    return write_picture(path, draw, ENDINGS + FILMS)
+
+
+def write_picture(
+    path: str | Path, write: Callable[[Path], None], endings: Sequence[str] = ENDINGS
+) -> Path:
+    """Let a picture be written, whose ending says the format.
+
+    Raises
+    ------
+    GhostballError
+        Where the ending is another, or the file can't be written.
+    """
+    target = Path(path)
+    if target.suffix.lower() not in endings:
+        raise GhostballError(
+            f"`path` must end in {', '.join(endings)}, got {target.name!r}: the ending says the "
+            "format"
+        )
     with style.drawing():
         try:
-            if target.suffix.lower() in FILMS:
-                film_result(result, target)
-            else:
-                style.save_one(draw_single(shot), target)
+            write(target)
         except OSError as error:
             raise GhostballError(
                 f"{target}: can't write the picture: {error.strerror or error}. Choose another file"

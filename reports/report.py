@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import closing
-from dataclasses import dataclass
 from functools import lru_cache, partial
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Literal
@@ -51,21 +50,6 @@ class ReportError(GhostballError):
     """A report that can't be written."""
 
 
-@dataclass(frozen=True)
-class Source:
-    """What a report is made of: the cases, and what changed."""
-
-    results: Results
-    regression: Regression | None
-    figures: Pictures
-
-    @classmethod
-    def load(cls, path: str | Path, figures: Pictures) -> Source:
-        """Read a results folder; errors are those of its parts."""
-        results = Results.open(path)
-        return cls(results, load_regression(results.path), figures)
-
-
 def write_report(
     results_dir: str | Path,
     *,
@@ -91,16 +75,9 @@ def write_report(
     -------
     Path
         Of `report.html`, which is replaced only once all is made.
-
-    Raises
-    ------
-    GhostballError
-        Where the folder holds no results, they are damaged, or nothing can be written.
-    IncompleteReportError
-        Where a section or a figure could not be made. All else is written by then.
     """
-    source = Source.load(results_dir, figures)
-    results = source.results
+    _load.cache_clear()
+    results, regression = _load(Path(results_dir))
     if not results.cases:
         raise ReportError(
             f"{results.path}: holds no case, so there is nothing to report. Run the suite again"
@@ -110,12 +87,14 @@ def write_report(
     failed: list[FailedPart] = []
     try:
         (results.path / FIGURES).mkdir(exist_ok=True)
-        for done, (task, made) in enumerate(_make_all(source, tasks, jobs, failed), start=1):
+        for done, (task, made) in enumerate(
+            _make_all(results.path, tasks, figures, jobs, failed), start=1
+        ):
             parts[task.removeprefix(PART)] = made
             if progress is not None:
                 progress(done, len(tasks), task)
         report = results.path / PAGE
-        page = page_text(results, parts, source.regression, failed)
+        page = page_text(results, parts, regression, failed)
         write_whole(report, harmless(page))  # what engines say may steer a terminal
         sheets = [part.sheet for part in parts.values() if part.sheet is not None]
         _remove_stale(results.path, sheets, figures)
@@ -134,14 +113,10 @@ def _cannot_write(path: Path, error: OSError) -> ReportError:
 
 
 def _make_all(
-    source: Source, tasks: Sequence[str], jobs: int, failed: list[FailedPart]
+    path: Path, tasks: Sequence[str], figures: Pictures, jobs: int, failed: list[FailedPart]
 ) -> Iterator[tuple[str, ScenePart]]:
     """Make what every task asks for; yield each as it is done."""
-    work = (
-        partial(_answer, source)
-        if jobs <= 1
-        else partial(_make_in_worker, source.results.path, source.figures)
-    )
+    work = partial(_make, path, figures)
     with closing(run_tasks(tasks, max(jobs, 1), work)) as finished:
         for done in finished:
             made, wrong = done.or_else(_died)
@@ -151,19 +126,21 @@ def _make_all(
             yield done.task, made
 
 
-def _answer(source: Source, task: str) -> _Answer:
-    failed: list[FailedPart] = []
+def _make(path: Path, figures: Pictures, task: str) -> _Answer:
+    """Make a scene's part of the page; where it can't be made, what says so."""
+    name, failed = task.removeprefix(PART), list[FailedPart]()
     try:
-        return _make(source, task, failed), failed
+        made = attempt(task, partial(_scene_part, path, figures, name, failed), failed)
     except (GhostballError, OSError) as error:  # whoever asked can mend it
         return error, failed
+    return failed_scene_part(name, failed[-1]) if made is None else made, failed
 
 
-def _make_in_worker(path: Path, figures: Pictures, task: str) -> _Answer:
-    try:
-        return _answer(_load_once(path, figures), task)
-    except GhostballError as error:  # it was sound when this one was started
-        return error, []
+@lru_cache(maxsize=1)
+def _load(path: Path) -> tuple[Results, Regression | None]:
+    """Read a results folder, once in a process: the cases, and what changed."""
+    results = Results.open(path)
+    return results, load_regression(results.path)
 
 
 def _died(task: str, reason: str) -> _Answer:
@@ -171,35 +148,23 @@ def _died(task: str, reason: str) -> _Answer:
     return failed_scene_part(task.removeprefix(PART), failed), [failed]
 
 
-@lru_cache(maxsize=1)
-def _load_once(path: Path, figures: Pictures) -> Source:
-    return Source.load(path, figures)
-
-
-def _make(source: Source, task: str, failed: list[FailedPart]) -> ScenePart:
-    name = task.removeprefix(PART)
-    made = attempt(task, partial(_scene_part, source, name, failed), failed)
-    return failed_scene_part(name, failed[-1]) if made is None else made
-
-
-def _scene_part(source: Source, name: str, failed: list[FailedPart]) -> ScenePart:
-    shot = load_shot(source.results, name)
+def _scene_part(path: Path, figures: Pictures, name: str, failed: list[FailedPart]) -> ScenePart:
+    results, regression = _load(path)
+    shot = load_shot(results, name)
     sheet = None
-    if source.figures != "none":
-        sheet = _drawn(source, name + SHEET, partial(draw_sheet, shot), failed)
-    change = None if source.regression is None else source.regression.scene(name)
+    if figures != "none":
+        endings = style.FORMATS if figures == "svg" else style.FORMATS[:1]
+        sheet = _drawn(
+            path / FIGURES / f"{name}{SHEET}", partial(draw_sheet, shot), endings, failed
+        )
+    change = None if regression is None else regression.scene(name)
     return scene_part(shot, change, sheet)
 
 
 def _drawn(
-    source: Source,
-    name: str,
-    draw: Callable[[], Figure | None],
-    failed: list[FailedPart],
+    stem: Path, draw: Callable[[], Figure | None], endings: Sequence[str], failed: list[FailedPart]
 ) -> PurePosixPath | None:
     """Draw a figure and write it; return its PNG, relative to the page, or None without one."""
-    endings = style.FORMATS if source.figures == "svg" else style.FORMATS[:1]
-    stem = source.results.path / FIGURES / name
 
     def drawn() -> bool:
         figure = draw()
@@ -212,9 +177,9 @@ def _drawn(
         return True
 
     with style.drawing():
-        if not attempt(FIGURE + name, drawn, failed):
+        if not attempt(FIGURE + stem.name, drawn, failed):
             return None
-    return PurePosixPath(FIGURES, f"{name}.{endings[0]}")
+    return PurePosixPath(FIGURES, f"{stem.name}.{endings[0]}")
 
 
 def _remove_stale(folder: Path, drawn: Iterable[PurePosixPath], figures: Pictures) -> None:

@@ -157,13 +157,7 @@ class Shot:
 
 
 def load_shot(results: Results, name: str) -> Shot:
-    """Read one scene of a results folder with its motions.
-
-    Raises
-    ------
-    GhostballError
-        Where the folder has no case of that scene, or a motion can't be read.
-    """
+    """Read one scene of a results folder with its motions."""
     cases = [results.case(name, label) for label in results.labels]
     present = [case for case in cases if case is not None]
     if not present:

@@ -8,7 +8,12 @@ Made from stored results alone, like the report.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
+from functools import cache
+from typing import Any
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from ghostball.reference_adapters.output import harmless
 from ghostball.reports import style
@@ -23,7 +28,7 @@ from ghostball.reports.outcome import (
     overall,
 )
 from ghostball.reports.shots import legend_text
-from ghostball.reports.words import many, one_line, table_of
+from ghostball.reports.words import many
 from ghostball.validation.baselines.regression import (
     UNCOMPARED,
     Quantity,
@@ -32,6 +37,7 @@ from ghostball.validation.baselines.regression import (
     moved_text,
 )
 from ghostball.validation.checks.verdict import Verdict, unfinished_text, verdict_of
+from ghostball.validation.results.records import AccuracyKind
 from ghostball.validation.results.store import CaseRecord, Results
 from ghostball.validation.scenes import commands
 
@@ -54,12 +60,51 @@ def summary_markdown(results: Results | None, *regressions: Regression) -> str:
     *regressions : Regression
         Of each engine that was compared.
     """
-    parts = list(_headlines(results, *regressions))
+    changes = []
     for regression in regressions:
-        parts += _changes(regression, of=f" of `{regression.label}`" * (len(regressions) > 1))
+        told = [_change_cells(one) for one in _in_order(regression.scenes) if _is_told(one)]
+        before = [one for one in regression.scenes if not _is_told(one)]
+        changes.append((regression, told, before))
+    given: dict[str, Any] = {"failures": [], "results": results}
     if results is not None:
-        parts += [*_failures(results), _engines(results), _matrix(results)]
-    return "\n\n".join(parts) + "\n"
+        kinds, labels = kinds_of(results.cases), [_code(label) for label in results.labels]
+        given |= {
+            "failures": [cells for case in bad_cases(results) for cells in _failure_cells(case)],
+            "classes": CLASSES_KEY,
+            "engine_heads": _engine_heads(kinds),
+            "engines": [_engine_cells(results, label, kinds) for label in results.labels],
+            "legend": legend_text(map(verdict_of, results.cases)),
+            "scene_heads": ["scene", *labels],
+            "scenes": [
+                [_cell(one), *(_cell(cell_text(results.case(one, k))) for k in results.labels)]
+                for one in results.scene_names
+            ],
+        }
+    text = (
+        _templates()
+        .get_template("summary.md")
+        .render(
+            whole=overall(results, *regressions),
+            verdicts=_verdicts(results, *regressions),
+            changes=changes,
+            **given,
+        )
+    )
+    return re.sub("\n{3,}", "\n\n", text).rstrip() + "\n"
+
+
+@cache
+def _templates() -> Environment:
+    environment = Environment(
+        loader=PackageLoader("ghostball.reports"),
+        autoescape=False,  # Markdown: cells escape what is someone else's
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters["cell"] = _cell
+    environment.globals.update(many=many, kinds_text=kinds_text, most=ROWS)
+    return environment
 
 
 def summary_text(results: Results | None, *regressions: Regression) -> str:
@@ -77,21 +122,6 @@ def summary_text(results: Results | None, *regressions: Regression) -> str:
     return harmless(
         "".join(f"{place}: {level}: {' '.join(words.split())}\n" for place, level, words in lines)
     )
-
-
-def _section(head: str, rows: Sequence[str], noun: str, where: str) -> str:
-    """Return a table below its head; rows that are too many are left out, and counted."""
-    text = "\n".join([head, *rows[:ROWS]])
-    more = len(rows) - ROWS
-    if more <= 0:
-        return text
-    return f"{text}\n\n*{many(more, f'more {noun}')} left out here, for want of room. {where}*"
-
-
-def _headlines(results: Results | None, *regressions: Regression) -> Iterator[str]:
-    whole = overall(results, *regressions)
-    yield f"## {whole.sign} Ghostball: {whole.word}"
-    yield from (f"{sign} {words}" for sign, words in _verdicts(results, *regressions))
 
 
 def _verdicts(results: Results | None, *regressions: Regression) -> list[tuple[str, str]]:
@@ -124,24 +154,6 @@ def _case_verdict(results: Results) -> str:
     )
 
 
-def _changes(regression: Regression, of: str) -> Iterator[str]:
-    told = [one for one in regression.scenes if _is_told(one)]
-    before = [one for one in regression.scenes if not _is_told(one)]
-    heading = f"### What changed against the accepted baselines{of}"
-    rest = f"\n\n{many(len(before), 'scene')} as before: {kinds_text(before)}." if before else ""
-    if told:
-        header = ["scene", "change", "what", "first difference", "command"]
-        head = f"{heading}{rest}\n\n{_table_head(header)}"
-        rows = [_row(_change_cells(change)) for change in _in_order(told)]
-        yield _section(head, rows, "scene", "`ghostball regress` lists them all.")
-    else:
-        yield f"{heading}\n\nNothing.{rest}"
-    notes = [*regression.warnings, *map(_stale, regression.stale)]
-    if notes:
-        lines = [f"- {_cell(note)}" for note in notes]
-        yield _section("### Warnings\n", lines, "warning", "`ghostball regress` lists them all.")
-
-
 def _is_told(change: SceneChange) -> bool:
     return change.failed or change.change not in _UNMOVED
 
@@ -149,10 +161,6 @@ def _is_told(change: SceneChange) -> bool:
 def _in_order(changes: Sequence[SceneChange]) -> list[SceneChange]:
     """Return what fails first, then what could not be compared, then the rest."""
     return sorted(changes, key=lambda one: (not one.failed, one.change not in UNCOMPARED))
-
-
-def _stale(scene: str) -> str:
-    return f"{scene}: baseline of a scene that is no more"
 
 
 def _change_cells(change: SceneChange) -> list[str]:
@@ -167,19 +175,6 @@ def _change_cells(change: SceneChange) -> list[str]:
 def _left_band(change: SceneChange, level: str = "error") -> list[Quantity]:
     quantities = (*change.metrics, *change.counters)
     return [one for one in quantities if not one.within and one.level == level]
-
-
-def _failures(results: Results) -> Iterator[str]:
-    bad = bad_cases(results)
-    if not bad:
-        return
-    header = ["scene", "engine", "what", "why it is asked", "command"]
-    rows = [_row(cells) for case in bad for cells in _failure_cells(case)]
-    head = (
-        "### Not right\n\n`ghostball explain SCENE --engine ENGINE` says where a shot leaves the "
-        f"true one.\n\n{_table_head(header)}"
-    )
-    yield _section(head, rows, "failure", "`report.html` of the results has them all.")
 
 
 def _failure_cells(case: CaseRecord) -> Iterator[list[str]]:
@@ -197,30 +192,15 @@ def _command(case: CaseRecord) -> str:
     return commands.validate(case.scene, case.label, "out/again")
 
 
-def _engines(results: Results) -> str:
-    kinds = kinds_of(results.cases)
-    names = [CLASSES[kind].short for kind in kinds]
-    rows = []
-    for label in results.labels:
-        found = tally(results, label)
-        counts = [str(found.counts.get(kind, 0)) for kind in kinds]
-        typical = [style.format_length(found.typical), style.format_time(found.seconds)]
-        rows.append(_row([_code(label), *counts, *typical]))
-    heads = ["engine", *names, "typical error", "typical time"]
-    head = f"### How right, in scenes of each class\n\n{CLASSES_KEY}.\n\n{_table_head(heads)}"
-    return _section(head, rows, "engine", "The page of the results has them all.")
+def _engine_heads(kinds: Sequence[AccuracyKind]) -> list[str]:
+    return ["engine", *(CLASSES[kind].short for kind in kinds), "typical error", "typical time"]
 
 
-def _matrix(results: Results) -> str:
-    rows, present = [], []
-    for scene in results.scene_names:
-        cases = [results.case(scene, label) for label in results.labels]
-        present += [verdict_of(case) for case in cases]
-        rows.append(_row([_cell(scene), *(_cell(cell_text(case)) for case in cases)]))
-    labels = [_code(label) for label in results.labels]
-    legend = f"Errors, and what limits say of them: {legend_text(present)}."
-    head = f"### Verdicts\n\n{legend}\n\n{_table_head(['scene', *labels])}"
-    return _section(head, rows, "scene", "`report.html` of the results has them all.")
+def _engine_cells(results: Results, label: str, kinds: Sequence[AccuracyKind]) -> list[str]:
+    found = tally(results, label)
+    counts = [str(found.counts.get(kind, 0)) for kind in kinds]
+    typical = (style.format_length(found.typical), style.format_time(found.seconds))
+    return [_code(label), *counts, *typical]
 
 
 def _case_lines(results: Results) -> Iterator[tuple[str, str, str]]:
@@ -260,22 +240,19 @@ def _change_lines(regression: Regression) -> Iterator[tuple[str, str, str]]:
         yield scene, "warning", "baseline of a scene that is no more"
 
 
-def _table_head(header: Sequence[str]) -> str:
-    return table_of(header, [])
-
-
-def _row(cells: Sequence[str]) -> str:
-    return f"| {' | '.join(cells)} |"
-
-
 def _cell(text: str) -> str:
     """Return a text for a cell: one line, not too long, and no HTML."""
     plain = " ".join(text.split())
     if len(plain) > CELL:
         plain = f"{plain[: CELL - 1]}…"
-    return one_line(plain.replace("<", "&lt;"))
+    return _one_line(plain.replace("<", "&lt;"))
 
 
 def _code(text: str) -> str:
     """Return a text for a cell as code, whole: half a command is none."""
-    return f"`{one_line(text)}`" if text else ""
+    return f"`{_one_line(text)}`" if text else ""
+
+
+def _one_line(text: str) -> str:
+    """Keep a text on one line and within its cell, and its control characters from any terminal."""
+    return harmless(" ".join(text.split())).replace("|", "\\|")

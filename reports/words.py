@@ -1,24 +1,10 @@
-"""Words and numbers as every report says them, and what tables in Markdown are made of."""
+"""Words and numbers as every report says them."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-
-from ghostball.reference_adapters.output import harmless
 from ghostball.reports import style
 from ghostball.validation.results.records import number_with_unit
 from ghostball.validation.results.store import CaseRecord, Results
-
-
-def table_of(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """Return a table of cells that are Markdown already."""
-    lines = [header, ["---"] * len(header), *rows]
-    return "\n".join(f"| {' | '.join(cells)} |" for cells in lines)
-
-
-def one_line(text: str) -> str:
-    """Keep a text on one line and within its cell, and its control characters from any terminal."""
-    return harmless(" ".join(text.split())).replace("|", "\\|")
 
 
 def many(count: int, noun: str) -> str:

@@ -176,12 +176,6 @@ def write_gallery(
     Those of the paper's section 6 are drawn from `sections_dir`, whose results may have engines
     that the suite leaves out; without it they are left out. Each picture carries, as its
     description, the revision at which the results were computed.
-
-    Raises
-    ------
-    GhostballError
-        Where the folder holds no results, lacks a scene that a picture needs, or nothing can be
-        written.
     """
     results = Results.open(results_dir)
     folder = Path(gallery_dir)

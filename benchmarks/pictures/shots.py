@@ -14,13 +14,7 @@ if TYPE_CHECKING:
 
 
 def our_shot(results: Results, name: str) -> tuple[Shot, Run]:
-    """Return a stored scene and our engine's run of it, which has a motion.
-
-    Raises
-    ------
-    GhostballError
-        Where it isn't stored.
-    """
+    """Return a stored scene and our engine's run of it, which has a motion."""
     if name in results.scene_names:
         shot = load_shot(results, name)
         if shot.ours is not None:

@@ -156,13 +156,6 @@ def measure_precision(
         At most as many samples of each point.
     progress : callable, optional
         As for `interleave`.
-
-    Raises
-    ------
-    BenchError
-        Where a scene has no independent truth.
-    EngineError
-        Where an engine is unknown, or a setting is refused.
     """
     truths = [(scene, independent_truth(scene)) for scene in scenes]
     places: list[Place] = []
@@ -200,13 +193,7 @@ def measure_precision(
 
 
 def independent_truth(scene: Scene) -> Truth:
-    """Return where the balls of a scene truly end.
-
-    Raises
-    ------
-    BenchError
-        Where it has no closed form and isn't proved to its end.
-    """
+    """Return where the balls of a scene truly end."""
     truth = truth_of(scene, parts={"rest"})
     if truth.kind in INDEPENDENT:
         return truth

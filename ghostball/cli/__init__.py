@@ -75,5 +75,7 @@ def _options(
     """Hold the options that come before a command."""
 
 
-for part in (measuring, gate, showing):
+PARTS = (measuring, gate, showing)
+
+for part in PARTS:
     app.add_typer(part)

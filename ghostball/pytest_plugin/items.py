@@ -62,11 +62,6 @@ def collect(session: pytest.Session, picked: Sequence[str]) -> list[pytest.Item]
     session : pytest.Session
     picked : sequence of str
         Tests on the command line, `ghostball::SCENE::METRIC`, or a part of that; empty is all.
-
-    Raises
-    ------
-    pytest.UsageError
-        Where an option is wrong, or one that is picked isn't there.
     """
     try:
         plan = _Plan.of(session.config, picked)
@@ -211,13 +206,7 @@ class _Plan:
 
 
 def _only_engine(engines: Sequence[str]) -> str:
-    """Return the engine that a project names, ours where it names none.
-
-    Raises
-    ------
-    GhostballError
-        Where it names several: each has tests of its own.
-    """
+    """Return the engine that a project names, ours where it names none."""
     if len(engines) > 1:
         raise GhostballError(
             f"`[tool.ghostball]` names several engines: {', '.join(engines)}. Choose one by "

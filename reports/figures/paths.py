@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ghostball.reports import style
 from ghostball.reports.figures._phases import draw_motion
 from ghostball.reports.figures._table import View, draw_ball, draw_table, view_of
+from ghostball.reports.motions import motion_of_run
 from ghostball.reports.shots import Run, Shot, rest_error_text
 from ghostball.validation.checks.verdict import RestError
 
@@ -42,7 +43,7 @@ def draw_against_time(axes: Axes, shot: Shot, colours: Sequence[str] | None = No
     for order, run in enumerate(shot.drawn):
         look = {"zorder": 2 + 0.01 * order, **line_of(run), **alone}
         draw_motion(axes, run, against_time=True, colours=colours, **look)
-    axes.set_xlim(0.0, 1.02 * _median_end(shot))
+    axes.set_xlim(0.0, 1.02 * median_end(shot))
     axes.set_ylim(*_range_of_x(shot))
     axes.set_xlabel("time [s]")
     axes.set_title("x of the centres [m] against time", y=1.0)
@@ -52,7 +53,7 @@ def draw_against_time(axes: Axes, shot: Shot, colours: Sequence[str] | None = No
 def _range_of_x(shot: Shot) -> tuple[float, float]:
     """Return the part of x to show against time: where balls are, within the picture above it."""
     left, right, _, _ = view_shown(shot, collinear=True)
-    x = np.concatenate([_seen(run)[:, :, 0].ravel() for run in shot.drawn])
+    x = np.concatenate([motion_of_run(run).positions[:, :, 0].ravel() for run in shot.drawn])
     x = x[(left <= x) & (x <= right)]
     margin = 2.0 * float(shot.scene.radii.max())
     return max(left, float(x.min()) - margin), min(right, float(x.max()) + margin)
@@ -174,21 +175,17 @@ def _error_text(run: Run, shot: Shot) -> str:
     return rest_error_text(run.case) or f"no {shot.end} error known"
 
 
-def _seen(run: Run) -> FloatArray:
-    assert run.motion is not None
-    return run.motion.positions
-
-
 def is_collinear(shot: Shot) -> bool:
     """Whether several balls move, and all along x: their paths hide each other."""
-    first = shot.drawn[0].motion
-    assert first is not None
+    first = motion_of_run(shot.drawn[0])
     return bool(np.ptp(first.positions[:, :, 1]) < 1e-6) and len(shot.scene.balls) > 1
 
 
 def view_shown(shot: Shot, collinear: bool) -> View:
     """Return what of the cloth to show; of a motion along x, a strip around it."""
-    view = view_of(shot.scene, *(_seen(run) for run in shot.drawn), needed=_ends(shot))
+    truth = shot.truth_positions
+    needed = shot.scene.positions if truth is None else truth
+    view = view_of(shot.scene, *(motion_of_run(run).positions for run in shot.drawn), needed=needed)
     if not collinear:
         return view
     left, right, bottom, top = view
@@ -196,12 +193,6 @@ def view_shown(shot: Shot, collinear: bool) -> View:
     return left, right, max(bottom, middle - STRIP), min(top, middle + STRIP)
 
 
-def _ends(shot: Shot) -> FloatArray:
-    """Return where the balls end in truth, (n, 3) [m], or start where that isn't known."""
-    truth = shot.truth_positions
-    return shot.scene.positions if truth is None else truth
-
-
-def _median_end(shot: Shot) -> float:
-    """Return when the middle one of the runs ends [s]."""
-    return float(np.median([run.motion.times[-1] for run in shot.drawn if run.motion is not None]))
+def median_end(shot: Shot) -> float:
+    """Return when the middle one of the runs ends [s]: one that never rests squeezes no other."""
+    return float(np.median([motion_of_run(run).times[-1] for run in shot.drawn])) or 1.0

@@ -23,6 +23,7 @@ from ghostball.reports.figures.paths import (
     is_collinear,
     label_balls,
     line_of,
+    median_end,
     view_shown,
 )
 from ghostball.reports.motions import (
@@ -96,7 +97,7 @@ def draw_sheet(shot: Shot) -> Figure | None:
     flies = bool(flying(shot).any())
     # Below the last panel against time stand its numbers, and so they do below that of heights.
     room = (height - TITLE - FOOT - 0.2 * flies) / (3.0 + flies)
-    end = 1.02 * _median_end(shot)
+    end = 1.02 * median_end(shot)
     panels = (_draw_collisions, _draw_energy, _draw_errors)
     for row, draw in enumerate(panels):
         axes = place(TIME_LEFT, TITLE + row * room, TIME_WIDTH, room - 0.42)
@@ -271,8 +272,3 @@ def _marker(run: Run) -> dict[str, Any]:
         "markeredgecolor": run.style.colour,
         "markeredgewidth": 1.2,
     }
-
-
-def _median_end(shot: Shot) -> float:
-    """Return when the middle one of the runs ends [s]: one that never rests squeezes no other."""
-    return float(np.median([motion_of_run(run).times[-1] for run in shot.drawn])) or 1.0

@@ -6,19 +6,17 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 from markupsafe import Markup
 
 from ghostball.reports import style
+from ghostball.reports.figures._table import view_of
 from ghostball.reports.outcome import kind_text
-from ghostball.reports.page.rendering import embedded_json, render
-from ghostball.reports.page.scenes import REPLAY_ID
+from ghostball.reports.page.rendering import render
 from ghostball.reports.words import quantity_text
 from ghostball.validation.baselines import Regression
 from ghostball.validation.baselines.regression import Quantity, SceneChange
 from ghostball.validation.results.store import CaseRecord, Results
-
-COMPARE_ID = "compare-"
-"""What stands before a scene's name in the id of its comparison's data."""
 
 MOVED = ("worse", "results-changed", "better")
 """Changes that get a view of their own; of the others, what fails has one."""
@@ -51,7 +49,6 @@ def has_part(change: SceneChange) -> bool:
 
 def _changed(results: Results, change: SceneChange) -> Markup:
     case = next((one for one in results.cases if one.scene == change.scene), None)
-    data = None if case is None else _compared(change)
     quantities = [*change.metrics, *change.counters]
     moved = [_moved(one) for one in quantities if one.base != one.head or not one.within]
     return render(
@@ -60,22 +57,24 @@ def _changed(results: Results, change: SceneChange) -> Markup:
         kind=kind_text(change),
         in_page=case is not None,
         rests=_rests(case, change),
+        ends=None if case is None else _ends(case, change),
         moved=moved,
         still=len(quantities) - len(moved),
-        compare_id=COMPARE_ID + change.scene,
-        data=None if data is None else embedded_json(data),
     )
 
 
-def _compared(change: SceneChange) -> dict[str, Any] | None:
-    """Return what the comparison shows: where the balls end in both."""
+def _ends(case: CaseRecord, change: SceneChange) -> dict[str, Any] | None:
+    """Return what a picture of both ends shows: the view, the table, each ball's places [m]."""
     if change.rest_base is None or change.rest_head is None:
         return None
-    # The scene itself is in the page already, with its replay.
+    scene = case.load_scene()
+    both = np.array([change.rest_base, change.rest_head])
+    left, right, bottom, top = view_of(scene, both, needed=both[1])
+    places = zip(scene.balls, change.rest_base, change.rest_head, strict=True)
     return {
-        "replay": REPLAY_ID + change.scene,
-        "rest_base": [list(place[:2]) for place in change.rest_base],
-        "rest_head": [list(place[:2]) for place in change.rest_head],
+        "box": (left, -top, right - left, top - bottom),
+        "table": scene.table,
+        "balls": [(ball, base, head) for ball, base, head in places],
     }
 
 

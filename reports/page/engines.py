@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import Any
 
 from markupsafe import Markup
 
@@ -21,16 +21,6 @@ VARIANTS = {
     "config=default": ("default", "set up as a newcomer types it, at 60 steps a second"),
 }
 """What is said of the settings in an engine's name."""
-
-
-@dataclass(frozen=True)
-class Part:
-    """One part of an engine's bar: scenes of one class, and what is written on it."""
-
-    slug: str
-    count: int
-    words: str
-    text: str
 
 
 def engines_html(results: Results) -> Markup:
@@ -69,7 +59,8 @@ def _excused(results: Results) -> list[tuple[str, str, int, str]]:
     ]
 
 
-def _parts(results: Results, one: Tally) -> list[Part]:
+def _parts(results: Results, one: Tally) -> list[dict[str, Any]]:
+    """Return each part of an engine's bar: scenes of one class, and what is written on it."""
     alone = ""
     if len(results.scene_names) == 1:  # what became of it says more than that it is one
         alone = accuracy_text(results.case(results.scene_names[0], one.label))
@@ -85,6 +76,11 @@ def _parts(results: Results, one: Tally) -> list[Part]:
     if one.unable:
         counted.append(("unplayed", one.unable, "not played"))
     return [
-        Part(slug, count, f"{many(count, 'scene')}: {meaning}", alone or str(count))
+        {
+            "slug": slug,
+            "count": count,
+            "words": f"{many(count, 'scene')}: {meaning}",
+            "text": alone or str(count),
+        }
         for slug, count, meaning in counted
     ]

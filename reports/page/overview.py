@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterator
-from dataclasses import dataclass
+from typing import Any
 
 from markupsafe import Markup
 
@@ -20,7 +20,6 @@ from ghostball.reports.outcome import CHANGES, of_comparison
 from ghostball.reports.page.changed import has_part
 from ghostball.reports.page.rendering import render, scene_link
 from ghostball.validation.baselines import Regression
-from ghostball.validation.baselines.regression import SceneChange
 from ghostball.validation.checks.verdict import (
     Verdict,
     unfinished_text,
@@ -31,28 +30,6 @@ from ghostball.validation.truth.scene_truth import OUR_NAME
 
 FAILING = {"identical": "identical to the bit, but not in work, run time or the limits it keeps"}
 """What a class of changes means where it fails, if that is something else."""
-
-
-@dataclass(frozen=True)
-class Group:
-    """Scenes of one class of change: sign, what it means, and whether it may be closed."""
-
-    sign: str
-    words: str
-    fails: bool
-    quiet: bool
-    found: list[SceneChange]
-
-
-@dataclass(frozen=True)
-class Cell:
-    """A cell of the matrix: its text and mark, the class of its colour, why, and where it leads."""
-
-    text: str
-    mark: str
-    kind: str
-    why: str
-    link: str
 
 
 def changes_html(results: Results, regression: Regression | None) -> Markup:
@@ -67,19 +44,21 @@ def changes_html(results: Results, regression: Regression | None) -> Markup:
     )
 
 
-def _groups(regression: Regression) -> Iterator[Group]:
+def _groups(regression: Regression) -> Iterator[dict[str, Any]]:
+    """Yield the scenes of each class of change: its sign, what it means; `quiet` may be closed."""
     for failing in (True, False):
         for name, (sign, words) in CHANGES.items():
             found = [
                 one for one in regression.scenes if one.change == name and one.failed is failing
             ]
-            if not found:
-                continue
-            if failing:
-                yield Group("✗", FAILING.get(name, words), True, False, found)
-            else:
-                quiet = name in ("identical", "rounding-only")
-                yield Group(sign, words, False, quiet, found)
+            if found:
+                yield {
+                    "sign": "✗" if failing else sign,
+                    "words": FAILING.get(name, words) if failing else words,
+                    "fails": failing,
+                    "quiet": not failing and name in ("identical", "rounding-only"),
+                    "found": found,
+                }
 
 
 def matrix_html(results: Results) -> Markup:
@@ -118,15 +97,19 @@ def why_text(case: CaseRecord | None) -> str:
     return f"{said}; {verdict.words}{checks}{stopped}" if said else f"{verdict.words}{stopped}"
 
 
-def _cell(case: CaseRecord | None, scene: str, label: str) -> Cell:
+def _cell(case: CaseRecord | None, scene: str, label: str) -> dict[str, str]:
     verdict = verdict_of(case)
     found = None if case is None else case.accuracy
     kind = "" if found is None else f"acc-{CLASSES[found.kind].slug}"
     if verdict is Verdict.CRASHED:
         kind = "fail"
-    text = accuracy_text(case) or verdict.symbol or "not run"
-    link = scene_link(scene, found.at if found else None, (OUR_NAME, label))
-    return Cell(text, MARKS.get(verdict, ""), kind, why_text(case), link)
+    return {
+        "text": accuracy_text(case) or verdict.symbol or "not run",
+        "mark": MARKS.get(verdict, ""),
+        "kind": kind,
+        "why": why_text(case),
+        "link": scene_link(scene, found.at if found else None, (OUR_NAME, label)),
+    }
 
 
 def _reasons(results: Results) -> Iterator[tuple[str, str, list[str]]]:

@@ -24,8 +24,7 @@ from ghostball.reports.page.measured import (
     timing_html,
 )
 from ghostball.reports.page.overview import changes_html, matrix_html
-from ghostball.reports.page.rendering import asset, render
-from ghostball.reports.page.replay_assets import replay_script, replay_style
+from ghostball.reports.page.rendering import asset, render, replay_script
 from ghostball.reports.page.scenes import ScenePart
 from ghostball.reports.page.stress import stress_html
 from ghostball.reports.page.surroundings import environment_html, truth_html
@@ -144,7 +143,7 @@ def page_text(
             missing=failed_text(failed) if failed else "",
             styles=[
                 asset("page.css"),
-                replay_style(),
+                asset("replay.css"),
                 Markup(engine_css(results.labels)),
             ],
             scripts=[replay_script(), asset("page.js")],

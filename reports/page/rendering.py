@@ -19,6 +19,14 @@ from markupsafe import Markup
 
 from ghostball.reports import style
 
+REPLAY_SCRIPTS = (
+    *("replay_parts.js", "replay_look.js", "replay_cloth.js", "replay_player.js"),
+    *("replay_turning.js", "replay_motion.js", "replay_plate.js", "replay_side.js"),
+    *("replay_timeline.js", "replay_readout.js", "replay_events.js", "replay_help.js"),
+    "replay.js",
+)
+"""In the order in which a page runs them: each adds to the global object `Ghostball`."""
+
 
 def scene_link(scene: str, t: float | None = None, engines: Sequence[str] = ()) -> str:
     """Return the fragment that opens a scene, at an instant [s] and with these engines shown."""
@@ -41,6 +49,8 @@ def templates() -> Environment:
         codes=codes,
         label=label_html,
         time=style.format_time,
+        length_text=lambda metres: style.format_length(float(metres)),
+        digits=lambda number: repr(float(number)),
     )
     return environment
 
@@ -51,27 +61,20 @@ def render(template: str, **values: Any) -> Markup:
 
 
 def asset(name: str) -> Markup:
-    """Return a stylesheet or script of ours, to stand within its element.
-
-    Raises
-    ------
-    ValueError
-        Where it would end that element early.
-    """
+    """Return a stylesheet or script of ours, to stand within its element."""
     text = files("ghostball.reports.page").joinpath("assets", name).read_text(encoding="utf-8")
     if "</style" in text.lower() or "</script" in text.lower():
         raise ValueError(f"asset {name} holds the end of its own element")
     return Markup(text)
 
 
-def embedded_json(value: Any) -> Markup:
-    """Return JSON for `<script type="application/json">`: it can't end the element, nor start one.
+def replay_script() -> Markup:
+    """Return what defines `Ghostball.mountReplay`, for `<script>`."""
+    return Markup("\n").join(map(asset, REPLAY_SCRIPTS))
 
-    Raises
-    ------
-    ValueError
-        Where a number is nan or infinite, for which JSON has no word.
-    """
+
+def embedded_json(value: Any) -> Markup:
+    """Return JSON for `<script type="application/json">`, which can neither end nor start one."""
     text = json.dumps(value, separators=(",", ":"), allow_nan=False)
     for sign in "<>&\u2028\u2029":
         text = text.replace(sign, f"\\u{ord(sign):04x}")

@@ -2,7 +2,7 @@
 
 The scene's table and balls, each engine with its look and what became of it, and, in one compressed
 string, the event logs and the motions (`reports.page.replay_tracks`). The scripts that draw it are
-in `assets/`, put together by `reports.page.replay_assets`.
+in `assets/`, put together by `reports.page.rendering`.
 """
 
 from __future__ import annotations
@@ -70,24 +70,8 @@ def scene_data(shot: Shot, *, horizon: float | None = None) -> dict[str, Any]:
     )
 
 
-def motion_data(
-    scene: Scene, motion: Motion, *, label: str = "ghostball", horizon: float | None = None
-) -> dict[str, Any]:
-    """Return what the replay of one motion shows, such as one side of a comparison.
-
-    Parameters
-    ----------
-    scene : Scene
-    motion : Motion
-    label : str
-        Of the engine that it is of.
-    horizon : float [s], optional
-    """
-    return _data(scene, (Run(label, None, motion),), horizon=horizon, truth=None)
-
-
 def motions_data(scene: Scene, motions: Mapping[str, Motion]) -> dict[str, Any]:
-    """Return what the replay of several engines' motions shows, by label, as `motion_data` does."""
+    """Return what the replay of several engines' motions shows, by label."""
     runs = tuple(Run(label, None, motion) for label, motion in motions.items())
     return _data(scene, runs, horizon=None, truth=None)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import PurePosixPath
 from urllib.parse import quote
@@ -12,7 +12,6 @@ import numpy as np
 from markupsafe import Markup
 
 from ghostball.model.hashes import bits_hash
-from ghostball.reports import style
 from ghostball.reports.accuracy import cell_text
 from ghostball.reports.counted import work_text
 from ghostball.reports.guarded import FailedPart
@@ -26,7 +25,7 @@ from ghostball.reports.page.numbers import (
 )
 from ghostball.reports.page.rendering import embedded_json, render
 from ghostball.reports.page.replay_data import scene_data
-from ghostball.reports.shots import Run, Shot
+from ghostball.reports.shots import Shot
 from ghostball.reports.words import quantity_text
 from ghostball.validation.baselines.regression import SceneChange
 from ghostball.validation.checks.verdict import verdict_of
@@ -35,40 +34,6 @@ from ghostball.validation.results.store import INDEPENDENT, CaseRecord
 
 REPLAY_ID = "replay-"
 """What stands before a scene's name in the id of its replay's data."""
-
-
-@dataclass(frozen=True)
-class RestRow:
-    """Where a ball ends in one run: exact numbers, and how far that is from the truth."""
-
-    who: str
-    x: str
-    y: str
-    error: str
-
-
-@dataclass(frozen=True)
-class Limit:
-    """A limit with the engines that it judges: sign, label and value of each."""
-
-    metric: str
-    limit: str
-    reason: str
-    judged: tuple[tuple[str, str, str], ...]
-
-
-@dataclass(frozen=True)
-class Course:
-    """How many collisions an engine counts, and until where it plays the true shot.
-
-    `counts` holds, for balls and for cushions, those counted and those in truth.
-    """
-
-    label: str
-    counts: tuple[tuple[int, int | None], ...]
-    matching: str
-    parted: str
-    horizon: str
 
 
 @dataclass(frozen=True)
@@ -129,9 +94,11 @@ def scene_part(
         heads=number_heads(cases),
         numbers=[(case.label, number_row(case)) for case in cases],
         remarks=list(remarks(cases)),
-        limits=list(_limits(cases)),
-        rest=list(_rest(shot)),
-        courses=list(_courses(cases)),
+        limits=_limits(cases),
+        cases=cases,
+        balls=[ball.id for ball in shot.scene.balls],
+        true_rests=shot.truth_positions,
+        known="truth" if shot.truth in INDEPENDENT else "our engine, as the truth",
         horizon=horizon,
         ledgers=ledgers,
         entries=[e for e in ENTRIES if any(one.entries and e in one.entries for _, one in ledgers)],
@@ -159,64 +126,19 @@ def failed_scene_part(name: str, failed: FailedPart) -> ScenePart:
     return ScenePart(render("failed_scene.html", name=name, failed=failed), None, {})
 
 
-def _rest(shot: Shot) -> Iterator[tuple[str, list[RestRow]]]:
-    """Yield each ball with where it ends in truth and in each run."""
-    truth = shot.truth_positions
-    ran = [run for run in shot.runs if run.case is not None]
-    for k, ball in enumerate(shot.scene.balls):
-        rows = []
-        if truth is not None:
-            known = "truth" if shot.truth in INDEPENDENT else "our engine, as the truth"
-            rows.append(RestRow(known, repr(float(truth[k, 0])), repr(float(truth[k, 1])), ""))
-        rows += [row for run in ran if (row := _rest_row(run, k)) is not None]
-        if rows:
-            yield ball.id, rows
+def _limits(cases: Sequence[CaseRecord]) -> dict[tuple[str, str, str], list[tuple[str, ...]]]:
+    """Return what each limit judges: the same reason needs no repeating.
 
-
-def _rest_row(run: Run, ball: int) -> RestRow | None:
-    case = run.case
-    if case is None or case.rest_positions is None:
-        return None
-    x, y = (float(value) for value in case.rest_positions[ball, :2])
-    error = "–"
-    if case.ball_errors is not None:
-        error = style.format_length(float(case.ball_errors[ball]))
-    elif case.horizon is not None:
-        error = "unpredictable by then"
-    return RestRow(run.label, repr(x), repr(y), error)
-
-
-def _limits(cases: Sequence[CaseRecord]) -> Iterator[Limit]:
-    """Yield each limit once, with all that it judges: the same reason needs no repeating."""
-    judged: dict[tuple[str, str, str], list[tuple[str, str, str]]] = defaultdict(list)
+    By metric, limit and reason: sign, label and value of each engine.
+    """
+    judged: dict[tuple[str, str, str], list[tuple[str, ...]]] = defaultdict(list)
     for case in cases:
         for check in case.checks:
             limit = f"{COMPARISONS[check.limit_kind]} {quantity_text(check.limit, check.unit)}"
             value = "–" if check.value is None else quantity_text(check.value, check.unit)
             sign = {True: "✓", False: "✗", None: "="}[check.passed]
             judged[check.metric, limit, check.reason].append((sign, case.label, value))
-    for (metric, limit, reason), values in judged.items():
-        yield Limit(metric, limit, reason, tuple(values))
-
-
-def _courses(cases: Sequence[CaseRecord]) -> Iterator[Course]:
-    for case in cases:
-        if case.outcome != "ran":
-            continue
-        matching = case.metrics.get("matching_events")
-        parted = case.metrics.get("first_divergence_time")
-        why = case.notes.get("first_divergence_time", "not measured")
-        true = case.truth_counts
-        yield Course(
-            case.label,
-            tuple(
-                (case.collision_counts.get(kind, 0), None if true is None else true.get(kind, 0))
-                for kind in ("ball-ball", "ball-cushion")
-            ),
-            "–" if matching is None else str(matching),
-            why if parted is None else f"{parted:.6g} s",
-            "to its end" if case.horizon is None else f"{case.horizon:.6g} s",
-        )
+    return judged
 
 
 def _ledgers(shot: Shot) -> list[tuple[str, EnergyLedger]]:

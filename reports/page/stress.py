@@ -31,13 +31,7 @@ def stress_html(results: Results) -> Markup:
 
 
 def stress_folders(path: Path) -> list[StressFolder]:
-    """Return the stress runs in a results folder.
-
-    Raises
-    ------
-    ResultsError
-        Where one of them is damaged, or of another schema version.
-    """
+    """Return the stress runs in a results folder."""
     return [
         StressFolder.load(path / name) for name in STRESS_FOLDERS if is_stress_folder(path / name)
     ]

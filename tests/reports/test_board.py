@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from ghostball.reports import style
-from ghostball.reports.board import LOOKS, board_beside, board_table, cell_text, draw_board
+from ghostball.reports.board import LOOKS, board_beside, cell_text, draw_board
 from ghostball.reports.page.board import board_html
 from ghostball.validation.board.asking import board_scene
 from ghostball.validation.board.board import ROWS, Board, load, run_board
@@ -78,7 +78,6 @@ def test_cells_say_their_class_or_have_the_sign_of_their_shade(folder: Path) -> 
         (cell.row, cell.column): cell_text(board, cell.row, COLUMNS[cell.column]) for cell in CELLS
     } == TEXTS
     assert cell_text(board, "my:Engine", COLUMNS["line"]) == ""
-    assert "`pymunk` | 4.35 mm |  | ● Moreau" in board_table(board, reported=False)
 
 
 def test_every_class_and_shade_has_a_look_of_its_own() -> None:

@@ -103,7 +103,7 @@ def test_a_figure_costs_itself_alone(module_folder, monkeypatch):
 
 @pytest.mark.usefixtures("without_run_figures")
 def test_a_process_that_dies_costs_its_part_alone(module_folder, monkeypatch):
-    monkeypatch.setattr(report, "_make_in_worker", die_of_one_scene)
+    monkeypatch.setattr(report, "_make", die_of_one_scene)
     failed, html = written(module_folder, jobs=2)
     assert failed == ["part of report.html on scene stop"]
     assert "the process running it crashed (exit code 7)" in html

@@ -12,4 +12,4 @@ from ghostball.reports import report
 def die_of_one_scene(path, figures, task):
     if task == report.PART + "stop":
         os._exit(7)
-    return report._make_in_worker(path, figures, task)  # nothing is planted in the other process
+    return report._make(path, figures, task)  # nothing is planted in the other process

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from ghostball.cli.gate import diff
 from ghostball.cli.shared.config import load_config
+from ghostball.cli.shared.options import Format, Plain
 from ghostball.cli.shared.terminal import say
 from ghostball.model import GhostballError
 from ghostball.reference_adapters import make_engine
@@ -40,29 +41,22 @@ for label in sys.argv[2:]:
 """Ends with a message where an engine's code isn't that of the folder it is given."""
 
 
-def run(
-    wanted: Sequence[str],
-    engines: Sequence[str],
+def run_both(
+    scenes: Sequence[str] | None,
+    engine: Sequence[str] | None,
     revision: str,
-    *,
     out: Path | None,
     jobs: int,
+    form: Format,
     rerun: bool,
     time_limit: float,
-    as_json: bool,
 ) -> ExitStatus:
-    """Validate at both revisions, print what differs, and return the exit status of that.
-
-    Raises
-    ------
-    GhostballError
-        Before anything runs, where the input is wrong or there is no such revision.
-    """
+    """Validate at both revisions, print what differs, and return the exit status of that."""
     config = load_config()
-    labels = tuple(dict.fromkeys(engines or config.engines or (OUR_NAME,)))
+    labels = tuple(dict.fromkeys(engine or config.engines or (OUR_NAME,)))
     for label in labels:
         make_engine(label)
-    names = wanted or config.scenes
+    names = scenes or config.scenes
     select(names)
     here = Path.cwd().resolve()
     root = repository(source_of(labels[0]))
@@ -70,7 +64,7 @@ def run(
     head = (config.out if out is None else out).resolve()
     base = head / "against" / commit[:12]
     # A scene's file is the same one for both.
-    scenes = [str(Path(name).resolve()) if Path(name).exists() else name for name in names]
+    files = [str(Path(name).resolve()) if Path(name).exists() else name for name in names]
     options = [word for label in labels for word in ("-e", label)]
     options += ["--no-report", "--jobs", str(jobs), "--time-limit", str(time_limit)]
     options += ["--rerun"] * rerun
@@ -79,7 +73,7 @@ def run(
         if why := _not_of(place, there, labels):
             say(f"[bold red]error:[/] revision {commit[:12]} can't be run here: {why}")
             return ExitStatus.NOT_JUDGED
-        status = _validate([*scenes, *options], base, there)
+        status = _validate([*files, *options], base, there)
         if status not in JUDGED:
             return status
     try:
@@ -87,10 +81,10 @@ def run(
     except GhostballError as error:
         say(f"[bold red]error:[/] revision {commit[:12]} can't be compared with: {error}")
         return ExitStatus.NOT_JUDGED
-    status = _validate([*scenes, *options], head, here)
+    status = _validate([*files, *options], head, here)
     if status not in JUDGED:
         return status
-    return diff.run(str(base), str(head), head, as_json=as_json)
+    return diff.run(str(base), str(head), None, Plain.JSON if form is Format.JSON else Plain.TEXT)
 
 
 def _environment(there: Path) -> dict[str, str]:

@@ -22,13 +22,13 @@ from ghostball.cli.shared.options import (
     engines_option,
     out_option,
 )
-from ghostball.cli.shared.terminal import command
+from ghostball.cli.shared.terminal import runs
 
 app = typer.Typer()
 
 
 @app.command()
-@command
+@runs("gate.regress")
 def regress(
     scenes: SceneNames = None,
     engine: Annotated[list[str] | None, engines_option("ours")] = None,
@@ -55,39 +55,10 @@ def regress(
     moved. Exit status 1 where a deterministic number moved: an event, a bit, a counter, an error
     against truth; 4 where a scene can't be compared, such as one that has no baseline.
     """
-    if against is not None:
-        from ghostball.cli.gate.against import run as run_both  # noqa: PLC0415
-
-        raise typer.Exit(
-            run_both(
-                scenes or [],
-                engine or [],
-                against,
-                out=out,
-                jobs=jobs,
-                rerun=rerun,
-                time_limit=time_limit,
-                as_json=form is Format.JSON,
-            )
-        )
-    from ghostball.cli.gate.regress import run as compare  # noqa: PLC0415
-
-    raise typer.Exit(
-        compare(
-            scenes or [],
-            engine or [],
-            baselines=baselines,
-            out=out,
-            form=form,
-            jobs=jobs,
-            rerun=rerun,
-            time_limit=time_limit,
-        )
-    )
 
 
 @app.command()
-@command
+@runs("gate.accept")
 def accept(
     reason: Annotated[
         str, typer.Option(metavar="TEXT", help="Why the change is right; kept in CHANGES.md.")
@@ -119,22 +90,10 @@ def accept(
     The baselines that moved are rewritten. Exit status 1, and nothing is written, where limits of
     truth are broken.
     """
-    from ghostball.cli.gate.regress import run_accept  # noqa: PLC0415
-
-    raise typer.Exit(
-        run_accept(
-            engine or [],
-            reason,
-            only=scenes or ["*"],
-            results=out,
-            baselines=baselines,
-            even_though_limits_fail=even_though_limits_fail,
-        )
-    )
 
 
 @app.command()
-@command
+@runs("gate.diff")
 def diff(
     first: Annotated[str, typer.Argument(metavar="A", help="A results folder, or an engine.")],
     second: Annotated[str, typer.Argument(metavar="B", help="Another one of the same kind.")],
@@ -147,8 +106,3 @@ def diff(
 
     Exit status 1 where a case of B is less right by a class, or fails where A does not.
     """
-    from ghostball.cli.gate.diff import run as compare  # noqa: PLC0415
-    from ghostball.cli.shared.config import load_config  # noqa: PLC0415
-
-    folder = load_config().out if out is None else out
-    raise typer.Exit(compare(first, second, folder, as_json=form is Plain.JSON))

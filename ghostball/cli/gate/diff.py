@@ -9,10 +9,11 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
-from rich import box
 from rich.markup import escape
-from rich.table import Table
 
+from ghostball.cli.shared.config import load_config
+from ghostball.cli.shared.options import Plain
+from ghostball.cli.shared.tables import table_of
 from ghostball.cli.shared.terminal import stdout
 from ghostball.model import GhostballError
 from ghostball.reports import style
@@ -30,18 +31,12 @@ FIRST_TOLD = ("matching_events", "collision_count", "rest_time_error")
 """Metrics that are named before others."""
 
 
-def run(first: str, second: str, folder: Path, *, as_json: bool) -> ExitStatus:
-    """Compare two results folders, or two engines of one; print what differs.
-
-    Raises
-    ------
-    GhostballError
-        Where they are neither, or can't be read.
-    """
-    found = _compared(first, second, folder)
+def run(first: str, second: str, out: Path | None, form: Plain) -> ExitStatus:
+    """Compare two results folders, or two engines of one; print what differs."""
+    found = _compared(first, second, load_config().out if out is None else out)
     if not found:
         raise GhostballError(f"{first} and {second} have no scene, so there is nothing to compare")
-    if as_json:
+    if form is Plain.JSON:
         print(json.dumps({"base": first, "head": second, "cases": [_plain(one) for one in found]}))
     else:
         _show(first, second, found)
@@ -75,12 +70,8 @@ def _show(first: str, second: str, found: Sequence[CaseDifference]) -> None:
     # What got worse first, then what got better, then the rest.
     moved.sort(key=lambda one: (not one.got_worse, not one.got_better))
     if moved:
-        table = Table(box=box.SIMPLE_HEAD)
-        for heading in ("scene", "engine", "how right", "what else moved"):
-            table.add_column(heading, no_wrap=heading == "scene")
-        for one in moved:
-            table.add_row(*_row(one))
-        console.print(table)
+        heads = ("scene", "engine", "how right", "what else moved")
+        console.print(table_of(heads, map(_row, moved)))
     worse = sum(one.got_worse for one in found)
     parts = [f"{len(found) - len(moved)} of {len(found)} cases are alike"]
     if worse:

@@ -9,28 +9,22 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from rich import box
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from ghostball.cli.gate.against import run_both
 from ghostball.cli.shared.config import Config, load_config
 from ghostball.cli.shared.options import Format
 from ghostball.cli.shared.progress import COMPILING, Steps
 from ghostball.cli.shared.summary import printed
-from ghostball.cli.shared.terminal import say, stdout, tables
+from ghostball.cli.shared.tables import table_of
+from ghostball.cli.shared.terminal import say, tables
 from ghostball.model import Scene
 from ghostball.reference_adapters import make_engine
 from ghostball.validation.baselines import (
-    Acceptance,
-    AcceptError,
-    LimitsBrokenError,
-    NotDeterministicError,
-    NotFinishedError,
-    NothingToAcceptError,
     Regression,
     SceneChange,
-    accept,
     can_be_accepted,
     check_baselines,
     compare_results,
@@ -96,46 +90,36 @@ class Gate:
 
 
 def gates_of(labels: Sequence[str], baselines: Path) -> list[Gate]:
-    """Return what is guarded of some engines, in the folder of all baselines.
-
-    Raises
-    ------
-    BaselineError
-        Where that is no folder.
-    """
+    """Return what is guarded of some engines, in the folder of all baselines."""
     keys = {label: engine_key(label) for label in dict.fromkeys(labels)}
     return [Gate(label, key, engine_folder(baselines, key)) for label, key in keys.items()]
 
 
 def run(
-    wanted: Sequence[str],
-    engines: Sequence[str],
-    *,
+    scenes: Sequence[str] | None,
+    engine: Sequence[str] | None,
+    against: str | None,
     baselines: Path | None,
     out: Path | None,
-    form: Format,
     jobs: int,
+    form: Format,
     rerun: bool,
     time_limit: float,
 ) -> ExitStatus:
-    """Compare, print what changed, and return the exit status; see the options of the command.
-
-    Raises
-    ------
-    GhostballError
-        Before anything runs, where the input is wrong or a baseline is nonsense.
-    """
+    """Compare, print what changed, and return the exit status; see the options of the command."""
+    if against is not None:
+        return run_both(scenes, engine, against, out, jobs, form, rerun, time_limit)
     started, config = time.perf_counter(), load_config()
     place = config.out if out is None else out
-    names = wanted or config.scenes
-    scenes, criteria = select(names), criteria_beside_paths(names)
-    labels = _labels(engines, config)
+    names = scenes or config.scenes
+    chosen, criteria = select(names), criteria_beside_paths(names)
+    labels = labels_of(engine or (), config)
     gates = gates_of(labels, config.baselines if baselines is None else baselines)
-    ran = {scene.name for scene in scenes}
-    whole = not wanted or ran >= {scene.name for scene in select(config.scenes)}
+    ran = {scene.name for scene in chosen}
+    whole = not scenes or ran >= {scene.name for scene in select(config.scenes)}
     for gate in gates:
         made = many_ball_scenes() if gate.label == OUR_NAME and whole else ()
-        check_baselines(gate.folder, [scene.name for scene in (*scenes, *made)], gate.engine)
+        check_baselines(gate.folder, [scene.name for scene in (*chosen, *made)], gate.engine)
     with Steps(COMPILING, "running").bar() as step:
         count = step("running")
 
@@ -143,7 +127,7 @@ def run(
             count(done, planned, f"{case.scene} on {case.label}")
 
         outcome = run_suite(
-            scenes,
+            chosen,
             labels,
             place,
             jobs=jobs,
@@ -152,7 +136,7 @@ def run(
             criteria=criteria,
             reuse=not rerun,
             time_limit=time_limit,
-            only=[(scene.name, label) for scene in scenes for label in labels],
+            only=[(scene.name, label) for scene in chosen for label in labels],
         )
     if outcome.interrupted:
         say("[bold]Interrupted:[/] nothing was compared. The same command goes on from there")
@@ -167,7 +151,7 @@ def run(
         for gate in gates
     ]
     save_regressions(found, place)
-    advice = _accepting(engines, baselines, out)
+    advice = _accepting(engine or (), baselines, out)
     seconds = time.perf_counter() - started
     for regression in found:
         _show(regression, outcome, place, tables(form), seconds, advice)
@@ -176,7 +160,7 @@ def run(
     return worst(*(_status(regression, outcome) for regression in found))
 
 
-def _labels(engines: Sequence[str], config: Config) -> tuple[str, ...]:
+def labels_of(engines: Sequence[str], config: Config) -> tuple[str, ...]:
     """Return the engines asked for, else the project's, else ours."""
     labels = tuple(dict.fromkeys(engines or config.engines or (OUR_NAME,)))
     for label in labels:
@@ -194,12 +178,7 @@ def _accepting(engines: Sequence[str], baselines: Path | None, out: Path | None)
 def compare_guarded(
     results: Results, gates: Sequence[Gate], scenes: Sequence[Scene], time_limit: float
 ) -> list[Regression]:
-    """Compare what ran to its end and has a baseline, and store what was found.
-
-    Raises
-    ------
-    KeyboardInterrupt
-    """
+    """Compare what ran to its end and has a baseline, and store what was found."""
     found = []
     for gate in gates:
         ended = {
@@ -289,75 +268,12 @@ def say_what_next(regression: Regression, advice: str) -> None:
 
 
 def _table(changes: Sequence[SceneChange]) -> Table:
-    table = Table(box=box.SIMPLE_HEAD)
-    table.add_column("scene")
-    table.add_column("change", no_wrap=True)
-    table.add_column("what moved")
+    rows = []
     for one in changes:
         words = _WORDS[one.change]
         if one.change == "identical":
             other = any(not count.within for count in one.counters)
             words = "same bits" + ", other work" * other
-        table.add_row(escape(one.scene), f"[{_COLOURS[one.change]}]{words}[/]", escape(one.summary))
-    return table
-
-
-def run_accept(
-    engines: Sequence[str],
-    reason: str,
-    *,
-    only: Sequence[str],
-    results: Path | None,
-    baselines: Path | None,
-    even_though_limits_fail: bool,
-) -> ExitStatus:
-    """Accept, say what was written, and return the exit status.
-
-    Raises
-    ------
-    GhostballError
-        Where there is nothing to accept of any engine.
-    """
-    config = load_config()
-    folder = config.baselines if baselines is None else baselines
-    gates = gates_of(_labels(engines, config), folder)
-    statuses: list[ExitStatus] = []
-    nothing: list[AcceptError] = []
-    for gate in gates:
-        try:
-            done = accept(
-                config.out if results is None else results,
-                reason,
-                only=only,
-                folder=gate.folder,
-                engine=gate.engine,
-                even_though_limits_fail=even_though_limits_fail,
-            )
-        except LimitsBrokenError as error:
-            say(f"[bold red]error:[/] {escape(str(error))}, or say --even-though-limits-fail")
-            statuses.append(ExitStatus.CHECK_FAILED)
-        except (NotDeterministicError, NotFinishedError) as error:
-            say(f"[bold red]error:[/] {escape(str(error))}")
-            statuses.append(ExitStatus.CHECK_FAILED)
-        except NothingToAcceptError as error:
-            nothing.append(error)
-        else:
-            _say_accepted(done)
-            statuses.append(ExitStatus.PASSED)
-    if len(nothing) == len(gates):
-        raise nothing[0]
-    return worst(*statuses)
-
-
-def _say_accepted(done: Acceptance) -> None:
-    for words, names in (("accepted", done.written), ("removed", done.deleted)):
-        if names:
-            stdout().print(f"{words}: {escape(', '.join(names))}", soft_wrap=True)
-    if done.left:
-        say(f"moved too, and left as they were: {escape(', '.join(done.left))}")
-    for one in done.broken:
-        say(
-            "[bold yellow]accepted though limits of truth are broken:[/] "
-            + escape(f"{one.scene}: {'; '.join(one.broken)}")
-        )
-    stdout().print(f"noted in {done.changelog}", soft_wrap=True, markup=False)
+        change = f"[{_COLOURS[one.change]}]{words}[/]"
+        rows.append((escape(one.scene), change, escape(one.summary)))
+    return table_of(("scene", "change", "what moved"), rows, whole=("change",))

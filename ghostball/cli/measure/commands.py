@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 import typer
 
@@ -24,18 +24,17 @@ from ghostball.cli.shared.options import (
     SceneNames,
     ShotLimit,
     TimeLimit,
-    check_plot,
     engines_option,
     out_option,
     plot_option,
 )
-from ghostball.cli.shared.terminal import command
+from ghostball.cli.shared.terminal import runs
 
 app = typer.Typer()
 
 
 @app.command()
-@command
+@runs("measure.run")
 def run(
     scene: SceneName,
     engine: EngineSpec = "ghostball",
@@ -57,24 +56,10 @@ def run(
 
     Exit status 1 where the engine fails, crashes, hangs or doesn't come to the end of the shot.
     """
-    if plot is not None:
-        if record not in (None, RecordChoice.TRAJECTORY):
-            raise typer.BadParameter(
-                f"--plot needs --record trajectory, got {record.value}", param_hint="--record"
-            )
-        record = RecordChoice.TRAJECTORY
-        check_plot(plot, films=True)
-    from ghostball.cli.measure.run import run as simulate  # noqa: PLC0415
-
-    kept: Literal["rest", "events", "trajectory"] = (record or RecordChoice.REST).value
-    as_json = form is Plain.JSON
-    raise typer.Exit(
-        simulate(scene, engine, record=kept, as_json=as_json, plot=plot, time_limit=time_limit)
-    )
 
 
 @app.command()
-@command
+@runs("measure.validate")
 def validate(
     scenes: SceneNames = None,
     engine: Annotated[
@@ -133,35 +118,10 @@ def validate(
     Exit status 1 where a limit is broken, or an engine fails, crashes, hangs or doesn't come to the
     end of a shot; 4 where no limit covers what was run, so that nothing was judged.
     """
-    from ghostball.cli.measure.validate import run as validate_all  # noqa: PLC0415
-    from ghostball.validation.parallel.cluster import cluster_at  # noqa: PLC0415
-
-    if ensemble_size is not None and ensemble is None:
-        raise typer.BadParameter(
-            "needs --ensemble K: how many times each scene is perturbed",
-            param_hint="--ensemble-size",
-        )
-    with cluster_at(cluster) as there:
-        status = validate_all(
-            scenes or [],
-            engine or [],
-            out=out,
-            metrics=metric,
-            rerun=rerun,
-            form=form,
-            jobs=jobs,
-            cluster=there,
-            time_limit=time_limit,
-            report=report,
-            figures=figures.value,
-            ensemble=ensemble,
-            ensemble_size=ensemble_size,
-        )
-    raise typer.Exit(status)
 
 
 @app.command()
-@command
+@runs("measure.explain")
 def explain(
     scene: SceneName,
     engine: EngineSpec,
@@ -190,24 +150,10 @@ def explain(
     0, whether they part or not; 1 where the engine fails, crashes, hangs or doesn't come to the end
     of the shot.
     """
-    if plot is not None:
-        check_plot(plot)
-    from ghostball.cli.measure.explain import run as explain_shot  # noqa: PLC0415
-
-    raise typer.Exit(
-        explain_shot(
-            scene,
-            engine,
-            as_json=form is Plain.JSON,
-            plot=plot,
-            attribute=attribute,
-            time_limit=time_limit,
-        )
-    )
 
 
 @app.command()
-@command
+@runs("measure.stress")
 def stress(
     only: Annotated[
         list[str] | None,
@@ -260,32 +206,10 @@ def stress(
     its folder: `ghostball report out`. Exit status 1 where an engine breaks that
     `--engine` names, or ours where none is named; 4 where no engine can be asked any of it.
     """
-    from ghostball.cli.measure.stress import run as try_all, show_list  # noqa: PLC0415
-    from ghostball.cli.shared.config import load_config  # noqa: PLC0415
-    from ghostball.validation.parallel.cluster import cluster_at  # noqa: PLC0415
-
-    suite: Literal["quick", "full"] = "full" if full else "quick"
-    as_json = form is Plain.JSON
-    if listed:
-        show_list(only or [], suite=suite, as_json=as_json)
-        return
-    with cluster_at(cluster) as there:
-        status = try_all(
-            only or [],
-            suite=suite,
-            engines=engine or [],
-            out=load_config().out / f"stress-{suite}" if out is None else out,
-            jobs=jobs,
-            cluster=there,
-            rerun=rerun,
-            time_limit=time_limit,
-            as_json=as_json,
-        )
-    raise typer.Exit(status)
 
 
 @app.command()
-@command
+@runs("measure.leaderboard")
 def leaderboard(
     engine: Annotated[
         list[str] | None,
@@ -321,29 +245,10 @@ def leaderboard(
     Cells are cases of the suite: what earlier runs measured with the same code is reused, and exit
     statuses are those of `validate`. An engine that crashes or hangs costs its own cells.
     """
-    from ghostball.cli.measure.leaderboard import run as measure  # noqa: PLC0415
-
-    if plot is not None:
-        check_plot(plot)
-    raise typer.Exit(
-        measure(
-            engine or (),
-            only=only,
-            columns=column,
-            reported=reported,
-            out=out,
-            jobs=jobs,
-            rerun=rerun,
-            time_limit=time_limit,
-            sort=sort,
-            plot=plot,
-            as_json=form is Plain.JSON,
-        )
-    )
 
 
 @app.command()
-@command
+@runs("measure.elsewhere", "grade")
 def grade(
     files: Annotated[
         list[Path],
@@ -361,6 +266,3 @@ def grade(
     a list of them, or one a line. They are asked what
     `ghostball validate` asks of any engine, and the exit status is the same.
     """
-    from ghostball.cli.measure.elsewhere import grade as judge  # noqa: PLC0415
-
-    raise typer.Exit(judge(files))

@@ -6,11 +6,10 @@ import json
 from collections.abc import Sequence
 from pathlib import Path
 
-from rich import box
 from rich.markup import escape
-from rich.table import Table
 
 from ghostball.cli.measure.verdicts import failures
+from ghostball.cli.shared.tables import table_of
 from ghostball.cli.shared.terminal import say, stdout
 from ghostball.model import GhostballError, Scene
 from ghostball.model.scene import json_schema
@@ -69,19 +68,17 @@ def grade(files: Sequence[Path]) -> int:
         except EngineError as error:
             lost.append(str(error))
     cases = [_judge(run) for run in runs]
-    table = Table(box=box.SIMPLE_HEAD)
-    for column in ("scene", "engine", "how right", "collisions", "says"):
-        table.add_column(column, no_wrap=column == "scene")
-    for case in cases:
-        table.add_row(
-            escape(case.scene),
-            escape(case.engine),
-            escape(cell_text(case)),
-            _counts(case),
-            escape(case.reason),
-        )
     if cases:
-        stdout().print(table)
+        rows = (
+            (
+                *map(escape, (case.scene, case.engine, cell_text(case))),
+                _counts(case),
+                escape(case.reason),
+            )
+            for case in cases
+        )
+        heads = ("scene", "engine", "how right", "collisions", "says")
+        stdout().print(table_of(heads, rows))
     for line in (*failures(cases), *(f"[bold red]did not finish[/] {escape(one)}" for one in lost)):
         stdout().print(line, soft_wrap=True)
     if lost:

@@ -7,12 +7,13 @@ from functools import cache, partial
 from pathlib import Path
 
 from pydantic_core import to_json
-from rich import box
 from rich.console import Group, RenderableType
 from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
+from ghostball.cli.shared.options import Plain, check_plot
+from ghostball.cli.shared.tables import table_of
 from ghostball.cli.shared.terminal import busy, say, say_printed, stdout
 from ghostball.model import Status, energy_of, initial_state
 from ghostball.reference_adapters import make_engine
@@ -38,22 +39,11 @@ NAMES = {"truth": "in truth", "engine": "in {label}"}
 
 
 def run(
-    scene: str,
-    engine: str,
-    *,
-    as_json: bool,
-    plot: Path | None,
-    attribute: bool,
-    time_limit: float,
-) -> int:
-    """Explain, and return the exit status; see the options of the command.
-
-    Raises
-    ------
-    GhostballError
-        Where the scene or the engine is unknown, the engine can't represent the scene, there is
-        nothing to explain, or the engine fails.
-    """
+    scene: str, engine: str, plot: Path | None, attribute: bool, form: Plain, time_limit: float
+) -> ExitStatus:
+    """Explain, and return the exit status; see the options of the command."""
+    if plot is not None:
+        check_plot(plot)
     made, shot = make_engine(engine), find_scene(scene)
     what = "three steps" if attribute else "one run"
     with (
@@ -64,7 +54,7 @@ def run(
     if plot is not None:
         with busy(f"drawing {plot}"):
             plot_explanation(explanation, plot)
-    if as_json:
+    if form is Plain.JSON:
         # JSON has no NaN or infinity: where an engine blew up, null stands for them.
         print(to_json(explanation.to_dict(), inf_nan_mode="null").decode())
     else:
@@ -203,21 +193,21 @@ def _margin_text(explanation: Explanation, margin: Margin) -> str:
 
 
 def _balls_table(explanation: Explanation) -> Table:
-    table = Table(box=box.SIMPLE_HEAD)
-    for heading in (
+    heads = (
         "ball",
         "apart",
-        "x, y in truth [m]",
-        f"x, y in {explanation.label} [m]",
-        "velocity in truth [m/s]",
-        f"velocity in {explanation.label} [m/s]",
-    ):
-        table.add_column(escape(heading), justify="left" if heading == "ball" else "right")
+        *(
+            escape(f"{what} in {where} {unit}")
+            for what, unit in (("x, y", "[m]"), ("velocity", "[m/s]"))
+            for where in ("truth", explanation.label)
+        ),
+    )
+    rows = []
     for one in explanation.states:
         vectors = (one.true_position, one.position, one.true_velocity, one.velocity)
         shown = (f"{x:.6f}, {y:.6f}" for x, y in vectors)
-        table.add_row(escape(one.ball), style.format_length(one.distance), *shown)
-    return table
+        rows.append((escape(one.ball), style.format_length(one.distance), *shown))
+    return table_of(heads, rows, right=heads[1:], whole=())
 
 
 def _attribution_table(found: Attribution) -> RenderableType:

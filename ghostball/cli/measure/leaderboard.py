@@ -8,12 +8,13 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import typer
-from rich import box
 from rich.markup import escape
 from rich.table import Table
 
 from ghostball.cli.measure.verdicts import failures, headline
+from ghostball.cli.shared.options import Plain, check_plot
 from ghostball.cli.shared.progress import COMPILING, Steps
+from ghostball.cli.shared.tables import table_of
 from ghostball.cli.shared.terminal import say, stdout
 from ghostball.model import GhostballError
 from ghostball.reports import style
@@ -25,24 +26,26 @@ from ghostball.validation.exit_status import ExitStatus
 
 
 def run(
-    engines: Sequence[str],
-    *,
+    engine: Sequence[str] | None,
     only: bool,
-    columns: Sequence[str] | None,
+    column: Sequence[str] | None,
     reported: bool,
+    sort: str | None,
     out: Path,
     jobs: int,
     rerun: bool,
     time_limit: float,
-    sort: str | None,
     plot: Path | None,
-    as_json: bool,
-) -> int:
+    form: Plain,
+) -> ExitStatus:
     """Measure, and return the exit status; see the options of the command."""
-    rows = tuple(engines) if only else (*ROWS, *(one for one in engines if one not in ROWS))
+    if plot is not None:
+        check_plot(plot)
+    engines = tuple(engine or ())
+    rows = engines if only else (*ROWS, *(one for one in engines if one not in ROWS))
     if not rows:
         raise GhostballError("`--only` needs at least one `--engine`")
-    chosen = _chosen("--column", [*(columns or ()), *(FAULTS if reported else ())])
+    chosen = _chosen("--column", [*(column or ()), *(FAULTS if reported else ())])
     if sort is not None:
         _chosen("--sort", [sort])
     started = time.perf_counter()
@@ -65,7 +68,7 @@ def run(
     if plot is not None:
         with style.drawing():
             style.save_one(draw_board(board, chosen), plot, about(board))
-    if as_json:
+    if form is Plain.JSON:
         typer.echo(_plain(board, shown, chosen))
     else:
         table, console = _table(board, shown, chosen), stdout()
@@ -87,13 +90,7 @@ def run(
 
 
 def _chosen(option: str, names: Sequence[str]) -> list[Column]:
-    """Return the columns of these names, or those that tell engines apart where there is none.
-
-    Raises
-    ------
-    GhostballError
-        Where there is no such column.
-    """
+    """Return the columns of these names, or those that tell engines apart where there is none."""
     for name in names:
         if name not in COLUMNS:
             raise GhostballError(f"`{option}` must be one of {', '.join(COLUMNS)}, got {name!r}")
@@ -101,13 +98,9 @@ def _chosen(option: str, names: Sequence[str]) -> list[Column]:
 
 
 def _table(board: Board, rows: Sequence[str], columns: Sequence[Column]) -> Table:
-    table = Table(box=box.SIMPLE_HEAD)
-    table.add_column("engine", no_wrap=True)
-    for column in columns:
-        table.add_column(column.id, justify="right", no_wrap=True)
-    for row in rows:
-        table.add_row(escape(row), *(_shown(board, row, column) for column in columns))
-    return table
+    names = [column.id for column in columns]
+    cells = ((escape(row), *(_shown(board, row, column) for column in columns)) for row in rows)
+    return table_of(("engine", *names), cells, right=names, whole=("engine", *names))
 
 
 def _shown(board: Board, row: str, column: Column) -> str:

@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import typer
+from rich.console import Group, RenderableType
 from rich.markup import escape
+from rich.text import Text
 
-from ghostball.cli.shared.tables import result_table
+from ghostball.cli.shared.options import Plain, RecordChoice, check_plot
+from ghostball.cli.shared.tables import facts_table, table_of
 from ghostball.cli.shared.terminal import busy, say, say_printed, stdout
-from ghostball.model import Record
+from ghostball.model import Result
 from ghostball.reference_adapters import make_engine
 from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.runs.playing import in_other_process, run_engine
@@ -19,33 +25,33 @@ from ghostball.validation.scenes.library import find_scene
 
 def run(
     scene: str,
-    spec: str,
-    *,
-    record: Record,
-    as_json: bool,
+    engine: str,
+    record: RecordChoice | None,
     plot: Path | None,
+    form: Plain,
     time_limit: float,
 ) -> ExitStatus:
-    """Simulate, and return the exit status; see the options of the command.
-
-    Raises
-    ------
-    GhostballError
-        Where scene or engine are wrong, the engine lacks what the scene needs, or it fails.
-    """
-    engine = make_engine(spec)
+    """Simulate, and return the exit status; see the options of the command."""
+    if plot is not None:
+        if record not in (None, RecordChoice.TRAJECTORY):
+            raise typer.BadParameter(
+                f"--plot needs --record trajectory, got {record.value}", param_hint="--record"
+            )
+        record = RecordChoice.TRAJECTORY
+        check_plot(plot, films=True)
+    made = make_engine(engine)
     shot = find_scene(scene)
     with (
-        busy(f"{shot.name} on {spec}"),
-        in_other_process(engine, time_limit, partial(say_printed, engine.name)) as player,
+        busy(f"{shot.name} on {engine}"),
+        in_other_process(made, time_limit, partial(say_printed, made.name)) as player,
     ):
-        result = run_engine(player, shot, record)
+        result = run_engine(player, shot, (record or RecordChoice.REST).value)
     if plot is not None:
         from ghostball.reports import plot_result  # noqa: PLC0415
 
         with busy(f"drawing {plot}"):
             plot_result(result, plot)
-    if as_json:
+    if form is Plain.JSON:
         typer.echo(result.to_json())
     else:
         stdout().print(result_table(result))
@@ -55,7 +61,44 @@ def run(
         return ExitStatus.PASSED
     why = f": {result.reason}" if result.reason else ""
     say(
-        f"[bold red]engine {escape(engine.name)} did not finish:[/] "
+        f"[bold red]engine {escape(made.name)} did not finish:[/] "
         + escape(f"{result.status.value}{why}")
     )
     return ExitStatus.CHECK_FAILED
+
+
+def result_table(result: Result) -> RenderableType:
+    """Return where the balls ended, and what happened and what it cost beneath."""
+    scene = result.scene
+    flight = scene.physics.airborne
+    quantities = ("x", "y", "z", "moved") if flight else ("x", "y", "moved")
+    heads = [escape(f"{quantity} [m]") for quantity in quantities]
+    moved = np.linalg.norm(result.rest_positions - scene.positions, axis=1)
+    rows = (
+        (escape(ball.id), *(f"{x:.9f}" for x in place[: 3 if flight else 2]), f"{way:.6f}")
+        for ball, place, way in zip(scene.balls, result.rest_positions, moved, strict=True)
+    )
+    balls = table_of(("ball", *heads), rows, right=heads)
+    heading = Text(scene.name, style="bold").append(f"  {scene.title}", style="not bold")
+    return Group(heading, balls, facts_table(_outcome(result)))
+
+
+def _outcome(result: Result) -> dict[str, str]:
+    energy = result.to_dict()["energy"]
+    status = result.status.value + (f": {result.reason}" if result.reason else "")
+    settings = ", ".join(f"{key}={value}" for key, value in result.settings.items())
+    rows = {
+        "engine": f"{result.engine} {settings}".strip(),
+        "ended": f"at t = {result.rest_time:.9f} s, {status}",
+        "collisions": _pairs(result.collision_counts),
+        "energy": f"{energy['initial']:.6g} J at the start, {energy['final']:.6g} J at the end",
+        "work": _pairs(result.work),
+        "wall time": f"{result.wall_time * 1e3:.3f} ms",
+    }
+    if result.events is not None:
+        rows["events"] = f"{len(result.events)} recorded; `--format json` prints them"
+    return rows
+
+
+def _pairs(counts: Mapping[str, Any]) -> str:
+    return ", ".join(f"{key} {value}" for key, value in counts.items()) or "none"

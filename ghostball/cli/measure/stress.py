@@ -7,18 +7,18 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from rich import box
 from rich.console import Group, RenderableType
 from rich.markup import escape
-from rich.table import Table
 
 from ghostball.cli.shared.config import load_config
+from ghostball.cli.shared.options import Plain
 from ghostball.cli.shared.progress import COMPILING, Steps
+from ghostball.cli.shared.tables import table_of
 from ghostball.cli.shared.terminal import say, stdout
 from ghostball.reference_adapters import make_engine
 from ghostball.reference_adapters.registry import OURS
 from ghostball.validation.exit_status import ExitStatus
-from ghostball.validation.parallel.cluster import Cluster
+from ghostball.validation.parallel.cluster import cluster_at
 from ghostball.validation.stress import (
     DEFAULT_ENGINES,
     FAMILIES,
@@ -43,13 +43,7 @@ FAULTS_SHOWN = 3
 
 
 def show_list(only: Sequence[str], *, suite: Suite, as_json: bool) -> None:
-    """Print the families, or, where some are named, their trials.
-
-    Raises
-    ------
-    StressError
-        Where one of `only` is the name of nothing.
-    """
+    """Print the families, or, where some are named, their trials."""
     if only:
         paths = [path_of(family, trial) for family, trial in chosen_trials(suite, only)]
         if as_json:
@@ -65,13 +59,12 @@ def show_list(only: Sequence[str], *, suite: Suite, as_json: bool) -> None:
         ]
         print(json.dumps({"families": families}))
         return
-    table = Table(box=box.SIMPLE_HEAD)
-    table.add_column("family")
-    table.add_column("trials, quick/full", justify="right")
-    table.add_column("what an engine must do to survive")
-    for one in FAMILIES.values():
-        table.add_row(one.name, "/".join(map(str, counts[one.name].values())), escape(one.asks))
-    stdout().print(table)
+    heads = ("family", "trials, quick/full", "what an engine must do to survive")
+    rows = (
+        (one.name, "/".join(map(str, counts[one.name].values())), escape(one.asks))
+        for one in FAMILIES.values()
+    )
+    stdout().print(table_of(heads, rows, right=heads[1:2]))
 
 
 def _counts(family: Family) -> dict[str, int]:
@@ -80,24 +73,30 @@ def _counts(family: Family) -> dict[str, int]:
 
 
 def run(
-    only: Sequence[str],
-    *,
-    suite: Suite,
-    engines: Sequence[str],
-    out: Path,
+    only: Sequence[str] | None,
+    engine: Sequence[str] | None,
+    full: bool,
+    out: Path | None,
     jobs: int,
-    cluster: Cluster | None,
+    form: Plain,
     rerun: bool,
+    cluster: str | None,
     time_limit: float | None,
-    as_json: bool,
+    listed: bool,
 ) -> ExitStatus:
     """Run the suite, print what was survived, and return the exit status."""
-    named = tuple(engines) or load_config().engines
+    suite: Suite = "full" if full else "quick"
+    if listed:
+        show_list(only or (), suite=suite, as_json=form is Plain.JSON)
+        return ExitStatus.PASSED
+    config = load_config()
+    named = tuple(engine or config.engines)
     labels = named or DEFAULT_ENGINES
+    folder = config.out / f"stress-{suite}" if out is None else out
     for label in named:
         # Who names an engine wants its verdict; of the default ones, those that are here will do.
         make_engine(label)
-    with Steps(COMPILING, "trying").bar() as step:
+    with cluster_at(cluster) as there, Steps(COMPILING, "trying").bar() as step:
         count = step("trying")
 
         def progress(done: int, planned: int, finding: Finding) -> None:
@@ -105,12 +104,12 @@ def run(
 
         outcome = run_stress(
             labels,
-            out,
+            folder,
             suite=suite,
-            only=only,
+            only=only or (),
             must_hold=named or (OURS,),
             jobs=jobs,
-            cluster=cluster,
+            cluster=there,
             progress=progress,
             compiling=step(COMPILING),
             reuse=not rerun,
@@ -121,7 +120,7 @@ def run(
             f"{outcome.reused} of {outcome.folder.planned} trials are known from an "
             "earlier run of the same code (--rerun tries them again)."
         )
-    if as_json:
+    if form is Plain.JSON:
         print(json.dumps(summary(outcome)))
     else:
         for part in _tables(outcome):
@@ -129,7 +128,7 @@ def run(
     if outcome.interrupted:
         say(
             f"[bold]Interrupted:[/] {len(outcome.folder.findings)} of "
-            f"{outcome.folder.planned} trials are done and kept in {escape(str(out))}. The "
+            f"{outcome.folder.planned} trials are done and kept in {escape(str(folder))}. The "
             "same command goes on from there."
         )
     return outcome.exit_status
@@ -182,14 +181,16 @@ def _survival(one: Survival, folder: StressFolder) -> dict[str, Any]:
 
 def _tables(outcome: StressOutcome) -> list[RenderableType]:
     folder = outcome.folder
-    table = Table(box=box.SIMPLE_HEAD, title=f"survived / tried, suite {folder.run.suite}")
-    table.add_column("family")
-    for label in folder.run.labels:
-        table.add_column(escape(label), justify="right")
-    for family in folder.run.families:
-        cells = [_cell(Survival(folder, family, label)) for label in folder.run.labels]
-        table.add_row(FAMILIES[family].title, *cells)
-    parts: list[RenderableType] = [table]
+    labels = [escape(label) for label in folder.run.labels]
+    rows = (
+        (
+            FAMILIES[family].title,
+            *(_cell(Survival(folder, family, label)) for label in folder.run.labels),
+        )
+        for family in folder.run.families
+    )
+    title = f"survived / tried, suite {folder.run.suite}"
+    parts: list[RenderableType] = [table_of(("family", *labels), rows, right=labels, title=title)]
     for label in folder.run.labels:
         lines = [line for family in folder.run.families for line in _faults(folder, family, label)]
         if lines:

@@ -7,13 +7,14 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import typer
 from rich.console import Console
 from rich.markup import escape
 
 from ghostball.cli.gate.regress import Gate, compare_guarded, gates_of
 from ghostball.cli.measure.verdicts import colour_of, headline, spread_table, verdict_tables
 from ghostball.cli.shared.config import load_config
-from ghostball.cli.shared.options import Format
+from ghostball.cli.shared.options import FigureChoice, Format
 from ghostball.cli.shared.progress import COMPILING, DRAWING, Steps
 from ghostball.cli.shared.report import write as write_report
 from ghostball.cli.shared.summary import printed
@@ -26,7 +27,6 @@ from ghostball.reference_adapters import (
     make_engine,
     parse_spec,
 )
-from ghostball.reports.report import Pictures
 from ghostball.validation.baselines import Regression, check_baselines
 from ghostball.validation.baselines.regression import UNCOMPARED
 from ghostball.validation.checks.criteria import SUFFIX, Criteria
@@ -37,7 +37,7 @@ from ghostball.validation.checks.verdict import (
     verdict_of,
 )
 from ghostball.validation.exit_status import ExitStatus, worst
-from ghostball.validation.parallel.cluster import Cluster
+from ghostball.validation.parallel.cluster import cluster_at
 from ghostball.validation.parallel.pool import Progress
 from ghostball.validation.results.records import (
     CERTIFIED,
@@ -71,39 +71,31 @@ class _Request:
 
 
 def run(
-    wanted: Sequence[str],
-    engines: Sequence[str],
-    *,
+    scenes: Sequence[str] | None,
+    engine: Sequence[str] | None,
     out: Path | None,
-    metrics: Sequence[str] | None,
-    rerun: bool,
-    form: Format,
     jobs: int,
-    cluster: Cluster | None,
+    form: Format,
+    metric: Sequence[str] | None,
+    rerun: bool,
+    cluster: str | None,
     time_limit: float,
     report: bool,
-    figures: Pictures,
+    figures: FigureChoice,
     ensemble: int | None,
     ensemble_size: str | None,
 ) -> int:
-    """Validate, and return the exit status; see the options of the command.
-
-    Raises
-    ------
-    GhostballError
-        Before anything runs, where the input is wrong, an engine asked for by name can't run
-        here, a metric is unknown, or a file can't be written.
-    """
-    request = _plan(wanted, engines, out, metrics, ensemble, ensemble_size)
+    """Validate, and return the exit status; see the options of the command."""
+    request = _plan(scenes or (), engine or (), out, metric, ensemble, ensemble_size)
     steps = Steps(COMPILING, RUNNING, *((DRAWING,) if report else ()))
     started = time.perf_counter()
-    with steps.bar() as step:
+    with cluster_at(cluster) as there, steps.bar() as step:
         outcome = run_suite(
             request.scenes,
             request.engines,
             request.out,
             jobs=jobs,
-            cluster=cluster,
+            cluster=there,
             progress=_progress(step(RUNNING)),
             compiling=step(COMPILING),
             criteria=request.criteria,
@@ -129,7 +121,7 @@ def run(
             for regression in compare_guarded(results, request.gates, request.scenes, time_limit):
                 status = worst(status, _say_moved(regression, console))
         if report:
-            written = write_report(request.out, jobs=jobs, figures=figures, steps=steps)
+            written = write_report(request.out, jobs=jobs, figures=figures.value, steps=steps)
             console.print(f"report: {written.page}", soft_wrap=True, markup=False)
             status = worst(status, written.status())
     except KeyboardInterrupt:
@@ -152,7 +144,12 @@ def _plan(
     ensemble: int | None,
     ensemble_size: str | None,
 ) -> _Request:
-    """Choose what is run, and check it; errors are those of `run`."""
+    """Choose what is run, and check it."""
+    if ensemble_size is not None and ensemble is None:
+        raise typer.BadParameter(
+            "needs --ensemble K: how many times each scene is perturbed",
+            param_hint="--ensemble-size",
+        )
     config = load_config()
     named = tuple(engines) or config.engines
     for spec in named:

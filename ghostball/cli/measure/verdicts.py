@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import Literal
 
-from rich import box
 from rich.console import Console, Group, RenderableType
 from rich.markup import escape
 from rich.measure import Measurement
 from rich.table import Table
 
+from ghostball.cli.shared.tables import table_of
 from ghostball.reports import style
 from ghostball.reports.accuracy import (
     CLASSES,
@@ -64,12 +63,9 @@ def verdict_tables(results: Results, console: Console) -> RenderableType:
 
 def spread_table(results: Results, size: Size) -> RenderableType:
     """Return how the ends of varied starts vary, of this size at most."""
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 2, 0, 0))
-    for heading in HEADER:
-        justify: Literal["left", "right"] = "left" if heading in HEADER[:2] else "right"
-        table.add_column(escape(heading), no_wrap=True, justify=justify)
-    for row in rows_of(results):
-        table.add_row(*map(escape, row))
+    heads = [escape(head) for head in HEADER]
+    rows = (tuple(map(escape, row)) for row in rows_of(results))
+    table = table_of(heads, rows, right=heads[2:], whole=heads)
     key = f"[dim]Starts varied by {escape(str(size))} at most. {escape(SPREAD_KEY)}[/]"
     return Group(table, key, *map(escape, remarks_of(results)))
 
@@ -99,13 +95,12 @@ def headline(outcome: Outcome, seconds: float) -> str:
 
 
 def _matrix(results: Results) -> Table:
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 2, 0, 0))
-    table.add_column("scene", no_wrap=True)
-    for label in results.labels:
-        table.add_column(style.engine_name(label).replace(", ", "\n"), no_wrap=True)
-    for scene in results.scene_names:
-        table.add_row(scene, *(_cell(results.case(scene, label)) for label in results.labels))
-    return table
+    engines = [style.engine_name(label).replace(", ", "\n") for label in results.labels]
+    rows = (
+        (scene, *(_cell(results.case(scene, label)) for label in results.labels))
+        for scene in results.scene_names
+    )
+    return table_of(("scene", *engines), rows, whole=("scene", *engines))
 
 
 def _cell(case: CaseRecord | None) -> str:
@@ -120,32 +115,26 @@ def _cell(case: CaseRecord | None) -> str:
 
 
 def _engines(results: Results) -> Table:
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
-    table.add_column("engine", no_wrap=True)
     kinds = kinds_of(results.cases)
-    for heading in (
-        *(f"[{CLASSES[kind].terminal}]{_stacked(CLASSES[kind].short)}[/]" for kind in kinds),
-        "can't\nplay",
-        "did not\nfinish",
-        "typical\nerror",
-        "typical\ntime",
-        "as\nexpected",
-        "worse",
-    ):
-        table.add_column(heading, justify="right", no_wrap=True, vertical="bottom")
+    heads = [f"[{CLASSES[k].terminal}]{_stacked(CLASSES[k].short)}[/]" for k in kinds]
+    heads += ["can't\nplay", "did not\nfinish", "typical\nerror", "typical\ntime"]
+    heads += ["as\nexpected", "worse"]
+    rows = []
     for label in results.labels:
         found = tally(results, label)
-        table.add_row(
-            escape(label),
-            *(_count(found.counts.get(kind, 0), CLASSES[kind].terminal) for kind in kinds),
-            str(found.unable),
-            _alarming(found.crashed),
-            style.format_length(found.typical),
-            style.format_time(found.seconds),
-            str(found.expected),
-            _alarming(found.worse),
+        rows.append(
+            (
+                escape(label),
+                *(_count(found.counts.get(kind, 0), CLASSES[kind].terminal) for kind in kinds),
+                str(found.unable),
+                _alarming(found.crashed),
+                style.format_length(found.typical),
+                style.format_time(found.seconds),
+                str(found.expected),
+                _alarming(found.worse),
+            )
         )
-    return table
+    return table_of(("engine", *heads), rows, right=heads, whole=("engine", *heads))
 
 
 def _stacked(heading: str) -> str:

@@ -64,13 +64,7 @@ class Config(BaseModel):
 
 
 def load_config(start: Path | None = None) -> Config:
-    """Return the configuration of the project that a folder is in, the working directory's.
-
-    Raises
-    ------
-    ConfigError
-        Where the file is no TOML, or a key or a value is wrong.
-    """
+    """Return the configuration of the project that a folder is in, the working directory's."""
     here = (start or Path.cwd()).resolve()
     for folder in (here, *here.parents):
         table = load_table(folder / FILE)
@@ -80,12 +74,7 @@ def load_config(start: Path | None = None) -> Config:
 
 
 def load_table(path: Path) -> Any:
-    """Return the table of a file, or None where there is none.
-
-    Raises
-    ------
-    ConfigError
-    """
+    """Return the table of a file, or None where there is none."""
     try:
         text = path.read_text(encoding="utf-8")
     except (FileNotFoundError, NotADirectoryError, PermissionError):

@@ -217,10 +217,6 @@ def refuse_given(context: typer.Context, why: str, *names: str) -> None:
         Why they would; the beginning of a sentence.
     names : str
         As the command's function calls them.
-
-    Raises
-    ------
-    typer.BadParameter
     """
     for parameter in context.command.params:
         source = context.get_parameter_source(parameter.name or "")
@@ -245,13 +241,7 @@ def plot_option(what: str) -> typer.models.OptionInfo:
 
 
 def check_plot(path: Path, *, films: bool = False) -> None:
-    """Refuse a picture that can't be made, before the run; `films` says whether it may move.
-
-    Raises
-    ------
-    GhostballError
-        Where it can't be written.
-    """
+    """Refuse a picture that can't be made, before the run; `films` says whether it may move."""
     from ghostball.reports.film import FILMS  # noqa: PLC0415
     from ghostball.reports.plot import ENDINGS  # noqa: PLC0415
 

@@ -39,13 +39,7 @@ class Written:
 
 
 def write(folder: Path, *, jobs: int, figures: Pictures, steps: Steps | None = None) -> Written:
-    """Write the report, with a bar that says how far it is: of all `steps`, or of this one.
-
-    Raises
-    ------
-    GhostballError
-        Where the folder holds no results, they are damaged, or nothing can be written.
-    """
+    """Write the report, with a bar that says how far it is: of all `steps`, or of this one."""
     with (steps or Steps(DRAWING)).bar(DRAWING) as step:
         try:
             return Written(write_report(folder, progress=step(DRAWING), jobs=jobs, figures=figures))

@@ -14,13 +14,7 @@ from ghostball.validation.results.store import Results
 
 
 def printed(folder: Path, form: Format) -> str:
-    """Return what stored results came to, with what changed where the folder holds a comparison.
-
-    Raises
-    ------
-    GhostballError
-        Where the folder can't be read.
-    """
+    """Return what stored results came to, with what changed where the folder holds a comparison."""
     results, regressions = Results.open(folder), load_regressions(folder)
     if form is Format.GITHUB:
         return summary_markdown(results, *regressions)

@@ -13,6 +13,7 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, ParamSpec
 
@@ -74,6 +75,26 @@ def command(function: Callable[P, None]) -> Callable[P, None]:
     return run
 
 
+def runs(module: str, function: str = "run") -> Callable[[Callable[P, None]], Callable[P, None]]:
+    """Make a command of its options alone: they go by name to a function of `ghostball.cli`.
+
+    What that returns is the exit status. Its module is imported when the command is called:
+    `ghostball --help` must not wait for numpy and the engines.
+    """
+
+    def decorate(options: Callable[P, None]) -> Callable[P, None]:
+        @functools.wraps(options)
+        def call(*args: P.args, **kwargs: P.kwargs) -> None:
+            does = getattr(import_module(f"ghostball.cli.{module}"), function)
+            raise typer.Exit(does(*args, **kwargs) or ExitStatus.PASSED)
+
+        made = command(call)
+        made.does = module, function  # type: ignore[attr-defined]  # for the test of parameters
+        return made
+
+    return decorate
+
+
 def stdout() -> Console:
     """Return the console of results."""
     return _console(stderr=False)
@@ -115,13 +136,7 @@ def busy(message: str) -> Iterator[None]:
 
 
 def check_writable(path: Path, option: str) -> None:
-    """Refuse a file that can't be written, before any work is done for it.
-
-    Raises
-    ------
-    GhostballError
-        Where its folder doesn't exist, can't be written to, or `path` is a folder itself.
-    """
+    """Refuse a file that can't be written, before any work is done for it."""
     try:
         if path.is_dir():
             raise IsADirectoryError(None, "is a folder")

@@ -16,16 +16,14 @@ from ghostball.cli.shared.options import (
     Plain,
     PlainFormat,
     complete_scene,
-    refuse_given,
 )
-from ghostball.cli.shared.terminal import command, say, stdout
-from ghostball.validation.exit_status import ExitStatus
+from ghostball.cli.shared.terminal import runs
 
 app = typer.Typer()
 
 
 @app.command()
-@command
+@runs("show.stored", "report")
 def report(
     context: typer.Context,
     folder: Annotated[
@@ -48,33 +46,10 @@ def report(
 
     Runs of `stress` within the folder are a section of it.
     """
-    if form is not None:
-        why = "`--format` prints results, and writes no report"
-        refuse_given(context, why, "opened", "figures", "jobs")
-        from ghostball.cli.shared.summary import printed  # noqa: PLC0415
-
-        typer.echo(printed(folder, form), nl=False)
-        return
-    from ghostball.cli.shared.report import write  # noqa: PLC0415
-    from ghostball.validation.results.database import documents_in  # noqa: PLC0415
-
-    if documents_in(folder) == {"stress"}:
-        from ghostball.model import GhostballError  # noqa: PLC0415
-
-        raise GhostballError(
-            f"{folder}: holds a run of `ghostball stress`, which is a section of the report of the "
-            f"folder that it lies in: `ghostball validate --out {folder.parent}`, then `ghostball "
-            f"report {folder.parent}`"
-        )
-    written = write(folder, jobs=jobs, figures=figures.value)
-    typer.echo(written.page)
-    if opened:
-        typer.launch(written.page.resolve().as_uri())
-    raise typer.Exit(written.status())
 
 
 @app.command()
-@command
+@runs("show.stored", "export")
 def export(
     folder: Annotated[
         Path, typer.Argument(metavar="DIR", help="Folder of a run, of any command that has --out.")
@@ -89,14 +64,10 @@ def export(
     There is a file for each table, such as cases, checks, metrics and events.
     `Results.open(DIR).to_frame()` gives Python the same tables as data frames.
     """
-    from ghostball.validation.results.frames import export as write  # noqa: PLC0415
-
-    for path in write(folder, folder / "export" if out is None else out):
-        typer.echo(path)
 
 
 @app.command()
-@command
+@runs("show.lists", "scenes")
 def scenes(
     wanted: Annotated[
         list[str] | None,
@@ -117,29 +88,10 @@ def scenes(
     form: PlainFormat = Plain.TEXT,
 ) -> None:
     """List the shipped scenes; of a single one, show its file."""
-    if export is not None:
-        from ghostball.cli.measure.elsewhere import export_scenes  # noqa: PLC0415
-
-        raise typer.Exit(export_scenes(export, wanted or []))
-    if schema:
-        from ghostball.model.scene import json_schema  # noqa: PLC0415
-
-        typer.echo(json_schema())
-        return
-    from ghostball.cli.shared import tables  # noqa: PLC0415
-    from ghostball.validation.scenes.library import select  # noqa: PLC0415
-
-    found = select(wanted or [])
-    if form is Plain.JSON:
-        typer.echo(tables.scenes_json(found))
-    elif wanted and len(found) == 1:
-        typer.echo(tables.scene_text(found[0]), nl=False)
-    else:
-        stdout().print(tables.scenes_table(found))
 
 
 @app.command()
-@command
+@runs("show.lists", "engines")
 def engines(
     names: Annotated[
         list[str] | None,
@@ -147,28 +99,16 @@ def engines(
     ] = None,
 ) -> None:
     """List the engines; of those that are named, their settings and what each represents."""
-    from ghostball.cli.shared.tables import engine_blocks, engines_table  # noqa: PLC0415
-
-    if not names:
-        stdout().print(engines_table())
-    for block in engine_blocks(names or ()):
-        stdout().print(block)
 
 
 @app.command()
-@command
+@runs("show.lists", "metrics")
 def metrics(form: PlainFormat = Plain.TEXT) -> None:
     """List the metrics, which limits and --metric name."""
-    from ghostball.cli.shared import tables  # noqa: PLC0415
-
-    if form is Plain.JSON:
-        typer.echo(tables.metrics_json())
-    else:
-        stdout().print(tables.metrics_table())
 
 
 @app.command()
-@command
+@runs("show.init", "init")
 def init(
     engine: Annotated[
         str | None,
@@ -186,19 +126,9 @@ def init(
 
     Then `ghostball regress` and `ghostball accept --reason "..."` make the first gate.
     """
-    from ghostball.cli.show.init import init as write  # noqa: PLC0415
-
-    write(engine)
 
 
 @app.command()
-@command
+@runs("show.doctor", "doctor")
 def doctor() -> None:
     """Check the installation; exit status 1 where it is broken."""
-    from ghostball.cli.show.doctor import examine  # noqa: PLC0415
-
-    findings, healthy = examine()
-    stdout().print(findings)
-    if not healthy:
-        say("[bold red]Something is broken;[/] see above.")
-        raise typer.Exit(ExitStatus.CHECK_FAILED)

@@ -15,9 +15,11 @@ from rich import box
 from rich.markup import escape
 from rich.table import Table
 
+from ghostball.cli.shared.terminal import say, stdout
 from ghostball.engine.core.cache_folder import cache_folder
 from ghostball.model import GhostballError
 from ghostball.reference_adapters import EngineError, engine_class, engine_names
+from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.results.environment import cpu_name
 from ghostball.validation.scenes import library
 
@@ -40,8 +42,8 @@ class Finding(NamedTuple):
     detail: str
 
 
-def examine() -> tuple[Table, bool]:
-    """Return a table of all findings, and whether none is broken."""
+def doctor() -> ExitStatus:
+    """Print a table of all findings, and return whether none is broken."""
     findings = [finding for check in CHECKS for finding in check()]
     table = Table(box=box.SIMPLE_HEAD, show_header=False)
     table.add_column("subject", no_wrap=True)
@@ -49,7 +51,11 @@ def examine() -> tuple[Table, bool]:
     table.add_column("detail", overflow="fold")
     for finding in findings:
         table.add_row(escape(finding.subject), finding.state.value, escape(finding.detail))
-    return table, all(finding.state is not State.BROKEN for finding in findings)
+    stdout().print(table)
+    if any(finding.state is State.BROKEN for finding in findings):
+        say("[bold red]Something is broken;[/] see above.")
+        return ExitStatus.CHECK_FAILED
+    return ExitStatus.PASSED
 
 
 def _python() -> Iterator[Finding]:

@@ -38,13 +38,7 @@ class ExistsError(GhostballError, FileExistsError):
 
 
 def init(engine: str | None) -> None:
-    """Write `[tool.ghostball]`, and, unless one is named, an engine to begin from.
-
-    Raises
-    ------
-    GhostballError
-        Where there is one already, or the engine isn't there. Nothing is written then.
-    """
+    """Write `[tool.ghostball]`, and, unless one is named, an engine to begin from."""
     path = Path(FILE)
     if load_table(path) is not None:
         raise ConfigError(f"{path}: has `[tool.ghostball]` already. Edit it there")

@@ -154,14 +154,6 @@
   // Where no script runs, they lead to the scene alone.
   for (const link of document.querySelectorAll("a[data-view]")) link.href = link.dataset.view;
 
-  for (const element of document.querySelectorAll("[data-compare]")) {
-    whenSeen(element, () => {
-      const { replay: id, ...data } = dataOf(element.dataset.compare);
-      // Where the base has no motion, the scene comes from its replay.
-      window.Ghostball?.mountCompare?.(element, id ? { scene: dataOf(id), ...data } : data);
-    });
-  }
-
   if (navigator.clipboard) {
     for (const button of document.querySelectorAll(".copy")) {
       button.hidden = false;

@@ -6,6 +6,8 @@ import signal
 import subprocess
 import sys
 import time
+from importlib import import_module
+from inspect import signature
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -14,7 +16,7 @@ from stored_results import cut_short, in_database
 from typer.testing import CliRunner
 
 import ghostball.reference_adapters.pybullet.world
-from ghostball.cli import app
+from ghostball.cli import PARTS, app
 from ghostball.model.features import Feature
 from ghostball.reference_adapters import make_engine
 from ghostball.reference_adapters.paper.discrete import PaperDiscreteEngine
@@ -505,6 +507,14 @@ def test_help_loads_none_of_the_heavy_packages():
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.splitlines()[-1] == "[]"
     assert "Exit status: 0 all passed" in done.stdout
+
+
+def test_what_a_command_does_takes_its_options():
+    # Breaks where an option is given another name, or is not looked at: nothing else checks that.
+    for one in (found for part in PARTS for found in part.registered_commands):
+        module, function = one.callback.does
+        does = getattr(import_module(f"ghostball.cli.{module}"), function)
+        assert [*signature(does).parameters] == [*signature(one.callback).parameters]
 
 
 def test_the_command_is_installed_and_is_the_module():

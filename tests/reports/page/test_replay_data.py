@@ -9,13 +9,17 @@ from replay_decoder import Packed, decoded, place_at, turned_by
 
 from ghostball.engine import simulate
 from ghostball.model import EVENT_DTYPE, Ball, Phase, Scene, Table
-from ghostball.reports.page.replay_data import MAX_EVENTS, motion_data, scene_data
+from ghostball.reports.page.replay_data import MAX_EVENTS, motions_data, scene_data
 from ghostball.reports.page.replay_tracks import FARTHEST, TOLERANCE, packed, tick_of, track_of
 from ghostball.reports.shots import load_shot
 from ghostball.validation.results.records import Motion
 from ghostball.validation.results.store import Results
 from ghostball.validation.runs.sampling import motion_of
 from ghostball.validation.scenes.library import find_scene
+
+
+def motion_data(scene, motion, label="ghostball"):
+    return motions_data(scene, {label: motion})
 
 
 def motion_of_path(times, xy, events=()) -> Motion:
