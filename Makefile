@@ -87,7 +87,7 @@ test-slow: kernels  ## the tests that take long
 	$(PYTEST) -m slow --durations=10 $(SLOW)
 
 # Every line and branch of a kernel that some test runs is run by these too, in a quarter of the time,
-# and the stored hashes of `test_determinism.py` hold. Each file's tests share what they load.
+# and shots have the bits of their baselines (`test_shot.py`). Each file's tests share what they load.
 test-nojit: $(READY)  ## tests that run every line of the kernels, without compilation
 	export NUMBA_DISABLE_JIT=1; $(call with_coverage,interpreted) \
 		--dist loadfile -m "not slow and not compiled" tests/model tests/engine
@@ -99,13 +99,11 @@ coverage: engines test test-nojit  ## coverage of both runs
 	$(BIN)/coverage report
 
 # A negative index that wraps is seen by compiled bounds checks alone. These tests run every module
-# of kernels. Compiling takes most of the time, so shots run the kernels with all parts, and but a
-# few of them a variant that leaves some out (tests/support/whole_kernels.py); sweeps would ask for
-# two more. Checks are the same where the optimiser does less, and so is every bit: it compiles in
-# three quarters of the time.
+# of kernels. Compiling takes most of the time, so shots run the kernels with all parts
+# (tests/support/kernels.py); sweeps would ask for two variants more. Checks are the same where the
+# optimiser does less, and so is every bit: it compiles in three quarters of the time.
 CHECKED := NUMBA_BOUNDSCHECK=1 NUMBA_OPT=1
-BOUNDED := impacts resting_contact scheduling sensitivity test_batch.py \
-	test_unchecked_scenes.py
+BOUNDED := impacts resting_contact scheduling sensitivity test_batch.py test_shot.py
 
 test-boundscheck: $(READY)  ## tests of the kernels with bounds checks
 	$(CHECKED) $(COMPILE)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from whole_kernels import checks_bounds, use_whole_kernels
+from kernels import checks_bounds, use_whole_kernels
 
 if checks_bounds():
     use_whole_kernels()

@@ -156,7 +156,7 @@ def far_away(velocity, **fields):
     return scene_of(*balls, t_max=1.0)
 
 
-@pytest.mark.parametrize(
+OVERFULL = pytest.mark.parametrize(
     "scene",
     [
         # More pairs hit at once than balls side by side can: all run to the middle.
@@ -166,12 +166,19 @@ def far_away(velocity, **fields):
     ],
     ids=["hit", "pressed"],
 )
+"""Scenes in order, whose balls overlap by no more than rounding."""
+
+
+@OVERFULL
 def test_more_contacts_than_there_is_room_for_end_the_run(scene):
-    # A scene in order: its balls overlap by no more than rounding.
     for no_skip in ([], ["contacts"]):
         result = simulate(scene, record="events", no_skip=no_skip, max_events=100)
         assert result.status is Status.FAILED
         assert "more balls touch than can lie side by side" in result.reason
+
+
+@OVERFULL
+def test_more_contacts_than_there_is_room_for_end_a_shot_of_a_sweep(scene):
     vx, vy, _ = scene.balls[0].velocity
     batch = simulate_sweep(scene, math.hypot(vx, vy), [math.atan2(vy, vx)], max_events=100)
     assert not batch.complete.any()

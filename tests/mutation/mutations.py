@@ -111,7 +111,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "        if contacts.motion[a, DEGREE] == 1.0 and contacts.motion[b, DEGREE] == 1.0:",
         "        if contacts.motion[a, DEGREE] >= 1.0:",
         "A ball that hits two at once hits one, then the other.",
-        "tests/engine/resting_contact/test_closed_ends.py"
+        "tests/engine/resting_contact/test_step.py"
         "::test_a_shot_ends_as_its_closed_form_says[three-ball-symmetric-1e-14-1e-14]",
     ),
     # What an impact does.
@@ -209,7 +209,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "    if nx * balls.state[i].vx + ny * balls.state[i].vy < -math.inf:\n"
         "        bounce(balls, i, second, laws)",
         "A ball that runs into a corner bounces off one cushion only.",
-        "tests/engine/resting_contact/test_closed_ends.py"
+        "tests/engine/resting_contact/test_step.py"
         "::test_a_shot_ends_as_its_closed_form_says[corner-exact-1e-14-1e-14]",
     ),
     # What the cloth does.
@@ -252,7 +252,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "        change = forces[c, FORCE] - forces[c, FORCE_BEFORE]",
         "        change = max(0.0, forces[c, FORCE] - forces[c, FORCE_BEFORE])",
         "The force of a contact never lessens: it goes on pushing when nothing presses any more.",
-        "tests/engine/resting_contact/test_closed_ends.py"
+        "tests/engine/resting_contact/test_step.py"
         "::test_a_shot_ends_as_its_closed_form_says[push-1e-06-5e-06]",
     ),
     Mutation(
@@ -261,7 +261,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "        contacts.motion[b, LOAD_X] += fx\n",
         "        contacts.motion[b, LOAD_X] += 0.5 * fx\n",
         "Of two balls pressed together, one feels along x only half of the force.",
-        "tests/engine/resting_contact/test_closed_ends.py"
+        "tests/engine/resting_contact/test_step.py"
         "::test_a_shot_ends_as_its_closed_form_says[push-1e-06-5e-06]",
     ),
     Mutation(
@@ -270,7 +270,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "        balls.state[k].vx += x",
         "        balls.state[k].vx += 2.0 * x",
         "Where balls start to press each other, what ends their approach acts twice along x.",
-        "tests/engine/resting_contact/test_held_to_cushion.py"
+        "tests/engine/resting_contact/test_capture.py"
         "::test_it_leaves_the_cushion_as_rebounds_of_vanishing_speed_make_it[0.02-0.1-spin1-0.0357]",
     ),
     Mutation(
@@ -334,7 +334,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "    toward = down * sine - cosine",
         "    toward = -down * sine - cosine",
         "The friction that holds a ball at a cushion's nose lifts its normal force the wrong way.",
-        "tests/engine/resting_contact/test_held_to_cushion.py"
+        "tests/engine/resting_contact/test_capture.py"
         "::test_it_leaves_the_cushion_as_rebounds_of_vanishing_speed_make_it[0.05-0.3-spin0-0.0357]",
     ),
     Mutation(
@@ -343,7 +343,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "        ball.bz = (turn_at(contacts, k, 2, part) - alone) / time",
         "        ball.bz = (turn_at(contacts, k, 2, part) - ball.wz) / time",
         "Along a motion that is followed, the cloth slows the spin about the vertical twice.",
-        "tests/engine/resting_contact/test_held_to_cushion.py"
+        "tests/engine/resting_contact/test_capture.py"
         "::test_it_leaves_the_cushion_as_rebounds_of_vanishing_speed_make_it[0.05-0.3-spin0-0.0357]",
     ),
     Mutation(
@@ -352,7 +352,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "        ax = ((x - from_x) - 2.0 * time * ball.vx) / (time * time) - 0.5 * ax",
         "        ax = ((x - from_x) - 2.0 * time * ball.vx) / (time * time) - ax",
         "The first of two pieces doesn't lead along x to where the second is to end.",
-        "tests/engine/resting_contact/test_closed_ends.py"
+        "tests/engine/resting_contact/test_step.py"
         "::test_a_shot_ends_as_its_closed_form_says[push-1e-06-5e-06]",
     ),
     Mutation(

@@ -9,7 +9,7 @@ import sys
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 
-from whole_kernels import checks_bounds, use_whole_kernels
+from kernels import checks_bounds, use_whole_kernels
 
 from ghostball.engine.core import kernel
 from ghostball.engine.running import driver
@@ -36,36 +36,30 @@ SHOTS = [
 if checks_bounds():
     use_whole_kernels()
     SHOTS = [{INTEGRATED, CONTACTS, *one} for one in (set(), {CELLS}, {DRAG}, {FLIGHT})]
-    SHOTS.append({INTEGRATED})  # of a test of runs that begin without contacts
 
 
 def variant_with(parts: set[int]) -> Variant:
     return Variant(*(part in parts for part in range(5)))
 
 
-def missing() -> list[tuple[str, set[int]]]:
-    """Return what isn't in the cache: what it is for, and the parts that it has."""
-    shots = [("shots", parts) for parts in SHOTS]
-    derivatives = [("sensitivity", parts) for parts in ({INTEGRATED}, set())]
-    every = [*shots[:2], *derivatives, *shots[2:]]
-    return [one for one in every if not kernel.compiled(name_of(*one))]
+def missing() -> list[Variant | None]:
+    """Return the variants of shots that the cache lacks, and None for derivatives along a shot."""
+    every = [*map(variant_with, SHOTS)]
+    every.insert(2, None)
+    return [
+        one for one in every if not kernel.compiled(one.name("shots") if one else "sensitivity")
+    ]
 
 
-def name_of(what: str, parts: set[int]) -> str:
-    if what == "sensitivity":
-        return what + ", integrated laws" * (INTEGRATED in parts)
-    return variant_with(parts).name(what)
-
-
-def compile_one(what: str, parts: set[int]) -> None:
-    if what == "shots":
-        driver.warm_up(variant_with(parts))
+def compile_one(variant: Variant | None) -> None:
+    if variant is None:
+        tangent_map._warm_up(False)
     else:
-        tangent_map._warm_up(INTEGRATED in parts)
+        driver.warm_up(variant)
 
 
 if __name__ == "__main__":
     todo = missing()
     with ProcessPoolExecutor(int(sys.argv[1]), mp_context=get_context("spawn")) as pool:
-        for done in [pool.submit(compile_one, *one) for one in todo]:
+        for done in [pool.submit(compile_one, one) for one in todo]:
             done.result()

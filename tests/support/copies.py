@@ -11,17 +11,16 @@ INSTALLED = Path(engine.__file__).parent.parent
 """The package `ghostball`, in which the others are found."""
 
 
-def copy_packages(folder: Path, *packages: str, bytecode: bool = True) -> Path:
+def copy_packages(folder: Path, *packages: str) -> Path:
     """Make a package `ghostball` in a folder in which some parts are copies; return its place.
 
-    All else is a link to what it is here. With the bytecode that Python has compiled, or without.
+    All else is a link to what it is here. The bytecode that Python has compiled is copied, too.
     """
     place = folder / "ghostball"
     place.mkdir(parents=True)
-    ignored = None if bytecode else shutil.ignore_patterns("__pycache__")
     for part in INSTALLED.iterdir():
         if part.name in packages:
-            shutil.copytree(part, place / part.name, ignore=ignored)
+            shutil.copytree(part, place / part.name)
         elif part.name != "__pycache__":
             (place / part.name).symlink_to(part.resolve())
     return place

@@ -1,11 +1,23 @@
-"""Kernels that tests call, though only other kernels do in the engine."""
+"""The kernels as tests run them: called by Python, and, with bounds checked, with all their parts.
+
+Compiling a variant that leaves parts out takes most of what it costs, and its results are the same
+to the bit. So where kernels are compiled for one test run, as under bounds checks, shots run those
+with all parts.
+"""
 
 from __future__ import annotations
 
-from functools import cache
+from collections.abc import Collection
+from functools import cache, wraps
 from typing import Any
 
+import numba
+
 from ghostball.engine.core.kernel import kernel
+from ghostball.engine.running import driver
+from ghostball.engine.running.driver import Run
+from ghostball.engine.running.skips import Skip
+from ghostball.model import Scene
 
 
 @cache
@@ -18,3 +30,29 @@ def entry_to(inner: Any) -> Any:
     if function is None or not inner.targetoptions["no_cpython_wrapper"]:
         return inner
     return kernel(entry=True)(function)
+
+
+PARTS = frozenset((Skip.CONTACTS, Skip.INTEGRATED_LAWS))
+"""What is never left out, where a test doesn't ask for it."""
+
+
+def checks_bounds() -> bool:
+    """Whether kernels are compiled with every access to an array checked."""
+    return bool(numba.config.BOUNDSCHECK) and not numba.config.DISABLE_JIT
+
+
+def use_whole_kernels() -> None:
+    """Have all shots of this process begin with contacts and with the laws that integrate.
+
+    But not those of sweeps, whose scene has one layout for all.
+    """
+    make = Run.__init__
+
+    @wraps(make)
+    def make_whole(
+        self: Run, scene: Scene, keep_log: bool, off: Collection[Skip] = frozenset()
+    ) -> None:
+        make(self, scene, keep_log, PARTS.union(off))
+
+    changed: Any = driver
+    changed.Run.__init__ = make_whole

@@ -14,6 +14,18 @@ R = 0.028575
 
 POOL_TABLE = Table(length=2.54, width=1.27)
 
+FLIES = {
+    "motion": "sliding",
+    "airborne": True,
+    "table_restitution": 0.5,
+    "sliding_friction": 0.2,
+    "rolling_friction": 0.01,
+}
+"""Physics of balls that leave the cloth."""
+
+JUST_ABOVE = R * (1 + 2.0**-50)
+"""A height from which a ball comes down at once."""
+
 
 def ball(
     position: Sequence[float], velocity: Sequence[float] = (0.0, 0.0), **fields: Any

@@ -40,7 +40,7 @@ with compiling("calls"):
 @pytest.fixture
 def copy(tmp_path):
     """A copy of the engine with the two kernels."""
-    sources = copy_packages(tmp_path, "engine", bytecode=False) / "engine"
+    sources = copy_packages(tmp_path, "engine") / "engine"
     (sources / "_callee.py").write_text(CALLEE)
     (sources / "_caller.py").write_text(CALLER)
     return tmp_path
@@ -66,9 +66,6 @@ def test_an_edited_callee_in_another_file_is_seen(copy):
     first, compiling = run_copy(copy, cache)
     assert first == 7.0
     assert "compiling" in compiling
-    again, silent = run_copy(copy, cache)
-    assert again == first
-    assert "compiling" not in silent  # the cache serves a later process
     (copy / "ghostball/engine/_callee.py").write_text(CALLEE.replace("2.0 * x", "3.0 * x"))
     assert run_copy(copy, cache)[0] == 10.0
 

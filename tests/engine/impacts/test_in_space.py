@@ -6,21 +6,10 @@ import math
 
 import numpy as np
 import pytest
-from shots import R, ball, scene_of
+from shots import FLIES, JUST_ABOVE, R, ball, scene_of
 
 from ghostball.engine import simulate
-from ghostball.engine.core.tolerances import EPS
 from ghostball.model import EventKind, Phase, Table
-
-FLIES = {
-    "motion": "sliding",
-    "airborne": True,
-    "table_restitution": 0.5,
-    "sliding_friction": 0.2,
-    "rolling_friction": 0.01,
-}
-JUST_ABOVE = R * (1 + 4 * EPS)
-"""A height from which a ball comes down at once."""
 
 
 def after_the_first_event(scene):
@@ -62,9 +51,6 @@ def test_a_bounce_on_the_table_is_the_published_one(velocity, spin, then, turnin
     assert w[0] == pytest.approx(turning, abs=1e-10)
     invariant = [velocity[0] + 0.4 * R * spin[1], velocity[1] - 0.4 * R * spin[0]]
     assert [v[0, 0] + 0.4 * R * w[0, 1], v[0, 1] - 0.4 * R * w[0, 0]] == pytest.approx(invariant)
-
-
-# --- two balls
 
 
 # --- a cushion's nose

@@ -6,21 +6,13 @@ import math
 
 import numpy as np
 import pytest
-from shots import R, ball, scene_of
+from shots import FLIES, JUST_ABOVE, R, ball, scene_of
 
 from ghostball.engine import simulate
 from ghostball.engine.core.tolerances import EPS
 from ghostball.model import EventKind, Phase, Status, Table
 
 G = 9.81
-FLIES = {
-    "motion": "sliding",
-    "airborne": True,
-    "table_restitution": 0.5,
-    "sliding_friction": 0.2,
-    "rolling_friction": 0.01,
-}
-JUST_ABOVE = R * (1 + 4 * EPS)
 
 
 def landings(result):

@@ -132,21 +132,20 @@ def too_many_to_follow() -> Line:
 
 
 @pytest.mark.parametrize(
-    ("make", "rough", "steps"),
+    ("make", "rough"),
     [
-        pytest.param(sticks_to_cushion, 1.0, 32, id="sticks_to_cushion"),
+        pytest.param(sticks_to_cushion, 1.0, id="sticks_to_cushion"),
         # Forces on the light ball are 900 times those of its cloth.
-        pytest.param(sticks_before_a_heavy_ball, 40.0, 512, id="sticks_before_a_heavy_ball"),
-        pytest.param(stick_to_each_other, 1.0, 32, id="stick_to_each_other"),
-        pytest.param(too_many_to_follow, 1.0, 32, id="too_many_to_follow"),
+        pytest.param(sticks_before_a_heavy_ball, 40.0, id="sticks_before_a_heavy_ball"),
+        pytest.param(stick_to_each_other, 1.0, id="stick_to_each_other"),
+        pytest.param(too_many_to_follow, 1.0, id="too_many_to_follow"),
     ],
 )
 def test_contacts_that_are_held_in_steps_rub_by_coulombs_law(
-    make: Callable[[], Line], rough: float, steps: int
+    make: Callable[[], Line], rough: float
 ) -> None:
     scene, touches = make()
-    expected = pressed_motion(scene, touches, steps)
-    assert np.max(np.abs(expected - pressed_motion(scene, touches, steps // 2))) < rough * 1e-12
+    expected = pressed_motion(scene, touches)
     result = simulate(scene, record="events")
     assert result.work["contact_steps"] >= 5
     assert result.work.get("contact_pieces", 0) == 0

@@ -78,7 +78,7 @@ def test_a_rolling_ball_that_slips_throughout():
     ],
 )
 def test_slips_that_turn_follow_the_published_equations(impact, laws):
-    expected = followed(impact, laws, first=1e-8, longest=2e-3)
+    expected = followed(impact, laws)
     assert outcome(mathavan2010(impact, laws)) == pytest.approx(expected, abs=ACCURACY)
 
 

@@ -1,4 +1,4 @@
-"""The laws of ball-ball impacts: closed forms, published numbers, properties.
+"""The frictional law of ball-ball impacts, and what it shares with mathavan2014.
 
 What a law returns is judged by what it does to the balls, as `BallImpulse` says it acts.
 """

@@ -1,4 +1,4 @@
-"""What every cushion law owes its caller; closed forms of restitution, frictional and han2005.
+"""What every cushion law owes its caller; closed forms of all but mathavan2010.
 
 Broken by: a wrong sign in a torque, a cushion that pulls, energy from nothing, a left-right bias.
 """

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from itertools import product
 
 import numpy as np
 import pytest
@@ -157,14 +156,7 @@ def shot(vn: float, vt: float, spin: Spin, height: float) -> Scene:
     )
 
 
-SPINS = ((0.0, 70.0, 0.0), (0.0, 90.0, 30.0), (10.0, 120.0, -20.0), (-5.0, 80.0, 10.0))
-MORE = product((0.01, 0.02, 0.04), (0.15, 0.35), SPINS, (R, 0.032, 0.0357))
-
-
-@pytest.mark.parametrize(
-    ("vn", "vt", "spin", "height"),
-    [*SHOTS, *(pytest.param(*one, marks=pytest.mark.slow) for one in MORE)],
-)
+@pytest.mark.parametrize(("vn", "vt", "spin", "height"), SHOTS)
 def test_it_leaves_the_cushion_as_rebounds_of_vanishing_speed_make_it(vn, vt, spin, height):
     """By how it moves where it begins to roll for the last time."""
     result = simulate(shot(vn, vt, spin, height), record="events")
