@@ -439,12 +439,14 @@ KEPT = 19  # that of a contact which moves no ball
 MORE_FORCE = 20  # by how much the last round changed FORCE, ALONG and UP [N]
 MORE_ALONG = 21
 MORE_UP = 22
-LESS_FORCE = 23  # and the one before
-LESS_ALONG = 24
-LESS_UP = 25
-LIMIT = 26  # of its friction, by Coulomb's law [N]
-GAP = 27  # at the start of the step [m]
-FORCE_COLUMNS = 28
+LIMIT = 23  # of its friction, by Coulomb's law [N]
+GAP = 24  # at the start of the step [m]
+HISTORY = 25  # forces after the last rounds, and their changes: see `resting_contact.extrapolation`
+REMEMBERED = 4
+"""Rounds before the last that `resting_contact.extrapolation` looks at. With two or three it takes
+a third and a tenth more rounds; with six or eight, more as well: forces that begin or end to push
+meanwhile spoil what is older."""
+FORCE_COLUMNS = HISTORY + 6 * (REMEMBERED + 1)
 
 
 def contacts_in(marks: BoolArray, places: IntArray, numbers: FloatArray) -> Contacts:

@@ -19,15 +19,10 @@ from ghostball.engine.core.state import (
     FORCE_BEFORE,
     GAP,
     KEPT,
-    LESS_ALONG,
-    LESS_FORCE,
-    LESS_UP,
     LIMIT,
     LOAD_X,
     LOAD_Y,
-    MORE_ALONG,
     MORE_FORCE,
-    MORE_UP,
     NEW_AX,
     NEW_AY,
     NEW_BX,
@@ -35,6 +30,7 @@ from ghostball.engine.core.state import (
     NX,
     NY,
     RATE,
+    REMEMBERED,
     SECOND,
     TWIST_X,
     TWIST_Y,
@@ -48,7 +44,8 @@ from ghostball.engine.core.state import (
 from ghostball.engine.impacts.contact_solver import end_approach, take_back_gains
 from ghostball.engine.motion.geometry import contact_tolerance
 from ghostball.engine.resting_contact.cloth_response import accelerate, turns_little
-from ghostball.engine.resting_contact.friction import load, rub_all, rub_more, sticks, way_to_limit
+from ghostball.engine.resting_contact.extrapolation import extrapolate, remember
+from ghostball.engine.resting_contact.friction import load, rub_all
 from ghostball.engine.resting_contact.gaps import (
     DEEP_OVERLAP,
     balls_of,
@@ -66,11 +63,9 @@ halved: in a short one, gaps hardly change, and little is left to solve. With at
 stick to each other between a cushion and a spinning one took twelve times as many steps.
 """
 
-_ON_AFTER = 8
-"""Rounds after which friction goes on as it did in the last."""
-
-_FARTHEST = 4096.0
-"""Most by which it does, in units of that."""
+_FROM = 7
+"""Round before which the forces are first led on, as the last rounds changed them: from then on
+before every second. Before each round it took a third more of them."""
 
 _SHARE = 0.25
 """Part of its answer that a member counts with while the cloth holds it, in case it gives way."""
@@ -112,8 +107,10 @@ def solve(
         if steady and settled(balls, laws, contacts, count, duration):
             _mark_deep(balls, contacts, members, count)
             return _is_short(balls, laws, contacts, members, count, duration)
-        if sweep % _ON_AFTER == _ON_AFTER - 1:
-            _go_on(balls, laws, contacts, count, duration)
+        if sweep >= _FROM - REMEMBERED:
+            remember(contacts, count, sweep - 1)
+        if sweep >= _FROM and (sweep - _FROM) % 2 == 0:
+            extrapolate(balls, laws, contacts, count, sweep - 1, duration)
         steady = not rubs or rub_all(balls, laws, contacts, count, duration)
         _hold(balls, laws, contacts, members, count, duration)
     return False
@@ -145,51 +142,11 @@ def _hold(
     for c in range(count):
         forces[c, FORCE] += forces[c, KEPT]
         change = forces[c, FORCE] - forces[c, FORCE_BEFORE]
-        forces[c, LESS_FORCE], forces[c, MORE_FORCE] = forces[c, MORE_FORCE], change
+        forces[c, MORE_FORCE] = change
         a, b = contacts.ends[c, FIRST], contacts.ends[c, SECOND]
         load(contacts, a, b, change * forces[c, NX], change * forces[c, NY])
     for m in range(members):
         accelerate(balls, laws, contacts, contacts.member[m], duration)
-
-
-@kernel
-def _go_on(balls: Balls, laws: Laws, contacts: Contacts, count: int, duration: float) -> None:
-    """Change every force further as the last round did, to where that leads.
-
-    The changes of two rounds after each other, which approach the end by a ratio, tell it (Irons
-    and Tuck 1969). Balls that stick to each other between two that hold them approach it by less
-    than a thousandth in a round, and so do those that the cloth all but holds.
-    """
-    forces = contacts.forces
-    now, before = 0.0, 0.0
-    for c in range(count):
-        less, more = forces[c, LESS_FORCE], forces[c, MORE_FORCE]
-        now += more * less
-        before += less * less
-        if sticks(contacts, c):
-            along, up = forces[c, LESS_ALONG], forces[c, LESS_UP]
-            now += forces[c, MORE_ALONG] * along + forces[c, MORE_UP] * up
-            before += along * along + up * up
-    if not now > 0.0:
-        return
-    left = max(1.0 - now / before, 1.0 / _FARTHEST)
-    on = (1.0 - left) / left
-    for c in range(count):
-        if forces[c, MORE_FORCE] < 0.0:
-            on = min(on, forces[c, FORCE] / -forces[c, MORE_FORCE])
-        if sticks(contacts, c):
-            along, up, limit = forces[c, ALONG], forces[c, UP], forces[c, LIMIT]
-            more_along, more_up = forces[c, MORE_ALONG], forces[c, MORE_UP]
-            on = min(on, way_to_limit(along, up, more_along, more_up, limit))
-    for c in range(count):
-        more = on * forces[c, MORE_FORCE]
-        forces[c, FORCE] += more
-        a, b = contacts.ends[c, FIRST], contacts.ends[c, SECOND]
-        load(contacts, a, b, more * forces[c, NX], more * forces[c, NY])
-        along, up = 0.0, 0.0
-        if sticks(contacts, c):
-            along, up = on * forces[c, MORE_ALONG], on * forces[c, MORE_UP]
-        rub_more(balls, laws, contacts, c, along, up, duration)
 
 
 @kernel

@@ -12,8 +12,6 @@ from ghostball.engine.core.state import (
     ALONG,
     FIRST,
     FORCE,
-    LESS_ALONG,
-    LESS_UP,
     LIMIT,
     LOAD_X,
     LOAD_Y,
@@ -51,7 +49,6 @@ def rub_all(balls: Balls, laws: Laws, contacts: Contacts, count: int, duration: 
     """Give every contact the friction of its normal force; return whether that changed little."""
     forces, steady = contacts.forces, True
     for c in range(count):
-        forces[c, LESS_ALONG], forces[c, LESS_UP] = forces[c, MORE_ALONG], forces[c, MORE_UP]
         along, up = forces[c, ALONG], forces[c, UP]
         _rub(balls, laws, contacts, c, duration)
         more_along, more_up = forces[c, ALONG] - along, forces[c, UP] - up
