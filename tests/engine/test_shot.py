@@ -161,10 +161,10 @@ OVERFULL = pytest.mark.parametrize(
     [
         # More pairs hit at once than balls side by side can: all run to the middle.
         far_away(lambda i, j: (1e-3 * (3 - i), 1e-3 * (3 - j))),
-        # More are pressed: each column is slowed more than the one behind it.
+        # More stay in contact: each column is slowed more than the one behind it.
         far_away(lambda i, j: (1e-4, 0.0), rolling_friction=lambda i: 0.01 * (1 + i)),
     ],
-    ids=["hit", "pressed"],
+    ids=["impacts", "resting contact"],
 )
 """Scenes in order, whose balls overlap by no more than rounding."""
 

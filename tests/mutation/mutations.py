@@ -289,7 +289,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "            contacts.motion[k, TWIST_Z] += more_along * cosine",
         "In a contact step, friction turns the balls about the vertical the wrong way.",
         "tests/engine/resting_contact/test_islands.py"
-        "::test_a_cluster_is_solved_without_overlap[all-but-wedged]",
+        "::test_an_island_is_solved_without_overlap[all-but-wedged]",
     ),
     Mutation(
         "rubs on along",

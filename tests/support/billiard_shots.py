@@ -7,7 +7,7 @@ import math
 from ghostball.model import POOL_BALL_RADIUS as R, Ball, Physics, Scene, Table
 
 SPEED = 1.5
-"""Of the cue ball in single hits [m/s]."""
+"""Of the cue ball in single collisions [m/s]."""
 
 FREE = Physics(preset="paper", rolling_friction=0.0)
 """Nothing slows a ball, and all impacts are elastic."""

@@ -1,4 +1,4 @@
-"""How balls move that press each other, and a cushion: an independent integration.
+"""How balls move in resting contact with each other and a cushion: an independent integration.
 
 The normal forces keep the gaps' second derivatives at 0. The friction of a contact acts against the
 slip of its surfaces, by Coulomb's law, or keeps that at 0 where the contact sticks; and so does the
@@ -36,7 +36,7 @@ class Touch:
     sticks: bool = False
 
 
-def pressed_motion(scene: Scene, touches: Sequence[Touch]) -> Numbers:
+def constrained_motion(scene: Scene, touches: Sequence[Touch]) -> Numbers:
     """Return positions, velocities and angular velocities at `t_max`, to some 1e-12 of each.
 
     All balls have one radius, and go on to slide or to roll; every contact presses all the time,

@@ -93,12 +93,12 @@ def published_rates(state: list[float], setting: Setting, step: float = 0.0) -> 
     x, y = vx + wy * sine - wz * cosine, wx - vy * sine
     cos_nose, sin_nose, nose = _direction(x, y, nose, step)
     load = max(sine + nose * sin_nose * cosine, 0.0)
-    cos_cloth, sin_cloth, grip = _direction(vx - wy, vy + wx, cloth * load, step)
+    cos_cloth, sin_cloth, rub = _direction(vx - wy, vy + wx, cloth * load, step)
     return [
-        -(nose * cos_nose + grip * cos_cloth),
-        -(cosine - nose * sine * sin_nose + grip * sin_cloth),
-        -2.5 * (nose * sin_nose + grip * sin_cloth),
-        -2.5 * (nose * cos_nose * sine - grip * cos_cloth),
+        -(nose * cos_nose + rub * cos_cloth),
+        -(cosine - nose * sine * sin_nose + rub * sin_cloth),
+        -2.5 * (nose * sin_nose + rub * sin_cloth),
+        -2.5 * (nose * cos_nose * sine - rub * cos_cloth),
         2.5 * nose * cos_nose * cosine,
     ]
 

@@ -14,7 +14,7 @@ PHASES = np.arange(8) / 8
 
 
 def needs(name: str) -> pytest.MarkDecorator:
-    """Skip, with the reason that a user is told, where an engine isn't installed."""
+    """Skip, with the reason that a user reads, where an engine isn't installed."""
     reason = engine_class(name).unavailable()
     return pytest.mark.skipif(reason is not None, reason=str(reason))
 
@@ -24,7 +24,7 @@ def play(spec: str, scene: Scene, **record: str) -> Result:
 
 
 def to_the_wall(restitution: float = 1.0) -> Scene:
-    """Return a ball that hits the right cushion at 45 degrees."""
+    """Return a ball that meets the right cushion at 45 degrees."""
     ball = Ball(id="cue", position=(1.5, 0.3), velocity=(1.0, 1.0))
     physics = FREE.model_copy(update={"cushion": "restitution", "cushion_restitution": restitution})
     table = Table(length=2.0, width=2.0)

@@ -1,4 +1,4 @@
-"""An engine that misbehaves as it is told: what the harness must survive."""
+"""An engine that misbehaves as it is asked to: what the harness must survive."""
 
 from __future__ import annotations
 

@@ -72,7 +72,7 @@ def log(*rows: tuple[float, EventKind, int, int]) -> Events:
 
 
 def long_log(count: int) -> Events:
-    """Return so many collisions, one a second, of balls 0 and 1, 1 and 2 by turns."""
+    """Return so many collisions, one a second, of balls 0 and 1, 1 and 2 alternately."""
     return log(*((k + 1.0, EventKind.BALL_BALL, k % 2, k % 2 + 1) for k in range(count)))
 
 

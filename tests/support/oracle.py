@@ -84,9 +84,9 @@ def solve(scene: Scene) -> OracleRun:
 def _refuse(scene: Scene) -> None:
     physics, cushioned = scene.physics, scene.table is not None and scene.table.cushions
     if physics.ball_restitution == 0.0:
-        raise ValueError("balls that don't bounce stay pressed together; no event list tells that")
+        raise ValueError("balls that don't bounce stay in contact; no event list says that")
     if cushioned and physics.cushion != "mirror" and physics.cushion_restitution == 0.0:
-        raise ValueError("a ball that doesn't bounce off a cushion stays pressed to it")
+        raise ValueError("a ball that doesn't bounce off a cushion stays in contact with it")
     if physics.ball_impact != "frictional":
         raise ValueError(f"the oracle has no integrated ball law: {physics.ball_impact}")
     if cushioned and physics.cushion == "mathavan2010":

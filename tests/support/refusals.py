@@ -11,7 +11,7 @@ from shots import scene_of
 from ghostball.model import Scene, SceneError
 
 LONGEST_LINE = 700
-"""Characters that a line of a refusal may have: an input of any length is told in a few words."""
+"""Characters that a line of a refusal may have: an input is described in a few words."""
 
 
 def refusal_of(read: Callable[[], object]) -> str:

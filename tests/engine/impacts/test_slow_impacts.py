@@ -1,6 +1,6 @@
 """Balls that lie on others, or on noses: they come to rest there, and wake when they are hit.
 
-Broken by: hops without end, a ball that is held though it would fall, one that stays in the air.
+Broken by: bounces without end, a ball that is held though it would fall, one that stays in the air.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ def energies(result: Result) -> np.ndarray:
 
 
 def test_a_ball_on_two_noses_comes_to_rest_on_them() -> None:
-    """Breaks where nothing holds it: it would hop there for ever."""
+    """Breaks where nothing holds it: it would bounce there for ever."""
     result = simulate(on_noses(1e-4), record="trajectory", max_events=20_000)
     assert result.status is Status.REST
     assert result.rest_positions[0] == pytest.approx(
@@ -51,12 +51,12 @@ def test_a_ball_on_two_noses_comes_to_rest_on_them() -> None:
     assert (last["kind"], last["a"]) == (EventKind.ROLL_TO_REST, 0)
     energy = energies(result)
     assert np.diff(energy).max() <= 1e-13 * energy[0]
-    # What it is held with can't be told from what it hops with: less than that height of it.
+    # It is held with no more energy than that of a bounce of the capture height.
     assert energy[-2] - energy[-1] <= 0.17 * G * 8.0 * CAPTURE_HEIGHT * R
 
 
 def test_a_ball_on_one_that_cannot_yield_falls_off() -> None:
-    """Breaks where its hops take from the slip of a ball that hardly moves: it stays on top."""
+    """Breaks where its bounces take from the slip of a ball that hardly moves: it stays on top."""
     reach = math.sqrt(H * (2.0 * R - H))
     below, above = ball((reach, reach)), ball((reach, reach, 3.0 * R + 1e-6), (0.0, 0.0, 0.0))
     scene = scene_of(below, above, table=Table(length=1.2, width=0.7), **FLIES)
@@ -68,14 +68,14 @@ def test_a_ball_on_one_that_cannot_yield_falls_off() -> None:
 @pytest.mark.compiled
 def test_a_ball_on_three_that_a_box_holds_comes_to_rest_there() -> None:
     side, reach = 2.0 * R, math.sqrt(H * (2.0 * R - H))
-    deep = math.sqrt(0.75) * side
+    depth = math.sqrt(0.75) * side
     x, y = reach + side / 2.0, reach
     scene = scene_of(
         ball((reach, y)),
         ball((reach + side, y)),
-        ball((x, y + deep)),
-        ball((x, y + deep / 3.0, R + side * math.sqrt(2.0 / 3.0)), (0.0, 0.0, 0.0)),
-        table=Table(length=2.0 * reach + side, width=2.0 * reach + deep),
+        ball((x, y + depth)),
+        ball((x, y + depth / 3.0, R + side * math.sqrt(2.0 / 3.0)), (0.0, 0.0, 0.0)),
+        table=Table(length=2.0 * reach + side, width=2.0 * reach + depth),
         **FLIES,
     )
     result = simulate(scene, record="trajectory", max_events=200_000)
@@ -86,7 +86,7 @@ def test_a_ball_on_three_that_a_box_holds_comes_to_rest_there() -> None:
 
 
 @pytest.mark.skipif(COMPILED, reason="a constant of compiled kernels can't be patched")
-def test_hops_without_rest_end_with_a_reason(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_bounces_without_rest_end_with_a_reason(monkeypatch: pytest.MonkeyPatch) -> None:
     """A ball that slides along two noses, to and fro, rests in hours."""
     monkeypatch.setattr(slow_impacts, "_MOST_HOPS", 100)
     result = simulate(on_noses(1e-4, (0.3, 0.0, 0.0)))
@@ -94,8 +94,8 @@ def test_hops_without_rest_end_with_a_reason(monkeypatch: pytest.MonkeyPatch) ->
     assert result.reason.startswith('`balls[0]` ("b0") lies on balls or cushions and hops there')
 
 
-def test_hops_are_kept_up_by_the_slip() -> None:
-    """Breaks where what lies on others hops ever lower: by thousands in a tenth of a second.
+def test_bounces_are_kept_up_by_the_slip() -> None:
+    """Breaks where what lies on others bounces ever lower: by thousands in a tenth of a second.
 
     One ball in a corner, and one that falls on it from the side of the cushions.
     """
@@ -139,8 +139,8 @@ def test_one_that_is_hit_where_it_lies_wakes() -> None:
     result = simulate(scene, record="trajectory", max_events=50_000)
     assert result.events is not None
     rests = result.events[result.events["kind"] == EventKind.ROLL_TO_REST]
-    hits = result.events[result.events["kind"] == EventKind.BALL_BALL]
+    collisions = result.events[result.events["kind"] == EventKind.BALL_BALL]
     assert rests["a"][0] == 0
-    assert rests["t"][0] < hits["t"][0]
-    speeds = np.linalg.norm(result.sample(hits["t"][:1]).velocities[0], axis=1)
+    assert rests["t"][0] < collisions["t"][0]
+    speeds = np.linalg.norm(result.sample(collisions["t"][:1]).velocities[0], axis=1)
     assert speeds[0] > 0.1

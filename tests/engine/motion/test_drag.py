@@ -41,7 +41,7 @@ def played(velocity, spin=None, t_max=None, **physics):
     ids=["2 m/s", "8 m/s", "the paper's point"],
 )
 def test_a_roll_stops_after_its_time_and_way(speed, physics, time, distance):
-    """Breaks where the cloth's grip doesn't take its 2/7, or takes it in the paper's model."""
+    """Breaks where the cloth's friction doesn't take its 2/7, or takes it in the paper's model."""
     result = played((speed, 0.0), **physics)
     assert result.rest_time == pytest.approx(time, rel=4 * EPS)
     assert result.rest_positions[0, 0] == pytest.approx(distance, rel=8 * EPS)

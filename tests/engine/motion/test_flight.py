@@ -90,8 +90,8 @@ def test_a_ball_dropped_on_another_bounces_off_and_both_come_to_rest():
     )
     result = simulate(scene, record="trajectory")
     assert result.status is Status.REST
-    hits = result.events[result.events["kind"] == EventKind.BALL_BALL]
-    assert len(hits) > 2
+    collisions = result.events[result.events["kind"] == EventKind.BALL_BALL]
+    assert len(collisions) > 2
     assert np.all(result.rest_positions[:, 2] == R)
     times = np.linspace(0, result.rest_time, 3000)
     places = result.sample(times).positions

@@ -54,7 +54,7 @@ def either(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> N
         monkeypatch.setattr(skips, "MOST_PAIRED", 0)
 
 
-def hits(result: Result) -> list[tuple[float, int]]:
+def cushion_collisions(result: Result) -> list[tuple[float, int]]:
     assert result.events is not None
     kept = result.events[result.events["kind"] == EventKind.BALL_CUSHION]
     return [(float(event["t"]), int(event["b"])) for event in kept]
@@ -72,7 +72,7 @@ def test_a_ball_bounces_off_a_circular_nose(played: Play, offset: float, slowing
     way = far - math.sqrt(reach * reach - height * height)
     a = slowing * scene.physics.gravity
     contact = 2.0 * way / (speed + math.sqrt(speed * speed - 2.0 * a * way))
-    ((t, index),) = hits(result)
+    ((t, index),) = cushion_collisions(result)
     assert index == 4
     # At a grazing hit the instant errs by what rounding of the gap does to it.
     assert t == pytest.approx(contact, rel=1e-14 / (1.0 - offset * offset))
@@ -87,16 +87,16 @@ def test_a_ball_bounces_off_a_circular_nose(played: Play, offset: float, slowing
 def test_a_ball_that_passes_a_circular_nose_misses_it(played: Play) -> None:
     scene = scene_of(ball((0.0, 0.0), (1.5, 0.0)), t_max=1.0)
     near = (R + 0.05) * (1.0 + 1e-9)
-    assert hits(played(scene, (DISC, 0.8, near, 0.0, 0.0, 0.05, MIRROR, 4))) == []
+    assert cushion_collisions(played(scene, (DISC, 0.8, near, 0.0, 0.0, 0.05, MIRROR, 4))) == []
 
 
 def test_a_ball_bounces_off_a_segment_and_off_its_end(played: Play) -> None:
     wall = (SEGMENT, 0.5, -0.2, 0.5, 0.2, 0.0, MIRROR, 4)
     scene = scene_of(ball((0.0, 0.0), (1.0, 0.0)), rolling_friction=0.0, t_max=1.0)
-    ((t, _),) = hits(played(scene, wall))
+    ((t, _),) = cushion_collisions(played(scene, wall))
     assert t == pytest.approx(0.5 - R, rel=1e-15)
     beside = scene_of(ball((0.0, 0.2 + 0.5 * R), (1.0, 0.0)), rolling_friction=0.0, t_max=1.0)
-    ((t, _),) = hits(played(beside, wall))
+    ((t, _),) = cushion_collisions(played(beside, wall))
     assert t == pytest.approx(0.5 - R * math.sqrt(0.75), rel=1e-14)
 
 
@@ -104,7 +104,7 @@ def test_a_line_aslant_is_a_row_too(played: Play) -> None:
     nx, ny = -0.6, 0.8
     scene = scene_of(ball((0.0, 0.0), (1.0, 0.0)), rolling_friction=0.0, t_max=2.0)
     result = played(scene, (LINE, 0.6, 0.0, nx, ny, 0.0, MIRROR, 4))
-    ((t, _),) = hits(result)
+    ((t, _),) = cushion_collisions(result)
     assert t == pytest.approx(0.6 - R / 0.6, rel=1e-15)
     velocity = result.sample([t]).velocities[0, 0, :2]
     assert velocity == pytest.approx([1.0 - 2.0 * 0.36, 2.0 * 0.48], abs=1e-15)
@@ -115,7 +115,7 @@ def test_many_balls_among_circular_noses_keep_energy_and_distance(played: Play) 
     balls = [ball((0.2 + 0.2 * k, 0.15), (0.3 - 0.2 * k, 0.9), id=f"b{k}") for k in range(3)]
     scene = scene_of(*balls, table=Table(length=1.0, width=1.0), rolling_friction=0.0, t_max=20.0)
     result = played(scene, (DISC, 0.5, 0.55, 0.0, 0.0, 0.12, MIRROR, 4))
-    assert sum(index == 4 for _, index in hits(result)) > 5
+    assert sum(index == 4 for _, index in cushion_collisions(result)) > 5
     times = np.linspace(0.0, 20.0, 4001)
     energy = result.energy(times).total
     assert np.ptp(energy) <= 1e-12 * energy[0]

@@ -74,10 +74,10 @@ def moves(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(predict, "predict_motion", predict_made_up)
 
 
-def crowd(seed: int, count: int = 10) -> Scene:
+def ten_balls(seed: int) -> Scene:
     chance = np.random.default_rng(seed)
     balls: list[dict[str, object]] = []
-    while len(balls) < count:
+    while len(balls) < 10:
         place = chance.uniform([R, R], [1.1 - R, 0.7 - R]).tolist()
         clear = all(math.dist(place, other["position"]) > 2.02 * R for other in balls)
         if clear and math.dist(place, NOSE[:2]) > 1.01 * (R + NOSE[2]):
@@ -166,7 +166,7 @@ def simulated(scene: Scene):
 
 @cache
 def _simulated(seed: int):
-    return simulated(crowd(seed))
+    return simulated(ten_balls(seed))
 
 
 @made_up
@@ -175,7 +175,7 @@ def _simulated(seed: int):
 def test_a_motion_of_the_fourth_degree_misses_no_contact(moves, monkeypatch, seed, many):
     if many:
         monkeypatch.setattr(skips, "MOST_PAIRED", 0)
-    scene = crowd(seed)
+    scene = ten_balls(seed)
     expected, history = _simulated(seed)
     result = simulate(scene, record="trajectory")
     kinds = result.events["kind"]
@@ -222,7 +222,7 @@ def test_a_ball_stays_in_its_cell_until_it_is_said_to_leave(moves, monkeypatch, 
 
     monkeypatch.setattr(skips, "MOST_PAIRED", 0)
     monkeypatch.setattr(broad_phase, "time_in_cell", watched)
-    simulate(crowd(seed), record="rest")
+    simulate(ten_balls(seed), record="rest")
     assert len(beyond) > 1000
     assert max(beyond) <= 1.01 * _LATE
 
@@ -231,7 +231,7 @@ def test_a_ball_stays_in_its_cell_until_it_is_said_to_leave(moves, monkeypatch, 
 def test_few_and_many_balls_come_to_the_same_contacts_and_a_sweep_to_the_same_end(
     moves, monkeypatch
 ):
-    scene = crowd(5)
+    scene = ten_balls(5)
     few = simulate(scene, record="events")
     vx, vy = scene.balls[1].velocity[:2]
     angle = math.atan2(vy, vx)
@@ -244,7 +244,7 @@ def test_few_and_many_balls_come_to_the_same_contacts_and_a_sweep_to_the_same_en
 def test_room_for_higher_powers_that_are_all_zero_changes_no_bit(monkeypatch, many):
     if many:
         monkeypatch.setattr(skips, "MOST_PAIRED", 0)
-    scene = crowd(3)
+    scene = ten_balls(3)
     kept = simulate(scene.model_copy(), record="events")
     laid = from_scene.balls_of
     monkeypatch.setattr(

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from constrained_motion import Touch, pressed_motion
+from constrained_motion import Touch, constrained_motion
 
 from ghostball.engine import simulate
 from ghostball.engine.core.tolerances import CONTACT_TOLERANCE, EPS
@@ -41,7 +41,7 @@ def test_a_ball_that_slides_and_pushes_another_follows_the_constrained_motion(ai
     )
     result = simulate(scene, record="events")
     assert result.work["contact_steps"] > 0
-    expected = pressed_motion(scene, [Touch(0, 1)])
+    expected = constrained_motion(scene, [Touch(0, 1)])
     end = result.sample([t])
     assert end.positions[0, :, :2] == pytest.approx(expected[0, :, :2], abs=1e-8)
     assert end.velocities[0] == pytest.approx(expected[1], abs=1e-7)
@@ -50,9 +50,9 @@ def test_a_ball_that_slides_and_pushes_another_follows_the_constrained_motion(ai
 
 @pytest.mark.parametrize("e", [1.0, 0.0])
 def test_a_rolling_pair_follows_the_constrained_motion_of_the_paper(e):
-    """The rear ball rolls at a slant, so that friction presses it on the other."""
+    """The rear ball rolls at a slant, so that friction holds it on the other."""
     scene = Scene(
-        name="pressed",
+        name="rolling-pair",
         physics=Physics(ball_restitution=e),
         balls=[
             Ball(id="rear", position=(0.0, 0.0), velocity=(0.05, 0.03)),
@@ -63,11 +63,11 @@ def test_a_rolling_pair_follows_the_constrained_motion_of_the_paper(e):
     result = simulate(scene, record="events")
     assert result.work["contact_steps"] > 3
     end = result.sample([scene.t_max])
-    assert np.max(np.abs(end.positions[0] - pressed_motion(scene, [Touch(0, 1)])[0])) < 1e-10
+    assert np.max(np.abs(end.positions[0] - constrained_motion(scene, [Touch(0, 1)])[0])) < 1e-10
 
 
 def test_a_motion_that_is_followed_in_air_keeps_its_gap():
-    """A piece kept the powers of the motion that the ball would have had alone: 1.2e-12 m deep."""
+    """A piece kept the powers of the motion of a ball alone: an overlap of 1.2e-12 m."""
     scene = Scene(
         name="together",
         physics=Physics(

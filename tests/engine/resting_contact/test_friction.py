@@ -10,7 +10,7 @@ from typing import Literal
 
 import numpy as np
 import pytest
-from constrained_motion import Touch, pressed_motion
+from constrained_motion import Touch, constrained_motion
 
 from ghostball.engine import simulate
 from ghostball.engine.core.state import MOST_DIRECT
@@ -145,7 +145,7 @@ def test_contacts_that_are_held_in_steps_rub_by_coulombs_law(
     make: Callable[[], Line], rough: float
 ) -> None:
     scene, touches = make()
-    expected = pressed_motion(scene, touches)
+    expected = constrained_motion(scene, touches)
     result = simulate(scene, record="events")
     assert result.work["contact_steps"] >= 5
     assert result.work.get("contact_pieces", 0) == 0

@@ -1,4 +1,4 @@
-"""Clusters of pressed balls: whose numbering doesn't matter, and what they need to be solved."""
+"""Islands of balls in resting contact: numbering doesn't matter, and all forces are found."""
 
 from __future__ import annotations
 
@@ -46,9 +46,9 @@ def deepest(result: Result) -> float:
 @pytest.mark.parametrize(
     "name",
     [
-        "squeezed-pair",  # hit, while one is pressed on a cushion
-        "three-in-a-corner",  # two pairs pressed at one instant
-        "five-crowded",  # a cushion hit parts a cluster, and two of it stop at one instant
+        "squeezed-pair",  # one is hit, while another rests on a cushion
+        "three-in-a-corner",  # two pairs come into resting contact at one instant
+        "five-crowded",  # a cushion collision parts an island, and two of it stop at one instant
         "unequal-joint-impact",
         "two-at-one-cushion",
     ],
@@ -68,14 +68,14 @@ def test_the_numbering_of_the_balls_does_not_matter(name):
     [
         "heavy-on-light-at-cushion",  # 17 times as heavy
         "light-between-heavy-and-cushion",  # 200 times
-        "thrown-back-to-cushion",  # by the impulse that ends the cluster's approach
+        "thrown-back-to-cushion",  # by the impulse that ends the island's approach
         "hard-to-roll",  # rolling friction above sliding friction
         pytest.param("slip-ended-by-impulse", marks=pytest.mark.compiled),
         "all-but-wedged",
         pytest.param("wedged-by-a-millionth", marks=pytest.mark.compiled),
     ],
 )
-def test_a_cluster_is_solved_without_overlap(name):
+def test_an_island_is_solved_without_overlap(name):
     result = shot(name)
     assert result.work["contact_steps"] > 0
     assert result.work["unsolved_contact_steps"] == 0

@@ -12,7 +12,7 @@ from ghostball.engine.running import skips
 from ghostball.model import Ball, EventKind, Physics, Scene, Table
 
 
-def crowd(count, filled=0.4, seed=1, speed=1.0, t_max=None, spread=1.0, **physics) -> Scene:
+def many_balls(count, filled=0.4, seed=1, speed=1.0, t_max=None, spread=1.0, **physics) -> Scene:
     """Balls on a lattice, off by chance; `spread` is the largest ratio of radii."""
     chance = random.Random(seed)
     length = math.sqrt(count * math.pi * R * R / filled)
@@ -27,7 +27,7 @@ def crowd(count, filled=0.4, seed=1, speed=1.0, t_max=None, spread=1.0, **physic
         radius = R / chance.uniform(1.0, spread)
         balls.append(Ball(id=f"{k}", position=place, velocity=velocity, radius=radius))
     table = Table(length=length, width=length)
-    return Scene(name="crowd", balls=balls, table=table, physics=Physics(**physics), t_max=t_max)
+    return Scene(name="many", balls=balls, table=table, physics=Physics(**physics), t_max=t_max)
 
 
 def both(scene, monkeypatch):
@@ -43,7 +43,7 @@ def both(scene, monkeypatch):
 @pytest.mark.parametrize("spread", [1.0, 4.0])
 def test_cells_give_the_same_bits(spread, monkeypatch):
     """Of more balls than random scenes have, which the stress suite asks this of."""
-    scene = crowd(60, 0.5, t_max=1.0, rolling_friction=0.0, spread=spread)
+    scene = many_balls(60, 0.5, t_max=1.0, rolling_friction=0.0, spread=spread)
     paired, celled = both(scene, monkeypatch)
     assert len(paired.events) > 100
     assert fingerprint(paired) == fingerprint(celled)
@@ -83,7 +83,7 @@ def test_of_own_events_of_one_instant_a_rest_comes_before_a_cushion(monkeypatch,
 @pytest.mark.compiled
 def test_many_balls_look_at_their_neighbours_only():
     few, many = (
-        simulate(crowd(count, 0.5, t_max=0.2, rolling_friction=0.0)) for count in (400, 1600)
+        simulate(many_balls(count, 0.5, t_max=0.2, rolling_friction=0.0)) for count in (400, 1600)
     )
     per_event = [result.work["bounds"] / result.work["events"] for result in (few, many)]
     assert per_event[1] < 1.2 * per_event[0] < 40.0

@@ -28,7 +28,7 @@ ROUNDING = 1e-14
 
 
 def tie(kind: str, impacts: str, restitution: float) -> Scene:
-    """Return a ball that hits two at the very beginning of a shot."""
+    """Return a ball that collides with two at the very beginning of a shot."""
     places = [
         (0.0, 0.0),
         *((UNIT * round(25 * x), UNIT * round(25 * y)) for x, y in NORMALS[kind]),

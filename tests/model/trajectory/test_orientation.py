@@ -6,7 +6,7 @@ import mpmath
 import numpy as np
 import pytest
 from hypothesis import given, strategies as st
-from knots import SPIN_DECELERATION, rest, roll, slide, trajectory_of, whole_shot
+from segments import SPIN_DECELERATION, rest, roll, slide, trajectory_of, whole_shot
 from shots import R
 
 from ghostball.engine import simulate

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from knots import (
+from segments import (
     ROLLING_FRICTION,
     SLIDING_FRICTION,
     SPIN_DECELERATION,

@@ -63,8 +63,8 @@ def stepped(v: float, cut: float, steps: int, *, lands: bool) -> list[Plane]:
         rub = BALL_FRICTION / math.hypot(along, up)
         along, up = rub * along, rub * up
         skid = (b[0] - spin_b[1], b[1] + spin_b[0])
-        grip = SNOOKER_BALL[2] * up / math.hypot(*skid) if skid != (0.0, 0.0) else 0.0
-        cloth = [grip * x for x in skid]
+        rubs = SNOOKER_BALL[2] * up / math.hypot(*skid) if skid != (0.0, 0.0) else 0.0
+        cloth = [rubs * x for x in skid]
         falls = 2.0 + cloth[0]  # the speed of approach, per impulse over the mass
         approach = a[0] - b[0]
 

@@ -161,7 +161,7 @@ def test_han_and_frictional_are_the_published_equations_with_vn_bounded(impact, 
         assert outcome(law(impact, laws)) == pytest.approx(expected, abs=size)
 
 
-def test_frictional_that_grips_ends_the_slip_and_takes_two_sevenths_of_it():
+def test_frictional_that_sticks_ends_the_slip_and_takes_two_sevenths_of_it():
     # No topspin: all slip is along the cushion, 0.3 + 0.2 = 0.5, and 0.4 (1 + 0.9) > 1/7.
     after = frictional(impact_of(1.0, 0.3, wz=0.2 / R), laws_of(e=0.9, friction=0.4))
     assert after.vn == -0.9
@@ -191,7 +191,7 @@ def test_han_of_a_rolling_carom_ball_with_the_fitted_constants(approach):
     after = han2005(impact, laws_of(e=e, friction=friction, height=1.2 * radius))
     cosine = math.sqrt(0.96)
     rub = min(2 / 7 * 1.2 * approach, friction * (1 + e) * cosine * approach)
-    assert rub == 2 / 7 * 1.2 * approach  # it grips
+    assert rub == 2 / 7 * 1.2 * approach  # the friction limit is not reached
     assert after.vn == pytest.approx(approach * (0.04 - 0.96 * e) - 0.2 * rub, rel=1e-14)
     assert radius * after.wt == pytest.approx(approach - 2.5 * rub, rel=1e-14)
 

@@ -19,44 +19,46 @@ ROLLING_FRICTION = 0.01
 SLIDING_FRICTION = 0.2
 SPIN_DECELERATION = 10.0
 
-Knot = NDArray[np.float64]
+Segment = NDArray[np.float64]
 
 
 def slide(
     t: float, position: Sequence[float], velocity: Sequence[float], spin: Sequence[float]
-) -> tuple[Knot, float]:
-    """Return the knot of a ball that slides from t on, and for how long it does [s]."""
+) -> tuple[Segment, float]:
+    """Return the segment of a ball that slides from t on, and for how long it does [s]."""
     slip = np.array([velocity[0] - R * spin[1], velocity[1] + R * spin[0]])
     speed = float(np.hypot(*slip))
     ax, ay = -SLIDING_FRICTION * G * slip / speed
     turning = 2.5 / R
-    knot = [t, *position, *velocity, ax, ay, *spin, turning * ay, -turning * ax, 0.0, 1.0]
-    return np.array(knot), 2.0 * speed / (7.0 * SLIDING_FRICTION * G)
+    segment = [t, *position, *velocity, ax, ay, *spin, turning * ay, -turning * ax, 0.0, 1.0]
+    return np.array(segment), 2.0 * speed / (7.0 * SLIDING_FRICTION * G)
 
 
 def roll(
     t: float, position: Sequence[float], velocity: Sequence[float], wz: float
-) -> tuple[Knot, float]:
-    """Return the knot of a ball that rolls from t on, and for how long it does [s].
+) -> tuple[Segment, float]:
+    """Return the segment of a ball that rolls from t on, and for how long it does [s].
 
     What means nothing in it is NaN: whoever reads it spoils the result.
     """
     speed = math.hypot(*velocity)
     ax, ay = (-ROLLING_FRICTION * G * v / speed for v in velocity)
     nan = math.nan
-    knot = [t, *position, *velocity, ax, ay, nan, nan, wz, nan, nan, 0.0, 2.0]
-    return np.array(knot), speed / (ROLLING_FRICTION * G)
+    segment = [t, *position, *velocity, ax, ay, nan, nan, wz, nan, nan, 0.0, 2.0]
+    return np.array(segment), speed / (ROLLING_FRICTION * G)
 
 
-def rest(t: float, position: Sequence[float], wz: float) -> Knot:
-    """Return the knot of a ball whose centre rests from t on."""
+def rest(t: float, position: Sequence[float], wz: float) -> Segment:
+    """Return the segment of a ball whose centre rests from t on."""
     nan = math.nan
     return np.array([t, *position, 0.0, 0.0, 0.0, 0.0, nan, nan, wz, nan, nan, 0.0, 0.0])
 
 
-def trajectory_of(*knots: Knot, t_end: float) -> ExactTrajectory:
+def trajectory_of(*segments: Segment, t_end: float) -> ExactTrajectory:
     """Return the motion of one ball."""
-    return ExactTrajectory(np.array([R]), (np.array(knots),), t_end, np.array([SPIN_DECELERATION]))
+    return ExactTrajectory(
+        np.array([R]), (np.array(segments),), t_end, np.array([SPIN_DECELERATION])
+    )
 
 
 def whole_shot(velocity: Sequence[float], spin: Sequence[float]) -> ExactTrajectory:
