@@ -3,7 +3,7 @@
 import pickle
 
 import pytest
-from dying_figures import die_of_one_scene
+from pool_tasks import die_of_one_scene
 
 from ghostball.model import GhostballError
 from ghostball.reports import PAGE, IncompleteReportError, report, style, write_report

@@ -1,14 +1,103 @@
-"""Shots that tell engines apart, for the tests of adapters."""
+"""Shots that tell engines apart, for the tests of adapters, and what engines make of them."""
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
-from billiard_shots import FREE, SPEED, half_ball
 from numpy.typing import NDArray
 
-from ghostball.model import Ball, Physics, Result, Scene, Table
+from ghostball.model import POOL_BALL_RADIUS as R, Ball, Physics, Result, Scene, Table
 from ghostball.reference_adapters import engine_class, make_engine
+
+SPEED = 1.5
+"""Of the cue ball in single collisions [m/s]."""
+
+FREE = Physics(preset="paper", rolling_friction=0.0)
+"""Nothing slows a ball, and all impacts are elastic."""
+
+TABLE = Table(length=2.54, width=1.27)
+
+
+def half_ball(start: float = 0.5, physics: Physics = FREE, speed: float = SPEED) -> Scene:
+    """Return a half-ball cut: the object ball leaves at 30 degrees below the x axis."""
+    balls = [
+        Ball(id="cue", position=(start, 0.5 + R), velocity=(speed, 0.0)),
+        Ball(id="object", position=(1.0, 0.5)),
+    ]
+    return Scene(name="half-ball", balls=balls, physics=physics, t_max=0.75 / speed)
+
+
+def head_on(speed: float = SPEED, restitution: float = 1.0) -> Scene:
+    """Return a straight hit: of the speed the balls have (1 - e) / 2 and (1 + e) / 2 after it.
+
+    The balls begin 43 mm apart; below 0.43 m/s a tenth of a second, but 2 mm at least: who steps in
+    time would need a hundred thousand steps for the way at 1 mm/s.
+    """
+    gap = min(0.1 - 2.0 * R, max(0.1 * speed, 0.002))
+    balls = [
+        Ball(id="cue", position=(0.6 - 2.0 * R - gap, 0.5), velocity=(speed, 0.0)),
+        Ball(id="object", position=(0.6, 0.5)),
+    ]
+    physics = FREE.model_copy(update={"ball_restitution": restitution})
+    return Scene(name="head-on", balls=balls, physics=physics, t_max=7.0 / 3.0 * gap / speed)
+
+
+def frozen_line() -> Scene:
+    """Return a ball that runs into two frozen ones in its line."""
+    balls = [
+        Ball(id="cue", position=(0.5, 0.5), velocity=(SPEED, 0.0)),
+        Ball(id="1", position=(0.6, 0.5)),
+        Ball(id="2", position=(0.6 + 2 * R, 0.5)),
+    ]
+    return Scene(name="line", balls=balls, physics=FREE, t_max=0.1)
+
+
+def throw(friction: float = 0.05) -> Scene:
+    """Return a half-ball hit of a ball that slides without spin, with friction between the balls.
+
+    The object ball is thrown off its line by atan(mu), as its surface slips: the other limit,
+    where it sticks, is atan(tan(30) / 7) degrees.
+    """
+    balls = [
+        Ball(
+            id="cue",
+            position=(0.9, 0.5 + R),
+            velocity=(SPEED, 0.0),
+            angular_velocity=(0.0, 0.0, 0.0),
+        ),
+        Ball(id="object", position=(1.0, 0.5)),
+    ]
+    physics = Physics(
+        preset="paper",
+        motion="sliding",
+        sliding_friction=0.0,
+        rolling_friction=0.0,
+        ball_friction=friction,
+    )
+    return Scene(name="throw", balls=balls, physics=physics, t_max=0.1)
+
+
+def rack(shift: float = 0.001, duration: float = 1.0) -> Scene:
+    """Return a break of 15 balls 0.1 mm apart at 8 m/s, without cloth: its energy must stay.
+
+    Parameters
+    ----------
+    shift : float [m]
+        Of the cue ball off the axis: another break for each.
+    duration : float [s]
+    """
+    pitch = 2 * R + 1e-4
+    balls = [Ball(id="cue", position=(0.6, 0.635 + shift), velocity=(8.0, 0.0))]
+    for row in range(5):
+        x = 1.9 + row * pitch * math.sqrt(3.0) / 2.0
+        balls += [
+            Ball(id=f"{row}.{j}", position=(x, 0.635 + (j - row / 2) * pitch))
+            for j in range(row + 1)
+        ]
+    return Scene(name="rack", balls=balls, table=TABLE, physics=FREE, t_max=duration)
+
 
 PHASES = np.arange(8) / 8
 

@@ -1,4 +1,4 @@
-"""What other processes do in tests of the pool.
+"""What other processes do in tests of the pool, and of those that draw the report.
 
 They import it by its name, which a module of `tests` may not have for them: packages exist that
 install a `tests` of their own.
@@ -92,3 +92,12 @@ class Part:
             os._exit(7)
         with open(self.note, "a") as file:
             file.write(f"{self.names[0]} {os.getpid()}\n")
+
+
+def die_of_one_scene(path, figures, task):
+    """Make a part of the report, but die of one scene."""
+    from ghostball.reports import report
+
+    if task == report.PART + "stop":
+        os._exit(7)
+    return report._make(path, figures, task)  # nothing is planted in the other process

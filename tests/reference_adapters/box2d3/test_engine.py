@@ -2,8 +2,18 @@
 
 import numpy as np
 import pytest
-from billiard_shots import half_ball, head_on, rack, throw
-from engine_facts import cut_angles, energy_ratios, needs, play, shares, to_the_wall
+from engine_facts import (
+    cut_angles,
+    energy_ratios,
+    half_ball,
+    head_on,
+    needs,
+    play,
+    rack,
+    shares,
+    throw,
+    to_the_wall,
+)
 
 from ghostball.model import UnsupportedSceneError
 from ghostball.reference_adapters.box2d3.engine import Box2d3Settings

@@ -2,8 +2,17 @@
 
 import numpy as np
 import pytest
-from billiard_shots import head_on, rack
-from engine_facts import cut_angles, energy_ratios, needs, play, shares, slide, to_the_wall
+from engine_facts import (
+    cut_angles,
+    energy_ratios,
+    head_on,
+    needs,
+    play,
+    rack,
+    shares,
+    slide,
+    to_the_wall,
+)
 from pydantic import ValidationError
 
 from ghostball.engine import simulate

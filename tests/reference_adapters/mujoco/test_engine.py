@@ -2,8 +2,18 @@
 
 import numpy as np
 import pytest
-from billiard_shots import frozen_line, half_ball, head_on, rack
-from engine_facts import cut_angles, energy_ratios, needs, play, shares, to_the_wall
+from engine_facts import (
+    cut_angles,
+    energy_ratios,
+    frozen_line,
+    half_ball,
+    head_on,
+    needs,
+    play,
+    rack,
+    shares,
+    to_the_wall,
+)
 
 from ghostball.engine import simulate
 from ghostball.model import Status

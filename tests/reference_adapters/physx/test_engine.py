@@ -2,8 +2,18 @@
 
 import numpy as np
 import pytest
-from billiard_shots import frozen_line, head_on, rack
-from engine_facts import cut_angles, energy_ratios, needs, play, shares, slide, to_the_wall
+from engine_facts import (
+    cut_angles,
+    energy_ratios,
+    frozen_line,
+    head_on,
+    needs,
+    play,
+    rack,
+    shares,
+    slide,
+    to_the_wall,
+)
 
 from ghostball.engine import simulate
 from ghostball.model import EventKind, Scene, UnsupportedSceneError

@@ -2,8 +2,19 @@
 
 import numpy as np
 import pytest
-from billiard_shots import FREE, half_ball, head_on, rack, throw
-from engine_facts import cut_angles, energy_ratios, needs, play, shares, to_the_wall
+from engine_facts import (
+    FREE,
+    cut_angles,
+    energy_ratios,
+    half_ball,
+    head_on,
+    needs,
+    play,
+    rack,
+    shares,
+    throw,
+    to_the_wall,
+)
 
 from ghostball.model import Ball, Scene, Table, UnsupportedSceneError
 

@@ -11,8 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from billiard_shots import rack
-from engine_facts import needs, play
+from engine_facts import needs, play, rack
 
 from ghostball.engine import simulate
 from ghostball.model import UnsupportedSceneError
