@@ -37,13 +37,20 @@ def test_no_scenes_give_an_empty_batch():
     assert len(batch.complete) == 0
 
 
+def test_many_scenes_are_as_one_by_one():
+    scenes = [scene_of(ball((0.0, 0.0), (1.0, 0.0))), shot()]
+    batch = simulate_many(scenes, threads=2)
+    for k, scene in enumerate(scenes):
+        assert_same(batch, k, simulate(scene))
+
+
 def test_a_sweep_of_frozen_balls_is_as_shot_by_shot_in_any_order():
-    """Each shot ends while balls press each other: what a room holds then is nobody else's."""
+    """Each shot ends while balls rest on each other: what a room holds then is nobody else's."""
     scene = scene_of(
         ball((0.6, 0.6), (1.0, 0.0)),
         ball((0.7, 0.603)),
         ball((0.7 + 2 * R, 0.603)),
-        # These press each other from the start on.
+        # These stay in contact from the start on.
         ball((1.2, 0.3), (0.3, 0.1), angular_velocity=(4.0, 60.0, 8.0)),
         ball((1.2 + 2 * R, 0.3), (0.3, -0.02), angular_velocity=(-30.0, -20.0, -5.0)),
         table=POOL_TABLE,
