@@ -68,8 +68,8 @@ class TestFirstEntry:
 @pytest.mark.parametrize(
     ("why", "physics"),
     [
-        ("pressed", {"ball_restitution": 0.0}),
-        ("pressed", {"cushion": "restitution", "cushion_restitution": 0.0}),
+        ("in contact", {"ball_restitution": 0.0}),
+        ("in contact", {"cushion": "restitution", "cushion_restitution": 0.0}),
         ("mathavan2014", {"motion": "sliding", "ball_impact": "mathavan2014"}),
         ("mathavan2010", {"motion": "sliding", "cushion": "mathavan2010"}),
         ("air", {"air_drag": 0.004}),
