@@ -26,13 +26,11 @@ from oracle_laws import (
     advanced,
     bounced,
     collided,
-    dot,
-    minus,
     next_phase,
     norm,
-    scaled,
     settled,
     time_left,
+    vector,
 )
 from oracle_roots import first_entry
 
@@ -132,12 +130,10 @@ def _bodies_of(scene: Scene, laws: Laws) -> list[Body]:
     gravity = mpf(scene.physics.gravity)
     bodies = []
     for i, ball in enumerate(scene.balls):
-        x, y, vx, vy = map(mpf, (*ball.position[:2], *ball.velocity[:2]))
-        wx, wy, wz = map(mpf, ball.angular_velocity or (0, 0, 0))
         body = Body(
-            position=(x, y, mpf(0)),
-            velocity=(vx, vy, mpf(0)),
-            spin=(wx, wy, wz),
+            position=vector(*ball.position[:2]),
+            velocity=vector(*ball.velocity[:2]),
+            spin=vector(*(ball.angular_velocity or (0, 0, 0))),
             radius=mpf(ball.radius),
             mass=mpf(ball.mass),
             rolling=mpf(float(scene.rolling_frictions[i])) * gravity,
@@ -180,10 +176,8 @@ def _time_to_cushion(scene: Scene, body: Body, index: int, horizon: Any) -> Any 
         return None
     side = SIDES[index]
     nose = mpf((0, scene.table.length, 0, scene.table.width)[index])
-    gap = nose * (1 if index % 2 else -1) - dot(body.position, side) - body.radius
-    return first_entry(
-        [gap, -dot(body.velocity, side), -dot(acceleration(body), side) / 2], horizon
-    )
+    gap = nose * (1 if index % 2 else -1) - body.position @ side - body.radius
+    return first_entry([gap, -body.velocity @ side, -acceleration(body) @ side / 2], horizon)
 
 
 def _time_of_impact(a: Body, b: Body, horizon: Any) -> Any | None:
@@ -191,21 +185,12 @@ def _time_of_impact(a: Body, b: Body, horizon: Any) -> Any | None:
     if a.phase is Phase.RESTING and b.phase is Phase.RESTING:
         return None
     reach = a.radius + b.radius
-    r = minus(b.position, a.position)
-    v = minus(b.velocity, a.velocity)
-    half = scaled(mpf(1) / 2, minus(acceleration(b), acceleration(a)))
+    r, v = b.position - a.position, b.velocity - a.velocity
+    half = (acceleration(b) - acceleration(a)) / 2
     if norm(r) - reach > horizon * (norm(v) + horizon * norm(half)):
         return None  # too far apart to meet, even heading straight at each other
-    return first_entry(
-        [
-            dot(r, r) - reach**2,
-            2 * dot(r, v),
-            dot(v, v) + 2 * dot(r, half),
-            2 * dot(v, half),
-            dot(half, half),
-        ],
-        horizon,
-    )
+    quartic = [r @ r - reach**2, 2 * r @ v, v @ v + 2 * r @ half, 2 * v @ half, half @ half]
+    return first_entry(quartic, horizon)
 
 
 def _resolve(bodies: list[Body], event: OracleEvent, laws: Laws) -> None:

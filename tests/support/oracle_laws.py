@@ -11,22 +11,28 @@ Han 2005 (a cushion whose nose is above the centre).
 from __future__ import annotations
 
 import enum
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
+import numpy as np
 from mpmath import mp, mpf
+from numpy.typing import NDArray
 
-Vector = tuple[Any, Any, Any]
+Vector = NDArray[Any]
+"""Three numbers of mpmath."""
 
-ZERO: Vector = (mpf(0), mpf(0), mpf(0))
-UP: Vector = (mpf(0), mpf(0), mpf(1))
-SIDES: tuple[Vector, ...] = (
-    (mpf(-1), mpf(0), mpf(0)),
-    (mpf(1), mpf(0), mpf(0)),
-    (mpf(0), mpf(-1), mpf(0)),
-    (mpf(0), mpf(1), mpf(0)),
-)
+
+def vector(x: Any, y: Any, z: Any = 0) -> Vector:
+    return np.array([mpf(x), mpf(y), mpf(z)])
+
+
+ZERO, UP = vector(0, 0), vector(0, 0, 1)
+SIDES = (vector(-1, 0), vector(1, 0), vector(0, -1), vector(0, 1))
 """Normals into the cushions, by the cushion's index."""
+
+
+Friction = tuple[Any, Any, Any]
+"""A coefficient a + b exp(-c v) of the slip speed v: a, b and c."""
 
 
 class Phase(enum.Enum):
@@ -48,7 +54,9 @@ class Body:
     sliding: Any  # of a sliding one [m/s^2],
     spinning: Any  # of the spin about the vertical [rad/s^2]
     phase: Phase = Phase.RESTING
-    final_velocity: Vector = ZERO  # with which the slide at hand ends, if nothing comes between
+    final_velocity: Vector = field(
+        default_factory=lambda: ZERO
+    )  # with which the slide at hand ends, if nothing comes between
 
     @property
     def inertia(self) -> Any:
@@ -56,7 +64,7 @@ class Body:
 
     @property
     def energy(self) -> Any:
-        moving, turning = dot(self.velocity, self.velocity), dot(self.spin, self.spin)
+        moving, turning = self.velocity @ self.velocity, self.spin @ self.spin
         return (self.mass * moving + self.inertia * turning) / 2
 
     @property
@@ -71,7 +79,7 @@ class Laws:
 
     always_rolls: bool
     restitution: Any
-    friction: Vector
+    friction: Friction
     cushion: str
     cushion_restitution: Any
     cushion_tangential: Any
@@ -84,17 +92,16 @@ class Laws:
 
 def slip(body: Body) -> Vector:
     """Velocity of the body's lowest point over the cloth."""
-    return point_velocity(body, scaled(-body.radius, UP))
+    return point_velocity(body, -body.radius * UP)
 
 
 def point_velocity(body: Body, arm: Vector) -> Vector:
-    return plus(body.velocity, cross(body.spin, arm))
+    return body.velocity + np.cross(body.spin, arm)
 
 
 def rolling_spin(velocity: Vector, radius: Any, vertical: Any) -> Vector:
     """Angular velocity without slip, and with this much about the vertical."""
-    turning = scaled(1 / radius, cross(UP, velocity))
-    return (turning[0], turning[1], vertical)
+    return np.cross(UP, velocity) / radius + vertical * UP
 
 
 def settled(body: Body, always_rolls: bool) -> Body:
@@ -106,8 +113,7 @@ def settled(body: Body, always_rolls: bool) -> Body:
     if norm(u) == 0:
         return replace(body, phase=rolling_or_resting(body.velocity))
     # The slip changes 7/2 times as fast as the velocity, along the same line, until it is 0.
-    lost = (2 * u[0] / 7, 2 * u[1] / 7, mpf(0))
-    return replace(body, phase=Phase.SLIDING, final_velocity=minus(body.velocity, lost))
+    return replace(body, phase=Phase.SLIDING, final_velocity=body.velocity - 2 * u / 7)
 
 
 def rolling_or_resting(velocity: Vector) -> Phase:
@@ -137,31 +143,30 @@ def next_phase(body: Body) -> Body:
 def acceleration(body: Body) -> Vector:
     """Friction of the cloth over the mass: against the slip, or against the motion."""
     if body.phase is Phase.SLIDING:
-        return scaled(-body.sliding, unit(slip(body)))
+        return -body.sliding * unit(slip(body))
     if body.phase is Phase.ROLLING:
-        return scaled(-body.rolling, unit(body.velocity))
+        return -body.rolling * unit(body.velocity)
     return ZERO
 
 
 def angular_acceleration(body: Body) -> Vector:
     """Rate at which the spin about the horizontal changes, in any phase."""
     if body.phase is Phase.SLIDING:
-        force = scaled(body.mass, acceleration(body))
-        return scaled(1 / body.inertia, cross(scaled(-body.radius, UP), force))
-    return scaled(1 / body.radius, cross(UP, acceleration(body)))
+        force = body.mass * acceleration(body)
+        return np.cross(-body.radius * UP, force) / body.inertia
+    return np.cross(UP, acceleration(body)) / body.radius
 
 
 def advanced(body: Body, dt: Any) -> Body:
     """Return the body after `dt` in its phase."""
     a = acceleration(body)
-    velocity = plus(body.velocity, scaled(dt, a))
-    spin = plus(body.spin, scaled(dt, angular_acceleration(body)))
+    spin = body.spin + dt * angular_acceleration(body)
     left = max(abs(body.spin[2]) - body.spinning * dt, mpf(0))
     return replace(
         body,
-        position=plus(body.position, plus(scaled(dt, body.velocity), scaled(dt**2 / 2, a))),
-        velocity=velocity,
-        spin=(spin[0], spin[1], left if body.spin[2] > 0 else -left),
+        position=body.position + dt * body.velocity + dt**2 / 2 * a,
+        velocity=body.velocity + dt * a,
+        spin=vector(spin[0], spin[1], left if body.spin[2] > 0 else -left),
     )
 
 
@@ -169,7 +174,7 @@ def advanced(body: Body, dt: Any) -> Body:
 
 
 def contact_impulse(
-    velocity: Vector, normal: Vector, mass: Any, restitution: Any, friction: Vector
+    velocity: Vector, normal: Vector, mass: Any, restitution: Any, friction: Friction
 ) -> Vector:
     """Impulse that the first of two spheres gives to the second where they touch.
 
@@ -178,15 +183,15 @@ def contact_impulse(
     the slip is gone: a sphere's point of contact yields 7/2 times as easily along the surface as
     its centre does.
     """
-    approach_speed = dot(velocity, normal)
-    slipping = minus(velocity, scaled(approach_speed, normal))
+    approach_speed = velocity @ normal
+    slipping = velocity - approach_speed * normal
     speed = norm(slipping)
     push = (1 + restitution) * mass * approach_speed
     drag = min(coefficient(friction, speed) * push, 2 * mass * speed / 7)
-    return plus(scaled(push, normal), scaled(drag, unit(slipping)))
+    return push * normal + drag * unit(slipping)
 
 
-def coefficient(friction: Vector, speed: Any) -> Any:
+def coefficient(friction: Friction, speed: Any) -> Any:
     """Coefficient of friction at this slip speed: a + b exp(-c v)."""
     constant, part, rate = friction
     return constant if part == 0 else constant + part * mp.exp(-rate * speed)
@@ -194,27 +199,27 @@ def coefficient(friction: Vector, speed: Any) -> Any:
 
 def struck(body: Body, arm: Vector, impulse: Vector) -> Body:
     """Return the body after an impulse at the end of `arm`; the cloth keeps it from rising."""
-    velocity = plus(body.velocity, scaled(1 / body.mass, impulse))
+    velocity = body.velocity + impulse / body.mass
     return replace(
         body,
-        velocity=(velocity[0], velocity[1], mpf(0)),
-        spin=plus(body.spin, scaled(1 / body.inertia, cross(arm, impulse))),
+        velocity=velocity - velocity[2] * UP,
+        spin=body.spin + np.cross(arm, impulse) / body.inertia,
     )
 
 
 def collided(a: Body, b: Body, laws: Laws) -> tuple[Body, Body]:
     """Return both bodies after they hit each other."""
-    normal = unit(minus(b.position, a.position))
-    arm_a, arm_b = scaled(a.radius, normal), scaled(-b.radius, normal)
+    normal = unit(b.position - a.position)
+    arm_a, arm_b = a.radius * normal, -b.radius * normal
     impulse = contact_impulse(
-        minus(point_velocity(a, arm_a), point_velocity(b, arm_b)),
+        point_velocity(a, arm_a) - point_velocity(b, arm_b),
         normal,
         a.mass * b.mass / (a.mass + b.mass),
         laws.restitution,
         laws.friction,
     )
     return (
-        settled(struck(a, arm_a, scaled(-1, impulse)), laws.always_rolls),
+        settled(struck(a, arm_a, -impulse), laws.always_rolls),
         settled(struck(b, arm_b, impulse), laws.always_rolls),
     )
 
@@ -222,15 +227,13 @@ def collided(a: Body, b: Body, laws: Laws) -> tuple[Body, Body]:
 def bounced(body: Body, side: Vector, laws: Laws) -> Body:
     """Return the body after it hit the cushion that `side` points into."""
     if laws.cushion in ("mirror", "restitution"):
-        into = scaled(dot(body.velocity, side), side)
-        along = minus(body.velocity, into)
-        velocity = minus(
-            scaled(laws.cushion_tangential, along), scaled(laws.cushion_restitution, into)
-        )
+        into = (body.velocity @ side) * side
+        along = body.velocity - into
+        velocity = laws.cushion_tangential * along - laws.cushion_restitution * into
         return settled(replace(body, velocity=velocity), laws.always_rolls)
     # The point of contact: as high as the centre ("frictional"), or as the nose (Han).
     height = laws.cushion_height - body.radius if laws.cushion == "han2005" else mpf(0)
-    arm = plus(scaled(mp.sqrt(body.radius**2 - height**2), side), scaled(height, UP))
+    arm = mp.sqrt(body.radius**2 - height**2) * side + height * UP
     impulse = contact_impulse(
         point_velocity(body, arm),
         unit(arm),
@@ -238,40 +241,16 @@ def bounced(body: Body, side: Vector, laws: Laws) -> Body:
         laws.cushion_restitution,
         (laws.cushion_friction, mpf(0), mpf(0)),
     )
-    return settled(struck(body, arm, scaled(-1, impulse)), laws.always_rolls)
+    return settled(struck(body, arm, -impulse), laws.always_rolls)
 
 
 # -- vectors -------------------------------------------------------------------------------------
 
 
-def plus(a: Vector, b: Vector) -> Vector:
-    return (a[0] + b[0], a[1] + b[1], a[2] + b[2])
-
-
-def minus(a: Vector, b: Vector) -> Vector:
-    return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
-
-
-def scaled(factor: Any, a: Vector) -> Vector:
-    return (factor * a[0], factor * a[1], factor * a[2])
-
-
-def dot(a: Vector, b: Vector) -> Any:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-def cross(a: Vector, b: Vector) -> Vector:
-    return (
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    )
-
-
 def norm(a: Vector) -> Any:
-    return mp.sqrt(dot(a, a))
+    return mp.sqrt(a @ a)
 
 
 def unit(a: Vector) -> Vector:
     length = norm(a)
-    return a if length == 0 else scaled(1 / length, a)
+    return a if length == 0 else a / length
