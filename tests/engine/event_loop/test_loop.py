@@ -74,17 +74,35 @@ PLAYED = [
 ]
 
 
+def pause_at_every_step(monkeypatch):
+    monkeypatch.setattr(driver.Run.play, "__defaults__", (1,))
+
+
+def fill_scratch_with_nan(monkeypatch):
+    made = room.Room.__init__
+
+    def poisoned(self, layout, with_contacts):
+        made(self, layout, with_contacts)
+        self.numbers[:] = math.nan
+        if self.contacts is not None:
+            self.contacts[2][layout.count * s.MOTION_COLUMNS :] = math.nan
+
+    monkeypatch.setattr(room.Room, "__init__", poisoned)
+
+
 @pytest.mark.compiled
+@pytest.mark.parametrize("disturb", [pause_at_every_step, fill_scratch_with_nan])
 @pytest.mark.parametrize(("name", "many"), PLAYED)
-def test_a_shot_that_pauses_at_every_step_is_the_same_to_the_bit(name, many, monkeypatch):
+def test_neither_pauses_nor_what_is_in_scratch_change_a_bit(name, many, disturb, monkeypatch):
+    """Nothing in a block is read before it is written, and a shot goes on where it paused."""
     if many:
         monkeypatch.setattr(skips, "MOST_PAIRED", 0)
     scene = Scene.load(FOLDER / f"{name}.toml")
     whole = simulate(scene.model_copy(), record="events")
-    monkeypatch.setattr(driver.Run.play, "__defaults__", (1,))
-    paused = simulate(scene.model_copy(), record="events")
-    assert fingerprint(paused) == fingerprint(whole)
-    assert paused.work == whole.work
+    disturb(monkeypatch)
+    other = simulate(scene.model_copy(), record="events")
+    assert fingerprint(other) == fingerprint(whole)
+    assert other.work == whole.work
 
 
 @pytest.mark.compiled
@@ -103,7 +121,7 @@ def test_a_ball_that_bounces_without_room_and_without_loss_stands_still():
     assert simulate(lossy, max_work=10**6).status is Status.REST
 
 
-def test_the_limit_of_work_ends_a_shot_and_says_what_was_done():
+def test_a_limit_ends_a_shot_and_says_what_was_done():
     scene = scene_of(
         ball((0.5, 0.5), (1.0, 0.3)), table=POOL_TABLE, rolling_friction=0.0, t_max=9e9
     )
@@ -114,6 +132,10 @@ def test_the_limit_of_work_ends_a_shot_and_says_what_was_done():
     assert "work 100" in result.reason
     assert result.settings["max_work"] == 1_000
     assert 0.0 < result.rest_time < 9e9
+    few = simulate(scene, record="events", max_events=5)
+    assert (few.status, len(few.events)) == (Status.EVENT_LIMIT, 5)
+    assert "5 events" in few.reason
+    assert few.rest_time == few.events["t"][-1]
     batch = simulate_many([scene], max_work=1_000)
     assert batch.rest_times[0] == result.rest_time
     assert not batch.complete[0]
@@ -132,23 +154,3 @@ def test_a_shot_without_end_hears_ctrl_c_and_keeps_what_is_done():
     assert result.status is Status.INTERRUPTED
     assert np.all(np.isfinite(result.rest_positions))
     assert result.work["events"] > 0
-
-
-@pytest.mark.compiled
-@pytest.mark.parametrize(("name", "many"), PLAYED)
-def test_nothing_in_a_block_is_read_before_it_is_written(name, many, monkeypatch):
-    """Scratch that is full of NaN changes no bit: it is no part of what a shot begins with."""
-    if many:
-        monkeypatch.setattr(skips, "MOST_PAIRED", 0)
-    scene = Scene.load(FOLDER / f"{name}.toml")
-    whole = simulate(scene, record="events")
-    made = room.Room.__init__
-
-    def poisoned(self, layout, with_contacts):
-        made(self, layout, with_contacts)
-        self.numbers[:] = math.nan
-        if self.contacts is not None:
-            self.contacts[2][layout.count * s.MOTION_COLUMNS :] = math.nan
-
-    monkeypatch.setattr(room.Room, "__init__", poisoned)
-    assert fingerprint(simulate(scene, record="events")) == fingerprint(whole)
