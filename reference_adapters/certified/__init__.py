@@ -14,7 +14,7 @@ What can't be told at the cap is "ambiguous": exact ties and tangencies, with th
 is reported beyond. Ties of events of different balls that can't feel each other pass, in either
 order the outcome is the same. Sustained contact is certified up to where it begins. A slide in air,
 which has no closed form, is enclosed by pieces with a proved bound of their error (`slide`). Flight
-is a parabola (`flight`), and what meets in the air does so in space (`gaps_in_space`); the rules by
+is a parabola (`flight`), and what meets in the air does so in space (`gaps`); the rules by
 which the model leaves out the lowest bounces are part of what is proved. Where a ball comes to lie
 on another, or on a nose, the proof ends.
 

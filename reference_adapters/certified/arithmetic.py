@@ -6,6 +6,7 @@ import math
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from operator import mul, sub
 
 from flint import arb, ctx, fmpq
 
@@ -15,6 +16,9 @@ ZERO = arb(0)
 ONE = arb(1)
 
 Vector = tuple[arb, arb]
+
+Direction = tuple[arb, ...]
+"""A vector in the plane or in space."""
 
 
 @contextmanager
@@ -138,6 +142,16 @@ def _sign(x: arb, what: str) -> arb:
     if x < 0:
         return -ONE
     raise UndecidedError(what)
+
+
+def dot(x: Direction, y: Direction) -> arb:
+    """Return the scalar product."""
+    return sum(map(mul, x, y), ZERO)
+
+
+def minus(x: Direction, y: Direction) -> Direction:
+    """Return the difference of two vectors."""
+    return tuple(map(sub, x, y))
 
 
 def radius_of(value: arb) -> float:

@@ -10,7 +10,8 @@ from flint import arb
 
 from ghostball.model import EventKind
 from ghostball.reference_adapters.certified.certificate import Choice
-from ghostball.reference_adapters.certified.gaps import Gap, Meeting, meeting
+from ghostball.reference_adapters.certified.gaps import Gap
+from ghostball.reference_adapters.certified.meetings import Meeting, meeting
 from ghostball.reference_adapters.certified.motion import Body
 from ghostball.reference_adapters.certified.roots import NONE, Bracket
 

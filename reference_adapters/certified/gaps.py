@@ -1,39 +1,34 @@
-"""Gaps between two balls, and between a ball and a cushion, as polynomials of the time.
+"""Gaps between two balls, and between a ball and a cushion, as functions of the time.
 
 Two balls: |r + v s + a s^2 / 2|^2 - D^2, of degree 4 in the time s since the later of their
-instants; a cushion: degree 2. Where balls touch, because they just hit each other or because the
-scene's very doubles say so, the gap is exactly 0, and its root s = 0 is divided out: what remains
-tells whether they part, and when they meet again.
+instants; in space where one of them is in the air, else in the plane. A cushion: degree 2; for a
+ball in the air its nose is a line, and the gap that of two balls, across it, in a vertical plane.
+Where air slows a ball there is no polynomial.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import NamedTuple, Protocol
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from operator import mul, sub
+from typing import Protocol
 
 from flint import arb
 
-from ghostball.model import EventKind
+from ghostball.model import EventKind, Phase
 from ghostball.reference_adapters.certified.arithmetic import (
     ZERO,
-    SustainedContactError,
+    Direction,
     UndecidedError,
-    Vector,
+    dot,
+    exactly,
+    minus,
     unit,
 )
 from ghostball.reference_adapters.certified.certificate import Choice
-from ghostball.reference_adapters.certified.drag import first_entry_of, parting
 from ghostball.reference_adapters.certified.motion import Body
-from ghostball.reference_adapters.certified.roots import (
-    NONE,
-    ROOT,
-    UNSURE,
-    Bracket,
-    first_entry,
-    first_entry_quick,
-    refined,
-    unsearched,
-)
+from ghostball.reference_adapters.certified.problem import Problem
+from ghostball.reference_adapters.certified.roots import Bracket, first_entry_quick, unsearched
 
 QUICK_ERROR = 1e-10
 """Bound of the error of a quick search, in units of the sum of all terms.
@@ -78,107 +73,123 @@ class Gap(Protocol):
         ...
 
 
-class PairGap:
-    """The squared distance of two balls less the square of the sum of their radii [m^2].
+class _DistanceGap(ABC):
+    """The squared length of a vector that moves, less the square of a reach [m^2].
 
-    Or of another `reach` [m]: where balls of different size touch along a line that isn't level.
+    Attributes
+    ----------
+    t : arb [s]
+        Instant that its time counts from.
+    choice : Choice
+    reach : arb [m]
+    curved : bool
+    """
+
+    t: arb
+    choice: Choice
+    reach: arb
+    curved: bool
+
+    @abstractmethod
+    def vector(self, s: arb, order: int = 0) -> Direction:
+        """Return the vector a time s after `t` [m], or its first or second derivative."""
+
+    def coefficients(self) -> list[arb]:
+        """Return the coefficients from the constant up [m^2, m^2/s ...]."""
+        r, v, a = (self.vector(ZERO, order) for order in range(3))
+        return [
+            dot(r, r) - self.reach * self.reach,
+            2 * dot(r, v),
+            dot(v, v) + dot(r, a),
+            dot(v, a),
+            dot(a, a) / 4,
+        ]
+
+    def value(self, s: arb) -> arb:
+        """Return the gap after a time s, from the places: narrower than by powers of s."""
+        r = self.vector(s)
+        return dot(r, r) - self.reach * self.reach
+
+    def slope(self, s: arb) -> arb:
+        """Return the derivative of the gap after a time s."""
+        return 2 * dot(self.vector(s), self.vector(s, 1))
+
+    def bend(self, s: arb) -> arb:
+        """Return the second derivative of the gap after a time s."""
+        v = self.vector(s, 1)
+        return 2 * (dot(v, v) + dot(self.vector(s), self.vector(s, 2)))
+
+    def normal(self, s: arb, *, touching: bool) -> Direction:
+        """Return the unit vector along the gap after a time s, where it is closed."""
+        r = self.vector(s)
+        if touching:
+            return tuple(x / self.reach for x in r)
+        square = dot(r, r)
+        if not square > 0:
+            raise UndecidedError("where they meet")
+        size = square.sqrt()
+        return tuple(x / size for x in r)
+
+
+class PairGap(_DistanceGap):
+    """The gap of two balls.
+
+    Attributes
+    ----------
+    free : bool
+        Whether one of them is in the air: then it is a gap in space.
+    reach : arb [m]
+        The sum of their radii; another one where balls of different size lie on the cloth of a
+        scene in space, and touch along a line that isn't level.
     """
 
     def __init__(self, a: Body, b: Body, choice: Choice, reach: arb | None = None) -> None:
         self.choice = choice
         self._a, self._b = a, b
         self.curved = a.curved or b.curved
+        self.free = Phase.FLYING in (a.phase, b.phase)
         self._later = a if a.order >= b.order else b
         self.t = self._later.t
-        self.reach = a.constants.radius + b.constants.radius if reach is None else reach
-        self._relative: tuple[Vector, Vector, Vector] | None = None
-
-    def _terms(self) -> tuple[Vector, Vector, Vector]:
-        """Return position, velocity and half the acceleration of b relative to a, at `t`."""
-        if self._relative is None:
-            (ax, ay), (avx, avy) = self._at_reference(self._a)
-            (bx, by), (bvx, bvy) = self._at_reference(self._b)
-            h = ((self._b.ax - self._a.ax) / 2, (self._b.ay - self._a.ay) / 2)
-            self._relative = ((bx - ax, by - ay), (bvx - avx, bvy - avy), h)
-        return self._relative
-
-    def _lag(self, body: Body) -> float:
-        """Return how long ago the body's instant was at `t` [s]; 0 where it doesn't matter."""
-        if body.order == self._later.order or body.resting:
-            return 0.0
-        return float(self.t - body.t)
-
-    def _at_reference(self, body: Body) -> tuple[Vector, Vector]:
-        if body.order == self._later.order or body.resting:
-            return (body.x, body.y), (body.vx, body.vy)
-        s = self.t - body.t
-        return body.position_after(s), body.velocity_after(s)
-
-    def coefficients(self) -> list[arb]:
-        """Return the coefficients from the constant up [m^2, m^2/s ...]."""
-        (rx, ry), (vx, vy), (hx, hy) = self._terms()
-        return [
-            rx * rx + ry * ry - self.reach * self.reach,
-            2 * (rx * vx + ry * vy),
-            vx * vx + vy * vy + 2 * (rx * hx + ry * hy),
-            2 * (vx * hx + vy * hy),
-            hx * hx + hy * hy,
-        ]
+        radii = a.constants.radius + b.constants.radius
+        self.reach = radii if reach is None or self.free else reach
+        self._start: tuple[Direction, ...] | None = None
 
     def _age(self, body: Body, s: arb) -> arb:
-        """Return how old a body is after a time s [s]."""
         if body.resting:
             return ZERO
         return s if body.order == self._later.order else (self.t - body.t) + s
 
-    def offset(self, s: arb) -> Vector:
-        """Return the position of b relative to a after a time s [m]."""
+    def _lag(self, body: Body) -> float:
+        """Return how old a body is at `t` [s]; 0 where it doesn't matter."""
+        if body.order == self._later.order or body.resting:
+            return 0.0
+        return float(self.t - body.t)
+
+    def vector(self, s: arb, order: int = 0) -> Direction:
+        """Return where b is relative to a at a time s [m], or the derivatives of that."""
         if self.curved:
-            ax, ay = self._a.position_after(self._age(self._a, s))
-            bx, by = self._b.position_after(self._age(self._b, s))
-            return (bx - ax, by - ay)
-        (rx, ry), (vx, vy), (hx, hy) = self._terms()
-        return (rx + s * (vx + s * hx), ry + s * (vy + s * hy))
+            return self._apart(s, order)
+        if self._start is None:
+            self._start = tuple(self._apart(ZERO, of_start) for of_start in range(3))
+        r, v, a = self._start
+        if order == 0:
+            return tuple(x + s * (y + s * z / 2) for x, y, z in zip(r, v, a, strict=True))
+        return a if order == 2 else tuple(y + s * z for y, z in zip(v, a, strict=True))
 
-    def rate(self, s: arb) -> Vector:
-        """Return the velocity of b relative to a after a time s [m/s]."""
-        if self.curved:
-            avx, avy = self._a.velocity_after(self._age(self._a, s))
-            bvx, bvy = self._b.velocity_after(self._age(self._b, s))
-            return (bvx - avx, bvy - avy)
-        _, (vx, vy), (hx, hy) = self._terms()
-        return (vx + 2 * s * hx, vy + 2 * s * hy)
+    def _apart(self, s: arb, order: int) -> Direction:
+        first, second = (
+            motion_of(body, self._age(body, s), order, in_space=self.free)
+            for body in (self._a, self._b)
+        )
+        return minus(second, first)
 
-    def pull(self, s: arb) -> Vector:
-        """Return the acceleration of b relative to a after a time s [m/s^2]."""
-        if self.curved:
-            ax, ay = self._a.acceleration_after(self._age(self._a, s))
-            bx, by = self._b.acceleration_after(self._age(self._b, s))
-            return (bx - ax, by - ay)
-        _, _, (hx, hy) = self._terms()
-        return (2 * hx, 2 * hy)
-
-    def value(self, s: arb) -> arb:
-        """Return the gap after a time s, from the positions: narrower than by powers of s."""
-        x, y = self.offset(s)
-        return x * x + y * y - self.reach * self.reach
-
-    def slope(self, s: arb) -> arb:
-        """Return the derivative of the gap after a time s."""
-        (x, y), (vx, vy) = self.offset(s), self.rate(s)
-        return 2 * (x * vx + y * vy)
-
-    def bend(self, s: arb) -> arb:
-        """Return the second derivative of the gap after a time s."""
-        (x, y), (vx, vy), (ax, ay) = self.offset(s), self.rate(s), self.pull(s)
-        return 2 * (vx * vx + vy * vy + x * ax + y * ay)
-
-    def normal(self, s: arb, touching: bool) -> Vector:
+    def normal(self, s: arb, *, touching: bool) -> Direction:
         """Return the unit normal from a to b where they touch, after a time s."""
-        x, y = self.offset(s)
-        if x.is_zero() or y.is_zero() or not touching:
-            return unit(x, y, "where two balls meet")
-        return (x / self.reach, y / self.reach)
+        if not self.free:
+            x, y = self.vector(s)
+            if x.is_zero() or y.is_zero() or not touching:
+                return unit(x, y, "where two balls meet")
+        return super().normal(s, touching=touching)
 
     def quick(self, high: float) -> Bracket:
         """Search in doubles; balls too wide for that are UNSURE."""
@@ -187,28 +198,50 @@ class PairGap:
             return unsearched(high)
         # Differences of instants are taken before rounding, which would be coarser.
         sa, sb = self._lag(self._a), self._lag(self._b)
-        rx = b.x + sb * (b.vx + 0.5 * sb * b.ax) - (a.x + sa * (a.vx + 0.5 * sa * a.ax))
-        ry = b.y + sb * (b.vy + 0.5 * sb * b.ay) - (a.y + sa * (a.vy + 0.5 * sa * a.ay))
-        vx, vy = b.vx + sb * b.ax - (a.vx + sa * a.ax), b.vy + sb * b.ay - (a.vy + sa * a.ay)
-        hx, hy = 0.5 * (b.ax - a.ax), 0.5 * (b.ay - a.ay)
+        first = _quick_motion(self._a, sa, in_space=self.free)
+        second = _quick_motion(self._b, sb, in_space=self.free)
+        motion = [list(map(sub, of_b, of_a)) for of_a, of_b in zip(first, second, strict=True)]
         reach = float(self.reach)
-        gap = (
-            rx * rx + ry * ry - reach * reach,
-            2.0 * (rx * vx + ry * vy),
-            vx * vx + vy * vy + 2.0 * (rx * hx + ry * hy),
-            2.0 * (vx * hx + vy * hy),
-            hx * hx + hy * hy,
-        )
         place = a.place + b.place + reach + sa * (a.speed + sa * a.pull)
         place += sb * (b.speed + sb * b.pull)
         speed = a.speed + b.speed + sa * a.pull + sb * b.pull
-        pull = a.pull + b.pull
+        return _search(motion, reach, high, place, speed, a.pull + b.pull)
 
-        def margin(s: float) -> float:
-            size = place + s * (speed + s * pull)
-            return QUICK_ERROR * size * size
 
-        return first_entry_quick(gap, 0.0, high, margin)
+class NoseGap(_DistanceGap):
+    """The gap of a ball in the air and a nose, a line at a height."""
+
+    def __init__(self, body: Body, line: float, height: float, choice: Choice) -> None:
+        self.choice = choice
+        self.t = body.t
+        self.curved = False
+        self.reach = body.constants.radius
+        self._body, self._line, self._height = body, line, height
+        nx, ny = SIDES[choice.b]
+        self._axis, self._inward = (0, nx) if nx else (1, ny)
+
+    def vector(self, s: arb, order: int = 0) -> Direction:
+        """Return where the ball is, seen from the nose: away from it and up [m]."""
+        r = motion_of(self._body, s, order, in_space=True)
+        if order == 0:
+            return (self._inward * (r[self._axis] - self._line), r[2] - self._height)
+        return (self._inward * r[self._axis], r[2])
+
+    def quick(self, high: float) -> Bracket:
+        """Search in doubles; a ball too wide for that is UNSURE."""
+        quick = self._body.quick
+        if not quick.exact_enough:
+            return unsearched(high)
+        r, v, a = _quick_motion(self._body, 0.0, in_space=True)
+        k, n = self._axis, self._inward
+        motion = [
+            (n * (r[k] - self._line), r[2] - self._height),
+            (n * v[k], v[2]),
+            (n * a[k], a[2]),
+        ]
+        reach = float(self.reach)
+        place = quick.place + abs(self._line) + self._height + reach
+        return _search(motion, reach, high, place, quick.speed, quick.pull)
 
 
 class CushionGap:
@@ -270,134 +303,90 @@ class CushionGap:
         return first_entry_quick(gap, 0.0, high, margin)
 
 
-class Meeting(NamedTuple):
-    """When a gap closes: after s, at t; or not before t, where `s` is None [s]."""
+def motion_of(body: Body, s: arb, order: int = 0, *, in_space: bool) -> Direction:
+    """Return where a ball's centre is a time s [s] after its instant, or a derivative of that.
 
-    s: arb | None
-    t: arb
-
-
-def meeting(gap: Gap, bracket: Bracket, bits: int) -> Meeting | None:
-    """Find when a gap that is open at first closes, in balls; None is never.
-
-    `bracket` is what a quick search found.
+    In m, m/s or m/s^2; in space with its height above the cloth.
     """
-    if gap.curved:
-        if not gap.value(ZERO) > 0:
-            return Meeting(None, gap.t)
-        found = first_entry_of(gap.value, gap.slope, ZERO, bracket.high, bits)
-        return _narrowed(gap.t, gap.value, gap.slope, found)
-    if bracket.verdict == UNSURE:
-        coefficients = gap.coefficients()
-        if bracket.low.is_zero() and not coefficients[0] > 0:
-            if coefficients[0] < 0:
-                return _after_overlap(gap, coefficients, bracket.high, bits)
-            return Meeting(None, gap.t)
-        bracket = first_entry(coefficients, bracket.low, bracket.high, bits)
-    return _narrowed(gap.t, gap.value, gap.slope, bracket)
+    if body.resting:
+        level = ((body.x, body.y), (body.vx, body.vy), (ZERO, ZERO))[order]
+    elif order == 0:
+        level = body.position_after(s)
+    else:
+        level = body.velocity_after(s) if order == 1 else body.acceleration_after(s)
+    return (*level, body.vertical_after(s)[order]) if in_space else level
 
 
-def meeting_again(gap: Gap, high: float, bits: int, *, still: bool = False) -> Meeting | None:
-    """Find when a gap that is exactly 0 now closes again: at once, later, or never (None).
-
-    `still` says that its rate is exactly 0, too, though computed from numbers that are not exact.
-
-    Raises
-    ------
-    UndecidedError
-        Where it can't be told whether they part.
-    SustainedContactError
-        Where they are pressed together.
-    """
-    now = Meeting(ZERO, gap.t)
-    if gap.curved:
-        return _meeting_again_in_air(gap, arb(high), bits, still=still)
-    _, *rest = gap.coefficients()
-    if still:
-        rest[0] = ZERO
-    if all(c.is_zero() for c in rest):
-        return None
-    if rest[0] < 0:
-        return now
-    if rest[0].is_zero():
-        rest = rest[1:]
-        if rest[0] < 0:
-            raise SustainedContactError("pressed together", (gap.choice,), gap.t)
-    if not rest[0] > 0:
-        raise UndecidedError("whether they part or press", (gap.choice,), gap.t)
-    return _narrowed(gap.t, *_horner(rest), first_entry(rest, ZERO, arb(high), bits))
+def level_reach(a: Body, b: Body) -> arb:
+    """Return how far apart, in plan, two balls that lie on the cloth touch [m]: 2 sqrt(R_a R_b)."""
+    first, second = a.constants.radius, b.constants.radius
+    if first == second:
+        return first + second
+    return 2 * (first * second).sqrt()
 
 
-def _meeting_again_in_air(gap: Gap, high: arb, bits: int, *, still: bool) -> Meeting | None:
-    opens = gap.slope
-    rate = ZERO if still else opens(ZERO)
-    if rate < 0:
-        return Meeting(ZERO, gap.t)
-    if rate.is_zero():
-        opens = gap.bend
-        pull = opens(ZERO)
-        if pull.is_zero() and isinstance(gap, CushionGap):
-            return None  # it goes along the cushion
-        if pull < 0:
-            raise SustainedContactError("pressed together", (gap.choice,), gap.t)
-    apart = parting(opens, high, bits) if opens(ZERO) > 0 else None
-    if apart is None:
-        raise UndecidedError("whether they part or press", (gap.choice,), gap.t)
-    if apart >= high:
-        return None
-    found = first_entry_of(gap.value, gap.slope, apart, high, bits)
-    return _narrowed(gap.t, gap.value, gap.slope, found)
+def reach_to_cushion(problem: Problem, i: int) -> arb:
+    """Return how far from the line of a cushion ball i, on the cloth, touches it [m]."""
+    radius = problem.balls[i].radius
+    return nose_reach(radius, problem.cushion_height) if problem.airborne else arb(radius)
 
 
-def _after_overlap(gap: Gap, coefficients: list[arb], high: arb, bits: int) -> Meeting | None:
-    """Find the next entry of balls that overlap by the rounding of the scene's numbers.
-
-    The rule of the model (Bannerman, Strobl, Formella and Poeschel 2014): an overlap that closes is
-    an impact now, one that opens is none.
-    """
-    if all(c.is_zero() for c in coefficients[1:]):
-        return None
-    rate, pull = coefficients[1:3]
-    if rate < 0:
-        return Meeting(ZERO, gap.t)
-    if rate.is_zero() and pull < 0:
-        raise SustainedContactError("pressed together", (gap.choice,), gap.t)
-    left = first_entry([-c for c in coefficients], ZERO, high, bits)
-    if left.verdict != ROOT:
-        return Meeting(None, gap.t)
-    again = first_entry(coefficients, left.high, high, bits)
-    return _narrowed(gap.t, gap.value, gap.slope, again)
+def over_nose(body: Body, line: float, cushion: int) -> tuple[arb, arb]:
+    """Return how far a ball's centre is from the line of a nose [m], and the rate of that [m/s]."""
+    nx, ny = SIDES[cushion]
+    x, v = (body.x, body.vx) if nx else (body.y, body.vy)
+    n = nx + ny
+    return n * (x - line), n * v
 
 
-def _horner(coefficients: Sequence[arb]) -> tuple[Callable[[arb], arb], Callable[[arb], arb]]:
-    """Return a polynomial and its derivative as functions."""
-
-    def value(s: arb) -> arb:
-        total = ZERO
-        for c in reversed(coefficients):
-            total = total * s + c
-        return total
-
-    def slope(s: arb) -> arb:
-        total = ZERO
-        for k in range(len(coefficients) - 1, 0, -1):
-            total = total * s + k * coefficients[k]
-        return total
-
-    return value, slope
+def nose_reach(radius: float, height: float) -> arb:
+    """Return how far from the line of a nose a ball on the cloth touches it [m]."""
+    if height == radius:
+        return arb(radius)
+    h, r = exactly(height), exactly(radius)
+    return arb(h * (2 * r - h)).sqrt()
 
 
-def _narrowed(
-    t: arb, value: Callable[[arb], arb], slope: Callable[[arb], arb], bracket: Bracket
-) -> Meeting | None:
-    """Return the meeting in a bracket of times from t on, as narrow as the precision allows."""
-    if bracket.verdict == NONE:
-        return None
-    if bracket.verdict == ROOT:
-        s = refined(value, slope, bracket.low, bracket.high)
-        if s is not None:
-            return Meeting(s, t + s)
-    return Meeting(None, t + bracket.low)
+def _quick_motion(body: Body, lag: float, *, in_space: bool) -> Sequence[Sequence[float]]:
+    q = body.quick
+    r, v, a = (
+        (
+            q.x + lag * (q.vx + 0.5 * lag * q.ax),
+            q.y + lag * (q.vy + 0.5 * lag * q.ay),
+        ),
+        (q.vx + lag * q.ax, q.vy + lag * q.ay),
+        (q.ax, q.ay),
+    )
+    if not in_space:
+        return r, v, a
+    height, up, pull = (float(number) for number in body.vertical)
+    rise = height + lag * (up + 0.5 * lag * pull)
+    return (*r, rise), (*v, up + lag * pull), (*a, pull)
+
+
+def _search(
+    motion: Sequence[Sequence[float]],
+    reach: float,
+    high: float,
+    place: float,
+    speed: float,
+    pull: float,
+) -> Bracket:
+    """Search in doubles; `place`, `speed` and `pull` bound the sums of what is added up."""
+    r, v, a = motion
+    gap = (
+        sum(map(mul, r, r)) - reach * reach,
+        2.0 * sum(map(mul, r, v)),
+        sum(map(mul, v, v)) + sum(map(mul, r, a)),
+        sum(map(mul, v, a)),
+        0.25 * sum(map(mul, a, a)),
+    )
+
+    def margin(s: float) -> float:
+        size = place + s * (speed + s * pull)
+        return QUICK_ERROR * size * size
+
+    return first_entry_quick(gap, 0.0, high, margin)
 
 
 def cushion_choice(i: int, cushion: int) -> Choice:

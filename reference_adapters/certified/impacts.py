@@ -8,8 +8,7 @@ from ghostball.model import EventKind
 from ghostball.reference_adapters.certified.arithmetic import ZERO, Vector, exactly
 from ghostball.reference_adapters.certified.candidates import Candidate
 from ghostball.reference_adapters.certified.contacts import Contacts
-from ghostball.reference_adapters.certified.gaps import SIDES, PairGap
-from ghostball.reference_adapters.certified.gaps_in_space import reach_to_cushion
+from ghostball.reference_adapters.certified.gaps import SIDES, PairGap, reach_to_cushion
 from ghostball.reference_adapters.certified.laws import Laws, Seen, seen_along, seen_from_table
 from ghostball.reference_adapters.certified.motion import Body
 from ghostball.reference_adapters.certified.problem import Problem
@@ -47,12 +46,7 @@ class Impacts:
         assert chosen.meeting is not None
         assert chosen.meeting.s is not None
         gap, s = chosen.gap, chosen.meeting.s
-        n = gap.normal(s, touching=not self.overlapping(chosen))
-        (vx, vy), (ax, ay) = gap.rate(s), gap.pull(s)
-        rate, across = n[0] * vx + n[1] * vy, n[0] * vy - n[1] * vx
-        # The second derivative of the distance: the line of centres turns away, and friction.
-        opening = across * across / gap.reach + n[0] * ax + n[1] * ay
-        self._contacts.check_hop(chosen, rate, opening, gap.reach)
+        n = self._checked_normal(chosen, gap)
         places, seen = [], []
         for body in chosen.bodies:
             # The gap's own time is narrower than a difference of instants.
@@ -75,10 +69,7 @@ class Impacts:
         body, s = chosen.bodies[0], chosen.meeting.s
         inward = SIDES[chosen.choice.b]
         (vx, vy), u = body.velocity_after(s), body.slip_after(s)
-        rate = inward[0] * vx + inward[1] * vy
-        ax, ay = body.acceleration_after(s)
-        opening = inward[0] * ax + inward[1] * ay
-        self._contacts.check_hop(chosen, rate, opening, 2 * body.constants.radius)
+        self._check_cushion(chosen, inward[0] * vx + inward[1] * vy)
         n = (arb(-inward[0]), arb(-inward[1]))
         seen = seen_along(n, (vx, vy), u, body.spin_after(s), body.constants.radius)
         after = self._laws.bounce(chosen.choice.a, seen)
@@ -86,6 +77,24 @@ class Impacts:
         if not self.overlapping(chosen):
             place = self._at_cushion(chosen.choice.a, chosen.choice.b, place)
         return self._sent_off(body, n, place, after, chosen.instant, order)
+
+    def _checked_normal(self, chosen: Candidate, gap: PairGap) -> Vector:
+        """Return the normal of two balls in the plane, unless they stay in contact from here on."""
+        s = chosen.age
+        nx, ny = gap.normal(s, touching=not self.overlapping(chosen))
+        (vx, vy), (ax, ay) = gap.vector(s, 1), gap.vector(s, 2)
+        rate, across = nx * vx + ny * vy, nx * vy - ny * vx
+        # The second derivative of the distance: the line of centres turns away, and friction.
+        opening = across * across / gap.reach + nx * ax + ny * ay
+        self._contacts.check_hop(chosen, rate, opening, gap.reach)
+        return (nx, ny)
+
+    def _check_cushion(self, chosen: Candidate, rate: arb) -> None:
+        """Raise where a ball that is `rate` [m/s] fast away from a cushion stays in contact."""
+        body, inward = chosen.bodies[0], SIDES[chosen.choice.b]
+        ax, ay = body.acceleration_after(chosen.age)
+        opening = inward[0] * ax + inward[1] * ay
+        self._contacts.check_hop(chosen, rate, opening, 2 * body.constants.radius)
 
     def _sent_off(
         self, body: Body, n: Vector, place: Vector, after: Seen, t: arb, order: int

@@ -15,19 +15,21 @@ from flint import arb
 
 from ghostball.reference_adapters.certified.arithmetic import (
     ZERO,
+    Direction,
     SustainedContactError,
     UndecidedError,
     Vector,
+    dot,
     exactly,
+    minus,
 )
 from ghostball.reference_adapters.certified.candidates import Candidate
 from ghostball.reference_adapters.certified.contacts import HOP, Contacts
 from ghostball.reference_adapters.certified.flight import FlyingBody, State, answered_by_table
-from ghostball.reference_adapters.certified.gaps import SIDES, PairGap
-from ghostball.reference_adapters.certified.gaps_in_space import (
-    Direction,
+from ghostball.reference_adapters.certified.gaps import (
+    SIDES,
     NoseGap,
-    PairInSpace,
+    PairGap,
     motion_of,
     nose_reach,
 )
@@ -67,18 +69,17 @@ class ImpactsInSpace(Impacts):
         """Return both balls after their impact."""
         gap, s = chosen.gap, chosen.age
         first, second = chosen.bodies
-        free = isinstance(gap, PairInSpace)
-        touching = not self.overlapping(chosen)
-        if isinstance(gap, PairInSpace):
-            n = gap.towards(s, touching=touching)
+        assert isinstance(gap, PairGap)
+        free, touching = gap.free, not self.overlapping(chosen)
+        if free:
+            n = gap.normal(s, touching=touching)
         else:
-            assert isinstance(gap, PairGap)
             n = self._tilted(gap, s, first, second, touching=touching)
         a, b = (self._moved(body, self._age(body, chosen)) for body in chosen.bodies)
-        speed = _dot(_minus(a.velocity, b.velocity), n)
+        speed = dot(minus(a.velocity, b.velocity), n)
         slow = self._slow(first.constants.radius + second.constants.radius)
         if not free:
-            self._check_pressed(chosen)
+            self._checked_normal(chosen, gap)
         if not self._lifts(speed, slow):
             if free:
                 raise _resting_on(chosen, "another ball")
@@ -88,7 +89,7 @@ class ImpactsInSpace(Impacts):
             returned = arb.max(returned, slow)
         normal = speed + returned
         turning = _plus(a.surface, b.surface)
-        slip = _plus(_minus(_minus(a.velocity, b.velocity), _times(speed, n)), _cross(turning, n))
+        slip = _plus(minus(minus(a.velocity, b.velocity), _times(speed, n)), _cross(turning, n))
         part = self._part(normal, slip)
         masses = [exactly(self._problem.balls[k].mass) for k in (chosen.choice.a, chosen.choice.b)]
         impulse = _plus(_times(normal, n), _times(part, slip))
@@ -118,17 +119,6 @@ class ImpactsInSpace(Impacts):
         level = gap.reach / reach
         return (level * x, level * y, (above - below) / reach)
 
-    def _check_pressed(self, chosen: Candidate) -> None:
-        """Raise where a contact on the cloth is sustained from here on; see `Contacts`."""
-        gap = chosen.gap
-        assert isinstance(gap, PairGap)
-        s = chosen.age
-        n = gap.normal(s, touching=not self.overlapping(chosen))
-        (vx, vy), (ax, ay) = gap.rate(s), gap.pull(s)
-        rate, across = n[0] * vx + n[1] * vy, n[0] * vy - n[1] * vx
-        opening = across * across / gap.reach + n[0] * ax + n[1] * ay
-        self._contacts.check_hop(chosen, rate, opening, gap.reach)
-
     def bounced(self, chosen: Candidate, order: int) -> Body:
         """Return a ball after it met a nose."""
         body, s, side = chosen.bodies[0], chosen.age, chosen.choice.b
@@ -137,18 +127,18 @@ class ImpactsInSpace(Impacts):
         slow = self._slow(2 * radius)
         free = isinstance(chosen.gap, NoseGap)
         if isinstance(chosen.gap, NoseGap):
-            away, above = chosen.gap.towards(s, touching=not self.overlapping(chosen))
+            away, above = chosen.gap.normal(s, touching=not self.overlapping(chosen))
         else:
             rate = inward[0] * ball.velocity[0] + inward[1] * ball.velocity[1]
             if not self._lifts(-rate, slow):
                 return super().bounced(chosen, order)
-            self._check_held(chosen, ball, rate)
+            self._check_cushion(chosen, rate)
             reach = nose_reach(self._problem.balls[chosen.choice.a].radius, self._height)
             away, above = reach / radius, (radius - self._height) / radius
             if not self.overlapping(chosen):
                 ball = ball._replace(place=self._at_cushion(chosen.choice.a, side, ball.place))
         n = (-inward[0] * away, -inward[1] * away, -above)
-        speed = _dot(ball.velocity, n)
+        speed = dot(ball.velocity, n)
         returned = self._cushion_restitution * speed
         if free:
             if not self._lifts(speed, slow):
@@ -158,23 +148,16 @@ class ImpactsInSpace(Impacts):
         impulse = _times(-normal, n)
         turn: Direction = (ZERO, ZERO, ZERO)
         if self._problem.cushion in TURNING:
-            slip = _plus(_minus(ball.velocity, _times(speed, n)), _cross(ball.surface, n))
+            slip = _plus(minus(ball.velocity, _times(speed, n)), _cross(ball.surface, n))
             most = self._cushion_friction * normal
             part = capped(most, _size(slip))
-            impulse = _minus(impulse, _times(part, slip))
+            impulse = minus(impulse, _times(part, slip))
             turn = _times(5 * part / 2, _cross(n, slip))
         else:
             along = inward[0] * ball.velocity[1] - inward[1] * ball.velocity[0]
             lost = (1 - self._cushion_tangential) * along
             impulse = _plus(impulse, (lost * inward[1], -lost * inward[0], ZERO))
         return self._sent_on(ball, arb(1), impulse, turn, chosen.instant, order)
-
-    def _check_held(self, chosen: Candidate, ball: _Moving, rate: arb) -> None:
-        """Raise where a ball on the cloth is pressed to a cushion from here on."""
-        inward = SIDES[chosen.choice.b]
-        ax, ay = ball.body.acceleration_after(chosen.age)
-        opening = inward[0] * ax + inward[1] * ay
-        self._contacts.check_hop(chosen, rate, opening, 2 * ball.body.constants.radius)
 
     def _slow(self, diameter: arb) -> arb:
         """Return the speed of a rebound that rises as little as `HOP` diameters [m/s]."""
@@ -196,7 +179,7 @@ class ImpactsInSpace(Impacts):
     def _moved(self, body: Body, s: arb) -> _Moving:
         """Return a ball at the age s [s]."""
         slip, radius = body.slip_after(s), body.constants.radius
-        place, velocity, _ = motion_of(body, s)
+        place, velocity = (motion_of(body, s, order, in_space=True) for order in range(2))
         rise = ZERO
         if isinstance(body, FlyingBody) and not (body.rise.is_zero() and s.is_zero()):
             rise = place[2] - radius
@@ -231,10 +214,6 @@ def _resting_on(chosen: Candidate, what: str) -> SustainedContactError:
     )
 
 
-def _dot(x: Direction, y: Direction) -> arb:
-    return x[0] * y[0] + x[1] * y[1] + x[2] * y[2]
-
-
 def _cross(x: Direction, y: Direction) -> Direction:
     return (
         x[1] * y[2] - x[2] * y[1],
@@ -247,16 +226,12 @@ def _plus(x: Direction, y: Direction) -> Direction:
     return tuple(p + q for p, q in zip(x, y, strict=True))
 
 
-def _minus(x: Direction, y: Direction) -> Direction:
-    return tuple(p - q for p, q in zip(x, y, strict=True))
-
-
 def _times(part: arb, x: Direction) -> Direction:
     return tuple(part * p for p in x)
 
 
 def _size(x: Direction) -> arb:
-    square = _dot(x, x)
+    square = dot(x, x)
     if square > 0:
         return square.sqrt()
     if all(p.is_zero() for p in x):

@@ -29,20 +29,16 @@ from ghostball.reference_adapters.certified.flight import (
 from ghostball.reference_adapters.certified.gaps import (
     CushionGap,
     Gap,
-    Meeting,
+    NoseGap,
     PairGap,
     cushion_choice,
-    meeting_again,
-)
-from ghostball.reference_adapters.certified.gaps_in_space import (
-    NoseGap,
-    PairInSpace,
     level_reach,
     over_nose,
     reach_to_cushion,
 )
 from ghostball.reference_adapters.certified.impacts import Impacts
 from ghostball.reference_adapters.certified.impacts_in_space import ImpactsInSpace
+from ghostball.reference_adapters.certified.meetings import Meeting, meeting_again
 from ghostball.reference_adapters.certified.motion import Body, body_at_start
 from ghostball.reference_adapters.certified.problem import Problem
 
@@ -190,7 +186,8 @@ class Run:
         a, b = self.bodies[i], self.bodies[j]
         if (a.resting and b.resting) or Phase.GONE in (a.phase, b.phase):
             return
-        gap = self._pair_gap(a, b, Choice(EventKind.BALL_BALL, i, j))
+        reach = level_reach(a, b) if self._problem.airborne else None
+        gap = PairGap(a, b, Choice(EventKind.BALL_BALL, i, j), reach)
         later = a if a.order >= b.order else b
         high = self._window(min(a.end, b.end), later)
         if not self._contacts.touches_ball(i, j):
@@ -202,12 +199,6 @@ class Run:
         found = meeting_again(gap, high, self.bits, still=still)
         if found is not None:
             self._agenda.add(Candidate(gap.choice, (a, b), gap, found=found))
-
-    def _pair_gap(self, a: Body, b: Body, choice: Choice) -> Gap:
-        """Return the gap of two balls as they go on."""
-        if isinstance(a, FlyingBody) or isinstance(b, FlyingBody):
-            return PairInSpace(a, b, choice)
-        return PairGap(a, b, choice, level_reach(a, b) if self._problem.airborne else None)
 
     def _window(self, end: float, later: Body) -> float:
         """Return how long after the later instant motions with this end need a search [s].

@@ -19,7 +19,6 @@ from ghostball.reference_adapters.certified import (
     CertifiedSettings,
     certify,
     gaps,
-    gaps_in_space,
 )
 from ghostball.reference_adapters.certified.arithmetic import UndecidedError, working_precision
 from ghostball.reference_adapters.certified.engine import result_of
@@ -346,7 +345,6 @@ def test_a_search_in_doubles_changes_nothing_in_flight(number, monkeypatch) -> N
     quick = certify(scene, cached=False)
     # With a margin that nothing passes every gap is searched in balls.
     monkeypatch.setattr(gaps, "QUICK_ERROR", math.inf)
-    monkeypatch.setattr(gaps_in_space, "QUICK_ERROR", math.inf)
     thorough = certify(scene, cached=False)
     assert keys(quick) == keys(thorough)
     assert all(

@@ -1,0 +1,155 @@
+"""When a gap closes: for the first time, and again after it was closed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+from flint import arb
+
+from ghostball.model import EventKind
+from ghostball.reference_adapters.certified.arithmetic import (
+    ZERO,
+    SustainedContactError,
+    UndecidedError,
+)
+from ghostball.reference_adapters.certified.drag import first_entry_of, parting
+from ghostball.reference_adapters.certified.gaps import Gap
+from ghostball.reference_adapters.certified.roots import (
+    NONE,
+    ROOT,
+    UNSURE,
+    Bracket,
+    first_entry,
+    refined,
+)
+
+
+class Meeting(NamedTuple):
+    """When a gap closes: after s, at t; or not before t, where `s` is None [s]."""
+
+    s: arb | None
+    t: arb
+
+
+def meeting(gap: Gap, bracket: Bracket, bits: int) -> Meeting | None:
+    """Find when a gap that is open at first closes, in balls; None is never.
+
+    `bracket` is what a quick search found.
+    """
+    if gap.curved:
+        if not gap.value(ZERO) > 0:
+            return Meeting(None, gap.t)
+        found = first_entry_of(gap.value, gap.slope, ZERO, bracket.high, bits)
+        return _narrowed(gap.t, gap.value, gap.slope, found)
+    if bracket.verdict == UNSURE:
+        coefficients = gap.coefficients()
+        if bracket.low.is_zero() and not coefficients[0] > 0:
+            if coefficients[0] < 0:
+                return _after_overlap(gap, coefficients, bracket.high, bits)
+            return Meeting(None, gap.t)
+        bracket = first_entry(coefficients, bracket.low, bracket.high, bits)
+    return _narrowed(gap.t, gap.value, gap.slope, bracket)
+
+
+def meeting_again(gap: Gap, high: float, bits: int, *, still: bool = False) -> Meeting | None:
+    """Find when a gap that is exactly 0 now closes again: at once, later, or never (None).
+
+    `still` says that its rate is exactly 0, too, though computed from numbers that are not exact.
+
+    Raises
+    ------
+    UndecidedError
+        Where it can't be told whether they part.
+    SustainedContactError
+        Where they are pressed together.
+    """
+    now = Meeting(ZERO, gap.t)
+    if gap.curved:
+        return _meeting_again_in_air(gap, arb(high), bits, still=still)
+    _, *rest = gap.coefficients()
+    if still:
+        rest[0] = ZERO
+    if all(c.is_zero() for c in rest):
+        return None
+    if rest[0] < 0:
+        return now
+    if rest[0].is_zero():
+        rest = rest[1:]
+        if rest[0] < 0:
+            raise SustainedContactError("pressed together", (gap.choice,), gap.t)
+    if not rest[0] > 0:
+        raise UndecidedError("whether they part or press", (gap.choice,), gap.t)
+    return _narrowed(gap.t, *_horner(rest), first_entry(rest, ZERO, arb(high), bits))
+
+
+def _meeting_again_in_air(gap: Gap, high: arb, bits: int, *, still: bool) -> Meeting | None:
+    opens = gap.slope
+    rate = ZERO if still else opens(ZERO)
+    if rate < 0:
+        return Meeting(ZERO, gap.t)
+    if rate.is_zero():
+        opens = gap.bend
+        pull = opens(ZERO)
+        if pull.is_zero() and gap.choice.kind is EventKind.BALL_CUSHION:
+            return None  # it goes along the cushion
+        if pull < 0:
+            raise SustainedContactError("pressed together", (gap.choice,), gap.t)
+    apart = parting(opens, high, bits) if opens(ZERO) > 0 else None
+    if apart is None:
+        raise UndecidedError("whether they part or press", (gap.choice,), gap.t)
+    if apart >= high:
+        return None
+    found = first_entry_of(gap.value, gap.slope, apart, high, bits)
+    return _narrowed(gap.t, gap.value, gap.slope, found)
+
+
+def _after_overlap(gap: Gap, coefficients: list[arb], high: arb, bits: int) -> Meeting | None:
+    """Find the next entry of balls that overlap by the rounding of the scene's numbers.
+
+    The rule of the model (Bannerman, Strobl, Formella and Poeschel 2014): an overlap that closes is
+    an impact now, one that opens is none.
+    """
+    if all(c.is_zero() for c in coefficients[1:]):
+        return None
+    rate, pull = coefficients[1:3]
+    if rate < 0:
+        return Meeting(ZERO, gap.t)
+    if rate.is_zero() and pull < 0:
+        raise SustainedContactError("pressed together", (gap.choice,), gap.t)
+    left = first_entry([-c for c in coefficients], ZERO, high, bits)
+    if left.verdict != ROOT:
+        return Meeting(None, gap.t)
+    again = first_entry(coefficients, left.high, high, bits)
+    return _narrowed(gap.t, gap.value, gap.slope, again)
+
+
+def _horner(coefficients: Sequence[arb]) -> tuple[Callable[[arb], arb], Callable[[arb], arb]]:
+    """Return a polynomial and its derivative as functions."""
+
+    def value(s: arb) -> arb:
+        total = ZERO
+        for c in reversed(coefficients):
+            total = total * s + c
+        return total
+
+    def slope(s: arb) -> arb:
+        total = ZERO
+        for k in range(len(coefficients) - 1, 0, -1):
+            total = total * s + k * coefficients[k]
+        return total
+
+    return value, slope
+
+
+def _narrowed(
+    t: arb, value: Callable[[arb], arb], slope: Callable[[arb], arb], bracket: Bracket
+) -> Meeting | None:
+    """Return the meeting in a bracket of times from t on, as narrow as the precision allows."""
+    if bracket.verdict == NONE:
+        return None
+    if bracket.verdict == ROOT:
+        s = refined(value, slope, bracket.low, bracket.high)
+        if s is not None:
+            return Meeting(s, t + s)
+    return Meeting(None, t + bracket.low)
