@@ -173,7 +173,7 @@ class Run(_Part):
         final, trajectory = Samples(centres, still, still), None
         if self.samples is not None:
             trajectory = self._motion(self.samples, n, name)
-            # What isn't finite is told where runs are checked and measured, as any engine's.
+            # What isn't finite is found where runs are checked and measured, as any engine's.
             with np.errstate(invalid="ignore", over="ignore"):
                 last = trajectory.sample(np.array([self.rest_time]))
             final = Samples(centres, last.velocities, last.angular_velocities)

@@ -120,7 +120,7 @@ def text_of(file: IO[bytes]) -> str:
 
 
 def _written(descriptor: int) -> IO[str]:
-    # A line at a time, so that little is lost where the process dies.
+    # A line at a time, so that little is lost where the process crashes.
     return open(
         descriptor, "w", buffering=1, encoding="utf-8", errors="backslashreplace", closefd=False
     )

@@ -62,7 +62,7 @@ def engine_class(name: str) -> type[ReferenceEngine]:
         return _class_at(name)
     point = _entry_point(name)
     try:
-        with _told_what_it_prints(name):
+        with _logging_what_it_prints(name):
             loaded = point.load()
     # Anyone's module may raise anything, and even exit: name it, don't die of it.
     except (Exception, SystemExit) as error:
@@ -174,7 +174,7 @@ def _class_at(where: str) -> type[ReferenceEngine]:
     """Import the class that is at `MODULE:CLASS`."""
     module, _, attribute = where.partition(":")
     try:
-        with _told_what_it_prints(where):
+        with _logging_what_it_prints(where):
             there = import_module(module)
     # Anyone's module may raise anything, and even exit: name it, don't die of it.
     except (Exception, SystemExit) as error:
@@ -216,7 +216,7 @@ def _lacks(loaded: object) -> str:
 
 def _made(engine: type[ReferenceEngine], name: str, texts: Mapping[str, str]) -> ReferenceEngine:
     try:
-        with _told_what_it_prints(name):
+        with _logging_what_it_prints(name):
             reason = engine.unavailable()
     except (Exception, SystemExit) as error:
         raise EngineUnavailableError(
@@ -231,7 +231,7 @@ def _made(engine: type[ReferenceEngine], name: str, texts: Mapping[str, str]) ->
     # The protocol leaves the constructor open, as protocols do; base.py states this form.
     make: Any = engine
     try:
-        with _told_what_it_prints(name):
+        with _logging_what_it_prints(name):
             made: ReferenceEngine = make(settings)
     except (Exception, SystemExit) as error:  # such as an abstract method that it doesn't define
         raise EngineUnavailableError(
@@ -241,7 +241,7 @@ def _made(engine: type[ReferenceEngine], name: str, texts: Mapping[str, str]) ->
 
 
 @contextmanager
-def _told_what_it_prints(name: str) -> Iterator[None]:
+def _logging_what_it_prints(name: str) -> Iterator[None]:
     """Log what an engine prints while it is imported or made, instead of letting it through."""
     if name == OURS:  # it prints nothing, and may well compile kernels, which it logs
         yield

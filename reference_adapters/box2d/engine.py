@@ -1,10 +1,11 @@
 """Box2D 2.3: a 2D engine in single precision, that sees the table from above.
 
-Its constants are compiled in, in its own unit of length: hits slower than 1 unit/s are plastic, a
-body goes at most 2 units a step, contacts are left 0.005 units deep. So a unit must be far less
-than a metre: `scale` says how many units a metre has. `contact_steps="fixed"` finds contacts as
-Box2D does, tuned in continuous time ("bullets"); `contact_steps="exact"` ends the steps where balls
-touch. `config="default"` is what a newcomer types: metres, frames of 1/60 s, no bullets.
+Its constants are compiled in, in its own unit of length: impacts slower than 1 unit/s are
+inelastic, a body goes at most 2 units a step, and an overlap of 0.005 units is left. So a unit must
+be far less than a metre: `scale` says how many units a metre has. `contact_steps="fixed"` finds
+contacts as Box2D does, tuned in continuous time ("bullets"); `contact_steps="exact"` ends the steps
+where balls touch. `config="default"` is what a newcomer types: metres, frames of 1/60 s, no
+bullets.
 """
 
 from __future__ import annotations
@@ -78,9 +79,9 @@ class Box2dSettings(SteppingSettings):
         return min(FINEST, 0.9 * FARTHEST / max(fastest(scene) * self.step, 1e-9))
 
 
-_PLASTIC = Capability(
+_INELASTIC = Capability(
     "approximate",
-    "hits slower than 1 unit/s are plastic: 5 to 10 mm/s with `scale` = 200 to 100; single "
+    "impacts slower than 1 unit/s are inelastic: 5 to 10 mm/s with `scale` = 200 to 100; single "
     "precision",
 )
 _RUBS = Capability(
@@ -91,11 +92,11 @@ _RUBS = Capability(
 _CLOTH_TAKES_PART = none("the cloth takes part in this impact, and Box2D's plane has none")
 _LARGER = Capability(
     "approximate",
-    "hits slower than 1 m/s are plastic, and Box2D takes the larger of two restitutions",
+    "impacts slower than 1 m/s are inelastic, and Box2D takes the larger of two restitutions",
 )
 
 _TUNED: Capabilities = {
-    **tuned_capabilities("Box2D", _PLASTIC, _RUBS),
+    **tuned_capabilities("Box2D", _INELASTIC, _RUBS),
     Feature.SPEED_DEPENDENT_FRICTION: _RUBS,
     Feature.MATHAVAN_BALL: _CLOTH_TAKES_PART,
     Feature.MATHAVAN_CUSHION: _CLOTH_TAKES_PART,
@@ -129,7 +130,7 @@ class Box2dEngine(PlaneEngine):
     def resolution(self, scene: Scene) -> float:
         """Return how far a ball goes in a step [m]; or how far from a contact its step ends.
 
-        Bullets meet in continuous time, but 3 slops deep.
+        Bullets meet in continuous time, but with an overlap of 3 slops.
         """
         settings: Box2dSettings = self.settings
         if settings.bullets:

@@ -1,10 +1,10 @@
 """Box2D 3: a 2D engine in single precision, another solver than that of Box2D 2.3.
 
 It solves contacts before balls touch ("speculative", up to 0.02 units), in soft sub-steps, and
-applies restitution once, after the solver. So a single hit keeps its energy, and contacts that
-share a ball lose it: a break keeps half, at any step. Tuned, a metre has 100 units, hits have no
+applies restitution once, after the solver. So a single impact keeps its energy, and contacts that
+share a ball lose it: a break keeps half, at any step. Tuned, a metre has 100 units, impacts have no
 threshold, and bodies may go as fast as they like. `config="default"` is what a newcomer types:
-metres, frames of 1/60 s, and hits slower than 1 m/s are plastic.
+metres, frames of 1/60 s, and impacts slower than 1 m/s are inelastic.
 """
 
 from __future__ import annotations
@@ -43,10 +43,10 @@ class Box2d3Settings(SteppingSettings):
         return 100.0 if self.config == "tuned" else 1.0
 
 
-_HITS = Capability(
+_IMPACTS = Capability(
     "approximate", "in single precision; contacts that share a ball take up to half of the energy"
 )
-_LARGER = Capability("approximate", "hits slower than 1 m/s are plastic")
+_LARGER = Capability("approximate", "impacts slower than 1 m/s are inelastic")
 
 
 class Box2d3Engine(PlaneEngine):
@@ -56,7 +56,7 @@ class Box2d3Engine(PlaneEngine):
     WORLD: ClassVar[str] = "ghostball.reference_adapters.box2d3.world:World"
     PACKAGE: ClassVar[str] = "pyb2d3"
     Settings: ClassVar[type[EngineSettings]] = Box2d3Settings
-    TUNED: ClassVar[Capabilities] = frictionless_capabilities("Box2D", _HITS)
+    TUNED: ClassVar[Capabilities] = frictionless_capabilities("Box2D", _IMPACTS)
     DEFAULT: ClassVar[Capabilities] = default_capabilities(TUNED, "Box2D", _LARGER)
     EXACT_STEPS: ClassVar[ExactSteps] = IN_SINGLE_PRECISION
 

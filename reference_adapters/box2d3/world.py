@@ -33,7 +33,7 @@ SUB_STEPS = 4
 class World(ContactWorld):
     """A world with its balls in the scene's order, and the collisions of its last step.
 
-    Collisions are Box2D's events of hits: two bodies that touch as the shot begins have none.
+    Collisions are Box2D's events of impacts: two bodies that touch as the shot begins have none.
     """
 
     def __init__(self, scene: Scene, settings: Box2d3Settings) -> None:

@@ -8,18 +8,18 @@ It shares the model with our engine and nothing else: other code, from the cited
 numbers that are balls sure to hold the true ones (Johansson 2017, Arb). Every number of the scene
 is the very double that was given. Each candidate for the next event has its time isolated
 (`roots`); the earliest is an event once it surely comes before all others (`run`); where that
-can't be told, the precision is doubled and everything starts again (`prove`), up to a cap.
+can't be decided, the precision is doubled and everything starts again (`prove`), up to a cap.
 
-What can't be told at the cap is "ambiguous": exact ties and tangencies, with their names; nothing
-is reported beyond. Ties of events of different balls that can't feel each other pass, in either
-order the outcome is the same. Sustained contact is certified up to where it begins. A slide in air,
-which has no closed form, is enclosed by pieces with a proved bound of their error (`slide`). Flight
-is a parabola (`flight`), and what meets in the air does so in space (`gaps`); the rules by
-which the model leaves out the lowest bounces are part of what is proved. Where a ball comes to lie
-on another, or on a nose, the proof ends.
+What can't be decided at the cap is "ambiguous": exact ties and tangencies, with their names;
+nothing is reported beyond. Ties of events of different balls that can't feel each other pass, in
+either order the outcome is the same. Sustained contact is certified up to where it begins. A slide
+in air, which has no closed form, is enclosed by pieces with a proved bound of their error
+(`slide`). Flight is a parabola (`flight`), and what meets in the air does so in space (`gaps`); the
+rules by which the model leaves out the lowest bounces are part of what is proved. Where a ball
+comes to lie on another, or on a nose, the proof ends.
 
 What differs from our engine, which rounds: a gap of 1e-17 m between balls of a rack is a gap here,
-and a slip of 1e-17 m/s is a slip; and a slow hit on a resting ball is an impact, however low.
+and a slip of 1e-17 m/s is a slip; and a slow impact on a resting ball is an impact, however low.
 """
 
 from ghostball.reference_adapters.certified.api import certify

@@ -62,7 +62,7 @@ class UndecidedError(Exception):
     Attributes
     ----------
     what : str
-        What can't be told, in one clause.
+        What can't be decided, in one clause.
     choices : tuple of Choice
         The events that may come next, or whose outcome is open.
     t : arb [s]

@@ -67,19 +67,19 @@ class Candidate:
 
     @property
     def instant(self) -> arb:
-        """When it happens; or, where that can't be told, an instant before which it doesn't [s]."""
+        """When it happens; or, where that isn't known, an instant before which it doesn't [s]."""
         assert self.meeting is not None
         return self.meeting.t
 
     @property
     def age(self) -> arb:
-        """How long after the instant of its gap, or of its ball, it happens [s]; of one told."""
+        """How long after the instant of its gap, or of its ball, it happens [s]; of a known one."""
         assert self.meeting is not None
         assert self.meeting.s is not None
         return self.meeting.s
 
     @property
-    def told(self) -> bool:
+    def known(self) -> bool:
         """Whether it is known to happen, and when."""
         return self.meeting is not None and self.meeting.s is not None
 
@@ -108,15 +108,15 @@ class Agenda:
         heapq.heappush(self._heap, (candidate.key, next(self._ticket), candidate))
 
     def add_searched(self, gap: Gap, bodies: tuple[Body, ...], high: float) -> None:
-        """Search a gap quickly up to a time [s]; note it where it may close."""
-        bracket = gap.quick(high)
+        """Search a gap in doubles up to a time [s]; note it where it may close."""
+        bracket = gap.search_in_doubles(high)
         if bracket.verdict != NONE:
             self.add(Candidate(gap.choice, bodies, gap, bracket=bracket))
 
     def take_first(self, bodies: list[Body]) -> list[Candidate]:
         """Take off all candidates that may be first, each enclosed; those not void.
 
-        All that stay come later than the earliest of these that is told.
+        All that stay come later than the earliest of these that is known.
         """
         group: list[Candidate] = []
         latest = math.inf
@@ -132,7 +132,7 @@ class Agenda:
                     self.add(candidate)
                 continue
             group.append(candidate)
-            if candidate.told:
+            if candidate.known:
                 upper = float(candidate.instant.upper())
                 latest = min(latest, math.nextafter(upper, math.inf))
         return group

@@ -180,7 +180,7 @@ class Certificate:
     reason : str
         Where it isn't the whole shot, what stopped it, with names and the time; else "".
     choices : tuple of Choice
-        The events that couldn't be told apart, or the contact that is sustained; else empty.
+        The events that couldn't be ordered, or the contact that is sustained; else empty.
     precision : int [bits]
         With which it was proved.
     events : tuple of CertifiedEvent, in order of time

@@ -23,19 +23,19 @@ from ghostball.reference_adapters.certified.gaps import SIDES
 from ghostball.reference_adapters.certified.motion import Body
 from ghostball.reference_adapters.certified.problem import Problem
 
-HOP = 2.0**-18
-"""Height of a hop, in diameters, at which a contact counts as sustained: 2e-7 m for pool balls.
+LOW_BOUNCE = 2.0**-18
+"""Height of a bounce, in diameters, at which a contact counts as sustained: 2e-7 m for pool balls.
 
 A ball that friction presses against another, or a cushion, bounces ever lower, without end in a
 finite time. Where a rebound at the speed of approach would not rise higher, the contact holds from
 there on; the model that is certified says so too (README, "What our engine models").
 """
 
-LOW_HOPS = 4
-"""Hops of one contact in a row, each no higher than `HOP`, that are taken for an endless series.
+MOST_LOW_BOUNCES = 4
+"""Bounces in a row, each no higher than `LOW_BOUNCE`, that are taken for an endless series.
 
 So it goes where friction presses only in between: a ball that rolls up to a resting one touches it
-again and again, since the one that it hit stops at once.
+again and again, since the one that it met stops at once.
 """
 
 AT_ONE_INSTANT = 10_000
@@ -49,7 +49,7 @@ class Contacts:
         self._balls: set[tuple[int, int]] = set()
         self._cushions: set[tuple[int, int]] = set()
         self._still: dict[tuple[int, int], tuple[Body, ...]] = {}
-        self._hops: dict[Choice, tuple[float, float, int]] = {}
+        self._low_bounces: dict[Choice, tuple[float, float, int]] = {}
         self._impacts = 0
         for i in range(len(problem.balls)):
             self._note_start(problem, i)
@@ -117,7 +117,7 @@ class Contacts:
             if still:
                 self._still[choice.a, choice.b] = bodies
 
-    def check_hop(self, chosen: Candidate, rate: arb, opening: arb, diameter: arb) -> None:
+    def check_bounce(self, chosen: Candidate, rate: arb, opening: arb, diameter: arb) -> None:
         """Raise where the contact that an event makes is sustained from here on.
 
         Parameters
@@ -130,23 +130,23 @@ class Contacts:
             The sum of the radii, or twice the ball's.
         """
         choice, t, square = chosen.choice, chosen.instant, rate * rate
-        most = 2 * HOP * diameter * arb.max(-opening, ZERO)
+        most = 2 * LOW_BOUNCE * diameter * arb.max(-opening, ZERO)
         if not square > most:
             if opening < 0 and square <= most:
-                raise SustainedContactError("pressed together", (choice,), t)
+                raise SustainedContactError("in resting contact", (choice,), t)
             raise UndecidedError("whether they bounce or stay in contact", (choice,), t)
-        self._count_hop(chosen, abs(float(rate)), HOP * float(diameter))
+        self._count_bounce(chosen, abs(float(rate)), LOW_BOUNCE * float(diameter))
 
-    def _count_hop(self, chosen: Candidate, speed: float, height: float) -> None:
-        """Count low hops in a row; in doubles, since where to stop is a choice."""
+    def _count_bounce(self, chosen: Candidate, speed: float, height: float) -> None:
+        """Count low bounces in a row; in doubles, since where to stop is a choice."""
         if all(body.constants.rolling.is_zero() for body in chosen.bodies):
             return
         choice, now = chosen.choice, float(chosen.instant)
-        before, was, hops = self._hops.get(choice, (-math.inf, 0.0, 0))
-        hops = hops + 1 if (now - before) * max(speed, was) <= height else 0
-        if hops > LOW_HOPS:
+        before, was, bounces = self._low_bounces.get(choice, (-math.inf, 0.0, 0))
+        bounces = bounces + 1 if (now - before) * max(speed, was) <= height else 0
+        if bounces > MOST_LOW_BOUNCES:
             raise SustainedContactError("bounces that get ever lower", (choice,), chosen.instant)
-        self._hops[choice] = (now, speed, hops)
+        self._low_bounces[choice] = (now, speed, bounces)
 
 
 def _keeps_to(body: Body, cushion: int) -> bool:

@@ -1,7 +1,7 @@
 """A ball that rolls in air, or on a cloth that slows fast balls more: how far, how fast, how long.
 
 Along its straight way dv/dt = -(a + b v^2), a = mu_r g; b is (5/7) k of the air's k v^2, for the
-cloth's grip takes the rest, but all of it for the paper's point, and what the cloth adds. With
+cloth's friction takes the rest, but all of it for the paper's point, and what the cloth adds. With
 q = v0 sqrt(b / a) and w = sqrt(a b):
 
     v(t) = (v0 - sqrt(a / b) tan(w t)) / (1 + q tan(w t)),  x(t) = ln(cos(w t) + q sin(w t)) / b,

@@ -31,7 +31,7 @@ from ghostball.reference_adapters.certified.motion import (
     EXACT_ENOUGH,
     Body,
     Constants,
-    Quick,
+    Doubles,
     body_at_start,
     constants_of,
     slip_at_start,
@@ -108,7 +108,7 @@ class FlyingBody(Body):
         state = State(place, ZERO, (self.vx, self.vy), -fall, (self.ux, self.uy), self.wz)
         return answered_by_table(self.constants, state, t, order)
 
-    def _in_doubles(self) -> Quick:
+    def _in_doubles(self) -> Doubles:
         quick = super()._in_doubles()
         up, size = abs(float(self.up)), EXACT_ENOUGH * float(self.constants.radius)
         enough = (
@@ -166,7 +166,7 @@ class BouncingBody(Body):
         return EventKind.BALL_CLOTH
 
     def after_phase(self, t: arb, order: int) -> Body:
-        """Return the ball as it goes on along the cloth."""
+        """Return the ball as it continues along the cloth."""
         s = self._lasts
         return Body(
             self.constants,
@@ -232,7 +232,7 @@ def answered_by_table(constants: Constants, state: State, t: arb, order: int) ->
     Raises
     ------
     UndecidedError
-        Where it can't be told whether it is on the table, presses it, sticks to it, or flies.
+        Where it can't be decided whether it is on the table, presses it, sticks to it, or flies.
     """
     if not state.rise.is_zero():
         if not state.rise > 0:

@@ -28,9 +28,9 @@ from ghostball.reference_adapters.certified.arithmetic import (
 from ghostball.reference_adapters.certified.certificate import Choice
 from ghostball.reference_adapters.certified.motion import Body
 from ghostball.reference_adapters.certified.problem import Problem
-from ghostball.reference_adapters.certified.roots import Bracket, first_entry_quick, unsearched
+from ghostball.reference_adapters.certified.roots import Bracket, first_entry_in_doubles, unsearched
 
-QUICK_ERROR = 1e-10
+DOUBLES_ERROR = 1e-10
 """Bound of the error of a quick search, in units of the sum of all terms.
 
 A state that `exact_enough` lets pass is wrong by 1e-13 of its terms, doubles round by 1e-16, and a
@@ -68,7 +68,7 @@ class Gap(Protocol):
         """Return its second derivative after a time s [s]."""
         ...
 
-    def quick(self, high: float) -> Bracket:
+    def search_in_doubles(self, high: float) -> Bracket:
         """Search in doubles up to the time `high` [s]."""
         ...
 
@@ -191,9 +191,9 @@ class PairGap(_DistanceGap):
                 return unit(x, y, "where two balls meet")
         return super().normal(s, touching=touching)
 
-    def quick(self, high: float) -> Bracket:
+    def search_in_doubles(self, high: float) -> Bracket:
         """Search in doubles; balls too wide for that are UNSURE."""
-        a, b = self._a.quick, self._b.quick
+        a, b = self._a.doubles, self._b.doubles
         if not (a.exact_enough and b.exact_enough):
             return unsearched(high)
         # Differences of instants are taken before rounding, which would be coarser.
@@ -227,9 +227,9 @@ class NoseGap(_DistanceGap):
             return (self._inward * (r[self._axis] - self._line), r[2] - self._height)
         return (self._inward * r[self._axis], r[2])
 
-    def quick(self, high: float) -> Bracket:
+    def search_in_doubles(self, high: float) -> Bracket:
         """Search in doubles; a ball too wide for that is UNSURE."""
-        quick = self._body.quick
+        quick = self._body.doubles
         if not quick.exact_enough:
             return unsearched(high)
         r, v, a = _quick_motion(self._body, 0.0, in_space=True)
@@ -287,9 +287,9 @@ class CushionGap:
         """Return its second derivative after a time s [m/s^2]."""
         return self._across * self._body.acceleration_after(s)[0 if self._along_x else 1]
 
-    def quick(self, high: float) -> Bracket:
+    def search_in_doubles(self, high: float) -> Bracket:
         """Search in doubles; a ball too wide for that is UNSURE."""
-        q, n = self._body.quick, self._across
+        q, n = self._body.doubles, self._across
         if not q.exact_enough:
             return unsearched(high)
         x, v, a = (q.x, q.vx, q.ax) if self._along_x else (q.y, q.vy, q.ay)
@@ -298,9 +298,9 @@ class CushionGap:
         gap = (n * (x - self._line) - reach, n * v, 0.5 * n * a, 0.0, 0.0)
 
         def margin(s: float) -> float:
-            return QUICK_ERROR * (size + s * (q.speed + s * q.pull))
+            return DOUBLES_ERROR * (size + s * (q.speed + s * q.pull))
 
-        return first_entry_quick(gap, 0.0, high, margin)
+        return first_entry_in_doubles(gap, 0.0, high, margin)
 
 
 def motion_of(body: Body, s: arb, order: int = 0, *, in_space: bool) -> Direction:
@@ -348,7 +348,7 @@ def nose_reach(radius: float, height: float) -> arb:
 
 
 def _quick_motion(body: Body, lag: float, *, in_space: bool) -> Sequence[Sequence[float]]:
-    q = body.quick
+    q = body.doubles
     r, v, a = (
         (
             q.x + lag * (q.vx + 0.5 * lag * q.ax),
@@ -384,9 +384,9 @@ def _search(
 
     def margin(s: float) -> float:
         size = place + s * (speed + s * pull)
-        return QUICK_ERROR * size * size
+        return DOUBLES_ERROR * size * size
 
-    return first_entry_quick(gap, 0.0, high, margin)
+    return first_entry_in_doubles(gap, 0.0, high, margin)
 
 
 def cushion_choice(i: int, cushion: int) -> Choice:

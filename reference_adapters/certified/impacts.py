@@ -9,7 +9,12 @@ from ghostball.reference_adapters.certified.arithmetic import ZERO, Vector, exac
 from ghostball.reference_adapters.certified.candidates import Candidate
 from ghostball.reference_adapters.certified.contacts import Contacts
 from ghostball.reference_adapters.certified.gaps import SIDES, PairGap, reach_to_cushion
-from ghostball.reference_adapters.certified.laws import Laws, Seen, seen_along, seen_from_table
+from ghostball.reference_adapters.certified.laws import (
+    InContactFrame,
+    Laws,
+    from_contact_frame,
+    to_contact_frame,
+)
 from ghostball.reference_adapters.certified.motion import Body
 from ghostball.reference_adapters.certified.problem import Problem
 
@@ -17,7 +22,7 @@ from ghostball.reference_adapters.certified.problem import Problem
 class Impacts:
     """What impacts do in one run.
 
-    Both methods raise where the outcome can't be told, or the contact is sustained from here on.
+    Both methods raise where the outcome can't be decided, or the contact is sustained from here on.
 
     Attributes
     ----------
@@ -54,7 +59,7 @@ class Impacts:
             moved = ZERO if body.resting else dt
             places.append(body.position_after(moved))
             v, u = body.velocity_after(moved), body.slip_after(moved)
-            seen.append(seen_along(n, v, u, body.spin_after(dt), body.constants.radius))
+            seen.append(to_contact_frame(n, v, u, body.spin_after(dt), body.constants.radius))
         self.still = self._problem.ball_restitution == 0.0
         after = self._laws.collide(chosen.choice.a, chosen.choice.b, seen[0], seen[1])
         return tuple(
@@ -71,7 +76,7 @@ class Impacts:
         (vx, vy), u = body.velocity_after(s), body.slip_after(s)
         self._check_cushion(chosen, inward[0] * vx + inward[1] * vy)
         n = (arb(-inward[0]), arb(-inward[1]))
-        seen = seen_along(n, (vx, vy), u, body.spin_after(s), body.constants.radius)
+        seen = to_contact_frame(n, (vx, vy), u, body.spin_after(s), body.constants.radius)
         after = self._laws.bounce(chosen.choice.a, seen)
         place = body.position_after(s)
         if not self.overlapping(chosen):
@@ -86,7 +91,7 @@ class Impacts:
         rate, across = nx * vx + ny * vy, nx * vy - ny * vx
         # The second derivative of the distance: the line of centres turns away, and friction.
         opening = across * across / gap.reach + nx * ax + ny * ay
-        self._contacts.check_hop(chosen, rate, opening, gap.reach)
+        self._contacts.check_bounce(chosen, rate, opening, gap.reach)
         return (nx, ny)
 
     def _check_cushion(self, chosen: Candidate, rate: arb) -> None:
@@ -94,12 +99,12 @@ class Impacts:
         body, inward = chosen.bodies[0], SIDES[chosen.choice.b]
         ax, ay = body.acceleration_after(chosen.age)
         opening = inward[0] * ax + inward[1] * ay
-        self._contacts.check_hop(chosen, rate, opening, 2 * body.constants.radius)
+        self._contacts.check_bounce(chosen, rate, opening, 2 * body.constants.radius)
 
     def _sent_off(
-        self, body: Body, n: Vector, place: Vector, after: Seen, t: arb, order: int
+        self, body: Body, n: Vector, place: Vector, after: InContactFrame, t: arb, order: int
     ) -> Body:
-        velocity, slip = seen_from_table(n, after)
+        velocity, slip = from_contact_frame(n, after)
         if not self._problem.slides:
             slip = (ZERO, ZERO)  # a ball that always rolls has the spin of its velocity
         return Body(body.constants, place, velocity, slip, after.wz, t, order)

@@ -3,8 +3,8 @@
 The model's law: restitution along the normal of the contact, Coulomb friction across it, against
 the slip of the surfaces, no more than ends it; then the table answers at the same instant, to each
 ball that lies there (`flight.answered_by_table`). An impact on the cloth whose rebound would rise
-less than `HOP` lifts nothing and is one in the plane. In flight one as slow is none that is
-followed here: what rests on another ball, or on a nose, hops there without end.
+less than `LOW_BOUNCE` lifts nothing and is one in the plane. In flight one as slow is none that is
+followed here: what rests on another ball, or on a nose, bounces there without end.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from ghostball.reference_adapters.certified.arithmetic import (
     minus,
 )
 from ghostball.reference_adapters.certified.candidates import Candidate
-from ghostball.reference_adapters.certified.contacts import HOP, Contacts
+from ghostball.reference_adapters.certified.contacts import LOW_BOUNCE, Contacts
 from ghostball.reference_adapters.certified.flight import FlyingBody, State, answered_by_table
 from ghostball.reference_adapters.certified.gaps import (
     SIDES,
@@ -160,8 +160,8 @@ class ImpactsInSpace(Impacts):
         return self._sent_on(ball, arb(1), impulse, turn, chosen.instant, order)
 
     def _slow(self, diameter: arb) -> arb:
-        """Return the speed of a rebound that rises as little as `HOP` diameters [m/s]."""
-        return (2 * self._gravity * HOP * diameter).sqrt()
+        """Return the speed of a rebound that rises as little as `LOW_BOUNCE` diameters [m/s]."""
+        return (2 * self._gravity * LOW_BOUNCE * diameter).sqrt()
 
     def _lifts(self, speed: arb, slow: arb) -> bool:
         """Whether an impact is fast enough to be one in space."""
@@ -208,7 +208,7 @@ class ImpactsInSpace(Impacts):
 
 def _resting_on(chosen: Candidate, what: str) -> SustainedContactError:
     return SustainedContactError(
-        f"a ball in the air lies on {what}, or hops there lower than is followed",
+        f"a ball in the air lies on {what}, or bounces there lower than is followed",
         (chosen.choice,),
         chosen.instant,
     )

@@ -28,7 +28,7 @@ STICKING = fmpq(2, 7)
 ALCIATORE = tuple(exactly(number) for number in (9.951e-3, 0.108, 1.088))
 
 
-class Seen(NamedTuple):
+class InContactFrame(NamedTuple):
     """A ball at an impact, in the frame of the contact; velocities in m/s."""
 
     vn: arb
@@ -70,7 +70,9 @@ class Laws:
         self._masses = masses
         self._radii = [exactly(b.radius) for b in problem.balls]
 
-    def collide(self, i: int, j: int, a: Seen, b: Seen) -> tuple[Seen, Seen]:
+    def collide(
+        self, i: int, j: int, a: InContactFrame, b: InContactFrame
+    ) -> tuple[InContactFrame, InContactFrame]:
         """Return balls i and j after their impact; n from i to j.
 
         Wallace and Schroeder (1988); Alciatore, technical proof A.14: the normal impulse is
@@ -104,7 +106,7 @@ class Laws:
         least, span, rate = self._alciatore
         return least + span * (-rate * slip).exp()
 
-    def bounce(self, i: int, seen: Seen) -> Seen:
+    def bounce(self, i: int, seen: InContactFrame) -> InContactFrame:
         """Return ball i after a cushion that n points into.
 
         Mirror and restitution: factors on vn and vt, the spin untouched (the paper, 4.2). Han
@@ -127,7 +129,7 @@ class Laws:
             cosine = arb(1 - ratio * ratio).sqrt()
         return self._bounce_off_nose(seen, sine, cosine)
 
-    def _bounce_off_nose(self, seen: Seen, sine: arb, cosine: arb) -> Seen:
+    def _bounce_off_nose(self, seen: InContactFrame, sine: arb, cosine: arb) -> InContactFrame:
         e = self._cushion_restitution
         slip_down = seen.vn * sine + seen.dn
         slip_along = seen.vt + seen.radius * seen.wz * cosine + seen.dt * sine
@@ -140,7 +142,7 @@ class Laws:
             if not vn > 0:
                 raise UndecidedError("whether the cushion stops it")
             vn = ZERO
-        return Seen(
+        return InContactFrame(
             vn=vn,
             vt=seen.vt + along,
             un=seen.un + (vn - seen.vn) - 5 * down / 2,
@@ -150,7 +152,7 @@ class Laws:
         )
 
 
-def _exchanged(own: Seen, other: Seen, part: arb) -> Seen:
+def _exchanged(own: InContactFrame, other: InContactFrame, part: arb) -> InContactFrame:
     """Return a ball that takes `part` of the difference of the two normal velocities.
 
     As a mean, so that equal elastic balls swap their speeds exactly.
@@ -179,7 +181,7 @@ def capped(most: arb, slip: arb) -> arb:
     return least.union(limit)
 
 
-def _rubbed(ball: Seen, share: arb, push: arb, along: arb, up: arb) -> Seen:
+def _rubbed(ball: InContactFrame, share: arb, push: arb, along: arb, up: arb) -> InContactFrame:
     """Return a ball that friction pushes along t and turns; R / I is 5 / (2 m R).
 
     The turn is the same for both balls, since arm and impulse both change their sign.
@@ -192,10 +194,12 @@ def _rubbed(ball: Seen, share: arb, push: arb, along: arb, up: arb) -> Seen:
     )
 
 
-def seen_along(n: Vector, velocity: Vector, slip: Vector, wz: arb, radius: arb) -> Seen:
+def to_contact_frame(
+    n: Vector, velocity: Vector, slip: Vector, wz: arb, radius: arb
+) -> InContactFrame:
     """Turn a ball into the frame of a contact with normal n."""
     (nx, ny), (vx, vy), (ux, uy) = n, velocity, slip
-    return Seen(
+    return InContactFrame(
         vn=nx * vx + ny * vy,
         vt=nx * vy - ny * vx,
         un=nx * ux + ny * uy,
@@ -205,7 +209,7 @@ def seen_along(n: Vector, velocity: Vector, slip: Vector, wz: arb, radius: arb) 
     )
 
 
-def seen_from_table(n: Vector, seen: Seen) -> tuple[Vector, Vector]:
+def from_contact_frame(n: Vector, seen: InContactFrame) -> tuple[Vector, Vector]:
     """Turn a ball back: its velocity and its slip."""
     nx, ny = n
     return (

@@ -60,9 +60,9 @@ def meeting_again(gap: Gap, high: float, bits: int, *, still: bool = False) -> M
     Raises
     ------
     UndecidedError
-        Where it can't be told whether they part.
+        Where it can't be decided whether they part.
     SustainedContactError
-        Where they are pressed together.
+        Where they are in resting contact.
     """
     now = Meeting(ZERO, gap.t)
     if gap.curved:
@@ -77,7 +77,7 @@ def meeting_again(gap: Gap, high: float, bits: int, *, still: bool = False) -> M
     if rest[0].is_zero():
         rest = rest[1:]
         if rest[0] < 0:
-            raise SustainedContactError("pressed together", (gap.choice,), gap.t)
+            raise SustainedContactError("in resting contact", (gap.choice,), gap.t)
     if not rest[0] > 0:
         raise UndecidedError("whether they part or press", (gap.choice,), gap.t)
     return _narrowed(gap.t, *_horner(rest), first_entry(rest, ZERO, arb(high), bits))
@@ -94,7 +94,7 @@ def _meeting_again_in_air(gap: Gap, high: arb, bits: int, *, still: bool) -> Mee
         if pull.is_zero() and gap.choice.kind is EventKind.BALL_CUSHION:
             return None  # it goes along the cushion
         if pull < 0:
-            raise SustainedContactError("pressed together", (gap.choice,), gap.t)
+            raise SustainedContactError("in resting contact", (gap.choice,), gap.t)
     apart = parting(opens, high, bits) if opens(ZERO) > 0 else None
     if apart is None:
         raise UndecidedError("whether they part or press", (gap.choice,), gap.t)
@@ -116,7 +116,7 @@ def _after_overlap(gap: Gap, coefficients: list[arb], high: arb, bits: int) -> M
     if rate < 0:
         return Meeting(ZERO, gap.t)
     if rate.is_zero() and pull < 0:
-        raise SustainedContactError("pressed together", (gap.choice,), gap.t)
+        raise SustainedContactError("in resting contact", (gap.choice,), gap.t)
     left = first_entry([-c for c in coefficients], ZERO, high, bits)
     if left.verdict != ROOT:
         return Meeting(None, gap.t)

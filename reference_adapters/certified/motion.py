@@ -51,7 +51,7 @@ class Constants(NamedTuple):
     table_restitution: arb
 
 
-class Quick(NamedTuple):
+class Doubles(NamedTuple):
     """A state in doubles, for searches that have a margin for it."""
 
     x: float
@@ -97,11 +97,11 @@ class Body:
         "ax",
         "ay",
         "constants",
+        "doubles",
         "duration",
         "end",
         "order",
         "phase",
-        "quick",
         "roll",
         "slide",
         "t",
@@ -137,7 +137,7 @@ class Body:
         self.slide: Slide | None = None
         self.phase = self._start()
         self.end = math.inf if self.duration is None else float((t + self.duration).upper())
-        self.quick = self._in_doubles()
+        self.doubles = self._in_doubles()
 
     def _start(self) -> Phase:
         """Set accelerations and duration, and return the phase.
@@ -306,7 +306,7 @@ class Body:
         wz = self.spin_after(s)
         return Body(self.constants, position, (vx, vy), (ZERO, ZERO), wz, t, order)
 
-    def _in_doubles(self) -> Quick:
+    def _in_doubles(self) -> Doubles:
         x, y, vx, vy = float(self.x), float(self.y), float(self.vx), float(self.vy)
         ax, ay = float(self.ax), float(self.ay)
         speed, pull, place = abs(vx) + abs(vy), abs(ax) + abs(ay), abs(x) + abs(y)
@@ -323,7 +323,7 @@ class Body:
             and radius_of(self.vx) + radius_of(self.vy) <= most * speed
             and radius_of(self.ax) + radius_of(self.ay) <= most * pull
         )
-        return Quick(x, y, vx, vy, ax, ay, speed, pull, place, enough)
+        return Doubles(x, y, vx, vy, ax, ay, speed, pull, place, enough)
 
 
 def decayed(spin: arb, loss: arb) -> arb:
@@ -346,7 +346,7 @@ def decayed(spin: arb, loss: arb) -> arb:
 def constants_of(ball: BallNumbers, problem: Problem) -> Constants:
     """Return the constants of a ball; products in the precision at hand."""
     gravity = arb(problem.gravity)
-    # Of the air's drag the cloth's grip takes 2/7, but none where a ball is a rolling point.
+    # Of the air's drag the cloth's friction takes 2/7, but none where a ball is a rolling point.
     felt = arb(problem.air_drag) * (arb(5) / 7 if problem.slides else 1)
     return Constants(
         radius=arb(ball.radius),

@@ -54,7 +54,7 @@ def prove(
     Raises
     ------
     UnsupportedSceneError
-        Where it can't be told how a ball starts.
+        Where it can't be decided how a ball starts.
     """
     started = time.perf_counter()
     deadline = started + settings.time_limit

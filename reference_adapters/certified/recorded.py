@@ -28,7 +28,7 @@ changes in a piece.
 """
 
 _NO_LONGER = 2.0**-30
-"""What of a slide is no piece of its own [s]: the one before goes on, for a few nanometres."""
+"""What of a slide is no piece of its own [s]: the one before continues, for a few nanometres."""
 
 Row = tuple[float, ...]
 

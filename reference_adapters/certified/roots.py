@@ -23,7 +23,7 @@ NONE = 0
 ROOT = 1
 """It closes exactly once within the bracket, and not before it."""
 UNSURE = 2
-"""It stays open up to the start of the bracket; from there on it can't be told."""
+"""It stays open up to the start of the bracket; from there on it can't be decided."""
 
 _RATIOS = {
     n: tuple(tuple((comb(i, k), comb(n, k)) for k in range(i + 1)) for i in range(n + 1))
@@ -50,7 +50,7 @@ class Bracket(NamedTuple):
     high: arb
 
 
-def first_entry_quick(
+def first_entry_in_doubles(
     gap: Sequence[float], low: float, high: float, margin: Margin, pieces: int = 80
 ) -> Bracket:
     """Search in doubles for the first entry of a gap in [low, high].

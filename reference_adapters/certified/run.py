@@ -1,7 +1,7 @@
 """One run of a problem in one precision: event after event, each proved to be the next.
 
 Bounds in doubles, on the safe side, say which candidates need a proof at all; those that may be
-first are enclosed in balls and compared. What can't be told is raised, and `certify` widens the
+first are enclosed in balls and compared. What can't be decided is raised, and `certify` widens the
 precision and starts again.
 """
 
@@ -46,7 +46,7 @@ TIE_BITS = 100
 """Events of different balls that are within 2^-100 s count as simultaneous.
 
 Either order then has the same outcome, which is proved; some are at one instant by the laws, as
-when a rolling ball hits a resting one and both slides end together.
+when a rolling ball meets a resting one and both slides end together.
 """
 
 
@@ -164,7 +164,7 @@ class Run:
                 self._predict_leaving(body, line, Choice(EventKind.LEAVES_TABLE, i, cushion))
 
     def _cushion_gap(self, i: int, cushion: int, line: float) -> Gap:
-        """Return the gap of ball i and a cushion, as the ball goes on."""
+        """Return the gap of ball i and a cushion, as the ball continues."""
         body, choice = self.bodies[i], cushion_choice(i, cushion)
         if isinstance(body, FlyingBody):
             return NoseGap(body, line, self._problem.cushion_height, choice)
@@ -231,7 +231,7 @@ class Run:
         # By rank: which of a tie's middles is the first changes with the precision.
         ranked = sorted((first, *rivals), key=lambda c: c.rank)
         choices = tuple(c.choice for c in ranked)
-        if not first.told:
+        if not first.known:
             what = "whether they touch" if len(choices) == 1 else "what comes first"
             raise UndecidedError(what, choices, t)
         if rivals:
@@ -247,8 +247,8 @@ class Run:
         """Let events pass that can't be ordered but needn't be; raise for the others."""
         t = first.instant
         for c in rivals:
-            if not c.told or set(c.balls) & set(first.balls):
-                exact = c.told and c.instant is first.instant
+            if not c.known or set(c.balls) & set(first.balls):
+                exact = c.known and c.instant is first.instant
                 raise UndecidedError("what comes first", choices, first.instant, exact=exact)
             t = t.union(c.instant)
         width = float(t.rad().upper()) * 2.0
@@ -281,7 +281,7 @@ class Run:
     def _resolve(self, chosen: Candidate) -> None:
         """Move the clock to an event, and its balls on from there.
 
-        Nothing is changed where the outcome can't be told.
+        Nothing is changed where the outcome can't be decided.
         """
         choice, t = chosen.choice, chosen.instant
         same = t is self.now

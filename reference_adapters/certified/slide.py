@@ -41,7 +41,7 @@ from ghostball.reference_adapters.certified.slide_piece import (
 _MOST_PIECES, _MORE_PIECES = 1_000, 8
 """Pieces of a slide, at most, and more for each bit: it takes two or three a bit.
 
-Where the air is so thick, or the cloth so slippery, that a slide goes on at a speed that hardly
+Where the air is so thick, or the cloth so slippery, that a slide continues at a speed that hardly
 changes, there would be more.
 """
 
@@ -104,7 +104,7 @@ class Slide:
             if left * left * friction < noise or size < _BLURRED * SLIP_WEIGHT * state.error:
                 break
             if len(self.pieces) == most:
-                what = f"how a ball goes on whose slide in air takes more than {most} pieces"
+                what = f"how a ball continues whose slide in air takes more than {most} pieces"
                 raise UndecidedError(what, exact=True)
             check_time()
             piece = next_piece(state, friction, drag, noise)
@@ -263,7 +263,7 @@ class _Tail(NamedTuple):
         fastest = speed + friction * most
         drags = drag * fastest * fastest
         if drag * speed * speed >= slows:
-            what = "how a ball goes on that air slows by more than it can roll with"
+            what = "how a ball continues that air slows by more than it can roll with"
             raise UndecidedError(what, exact=True)
         # Within `most` no drag is above that, and by such a one the slip ends within it.
         if not (slows > drags and slip / (slows - drags) <= most):

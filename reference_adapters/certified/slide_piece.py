@@ -125,7 +125,7 @@ def next_piece(start: State, friction: arb, drag: arb, noise: arb) -> Piece:
     with working_precision(ctx.prec + 4 * _LENGTH_BITS):
         t = start.t + h
     if not t.is_exact():
-        raise UndecidedError("how a ball goes on that slides in air")
+        raise UndecidedError("how a ball continues that slides in air")
     vx, vy, qx, qy, found = _series(start, h, friction, drag if drags else ZERO, noise)
     v, q = (arb_poly(vx), arb_poly(vy)), (arb_poly(qx), arb_poly(qy))
     u = (v[0] + q[0], v[1] + q[1])
@@ -237,7 +237,7 @@ def _failure(
         s = arb_poly(found.speed)
         slowest = s[0] - _size(s - s[0], h)
         if not slowest > 0:
-            raise UndecidedError("how a ball goes on that slides in air")
+            raise UndecidedError("how a ball continues that slides in air")
         miss_v = [miss_v[0] + drag * (s * v[0]), miss_v[1] + drag * (s * v[1])]
         wrong = _size(s * s - v[0] * v[0] - v[1] * v[1], h) / slowest
     else:

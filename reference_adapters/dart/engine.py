@@ -1,7 +1,7 @@
 """DART: a 3D engine whose impacts and friction are one boxed linear complementarity problem.
 
-Two constants are compiled in, in its own unit of length: rebounds slower than 0.1 unit/s are
-plastic, faster than 100 units/s are cut. `scale` says how many units a metre has.
+Two constants are compiled in, in its own unit of length: rebounds slower than 0.1 unit/s are left
+out, faster than 100 units/s are cut. `scale` says how many units a metre has.
 `contact_steps="fixed"` sees contacts when balls overlap as a step begins; `contact_steps="exact"`
 ends the steps where balls touch. `cloth="own"` has balls slide on a plane under gravity, with
 DART's friction; else the adapter applies the cloth between the steps. `config="default"` is what a
@@ -56,9 +56,9 @@ class DartSettings(OwnClothSettings):
         return min(10.0, FASTEST_REBOUND / max(1.5 * fastest(scene), 1e-9))
 
 
-_HITS = Capability(
+_IMPACTS = Capability(
     "approximate",
-    "rebounds slower than 0.1 unit/s are plastic, but what overlaps is pushed apart by up to as "
+    "rebounds slower than 0.1 unit/s are left out, but what overlaps is pushed apart by up to as "
     "much: 1 cm/s with `scale` = 10; constraint force mixing of 1e-5, which nobody can set, takes "
     "1e-5 of each impulse",
 )
@@ -70,7 +70,7 @@ _RUBS = Capability(
 )
 _MULTIPLIED = Capability(
     "approximate",
-    "rebounds slower than 0.1 m/s are plastic, and DART multiplies the restitutions of the two",
+    "rebounds slower than 0.1 m/s are left out, and DART multiplies the restitutions of the two",
 )
 
 
@@ -87,7 +87,7 @@ class DartEngine(SpaceEngine):
         "in space, one ball on a cloth without cushions; a landing is seen up to a step late, and "
         "one slower than 0.1 unit/s doesn't bounce",
     )
-    TUNED: ClassVar[Capabilities] = tuned_capabilities("DART", _HITS, _RUBS)
+    TUNED: ClassVar[Capabilities] = tuned_capabilities("DART", _IMPACTS, _RUBS)
     DEFAULT: ClassVar[Capabilities] = default_capabilities(TUNED, "DART", _MULTIPLIED)
 
     def _lacking(self, scene: Scene) -> Iterator[str]:
@@ -101,6 +101,6 @@ class DartEngine(SpaceEngine):
             )
         if self.own_cloth(scene) and len(scene.balls) > 1:
             yield (
-                "no hits between balls with `cloth` = own (DART takes the smaller of two "
+                "no impacts between balls with `cloth` = own (DART takes the smaller of two "
                 "coefficients of friction, so balls that rub on the cloth rub on each other)"
             )

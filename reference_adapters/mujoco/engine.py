@@ -1,4 +1,4 @@
-"""MuJoCo: a 3D engine with fixed steps, whose contacts are soft unless they are told otherwise.
+"""MuJoCo: a 3D engine with fixed steps, whose contacts are soft by default.
 
 `contact_steps="fixed"` sees contacts as MuJoCo does for its users, when balls overlap as a step
 begins; `contact_steps="exact"` ends the steps where balls touch, so that only the solver's own
@@ -40,9 +40,9 @@ _HARD = Capability(
 )
 _RUBS = Capability(
     "approximate",
-    "MuJoCo's own friction at the contact, whose convex cone has slip part the bodies: hits that "
-    "stick are 7e-5 off, those that slip get too much of both impulses, 0.5 % with mu = 0.06 and "
-    "11 % with 0.2; the adapter keeps the balls in the plane",
+    "MuJoCo's own friction at the contact, whose convex cone has slip part the bodies: impacts "
+    "that stick are 7e-5 off, those that slip get too much of both impulses, 0.5 % with mu = 0.06 "
+    "and 11 % with 0.2; the adapter keeps the balls in the plane",
 )
 _BETWEEN_STEPS = Capability(
     "approximate",

@@ -28,7 +28,7 @@ from ghostball.reference_adapters.stepping.settings import SteppingSettings
 FloatArray = NDArray[np.float64]
 
 MARGIN = 1e-9
-"""Gap at which balls touch [m]. With 0, frozen balls that just touch would not be hit together."""
+"""Gap at which balls touch [m]. With 0, frozen balls that just touch would not collide together."""
 
 HARDEST = 0.9999
 """Impedance of a contact, MuJoCo's cap: what it leaves out is how far impulses are off [1]."""

@@ -30,18 +30,17 @@ Completions, where the print is silent or can't run
 - Balls that press on each other at the limit of rounding can hold the clock for ever; `max_events`
   ends such a run.
 
-Why it misses collisions
-------------------------
-The paper "tends to miss a collision here or there" with 16 balls, and found "very little issues"
-with 8. The search is blind to friction, the advance is not. Mostly the balls then arrive short of
-each other by up to mu g t^2, and the next search makes up for it. But where the ball in front loses
-more speed along the line of centres than the one behind (both move, the one behind at a slant),
-they arrive overlapping by some micrometres: too deep for "this instant", and in the past for every
-later search. On a cloth without friction none is missed. Over 40 random breaks at 6 m/s it misses
-1.5 collisions in a break of 16 balls and 0.8 in one of 8; at 3 m/s, 0.2 and 0.03.
+Why it misses collisions ------------------------ The paper "tends to miss a collision here or
+there" with 16 balls, and found "very little issues" with 8. The search is blind to friction, the
+advance is not. Mostly the balls then arrive short of each other by up to mu g t^2, and the next
+search makes up for it. But where the ball in front loses more speed along the line of centres than
+the one behind (both move, the one behind at a slant), they arrive overlapping by some micrometres:
+by too much for "this instant", and in the past for every later search. On a cloth without friction
+none is missed. Over 40 random breaks at 6 m/s it misses 1.5 collisions in a break of 16 balls and
+0.8 in one of 8; at 3 m/s, 0.2 and 0.03.
 
 `work["overlaps"]` counts how often a pair came to overlap by more than `tolerance`: as printed, the
-collisions missed. The search looks at every distance anyway, so counting alters nothing.
+collisions missed. The search looks at every distance in any case, so counting alters nothing.
 """
 
 from __future__ import annotations

@@ -4,8 +4,8 @@ As printed
 ----------
 Each step moves every ball (semi-implicit Euler, 4.1, with the friction of 5.2). Then, "if a frame
 is rendered where two balls intersect, simply pull them apart and perform the collision" (4.2). A
-ball that passes through another between two frames is never seen, and one that is seen was already
-deep inside: the clipping of the paper's Figure 2.
+ball that passes through another between two frames is never seen, and one that is seen already
+overlaps by much: the clipping of the paper's Figure 2.
 
 Completions, where the print is silent
 --------------------------------------

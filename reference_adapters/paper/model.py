@@ -102,7 +102,7 @@ class PaperBalls:
         by v0 dt / 2 over a whole roll.
 
         Completion: as printed no ball ever rests. Once |v| < mu g dt friction turns the ball round
-        each step, its speed alternates between |v| and mu g dt - |v|, and it creeps on for ever at
+        each step, its speed alternates between |v| and mu g dt - |v|, and it continues for ever at
         up to mu g dt / 2 (2 mm/s at 20 ms). With stop="reversal" a step that would turn the ball
         round stops it.
         """

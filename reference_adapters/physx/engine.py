@@ -1,10 +1,11 @@
 """PhysX 5 on the processor, through SAPIEN: a 3D engine in single precision.
 
 Its solver is one of two, projected Gauss-Seidel or, as SAPIEN has it, temporal Gauss-Seidel, which
-changes the energy of every hit. `contact_steps="fixed"` sees contacts when balls overlap as a step
-begins; `contact_steps="exact"` ends the steps where balls touch. `cloth="own"` has balls slide on a
-plane under gravity, with PhysX's friction; else the adapter applies the cloth between the steps.
-`config="default"` is SAPIEN's: hits slower than 2 m/s are plastic, contacts begin 1 cm apart.
+changes the energy of every impact. `contact_steps="fixed"` sees contacts when balls overlap as a
+step begins; `contact_steps="exact"` ends the steps where balls touch. `cloth="own"` has balls slide
+on a plane under gravity, with PhysX's friction; else the adapter applies the cloth between the
+steps. `config="default"` is SAPIEN's: impacts slower than 2 m/s are inelastic, contacts begin 1 cm
+apart.
 """
 
 from __future__ import annotations
@@ -44,8 +45,8 @@ class PhysxSettings(OwnClothSettings):
         return (self.solver or ("pgs" if self.config == "tuned" else "tgs")) == "tgs"
 
 
-_HITS = Capability(
-    "approximate", "in single precision: hits at 5 mm/s lose up to 8 % of their speed"
+_IMPACTS = Capability(
+    "approximate", "in single precision: impacts at 5 mm/s lose up to 8 % of their speed"
 )
 _RUBS = Capability(
     "approximate",
@@ -53,9 +54,9 @@ _RUBS = Capability(
     "coefficient, so that slip along both gets up to 41 % too much; the adapter keeps the balls in "
     "the plane",
 )
-_PLASTIC = Capability(
+_INELASTIC = Capability(
     "approximate",
-    "hits slower than 2 m/s are plastic, and the temporal solver changes the energy of others",
+    "impacts slower than 2 m/s are inelastic, and the temporal solver changes the energy of others",
 )
 
 
@@ -73,6 +74,6 @@ class PhysxEngine(SpaceEngine):
         "falls at less than (1 + 1 / (1 - e)) g dt doesn't bounce: balls that lie on the table "
         "would tremble",
     )
-    TUNED: ClassVar[Capabilities] = tuned_capabilities("PhysX", _HITS, _RUBS)
-    DEFAULT: ClassVar[Capabilities] = default_capabilities(TUNED, "PhysX", _PLASTIC)
+    TUNED: ClassVar[Capabilities] = tuned_capabilities("PhysX", _IMPACTS, _RUBS)
+    DEFAULT: ClassVar[Capabilities] = default_capabilities(TUNED, "PhysX", _INELASTIC)
     EXACT_STEPS: ClassVar[ExactSteps] = IN_SINGLE_PRECISION

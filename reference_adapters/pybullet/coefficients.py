@@ -24,7 +24,7 @@ FloatArray = NDArray[np.float64]
 SMALLEST_FRICTION = 1e-12
 """Ball-ball friction that stands for 0 where cloth or cushions need some [1].
 
-Of a hit at 10 m/s it leaves 1e-11 m/s of throw.
+Of an impact at 10 m/s it leaves 1e-11 m/s of throw.
 """
 
 

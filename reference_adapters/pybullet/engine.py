@@ -43,11 +43,11 @@ from ghostball.reference_adapters.stepping.space import slowest_bounce
 
 _ROLLING = Capability(
     "exact",
-    "planar, without gravity; mu g is applied around Bullet's steps, in closed form between hits",
+    "planar, without gravity; mu g is applied around Bullet's steps, in closed form between them",
 )
 _FLAT_CUSHION = none("Bullet's cushion is a vertical plane: it has no nose above the ball's centre")
-_HOPS = (
-    "in space: a ball that friction lifts hops, and has no cloth until it lands; one that it "
+_LIFTED = (
+    "in space: a ball that friction lifts bounces, and has no cloth until it lands; one that it "
     "presses down is rubbed by the cloth, and slowed as it rolls, in the same instant"
 )
 
@@ -59,9 +59,9 @@ CAPABILITIES: Capabilities = {
     Feature.BALL_RESTITUTION: EXACT,
     Feature.BALL_FRICTION: Capability(
         "approximate",
-        f"{_HOPS}. A hit without follow or draw is exact; a rolling one, or one with as much draw, "
-        "changes the balls' velocities once they roll by up to 0.5 % of the cue ball's speed with "
-        "mu = 0.05, and 5 % with 0.2",
+        f"{_LIFTED}. An impact without follow or draw is exact; a rolling one, or one with as much "
+        "draw, changes the balls' velocities once they roll by up to 0.5 % of the cue ball's speed "
+        "with mu = 0.05, and 5 % with 0.2",
     ),
     Feature.SPEED_DEPENDENT_FRICTION: none(
         "Bullet's friction is one number for two bodies, whatever their slip"
@@ -69,8 +69,8 @@ CAPABILITIES: Capabilities = {
     Feature.MATHAVAN_BALL: Capability(
         "approximate",
         "Bullet solves the friction of balls and cloth together, as the law does, but with one "
-        "direction of each slip for the whole impact; and a ball that it lifts hops. On Mathavan's "
-        "own tables within 0.1 % of the speeds and 0.05 degrees",
+        "direction of each slip for the whole impact; and a ball that it lifts bounces. On "
+        "Mathavan's own tables within 0.1 % of the speeds and 0.05 degrees",
     ),
     Feature.UNEQUAL_MASSES: EXACT,
     Feature.UNEQUAL_RADII: Capability("exact", "where balls roll: planar, centres at one height"),
@@ -84,8 +84,8 @@ CAPABILITIES: Capabilities = {
     Feature.CUSHION_TANGENTIAL: none("along a contact Bullet has Coulomb friction, no restitution"),
     Feature.FRICTIONAL_CUSHION: Capability(
         "approximate",
-        f"{_HOPS}. A ball that rolls or doesn't turn leaves as the law says; its hop takes it a "
-        "few millimetres farther; one with as much backspin differs, once it rolls, by up to 4 % "
+        f"{_LIFTED}. A ball that rolls or doesn't turn leaves as the law says; its bounce takes it "
+        "a few millimetres farther; one with as much backspin differs, once it rolls, by up to 4 % "
         "of its speed with mu = 0.2, and 9 % with 0.4",
     ),
     Feature.HAN_CUSHION: _FLAT_CUSHION,
@@ -101,8 +101,8 @@ CAPABILITIES: Capabilities = {
 }
 
 _DAMPED = (
-    "pybullet's own damping, 0.04 (1 + |v|) v a second; hits below 0.2 m/s are inelastic, others "
-    "gain some per cent of energy as overlapping balls are pushed apart"
+    "pybullet's own damping, 0.04 (1 + |v|) v a second; impacts below 0.2 m/s are inelastic, "
+    "others gain some per cent of energy as overlapping balls are pushed apart"
 )
 _STOPPED_SHORT = Capability(
     "approximate",

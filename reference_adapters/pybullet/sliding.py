@@ -69,7 +69,7 @@ class SlidingRun:
         self._table = scene.table if scene.physics.airborne else None
         self._gone = np.zeros(len(scene.balls), dtype=np.bool_)
         self._height = scene.physics.cushion_height
-        # What falls no faster lies on the table, as does what is no higher than it could then hop.
+        # What falls no faster lies on the table, and what is no higher than it could bounce.
         self._slow = slowest_bounce(scene, dt)
         self._low = self._slow * dt
         self.t = 0.0

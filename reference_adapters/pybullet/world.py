@@ -1,6 +1,6 @@
 """One scene built in one Bullet world: the client, its bodies, its parameters, its contacts.
 
-Everything that pybullet must be told is here; what drives it is in `pybullet.rolling` (balls that
+Everything that is set in pybullet is here; what drives it is in `pybullet.rolling` (balls that
 roll, in the plane) and `pybullet.sliding` (balls that slide, in space).
 
 The coefficients of its bodies are in `pybullet.coefficients`.
@@ -36,7 +36,7 @@ SHORTEST_STEP = float(np.finfo(np.float64).eps)
 """Shortest step that Bullet makes [s]; it takes a shorter one for none, and moves nothing."""
 
 MOST_IMPULSE = 1e10
-"""Bound of Bullet's solver on the impulse of a contact in a step [N s]: what needs more goes on."""
+"""Bound of Bullet's solver on the impulse of a contact in a step [N s]: more stops no ball."""
 
 # Fields of a contact point, as pybullet documents `getContactPoints`.
 _BODY_A, _BODY_B, _NORMAL_FORCE = 1, 2, 9
@@ -256,9 +256,9 @@ class World:
     def _configure(self, iterations: int, slow: float) -> None:
         """Set the solver; "tuned" removes what changes a collision.
 
-        contactERP adds speed to push overlapping balls apart (an elastic hit gains 4 % of energy
-        at any step), the restitution threshold makes hits below 0.2 m/s inelastic, and a residual
-        threshold or a slop stops the solver early.
+        contactERP adds speed to push overlapping balls apart (an elastic impact gains 4 % of energy
+        at any step), the restitution threshold makes impacts below 0.2 m/s inelastic, and a
+        residual threshold or a slop stops the solver early.
         """
         parameters: dict[str, float] = {"numSolverIterations": iterations}
         if self._tuned:

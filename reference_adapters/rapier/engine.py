@@ -3,7 +3,7 @@
 Its default prediction distance of 2 cm turns a half-ball cut by 1 to 5 degrees, and a smaller step
 doesn't help; tuned it is 1e-5 units, so that contacts are seen when balls overlap. Then a break
 gains a third of its energy, at any step, and with the prediction it loses some: so Rapier has a row
-for single hits, not for racks.
+for single impacts, not for racks.
 `config="default"` is what a newcomer types: frames of 1/60 s, the prediction, the mean of two
 restitutions.
 """
@@ -33,7 +33,7 @@ class RapierSettings(SteppingSettings):
     EXACT_BY_DEFAULT: ClassVar[bool] = False
 
 
-_HITS = Capability(
+_IMPACTS = Capability(
     "approximate", "in single precision; contacts that share a ball make or take energy"
 )
 _PREDICTED = Capability(
@@ -49,6 +49,6 @@ class RapierEngine(PlaneEngine):
     WORLD: ClassVar[str] = "ghostball.reference_adapters.rapier.world:World"
     PACKAGE: ClassVar[str] = "rapier3d"
     Settings: ClassVar[type[EngineSettings]] = RapierSettings
-    TUNED: ClassVar[Capabilities] = frictionless_capabilities("Rapier", _HITS)
+    TUNED: ClassVar[Capabilities] = frictionless_capabilities("Rapier", _IMPACTS)
     DEFAULT: ClassVar[Capabilities] = default_capabilities(TUNED, "Rapier", _PREDICTED)
     EXACT_STEPS: ClassVar[ExactSteps] = IN_SINGLE_PRECISION

@@ -102,9 +102,10 @@ class ClosedFormCloth:
         if changes.any() or (turns is not None and turns.any()):
             self._kick_all(changes, turns, dt)
             return
-        # Most steps. Without a ball that was hit, all else that `_kick_all` would do is to write
+        # Most steps. Without a ball that collided, all else that `_kick_all` would do is to write
         # the spins that velocities say into those of rolling balls, which nothing reads before a
-        # hit has written them. What is added is 0, and makes a velocity or a spin of -0 one of 0.
+        # collision has written them. What is added is 0, and makes a velocity or a spin of -0 one
+        # of 0.
         self.velocities = self.velocities + changes
         if turns is not None and self._may_slide:
             self._angular_velocities += turns
@@ -112,17 +113,17 @@ class ClosedFormCloth:
     def _kick_all(self, changes: FloatArray, turns: FloatArray | None, dt: float) -> None:
         before = self.velocities
         self.velocities = before + changes
-        hit = np.any(changes != 0.0, axis=1)
+        collided = np.any(changes != 0.0, axis=1)
         # A ball that gives all its speed away stops; what cancellation leaves of it is rounding.
         cancelled = np.abs(self.velocities) <= 4.0 * EPS * np.abs(before)
-        self.velocities[hit[:, np.newaxis] & cancelled] = 0.0
+        self.velocities[collided[:, np.newaxis] & cancelled] = 0.0
         if self._may_slide:
             self._angular_velocities = self._spins(before)
             if turns is not None:
                 self._angular_velocities += turns
-                hit |= np.any(turns != 0.0, axis=1)
-            self._end_slides(hit, max(dt, SHORTEST))
-        self._end_rolls(hit & self.rolling, max(dt, SHORTEST))
+                collided |= np.any(turns != 0.0, axis=1)
+            self._end_slides(collided, max(dt, SHORTEST))
+        self._end_rolls(collided & self.rolling, max(dt, SHORTEST))
 
     def state(self, positions: FloatArray) -> Samples:
         """Return the state at `positions`, (n, 2) [m], as arrays (1, n, 3)."""
@@ -162,10 +163,10 @@ class ClosedFormCloth:
         # own duration was longer: it ends here too, for a ball that counted as sliding without
         # slip would have no friction until the end of the next step.
         over = ending[:, 0] | (self._durations()[:, 0] == 0.0)
-        grips, stops = sliding & over, self.rolling & moving & over
-        self.rolling |= grips
+        starts_rolling, stops = sliding & over, self.rolling & moving & over
+        self.rolling |= starts_rolling
         self.velocities[stops] = 0.0
-        changes += [(EventKind.SLIDE_TO_ROLL, int(i)) for i in np.flatnonzero(grips)]
+        changes += [(EventKind.SLIDE_TO_ROLL, int(i)) for i in np.flatnonzero(starts_rolling)]
         changes += [(EventKind.ROLL_TO_REST, int(i)) for i in np.flatnonzero(stops)]
         return displacements
 
@@ -178,16 +179,16 @@ class ClosedFormCloth:
         last(*self._motion, self._rolls_by, self._slides_by, self._spins_by, durations)
         return durations
 
-    def _end_rolls(self, hit: BoolArray, shortest: float) -> None:
-        """Stop the rolling balls that were hit and would roll for less than `shortest` [s].
+    def _end_rolls(self, collided: BoolArray, shortest: float) -> None:
+        """Stop the rolling balls that collided and would roll for less than `shortest` [s].
 
         As for slides, see `_end_slides`.
         """
         speeds = np.hypot(self.velocities[:, 0], self.velocities[:, 1])
-        self.velocities[hit & (speeds <= shortest * self._rolls_by)] = 0.0
+        self.velocities[collided & (speeds <= shortest * self._rolls_by)] = 0.0
 
-    def _end_slides(self, hit: BoolArray, shortest: float) -> None:
-        """Find out which of the balls that were hit slide now, for more than `shortest` [s].
+    def _end_slides(self, collided: BoolArray, shortest: float) -> None:
+        """Find out which of the balls that collided slide now, for more than `shortest` [s].
 
         A slide that would be over sooner than the contact's step was long is over at once: the
         velocity is the same, and the place within mu_s g t^2 / 2. Else a rolling ball that another
@@ -197,10 +198,10 @@ class ClosedFormCloth:
         """
         slip = self._slip()
         rolls = np.hypot(slip[:, 0], slip[:, 1]) <= 3.5 * shortest * self._slides_by
-        self.rolling = np.where(hit, rolls, self.rolling)
-        self.velocities[hit & rolls] -= 2.0 / 7.0 * slip[hit & rolls]
+        self.rolling = np.where(collided, rolls, self.rolling)
+        self.velocities[collided & rolls] -= 2.0 / 7.0 * slip[collided & rolls]
         spin = self._angular_velocities[:, 2]
-        spin[hit & (np.abs(spin) <= shortest * self._spins_by)] = 0.0
+        spin[collided & (np.abs(spin) <= shortest * self._spins_by)] = 0.0
 
     def _slip(self) -> FloatArray:
         """Return the velocity of each ball's lowest point over the cloth, (n, 2) [m/s]."""

@@ -26,21 +26,22 @@ CONTACT_GAP = 1e-10
 """Gap at which a step ends [m]: 1e5 times the rounding of a coordinate on a table, and far
 too small to turn the line of centres (by 1e-10 / 2R, 2e-9 rad)."""
 
-PRESSED_DEPTH = 1e-7
-"""Overlap at which a step ends for what is pressed together [m]; see `time_to_contact`."""
+RESTING_OVERLAP = 1e-7
+"""Overlap at which a step ends for what is in resting contact [m]; see `time_to_contact`."""
 
-PRESSED_SPEED = 1e-3
-"""Speed below which what accelerates towards each other counts as pressed together [m/s].
+RESTING_SPEED = 1e-3
+"""Speed below which what accelerates towards each other counts as resting contact [m/s].
 
-What falls through `PRESSED_DEPTH` at 2 m/s^2 is faster by 6e-4 m/s.
+What falls through `RESTING_OVERLAP` at 2 m/s^2 is faster by 6e-4 m/s.
 """
 
 LATEST = 1e300
 """Time after which a contact is none [s]: it might exceed the doubles, and a run ends before."""
 
 MAX_ROUNDS = 100
-"""Rounds of conservative advancement. A hit takes 3 to 5; a tangency, where every round halves the
-remaining time, about 50. What is left after that is still a lower bound: early, never late."""
+"""Rounds of conservative advancement. A collision takes 3 to 5; a tangency, where every round
+halves the remaining time, about 50. What is left after that is still a lower bound: early, never
+late."""
 
 
 def time_to_contact(
@@ -74,9 +75,9 @@ def time_to_contact(
         for what is farther apart than 2 `gap`. What is nearer is there already: its level is an
         overlap that is deeper by `gap` than the present one, so that a step of this length makes an
         engine that detects by overlap see the contact. Something that moves apart counts when it
-        has come back; something that touches without closing never does. For what is pressed
-        together, such as a ball that its topspin drives against another, the overlap is
-        `PRESSED_DEPTH`: with `gap` it would bounce every 2e-5 s, as long as it is pressed.
+        has come back; something that touches without closing never does. For what is in
+        resting contact, such as a ball that its topspin drives against another, the overlap is
+        `RESTING_OVERLAP`: with `gap` it would bounce every 2e-5 s, as long as that lasts.
 
     Notes
     -----
@@ -155,8 +156,8 @@ def _level(present: float, rate: float, acceleration: float, gap: float) -> floa
     """
     if present > 2.0 * gap:
         return gap
-    pressed = abs(rate) < PRESSED_SPEED and acceleration < 0.0
-    return min(present, 0.0) - (PRESSED_DEPTH if pressed else gap)
+    resting = abs(rate) < RESTING_SPEED and acceleration < 0.0
+    return min(present, 0.0) - (RESTING_OVERLAP if resting else gap)
 
 
 @kernel

@@ -205,7 +205,8 @@ def largest_momenta(scene: Scene) -> FloatArray:
 def untouched(n: int, pushing: Set[Collision]) -> BoolArray:
     """Return which of n balls none of the contacts that pushed is of, (n,) bool.
 
-    What an engine's own frames of reference leave of their velocities is rounding, and no hit.
+    What an engine's own frames of reference leave of their velocities is rounding, and no
+    collision.
     """
     free = np.ones(n, dtype=bool)
     for a, b, cushion in pushing:
@@ -474,7 +475,7 @@ def settings_as_used(settings: SteppingSettings, world: PlaneWorld) -> dict[str,
 def scale_along_cushions(
     velocities: FloatArray, collisions: list[Collision], factor: float
 ) -> None:
-    """Multiply the velocities, (n, 2) [m/s], of balls that hit a cushion along it by a factor."""
+    """Multiply the velocities, (n, 2) [m/s], of balls that met a cushion along it by a factor."""
     for contact in collisions:
         if contact.cushion:
             across = CUSHIONS[contact.b] in ("left", "right")

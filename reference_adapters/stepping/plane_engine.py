@@ -87,14 +87,14 @@ class PlaneEngine(EngineBase):
         return run(scene, record, self.name, self.settings, world, self.stepper(scene, world))
 
 
-def tuned_capabilities(title: str, hits: Capability, rubs: Capability) -> Capabilities:
+def tuned_capabilities(title: str, impacts: Capability, rubs: Capability) -> Capabilities:
     """Return what an engine represents in the plane.
 
     Parameters
     ----------
     title : str
         The engine's name as its users write it.
-    hits, rubs : Capability
+    impacts, rubs : Capability
         How it represents restitution, and friction at contacts.
     """
     between = Capability(
@@ -106,7 +106,7 @@ def tuned_capabilities(title: str, hits: Capability, rubs: Capability) -> Capabi
         Feature.SLIDING: between,
         Feature.FRICTIONLESS_CLOTH: EXACT,
         Feature.VERTICAL_SPIN: between,
-        Feature.BALL_RESTITUTION: hits,
+        Feature.BALL_RESTITUTION: impacts,
         Feature.BALL_FRICTION: rubs,
         Feature.SPEED_DEPENDENT_FRICTION: none(
             f"{title}'s friction is one number for two bodies, whatever their slip"
@@ -119,8 +119,8 @@ def tuned_capabilities(title: str, hits: Capability, rubs: Capability) -> Capabi
         Feature.PER_BALL_FRICTION: EXACT,
         Feature.UNBOUNDED_CLOTH: EXACT,
         Feature.OPEN_SIDES: EXACT,
-        Feature.MIRROR_CUSHION: hits,
-        Feature.CUSHION_RESTITUTION: hits,
+        Feature.MIRROR_CUSHION: impacts,
+        Feature.CUSHION_RESTITUTION: impacts,
         Feature.CUSHION_TANGENTIAL: Capability(
             "approximate",
             f"{title} has none: the adapter scales the velocity along the cushion after the step",
@@ -134,14 +134,14 @@ def tuned_capabilities(title: str, hits: Capability, rubs: Capability) -> Capabi
     }
 
 
-def frictionless_capabilities(title: str, hits: Capability) -> Capabilities:
+def frictionless_capabilities(title: str, impacts: Capability) -> Capabilities:
     """Return what an engine represents in the plane whose contacts are driven without friction."""
     flat = none(f"{title} is driven here without friction at contacts")
-    tuned = tuned_capabilities(title, hits, flat)
+    tuned = tuned_capabilities(title, impacts, flat)
     return {**tuned, Feature.SPEED_DEPENDENT_FRICTION: flat}
 
 
-def default_capabilities(tuned: Capabilities, title: str, hits: Capability) -> Capabilities:
+def default_capabilities(tuned: Capabilities, title: str, impacts: Capability) -> Capabilities:
     """Return what an engine represents as a newcomer has it: without the adapter's own cloth."""
     cloth = none("the cloth of balls that slide is the adapter's own, of `config=tuned`")
     spin = none("balls that don't slide have no spin to rub with")
@@ -152,8 +152,8 @@ def default_capabilities(tuned: Capabilities, title: str, hits: Capability) -> C
         Feature.BALL_FRICTION: spin,
         Feature.SPEED_DEPENDENT_FRICTION: spin,
         Feature.FRICTIONAL_CUSHION: spin,
-        Feature.BALL_RESTITUTION: hits,
-        Feature.MIRROR_CUSHION: hits,
-        Feature.CUSHION_RESTITUTION: hits,
+        Feature.BALL_RESTITUTION: impacts,
+        Feature.MIRROR_CUSHION: impacts,
+        Feature.CUSHION_RESTITUTION: impacts,
         Feature.CUSHION_TANGENTIAL: none(f"{title} has no such law; `config=tuned` adds one"),
     }

@@ -78,7 +78,7 @@ class OnItsOwnCloth(Stepper):
     """Fixed steps of an engine whose balls lie on a plane under gravity, or fly over it.
 
     What falls slowly doesn't bounce, see `slowest_bounce`: so a ball flies that is higher than it
-    could then hop, or that moves up or down faster.
+    could then bounce, or that moves up or down faster.
     """
 
     def __init__(self, scene: Scene, world: SpaceWorld, dt: float, t_end: float) -> None:
@@ -131,9 +131,11 @@ class OnItsOwnCloth(Stepper):
         rolling = self._rolls()
         self._slow(rolling)
         rests = self.resting
-        grips = rolling & ~self._rolling & ~rests
+        starts_rolling = rolling & ~self._rolling & ~rests
         self.changes = [(EventKind.BALL_CLOTH, i) for i in sorted(lands)]
-        self.changes += [(EventKind.SLIDE_TO_ROLL, i) for i in np.flatnonzero(grips).tolist()]
+        self.changes += [
+            (EventKind.SLIDE_TO_ROLL, i) for i in np.flatnonzero(starts_rolling).tolist()
+        ]
         stops = np.flatnonzero(rests & ~rested).tolist()
         self.changes += [(EventKind.ROLL_TO_REST, i) for i in stops]
         self._rolling = rolling
@@ -210,7 +212,7 @@ class SpaceEngine(PlaneEngine):
         if scene.physics.airborne and scene.table is not None and scene.table.cushions:
             yield (
                 f"no cushions where balls may fly ({self.TITLE}'s are planes without a top: no "
-                "ball would hop from a nose, nor leave the table)"
+                "ball would bounce from a nose, nor leave the table)"
             )
         if len(set(scene.sliding_frictions.tolist())) > 1:
             yield (

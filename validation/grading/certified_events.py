@@ -12,7 +12,12 @@ from numpy.typing import NDArray
 from ghostball.model import COLLISION_KINDS, EventKind, Scene
 from ghostball.reference_adapters.certified import Certificate
 from ghostball.reference_adapters.certified.gaps import SIDES
-from ghostball.reference_adapters.certified.laws import Laws, Seen, seen_along, seen_from_table
+from ghostball.reference_adapters.certified.laws import (
+    InContactFrame,
+    Laws,
+    from_contact_frame,
+    to_contact_frame,
+)
 from ghostball.reference_adapters.certified.problem import problem_of
 from ghostball.validation.grading.certified_flow import PARTS, PLACE, SLIP, VELOCITY, ProvedBall
 from ghostball.validation.grading.slope import Slope
@@ -175,13 +180,13 @@ class _Passage:
         rows = self.change[PARTS * m : PARTS * (m + 1)]
         return [Slope(float(v), row) for v, row in zip(self.states[m], rows, strict=True)]
 
-    def _seen(self, n: Any, slopes: list[Slope], m: int) -> Seen:
+    def _seen(self, n: Any, slopes: list[Slope], m: int) -> InContactFrame:
         velocity, slip = (slopes[2], slopes[3]), (slopes[4], slopes[5])
         radius: Any = self._balls[m].radius
-        return seen_along(n, velocity, slip, slopes[6], radius)  # type: ignore[arg-type]
+        return to_contact_frame(n, velocity, slip, slopes[6], radius)  # type: ignore[arg-type]
 
-    def _send_off(self, m: int, n: Any, seen: Seen) -> None:
-        velocity, slip = seen_from_table(n, seen)
+    def _send_off(self, m: int, n: Any, seen: InContactFrame) -> None:
+        velocity, slip = from_contact_frame(n, seen)
         for part, one in enumerate((*velocity, *slip, seen.wz)):
             slope: Any = one
             row = slope.slope if isinstance(slope, Slope) else 0.0

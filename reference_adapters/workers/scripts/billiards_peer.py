@@ -1,4 +1,4 @@
-"""python-billiards: elastic discs without friction, walls without end."""
+"""python-billiards: elastic discs without friction, cushions without end."""
 
 import time
 from importlib import metadata
@@ -29,13 +29,13 @@ def simulate(scene: dict[str, Any], record: str) -> dict[str, Any]:
     names = table["cushions"] if table else []
     size = (table["length"], table["width"]) if table else (0.0, 0.0)
     # Inside is to the left of the way from the first point to the second one.
-    walls = [
+    cushions = [
         billiards.InfiniteWall(
             *((x * size[0], y * size[1]) for x, y in _WALLS[name]), inside="left"
         )
         for name in names
     ]
-    world = billiards.Billiard(walls)
+    world = billiards.Billiard(cushions)
     for ball in balls:
         world.add_ball(
             ball["position"][:2], ball["velocity"][:2], radius=ball["radius"], mass=ball["mass"]
@@ -76,7 +76,7 @@ def simulate(scene: dict[str, Any], record: str) -> dict[str, Any]:
         collisions = world.evolve(until)
         seconds += time.perf_counter() - began
         for t, one, other in collisions:
-            obstacle = other if isinstance(other, int) else names[walls.index(other)]
+            obstacle = other if isinstance(other, int) else names[cushions.index(other)]
             kind = "ball-ball" if isinstance(other, int) else "ball-cushion"
             events.append({"t": float(t), "kind": kind, "a": int(one), "b": obstacle})
         sample(float(world.time))

@@ -152,7 +152,7 @@ def test_positions_are_as_narrow_as_asked():
 def test_a_search_in_doubles_changes_nothing(name, monkeypatch):
     quick = proved(SHOTS[name])
     # With a margin that nothing passes every gap is searched in balls.
-    monkeypatch.setattr(gaps_module, "QUICK_ERROR", math.inf)
+    monkeypatch.setattr(gaps_module, "DOUBLES_ERROR", math.inf)
     thorough = certify(SHOTS[name], cached=False)
     assert keys(quick) == keys(thorough)
     assert all(
@@ -395,7 +395,7 @@ def test_balls_pressed_from_the_start_are_certified_up_to_it():
     assert certificate.events == ()
     assert certificate.choices == (Choice(BALL_BALL, 0, 1),)
     assert (
-        'pressed together, sustained from here on: ball-ball "b0" with "b1"' in certificate.reason
+        'in resting contact, sustained from here on: ball-ball "b0" with "b1"' in certificate.reason
     )
 
 

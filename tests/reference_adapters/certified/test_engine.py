@@ -83,7 +83,7 @@ def test_t_max_ends_a_result():
     ("name", "settings", "status", "reason"),
     [
         ("three-ball-symmetric", {}, Status.UNPROVED, "ambiguous: can't tell what comes first"),
-        ("wedged", {}, Status.UNPROVED, "sustained contact: pressed together"),
+        ("wedged", {}, Status.UNPROVED, "sustained contact: in resting contact"),
         ("break-7", {"max_precision": 24}, Status.UNPROVED, "precision cap: 24 bits"),
         ("break-7", {"max_events": 2}, Status.EVENT_LIMIT, "event limit: 2 events"),
         ("break-7", {"time_limit": 1e-9}, Status.UNPROVED, "time limit: 1e-09 s"),

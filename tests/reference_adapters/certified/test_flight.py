@@ -344,7 +344,7 @@ def test_a_search_in_doubles_changes_nothing_in_flight(number, monkeypatch) -> N
     scene = random_jump(number)
     quick = certify(scene, cached=False)
     # With a margin that nothing passes every gap is searched in balls.
-    monkeypatch.setattr(gaps, "QUICK_ERROR", math.inf)
+    monkeypatch.setattr(gaps, "DOUBLES_ERROR", math.inf)
     thorough = certify(scene, cached=False)
     assert keys(quick) == keys(thorough)
     assert all(

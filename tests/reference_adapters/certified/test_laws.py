@@ -11,7 +11,7 @@ from shots import R, ball, scene_of
 
 from ghostball.model import Table
 from ghostball.reference_adapters.certified.arithmetic import UndecidedError, working_precision
-from ghostball.reference_adapters.certified.laws import Laws, Seen
+from ghostball.reference_adapters.certified.laws import InContactFrame, Laws
 from ghostball.reference_adapters.certified.problem import problem_of
 
 
@@ -31,8 +31,8 @@ def test_equal_elastic_balls_swap_their_speeds_exactly():
     one = scene_of(ball((0.0, 0.0)), ball((1.0, 0.0)))
     with working_precision(53):
         zero, third = arb(0), arb(1) / 3
-        cue = Seen(third, zero, zero, zero, zero, arb(R))
-        rest = Seen(zero, zero, zero, zero, zero, arb(R))
+        cue = InContactFrame(third, zero, zero, zero, zero, arb(R))
+        rest = InContactFrame(zero, zero, zero, zero, zero, arb(R))
         a, b = Laws(problem_of(one)).collide(0, 1, cue, rest)
         assert a.vn.is_zero()
         assert b.vn.contains(third.mid())
@@ -43,8 +43,8 @@ def test_a_slip_that_may_be_nothing_is_ended_by_friction():
     one = scene(0.0625, {"cushion": "mirror"}, masses=(0.17, 0.17))
     with working_precision(106):
         laws, zero = Laws(problem_of(one)), arb(0)
-        a = Seen(arb(1), arb(0, 1e-20), arb(1), arb(0, 1e-20), zero, arb(R))
-        b = Seen(zero, zero, -arb(1), zero, zero, arb(R))
+        a = InContactFrame(arb(1), arb(0, 1e-20), arb(1), arb(0, 1e-20), zero, arb(R))
+        b = InContactFrame(zero, zero, -arb(1), zero, zero, arb(R))
         after, _ = laws.collide(0, 1, a, b)
         assert abs(after.vt) < 1e-19
 
@@ -55,4 +55,4 @@ def test_whether_a_cushion_stops_a_ball_may_be_undecided():
         laws = Laws(problem_of(one))
         zero = arb(0)
         with pytest.raises(UndecidedError, match="whether the cushion stops it"):
-            laws.bounce(0, Seen(arb(0, 1e-3), zero, zero, zero, zero, arb(R)))
+            laws.bounce(0, InContactFrame(arb(0, 1e-3), zero, zero, zero, zero, arb(R)))
