@@ -18,7 +18,8 @@ from pydantic import Field, model_validator
 from ghostball.model import Scene
 from ghostball.model.features import Capabilities, Capability, Feature
 from ghostball.reference_adapters.base import EngineSettings, none
-from ghostball.reference_adapters.stepping.plane import IN_SINGLE_PRECISION, ExactSteps, fastest
+from ghostball.reference_adapters.stepping.laws import fastest
+from ghostball.reference_adapters.stepping.plane import IN_SINGLE_PRECISION, ExactSteps
 from ghostball.reference_adapters.stepping.plane_engine import (
     PlaneEngine,
     default_capabilities,

@@ -15,11 +15,8 @@ from typing import ClassVar
 from ghostball.model import Scene
 from ghostball.model.features import Capabilities, Capability
 from ghostball.reference_adapters.base import EngineSettings
-from ghostball.reference_adapters.stepping.plane import (
-    IN_SINGLE_PRECISION,
-    ExactSteps,
-    restitutions,
-)
+from ghostball.reference_adapters.stepping.laws import restitutions
+from ghostball.reference_adapters.stepping.plane import IN_SINGLE_PRECISION, ExactSteps
 from ghostball.reference_adapters.stepping.plane_engine import (
     PlaneEngine,
     default_capabilities,

@@ -16,13 +16,8 @@ from ghostball.reference_adapters.stepping.contact_world import (
     Part,
     collision_of,
 )
-from ghostball.reference_adapters.stepping.plane import (
-    Side,
-    cushion_restitution,
-    fastest,
-    reach_beyond_corners,
-    sides_of,
-)
+from ghostball.reference_adapters.stepping.laws import cushion_restitution, fastest
+from ghostball.reference_adapters.stepping.sides import Side, reach_beyond_corners, sides_of
 
 FloatArray = NDArray[np.float64]
 

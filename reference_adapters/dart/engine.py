@@ -18,7 +18,7 @@ from pydantic import Field
 from ghostball.model import Scene
 from ghostball.model.features import Capabilities, Capability
 from ghostball.reference_adapters.base import EngineSettings
-from ghostball.reference_adapters.stepping.plane import fastest
+from ghostball.reference_adapters.stepping.laws import fastest
 from ghostball.reference_adapters.stepping.plane_engine import (
     default_capabilities,
     tuned_capabilities,

@@ -20,15 +20,15 @@ from ghostball.reference_adapters.stepping.contact_world import (
     Part,
     collision_of,
 )
-from ghostball.reference_adapters.stepping.plane import (
-    Collision,
+from ghostball.reference_adapters.stepping.laws import (
     ball_friction,
     cushion_friction,
     multiplied_restitutions,
     restitutions,
     rubs,
-    sides_of,
 )
+from ghostball.reference_adapters.stepping.plane import Collision
+from ghostball.reference_adapters.stepping.sides import sides_of
 
 FloatArray = NDArray[np.float64]
 

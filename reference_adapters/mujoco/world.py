@@ -14,16 +14,15 @@ from numpy.typing import NDArray
 
 from ghostball.model import Scene
 from ghostball.reference_adapters.stepping.contact_world import DOUBLE, ContactWorld
-from ghostball.reference_adapters.stepping.plane import (
-    Collision,
-    Side,
+from ghostball.reference_adapters.stepping.laws import (
     ball_friction,
     cushion_friction,
     restitutions,
     rubs,
-    sides_of,
 )
+from ghostball.reference_adapters.stepping.plane import Collision
 from ghostball.reference_adapters.stepping.settings import SteppingSettings
+from ghostball.reference_adapters.stepping.sides import Side, sides_of
 
 FloatArray = NDArray[np.float64]
 

@@ -23,14 +23,14 @@ from ghostball.reference_adapters.stepping.contact_world import (
     Part,
     collision_of,
 )
-from ghostball.reference_adapters.stepping.plane import (
-    Collision,
+from ghostball.reference_adapters.stepping.laws import (
     ball_friction,
     cushion_friction,
     cushion_restitution,
     rubs,
-    sides_of,
 )
+from ghostball.reference_adapters.stepping.plane import Collision
+from ghostball.reference_adapters.stepping.sides import sides_of
 from ghostball.reference_adapters.stepping.space import slowest_bounce
 
 # It warns that there is no graphics driver, and that its own types lack something.

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ghostball.model import Scene
-from ghostball.reference_adapters.stepping.plane import (
+from ghostball.reference_adapters.stepping.laws import (
     ball_friction,
     cushion_friction,
     multiplied_restitutions,

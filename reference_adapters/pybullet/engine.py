@@ -15,10 +15,10 @@ Two configurations: "tuned" sets what makes the physics right; "default" sets wh
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Annotated, ClassVar, Self
+from typing import Annotated, ClassVar
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from ghostball.model import Record, Result, Scene
 from ghostball.model.features import EXACT, Capabilities, Capability, Feature
@@ -37,7 +37,7 @@ from ghostball.reference_adapters.recording import Recorder
 from ghostball.reference_adapters.stepping import contact_time
 from ghostball.reference_adapters.stepping.contact_time import CONTACT_GAP
 from ghostball.reference_adapters.stepping.ending import end_of, ending_of
-from ghostball.reference_adapters.stepping.plane import largest_momenta
+from ghostball.reference_adapters.stepping.laws import largest_momenta
 from ghostball.reference_adapters.stepping.settings import SteppingSettings
 from ghostball.reference_adapters.stepping.space import slowest_bounce
 
@@ -157,19 +157,10 @@ class PybulletSettings(SteppingSettings):
 
     DEFAULT_DT: ClassVar[float] = 1.0 / 240.0
     CLOTH_BETWEEN_STEPS: ClassVar[bool] = False
+    EXACT_BY_DEFAULT: ClassVar[bool] = False
 
     iterations: Annotated[int, Field(ge=1)] = 50
     rest_speed: Annotated[float, Field(gt=0.0)] = 1e-6
-
-    @model_validator(mode="after")
-    def _exact_steps_are_tuned(self) -> Self:
-        if self.contact_steps == "exact" and self.config == "default":
-            raise ValueError(
-                "`contact_steps` = exact needs `config` = tuned: pybullet's own parameters push "
-                "balls apart by depth/dt, so steps of 1e-10 s aren't its default behaviour. Set "
-                "one of them otherwise"
-            )
-        return self
 
 
 class PybulletEngine(EngineBase):

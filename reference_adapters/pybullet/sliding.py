@@ -13,10 +13,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.model import CUSHIONS, EventKind, Samples, Scene, Table
+from ghostball.model import EventKind, Samples, Scene
 from ghostball.reference_adapters.pybullet.world import Contact, World
 from ghostball.reference_adapters.recording import Recorder
 from ghostball.reference_adapters.stepping.clock import Clock
+from ghostball.reference_adapters.stepping.laws import slips_of
+from ghostball.reference_adapters.stepping.sides import sides_of
 from ghostball.reference_adapters.stepping.space import slowest_bounce
 
 FloatArray = NDArray[np.float64]
@@ -66,7 +68,7 @@ class SlidingRun:
         self._gated = gated
         self._rest_speed = rest_speed
         self._flies = scene.physics.airborne
-        self._table = scene.table if scene.physics.airborne else None
+        self._noses = sides_of(scene) if scene.physics.airborne else []
         self._gone = np.zeros(len(scene.balls), dtype=np.bool_)
         self._height = scene.physics.cushion_height
         # What falls no faster lies on the table, and what is no higher than it could bounce.
@@ -113,8 +115,8 @@ class SlidingRun:
         if new:
             self._note_collisions(new, before, dt)
         self.t = t
-        if self._table is not None:
-            self._take_out_what_left(self._table)
+        if self._noses:
+            self._take_out_what_left()
         self._note_phases()
         if self._recorder.wants_frame(t):
             self._recorder.frame(t, self.state())
@@ -134,19 +136,14 @@ class SlidingRun:
         lies: Flags = (low & slow) | self._gone
         return lies
 
-    def _take_out_what_left(self, table: Table) -> None:
+    def _take_out_what_left(self) -> None:
         """Take out the balls whose centres have come over a nose that is below them."""
         positions = self._world.positions()
-        beyond = {
-            "left": -positions[:, 0],
-            "right": positions[:, 0] - table.length,
-            "bottom": -positions[:, 1],
-            "top": positions[:, 1] - table.width,
-        }
-        for name in table.cushions:
-            out = (beyond[name] > 0.0) & (positions[:, 2] > self._height) & ~self._gone
+        for side in self._noses:
+            away = (positions[:, :2] - side.point) @ side.normal
+            out = (away < 0.0) & (positions[:, 2] > self._height) & ~self._gone
             for i in np.flatnonzero(out).tolist():
-                self._recorder.event(self.t, EventKind.LEAVES_TABLE, i, CUSHIONS.index(name))
+                self._recorder.event(self.t, EventKind.LEAVES_TABLE, i, side.cushion)
                 self._world.remove(i)
                 self._gone[i] = True
                 self._velocities[i] = self._spins[i] = 0.0
@@ -158,10 +155,9 @@ class SlidingRun:
         return spins
 
     def _rolls(self) -> Flags:
-        """Whether each ball's contact point is at rest: slip = v + w x (-R z)."""
-        slip_x = self._velocities[:, 0] - self._radii * self._spins[:, 1]
-        slip_y = self._velocities[:, 1] + self._radii * self._spins[:, 0]
-        rolls: Flags = (np.hypot(slip_x, slip_y) < ROLLING_SLIP) & self._lies()
+        """Whether each ball's lowest point rests on the cloth."""
+        slips = slips_of(self._velocities, self._spins, self._radii)
+        rolls: Flags = (np.hypot(*slips.T) < ROLLING_SLIP) & self._lies()
         return rolls
 
     def _note_phases(self) -> None:

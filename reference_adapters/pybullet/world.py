@@ -20,9 +20,10 @@ from typing import Any, Literal, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.model import CUSHIONS, CushionName, EventKind, Scene, Table
+from ghostball.model import EventKind, Scene
 from ghostball.reference_adapters.base import EngineError
 from ghostball.reference_adapters.pybullet.coefficients import Coefficients
+from ghostball.reference_adapters.stepping.sides import Side, sides_of
 
 FloatArray = NDArray[np.float64]
 Config = Literal["tuned", "default"]
@@ -40,14 +41,6 @@ MOST_IMPULSE = 1e10
 
 # Fields of a contact point, as pybullet documents `getContactPoints`.
 _BODY_A, _BODY_B, _NORMAL_FORCE = 1, 2, 9
-
-# Inward normal of each cushion.
-_NORMALS: dict[CushionName, tuple[float, float, float]] = {
-    "left": (1.0, 0.0, 0.0),
-    "right": (-1.0, 0.0, 0.0),
-    "bottom": (0.0, 1.0, 0.0),
-    "top": (0.0, -1.0, 0.0),
-}
 
 
 def unavailable() -> str | None:
@@ -288,21 +281,18 @@ class World:
                 if self._flies and self._tuned:
                     self._change(cloth, contactProcessingThreshold=0.0)  # as for cushions below
                 self._cloths.append(cloth)
-        if scene.table is not None:
-            for name in scene.table.cushions:
-                far = (scene.table.length, scene.table.width, 0.0)
-                origin = far if name in ("right", "top") else (0.0, 0.0, 0.0)
-                laws = factors.cushion_restitution, factors.cushion_friction
-                body = (
-                    self._nose(name, scene.table, *laws)
-                    if self._flies
-                    else self._plane(origin, _NORMALS[name], *laws)
-                )
-                self._cushion_of_body[body] = CUSHIONS.index(name)
-                if self._tuned:
-                    # Else a ball is stopped at the cushion in the step before it gets there, and
-                    # what it has left of the step is taken from its restitution.
-                    self._change(body, contactProcessingThreshold=0.0)
+        laws = factors.cushion_restitution, factors.cushion_friction
+        for side in sides_of(scene):
+            body = (
+                self._nose(side, *laws)
+                if self._flies
+                else self._plane((*side.point, 0.0), (*side.normal, 0.0), *laws)
+            )
+            self._cushion_of_body[body] = side.cushion
+            if self._tuned:
+                # Else a ball is stopped at the cushion in the step before it gets there, and
+                # what it has left of the step is taken from its restitution.
+                self._change(body, contactProcessingThreshold=0.0)
         for i in range(len(scene.balls)):
             self._ball(i, planar)
         if factors.own_cloths:
@@ -341,25 +331,23 @@ class World:
         if self._tuned:
             self._change(body, linearDamping=0.0, angularDamping=0.0, maxJointVelocity=FASTEST)
 
-    def _nose(self, name: CushionName, table: Table, restitution: float, friction: float) -> int:
+    def _nose(self, side: Side, restitution: float, friction: float) -> int:
         """Add a cushion's nose: a capsule along its line, at its height above the cloth."""
-        across = name in ("left", "right")
-        length = 2.0 * (table.width if across else table.length)
+        across, (x, y), middle = side.normal[0] != 0.0, side.point, 0.5 * side.length
         shape = self._bullet.createCollisionShape(
             self._bullet.GEOM_CAPSULE,
             radius=NOSE_RADIUS,
-            height=length,
+            height=2.0 * side.length,
             physicsClientId=self._client,
         )
-        x = {"left": 0.0, "right": table.length}.get(name, 0.5 * table.length)
-        y = {"bottom": 0.0, "top": table.width}.get(name, 0.5 * table.width)
+        height = self._scene.physics.cushion_height
         # Bullet's capsule stands; it is laid along y, or along x.
         turn = math.sqrt(0.5)
         lying = (turn, 0.0, 0.0, turn) if across else (0.0, turn, 0.0, turn)
         body: int = self._bullet.createMultiBody(
             0.0,
             shape,
-            basePosition=(x, y, self._scene.physics.cushion_height),
+            basePosition=(*((x, middle) if across else (middle, y)), height),
             baseOrientation=lying,
             physicsClientId=self._client,
         )

@@ -11,6 +11,7 @@ from ghostball.model import EventKind, Samples, Scene
 from ghostball.reference_adapters.recording import Recorder, rolling_state
 from ghostball.reference_adapters.stepping import plane
 from ghostball.reference_adapters.stepping.clock import Clock
+from ghostball.reference_adapters.stepping.laws import tangential_restitution
 
 if TYPE_CHECKING:
     from ghostball.reference_adapters.pymunk.world import World
@@ -31,7 +32,7 @@ class NativeRolling(plane.Stepper):
     def __init__(self, scene: Scene, world: World, dt: float, t_end: float) -> None:
         super().__init__(scene, world)
         self._world = world
-        self._along = plane.tangential_restitution(scene.physics)
+        self._along = tangential_restitution(scene.physics)
         self._clock = Clock(dt, t_end)
         self._kick = scene.rolling_frictions * scene.physics.gravity * self._clock.dt
         self._half_kick = np.zeros_like(self._kick)

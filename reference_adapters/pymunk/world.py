@@ -15,16 +15,10 @@ from pymunk import batch
 
 from ghostball.model import Scene
 from ghostball.reference_adapters.stepping.friction import ContactFriction
-from ghostball.reference_adapters.stepping.plane import (
-    Collision,
-    Side,
-    cushion_restitution,
-    largest_momenta,
-    reach_beyond,
-    rubs,
-    sides_of,
-)
+from ghostball.reference_adapters.stepping.laws import cushion_restitution, largest_momenta, rubs
+from ghostball.reference_adapters.stepping.plane import Collision
 from ghostball.reference_adapters.stepping.settings import SteppingSettings
+from ghostball.reference_adapters.stepping.sides import Side, reach_beyond, sides_of
 
 FloatArray = NDArray[np.float64]
 

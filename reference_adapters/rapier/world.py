@@ -15,14 +15,10 @@ from ghostball.reference_adapters.stepping.contact_world import (
     Part,
     collision_of,
 )
-from ghostball.reference_adapters.stepping.plane import (
-    Collision,
-    Side,
-    multiplied_restitutions,
-    restitutions,
-    sides_of,
-)
+from ghostball.reference_adapters.stepping.laws import multiplied_restitutions, restitutions
+from ghostball.reference_adapters.stepping.plane import Collision
 from ghostball.reference_adapters.stepping.settings import SteppingSettings
+from ghostball.reference_adapters.stepping.sides import Side, sides_of
 
 FloatArray = NDArray[np.float64]
 

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from ghostball.engine.core.kernel import compiling
 from ghostball.model import Ball, EventKind, Physics, Samples, Scene, rolling_angular_velocity
+from ghostball.reference_adapters.stepping.laws import slips_of
 from ghostball.reference_adapters.stepping.slowing import accelerate, last, move, turn
 
 FloatArray = NDArray[np.float64]
@@ -196,19 +197,12 @@ class ClosedFormCloth:
         rolling resistance that it still has, and the steps that end with every slide would shrink
         until they hardly move the clock.
         """
-        slip = self._slip()
+        slip = slips_of(self.velocities, self._angular_velocities, self._radii)
         rolls = np.hypot(slip[:, 0], slip[:, 1]) <= 3.5 * shortest * self._slides_by
         self.rolling = np.where(collided, rolls, self.rolling)
         self.velocities[collided & rolls] -= 2.0 / 7.0 * slip[collided & rolls]
         spin = self._angular_velocities[:, 2]
         spin[collided & (np.abs(spin) <= shortest * self._spins_by)] = 0.0
-
-    def _slip(self) -> FloatArray:
-        """Return the velocity of each ball's lowest point over the cloth, (n, 2) [m/s]."""
-        slip = self.velocities.copy()
-        slip[:, 0] -= self._radii * self._angular_velocities[:, 1]
-        slip[:, 1] += self._radii * self._angular_velocities[:, 0]
-        return slip
 
     def _spins(self, velocities: FloatArray) -> FloatArray:
         """Return the angular velocities, (n, 3) [rad/s], of balls with `velocities`, (n, 2)."""

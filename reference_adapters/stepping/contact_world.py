@@ -8,11 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ghostball.model import Scene
-from ghostball.reference_adapters.stepping.plane import (
-    Collision,
-    largest_momenta,
-    untouched,
-)
+from ghostball.reference_adapters.stepping.laws import largest_momenta
+from ghostball.reference_adapters.stepping.plane import Collision, untouched
 
 FloatArray = NDArray[np.float64]
 

@@ -19,7 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ghostball.model import Scene
-from ghostball.reference_adapters.stepping.plane import INWARD, Collision, cushion_friction
+from ghostball.reference_adapters.stepping.laws import cushion_friction
+from ghostball.reference_adapters.stepping.plane import Collision
+from ghostball.reference_adapters.stepping.sides import INWARD
 
 FloatArray = NDArray[np.float64]
 

@@ -9,7 +9,6 @@ nothing of contacts (`FixedSteps`) or that end where something touches (`StepsTo
 
 from __future__ import annotations
 
-import math
 from abc import ABC, abstractmethod
 from collections.abc import Set
 from typing import Any, NamedTuple, Protocol
@@ -20,13 +19,10 @@ from numpy.typing import NDArray
 from ghostball.model import (
     CUSHIONS,
     EventKind,
-    Physics,
     Record,
     Result,
     Samples,
     Scene,
-    energy_of,
-    initial_state,
 )
 from ghostball.reference_adapters.recording import Recorder
 from ghostball.reference_adapters.stepping import cloth, contact_time
@@ -34,70 +30,11 @@ from ghostball.reference_adapters.stepping.clock import Clock
 from ghostball.reference_adapters.stepping.cloth import ClosedFormCloth
 from ghostball.reference_adapters.stepping.contact_time import time_to_contact
 from ghostball.reference_adapters.stepping.ending import end_of, ending_of
+from ghostball.reference_adapters.stepping.laws import tangential_restitution
 from ghostball.reference_adapters.stepping.settings import SteppingSettings
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
-Point = tuple[float, float]
-
-INWARD = ((1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0))
-"""Unit normal into the table of each cushion, in the order of `CUSHIONS`."""
-
-
-class Side(NamedTuple):
-    """A cushion, an infinite line.
-
-    Attributes
-    ----------
-    cushion : int
-        Its index in `CUSHIONS`.
-    normal : two floats
-        Unit normal into the table.
-    point : two floats [m]
-        A corner of the table that the line goes through.
-    length : float [m]
-        Of the table along it.
-    """
-
-    cushion: int
-    normal: tuple[float, float]
-    point: tuple[float, float]
-    length: float
-
-    def ends(self, beyond: float, outward: float = 0.0) -> tuple[Point, Point]:
-        """Return the ends of a part of the line that goes `beyond` both corners [m].
-
-        `outward` [m] is how far it is moved out of the table.
-        """
-        (nx, ny), (x, y) = self.normal, self.point
-        if nx:
-            x -= outward * nx
-            return (x, -beyond), (x, self.length + beyond)
-        y -= outward * ny
-        return (-beyond, y), (self.length + beyond, y)
-
-
-def sides_of(scene: Scene) -> list[Side]:
-    """Return the cushions of a scene, in the order of `CUSHIONS`."""
-    table = scene.table
-    if table is None:
-        return []
-    return [
-        Side(
-            CUSHIONS.index(name),
-            INWARD[CUSHIONS.index(name)],
-            (table.length, table.width) if name in ("right", "top") else (0.0, 0.0),
-            table.width if name in ("left", "right") else table.length,
-        )
-        for name in table.cushions
-    ]
-
-
-LEAST_RESTITUTION = 2.0**-52
-"""Restitution of balls that stands for 0, so that cushions can have another [1].
-
-A ball then leaves at 2e-16 of its approach speed: rounding.
-"""
 
 
 class Collision(NamedTuple):
@@ -192,16 +129,6 @@ class PlaneWorld(Protocol):
         ...
 
 
-def largest_momenta(scene: Scene) -> FloatArray:
-    """Return the momentum that each ball would have with all the energy, (n,) [kg m/s].
-
-    A spin counts: sliding can turn it into speed.
-    """
-    energy = float(energy_of(scene, initial_state(scene)).total[0])
-    momenta: FloatArray = np.sqrt(2.0 * energy * scene.masses)
-    return momenta
-
-
 def untouched(n: int, pushing: Set[Collision]) -> BoolArray:
     """Return which of n balls none of the contacts that pushed is of, (n,) bool.
 
@@ -212,78 +139,6 @@ def untouched(n: int, pushing: Set[Collision]) -> BoolArray:
     for a, b, cushion in pushing:
         free[[a] if cushion else [a, b]] = False
     return free
-
-
-def restitutions(physics: Physics) -> tuple[float, float]:
-    """Return the restitution of balls and the normal one of cushions [1]."""
-    return physics.ball_restitution, cushion_restitution(physics)
-
-
-def cushion_restitution(physics: Physics) -> float:
-    """Return the normal restitution of cushions [1]."""
-    return 1.0 if physics.cushion == "mirror" else physics.cushion_restitution
-
-
-def ball_friction(scene: Scene) -> float:
-    """Return the friction between balls [1]; 0 where one is alone, whatever the law."""
-    friction = scene.physics.ball_friction if len(scene.balls) > 1 else 0.0
-    assert not isinstance(friction, str)  # the engine's check refuses a law
-    return friction
-
-
-def multiplied_restitutions(physics: Physics) -> tuple[float, float]:
-    """Return factors of balls and of cushions, for an engine that takes the product of two [1]."""
-    ball, cushion = restitutions(physics)
-    ball = math.sqrt(max(ball, LEAST_RESTITUTION))
-    return ball, cushion / ball
-
-
-def cushion_friction(physics: Physics) -> float:
-    """Return the friction of cushions [1]."""
-    return physics.cushion_friction if physics.cushion == "frictional" else 0.0
-
-
-def reach_beyond(scene: Scene) -> float:
-    """Return how far outside an open table a ball can get [m]; 0 where it is closed.
-
-    A cushion is an infinite line; one ball can't have more than all the energy.
-    """
-    table = scene.table
-    if table is None or len(table.cushions) == len(CUSHIONS):
-        return 0.0
-    speed = fastest(scene)
-    frictions = [scene.rolling_frictions]
-    if scene.physics.motion == "sliding":
-        frictions.append(scene.sliding_frictions)
-    deceleration = float(np.min(frictions)) * scene.physics.gravity
-    distances = [speed**2 / (2.0 * deceleration)] if deceleration > 0.0 else []
-    distances += [speed * scene.t_max] if scene.t_max is not None else []
-    outside = float(np.max(np.abs(scene.positions)))  # open sides: a ball may start anywhere
-    return outside + min(distances, default=0.0)
-
-
-def reach_beyond_corners(scene: Scene) -> float:
-    """Return how far beyond the corners cushions that end must go [m]: a ball may come from there.
-
-    With a length of the table for ends that are no corners to a ball.
-    """
-    return reach_beyond(scene) + (0.0 if scene.table is None else scene.table.length)
-
-
-def fastest(scene: Scene) -> float:
-    """Return the speed of the lightest ball if it had all the energy [m/s]."""
-    return float(np.max(largest_momenta(scene) / scene.masses))
-
-
-def tangential_restitution(physics: Physics) -> float:
-    """Return what cushions leave of the velocity along them [1]."""
-    return physics.cushion_tangential_restitution if physics.cushion == "restitution" else 1.0
-
-
-def rubs(scene: Scene) -> bool:
-    """Whether a contact of the scene has friction, so that it may turn balls."""
-    between_balls = scene.physics.ball_friction != 0.0 and len(scene.balls) > 1
-    return between_balls or (scene.physics.cushion == "frictional" and scene.table is not None)
 
 
 class Stepper(ABC):

@@ -21,6 +21,7 @@ from ghostball.model.features import Capabilities, Capability, Feature
 from ghostball.reference_adapters.recording import Recorder
 from ghostball.reference_adapters.stepping.clock import Clock
 from ghostball.reference_adapters.stepping.ending import end_of
+from ghostball.reference_adapters.stepping.laws import slips_of
 from ghostball.reference_adapters.stepping.plane import PlaneWorld, Stepper, run
 from ghostball.reference_adapters.stepping.plane_engine import PlaneEngine
 from ghostball.reference_adapters.stepping.settings import SteppingSettings
@@ -156,10 +157,9 @@ class OnItsOwnCloth(Stepper):
             self._world.set_motion(self._velocities, self._spins)
 
     def _rolls(self) -> BoolArray:
-        """Whether each ball's contact point is at rest: slip = v + w x (-R z)."""
-        slip_x = self._velocities[:, 0] - self._radii * self._spins[:, 1]
-        slip_y = self._velocities[:, 1] + self._radii * self._spins[:, 0]
-        rolls: BoolArray = (np.hypot(slip_x, slip_y) < self._no_slip) & self._lies()
+        """Whether each ball's lowest point rests on the cloth."""
+        slips = slips_of(self._velocities, self._spins, self._radii)
+        rolls: BoolArray = (np.hypot(*slips.T) < self._no_slip) & self._lies()
         return rolls
 
     def _lies(self) -> BoolArray:

@@ -1,0 +1,88 @@
+"""The laws of a scene as numbers that engines which step are given."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ghostball.model import Physics, Scene, energy_of, initial_state
+
+FloatArray = NDArray[np.float64]
+
+LEAST_RESTITUTION = 2.0**-52
+"""Restitution of balls that stands for 0, so that cushions can have another [1].
+
+A ball then leaves at 2e-16 of its approach speed: rounding.
+"""
+
+
+def largest_momenta(scene: Scene) -> FloatArray:
+    """Return the momentum that each ball would have with all the energy, (n,) [kg m/s].
+
+    A spin counts: sliding can turn it into speed.
+    """
+    energy = float(energy_of(scene, initial_state(scene)).total[0])
+    momenta: FloatArray = np.sqrt(2.0 * energy * scene.masses)
+    return momenta
+
+
+def fastest(scene: Scene) -> float:
+    """Return the speed of the lightest ball if it had all the energy [m/s]."""
+    return float(np.max(largest_momenta(scene) / scene.masses))
+
+
+def restitutions(physics: Physics) -> tuple[float, float]:
+    """Return the restitution of balls and the normal one of cushions [1]."""
+    return physics.ball_restitution, cushion_restitution(physics)
+
+
+def cushion_restitution(physics: Physics) -> float:
+    """Return the normal restitution of cushions [1]."""
+    return 1.0 if physics.cushion == "mirror" else physics.cushion_restitution
+
+
+def ball_friction(scene: Scene) -> float:
+    """Return the friction between balls [1]; 0 where one is alone, whatever the law."""
+    friction = scene.physics.ball_friction if len(scene.balls) > 1 else 0.0
+    assert not isinstance(friction, str)  # the engine's check refuses a law
+    return friction
+
+
+def multiplied_restitutions(physics: Physics) -> tuple[float, float]:
+    """Return factors of balls and of cushions, for an engine that takes the product of two [1]."""
+    ball, cushion = restitutions(physics)
+    ball = math.sqrt(max(ball, LEAST_RESTITUTION))
+    return ball, cushion / ball
+
+
+def cushion_friction(physics: Physics) -> float:
+    """Return the friction of cushions [1]."""
+    return physics.cushion_friction if physics.cushion == "frictional" else 0.0
+
+
+def tangential_restitution(physics: Physics) -> float:
+    """Return what cushions leave of the velocity along them [1]."""
+    return physics.cushion_tangential_restitution if physics.cushion == "restitution" else 1.0
+
+
+def rubs(scene: Scene) -> bool:
+    """Whether a contact of the scene has friction, so that it may turn balls."""
+    between_balls = scene.physics.ball_friction != 0.0 and len(scene.balls) > 1
+    return between_balls or (scene.physics.cushion == "frictional" and scene.table is not None)
+
+
+def slips_of(velocities: FloatArray, spins: FloatArray, radii: FloatArray) -> FloatArray:
+    """Return the velocity of each ball's lowest point over the cloth, v + w x (-R z), (n, 2) [m/s].
+
+    Parameters
+    ----------
+    velocities : (n, 2) or (n, 3) float64 [m/s]
+    spins : (n, 3) float64 [rad/s]
+    radii : (n,) float64 [m]
+    """
+    slips = velocities[:, :2].copy()
+    slips[:, 0] -= radii * spins[:, 1]
+    slips[:, 1] += radii * spins[:, 0]
+    return slips
