@@ -10,7 +10,7 @@ from __future__ import annotations
 import logging
 import sys
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from difflib import get_close_matches
 from functools import cache
 from importlib import import_module
@@ -61,15 +61,9 @@ def engine_class(name: str) -> type[ReferenceEngine]:
     if ":" in name:
         return _class_at(name)
     point = _entry_point(name)
-    try:
-        with _logging_what_it_prints(name):
-            loaded = point.load()
-    # Anyone's module may raise anything, and even exit: name it, don't die of it.
-    except (Exception, SystemExit) as error:
-        raise EngineUnavailableError(
-            f"engine `{name}` can't be imported from `{point.value}`{_package(point)}: "
-            f"{type(error).__name__}: {error}. Mend or reinstall that package"
-        ) from error
+    where = f"can't be imported from `{point.value}`{_package(point)}"
+    with _guarded(name, where, ". Mend or reinstall that package"):
+        loaded = point.load()
     lacks = _lacks(loaded)
     if lacks:
         raise EngineUnavailableError(
@@ -171,17 +165,10 @@ def names_class(spec: str) -> bool:
 
 
 def _class_at(where: str) -> type[ReferenceEngine]:
-    """Import the class that is at `MODULE:CLASS`."""
     module, _, attribute = where.partition(":")
-    try:
-        with _logging_what_it_prints(where):
-            there = import_module(module)
-    # Anyone's module may raise anything, and even exit: name it, don't die of it.
-    except (Exception, SystemExit) as error:
-        raise EngineUnavailableError(
-            f"engine `{where}` can't be imported: {type(error).__name__}: {error}. It must be "
-            "importable from here: install its package, or put its folder on the path"
-        ) from error
+    importable = "importable from here: install its package, or put its folder on the path"
+    with _guarded(where, "can't be imported", f". It must be {importable}"):
+        there = import_module(module)
     try:
         loaded: Any = attrgetter(attribute)(there)
     except AttributeError:
@@ -215,13 +202,8 @@ def _lacks(loaded: object) -> str:
 
 
 def _made(engine: type[ReferenceEngine], name: str, texts: Mapping[str, str]) -> ReferenceEngine:
-    try:
-        with _logging_what_it_prints(name):
-            reason = engine.unavailable()
-    except (Exception, SystemExit) as error:
-        raise EngineUnavailableError(
-            f"engine `{name}` can't say whether it can run here: {type(error).__name__}: {error}"
-        ) from error
+    with _guarded(name, "can't say whether it can run here"):
+        reason = engine.unavailable()
     if reason is not None:
         raise EngineUnavailableError(f"engine `{name}` is unavailable: {reason}")
     try:
@@ -230,26 +212,27 @@ def _made(engine: type[ReferenceEngine], name: str, texts: Mapping[str, str]) ->
         raise EngineError(_describe(error, name, engine.Settings)) from None
     # The protocol leaves the constructor open, as protocols do; base.py states this form.
     make: Any = engine
-    try:
-        with _logging_what_it_prints(name):
-            made: ReferenceEngine = make(settings)
-    except (Exception, SystemExit) as error:  # such as an abstract method that it doesn't define
-        raise EngineUnavailableError(
-            f"engine `{name}` can't be made: {type(error).__name__}: {error}"
-        ) from error
+    with _guarded(name, "can't be made"):  # such as an abstract method that it doesn't define
+        made: ReferenceEngine = make(settings)
     return made
 
 
 @contextmanager
-def _logging_what_it_prints(name: str) -> Iterator[None]:
-    """Log what an engine prints while it is imported or made, instead of letting it through."""
-    if name == OURS:  # it prints nothing, and may well compile kernels, which it logs
-        yield
-        return
+def _guarded(name: str, cannot: str, advice: str = "") -> Iterator[None]:
+    """Run code of an engine: log what it prints, and name the engine where it raises.
+
+    Anyone's code may raise anything, and even exit.
+    """
     output = Output()  # where Ctrl-C comes before the block begins, there is one too
+    # Ours prints nothing, and may well compile kernels, which it logs.
+    capturing = nullcontext(output) if name == OURS else captured(errors=True)
     try:
-        with captured(errors=True) as output:
+        with capturing as output:
             yield
+    except (Exception, SystemExit) as error:
+        raise EngineUnavailableError(
+            f"engine `{name}` {cannot}: {type(error).__name__}: {error}{advice}"
+        ) from error
     finally:
         if output.text:
             _LOGGER.warning("engine %s printed: %s", name, harmless(output.text))

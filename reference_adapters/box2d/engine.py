@@ -16,14 +16,14 @@ from typing import Annotated, ClassVar, Self
 from pydantic import Field, model_validator
 
 from ghostball.model import Scene
-from ghostball.model.features import Capabilities, Capability, Feature
-from ghostball.reference_adapters.base import EngineSettings, none
+from ghostball.model.features import Capabilities, Capability
+from ghostball.reference_adapters.base import EngineSettings
 from ghostball.reference_adapters.stepping.laws import fastest
 from ghostball.reference_adapters.stepping.plane import IN_SINGLE_PRECISION, ExactSteps
 from ghostball.reference_adapters.stepping.plane_engine import (
     PlaneEngine,
     default_capabilities,
-    tuned_capabilities,
+    disc_capabilities,
 )
 from ghostball.reference_adapters.stepping.settings import SteppingSettings
 
@@ -90,20 +90,10 @@ _RUBS = Capability(
     "Box2D's own friction along the contact, with the share of the coefficient that belongs to it; "
     "the adapter turns the balls by the share up or down, of which Box2D's plane knows nothing",
 )
-_CLOTH_TAKES_PART = none("the cloth takes part in this impact, and Box2D's plane has none")
 _LARGER = Capability(
     "approximate",
     "impacts slower than 1 m/s are inelastic, and Box2D takes the larger of two restitutions",
 )
-
-_TUNED: Capabilities = {
-    **tuned_capabilities("Box2D", _INELASTIC, _RUBS),
-    Feature.SPEED_DEPENDENT_FRICTION: _RUBS,
-    Feature.MATHAVAN_BALL: _CLOTH_TAKES_PART,
-    Feature.MATHAVAN_CUSHION: _CLOTH_TAKES_PART,
-    Feature.HAN_CUSHION: none("Box2D's plane has no height for the nose to touch a ball at"),
-    Feature.FLIGHT: none("Box2D works in a plane"),
-}
 
 
 class Box2dEngine(PlaneEngine):
@@ -113,8 +103,8 @@ class Box2dEngine(PlaneEngine):
     WORLD: ClassVar[str] = "ghostball.reference_adapters.box2d.world:World"
     PACKAGE: ClassVar[str] = "Box2D"
     Settings: ClassVar[type[EngineSettings]] = Box2dSettings
-    TUNED: ClassVar[Capabilities] = _TUNED
-    DEFAULT: ClassVar[Capabilities] = default_capabilities(_TUNED, "Box2D", _LARGER)
+    TUNED: ClassVar[Capabilities] = disc_capabilities("Box2D", _INELASTIC, _RUBS)
+    DEFAULT: ClassVar[Capabilities] = default_capabilities(TUNED, "Box2D", _LARGER)
     EXACT_STEPS: ClassVar[ExactSteps] = IN_SINGLE_PRECISION
 
     def _lacking(self, scene: Scene) -> Iterator[str]:

@@ -71,7 +71,6 @@ class FlyingBody(Body):
         super().__init__(constants, state.place, state.velocity, state.slip, state.wz, t, order)
 
     def _start(self) -> Phase:
-        """Set when it comes down, and return the phase."""
         gravity = self.constants.gravity
         fall = self._speed_of_fall()
         if self.up < 0:  # nothing cancels
@@ -81,7 +80,6 @@ class FlyingBody(Body):
         return Phase.FLYING
 
     def _speed_of_fall(self) -> arb:
-        """Return the speed with which it comes down [m/s]."""
         if self.rise.is_zero():
             return self.up
         return (self.up * self.up + 2 * self.constants.gravity * self.rise).sqrt()
@@ -316,5 +314,4 @@ def _sticks(most: arb, slip: arb) -> bool:
 
 
 def _less(vector: Vector, part: arb, by: Vector) -> Vector:
-    """Return a vector less a part of another."""
     return (vector[0] - part * by[0], vector[1] - part * by[1])

@@ -103,7 +103,6 @@ class ImpactsInSpace(Impacts):
         )
 
     def _age(self, body: Body, chosen: Candidate) -> arb:
-        """Return how old a body is at an impact [s]."""
         assert chosen.gap is not None
         s = chosen.age
         # The gap's own time is narrower than a difference of instants.

@@ -204,7 +204,6 @@ class Body:
         return EventKind.ROLL_TO_REST if stops else EventKind.SLIDE_TO_ROLL
 
     def _final_velocity(self) -> Vector:
-        """Return the velocity with which the phase ends."""
         if self.phase is Phase.ROLLING:
             return (ZERO, ZERO)
         if self.slide is not None:

@@ -143,7 +143,6 @@ def _widest(run: Run, end: arb) -> float:
 
 
 def _reason(stop: _Stop, ids: tuple[str, ...], settings: CertifiedSettings) -> str:
-    """Return the sentence that says why a proof ended early."""
     named = "; ".join(choice.describe(ids) for choice in stop.choices)
     colon = ": " if named else ""
     at = f"{colon}{named}, at t = {float(stop.t):.17g} s"

@@ -164,7 +164,6 @@ class Run:
                 self._predict_leaving(body, line, Choice(EventKind.LEAVES_TABLE, i, cushion))
 
     def _cushion_gap(self, i: int, cushion: int, line: float) -> Gap:
-        """Return the gap of ball i and a cushion, as the ball continues."""
         body, choice = self.bodies[i], cushion_choice(i, cushion)
         if isinstance(body, FlyingBody):
             return NoseGap(body, line, self._problem.cushion_height, choice)

@@ -93,7 +93,6 @@ class World(ContactWorld):
         return self._turned(spins)
 
     def _pushed(self, dt: float) -> set[Collision]:
-        """Return which contacts of the step pushed."""
         pushing: set[Collision] = set()
         for k, (a, b) in enumerate(self._data.contact.geom.tolist()):
             mujoco.mj_contactForce(self._model, self._data, k, self._force)

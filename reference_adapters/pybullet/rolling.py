@@ -146,7 +146,6 @@ class PlanarRun:
             self._recorder.rolling_frame(t, self._positions(), np.array(self._velocities))
 
     def _positions(self) -> FloatArray:
-        """Return all centres, (n, 2) [m]."""
         return self._world.positions()[:, :2]
 
     def _send(self, velocities: Vectors, speeds: list[float], dt: float) -> None:

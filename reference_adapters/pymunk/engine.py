@@ -18,7 +18,11 @@ from ghostball.reference_adapters.base import EngineSettings, none
 from ghostball.reference_adapters.pymunk.steppers import NativeRolling
 from ghostball.reference_adapters.stepping.ending import end_of
 from ghostball.reference_adapters.stepping.plane import Stepper
-from ghostball.reference_adapters.stepping.plane_engine import PlaneEngine
+from ghostball.reference_adapters.stepping.plane_engine import (
+    PlaneEngine,
+    default_capabilities,
+    disc_capabilities,
+)
 from ghostball.reference_adapters.stepping.settings import SteppingSettings
 
 
@@ -35,56 +39,21 @@ _RUBS = (
     "it; the adapter turns the balls by the share up or down, of which Chipmunk's plane knows "
     "nothing. A single impact is exact; where several meet, the share is that before them all"
 )
-_CLOTH_TAKES_PART = none("the cloth takes part in this impact, and Chipmunk's plane has none")
-_BETWEEN_STEPS = Capability(
-    "approximate", "the adapter applies the cloth between Pymunk's steps, in closed form"
-)
 _MULTIPLIED = Capability(
     "approximate", "elasticities set as a newcomer does: Chipmunk multiplies those of the two"
 )
 
 _TUNED: Capabilities = {
-    Feature.ROLLING: EXACT,
-    Feature.SLIDING: _BETWEEN_STEPS,
-    Feature.FRICTIONLESS_CLOTH: EXACT,
-    Feature.VERTICAL_SPIN: _BETWEEN_STEPS,
-    Feature.BALL_RESTITUTION: EXACT,
-    Feature.BALL_FRICTION: Capability("approximate", _RUBS),
+    **disc_capabilities("Pymunk", EXACT, Capability("approximate", _RUBS)),
     Feature.SPEED_DEPENDENT_FRICTION: Capability(
         "approximate", f"the coefficient of the slip before the impact, as in the law. {_RUBS}"
     ),
-    Feature.MATHAVAN_BALL: _CLOTH_TAKES_PART,
-    Feature.UNEQUAL_MASSES: EXACT,
-    Feature.UNEQUAL_RADII: EXACT,
-    Feature.PER_BALL_FRICTION: EXACT,
-    Feature.UNBOUNDED_CLOTH: EXACT,
-    Feature.OPEN_SIDES: EXACT,
-    Feature.MIRROR_CUSHION: EXACT,
-    Feature.CUSHION_RESTITUTION: EXACT,
-    Feature.CUSHION_TANGENTIAL: Capability(
-        "approximate",
-        "Pymunk has none: the adapter scales the velocity along the cushion after the step",
-    ),
-    Feature.FRICTIONAL_CUSHION: Capability("approximate", _RUBS),
-    Feature.HAN_CUSHION: none("Chipmunk's plane has no height for the nose to touch a ball at"),
-    Feature.MATHAVAN_CUSHION: _CLOTH_TAKES_PART,
     Feature.AIR_DRAG: none("Pymunk damps in proportion to speed, not to its square"),
-    Feature.QUADRATIC_ROLLING: none("its cloth slows a ball by one force, whatever the speed"),
-    Feature.FLIGHT: none("Pymunk works in a plane"),
 }
 
 _DEFAULT: Capabilities = {
-    **_TUNED,
-    Feature.SLIDING: none("Pymunk's cloth is the adapter's own, of `config=tuned`"),
-    Feature.VERTICAL_SPIN: none("Pymunk's cloth is the adapter's own, of `config=tuned`"),
-    Feature.BALL_FRICTION: none("balls that don't slide have no spin to rub with"),
-    Feature.SPEED_DEPENDENT_FRICTION: none("balls that don't slide have no spin to rub with"),
-    Feature.FRICTIONAL_CUSHION: none("balls that don't slide have no spin to rub with"),
-    Feature.BALL_RESTITUTION: _MULTIPLIED,
+    **default_capabilities(_TUNED, "Pymunk", _MULTIPLIED),
     Feature.OPEN_SIDES: Capability("approximate", "cushions end at the table's corners"),
-    Feature.MIRROR_CUSHION: _MULTIPLIED,
-    Feature.CUSHION_RESTITUTION: _MULTIPLIED,
-    Feature.CUSHION_TANGENTIAL: none("Pymunk has no such law; `config=tuned` adds one"),
 }
 
 

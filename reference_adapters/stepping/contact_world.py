@@ -76,7 +76,6 @@ class ContactWorld:
         return velocities
 
     def _turned(self, spins: FloatArray) -> FloatArray:
-        """Return what contacts added to the spins, (n, 3) [rad/s]."""
         turns = spins - self._start
         turns[untouched(len(turns), self._pushing)] = 0.0
         return turns

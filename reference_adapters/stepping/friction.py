@@ -131,7 +131,6 @@ class ContactFriction:
     def _ball_slip(
         self, contact: Collision, line: tuple[float, float], apart: tuple[float, float]
     ) -> _Slip:
-        """Return the slip of the surface of ball `a` over that of `b`."""
         a, b, _ = contact
         length = math.sqrt(line[0] * line[0] + line[1] * line[1])
         normal = line[0] / length, line[1] / length

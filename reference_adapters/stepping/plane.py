@@ -206,7 +206,6 @@ class _ClosedForm(Stepper):
         recorder.frame(self.t, self.state(), force=force)
 
     def _advance(self, dt: float, t: float) -> None:
-        """Step by `dt`, to the instant `t` [s]."""
         world = self._world
         displacements, self.changes = self._cloth.advance(dt)
         spins = self._cloth.angular_velocities if world.rubs else None

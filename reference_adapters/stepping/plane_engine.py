@@ -134,6 +134,20 @@ def tuned_capabilities(title: str, impacts: Capability, rubs: Capability) -> Cap
     }
 
 
+def disc_capabilities(title: str, impacts: Capability, rubs: Capability) -> Capabilities:
+    """Return what a 2D engine represents, whose friction is given its share of the slip."""
+    flat = none(f"{title}'s plane has no height for the nose to touch a ball at")
+    cloth = none(f"the cloth takes part in this impact, and {title}'s plane has none")
+    return {
+        **tuned_capabilities(title, impacts, rubs),
+        Feature.SPEED_DEPENDENT_FRICTION: rubs,
+        Feature.MATHAVAN_BALL: cloth,
+        Feature.MATHAVAN_CUSHION: cloth,
+        Feature.HAN_CUSHION: flat,
+        Feature.FLIGHT: none(f"{title} works in a plane"),
+    }
+
+
 def frictionless_capabilities(title: str, impacts: Capability) -> Capabilities:
     """Return what an engine represents in the plane whose contacts are driven without friction."""
     flat = none(f"{title} is driven here without friction at contacts")
