@@ -12,6 +12,7 @@ makes an engine, and `MyEngine.unavailable()` says why it can't run here, or Non
 from __future__ import annotations
 
 import logging
+import multiprocessing
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping
 from functools import cache
@@ -59,7 +60,8 @@ def renamed_settings(settings: Mapping[str, Any]) -> dict[str, Any]:
 
 @cache  # once is enough
 def _hint(text: str) -> None:
-    logging.getLogger("ghostball.reference_adapters").warning(text)
+    if multiprocessing.parent_process() is None:  # else the process that was asked has said it
+        logging.getLogger("ghostball.reference_adapters").warning(text)
 
 
 @runtime_checkable
