@@ -22,7 +22,7 @@ _SLACK = 1e-9
 class Candidate:
     """An event that may come next; void once one of its bodies is no longer the ball's.
 
-    Either when it happens is known, or only a quick search was made of its gap, for a bound.
+    Either when it happens is known, or only a search in doubles was made of its gap, for a bound.
     """
 
     __slots__ = ("bodies", "bracket", "choice", "gap", "key", "meeting")

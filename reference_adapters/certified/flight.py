@@ -107,18 +107,18 @@ class FlyingBody(Body):
         return answered_by_table(self.constants, state, t, order)
 
     def _in_doubles(self) -> Doubles:
-        quick = super()._in_doubles()
+        doubles = super()._in_doubles()
         up, size = abs(float(self.up)), EXACT_ENOUGH * float(self.constants.radius)
         enough = (
-            quick.exact_enough
+            doubles.exact_enough
             and radius_of(self.rise) <= size
             and radius_of(self.t) * (up + float(self.constants.gravity)) <= size
-            and radius_of(self.up) <= EXACT_ENOUGH * (quick.speed + up)
+            and radius_of(self.up) <= EXACT_ENOUGH * (doubles.speed + up)
         )
-        return quick._replace(
-            speed=quick.speed + up,
-            pull=quick.pull + float(self.constants.gravity),
-            place=quick.place + float(self.constants.radius + self.rise),
+        return doubles._replace(
+            speed=doubles.speed + up,
+            pull=doubles.pull + float(self.constants.gravity),
+            place=doubles.place + float(self.constants.radius + self.rise),
             exact_enough=enough,
         )
 

@@ -31,7 +31,7 @@ from ghostball.reference_adapters.certified.problem import Problem
 from ghostball.reference_adapters.certified.roots import Bracket, first_entry_in_doubles, unsearched
 
 DOUBLES_ERROR = 1e-10
-"""Bound of the error of a quick search, in units of the sum of all terms.
+"""Bound of the error of a search in doubles, in units of the sum of all terms.
 
 A state that `exact_enough` lets pass is wrong by 1e-13 of its terms, doubles round by 1e-16, and a
 coefficient adds up a few of them.
@@ -159,12 +159,6 @@ class PairGap(_DistanceGap):
             return ZERO
         return s if body.order == self._later.order else (self.t - body.t) + s
 
-    def _lag(self, body: Body) -> float:
-        """Return how old a body is at `t` [s]; 0 where it doesn't matter."""
-        if body.order == self._later.order or body.resting:
-            return 0.0
-        return float(self.t - body.t)
-
     def vector(self, s: arb, order: int = 0) -> Direction:
         """Return where b is relative to a at a time s [m], or the derivatives of that."""
         if self.curved:
@@ -197,9 +191,9 @@ class PairGap(_DistanceGap):
         if not (a.exact_enough and b.exact_enough):
             return unsearched(high)
         # Differences of instants are taken before rounding, which would be coarser.
-        sa, sb = self._lag(self._a), self._lag(self._b)
-        first = _quick_motion(self._a, sa, in_space=self.free)
-        second = _quick_motion(self._b, sb, in_space=self.free)
+        sa, sb = (float(self._age(body, ZERO)) for body in (self._a, self._b))
+        first = _motion_in_doubles(self._a, sa, in_space=self.free)
+        second = _motion_in_doubles(self._b, sb, in_space=self.free)
         motion = [list(map(sub, of_b, of_a)) for of_a, of_b in zip(first, second, strict=True)]
         reach = float(self.reach)
         place = a.place + b.place + reach + sa * (a.speed + sa * a.pull)
@@ -229,10 +223,10 @@ class NoseGap(_DistanceGap):
 
     def search_in_doubles(self, high: float) -> Bracket:
         """Search in doubles; a ball too wide for that is UNSURE."""
-        quick = self._body.doubles
-        if not quick.exact_enough:
+        state = self._body.doubles
+        if not state.exact_enough:
             return unsearched(high)
-        r, v, a = _quick_motion(self._body, 0.0, in_space=True)
+        r, v, a = _motion_in_doubles(self._body, 0.0, in_space=True)
         k, n = self._axis, self._inward
         motion = [
             (n * (r[k] - self._line), r[2] - self._height),
@@ -240,8 +234,8 @@ class NoseGap(_DistanceGap):
             (n * a[k], a[2]),
         ]
         reach = float(self.reach)
-        place = quick.place + abs(self._line) + self._height + reach
-        return _search(motion, reach, high, place, quick.speed, quick.pull)
+        place = state.place + abs(self._line) + self._height + reach
+        return _search(motion, reach, high, place, state.speed, state.pull)
 
 
 class CushionGap:
@@ -347,7 +341,7 @@ def nose_reach(radius: float, height: float) -> arb:
     return arb(h * (2 * r - h)).sqrt()
 
 
-def _quick_motion(body: Body, lag: float, *, in_space: bool) -> Sequence[Sequence[float]]:
+def _motion_in_doubles(body: Body, lag: float, *, in_space: bool) -> Sequence[Sequence[float]]:
     q = body.doubles
     r, v, a = (
         (

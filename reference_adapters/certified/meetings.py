@@ -35,7 +35,7 @@ class Meeting(NamedTuple):
 def meeting(gap: Gap, bracket: Bracket, bits: int) -> Meeting | None:
     """Find when a gap that is open at first closes, in balls; None is never.
 
-    `bracket` is what a quick search found.
+    `bracket` is what a search in doubles found.
     """
     if gap.curved:
         if not gap.value(ZERO) > 0:
