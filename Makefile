@@ -12,6 +12,12 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 OUT ?= out
 JOBS ?= 2
+# Versions that are installed; CONSTRAINTS= takes the newest of all.
+CONSTRAINTS ?= constraints.txt
+# What is installed beside ghostball; EXTRAS=test is enough for `make test`.
+EXTRAS ?= dev
+INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check \
+	$(if $(CONSTRAINTS),--constraint $(CONSTRAINTS))
 # Names, tags or patterns; smoke is a small run.
 SCENES ?= full
 # Which pictures lie beside the report: png, svg (both) or none.
@@ -26,6 +32,7 @@ export PYTHONDONTWRITEBYTECODE :=
 # Two test runs at once would mix their output.
 .NOTPARALLEL:
 .PHONY: help venv engines smoke validate regress stress kernels test test-slow test-nojit coverage \
+	coverage-of-changes lock \
 	test-boundscheck lint docs check wheel gallery peers clean
 
 help:  ## list the commands
@@ -33,7 +40,7 @@ help:  ## list the commands
 
 venv: $(READY)  ## make the environment in .venv and install everything
 
-$(READY): pyproject.toml
+$(READY): pyproject.toml $(CONSTRAINTS)
 	@test -n "$(PYTHON)" && $(PYTHON) $(FIT) || { \
 		echo "error: Python 3.11 or newer with its venv module is needed, got '$(PYTHON)'." \
 			"Looked for: $(CANDIDATES). Install one (Debian, Ubuntu: apt install python3-venv)," \
@@ -41,7 +48,7 @@ $(READY): pyproject.toml
 	@$(BIN)/python -m pip --version >/dev/null 2>&1 || { \
 		echo "Making $(VENV) with $$($(PYTHON) --version)"; $(PYTHON) -m venv --clear $(VENV); }
 	@echo "Installing ghostball and what it needs into $(VENV) (a minute or two)"
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
+	@$(INSTALL) --editable '.[$(EXTRAS)]'
 	@touch $@
 
 smoke: $(READY)  ## a first result, within a minute once installed: three scenes, three engines, a picture, the page
@@ -50,7 +57,7 @@ smoke: $(READY)  ## a first result, within a minute once installed: three scenes
 	$(BIN)/ghostball run break-7 --plot $(OUT)/smoke/break-7.png
 
 engines: $(READY)  ## install the optional engines to compare with, some 500 MB
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[engines]'
+	$(INSTALL) --editable '.[engines]'
 
 validate: $(READY)  ## run every scene on the default engines, write the report, print the verdicts
 	$(BIN)/ghostball validate $(SCENES) --jobs $(JOBS) --out $(OUT)$(VALIDATE_MORE)
@@ -98,6 +105,21 @@ coverage: engines test test-nojit  ## coverage of both runs
 	$(BIN)/coverage combine --keep --quiet .coverage.compiled .coverage.interpreted
 	$(BIN)/coverage report
 
+# Of a branch: what CI asks of a pull request.
+BASE ?= origin/main
+
+coverage-of-changes: $(READY)  ## after `coverage`: that of the lines that differ from BASE; fails below 95 %
+	$(BIN)/coverage xml --fail-under=0 -o $(OUT)/coverage.xml
+	$(BIN)/diff-cover $(OUT)/coverage.xml --compare-branch $(BASE) --fail-under 95
+
+lock:  ## write constraints.txt anew: the newest versions, in an environment of their own
+	rm -rf .venv-lock
+	$(MAKE) venv engines VENV=.venv-lock CONSTRAINTS=
+	head -2 constraints.txt > .venv-lock/constraints.txt
+	.venv-lock/bin/python -m pip freeze --exclude-editable >> .venv-lock/constraints.txt
+	mv .venv-lock/constraints.txt constraints.txt
+	rm -rf .venv-lock
+
 # A negative index that wraps is seen by compiled bounds checks alone. These tests run every module
 # of kernels. Compiling takes most of the time, so shots run the kernels with all parts
 # (tests/support/kernels.py); sweeps would ask for two variants more. Checks are the same where the
@@ -130,7 +152,7 @@ wheel: $(READY)  ## build the source archive, the wheel from it, install that ap
 	$(OF_WHEEL)/python -m pip install --quiet --disable-pip-version-check $(WHEEL)/*.whl
 	empty=$$(mktemp -d) && cd $$empty && $(OF_WHEEL)/ghostball validate smoke --jobs $(JOBS) && rm -rf $$empty
 	$(OF_WHEEL)/python -m pip install --quiet --disable-pip-version-check "$$(echo $(WHEEL)/*.whl)[dev]"
-	cp -R tests benchmarks docs .github .ci Makefile *.md pyproject.toml $(WHEEL)
+	cp -R tests benchmarks docs .github .ci Makefile *.md pyproject.toml constraints.txt $(WHEEL)
 	cd $(WHEEL) && $(OF_WHEEL)/python tests/support/compile_kernels.py $(JOBS)
 	cd $(WHEEL) && $(OF_WHEEL)/python -m pytest --quiet --numprocesses $(JOBS) -m "not slow and not checkout"
 

@@ -24,7 +24,9 @@ def test_no_expression_is_pasted_into_a_command():
 
 def test_all_that_is_checked_is_checked():
     job = JOBS["check"]
-    assert [step["run"] for step in job["steps"] if "run" in step] == [".ci/run $PARTS"]
+    run, changes = (step["run"] for step in job["steps"] if "run" in step)
+    assert run == ".ci/run $PARTS"
+    assert changes == 'make coverage-of-changes BASE="origin/$GITHUB_BASE_REF"'
     parts = [part for parts in job["strategy"]["matrix"]["parts"] for part in parts.split()]
     makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
     needed = dict(re.findall(r"^([a-z]+): (.*?)  ## ", makefile, re.MULTILINE))
