@@ -11,152 +11,25 @@ import textwrap
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
+from suite_runs import limits, scene
 
-import ghostball.validation.suite.case
-import ghostball.validation.suite.suite
-from ghostball.model import Ball, GhostballError, Scene
-from ghostball.validation.checks.criteria import Criteria
-from ghostball.validation.checks.criterion import Criterion
 from ghostball.validation.checks.verdict import Verdict, verdict_of
-from ghostball.validation.results.store import CaseRecord, Results, ResultsError
+from ghostball.validation.results.store import CaseRecord, Results
 from ghostball.validation.suite.judge import Case
-from ghostball.validation.suite.plan import criteria_beside_paths
 from ghostball.validation.suite.suite import run_suite
-from ghostball.validation.truth.closed_forms import has_closed_form
 
-ENGINES = '''
-"""Engines that misbehave, one setting for each way."""
-
-import os
-import time
-
-import numpy as np
-
-from ghostball.model import Result, Status
-from ghostball.engine import simulate
-from ghostball.model.features import EXACT, Capability, Feature
-from ghostball.reference_adapters.base import EngineBase, EngineSettings
-
-
-class Settings(EngineSettings):
-    does: str = "run"
-    shift: float = 0.0
-    sees: float = 0.0
-
-
-class Fake(EngineBase):
-    name = "fake"
-    Settings = Settings
-
-    @property
-    def capabilities(self):
-        able = dict.fromkeys(Feature, EXACT)
-        able[Feature.ROLLING] = Capability("approximate", "nearly")
-        if self.settings.does == "refuse":
-            able[Feature.ROLLING] = Capability("none", "it slips")
-        return able
-
-    def resolution(self, scene):
-        return self.settings.sees
-
-    def simulate(self, scene, *, record="rest"):
-        self.check(scene)
-        does = self.settings.does
-        if does == "raise":
-            raise RuntimeError("lost the \\x1b[31mballs")
-        if does == "die":
-            os._exit(7)
-        if does == "hang":
-            time.sleep(600)
-        if does == "interrupt":
-            raise KeyboardInterrupt
-        if does == "exit":
-            raise SystemExit(0)
-        if does == "hand back a dict":
-            return {}
-        if does == "print":
-            print("hello")
-        truth = simulate(scene, record=record)
-        shifted = truth.final_state._replace(
-            positions=truth.final_state.positions + [self.settings.shift, 0.0, 0.0]
-        )
-        if does == "lose a ball":
-            shifted.positions[0, 0, 1] = np.nan
-        if does == "flatten":
-            shifted = shifted._replace(positions=shifted.positions[:, :, :2])
-        return Result(
-            engine="ghostball" if does == "lie" else "fake",
-            settings={},
-            scene=scene.model_copy(update={"t_max": 9.0}) if does == "swap" else scene,
-            status={
-                "hand back": Status.INTERRUPTED,
-                "give up": Status.FAILED,
-                "stop": Status.STEP_LIMIT,
-            }.get(does, truth.status),
-            reason={"give up": "lost the cue", "stop": "too many steps"}.get(does, ""),
-            final_state=shifted,
-            rest_time=np.nan if does == "lose time" else truth.rest_time,
-            collision_counts=truth.collision_counts,
-            work={"steps": np.int64(3)},
-            wall_time=0.5,
-            events=None if does == "forget" else truth.events,
-            trajectory=truth.trajectory,
-        )
-
-
-class Absent(Fake):
-    name = "absent"
-
-    @classmethod
-    def unavailable(cls):
-        return "not installed here"
-'''
-
-ENTRY_POINTS = """
-[ghostball.engines]
-fake = fake_engines:Fake
-absent = fake_engines:Absent
-"""
-
-
-@pytest.fixture(autouse=True)
-def fake_engines(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Install the fakes as anyone's package would be: worker processes must find them too."""
-    site = tmp_path_factory.mktemp("site")
-    (site / "fake_engines.py").write_text(ENGINES)
-    package = site / "fake_engines-1.0.dist-info"
-    package.mkdir()
-    (package / "METADATA").write_text("Metadata-Version: 2.1\nName: fake-engines\nVersion: 1.0\n")
-    (package / "entry_points.txt").write_text(ENTRY_POINTS)
-    monkeypatch.syspath_prepend(str(site))
-    monkeypatch.delitem(sys.modules, "fake_engines", raising=False)
-    return site
+pytestmark = pytest.mark.usefixtures("fake_engines")
 
 
 PROVED = ("energy_rise", "events_missing", "events_invented", "quality_factor")
 """What the law limits, of an engine that claims to err by rounding alone, whatever the truth."""
 
 
-def scene(name: str = "roll") -> Scene:
-    return Scene(name=name, balls=[Ball(id="cue", position=(0.0, 0.0), velocity=(1.0, 0.0))])
-
-
-def limits(*engines: str, metric: str = "rest_error_max", at_most: float = 1e-6) -> Criteria:
-    criterion = Criterion.model_validate(
-        {"engines": engines, "metric": metric, "at_most": at_most, "reason": "by hand"}
-    )
-    return Criteria(criteria=(criterion,))
-
-
 def by_label(cases: list[CaseRecord]) -> dict[str, CaseRecord]:
     return {case.label: case for case in cases}
-
-
-# --- outcomes
 
 
 def test_a_run_measures_judges_and_stores(tmp_path: Path) -> None:
@@ -207,18 +80,6 @@ def test_a_run_measures_judges_and_stores(tmp_path: Path) -> None:
     assert outcome.exit_status == 1
 
 
-def test_what_an_engine_cannot_do_is_said_with_the_reason(tmp_path: Path) -> None:
-    outcome = run_suite([scene()], ["fake:does=refuse", "absent"], tmp_path)
-    refused, absent = outcome.cases
-    assert (refused.outcome, refused.reason) == (
-        "not-representable",
-        "no rolling without slip (it slips)",
-    )
-    assert absent.outcome == "unavailable"
-    assert "not installed here" in absent.reason
-    assert outcome.exit_status == 4  # nothing was judged: that is no pass
-
-
 def test_an_engine_of_another_package_is_held_to_the_resolution_that_it_states(
     tmp_path: Path,
 ) -> None:
@@ -232,142 +93,6 @@ def test_an_engine_of_another_package_is_held_to_the_resolution_that_it_states(
     assert all(case.accuracy is not None for case in outcome.cases)
 
 
-def test_a_failure_is_kept_and_the_run_goes_on(tmp_path: Path) -> None:
-    outcome = run_suite([scene()], ["fake:does=raise", "fake"], tmp_path)
-    failed, fine = Results.open(tmp_path).cases
-    assert (failed.outcome, failed.fault) == ("failed", "engine")
-    assert "lost the" in failed.reason
-    assert "Traceback" in failed.traceback
-    assert (fine.outcome, fine.fault) == ("ran", "")
-    assert outcome.exit_status == 1  # the engine failed, not ghostball
-
-
-def test_what_raises_in_our_own_code_is_our_fault(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def fail(*_: object, **__: object) -> None:
-        raise ZeroDivisionError("by ten")
-
-    monkeypatch.setattr("ghostball.validation.suite.judge.measure", fail)
-    found = run_suite([scene()], ["fake"], tmp_path)
-    assert (found.cases[0].fault, found.cases[0].reason) == (
-        "ghostball",
-        "ZeroDivisionError: by ten",
-    )
-    assert found.exit_status == 3
-
-
-@pytest.mark.parametrize(
-    ("does", "reason"),
-    [
-        ("lose a ball", "`rest_positions[0]` must be finite"),
-        ("lose time", "`rest_time` must be finite and at least 0 s, got nan"),
-        ("flatten", "`final_state.positions` must be an array of floats with shape (1, 1, 3)"),
-        ("forget", '`events` must be there for record="trajectory", got None'),
-        ("lie", "`engine` of the result must be 'fake', got 'ghostball'"),
-        ("swap", "`scene` of the result must be the scene that was run"),
-        ("hand back a dict", "must return a `Result`, got dict"),
-        ("exit", "SystemExit: 0"),
-    ],
-)
-def test_a_result_that_breaks_the_contract_is_a_failure_that_names_the_field(
-    tmp_path: Path, does: str, reason: str
-) -> None:
-    # Breaks where nan reaches the figures, or an engine passes under another one's name.
-    outcome = run_suite([scene()], [f"fake:does={does}", "fake"], tmp_path)
-    cases = by_label(Results.open(tmp_path).cases)
-    failed = cases[f"fake:does={does}"]
-    assert failed.outcome == "failed"
-    assert reason in failed.reason
-    assert failed.rest_positions is None
-    assert cases["fake"].outcome == "ran"
-    assert outcome.exit_status == 1
-
-
-def test_a_truth_that_fails_fails_its_scene_alone(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def broken(shot: Scene, *wanted: Any, **more: Any) -> object:
-        if shot.name == "broken":
-            raise ZeroDivisionError("no truth today")
-        return real(shot, *wanted, **more)
-
-    real = ghostball.validation.suite.case.truth_of
-    monkeypatch.setattr(ghostball.validation.suite.case, "truth_of", broken)
-    outcome = run_suite([scene("broken"), scene()], ["fake"], tmp_path)
-    assert [case.outcome for case in outcome.cases] == ["failed", "ran"]
-    assert "no truth today" in outcome.cases[0].reason
-    assert "ZeroDivisionError" in outcome.cases[0].traceback
-
-
-# --- what is refused before anything runs
-
-
-@pytest.mark.parametrize(
-    ("engines", "message"),
-    [
-        (["fkae"], "mean `fake`"),
-        (["fake:shfit=1"], "`shfit` is not a setting"),
-        (["fake", "fake"], "each engine must be given once"),
-        ([], "at least one engine"),
-    ],
-)
-def test_wrong_engines_are_refused(tmp_path: Path, engines: list[str], message: str) -> None:
-    with pytest.raises(GhostballError, match=message):
-        run_suite([scene()], engines, tmp_path / "out")
-    assert not (tmp_path / "out").exists()
-
-
-@pytest.mark.parametrize(
-    ("criteria", "message"),
-    [
-        (limits("fkae"), "mean `fake`"),
-        (limits("fake:shfit=1"), "names the setting `shfit`"),
-        (Criteria(truth="closed-form"), "no closed form"),
-    ],
-)
-def test_wrong_criteria_are_refused(tmp_path: Path, criteria: Criteria, message: str) -> None:
-    # Two balls are hit at once, which no closed form covers.
-    others = [Ball(id=str(y), position=(1.0, y)) for y in (-0.03, 0.03)]
-    tied = scene().model_copy(update={"balls": (*scene().balls, *others)})
-    assert not has_closed_form(tied)
-    with pytest.raises(GhostballError, match=message):
-        run_suite([tied], ["fake"], tmp_path / "out", criteria={"roll": criteria})
-    assert not (tmp_path / "out").exists()
-
-
-def test_scenes_of_one_name_jobs_below_one_and_a_foreign_folder_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(GhostballError, match="each scene must be given once, got roll"):
-        run_suite([scene(), scene()], ["fake"], tmp_path / "out")
-    with pytest.raises(GhostballError, match="`jobs` must be at least 1, got 0"):
-        run_suite([scene()], ["fake"], tmp_path / "out", jobs=0)
-    (tmp_path / "thesis.tex").write_text("years of work")
-    with pytest.raises(ResultsError, match="not empty"):
-        run_suite([scene()], ["fake:does=raise"], tmp_path)
-    assert [path.name for path in tmp_path.iterdir()] == ["thesis.tex"]
-
-
-def test_an_engine_that_is_absent_needs_no_settings_for_its_criteria(tmp_path: Path) -> None:
-    outcome = run_suite([scene()], ["absent"], tmp_path, criteria={"roll": limits("absent:dt=1")})
-    assert outcome.cases[0].outcome == "unavailable"
-
-
-# --- which criteria a scene has
-
-
-def test_scenes_given_by_path_bring_the_criteria_beside_them(tmp_path: Path) -> None:
-    path = tmp_path / "mine.toml"
-    scene("by-path").save(path)
-    (tmp_path / "mine.expect.toml").write_text('truth = "engine"\n')
-    found = criteria_beside_paths(["smoke", "stop", str(path)])
-    assert found == {"by-path": Criteria(truth="engine")}
-    bare = path.rename(tmp_path / "mine")  # any file that `select` takes for a scene
-    assert criteria_beside_paths([str(bare)]) == found
-
-
-# --- interrupts
-
-
 @pytest.mark.parametrize("does", ["interrupt", "hand back"])
 def test_an_interrupted_run_keeps_what_is_done(tmp_path: Path, does: str) -> None:
     outcome = run_suite([scene()], ["fake", f"fake:does={does}", "ghostball"], tmp_path)
@@ -378,9 +103,6 @@ def test_an_interrupted_run_keeps_what_is_done(tmp_path: Path, does: str) -> Non
     assert [case.label for case in folder.cases] == ["fake"]
     assert folder.motion(folder.cases[0]) is not None
     assert folder.state == "interrupted"
-
-
-# --- several processes
 
 
 def test_processes_find_what_one_process_finds(tmp_path: Path) -> None:

@@ -1,0 +1,113 @@
+"""Engines that misbehave, and short shots, for the tests of the suite."""
+
+from __future__ import annotations
+
+from ghostball.model import Ball, Scene
+from ghostball.validation.checks.criteria import Criteria
+from ghostball.validation.checks.criterion import Criterion
+
+ENGINES = '''
+"""Engines that misbehave, one setting for each way."""
+
+import os
+import time
+
+import numpy as np
+
+from ghostball.model import Result, Status
+from ghostball.engine import simulate
+from ghostball.model.features import EXACT, Capability, Feature
+from ghostball.reference_adapters.base import EngineBase, EngineSettings
+
+
+class Settings(EngineSettings):
+    does: str = "run"
+    shift: float = 0.0
+    sees: float = 0.0
+
+
+class Fake(EngineBase):
+    name = "fake"
+    Settings = Settings
+
+    @property
+    def capabilities(self):
+        able = dict.fromkeys(Feature, EXACT)
+        able[Feature.ROLLING] = Capability("approximate", "nearly")
+        if self.settings.does == "refuse":
+            able[Feature.ROLLING] = Capability("none", "it slips")
+        return able
+
+    def resolution(self, scene):
+        return self.settings.sees
+
+    def simulate(self, scene, *, record="rest"):
+        self.check(scene)
+        does = self.settings.does
+        if does == "raise":
+            raise RuntimeError("lost the \\x1b[31mballs")
+        if does == "die":
+            os._exit(7)
+        if does == "hang":
+            time.sleep(600)
+        if does == "interrupt":
+            raise KeyboardInterrupt
+        if does == "exit":
+            raise SystemExit(0)
+        if does == "hand back a dict":
+            return {}
+        if does == "print":
+            print("hello")
+        truth = simulate(scene, record=record)
+        shifted = truth.final_state._replace(
+            positions=truth.final_state.positions + [self.settings.shift, 0.0, 0.0]
+        )
+        if does == "lose a ball":
+            shifted.positions[0, 0, 1] = np.nan
+        if does == "flatten":
+            shifted = shifted._replace(positions=shifted.positions[:, :, :2])
+        return Result(
+            engine="ghostball" if does == "lie" else "fake",
+            settings={},
+            scene=scene.model_copy(update={"t_max": 9.0}) if does == "swap" else scene,
+            status={
+                "hand back": Status.INTERRUPTED,
+                "give up": Status.FAILED,
+                "stop": Status.STEP_LIMIT,
+            }.get(does, truth.status),
+            reason={"give up": "lost the cue", "stop": "too many steps"}.get(does, ""),
+            final_state=shifted,
+            rest_time=np.nan if does == "lose time" else truth.rest_time,
+            collision_counts=truth.collision_counts,
+            work={"steps": np.int64(3)},
+            wall_time=0.5,
+            events=None if does == "forget" else truth.events,
+            trajectory=truth.trajectory,
+        )
+
+
+class Absent(Fake):
+    name = "absent"
+
+    @classmethod
+    def unavailable(cls):
+        return "not installed here"
+'''
+
+
+ENTRY_POINTS = """
+[ghostball.engines]
+fake = fake_engines:Fake
+absent = fake_engines:Absent
+"""
+
+
+def scene(name: str = "roll") -> Scene:
+    return Scene(name=name, balls=[Ball(id="cue", position=(0.0, 0.0), velocity=(1.0, 0.0))])
+
+
+def limits(*engines: str, metric: str = "rest_error_max", at_most: float = 1e-6) -> Criteria:
+    criterion = Criterion.model_validate(
+        {"engines": engines, "metric": metric, "at_most": at_most, "reason": "by hand"}
+    )
+    return Criteria(criteria=(criterion,))

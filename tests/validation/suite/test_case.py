@@ -1,0 +1,101 @@
+"""Whatever an engine does is part of its case's record, and says whose fault it is."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from suite_runs import scene
+
+import ghostball.validation.suite.case
+import ghostball.validation.suite.suite
+from ghostball.model import Scene
+from ghostball.validation.results.store import CaseRecord, Results
+from ghostball.validation.suite.suite import run_suite
+
+pytestmark = pytest.mark.usefixtures("fake_engines")
+
+
+def by_label(cases: list[CaseRecord]) -> dict[str, CaseRecord]:
+    return {case.label: case for case in cases}
+
+
+def test_what_an_engine_cannot_do_is_said_with_the_reason(tmp_path: Path) -> None:
+    outcome = run_suite([scene()], ["fake:does=refuse", "absent"], tmp_path)
+    refused, absent = outcome.cases
+    assert (refused.outcome, refused.reason) == (
+        "not-representable",
+        "no rolling without slip (it slips)",
+    )
+    assert absent.outcome == "unavailable"
+    assert "not installed here" in absent.reason
+    assert outcome.exit_status == 4  # nothing was judged: that is no pass
+
+
+def test_a_failure_is_kept_and_the_run_goes_on(tmp_path: Path) -> None:
+    outcome = run_suite([scene()], ["fake:does=raise", "fake"], tmp_path)
+    failed, fine = Results.open(tmp_path).cases
+    assert (failed.outcome, failed.fault) == ("failed", "engine")
+    assert "lost the" in failed.reason
+    assert "Traceback" in failed.traceback
+    assert (fine.outcome, fine.fault) == ("ran", "")
+    assert outcome.exit_status == 1  # the engine failed, not ghostball
+
+
+def test_what_raises_in_our_own_code_is_our_fault(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: object, **__: object) -> None:
+        raise ZeroDivisionError("by ten")
+
+    monkeypatch.setattr("ghostball.validation.suite.judge.measure", fail)
+    found = run_suite([scene()], ["fake"], tmp_path)
+    assert (found.cases[0].fault, found.cases[0].reason) == (
+        "ghostball",
+        "ZeroDivisionError: by ten",
+    )
+    assert found.exit_status == 3
+
+
+@pytest.mark.parametrize(
+    ("does", "reason"),
+    [
+        ("lose a ball", "`rest_positions[0]` must be finite"),
+        ("lose time", "`rest_time` must be finite and at least 0 s, got nan"),
+        ("flatten", "`final_state.positions` must be an array of floats with shape (1, 1, 3)"),
+        ("forget", '`events` must be there for record="trajectory", got None'),
+        ("lie", "`engine` of the result must be 'fake', got 'ghostball'"),
+        ("swap", "`scene` of the result must be the scene that was run"),
+        ("hand back a dict", "must return a `Result`, got dict"),
+        ("exit", "SystemExit: 0"),
+    ],
+)
+def test_a_result_that_breaks_the_contract_is_a_failure_that_names_the_field(
+    tmp_path: Path, does: str, reason: str
+) -> None:
+    # Breaks where nan reaches the figures, or an engine passes under another one's name.
+    outcome = run_suite([scene()], [f"fake:does={does}", "fake"], tmp_path)
+    cases = by_label(Results.open(tmp_path).cases)
+    failed = cases[f"fake:does={does}"]
+    assert failed.outcome == "failed"
+    assert reason in failed.reason
+    assert failed.rest_positions is None
+    assert cases["fake"].outcome == "ran"
+    assert outcome.exit_status == 1
+
+
+def test_a_truth_that_fails_fails_its_scene_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken(shot: Scene, *wanted: Any, **more: Any) -> object:
+        if shot.name == "broken":
+            raise ZeroDivisionError("no truth today")
+        return real(shot, *wanted, **more)
+
+    real = ghostball.validation.suite.case.truth_of
+    monkeypatch.setattr(ghostball.validation.suite.case, "truth_of", broken)
+    outcome = run_suite([scene("broken"), scene()], ["fake"], tmp_path)
+    assert [case.outcome for case in outcome.cases] == ["failed", "ran"]
+    assert "no truth today" in outcome.cases[0].reason
+    assert "ZeroDivisionError" in outcome.cases[0].traceback
