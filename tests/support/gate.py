@@ -16,7 +16,7 @@ from ghostball.validation.baselines.bands import Bands, band_of_counter, band_of
 from ghostball.validation.baselines.baseline import Accepted
 from ghostball.validation.baselines.classify import classify
 from ghostball.validation.baselines.observed import KEPT_EVENTS, Observed
-from ghostball.validation.baselines.regression import SceneChange
+from ghostball.validation.baselines.regression import Regression, SceneChange
 from ghostball.validation.baselines.rounding import Allowance, allowance_of
 
 ACCEPTED = Accepted(
@@ -113,3 +113,8 @@ def allowance(
         np.full(count, time),
         None if rest is None else np.full(balls, rest),
     )
+
+
+def changes(regression: Regression) -> dict[str, str]:
+    """Return what became of each scene of a comparison."""
+    return {one.scene: one.change for one in regression.scenes}

@@ -1,0 +1,86 @@
+"""A workshop of results and baselines: fixtures for the tests of the gate and of accepting."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import gate
+import pytest
+
+import ghostball.reference_adapters.ghostball
+import ghostball.validation.runs.our_run
+from ghostball.engine import simulate
+from ghostball.validation.baselines import gate as gate_module
+from ghostball.validation.baselines.accept import (
+    accept,
+)
+from ghostball.validation.baselines.gate import compare_results
+from ghostball.validation.baselines.regression import Regression, load_regression, save_regressions
+from ghostball.validation.checks.criteria import Criteria
+from ghostball.validation.results.store import Results
+from ghostball.validation.suite.suite import run_suite
+
+SCENES = [gate.cut_shot(), gate.roll_shot()]
+
+
+class Workshop:
+    """A folder of results and one of baselines."""
+
+    def __init__(self, place, monkeypatch):
+        self.out, self.baselines = place / "out", place / "accepted"
+        self._monkeypatch = monkeypatch
+
+    def compare(self, *, scenes=SCENES, **options) -> Regression:
+        """Run the scenes, compare, and store what was found."""
+        ours = Criteria(truth="engine")  # nothing here needs a proof
+        criteria = {scene.name: ours for scene in scenes}
+        run_suite(scenes, ["ghostball"], self.out, criteria=criteria)
+        options = {"whole": False, **options}
+        found = compare_results(Results.open(self.out), self.baselines, **options)
+        save_regressions([found], self.out)
+        return found
+
+    def accept(self, reason="It is right.", **options):
+        # What is planted breaks limits of truth, which is what acceptance is mostly not about.
+        options = {"even_though_limits_fail": True, **options}
+        return accept(self.out, reason, folder=self.baselines, **options)
+
+    def plant(self, speeds):
+        """Make our engine play the named scenes at another speed of the cue ball."""
+
+        def planted(scene, **options):
+            factor = speeds.get(scene.name, 1.0)
+            cue, *others = scene.balls
+            vx, vy, _ = cue.velocity
+            moved = cue.model_copy(update={"velocity": (vx * factor, vy, 0.0)})
+            if factor != 1.0:
+                rolls = {"angular_velocity": (-vy / cue.radius, vx * factor / cue.radius, 0.0)}
+                moved = moved.model_copy(update=rolls)
+            result = simulate(scene.model_copy(update={"balls": (moved, *others)}), **options)
+            return replace(result, scene=scene)
+
+        for module in (ghostball.reference_adapters.ghostball, ghostball.validation.runs.our_run):
+            self._monkeypatch.setattr(module, "simulate", planted)
+
+    def contents(self):
+        return {path.name: path.read_bytes() for path in self.baselines.glob("*")}
+
+    @property
+    def candidates(self):
+        found = load_regression(self.out)
+        return tuple(one.scene for one in found.scenes if one.candidate)
+
+
+@pytest.fixture
+def shop(tmp_path, monkeypatch, in_this_process):
+    # The two shots of many balls take a second each, and are tested where they are shipped.
+    monkeypatch.setattr(gate_module, "many_ball_scenes", lambda: ())
+    return Workshop(tmp_path, monkeypatch)
+
+
+@pytest.fixture
+def accepted(shop):
+    """A workshop whose baselines are accepted."""
+    shop.compare()
+    shop.accept("The first.")
+    return shop

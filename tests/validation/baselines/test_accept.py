@@ -1,0 +1,115 @@
+"""What a comparison found is accepted with a reason, and else nothing is written."""
+
+from __future__ import annotations
+
+import gate
+import pytest
+
+from ghostball.validation.baselines.accept import (
+    CHANGES_FILE,
+    AcceptError,
+    LimitsBrokenError,
+)
+from ghostball.validation.baselines.places import (
+    baseline_path,
+)
+from ghostball.validation.baselines.regression import save_regressions
+
+
+def test_one_of_two_changes_is_accepted_and_the_other_still_fails(accepted):
+    accepted.plant({"cut": 1.01, "roll": 0.99})
+    found = accepted.compare()
+    assert {one.failed for one in found.scenes} == {True}
+    done = accepted.accept("The cloth is faster.", only=["c*"])
+    assert (done.written, done.left) == (("cut",), ("roll",))
+    found = accepted.compare()
+    assert gate.changes(found) == {"cut": "identical", "roll": "worse"}
+    assert found.outcome == "failed"
+    accepted.accept("This too.")
+    found = accepted.compare()
+    assert set(gate.changes(found).values()) == {"identical"}
+    # What the truth says of it can't be accepted.
+    assert found.outcome == "failed"
+    assert all("breaks its limits: quality_factor must be" in one.summary for one in found.scenes)
+
+
+@pytest.mark.parametrize("reason", ["", " \n\t "])
+def test_nothing_is_accepted_without_a_reason(shop, reason):
+    shop.compare()
+    with pytest.raises(AcceptError, match="`reason` must say why"):
+        shop.accept(reason)
+    assert not shop.baselines.exists()
+
+
+def test_nothing_is_accepted_that_was_not_compared(shop, tmp_path):
+    with pytest.raises(AcceptError, match=r"holds no comparison.*`ghostball regress`"):
+        shop.accept()
+    assert not shop.baselines.exists()
+
+
+@pytest.mark.parametrize("sources", ["0" * 64, None])
+def test_a_comparison_of_other_code_is_not_accepted(shop, sources):
+    found = shop.compare()
+    head = {name: value for name, value in found.head.items() if name != "sources"}
+    if sources is not None:
+        head["sources"] = sources
+    save_regressions([found.model_copy(update={"head": head})], shop.out)
+    with pytest.raises(AcceptError, match="the code changed since"):
+        shop.accept()
+    assert not shop.baselines.exists()
+
+
+def test_what_breaks_limits_of_truth_is_refused_and_named(accepted):
+    accepted.plant({"cut": 1.0 + 1e-3})
+    found = accepted.compare()
+    assert [one.scene for one in found.broken] == ["cut"]
+    before = accepted.contents()
+    with pytest.raises(
+        LimitsBrokenError, match=r"cut: quality_factor must be <= 32, got"
+    ) as refused:
+        accepted.accept(even_though_limits_fail=False)
+    assert "roll" not in str(refused.value)
+    assert accepted.contents() == before
+    assert [one.scene for one in accepted.accept("A lesson.").broken] == ["cut"]
+
+
+def test_a_baseline_that_is_not_the_one_that_was_compared_with_is_not_overwritten(accepted):
+    # Someone else's acceptance, pulled in between, or another `--baselines`.
+    accepted.plant({"cut": 1.01})
+    accepted.compare()
+    accepted.accept("The first.")
+    other = accepted.contents()
+    accepted.plant({"cut": 1.02})
+    accepted.compare()
+    accepted.accept("Theirs.")
+    theirs = accepted.contents()
+    accepted.plant({"cut": 1.03})
+    accepted.compare()
+    for name, content in other.items():
+        (accepted.baselines / name).write_bytes(content)
+    with pytest.raises(AcceptError, match="isn't what was compared with"):
+        accepted.accept("Mine.")
+    assert accepted.contents() == other != theirs
+    baseline_path(accepted.baselines, "cut").unlink()
+    with pytest.raises(AcceptError, match="isn't what was compared with"):
+        accepted.accept("Mine.")
+    assert "cut.toml" not in accepted.contents()
+
+
+def test_the_changelog_has_the_newest_entry_on_top_and_keeps_the_others(accepted):
+    changelog = accepted.baselines / CHANGES_FILE
+    first = changelog.read_text("utf-8")
+    assert first.startswith("# What was accepted, and why\n")
+    assert "New: cut, roll." in first
+    changelog.write_text(first + "\nA note by hand.\n", "utf-8")
+    accepted.plant({"cut": 1.01})
+    accepted.compare()
+    accepted.accept("A | in a reason.")
+    text = changelog.read_text("utf-8")
+    head, second, last = text.split("\n## ")
+    assert head == first.split("\n## ")[0]
+    assert "A | in a reason." in second
+    assert "| cut | worse |" in second
+    assert last == first.split("\n## ")[1] + "\nA note by hand.\n"
+    rows = [line for line in second.splitlines() if line.startswith("|")]
+    assert all(row.count("|") == 4 for row in rows)
