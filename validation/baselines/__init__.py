@@ -17,9 +17,7 @@ from ghostball.validation.baselines.accept import (
     accept,
     can_be_accepted,
 )
-from ghostball.validation.baselines.baseline import (
-    load_baseline,
-)
+from ghostball.validation.baselines.baseline import load_baseline
 from ghostball.validation.baselines.gate import check_baselines, compare_results
 from ghostball.validation.baselines.regression import (
     FirstDifference,

@@ -17,9 +17,7 @@ from ghostball.validation.baselines.baseline import (
     load_baseline,
 )
 from ghostball.validation.baselines.gate import platform_of, revision_of, sources_hash
-from ghostball.validation.baselines.places import (
-    baseline_path,
-)
+from ghostball.validation.baselines.places import baseline_path
 from ghostball.validation.baselines.regression import Regression, SceneChange, load_regression
 from ghostball.validation.results.files import write_all_whole
 from ghostball.validation.truth.scene_truth import OUR_NAME

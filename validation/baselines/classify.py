@@ -11,12 +11,7 @@ import numpy as np
 from ghostball.model import EventKind, event_dict
 from ghostball.validation.baselines.bands import Band, Bands, direction
 from ghostball.validation.baselines.observed import Observed
-from ghostball.validation.baselines.regression import (
-    Change,
-    FirstDifference,
-    Quantity,
-    SceneChange,
-)
+from ghostball.validation.baselines.regression import Change, FirstDifference, Quantity, SceneChange
 from ghostball.validation.baselines.rounding import Allowance
 from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.grading.event_logs import ALL_KINDS, compare_logs, events_in

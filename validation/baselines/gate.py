@@ -20,19 +20,11 @@ from ghostball.validation.baselines.baseline import (
 )
 from ghostball.validation.baselines.classify import classify
 from ghostball.validation.baselines.observed import Observed
-from ghostball.validation.baselines.places import (
-    baseline_names,
-    baseline_path,
-    engine_key,
-)
+from ghostball.validation.baselines.places import baseline_names, baseline_path, engine_key
 from ghostball.validation.baselines.regression import Change, Regression, SceneChange
 from ghostball.validation.baselines.replay import PlayAgain, not_deterministic, playing_again
 from ghostball.validation.baselines.revision import checkout_of
-from ghostball.validation.baselines.rounding import (
-    Allowance,
-    allowance_of,
-    allowance_of_other,
-)
+from ghostball.validation.baselines.rounding import Allowance, allowance_of, allowance_of_other
 from ghostball.validation.parallel.sources import SourcesError, hash_sources, source_folders
 from ghostball.validation.results.environment import describe_environment, git_state
 from ghostball.validation.results.records import CaseRecord, Motion

@@ -22,12 +22,8 @@ from ghostball.reference_adapters.base import Resolution
 from ghostball.validation.checks.energy_gain import largest_gain
 from ghostball.validation.checks.metrics import EPSILON, ball_errors
 from ghostball.validation.grading.event_logs import compare_collisions
-from ghostball.validation.grading.gradable import (
-    Gradable,
-)
-from ghostball.validation.grading.grading import (
-    position_errors,
-)
+from ghostball.validation.grading.gradable import Gradable
+from ghostball.validation.grading.grading import position_errors
 from ghostball.validation.grading.horizon import extent_of
 from ghostball.validation.grading.tolerances import ROUNDINGS, TIE, UNIT_ROUNDOFF
 from ghostball.validation.results.records import CERTIFIED, Accuracy, AccuracyKind, BrokenBy

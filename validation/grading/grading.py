@@ -43,12 +43,7 @@ from ghostball.validation.grading.gradable import (
     proved_events,
     proved_motion,
 )
-from ghostball.validation.grading.tolerances import (
-    EPS,
-    LEAST_SLIP,
-    TIE,
-    UNIT_ROUNDOFF,
-)
+from ghostball.validation.grading.tolerances import EPS, LEAST_SLIP, TIE, UNIT_ROUNDOFF
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

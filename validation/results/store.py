@@ -9,12 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 from pydantic import AfterValidator, Field, NonNegativeInt, TypeAdapter
 
 from ghostball.model.scene.fields import SceneName
-from ghostball.validation.results.database import (
-    documents_in,
-    get_document,
-    reading,
-    record_of,
-)
+from ghostball.validation.results.database import documents_in, get_document, reading, record_of
 from ghostball.validation.results.fields import Environment
 from ghostball.validation.results.files import ResultsError
 from ghostball.validation.results.frames import frame_of

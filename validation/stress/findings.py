@@ -9,12 +9,7 @@ from typing import Annotated, Any, Final, Literal
 from pydantic import ConfigDict, Field, TypeAdapter
 
 from ghostball.model import Scene
-from ghostball.validation.results.database import (
-    documents_in,
-    get_document,
-    reading,
-    record_of,
-)
+from ghostball.validation.results.database import documents_in, get_document, reading, record_of
 from ghostball.validation.results.fields import Definition, EnvironmentValues
 from ghostball.validation.results.files import ResultsError, cannot_write
 from ghostball.validation.results.record_store import RecordStore, RunState

@@ -46,13 +46,7 @@ from ghostball.validation.stress.findings import (
     is_stress_folder,
     save_worst,
 )
-from ghostball.validation.stress.trial import (
-    CRASHED,
-    StressError,
-    Suite,
-    Trial,
-    Verdict,
-)
+from ghostball.validation.stress.trial import CRASHED, StressError, Suite, Trial, Verdict
 from ghostball.validation.suite.unchanged import code_hash, is_ours
 
 DEFAULT_ENGINES: tuple[str, ...] = (

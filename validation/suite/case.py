@@ -14,11 +14,7 @@ from typing import Any
 
 from ghostball.model import EngineFailedError, Scene, Status, UnsupportedSceneError
 from ghostball.reference_adapters.base import ReferenceEngine, resolution_of
-from ghostball.reference_adapters.registry import (
-    EngineUnavailableError,
-    engine_name,
-    make_engine,
-)
+from ghostball.reference_adapters.registry import EngineUnavailableError, engine_name, make_engine
 from ghostball.validation.checks.criteria import Criteria
 from ghostball.validation.checks.law import Asked, approximations_of
 from ghostball.validation.checks.metric_table import METRICS

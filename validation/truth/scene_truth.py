@@ -32,16 +32,8 @@ from ghostball.reference_adapters.certified.engine import result_of
 from ghostball.validation.grading.certified_growth import Lateness, growth_of_proof
 from ghostball.validation.grading.certified_widths import is_differentiated
 from ghostball.validation.grading.event_logs import Key, collisions_of, lower_first
-from ghostball.validation.grading.gradable import (
-    Gradable,
-    gradable,
-)
-from ghostball.validation.grading.horizon import (
-    Meetings,
-    growth_along,
-    horizon,
-    meetings_of,
-)
+from ghostball.validation.grading.gradable import Gradable, gradable
+from ghostball.validation.grading.horizon import Meetings, growth_along, horizon, meetings_of
 from ghostball.validation.grading.tolerances import ROUNDINGS, TOLERANCE, UNIT_ROUNDOFF
 from ghostball.validation.results.records import CERTIFIED, CLOSED_FORM, OUR_ENGINE
 from ghostball.validation.runs.our_run import run_ours

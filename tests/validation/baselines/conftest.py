@@ -11,9 +11,7 @@ import ghostball.reference_adapters.ghostball
 import ghostball.validation.runs.our_run
 from ghostball.engine import simulate
 from ghostball.validation.baselines import gate as gate_module
-from ghostball.validation.baselines.accept import (
-    accept,
-)
+from ghostball.validation.baselines.accept import accept
 from ghostball.validation.baselines.gate import compare_results
 from ghostball.validation.baselines.regression import Regression, load_regression, save_regressions
 from ghostball.validation.checks.criteria import Criteria

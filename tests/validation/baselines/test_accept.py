@@ -5,14 +5,8 @@ from __future__ import annotations
 import gate
 import pytest
 
-from ghostball.validation.baselines.accept import (
-    CHANGES_FILE,
-    AcceptError,
-    LimitsBrokenError,
-)
-from ghostball.validation.baselines.places import (
-    baseline_path,
-)
+from ghostball.validation.baselines.accept import CHANGES_FILE, AcceptError, LimitsBrokenError
+from ghostball.validation.baselines.places import baseline_path
 from ghostball.validation.baselines.regression import save_regressions
 
 

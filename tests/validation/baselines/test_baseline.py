@@ -11,17 +11,9 @@ import numpy as np
 import pytest
 
 from ghostball.validation.baselines.bands import Band
-from ghostball.validation.baselines.baseline import (
-    Baseline,
-    BaselineSchemaError,
-    load_baseline,
-)
+from ghostball.validation.baselines.baseline import Baseline, BaselineSchemaError, load_baseline
 from ghostball.validation.baselines.observed import KEPT_EVENTS
-from ghostball.validation.baselines.places import (
-    BaselineError,
-    baseline_names,
-    baseline_path,
-)
+from ghostball.validation.baselines.places import BaselineError, baseline_names, baseline_path
 
 RUN = gate.observed(gate.cut_shot())
 BASELINE = Baseline.of(RUN, gate.ACCEPTED)

@@ -12,20 +12,10 @@ import ghostball.reference_adapters.ghostball
 import ghostball.validation.runs.our_run
 from ghostball.engine import simulate
 from ghostball.model import UnsupportedSceneError
-from ghostball.validation.baselines.accept import (
-    CHANGES_FILE,
-    AcceptError,
-    NotDeterministicError,
-)
-from ghostball.validation.baselines.baseline import (
-    load_baseline,
-)
+from ghostball.validation.baselines.accept import CHANGES_FILE, AcceptError, NotDeterministicError
+from ghostball.validation.baselines.baseline import load_baseline
 from ghostball.validation.baselines.gate import check_baselines, outcome_of
-from ghostball.validation.baselines.places import (
-    BaselineError,
-    baseline_names,
-    baseline_path,
-)
+from ghostball.validation.baselines.places import BaselineError, baseline_names, baseline_path
 
 SCENES = [gate.cut_shot(), gate.roll_shot()]
 

@@ -8,12 +8,7 @@ from contextlib import suppress
 
 import pytest
 
-from ghostball.validation.baselines.revision import (
-    RevisionError,
-    checked_out,
-    repository,
-    resolve,
-)
+from ghostball.validation.baselines.revision import RevisionError, checked_out, repository, resolve
 
 
 def git(root, *arguments):

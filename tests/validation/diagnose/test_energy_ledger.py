@@ -7,12 +7,7 @@ import pytest
 
 from ghostball.engine import simulate
 from ghostball.model import Ball, Scene
-from ghostball.validation.diagnose.energy_ledger import (
-    FRAMES,
-    NOT_FINITE,
-    UNSTORED,
-    ledger_of,
-)
+from ghostball.validation.diagnose.energy_ledger import FRAMES, NOT_FINITE, UNSTORED, ledger_of
 from ghostball.validation.runs.sampling import motion_of
 from ghostball.validation.scenes.library import find_scene
 

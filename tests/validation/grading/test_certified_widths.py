@@ -15,12 +15,8 @@ from ghostball.validation.grading.certified_widths import (
     is_differentiated,
     width_sizes,
 )
-from ghostball.validation.grading.gradable import (
-    gradable,
-)
-from ghostball.validation.grading.grading import (
-    grade,
-)
+from ghostball.validation.grading.gradable import gradable
+from ghostball.validation.grading.grading import grade
 from ghostball.validation.grading.horizon import horizon
 from ghostball.validation.grading.tolerances import ROUNDINGS, TOLERANCE, UNIT_ROUNDOFF
 from ghostball.validation.scenes.library import find_scene

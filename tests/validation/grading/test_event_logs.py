@@ -16,9 +16,7 @@ from ghostball.validation.grading.event_logs import (
     events_from,
     events_in,
 )
-from ghostball.validation.grading.gradable import (
-    proved_events,
-)
+from ghostball.validation.grading.gradable import proved_events
 from ghostball.validation.scenes.library import find_scene
 
 BALLS = EventKind.BALL_BALL

@@ -22,14 +22,8 @@ from ghostball.reference_adapters.certified import (
     certify,
 )
 from ghostball.validation.grading.certified_growth import growth_of_proof
-from ghostball.validation.grading.gradable import (
-    gradable,
-)
-from ghostball.validation.grading.grading import (
-    Grade,
-    _distance,
-    grade as grade_by,
-)
+from ghostball.validation.grading.gradable import gradable
+from ghostball.validation.grading.grading import Grade, _distance, grade as grade_by
 from ghostball.validation.grading.horizon import Growth
 from ghostball.validation.grading.tolerances import ROUNDINGS, UNIT_ROUNDOFF
 from ghostball.validation.scenes.library import find_scene

@@ -19,11 +19,7 @@ from stored_cases import (
 )
 
 from ghostball.validation.results.database import DATABASE, LOCK
-from ghostball.validation.results.store import (
-    Results,
-    ResultsError,
-    ResultsWriter,
-)
+from ghostball.validation.results.store import Results, ResultsError, ResultsWriter
 
 
 def contents(folder: Path) -> dict[str, bytes]:

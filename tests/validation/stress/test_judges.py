@@ -20,13 +20,7 @@ from ghostball.model import (
     Table,
 )
 from ghostball.validation.stress.invariants import way_of_a_step
-from ghostball.validation.stress.judges import (
-    Both,
-    Ends,
-    Invariants,
-    asymmetry,
-    momentum_change,
-)
+from ghostball.validation.stress.judges import Both, Ends, Invariants, asymmetry, momentum_change
 
 R = 2.0**-5
 

@@ -18,13 +18,7 @@ from ghostball.validation.stress import StressOutcome, run_stress
 from ghostball.validation.stress.families import chosen_trials
 from ghostball.validation.stress.findings import Finding, StressFolder, StressRun
 from ghostball.validation.stress.run import StressTask, run_trial
-from ghostball.validation.stress.trial import (
-    CRASHED,
-    NOT_FINITE,
-    Trial,
-    graded_severity,
-    play,
-)
+from ghostball.validation.stress.trial import CRASHED, NOT_FINITE, Trial, graded_severity, play
 
 ONE = ["grazing/rolling-hit-1e-01"]
 TWO = [*ONE, "grazing/rolling-miss-1e-01"]

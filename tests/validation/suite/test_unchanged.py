@@ -24,11 +24,7 @@ from ghostball.validation.results.records import CaseRecord, Motion, status_name
 from ghostball.validation.results.store import Results, ResultsWriter
 from ghostball.validation.runs.runner import Reuse
 from ghostball.validation.suite.suite import Outcome, run_suite
-from ghostball.validation.suite.unchanged import (
-    code_hash,
-    inputs_hash,
-    is_ours,
-)
+from ghostball.validation.suite.unchanged import code_hash, inputs_hash, is_ours
 
 ENGINES = ("ghostball", "paper-discrete")
 PAIRS = [(scene, label) for scene in ("cut", "roll") for label in ENGINES]

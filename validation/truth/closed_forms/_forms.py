@@ -13,12 +13,7 @@ from mpmath import mpf
 from ghostball.validation.truth.closed_forms._air import alone_in_air
 from ghostball.validation.truth.closed_forms._contacts import hit_on_two, pushed_along, wedged
 from ghostball.validation.truth.closed_forms._flight import alone_in_flight
-from ghostball.validation.truth.closed_forms._setup import (
-    Collision,
-    OrderError,
-    Outcome,
-    Setup,
-)
+from ghostball.validation.truth.closed_forms._setup import Collision, OrderError, Outcome, Setup
 from ghostball.validation.truth.closed_forms._shot import Shot
 from ghostball.validation.truth.closed_forms._unfolding import unfolded_bounces, unfolded_masses
 

@@ -10,15 +10,8 @@ import pytest
 from ghostball.engine import simulate
 from ghostball.model import SampledTrajectory, UnsupportedSceneError
 from ghostball.reference_adapters.registry import make_engine
-from ghostball.validation.stress.families.long_runs import (
-    GalperinTrial,
-    GasTrial,
-    _Seen,
-    galperin,
-)
-from ghostball.validation.stress.gas import (
-    gas,
-)
+from ghostball.validation.stress.families.long_runs import GalperinTrial, GasTrial, _Seen, galperin
+from ghostball.validation.stress.gas import gas
 
 
 def test_the_collisions_of_galperin_are_the_digits_of_pi():

@@ -6,12 +6,7 @@ import pytest
 
 from ghostball.model import GhostballError
 from ghostball.reference_adapters.registry import make_engine
-from ghostball.validation.stress.families.reversal import (
-    TOLERANCE,
-    ReversalTrial,
-    Step,
-    judge,
-)
+from ghostball.validation.stress.families.reversal import TOLERANCE, ReversalTrial, Step, judge
 from ghostball.validation.stress.gas import gas
 
 SCENE = gas(2, 0.1, 3.0)
