@@ -67,12 +67,12 @@ def _gains_at_impacts(result: Result, frames: SampledTrajectory, late: float) ->
     Less what the cloth takes in a time `late` [s].
     """
     events = events_of(result)
-    hits = events["t"][np.isin(events["kind"], COLLISION_KINDS)]
+    collisions = events["t"][np.isin(events["kind"], COLLISION_KINDS)]
     # A collision at the instant of a frame may belong to the step before or to the one after; two
     # frames of that instant are the states on both sides of it.
     near = np.zeros(len(frames.times) + 1, dtype=np.int64)
-    np.add.at(near, np.maximum(np.searchsorted(frames.times, hits, side="left") - 1, 0), 1)
-    np.add.at(near, np.searchsorted(frames.times, hits, side="right"), -1)
+    np.add.at(near, np.maximum(np.searchsorted(frames.times, collisions, side="left") - 1, 0), 1)
+    np.add.at(near, np.searchsorted(frames.times, collisions, side="right"), -1)
     steps = np.flatnonzero(np.cumsum(near)[: len(frames.times) - 1] > 0)
     before, after = (_rows(frames, rows) for rows in (steps, steps + 1))
     durations = frames.times[steps + 1] - frames.times[steps]

@@ -207,15 +207,15 @@ class Meetings:
 def meetings_of(growth: Growth, result: Result) -> Meetings:
     """Return how errors have grown when balls are about to meet in a run of the shot."""
     scene, events = result.scene, events_of(result)
-    hits = events[events["kind"] == EventKind.BALL_BALL]
-    times, instant = np.unique(hits["t"].astype(np.float64), return_inverse=True)
+    collisions = events[events["kind"] == EventKind.BALL_BALL]
+    times, instant = np.unique(collisions["t"].astype(np.float64), return_inverse=True)
     largest = np.zeros(len(times))
     if len(times):
         # Of a flight the instants themselves are uncertain; a derivative is known just before.
         flies = isinstance(growth, FlightGrowth)
         sizes = growth.sizes(times if flies else np.nextafter(times, 0.0))
         for ball in ("a", "b"):
-            np.maximum.at(largest, instant, sizes[instant, hits[ball]])
+            np.maximum.at(largest, instant, sizes[instant, collisions[ball]])
     return Meetings(times, largest, extent_of(scene), float(np.min(scene.radii)))
 
 

@@ -95,11 +95,11 @@ def stray_momentum(result: Result) -> tuple[float, float] | None:
     if not isinstance(trajectory, ExactTrajectory) or events is None:
         return None
     stray: tuple[list[float], list[float]] = ([], [])
-    hits = events[events["kind"] == EventKind.BALL_CUSHION]
+    bounces = events[events["kind"] == EventKind.BALL_CUSHION]
     for i, (knots, mass) in enumerate(
         zip(trajectory.knots, result.scene.masses.tolist(), strict=True)
     ):
-        mine = hits[hits["a"] == i]
+        mine = bounces[bounces["a"] == i]
         rows = np.searchsorted(knots[:, 0], mine["t"])
         for axis in (0, 1):
             v = knots[:, 3 + axis]

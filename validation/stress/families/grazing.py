@@ -188,16 +188,16 @@ class HitOrMiss:
     def __call__(self, result: Result) -> Verdict:
         """Judge a run."""
         assert result.events is not None
-        hits = int(np.count_nonzero(result.events["kind"] == self.kind))
+        collisions = int(np.count_nonzero(result.events["kind"] == self.kind))
         faults = []
-        if self.depth > 0.0 and not hits:
-            faults.append(f"a hit {self.depth:.2e} diameters deep is missed")
-        if self.depth < 0.0 and hits:
+        if self.depth > 0.0 and not collisions:
+            faults.append(f"a collision {self.depth:.2e} diameters deep is missed")
+        if self.depth < 0.0 and collisions:
             faults.append(
                 f"a collision is seen where the path misses by {-self.depth:.2e} diameters"
             )
-        if hits > 1:
-            faults.append(f"{hits} collisions where there is one")
+        if collisions > 1:
+            faults.append(f"{collisions} collisions where there is one")
         # The deeper, the worse to get wrong; the shallower, the harder to get right.
         size = -math.log10(abs(self.depth)) / (SHALLOWEST + 1)
         severity = 2.0 - size if faults else size

@@ -50,7 +50,7 @@ def test_a_miss_a_phantom_and_a_double_hit_are_seen(kind: str):
     assert runs[0].events is not None
     without = runs[0].events[runs[0].events["kind"] != hit[1].kind]
     missed = hit[1](replace(runs[0], events=without))
-    assert missed.faults == ("a hit 1.00e-01 diameters deep is missed",)
+    assert missed.faults == ("a collision 1.00e-01 diameters deep is missed",)
     assert missed.broken == 1
     assert missed.severity >= 1.0
     (phantom,) = miss[1](replace(runs[1], events=runs[0].events)).faults
