@@ -9,48 +9,19 @@ from typing import Any
 
 import numpy as np
 import pytest
+from grades import clean, grade, run_and_proof, without_event
 from shots import ball, scene_of
-from tangent import made_up
 
 from ghostball.engine import simulate
-from ghostball.model import EventKind, ExactTrajectory, GhostballError, Result, Scene
+from ghostball.model import EventKind, GhostballError, Result, Scene
 from ghostball.reference_adapters import make_engine
 from ghostball.reference_adapters.certified import (
-    Certificate,
-    CertifiedSettings,
     Enclosure,
     certify,
 )
-from ghostball.validation.grading.certified_growth import growth_of_proof
-from ghostball.validation.grading.gradable import gradable
-from ghostball.validation.grading.grading import Grade, _distance, grade as grade_by
-from ghostball.validation.grading.horizon import Growth
+from ghostball.validation.grading.grading import _distance
 from ghostball.validation.grading.tolerances import ROUNDINGS, UNIT_ROUNDOFF
 from ghostball.validation.scenes.library import find_scene
-from ghostball.validation.scenes.random_shots import random_shot
-
-
-def run_and_proof(name: str, **tangent: Any) -> tuple[Result, Certificate, Growth]:
-    scene = find_scene(name)
-    result = simulate(scene, record="trajectory")
-    return result, certify(scene, motion=True), made_up(len(scene.balls), **tangent)
-
-
-def grade(
-    result: Result, certificate: Certificate, growth: Growth | None = None, **more: Any
-) -> Grade:
-    exact = isinstance(result.trajectory, ExactTrajectory)
-    within = gradable(result.scene, certificate, exact=exact, growth=growth, **more)
-    return grade_by(result, certificate, within)
-
-
-def without_event(result: Result, index: int) -> Result:
-    assert result.events is not None
-    return replace(result, events=np.delete(result.events, index))
-
-
-def clean(made: Grade) -> bool:
-    return not made.missing and not made.invented and made.first is None
 
 
 def test_an_exact_run_of_a_whole_shot() -> None:
@@ -138,85 +109,6 @@ def test_a_position_that_is_not_finite_is_infinitely_wrong() -> None:
     assert made.quality_factor == math.inf
 
 
-def test_only_what_comes_before_the_horizon_is_graded() -> None:
-    result, certificate, growth = run_and_proof("break-7")
-    times = [float(event.t) for event in certificate.events]
-    cut = 0.5 * (times[9] + times[10])
-    made = grade(result, certificate, growth, until=cut)
-    assert (made.extent, made.events) == ("horizon", 10)
-    assert f"{cut:.6g} s" in made.why
-    assert made.until == made.compared_at < cut
-    assert len(made.time_errors) == 10
-    assert made.position_errors.max() < 1e-14
-    # What is wrong after it isn't held against the run; what is wrong before it is.
-    assert clean(grade(without_event(result, 12), certificate, growth, until=cut))
-    assert grade(without_event(result, 7), certificate, growth, until=cut).missing[0] == 7
-
-
-def test_the_motion_is_needed_for_how_errors_grow() -> None:
-    result, _, _ = run_and_proof("break-7")
-    with pytest.raises(GhostballError, match="motion=True"):
-        grade(result, certify(result.scene))
-
-
-def test_an_event_on_the_other_side_of_the_horizon_is_no_difference() -> None:
-    result, certificate, growth = run_and_proof("break-7")
-    assert result.events is not None
-    cut = float(certificate.events[9].t)
-    until = math.nextafter(cut, 1.0)
-    made = grade(result, certificate, growth, until=until)
-    assert made.events == 10
-    late = result.events.copy()
-    late["t"][9] = cut * (1 + 1e-9)
-    assert clean(grade(replace(result, events=late), certificate, growth, until=until))
-
-
-@pytest.mark.parametrize("name", ["frozen-break", "push-line", "frozen-triangle"])
-def test_what_is_proved_is_graded_where_the_proof_ends_early(name: str) -> None:
-    result, certificate, growth = run_and_proof(name)
-    made = grade(result, certificate, growth)
-    assert made.extent == "proved part"
-    assert made.why == f"{certificate.ending}: {certificate.reason}"
-    assert made.events > 0
-    assert clean(made)
-    assert made.quality_factor is not None
-    assert made.quality_factor < 32
-    assert made.until == float(certificate.t_end)
-    if name == "push-line":
-        assert grade(without_event(result, 0), certificate, growth).missing[0] == 0
-
-
-@pytest.mark.parametrize("settings", [{"max_events": 4}, {"max_precision": 60}])
-def test_a_cap_leaves_what_was_proved_until_then(settings: dict[str, Any]) -> None:
-    scene = find_scene("break-7")
-    certificate = certify(scene, CertifiedSettings(start_precision=53, **settings), motion=True)
-    made = grade(simulate(scene, record="trajectory"), certificate)
-    assert made.extent == "proved part"
-    assert made.why.startswith(certificate.ending)
-    assert made.events == len(certificate.events)
-    assert clean(made)
-
-
-def test_where_nothing_is_proved_nothing_is_graded() -> None:
-    made = grade(*run_and_proof("corner-exact", amplification=0.0))
-    assert (made.extent, made.events, made.until) == ("proved part", 0, 0.0)
-    assert made.quality_factor is None
-
-
-def test_events_are_compared_beyond_the_end_of_the_tangent_map() -> None:
-    # A ball frozen to a cushion is hit onto it: two collisions at one instant, and no derivative.
-    scene = find_scene("frozen-to-cushion")
-    result, certificate = simulate(scene, record="trajectory"), certify(scene, motion=True)
-    ends = growth_of_proof(scene, certificate).derivative_ends
-    made = grade(result, certificate)
-    assert (made.extent, made.events) == ("whole", 4)
-    assert clean(made)
-    assert made.compared_at < ends <= float(certificate.events[2].t)
-    assert result.events is not None
-    shortened = replace(result, events=result.events[:-1])
-    assert grade(shortened, certificate).missing == (3,)
-
-
 @pytest.mark.parametrize("name", ["break-16", "thirty-degree-rule", "pool-break-9", "chaos-a"])
 def test_our_engine_keeps_the_quality_that_it_promises(name: str) -> None:
     scene = find_scene(name)
@@ -224,25 +116,6 @@ def test_our_engine_keeps_the_quality_that_it_promises(name: str) -> None:
     assert clean(made)
     assert made.quality_factor is not None
     assert 0.01 < made.quality_factor < ROUNDINGS
-
-
-@pytest.mark.parametrize("number", [223, 224, 287, 2011])
-def test_bounces_that_die_out_are_graded_until_they_do(number: int) -> None:
-    # Random shots in which a ball bounces ever lower, on another or off a cushion.
-    scene = random_shot(number)
-    result, certificate = simulate(scene, record="trajectory"), certify(scene, motion=True)
-    made = grade(result, certificate)
-    assert made.extent == "low bounce"
-    assert "bounce stays below" in made.why
-    assert 0 < made.events < len(certificate.events)
-    assert clean(made)
-    assert made.quality_factor is not None
-    assert made.quality_factor < ROUNDINGS
-    wrong = replace(result, events=np.delete(result.events, 1))
-    assert grade(wrong, certificate).missing[0] == 1
-
-
-# --- what is but rounding
 
 
 def test_a_slip_that_is_but_rounding_is_no_event() -> None:
@@ -272,9 +145,6 @@ def test_a_slip_above_rounding_is_an_event(slip: float) -> None:
     assert made.events == 2
     assert clean(made)
     assert grade(without_event(result, 0), certificate).missing[0] == 0
-
-
-# --- order
 
 
 def swap(result: Result, first: int, by: float) -> Result:
@@ -309,9 +179,6 @@ def test_events_of_one_ball_may_not_swap() -> None:
     assert made.invented
 
 
-# --- other engines, wrong input
-
-
 def test_an_engine_of_frames_is_graded_by_its_collisions() -> None:
     scene = find_scene("half-ball-cut")
     result = make_engine("pymunk:contact_steps=exact").simulate(scene, record="trajectory")
@@ -324,12 +191,6 @@ def test_an_engine_of_frames_is_graded_by_its_collisions() -> None:
     assert made.position_errors.max() > 1e-9
     late = grade(result, certificate, until=1e-3)
     assert (late.extent, late.events) == ("horizon", 0)
-
-
-def test_a_certificate_of_another_scene_is_refused() -> None:
-    result, _, _ = run_and_proof("half-ball-cut")
-    with pytest.raises(GhostballError, match=r"1 balls for the 2 .*\"half-ball-cut\""):
-        grade(result, certify(find_scene("stop"), motion=True))
 
 
 @pytest.mark.parametrize("record", ["rest", "events"])
