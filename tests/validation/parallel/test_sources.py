@@ -50,4 +50,4 @@ def test_all_our_sources_are_hashed() -> None:
         path.relative_to(ROOT).as_posix() for p in OUR_PACKAGES for path in (ROOT / p).rglob("*.py")
     }
     assert hashed == wanted
-    assert "ghostball/model/impact_laws.py" in hashed
+    assert "model/impact_laws.py" in hashed
