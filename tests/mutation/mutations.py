@@ -311,10 +311,10 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "forces go on backwards",
-        "resting_contact/forces.py",
-        "        load(contacts, a, b, more * forces[c, NX], more * forces[c, NY])",
-        "        load(contacts, a, b, -more * forces[c, NX], -more * forces[c, NY])",
-        "Where a contact step takes its forces to go on as in the last round, the balls answer to "
+        "resting_contact/extrapolation.py",
+        "        load(contacts, a, b, more * forces[c, st.NX], more * forces[c, st.NY])",
+        "        load(contacts, a, b, -more * forces[c, st.NX], -more * forces[c, st.NY])",
+        "Where a contact step leads its forces to where its rounds would end, the balls answer to "
         "the opposite.",
         "tests/engine/resting_contact/test_friction.py"
         "::test_contacts_that_are_held_in_steps_rub_by_coulombs_law[sticks_before_a_heavy_ball]",
