@@ -4,7 +4,7 @@ from __future__ import annotations
 
 
 class GhostballError(Exception):
-    """Base of every error that is told without a traceback; exit status 2 unless it says else."""
+    """Base of every error that is shown without a traceback; exit status 2 unless it says else."""
 
 
 class SceneError(GhostballError, ValueError):

@@ -230,17 +230,17 @@ class Result:
         return json.dumps(_finite(self.to_dict()), allow_nan=False)
 
     def _repr_html_(self) -> str:
-        """Return what a notebook shows: how the shot ended, and the ways of the balls."""
+        """Return what a notebook shows: how the shot ended, and the paths of the balls."""
         path = self.rest_positions[np.newaxis]
         if self.trajectory is not None:
             times = np.linspace(0.0, self.rest_time, PICTURE_TIMES)
-            if self.events is not None:  # where the ways have their corners
+            if self.events is not None:  # where the paths have their corners
                 times = np.union1d(times, self.events["t"])
             path = np.concatenate([self.sample(times).positions, path])
         counts = ", ".join(f"{kind} {count}" for kind, count in self.collision_counts.items())
-        told = f"{self.engine}, {self.status.name.lower()} at t = {self.rest_time:.6g} s; {counts}"
+        ended = f"{self.engine}, {self.status.name.lower()} at t = {self.rest_time:.6g} s; {counts}"
         return (
-            f"<figure>{picture(self.scene, path)}<figcaption>{escape(told)}</figcaption></figure>"
+            f"<figure>{picture(self.scene, path)}<figcaption>{escape(ended)}</figcaption></figure>"
         )
 
     @cached_property

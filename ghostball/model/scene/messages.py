@@ -1,4 +1,4 @@
-"""What is wrong with a scene, told in one line for each mistake: place, field, rule, value, advice.
+"""What is wrong with a scene, in one line for each mistake: place, field, rule, value, advice.
 
 Works on any pydantic model whose parts are models: it knows of scenes only the words.
 """
@@ -52,8 +52,8 @@ _HINTS = {
 }
 
 
-MOST_TOLD = 20
-"""Mistakes of a scene that are told one by one: who generates scenes makes one a thousand times."""
+MOST_SHOWN = 20
+"""Mistakes of a scene shown one by one: who generates scenes makes one a thousand times."""
 
 
 def describe(
@@ -75,7 +75,7 @@ def describe(
     if any(location[:1] == ("balls",) and len(location) > 1 for location in problems):
         problems.pop(("balls",), None)  # "too short" only because a ball of it was refused
     lines = []
-    for location, branches in list(problems.items())[:MOST_TOLD]:
+    for location, branches in list(problems.items())[:MOST_SHOWN]:
         at = branches[0].get("ctx", {}).get("at", ())
         number = line_of(text, location + at) if text else None
         place = f"{source}:{number}: " if number else f"{source}: " if source else ""

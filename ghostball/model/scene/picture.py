@@ -65,8 +65,8 @@ def picture(scene: SceneContents, path: NDArray[np.float64] | None = None) -> st
         return f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{radius * scale:.1f}" {look}/>'
 
     def line(through: NDArray[np.float64], look: str) -> str:
-        told = " ".join("{:.1f},{:.1f}".format(*at(*point)) for point in through)
-        return f'<polyline points="{told}" fill="none" {look}/>'
+        points = " ".join("{:.1f},{:.1f}".format(*at(*point)) for point in through)
+        return f'<polyline points="{points}" fill="none" {look}/>'
 
     parts = [
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:.0f}" height="{height:.0f}" '
@@ -81,14 +81,14 @@ def picture(scene: SceneContents, path: NDArray[np.float64] | None = None) -> st
     names = []
     for i, ball in enumerate(scene.balls):
         colour, start = COLOURS[i % len(COLOURS)], xy[0, i]
-        way = xy[:, i][np.isfinite(xy[:, i]).all(axis=1)]
+        track = xy[:, i][np.isfinite(xy[:, i]).all(axis=1)]
         if path is None:
             aim = np.array([start, start + AIM * scene.velocities[i, :2]])
             parts.append(line(aim, f'stroke="{colour}" stroke-width="2" stroke-dasharray="4 2"'))
         else:
-            parts.append(line(way, f'stroke="{colour}" opacity="0.7"'))
+            parts.append(line(track, f'stroke="{colour}" opacity="0.7"'))
             parts.append(circle(start, ball.radius, f'stroke="{colour}" fill="none"'))
-        parts.append(circle(way[-1], ball.radius, f'fill="{colour}" stroke="#111"'))
-        x, y = at(*(way[-1] + 1.1 * ball.radius))
+        parts.append(circle(track[-1], ball.radius, f'fill="{colour}" stroke="#111"'))
+        x, y = at(*(track[-1] + 1.1 * ball.radius))
         names.append(f'<text x="{x:.1f}" y="{y:.1f}" fill="#fff">{escape(ball.id)}</text>')
     return "".join((*parts, *names, "</svg>"))
