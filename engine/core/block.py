@@ -34,7 +34,7 @@ LINK = 13
 SLOT = 14
 TREE = 15
 SCRATCH = 16
-HITS = 16
+TOUCHING = 16
 NEAR = 17
 TURNING = 18
 SERIES = 19
@@ -66,7 +66,7 @@ class Block:
             pairs.least,
             pairs.next,
             *(cells or (None,) * len(Cells._fields)),
-            balls.hits,
+            balls.touching,
             balls.near,
             air and air.turning,
             air and air.series,

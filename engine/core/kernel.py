@@ -87,10 +87,10 @@ _in_one_piece.__code__ = _in_one_piece.__code__.replace(co_stacksize=140_000)  #
 class _InnerCode(JITCodeLibrary):
     """Code of a kernel that only other kernels call: it becomes part of theirs.
 
-    numba optimises each kernel with all that it calls, and makes machine code of it: what lies deep
-    as often as there are kernels above it. That took two thirds of the time to compile. Here both
-    are done once, for the entry; the bits are the same, and the code is quicker by a few per cent,
-    since the optimiser sees the whole.
+    numba optimises each kernel with all that it calls, and makes machine code of it; so a kernel is
+    done as often as there are kernels above it. That took two thirds of the time to compile. Here
+    both are done once, for the entry; the bits are the same, and the code is quicker by a few per
+    cent, since the optimiser sees the whole.
     """
 
     def _optimize_final_module(self) -> None:

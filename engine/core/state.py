@@ -8,10 +8,19 @@ Named tuples of arrays, because numba can neither cache jitclasses nor keep view
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+
+from ghostball.engine.core.rows import (
+    AnswerRow,
+    BallRow,
+    ContactRow,
+    MemberRow,
+    StageRow,
+)
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -40,7 +49,7 @@ class Balls(NamedTuple):
     own_kind: IntArray  # (n,) OWN_NONE ... below, OWN_CUSHION + a row, OWN_OVER + a row
     changed: BoolArray  # (n,) whether the event at hand changed the ball's motion
     touched: Int32Array  # (n + 1,) how many of those there are, then which
-    hits: Int32Array  # (m, 2) as `Contacts.ends`: the pairs that hit now, or contacts to be held
+    touching: Int32Array  # (m, 2) as `Contacts.ends`: pairs that collide, or contacts to be held
     near: Int32Array  # (n,) room for a ball's neighbours
     counters: IntArray  # (COUNTERS,) those of the `Log`: every loop counts its turns in WORK
     higher: FloatArray | None  # (n, HIGHER + 2 k): what pieces of a degree above 2 have beyond it
@@ -73,13 +82,13 @@ END_VX = 5  # with which velocity [m/s] and angular velocity [rad/s] the ball go
 END_VY = 6
 END_WX = 7
 END_WY = 8
-HOPS = 9  # its slow impacts in flight since it last came down on the cloth
+SLOW_IMPACTS = 9  # its slow impacts in flight since it last came down on the cloth
 HELD = 10  # 1: it lies still on others, and is held there
 STILL_X = 11  # where it has been for some time [m], within a tolerance
 STILL_Y = 12
 STILL_RISE = 13
 STILL_SINCE = 14  # and since when [s]
-LOADED = 15  # until when it counts as pressed by a ball that hops on it [s]
+LOADED = 15  # until when it counts as loaded by a ball that bounces on it [s]
 HEIGHT_COLUMNS = 16
 
 SERIES_TERMS = 25
@@ -88,92 +97,7 @@ MOST_POWERS = 2 * 23
 """Columns of `Air.turning`, and of the powers of `Balls.higher` there."""
 
 
-class _Row:
-    """Numbers of one row of a matrix, by name.
-
-    Compiled kernels see a record instead; this is what interpreted ones see, since numpy's records
-    have no fields as attributes.
-    """
-
-    __slots__ = ("_numbers",)
-
-    def __init__(self, numbers: FloatArray) -> None:
-        self._numbers: Any = memoryview(numbers.data)
-
-    def __init_subclass__(cls) -> None:
-        """Make each field that the class lists read and write its place in the row."""
-        for column, name in enumerate(cls.__annotations__):
-            setattr(cls, name, _field(column))
-
-
-def _field(column: int) -> property:
-    def number(row: _Row) -> float:
-        value: float = row._numbers[column]
-        return value
-
-    def put(row: _Row, value: float) -> None:
-        row._numbers[column] = value
-
-    return property(number, put)
-
-
-class BallRow(_Row):
-    """One ball's numbers, by name; the first KNOT of them say how it moves from `epoch` on."""
-
-    epoch: float  # [s]
-    x: float  # [m]
-    y: float
-    vx: float  # [m/s]
-    vy: float
-    ax: float  # [m/s^2]
-    ay: float
-    wx: float  # angular velocity [rad/s]; of no meaning for a ball that rolls or rests
-    wy: float
-    wz: float  # this one always
-    bx: float  # angular acceleration [rad/s^2], as wx and wy
-    by: float
-    bz: float  # what a contact step adds to the decay of wz
-    phase: float  # RESTING, SLIDING, ROLLING, GONE or FLYING
-    own_time: float  # next event that needs no second ball [s]; inf: none
-    radius: float  # [m]
-    mass: float  # [kg]
-    roll_slowing: float  # deceleration while rolling [m/s^2]
-    slide_slowing: float  # deceleration while sliding [m/s^2]; 0 where `motion` is "rolling"
-    spin_slowing: float  # deceleration of the spin about the vertical [rad/s^2]
-    cloth_friction: float  # coefficient of sliding friction, for impacts with the cloth
-    moved: float  # 1: the ball has moved, by more than creeping, since it last came to rest
-
-
 BALL_FIELDS = tuple(BallRow.__annotations__)
-STATE_COLUMNS = 24  # whole cache lines: the last two are padding
-_PADDING = tuple(f"padding_{k}" for k in range(STATE_COLUMNS - len(BALL_FIELDS)))
-BALL = np.dtype([(name, np.float64) for name in BALL_FIELDS + _PADDING])
-
-
-class ObstacleRow(_Row):
-    """What stands still on the table: a line, a segment or a disc."""
-
-    kind: float  # LINE, SEGMENT or DISC
-    x: float  # a point of the line, an end of the segment, the disc's centre [m]
-    y: float
-    nx: float  # the line's unit normal into the table; the segment's other end [m]
-    ny: float
-    radius: float  # of the disc, or of the nose around a segment [m]
-    law: float  # the place of its law in `impact_laws.CUSHION_LAWS`, or TAKES_OUT
-    index: float  # what events call it: a cushion's in `model.scene.CUSHIONS`, or one above those
-
-
-OBSTACLE_COLUMNS = len(ObstacleRow.__annotations__)
-OBSTACLE = np.dtype([(name, np.float64) for name in ObstacleRow.__annotations__])
-
-
-def rows_of(matrix: FloatArray, row: type[_Row]) -> list[_Row]:
-    """Return a matrix as rows with fields, in the same memory.
-
-    For interpreted kernels; compiled ones take `matrix.view(BALL)[:, 0]`.
-    """
-    return [row(numbers) for numbers in matrix]
-
 
 # The same as columns: of `Balls.state` as Python sees it, and of a motion's knots.
 EPOCH = 0
@@ -222,11 +146,6 @@ class Laws(NamedTuple):
     ball_restitution: float
     ball_friction: float
     speed_dependent: bool  # whether Alciatore's curve stands for `ball_friction`
-    cushion_turns: bool  # whether the law of the cushions turns balls: see `impact_laws.LawEntry`
-    cushion_restitution: float
-    cushion_tangential: float
-    cushion_friction: float
-    cushion_height: float  # of the nose above the cloth [m]
     t_max: float  # [s]; inf: until rest
     air_drag: float  # k in a = -k |v| v [1/m]
     airborne: bool  # whether balls may leave the cloth
@@ -292,44 +211,52 @@ class Cells(NamedTuple):
 # Columns of `Cells.link`.
 AFTER = 0  # the next ball in the same cell, or NOWHERE
 BEFORE = 1  # the one before
-COLUMN = 2  # of the ball's cell, from 1 on; 0 before the run begins
-ROW = 3
-WAY = 4  # on which side it will leave: 0 ... 3 is left, right, down, up; NOWHERE: look again then
-MATE = 5  # the other ball of the earliest bound; NOWHERE: not known any more
-MATE_STAMP = 6  # and its stamp then
+CELL_COLUMN = 2  # of the ball's cell, from 1 on; 0 before the run begins
+CELL_ROW = 3
+LEAVES_BY = 4  # on which side: 0 ... 3 is left, right, down, up; NOWHERE: look again then
+SLOT_PARTNER = 5  # the other ball of the earliest bound; NOWHERE: not known any more
+PARTNER_STAMP = 6  # and its stamp then
 STAMP = 7  # how often the ball's motion has changed
 LINK_COLUMNS = 8
 
 # Columns of `Cells.slot`.
 LEAVES = 0  # when the ball leaves its cell [s]
 LEAST = 1  # its earliest bound [s]
-SECOND_BOUND = 2  # [s] lower bound of all its pairs but that with MATE and those in others' slots
+SECOND_BOUND = 2  # [s] of all its pairs but that with SLOT_PARTNER and those in others' slots
 SLOT_COLUMNS = 3
 
 
 class Contacts(NamedTuple):
-    """Contacts that act together: impacts of one instant, and clusters of balls that are pressed.
+    """Contacts that act together: impacts of one instant, and islands of resting contact.
 
     See `impacts.simultaneous`, `resting_contact.step`, `resting_contact.islands` and
     `impacts.contact_solver`; m is enough for all pairs that can touch at once, and for as many
     obstacles at each ball as a table has cushions. Nothing grows with the square of n.
     """
 
-    cluster: IntArray  # (n,) label of the ball's cluster, or FREE
-    ring: IntArray  # (n,) the next member of the ball's cluster, round and round
-    again: BoolArray  # (n,) whether the ball's cluster is to be pressed anew
+    island: IntArray  # (n,) label of the ball's island, or FREE
+    ring: IntArray  # (n,) the next member of the ball's island, round and round
+    again: BoolArray  # (n,) whether the ball's island begins a new step
     waiting: IntArray  # (n + 1,) how many of those there are, then which
     stopped: BoolArray  # (n,) whether a contact step's start stopped the ball
     rolled: BoolArray  # (n,) whether a contact step's start ended the ball's slide
-    member: IntArray  # (n,) balls of the cluster at hand
+    member: IntArray  # (n,) balls of the island at hand
     first_held: IntArray  # (n,) the ball's first row of `held`, or NOWHERE
     held: IntArray  # (2 m, 2) PARTNER, that a contact step holds the ball to; NEXT row, or NOWHERE
     free: IntArray  # (2 m + 1,) how many rows of `held` are free, then which
-    motion: FloatArray  # (n, MOTION_COLUMNS): columns STEP ... below, by ball
+    motion: Sequence[MemberRow]  # (n,)
+    paths: FloatArray  # (n, 2, 6) coefficients of x and y [m], in units of the whole time
+    spins: FloatArray  # (n, 3, 4) and of the angular velocity [rad/s]
     ends: IntArray  # (m, 2) FIRST: a ball; SECOND: another, or -1 minus a row of `Laws.obstacles`
-    forces: FloatArray  # (m, FORCE_COLUMNS): columns FORCE ... below
+    forces: Sequence[ContactRow]  # (m,)
+    columns: FloatArray  # (m, CONTACT_COLUMNS) the same
+    history: FloatArray  # (m, REMEMBERED + 1, PER_ROUND) the last rounds of forces
     matrix: FloatArray  # (MOST_DIRECT, MOST_DIRECT) room for the contacts' equations
-    stage: FloatArray  # (MOST_DIRECT, STAGE_COLUMNS): columns M_X ... below, by member or contact
+    answers: Sequence[AnswerRow]  # (2 MOST_DIRECT,) of each contact's first ball, and second
+    stage: Sequence[StageRow]  # (MOST_DIRECT,)
+    numbers: FloatArray  # (MOST_DIRECT, STAGE_COLUMNS) the same
+    start: FloatArray  # (MOST_DIRECT, NUMBERS) the state at the start of the step
+    slopes: FloatArray  # (MOST_DIRECT, STAGES, NUMBERS) how fast it changes at each stage
     turns: IntArray  # (1,) of loops, weighed as WORK; not counted there yet
 
 
@@ -339,141 +266,15 @@ NOWHERE = -1
 PARTNER = 0
 NEXT = 1
 
-# Columns of `Contacts.motion`.
-STEP = 0  # length that was good for the ball's last contact step [s]; 0: none since a collision
-DEGREE = 1  # contacts that the ball has in the impact at hand, else 0
-SLIPS = 2  # 1: a member slides over the contact step
-LOAD_X = 3  # contact force on a member [N]
-LOAD_Y = 4
-TWIST_X = 5  # contact friction that turns a member [N]; 5 / (2 m R) times it turns
-TWIST_Y = 6
-TWIST_Z = 7
-NEW_AX = 8  # acceleration of a member [m/s^2]
-NEW_AY = 9
-NEW_BX = 10  # angular acceleration of a member [rad/s^2]
-NEW_BY = 11
-YIELD = 12  # acceleration of a member over a force on it [1/kg]; 0: the cloth holds it
-DEEP = 13  # 1: a member that overlaps another by most of the tolerance
-ANSWERING = 14  # mass with which the ball answers to an impulse [kg]; inf: it stays
-IMPULSE_X = 15  # what impulses on the ball add up to [N s], or forces [N]: the sum of two parts
-IMPULSE_Y = 16
-SMALL_X = 17  # the second part
-SMALL_Y = 18
-AT = 19  # its place in `Contacts.member`
-LEFT = 20  # pieces that are left of the motion below, which an island has found for the ball
-PIECE_TIME = 21  # how long each is [s]
-WHOLE_TIME = 22  # how long the whole motion is [s]
-PATH_X = 23  # coefficients of its x and y [m], six each, in units of the whole time
-PATH_Y = 29
-TURN_WX = 35  # and of its angular velocity [rad/s], four each
-TURN_WY = 39
-TURN_WZ = 43
-HELD_OFF = 47  # obstacles that it is held off, one bit each: see MOST_OBSTACLES
-PIECES = 48  # of the whole motion
-AHEAD = 49  # how long the next whole motion may be [s]
-MOTION_COLUMNS = 50
-
 MOST_OBSTACLES = 53
-"""Rows of `Laws.obstacles`: HELD_OFF keeps a bit of a double for each."""
+"""Rows of `Laws.obstacles`: `held_off` keeps a bit of a double for each."""
 
 MOST_DIRECT = 12
 """Contacts up to which their equations are solved directly."""
 
-# Columns of `Contacts.stage`. Of member m:
-M_X = 0  # its state at a stage of the integration [m], [m/s], [rad/s]
-M_Y = 1
-M_VX = 2
-M_VY = 3
-M_WX = 4
-M_WY = 5
-M_WZ = 6
-M_AX = 7  # and how fast that changes
-M_AY = 8
-M_BX = 9
-M_BY = 10
-M_BZ = 11
-M_HOLD_X = 12  # what the cloth does so that it goes on rolling [m/s^2]
-M_HOLD_Y = 13
-M_FROM = 14  # its seven numbers at the start of the step
-M_SLOPE = 21  # and how fast they change, at each of seven stages
-# Of contact c:
-C_FIRST_X = 70  # acceleration that a force of 1 gives its first ball, x and y [1/kg]
-C_FIRST_HOLD = 72  # and what of it is the cloth's
-C_SECOND_X = 74
-C_SECOND_HOLD = 76
-C_TURN_X = 78  # what turns both, x and y [1]; 5 / (2 m R) times it turns a ball
-C_TURN_Z = 80
-M_SPIN = 81  # 1 or -1: the sense of its spin about the vertical, which the cloth slows; 0: held
-M_TWIST = 82  # how fast contacts alone change that spin [rad/s^2]
-M_TWIST_FROM = 83  # the same at the start of the step
-M_STILL = 84  # 1: it rests, and the cloth holds it
-M_WAY_X = 85  # how far it has come in the step [m]: its place less that of before would round
-M_WAY_Y = 86
-STAGE_COLUMNS = 87
-
-# Columns of `Contacts.ends` and `Balls.hits`.
+# Columns of `Contacts.ends` and `Balls.touching`.
 FIRST = 0
 SECOND = 1
-
-# Columns of `Contacts.forces`.
-FORCE = 0  # along the normal, never negative: an impulse [N s] or a force [N]
-NX = 1  # normal, away from the first ball
-NY = 2
-RATE = 3  # of the gap [m/s]
-PUSH_X = 4  # friction of an impact, on the second ball; its opposite on the first
-PUSH_Y = 5
-TURN_X = 6  # on both
-TURN_Y = 7
-TURN_Z = 8
-ALONG = 9  # friction of a pressed contact: along t = (-ny, nx), and up
-UP = 10
-ACTIVE = 11  # 1: a contact that pushes, while `impacts.contact_solver` is at work
-LEFT_OVER = 12  # and what that keeps of each contact
-SCALED = 13
-DIRECTION = 14
-PRODUCT = 15
-TERM = 16
-OWN_MASS = 17
-FORCE_BEFORE = 18  # the force of the sweep before [N]
-KEPT = 19  # that of a contact which moves no ball
-MORE_FORCE = 20  # by how much the last round changed FORCE, ALONG and UP [N]
-MORE_ALONG = 21
-MORE_UP = 22
-LIMIT = 23  # of its friction, by Coulomb's law [N]
-GAP = 24  # at the start of the step [m]
-HISTORY = 25  # forces after the last rounds, and their changes: see `resting_contact.extrapolation`
-REMEMBERED = 4
-"""Rounds before the last that `resting_contact.extrapolation` looks at. With two or three it takes
-a third and a tenth more rounds; with six or eight, more as well: forces that begin or end to push
-meanwhile spoil what is older."""
-FORCE_COLUMNS = HISTORY + 6 * (REMEMBERED + 1)
-
-
-def contacts_in(marks: BoolArray, places: IntArray, numbers: FloatArray) -> Contacts:
-    """Return the `Contacts` whose arrays are parts of these three, quicker to hand over."""
-    n = len(marks) // 3
-    m = (len(places) - 5 * n - 3) // 8
-    forces, direct = n * MOTION_COLUMNS, MOST_DIRECT * MOST_DIRECT
-    matrix = forces + m * FORCE_COLUMNS
-    held = 5 * n + 2 + 2 * m
-    return Contacts(
-        cluster=places[:n],
-        ring=places[n : 2 * n],
-        again=marks[:n],
-        waiting=places[2 * n : 3 * n + 1],
-        stopped=marks[n : 2 * n],
-        rolled=marks[2 * n :],
-        member=places[3 * n + 1 : 4 * n + 1],
-        first_held=places[4 * n + 1 : 5 * n + 1],
-        held=places[held : held + 4 * m].reshape(2 * m, 2),
-        free=places[5 * n + 1 : held],
-        motion=numbers[:forces].reshape(n, MOTION_COLUMNS),
-        ends=places[held + 4 * m : held + 6 * m].reshape(m, 2),
-        forces=numbers[forces:matrix].reshape(m, FORCE_COLUMNS),
-        matrix=numbers[matrix : matrix + direct].reshape(MOST_DIRECT, MOST_DIRECT),
-        stage=numbers[matrix + direct :].reshape(MOST_DIRECT, STAGE_COLUMNS),
-        turns=places[held + 6 * m :],
-    )
 
 
 class Log(NamedTuple):
@@ -490,6 +291,23 @@ class Log(NamedTuple):
     # (k, KNOT ...): the first columns of `Balls.state`; RISE, UP_SPEED and FALL; powers of
     # `higher`, and those of `turning`.
     motion: FloatArray
+
+
+class World(NamedTuple):
+    """All that a run works on.
+
+    Of `pairs` and `cells` one is None, by which the compiler knows the scheduler; so is `contacts`
+    in runs that have needed none so far. The compiler leaves out what follows `x is not None` where
+    the type of an argument x is None: but not of a field, which is therefore passed along where a
+    kernel asks that.
+    """
+
+    balls: Balls
+    laws: Laws
+    pairs: Pairs
+    cells: Cells
+    contacts: Contacts
+    log: Log
 
 
 WHAT_KIND = 0
@@ -510,8 +328,8 @@ UNSOLVED_JOINT_IMPACTS = 8
 LOGGED_EVENTS = 9
 LOGGED_MOTIONS = 10
 CELL_MOVES = 11
-UNSOUND = 12  # of RUN_NOT_FINITE: the ball with it, or FREE where none is to blame
-NO_ROOM = 13  # 1: more balls touch at once than `Balls.hits`, or `Contacts`, has room for
+NOT_FINITE = 12  # of RUN_NOT_FINITE: the ball with it, or FREE where none is to blame
+NO_ROOM = 13  # 1: more balls touch at once than `Balls.touching`, or `Contacts`, has room for
 BALLS_GONE = 14
 CONTACT_PIECES = 15
 WORK = 16  # turns of all loops, in units of some 10 ns; what none may have without end
@@ -519,7 +337,7 @@ PAUSE_AT = 17  # WORK at which the kernel returns for a moment, so that Python h
 STATUS = 18  # RUN_RESTED ... below: what the loop returned last
 AT_ONCE = 19  # events since the clock last moved
 ALOFT = 20  # balls that lie still on others
-HOPPING = 21  # of RUN_HOPS: 1 and the ball with it
+ENDLESS = 21  # of RUN_ENDLESS: 1 and the ball with it
 WAITS = 22  # 1: an event waits for `Contacts`; which one, the next four say, and WAITS_SINCE
 WAITING_BALL = 23
 WAITING_PAIRS = 24
@@ -541,7 +359,7 @@ OWN_ROLL = 2  # a slide ends
 OWN_CONTACT = 3  # a contact step ends
 OWN_PIECE = 4  # a piece ends, and another one begins
 OWN_LAND = 5  # a ball in flight comes down on the cloth
-OWN_SETTLE = 6  # bounces that are too low to be followed end
+OWN_BOUNCES_END = 6  # bounces that are too low to be followed end
 OWN_CUSHION = 7  # + a row of `Laws.obstacles`: a ball meets that, be it a cushion or not
 OWN_OVER = 2**32  # + a row, above all rows: a ball flies over an obstacle, and off the table
 
@@ -559,4 +377,4 @@ RUN_NO_ROOM = 6
 RUN_PAUSED = 7  # it goes on when called again
 RUN_WORK_LIMIT = 8
 RUN_STANDSTILL = 9  # events without end at one instant
-RUN_HOPS = 10  # a ball that lies on others hops without end
+RUN_ENDLESS = 10  # a ball that lies on others bounces without end

@@ -4,7 +4,7 @@ Those down to `SLIP_ROUNDING` are derived from the rounding of double precision 
 computed sign is noise: free balls have no speed below which they rest, no distance below which they
 touch, no time below which events are simultaneous. Two others leave bounces out: between balls that
 friction presses together, or one of which was at rest (`CAPTURE_HEIGHT`), and on the table
-(`LOWEST_HOP`). The rest is of balls that stay in contact. How their steps are chosen is no
+(`LOWEST_BOUNCE`). The rest is of balls that stay in contact. How their steps are chosen is no
 tolerance: those constants are where they are used, in `resting_contact`.
 """
 
@@ -36,10 +36,10 @@ they go together, as much as the rounding of their velocities moves them anyway.
 """
 
 LEAST_SPEED = 2.0**-500
-"""Speed [m/s] below which a ball rests that rebounds or is pressed: the square is still a double.
+"""Speed [m/s] below which a ball that rebounds, or is in contact, rests: its square is a double.
 
-Of the least double 0.85 times that is itself, so that bounces would never end; and on a cloth
-without friction plastic impulses leave a ball in a corner 1e-16 of its speed each.
+0.85 times the least double is that number again, so that bounces would never end. And on a cloth
+without friction each inelastic impulse leaves a ball in a corner 1e-16 of its speed.
 """
 
 SLIP_ROUNDING = 4.0 * EPS
@@ -54,7 +54,7 @@ all that is approximate in the engine; a run that used it says so in `work["cont
 """
 
 CAPTURE_HEIGHT = 2.0**-18
-"""Height of a hop, in diameters, below which two balls that friction presses together don't part.
+"""Height of a bounce, in diameters, below which balls that friction presses together don't part.
 
 2e-7 m for pool balls: less than a millisecond on the cloth, some times as long as a real contact of
 two balls lasts. Bounces die out towards a contact; following them down to the tolerance of a gap
@@ -62,29 +62,30 @@ took thousands of events in one of a hundred breaks, down to 2^-20 still 700 in 
 What is left out is a gap of at most this height while they would last: an impulse that ends the
 approach is all that the bounces would have exchanged, but for what friction changes meanwhile.
 
-Also the way in which the cloth can stop a pressed ball that rolls: one as slow as that is brought
-to rest by the end of its step, unless it is driven. Waiting for less took steps of microseconds, in
-which forces are not told from rounding, and balls of a frozen line crept to and fro for ever.
+Also the distance within which the cloth can stop a rolling ball in contact: a ball as slow as that
+is brought to rest by the end of its step, unless something pushes it. To wait until it is slower
+took steps of microseconds, in which forces can't be distinguished from rounding: the balls of a
+frozen line then moved to and fro for ever.
 
 And where balls may leave the cloth, how high an impact must let one rebound to be one in space: see
 `impacts.in_space`.
 """
 
-LOWEST_HOP = 2.0**-24
+LOWEST_BOUNCE = 2.0**-24
 """Height of a bounce on the table, in diameters, from which on bounces aren't followed one by one.
 
 3e-9 m for pool balls. All that follow are one motion, whose end is exact; between, the ball is on
 the cloth, too low by no more than that. A table that returns half of the speed takes 12 bounces to
 come to it from 1 m/s, one that returns 9/10 takes 78.
 
-Also the overlap that balls get which are pressed together in flight, where they hardly hop. No
-force holds contacts there: they hop, and each hop is an impact that returns the speed. Pulled
-together over this way they hop as high as that, so that a tenth of a second on top of another ball
-takes some thousand impacts, not one for each rounding of a speed.
+Also the overlap that two balls get in flight, where one lies on the other. No force holds a contact
+there: each bounce is an impact that returns the speed of approach. Balls that gravity has pulled
+together over this distance bounce as high. So a tenth of a second on top of another ball takes some
+thousand impacts, and not one for each rounding of a speed.
 """
 
 STOP_WAY = 2.0**-28
-"""Way, in diameters, in which the cloth can end the slip of a pressed ball, that is as ended.
+"""Distance, in diameters, within which the cloth can end a slip in contact that counts as ended.
 
 2e-10 m for pool balls, were it slowed by mu g; slip is slowed 7/2 times that. Slower slip asks for
 steps so short that the tolerance of a gap leaves the force of a contact undecided.

@@ -4,31 +4,9 @@ from __future__ import annotations
 
 import math
 
+from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
-from ghostball.engine.core.state import (
-    CONTACT_STEPS,
-    EVENTS,
-    FREE,
-    NO_ROOM,
-    NOW,
-    PAUSE_AT,
-    RUN_EVENT_LIMIT,
-    RUN_GOES_ON,
-    RUN_LOG_FULL,
-    RUN_NO_ROOM,
-    RUN_NOT_FINITE,
-    RUN_PAUSED,
-    RUN_RESTED,
-    RUN_T_MAX,
-    UNSOUND,
-    WORK,
-    Balls,
-    Cells,
-    Contacts,
-    Laws,
-    Log,
-    Pairs,
-)
+from ghostball.engine.core.state import Balls, Contacts, Log, World
 from ghostball.engine.event_loop.record import is_full
 from ghostball.engine.motion.geometry import at_rest
 from ghostball.engine.scheduling.due_pairs import Event, own_event, touching
@@ -43,68 +21,60 @@ _BALLS_A_UNIT = 8
 
 
 @kernel(inline=True)
-def find(
-    balls: Balls,
-    laws: Laws,
-    pairs: Pairs | None,
-    cells: Cells | None,
-    contacts: Contacts | None,
-    log: Log,
-    limit: int,
-) -> tuple[int, Event]:
+def find(world: World, limit: int) -> tuple[int, Event]:
     """Return RUN_GOES_ON and the next event; or why the run ends before it."""
-    update(balls, laws, pairs, cells, contacts, log.clock[NOW], log.counters)
+    balls, log = world.balls, world.log
+    update(world, world.cells, log.clock[st.NOW])
     _unmark(balls)
     in_vain, turn = 0, 4 + len(balls.own_kind) // _BALLS_A_UNIT
     while True:
-        t, single, row = earliest(balls, laws, pairs, cells, contacts, log.counters)
-        status = _status_at(balls, laws, t, single, row, log, limit)
+        t, single, row = earliest(world, world.cells)
+        status = _status_at(world, t, single, row, limit)
         # After that, so that a run that goes on after a pause does something before the next.
-        log.counters[WORK] += turn
-        _count_turns(contacts, log)
-        if status != RUN_GOES_ON or single >= 0:
+        log.counters[st.WORK] += turn
+        _count_turns(world.contacts, log)
+        if status != st.RUN_GOES_ON or single >= 0:
             return status, own_event(t, single)
-        event = touching(balls, laws, pairs, cells, contacts, t, row, log.counters)
-        if log.counters[NO_ROOM] > 0:
-            return RUN_NO_ROOM, event
+        event = touching(world, t, row)
+        if log.counters[st.NO_ROOM] > 0:
+            return st.RUN_NO_ROOM, event
         if event.t < math.inf:
-            return RUN_GOES_ON, event
+            return st.RUN_GOES_ON, event
         in_vain += 1
         if in_vain > _MAX_FRUITLESS_BOUNDS * (len(balls.own_kind) + 32) ** 2:
-            log.counters[UNSOUND] = row
-            return RUN_NOT_FINITE, event
+            log.counters[st.NOT_FINITE] = row
+            return st.RUN_NOT_FINITE, event
 
 
 @kernel(inline=True)
 def _count_turns(contacts: Contacts | None, log: Log) -> None:
     """Count the work that solving for contacts took."""
     if contacts is not None:
-        log.counters[WORK] += contacts.turns[0]
+        log.counters[st.WORK] += contacts.turns[0]
         contacts.turns[0] = 0
 
 
 @kernel(inline=True)
-def _status_at(
-    balls: Balls, laws: Laws, t: float, single: int, row: int, log: Log, limit: int
-) -> int:
+def _status_at(world: World, t: float, single: int, row: int, limit: int) -> int:
     """Return whether a run goes on to the next instant t [s], or why it ends before."""
-    if log.counters[UNSOUND] != FREE:
-        return RUN_NOT_FINITE
-    if not t >= log.clock[NOW]:
-        log.counters[UNSOUND] = single if single >= 0 else row
-        return RUN_NOT_FINITE
-    if t == math.inf and _all_rest(balls):
-        return RUN_RESTED
-    if t > laws.t_max:
-        return RUN_T_MAX
+    log = world.log
+    if log.counters[st.NOT_FINITE] != st.FREE:
+        return st.RUN_NOT_FINITE
+    if not t >= log.clock[st.NOW]:
+        log.counters[st.NOT_FINITE] = single if single >= 0 else row
+        return st.RUN_NOT_FINITE
+    if t == math.inf and _all_rest(world.balls):
+        return st.RUN_RESTED
+    if t > world.laws.t_max:
+        return st.RUN_T_MAX
     if t == math.inf:  # a ball that moves, and neither stops nor has an end to wait for
-        log.counters[UNSOUND] = single
-        return RUN_NOT_FINITE
-    if log.counters[EVENTS] + log.counters[CONTACT_STEPS] >= limit:
-        return RUN_EVENT_LIMIT
-    if log.counters[WORK] >= log.counters[PAUSE_AT]:
-        return RUN_PAUSED
-    return RUN_LOG_FULL if is_full(log, len(balls.own_kind)) else RUN_GOES_ON
+        log.counters[st.NOT_FINITE] = single
+        return st.RUN_NOT_FINITE
+    if log.counters[st.EVENTS] + log.counters[st.CONTACT_STEPS] >= limit:
+        return st.RUN_EVENT_LIMIT
+    if log.counters[st.WORK] >= log.counters[st.PAUSE_AT]:
+        return st.RUN_PAUSED
+    return st.RUN_LOG_FULL if is_full(log, len(world.balls.own_kind)) else st.RUN_GOES_ON
 
 
 @kernel

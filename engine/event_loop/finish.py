@@ -4,32 +4,17 @@ from __future__ import annotations
 
 import math
 
+from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
-from ghostball.engine.core.state import (
-    END,
-    FARTHEST,
-    LAST_EVENT,
-    NOW,
-    RISE,
-    RUN_NOT_FINITE,
-    RUN_RESTED,
-    RUN_T_MAX,
-    SLIDING,
-    UNSOUND,
-    UP_SPEED,
-    Balls,
-    FloatArray,
-    Laws,
-    Log,
-)
+from ghostball.engine.core.state import Balls, FloatArray, World
 from ghostball.engine.core.tolerances import EPS
-from ghostball.engine.event_loop.record import is_sound
+from ghostball.engine.event_loop.record import is_finite
 from ghostball.engine.motion.flight import flies
 from ghostball.engine.motion.position import advance
 
 
 @kernel
-def finish(balls: Balls, laws: Laws, log: Log, status: int, end: FloatArray) -> int:
+def finish(world: World, status: int, end: FloatArray) -> int:
     """Move every ball to the instant `log.clock[END]` at which a run that returned `status` ends.
 
     And put in `end`, (p, n, 3), its position there; its velocity where p > 1; its angular velocity
@@ -39,30 +24,33 @@ def finish(balls: Balls, laws: Laws, log: Log, status: int, end: FloatArray) -> 
     that no friction slows goes on, and isn't waited for. Return `status`, or RUN_T_MAX where a ball
     still spins then.
     """
-    t = log.clock[NOW]
-    if status == RUN_T_MAX:
+    balls, laws, log = world.balls, world.laws, world.log
+    t = log.clock[st.NOW]
+    if status == st.RUN_T_MAX:
         t = laws.t_max
-    elif status == RUN_RESTED:
-        t = log.clock[LAST_EVENT]
+    elif status == st.RUN_RESTED:
+        t = log.clock[st.LAST_EVENT]
         for i in range(len(balls.own_kind)):
             spin, rate = balls.state[i].wz, balls.state[i].spin_slowing
             if spin != 0.0 and rate > 0.0 and not flies(balls.height, balls, i):
                 # Late by more than rounding, so that whoever computes the spin then finds none.
                 t = max(t, (balls.state[i].epoch + abs(spin) / rate) * (1.0 + 4.0 * EPS))
     if t > laws.t_max:
-        t, status = laws.t_max, RUN_T_MAX
-    log.clock[END] = t
-    unsound = False
+        t, status = laws.t_max, st.RUN_T_MAX
+    log.clock[st.END] = t
+    broken = False
     for i in range(len(balls.own_kind)):
         advance(balls, i, t)
-        log.clock[FARTHEST] = max(log.clock[FARTHEST], abs(balls.state[i].x), abs(balls.state[i].y))
+        log.clock[st.FARTHEST] = max(
+            log.clock[st.FARTHEST], abs(balls.state[i].x), abs(balls.state[i].y)
+        )
         _put_state(balls, i, end)
-        sound = is_sound(balls, i) and abs(balls.state[i].radius) < math.inf
-        if status != RUN_NOT_FINITE and not sound:
+        finite = is_finite(balls, i) and abs(balls.state[i].radius) < math.inf
+        if status != st.RUN_NOT_FINITE and not finite:
             # A resting ball has no event at which it would have been seen before.
-            log.counters[UNSOUND] = i
-            unsound = True
-    return RUN_NOT_FINITE if unsound else status
+            log.counters[st.NOT_FINITE] = i
+            broken = True
+    return st.RUN_NOT_FINITE if broken else status
 
 
 @kernel
@@ -75,7 +63,7 @@ def _put_state(balls: Balls, i: int, end: FloatArray) -> None:
         end[1, i, 0], end[1, i, 1] = ball.vx, ball.vy
         end[1, i, 2] = _up_speed(balls.height, i)
     if len(end) > 2:
-        turns = ball.phase == SLIDING or flies(balls.height, balls, i)
+        turns = ball.phase == st.SLIDING or flies(balls.height, balls, i)
         end[2, i, 0] = ball.wx if turns else -ball.vy / ball.radius
         end[2, i, 1] = ball.wy if turns else ball.vx / ball.radius
         end[2, i, 2] = ball.wz
@@ -83,9 +71,9 @@ def _put_state(balls: Balls, i: int, end: FloatArray) -> None:
 
 @kernel(inline=True)
 def _rise(height: FloatArray | None, i: int) -> float:
-    return 0.0 if height is None else height[i, RISE]
+    return 0.0 if height is None else height[i, st.RISE]
 
 
 @kernel(inline=True)
 def _up_speed(height: FloatArray | None, i: int) -> float:
-    return 0.0 if height is None else height[i, UP_SPEED]
+    return 0.0 if height is None else height[i, st.UP_SPEED]

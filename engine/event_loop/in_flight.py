@@ -1,33 +1,15 @@
-"""What happens at an event where balls may leave the cloth: they land, hop, meet noses, lie still.
+"""What happens at an event where balls may leave the cloth: they land, meet noses, lie still.
 
-What an impact does is in `impacts`. A hop is the slow impact of a ball that lies on another; see
+What an impact does is in `impacts`. A bounce is the slow impact of a ball that lies on another; see
 `impacts.slow_impacts`. What it kicks the lower one by is ended together with all balls that this
 touches: those contacts are listed here, for a contact step to begin with.
 """
 
 from __future__ import annotations
 
+from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
-from ghostball.engine.core.state import (
-    BALL_CUSHION,
-    BALLS_GONE,
-    FALL,
-    FIRST,
-    FLYING,
-    HELD,
-    OWN_CUSHION,
-    OWN_LAND,
-    OWN_OVER,
-    OWN_SETTLE,
-    SECOND,
-    UP_SPEED,
-    Balls,
-    Cells,
-    Contacts,
-    FloatArray,
-    Laws,
-    Log,
-)
+from ghostball.engine.core.state import Balls, FloatArray, Laws, World
 from ghostball.engine.event_loop.record import (
     BALL_CLOTH_EVENT,
     BALL_CUSHION_EVENT,
@@ -37,61 +19,50 @@ from ghostball.engine.event_loop.record import (
 )
 from ghostball.engine.impacts.impact import collide_balls
 from ghostball.engine.impacts.in_space import bounce_off_nose, collide_in_space, fastest_nose
+from ghostball.engine.impacts.lying_still import let_go, list_touching, load, share_load
 from ghostball.engine.impacts.on_table import end_bounces, land
-from ghostball.engine.impacts.slow_impacts import (
-    let_go,
-    lies_on,
-    list_touching,
-    load,
-    share_load,
-)
+from ghostball.engine.impacts.slow_impacts import lies_on
 from ghostball.engine.motion.flight import one_is_loaded
 from ghostball.engine.motion.next_piece import leave, mark
 
 
 @kernel(inline=True)
-def has_settled(height: FloatArray | None, balls: Balls, i: int, kind: int, t: float) -> bool:
+def bounces_have_ended(
+    height: FloatArray | None, balls: Balls, i: int, kind: int, t: float
+) -> bool:
     """Move ball i to where its bounces end, if that is what happens."""
     if height is None:
         return False
-    if kind != OWN_SETTLE:
+    if kind != st.OWN_BOUNCES_END:
         return False
     end_bounces(height, balls, i, t)
     return True
 
 
 @kernel(inline=True)
-def resolve_flight(
-    height: FloatArray | None,
-    balls: Balls,
-    laws: Laws,
-    contacts: Contacts | None,
-    i: int,
-    kind: int,
-    t: float,
-    log: Log,
-) -> bool:
+def resolve_flight(height: FloatArray | None, world: World, i: int, kind: int, t: float) -> bool:
     """Resolve what ball i does alone in the air: it lands, meets a nose, leaves the table.
 
     Return whether it is that.
     """
+    balls, laws, log = world.balls, world.laws, world.log
     if height is None:
         return False
-    if kind in (OWN_LAND, OWN_SETTLE):
+    if kind in (st.OWN_LAND, st.OWN_BOUNCES_END):
         note_event(BALL_CLOTH_EVENT, i, -1, t, log)
-        if kind == OWN_LAND:
+        if kind == st.OWN_LAND:
             land(height, balls, i, laws)
-    elif kind >= OWN_OVER:
-        log.counters[BALLS_GONE] += 1
-        note_event(LEAVES_TABLE_EVENT, i, int(laws.obstacles[kind - OWN_OVER].index), t, log)
+    elif kind >= st.OWN_OVER:
+        log.counters[st.BALLS_GONE] += 1
+        note_event(LEAVES_TABLE_EVENT, i, int(laws.obstacles[kind - st.OWN_OVER].index), t, log)
         leave(balls, i)
-        height[i, UP_SPEED], height[i, FALL] = 0.0, 0.0
-    elif kind >= OWN_CUSHION and balls.state[i].phase == FLYING:
-        nose = nose_of(height, balls, laws, i, kind - OWN_CUSHION)
-        log.counters[BALL_CUSHION] += 1
+        height[i, st.UP_SPEED], height[i, st.FALL] = 0.0, 0.0
+    elif kind >= st.OWN_CUSHION and balls.state[i].phase == st.FLYING:
+        nose = nose_of(height, balls, laws, i, kind - st.OWN_CUSHION)
+        log.counters[st.BALL_CUSHION] += 1
         note_event(BALL_CUSHION_EVENT, i, int(laws.obstacles[nose].index), t, log)
         bounce_off_nose(height, balls, i, nose, laws)
-        _note_held(height, balls, contacts, i, t, log)
+        _note_held(height, world, i, t)
     else:
         return False
     mark(balls, i)
@@ -99,17 +70,16 @@ def resolve_flight(
 
 
 @kernel(inline=True)
-def collide_pair(
-    height: FloatArray | None, balls: Balls, i: int, j: int, laws: Laws, cells: Cells | None
-) -> None:
+def collide_pair(height: FloatArray | None, world: World, i: int, j: int) -> None:
     """Collide two balls neither of which has another impact now."""
+    balls, laws = world.balls, world.laws
     if height is None:
         collide_balls(balls, i, j, laws)
         return
     if laws.airborne:
         let_go(height, balls, i)
         let_go(height, balls, j)
-        collide_in_space(height, balls, i, j, laws, cells)
+        collide_in_space(height, world, i, j)
     else:
         collide_balls(balls, i, j, laws)
 
@@ -140,72 +110,61 @@ def bounces_in_space(
 
 
 @kernel(inline=True)
-def is_hop(height: FloatArray | None, balls: Balls, laws: Laws, t: float) -> bool:
-    """Whether the pair that touches at t [s], the first of `balls.hits`, is one ball on another."""
+def is_slow_impact(height: FloatArray | None, balls: Balls, laws: Laws, t: float) -> bool:
+    """Whether the first pair of `balls.touching`, at t [s], is one ball on another."""
     if height is None:
         return False
-    return lies_on(height, balls, balls.hits[0, FIRST], balls.hits[0, SECOND], laws, t)
+    return lies_on(
+        height, balls, balls.touching[0, st.FIRST], balls.touching[0, st.SECOND], laws, t
+    )
 
 
 @kernel
-def touches_more(balls: Balls, cells: Cells | None, t: float) -> bool:
-    """Whether one of the first pair of `balls.hits`, on the cloth, touches anything there."""
-    a, b = int(balls.hits[0, FIRST]), int(balls.hits[0, SECOND])
-    count = list_touching(balls, cells, a, t, 0, False)
-    count = list_touching(balls, cells, b, t, count, False)
-    balls.hits[0, FIRST], balls.hits[0, SECOND] = a, b
+def touches_more(world: World, t: float) -> bool:
+    """Whether one of the first pair of `balls.touching`, on the cloth, touches anything there."""
+    balls = world.balls
+    a, b = int(balls.touching[0, st.FIRST]), int(balls.touching[0, st.SECOND])
+    count = list_touching(world, a, t, 0, False)
+    count = list_touching(world, b, t, count, False)
+    balls.touching[0, st.FIRST], balls.touching[0, st.SECOND] = a, b
     return count > 0
 
 
 @kernel(inline=True)
-def press_below(
-    height: FloatArray | None,
-    balls: Balls,
-    laws: Laws,
-    cells: Cells | None,
-    t: float,
-) -> int:
-    """List what the hop of the first pair of `balls.hits` presses together; return how many."""
+def list_below(height: FloatArray | None, world: World, t: float) -> int:
+    """List what the first pair of `balls.touching` presses together by its bounce; say how many."""
+    balls = world.balls
     if height is None:
         return 0
-    a, b = int(balls.hits[0, FIRST]), int(balls.hits[0, SECOND])
-    load(height, balls, laws, a, b, t)
-    count = list_touching(balls, cells, a, t, 0, True)
-    count = list_touching(balls, cells, b, t, count, True)
+    a, b = int(balls.touching[0, st.FIRST]), int(balls.touching[0, st.SECOND])
+    load(height, balls, world.laws, a, b, t)
+    count = list_touching(world, a, t, 0, True)
+    count = list_touching(world, b, t, count, True)
     share_loads(height, balls, count, t)
     return count
 
 
 @kernel(inline=True)
 def share_loads(height: FloatArray | None, balls: Balls, count: int, t: float) -> None:
-    """Note that what loads a ball at t [s] loads all that it touches in `balls.hits`."""
+    """Note that what loads a ball at t [s] loads all that it touches in `balls.touching`."""
     if height is not None:
         for c in range(count):
-            i, j = balls.hits[c, FIRST], balls.hits[c, SECOND]
+            i, j = balls.touching[c, st.FIRST], balls.touching[c, st.SECOND]
             if j >= 0 and one_is_loaded(height, i, j, t):
                 share_load(height, i, j)
 
 
 @kernel(inline=True)
-def note_held(
-    height: FloatArray | None,
-    balls: Balls,
-    contacts: Contacts | None,
-    count: int,
-    t: float,
-    log: Log,
-) -> None:
-    """Log which balls of the first `count` pairs of `balls.hits` came to rest on others."""
+def note_held(height: FloatArray | None, world: World, count: int, t: float) -> None:
+    """Log which balls of the first `count` pairs of `balls.touching` came to rest on others."""
     if height is not None:
         for c in range(count):
-            for end in (FIRST, SECOND):
-                _note_held(height, balls, contacts, int(balls.hits[c, end]), t, log)
+            for end in (st.FIRST, st.SECOND):
+                _note_held(height, world, int(world.balls.touching[c, end]), t)
 
 
 @kernel(inline=True)
-def _note_held(
-    height: FloatArray, balls: Balls, contacts: Contacts | None, i: int, t: float, log: Log
-) -> None:
+def _note_held(height: FloatArray, world: World, i: int, t: float) -> None:
     """Log that ball i came to rest on others, if that is what happened."""
-    if balls.state[i].phase == FLYING and height[i, HELD] == 1.0:
-        note_rest(balls, contacts, i, t, log)
+    if world.balls.state[i].phase == st.FLYING and height[i, st.HELD] == 1.0:
+        note_rest(world, world.contacts, i, t)

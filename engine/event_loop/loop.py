@@ -2,28 +2,9 @@
 
 from __future__ import annotations
 
+from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
-from ghostball.engine.core.state import (
-    AT_ONCE,
-    FREE,
-    NOW,
-    RUN_CONTACTS,
-    RUN_GOES_ON,
-    RUN_STANDSTILL,
-    UNSOUND,
-    WAITING_BALL,
-    WAITING_JUDGED,
-    WAITING_PAIRS,
-    WAITING_VERDICT,
-    WAITS,
-    WAITS_SINCE,
-    Balls,
-    Cells,
-    Contacts,
-    Laws,
-    Log,
-    Pairs,
-)
+from ghostball.engine.core.state import Log, World
 from ghostball.engine.event_loop.find import find
 from ghostball.engine.event_loop.predict import predict
 from ghostball.engine.event_loop.record import record
@@ -35,15 +16,7 @@ _MOST_AT_ONCE = 64
 
 
 @kernel
-def run(
-    balls: Balls,
-    laws: Laws,
-    pairs: Pairs | None,
-    cells: Cells | None,
-    contacts: Contacts | None,
-    log: Log,
-    limit: int,
-) -> int:
+def run(world: World, limit: int) -> int:
     """Process events until every ball rests, `t_max`, a full log, or `limit` events and steps.
 
     Returns one of RUN_RESTED, RUN_T_MAX, RUN_EVENT_LIMIT, RUN_LOG_FULL, RUN_NOT_FINITE; or
@@ -58,47 +31,48 @@ def run(
     the arguments, so a run that returned RUN_LOG_FULL, RUN_EVENT_LIMIT, RUN_PAUSED or RUN_CONTACTS
     goes on where it stopped when called again. The event that asked for `contacts` is kept, and not
     found once more: its balls are at its instant by then, and of pairs that touch at once rounding
-    would leave one. A run that returned RUN_NOT_FINITE has in UNSOUND
+    would leave one. A run that returned RUN_NOT_FINITE has in NOT_FINITE
     which ball's motion isn't.
     """
-    log.counters[UNSOUND] = FREE
-    begun = log.counters[WAITS] == 1
+    contacts, log = world.contacts, world.log
+    log.counters[st.NOT_FINITE] = st.FREE
+    begun = log.counters[st.WAITS] == 1
     while True:
         held = 0
         if begun:
-            if log.counters[WAITS] == 1:
-                log.counters[WAITS] = 0
+            if log.counters[st.WAITS] == 1:
+                log.counters[st.WAITS] = 0
                 event = _waiting(log)
             else:
-                status, event = find(balls, laws, pairs, cells, contacts, log, limit)
-                if status != RUN_GOES_ON:
+                status, event = find(world, limit)
+                if status != st.RUN_GOES_ON:
                     return status
-                advance_to(balls, laws, contacts, event)
-            held = resolve(balls, laws, cells, contacts, event, log)
+                advance_to(world, contacts, event)
+            held = resolve(world, event)
             if held == NEEDS_CONTACTS:
                 _keep(event, log)
-                return RUN_CONTACTS
-            if _stands_still(balls, event.t, log):
-                log.clock[NOW] = event.t
-                return RUN_STANDSTILL
-            log.clock[NOW] = event.t
+                return st.RUN_CONTACTS
+            if _stands_still(world, event.t):
+                log.clock[st.NOW] = event.t
+                return st.RUN_STANDSTILL
+            log.clock[st.NOW] = event.t
         # The first turn is this alone: every ball that is marked begins to move.
-        predict(balls, laws, cells, contacts, held, log.clock[NOW], log.counters)
-        status = record(balls, contacts, log.clock[NOW], log)
-        if status != RUN_GOES_ON:
+        predict(world, contacts, held, log.clock[st.NOW])
+        status = record(world, contacts, log.clock[st.NOW])
+        if status != st.RUN_GOES_ON:
             return status
         begun = True
 
 
 @kernel(inline=True)
 def _keep(event: Event, log: Log) -> None:
-    """Keep an event that waits for `Contacts`; its pairs are kept in `balls.hits`."""
-    log.clock[WAITS_SINCE] = event.t
-    log.counters[WAITS] = 1
-    log.counters[WAITING_BALL] = event.ball
-    log.counters[WAITING_PAIRS] = event.pairs
-    log.counters[WAITING_VERDICT] = event.verdict
-    log.counters[WAITING_JUDGED] = event.judged
+    """Keep an event that waits for `Contacts`; its pairs are kept in `balls.touching`."""
+    log.clock[st.WAITS_SINCE] = event.t
+    log.counters[st.WAITS] = 1
+    log.counters[st.WAITING_BALL] = event.ball
+    log.counters[st.WAITING_PAIRS] = event.pairs
+    log.counters[st.WAITING_VERDICT] = event.verdict
+    log.counters[st.WAITING_JUDGED] = event.judged
 
 
 @kernel(inline=True)
@@ -106,20 +80,21 @@ def _waiting(log: Log) -> Event:
     """Return the event that has waited for `Contacts`."""
     counters = log.counters
     return Event(
-        log.clock[WAITS_SINCE],
-        counters[WAITING_BALL],
-        counters[WAITING_PAIRS],
-        counters[WAITING_VERDICT],
-        counters[WAITING_JUDGED],
+        log.clock[st.WAITS_SINCE],
+        counters[st.WAITING_BALL],
+        counters[st.WAITING_PAIRS],
+        counters[st.WAITING_VERDICT],
+        counters[st.WAITING_JUDGED],
     )
 
 
 @kernel(inline=True)
-def _stands_still(balls: Balls, t: float, log: Log) -> bool:
+def _stands_still(world: World, t: float) -> bool:
     """Count the events at one instant; return whether they are more than can come to an end."""
-    if t > log.clock[NOW]:
-        log.counters[AT_ONCE] = 0
+    log = world.log
+    if t > log.clock[st.NOW]:
+        log.counters[st.AT_ONCE] = 0
         return False
-    log.counters[AT_ONCE] += 1
-    n = len(balls.own_kind) + 32
-    return bool(log.counters[AT_ONCE] > _MOST_AT_ONCE * n * n)
+    log.counters[st.AT_ONCE] += 1
+    n = len(world.balls.own_kind) + 32
+    return bool(log.counters[st.AT_ONCE] > _MOST_AT_ONCE * n * n)

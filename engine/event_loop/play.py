@@ -8,27 +8,18 @@ from __future__ import annotations
 
 from typing import Any
 
+from ghostball.engine.core import state as st
+from ghostball.engine.core.contacts import contacts_in
 from ghostball.engine.core.kernel import COMPILED, kernel
+from ghostball.engine.core.rows import MEMBER_COLUMNS, OBSTACLE, ObstacleRow, rows_of
 from ghostball.engine.core.state import (
-    MOTION_COLUMNS,
-    OBSTACLE,
-    PAUSE_AT,
-    RUN_CONTACTS,
-    RUN_LOG_FULL,
-    RUN_PAUSED,
-    RUN_WORK_LIMIT,
-    STATUS,
-    UP_SPEED,
-    WORK,
     Balls,
     BoolArray,
     FloatArray,
     IntArray,
     Laws,
     Log,
-    ObstacleRow,
-    contacts_in,
-    rows_of,
+    World,
 )
 from ghostball.engine.event_loop.finish import finish
 from ghostball.engine.event_loop.loop import run
@@ -115,15 +106,17 @@ def play(
     """
     lines = obstacles.view(OBSTACLE)[:, 0] if COMPILED else rows_of(obstacles, ObstacleRow)
     rules = laws_from(laws, lines, integrated)
-    contacts = None if room is None else contacts_from(*room)
-    pairs = pairs_in(numbers, places) if many is None else None
-    cells = None if many is None else cells_in(numbers, places)
+    # Each is None in some runs: see `World`.
+    contacts: Any = None if room is None else contacts_from(*room)
+    pairs: Any = pairs_in(numbers, places) if many is None else None
+    cells: Any = None if many is None else cells_in(numbers, places)
     left = budget
     for m in range(first, len(which)):
         k = which[m]
         counters = counts[k]
         balls = balls_in(numbers, places, counters, bends, drags, flies)
         log = Log(clocks[k], counters, time, what, ball, motion)
+        world = World(balls, rules, pairs, cells, contacts, log)
         if m > first or not goes_on:
             start_from(numbers, start, places)
             _start_contacts(room, untouched)
@@ -131,17 +124,17 @@ def play(
             counters[:] = 0
             if len(motions) > 0:
                 _shoot(balls, cue, motions[k])
-        before = counters[WORK]
-        counters[PAUSE_AT] = min(before + left, max_work)
-        status = run(balls, rules, pairs, cells, contacts, log, max_events)
-        if status == RUN_PAUSED and counters[WORK] >= max_work:
-            status = RUN_WORK_LIMIT
-        counters[STATUS] = status
-        if status in (RUN_PAUSED, RUN_LOG_FULL):
+        before = counters[st.WORK]
+        counters[st.PAUSE_AT] = min(before + left, max_work)
+        status = run(world, max_events)
+        if status == st.RUN_PAUSED and counters[st.WORK] >= max_work:
+            status = st.RUN_WORK_LIMIT
+        counters[st.STATUS] = status
+        if status in (st.RUN_PAUSED, st.RUN_LOG_FULL):
             return m
-        if status != RUN_CONTACTS:
-            counters[STATUS] = finish(balls, rules, log, status, ends[k])
-        left -= counters[WORK] - before
+        if status != st.RUN_CONTACTS:
+            counters[st.STATUS] = finish(world, status, ends[k])
+        left -= counters[st.WORK] - before
         if left <= 0:
             return m + 1
     return len(which)
@@ -161,7 +154,7 @@ def _start_contacts(
             room[0][k] = untouched[0][k]
         for k in range(len(untouched[1])):
             room[1][k] = untouched[1][k]
-        for k in range(len(room[0]) // 3 * MOTION_COLUMNS):
+        for k in range(len(room[0]) // 3 * MEMBER_COLUMNS):
             room[2][k] = untouched[2][k]
 
 
@@ -178,7 +171,7 @@ def _shoot(balls: Balls, cue: int, motion: FloatArray) -> None:
 @kernel(inline=True)
 def _shoot_up(height: FloatArray | None, cue: int, motion: FloatArray) -> None:
     if height is not None:
-        height[cue, UP_SPEED] = motion[SHOT_UP]
+        height[cue, st.UP_SPEED] = motion[SHOT_UP]
 
 
 @kernel(inline=True)
@@ -193,17 +186,12 @@ def laws_from(numbers: FloatArray, obstacles: Any, integrated: int | None) -> La
         numbers[5],
         numbers[6],
         numbers[7] != 0.0,
-        numbers[8] != 0.0,
+        numbers[8],
         numbers[9],
-        numbers[10],
+        numbers[10] != 0.0,
         numbers[11],
         numbers[12],
         numbers[13],
-        numbers[14],
-        numbers[15] != 0.0,
-        numbers[16],
-        numbers[17],
-        numbers[18],
         obstacles,
         integrated,
     )

@@ -4,55 +4,23 @@ from __future__ import annotations
 
 import numpy as np
 
-from ghostball.engine.core.block import (
-    BOUND,
-    CHANGED,
-    COUNT,
-    END,
-    FIRST,
-    FRAME,
-    HEIGHT,
-    HIGHER,
-    HITS,
-    LEAST,
-    LINK,
-    NEAR,
-    NEXT,
-    OWN_KIND,
-    SCRATCH,
-    SERIES,
-    SIZE,
-    SLOT,
-    STATE,
-    TOUCHED,
-    TRACK,
-    TREE,
-    TURNING,
-)
+from ghostball.engine.core import block as at, state as st
 from ghostball.engine.core.kernel import COMPILED, kernel
+from ghostball.engine.core.rows import BALL, STATE_COLUMNS, BallRow, rows_of
 from ghostball.engine.core.state import (
-    BALL,
-    HEIGHT_COLUMNS,
-    LINK_COLUMNS,
-    SERIES_ROWS,
-    SERIES_TERMS,
-    SLOT_COLUMNS,
-    STATE_COLUMNS,
     Air,
-    BallRow,
     Balls,
     Cells,
     FloatArray,
     IntArray,
     Pairs,
-    rows_of,
 )
 
 
 @kernel(inline=True)
 def start_from(numbers: FloatArray, start: FloatArray, places: IntArray) -> None:
     """Begin a shot in the block `numbers`, with all that is in the block `start`."""
-    for k in range(places[SCRATCH]):
+    for k in range(places[at.SCRATCH]):
         numbers[k] = start[k]
 
 
@@ -66,17 +34,17 @@ def balls_in(
     flies: int | None,
 ) -> Balls:
     """Return the `Balls` of a block; which of their last arrays there are is told, by None."""
-    n = places[COUNT]
-    state = numbers[places[STATE] : places[OWN_KIND]]
+    n = places[at.COUNT]
+    state = numbers[places[at.STATE] : places[at.OWN_KIND]]
     rows = state.view(BALL) if COMPILED else rows_of(state.reshape(n, STATE_COLUMNS), BallRow)
-    hits = numbers[places[HITS] : places[NEAR]].view(np.int32)
+    pairs = numbers[places[at.TOUCHING] : places[at.NEAR]].view(np.int32)
     return Balls(
         rows,
-        numbers[places[OWN_KIND] : places[CHANGED]].view(np.int64),
-        numbers[places[CHANGED] : places[TOUCHED]].view(np.bool_)[:n],
-        numbers[places[TOUCHED] : places[HIGHER]].view(np.int32)[: n + 1],
-        hits.reshape(len(hits) // 2, 2),
-        numbers[places[NEAR] : places[TURNING]].view(np.int32)[:n],
+        numbers[places[at.OWN_KIND] : places[at.CHANGED]].view(np.int64),
+        numbers[places[at.CHANGED] : places[at.TOUCHED]].view(np.bool_)[:n],
+        numbers[places[at.TOUCHED] : places[at.HIGHER]].view(np.int32)[: n + 1],
+        pairs.reshape(len(pairs) // 2, 2),
+        numbers[places[at.NEAR] : places[at.TURNING]].view(np.int32)[:n],
         counters,
         _higher_in(numbers, places, bends),
         _air_in(numbers, places, drags),
@@ -88,7 +56,7 @@ def balls_in(
 def _higher_in(numbers: FloatArray, places: IntArray, bends: int | None) -> FloatArray | None:
     if bends is None:
         return None
-    n, start, end = places[COUNT], places[HIGHER], places[HEIGHT]
+    n, start, end = places[at.COUNT], places[at.HIGHER], places[at.HEIGHT]
     return numbers[start:end].reshape(n, (end - start) // n)
 
 
@@ -96,8 +64,8 @@ def _higher_in(numbers: FloatArray, places: IntArray, bends: int | None) -> Floa
 def _air_in(numbers: FloatArray, places: IntArray, drags: int | None) -> Air | None:
     if drags is None:
         return None
-    n, start, end = places[COUNT], places[TURNING], places[SERIES]
-    series = numbers[end : places[TRACK]].reshape(SERIES_ROWS, SERIES_TERMS)
+    n, start, end = places[at.COUNT], places[at.TURNING], places[at.SERIES]
+    series = numbers[end : places[at.TRACK]].reshape(st.SERIES_ROWS, st.SERIES_TERMS)
     return Air(numbers[start:end].reshape(n, (end - start) // n), series)
 
 
@@ -105,17 +73,19 @@ def _air_in(numbers: FloatArray, places: IntArray, drags: int | None) -> Air | N
 def _height_in(numbers: FloatArray, places: IntArray, flies: int | None) -> FloatArray | None:
     if flies is None:
         return None
-    return numbers[places[HEIGHT] : places[BOUND]].reshape(places[COUNT], HEIGHT_COLUMNS)
+    return numbers[places[at.HEIGHT] : places[at.BOUND]].reshape(
+        places[at.COUNT], st.HEIGHT_COLUMNS
+    )
 
 
 @kernel(inline=True)
 def pairs_in(numbers: FloatArray, places: IntArray) -> Pairs:
     """Return the `Pairs` of a block."""
     return Pairs(
-        numbers[places[BOUND] : places[LEAST]],
-        numbers[places[LEAST] : places[NEXT]],
-        numbers[places[NEXT] : places[FRAME]],
-        numbers[places[TRACK] : places[END]],
+        numbers[places[at.BOUND] : places[at.LEAST]],
+        numbers[places[at.LEAST] : places[at.NEXT]],
+        numbers[places[at.NEXT] : places[at.FRAME]],
+        numbers[places[at.TRACK] : places[at.END]],
     )
 
 
@@ -125,12 +95,12 @@ def cells_in(numbers: FloatArray, places: IntArray) -> Cells:
 
     Contract: nothing of `numbers` is read, since a shot may not have begun in it.
     """
-    n = places[COUNT]
+    n = places[at.COUNT]
     return Cells(
-        numbers[places[FRAME] : places[SIZE]],
-        numbers[places[SIZE] : places[FIRST]].view(np.int64),
-        numbers[places[FIRST] : places[LINK]].view(np.int32),
-        numbers[places[LINK] : places[SLOT]].view(np.int32).reshape(n, LINK_COLUMNS),
-        numbers[places[SLOT] : places[TREE]].reshape(n, SLOT_COLUMNS),
-        numbers[places[TREE] : places[SCRATCH]],
+        numbers[places[at.FRAME] : places[at.SIZE]],
+        numbers[places[at.SIZE] : places[at.FIRST]].view(np.int64),
+        numbers[places[at.FIRST] : places[at.LINK]].view(np.int32),
+        numbers[places[at.LINK] : places[at.SLOT]].view(np.int32).reshape(n, st.LINK_COLUMNS),
+        numbers[places[at.SLOT] : places[at.TREE]].reshape(n, st.SLOT_COLUMNS),
+        numbers[places[at.TREE] : places[at.SCRATCH]],
     )

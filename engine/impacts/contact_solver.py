@@ -14,33 +14,20 @@ from __future__ import annotations
 
 import math
 
+from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
-from ghostball.engine.core.state import (
-    ACTIVE,
-    ANSWERING,
-    DIRECTION,
-    FIRST,
-    FORCE,
-    IMPULSE_X,
-    IMPULSE_Y,
-    LEFT_OVER,
-    NX,
-    NY,
-    OWN_MASS,
-    PRODUCT,
-    PUSH_X,
-    PUSH_Y,
-    RATE,
-    SCALED,
-    SECOND,
-    SMALL_X,
-    SMALL_Y,
-    TERM,
-    Balls,
-    Contacts,
-)
+from ghostball.engine.core.rows import ContactRow, column_of
+from ghostball.engine.core.state import Contacts, World
 from ghostball.engine.core.tolerances import EPS
 from ghostball.engine.motion.geometry import reduced_mass
+
+_FORCE, _RATE, _PRODUCT, _DIRECTION, _RESIDUAL, _SCALED = (
+    column_of(ContactRow, field)
+    for field in ("force", "rate", "product", "direction", "residual", "scaled")
+)
+
+PUSH_X, PUSH_Y = column_of(ContactRow, "push_x"), column_of(ContactRow, "push_y")
+"""Columns for `add_up`."""
 
 _ROUNDS = 96
 """Most choices of the contacts that have to push; two or three mostly do."""
@@ -85,14 +72,14 @@ def end_approach(contacts: Contacts, count: int) -> bool:
         return True
     fastest = 0.0
     for c in range(count):
-        contacts.forces[c, OWN_MASS] = _reduced_mass(contacts, c)
-        contacts.forces[c, ACTIVE] = 1.0 if contacts.forces[c, RATE] <= 0.0 else 0.0
-        fastest = max(fastest, -contacts.forces[c, RATE])
+        contacts.forces[c].own_mass = _reduced_mass(contacts, c)
+        contacts.forces[c].active = 1.0 if contacts.forces[c].rate <= 0.0 else 0.0
+        fastest = max(fastest, -contacts.forces[c].rate)
     for turn in range(_ROUNDS):
         _follow_gradients(contacts, count, fastest)
         if _leave_out(contacts, count, turn):
             continue
-        _apply(contacts, count, FORCE, PRODUCT)
+        _apply(contacts, count, _FORCE, _PRODUCT)
         if _take_back(contacts, count, turn, fastest):
             continue
         approach = min(_worst_approach(contacts, count, 0.0), _worst_approach(contacts, count, 1.0))
@@ -106,8 +93,8 @@ def end_approach(contacts: Contacts, count: int) -> bool:
 @kernel
 def _end_one(contacts: Contacts) -> None:
     """`end_approach` of a contact alone."""
-    contacts.forces[0, FORCE] = max(0.0, -contacts.forces[0, RATE]) * _reduced_mass(contacts, 0)
-    spread(contacts, 1, FORCE)
+    contacts.forces[0].force = max(0.0, -contacts.forces[0].rate) * _reduced_mass(contacts, 0)
+    spread(contacts, 1, _FORCE)
 
 
 @kernel
@@ -115,11 +102,11 @@ def _leave_out(contacts: Contacts, count: int, turn: int) -> bool:
     """Leave out contacts that would have to pull, if any: all, or later those that would most."""
     worst = 0.0
     for c in range(count):
-        worst = min(worst, contacts.forces[c, FORCE])
+        worst = min(worst, contacts.forces[c].force)
     for c in range(count):
-        force = contacts.forces[c, FORCE]
+        force = contacts.forces[c].force
         if force < 0.0 and (turn < _BLOCK_ROUNDS or force == worst):
-            contacts.forces[c, ACTIVE] = 0.0
+            contacts.forces[c].active = 0.0
     return worst < 0.0
 
 
@@ -132,16 +119,16 @@ def _take_back(contacts: Contacts, count: int, turn: int, fastest: float) -> boo
     """
     residue = _RESIDUE * fastest if turn < _BLOCK_ROUNDS else _UNSOLVED * fastest
     for c in range(count):
-        if contacts.forces[c, ACTIVE] == 1.0:
-            left = contacts.forces[c, RATE] + contacts.forces[c, PRODUCT]
+        if contacts.forces[c].active == 1.0:
+            left = contacts.forces[c].rate + contacts.forces[c].product
             residue = max(residue, 4.0 * abs(left))
     worst = _worst_approach(contacts, count, 0.0)
     found = worst < -residue
     for c in range(count):
-        left = contacts.forces[c, RATE] + contacts.forces[c, PRODUCT]
+        left = contacts.forces[c].rate + contacts.forces[c].product
         enough = left < -residue if turn < _BLOCK_ROUNDS else left == worst
-        if found and contacts.forces[c, ACTIVE] == 0.0 and enough:
-            contacts.forces[c, ACTIVE] = 1.0
+        if found and contacts.forces[c].active == 0.0 and enough:
+            contacts.forces[c].active = 1.0
     return found
 
 
@@ -150,8 +137,8 @@ def _worst_approach(contacts: Contacts, count: int, active: float) -> float:
     """Return the least rate of the active contacts, or of the others, after the impulses; or 0."""
     worst = 0.0
     for c in range(count):
-        if contacts.forces[c, ACTIVE] == active:
-            worst = min(worst, contacts.forces[c, RATE] + contacts.forces[c, PRODUCT])
+        if contacts.forces[c].active == active:
+            worst = min(worst, contacts.forces[c].rate + contacts.forces[c].product)
     return worst
 
 
@@ -159,10 +146,10 @@ def _worst_approach(contacts: Contacts, count: int, active: float) -> float:
 def _take_energy(contacts: Contacts, count: int) -> None:
     """Scale impulses, none of which may pull, so that they take as much energy as they can."""
     for c in range(count):
-        contacts.forces[c, FORCE] = max(0.0, contacts.forces[c, FORCE])
-    _apply(contacts, count, FORCE, PRODUCT)
-    work = -_dot(contacts, count, FORCE, RATE)
-    curvature = _dot(contacts, count, FORCE, PRODUCT)
+        contacts.forces[c].force = max(0.0, contacts.forces[c].force)
+    _apply(contacts, count, _FORCE, _PRODUCT)
+    work = -_dot(contacts, count, _FORCE, _RATE)
+    curvature = _dot(contacts, count, _FORCE, _PRODUCT)
     scale(contacts, count, work / curvature if work > 0.0 and curvature > 0.0 else 0.0)
 
 
@@ -170,8 +157,8 @@ def _take_energy(contacts: Contacts, count: int) -> None:
 def scale(contacts: Contacts, count: int, factor: float) -> None:
     """Multiply the impulses of `end_approach`."""
     for c in range(count):
-        contacts.forces[c, FORCE] *= factor
-    spread(contacts, count, FORCE)
+        contacts.forces[c].force *= factor
+    spread(contacts, count, _FORCE)
 
 
 @kernel
@@ -182,120 +169,120 @@ def _follow_gradients(contacts: Contacts, count: int, fastest: float) -> None:
     whatever the masses.
     """
     for c in range(count):
-        is_active = contacts.forces[c, ACTIVE] == 1.0
-        contacts.forces[c, FORCE] = 0.0
-        contacts.forces[c, LEFT_OVER] = -contacts.forces[c, RATE] if is_active else 0.0  # not 0 inf
-        scaled = contacts.forces[c, OWN_MASS] * contacts.forces[c, LEFT_OVER]
-        contacts.forces[c, SCALED] = scaled
-        contacts.forces[c, DIRECTION] = scaled
-    gain = _dot(contacts, count, LEFT_OVER, SCALED)
+        is_active = contacts.forces[c].active == 1.0
+        contacts.forces[c].force = 0.0
+        contacts.forces[c].residual = -contacts.forces[c].rate if is_active else 0.0  # not 0 inf
+        scaled = contacts.forces[c].own_mass * contacts.forces[c].residual
+        contacts.forces[c].scaled = scaled
+        contacts.forces[c].direction = scaled
+    gain = _dot(contacts, count, _RESIDUAL, _SCALED)
     for _ in range(_STEPS_PER_CONTACT * count):
         contacts.turns[0] += 8 * count
-        _apply(contacts, count, DIRECTION, PRODUCT)
-        curvature = _dot(contacts, count, DIRECTION, PRODUCT)
+        _apply(contacts, count, _DIRECTION, _PRODUCT)
+        curvature = _dot(contacts, count, _DIRECTION, _PRODUCT)
         alone = 0.0
         for c in range(count):
-            mass, direction = contacts.forces[c, OWN_MASS], contacts.forces[c, DIRECTION]
+            mass, direction = contacts.forces[c].own_mass, contacts.forces[c].direction
             alone = max(alone, direction * direction / mass if mass > 0.0 else 0.0)
         if not curvature > _NULL * alone:
             return
         step = gain / curvature
         worst = 0.0
         for c in range(count):
-            if contacts.forces[c, ACTIVE] == 1.0:
-                contacts.forces[c, FORCE] += step * contacts.forces[c, DIRECTION]
-                contacts.forces[c, LEFT_OVER] -= step * contacts.forces[c, PRODUCT]
-                worst = max(worst, abs(contacts.forces[c, LEFT_OVER]))
+            if contacts.forces[c].active == 1.0:
+                contacts.forces[c].force += step * contacts.forces[c].direction
+                contacts.forces[c].residual -= step * contacts.forces[c].product
+                worst = max(worst, abs(contacts.forces[c].residual))
         if worst <= _ENDED * fastest:
             return
         for c in range(count):
-            mass = contacts.forces[c, OWN_MASS]
-            contacts.forces[c, SCALED] = mass * contacts.forces[c, LEFT_OVER]
-        previous, gain = gain, _dot(contacts, count, LEFT_OVER, SCALED)
+            mass = contacts.forces[c].own_mass
+            contacts.forces[c].scaled = mass * contacts.forces[c].residual
+        previous, gain = gain, _dot(contacts, count, _RESIDUAL, _SCALED)
         for c in range(count):
-            onward = gain / previous * contacts.forces[c, DIRECTION]
-            contacts.forces[c, DIRECTION] = contacts.forces[c, SCALED] + onward
+            onward = gain / previous * contacts.forces[c].direction
+            contacts.forces[c].direction = contacts.forces[c].scaled + onward
 
 
 @kernel
-def _apply(contacts: Contacts, count: int, row: int, result: int) -> None:
-    """Put in `result` how impulses in `row` change each contact's rate."""
-    spread(contacts, count, row)
+def _apply(contacts: Contacts, count: int, column: int, result: int) -> None:
+    """Put in `result` how impulses in `column` change each contact's rate."""
+    spread(contacts, count, column)
     for c in range(count):
-        a, b = contacts.ends[c, FIRST], contacts.ends[c, SECOND]
+        a, b = contacts.ends[c, st.FIRST], contacts.ends[c, st.SECOND]
         x, y = gain_of(contacts, a)
         x, y = -x, -y
         if b >= 0:
             more_x, more_y = gain_of(contacts, b)
             x, y = more_x + x, more_y + y
-        contacts.forces[c, result] = contacts.forces[c, NX] * x + contacts.forces[c, NY] * y
+        contacts.columns[c, result] = contacts.forces[c].nx * x + contacts.forces[c].ny * y
 
 
 @kernel
 def take_back_gains(contacts: Contacts, count: int) -> None:
     """Take from each contact's RATE what the FORCE of all does to it."""
-    _apply(contacts, count, FORCE, PRODUCT)
+    _apply(contacts, count, _FORCE, _PRODUCT)
     for c in range(count):
-        contacts.forces[c, RATE] -= contacts.forces[c, PRODUCT]
+        contacts.forces[c].rate -= contacts.forces[c].product
 
 
 @kernel
-def spread(contacts: Contacts, count: int, row: int) -> None:
-    """Let `impulse_on` return of each ball what the impulses in `row` add up to."""
+def spread(contacts: Contacts, count: int, column: int) -> None:
+    """Let `impulse_on` return of each ball what the impulses in `column` add up to."""
     forces = contacts.forces
     for c in range(count):
-        forces[c, PUSH_X] = forces[c, row] * forces[c, NX]
-        forces[c, PUSH_Y] = forces[c, row] * forces[c, NY]
+        forces[c].push_x = contacts.columns[c, column] * forces[c].nx
+        forces[c].push_y = contacts.columns[c, column] * forces[c].ny
     add_up(contacts, count, PUSH_X, PUSH_Y, -1.0)
 
 
 @kernel
-def add_up(contacts: Contacts, count: int, row_x: int, row_y: int, on_first: float) -> None:
-    """Let `impulse_on` return of each ball the sums of two rows over its contacts.
+def add_up(contacts: Contacts, count: int, column_x: int, column_y: int, on_first: float) -> None:
+    """Let `impulse_on` return of each ball the sums of two columns over its contacts.
 
     Where the ball is the first of a contact, the terms count `on_first` times. The sums don't
     depend on the order of the contacts: each term is split into two parts, both multiples of a
     number such that adding them is exact (Demmel and Nguyen 2013, Fast reproducible floating-point
     summation). What is left out is below 2^-80 of the largest term.
     """
-    motion, forces = contacts.motion, contacts.forces
+    motion = contacts.motion
     most = 0.0
     for c in range(count):
-        most = max(most, abs(forces[c, row_x]), abs(forces[c, row_y]))
-        for end in (FIRST, SECOND):
+        most = max(most, abs(contacts.columns[c, column_x]), abs(contacts.columns[c, column_y]))
+        for end in (st.FIRST, st.SECOND):
             k = contacts.ends[c, end]
             if k >= 0:
-                motion[k, IMPULSE_X], motion[k, IMPULSE_Y] = 0.0, 0.0
-                motion[k, SMALL_X], motion[k, SMALL_Y] = 0.0, 0.0
+                motion[k].impulse_x, motion[k].impulse_y = 0.0, 0.0
+                motion[k].small_x, motion[k].small_y = 0.0, 0.0
     large, small = _grids(most, count)
     for c in range(count):
-        x, y = forces[c, row_x], forces[c, row_y]
+        x, y = contacts.columns[c, column_x], contacts.columns[c, column_y]
         large_x, large_y = _rounded(x, large), _rounded(y, large)
         small_x, small_y = _rounded(x - large_x, small), _rounded(y - large_y, small)
-        a, b = contacts.ends[c, FIRST], contacts.ends[c, SECOND]
-        motion[a, IMPULSE_X] += on_first * large_x
-        motion[a, IMPULSE_Y] += on_first * large_y
-        motion[a, SMALL_X] += on_first * small_x
-        motion[a, SMALL_Y] += on_first * small_y
+        a, b = contacts.ends[c, st.FIRST], contacts.ends[c, st.SECOND]
+        motion[a].impulse_x += on_first * large_x
+        motion[a].impulse_y += on_first * large_y
+        motion[a].small_x += on_first * small_x
+        motion[a].small_y += on_first * small_y
         if b >= 0:
-            motion[b, IMPULSE_X] += large_x
-            motion[b, IMPULSE_Y] += large_y
-            motion[b, SMALL_X] += small_x
-            motion[b, SMALL_Y] += small_y
+            motion[b].impulse_x += large_x
+            motion[b].impulse_y += large_y
+            motion[b].small_x += small_x
+            motion[b].small_y += small_y
 
 
 @kernel(inline=True)
 def impulse_on(contacts: Contacts, k: int) -> tuple[float, float]:
     """Return what impulses on ball k add up to [N s], along x and y."""
     row = contacts.motion[k]
-    return row[IMPULSE_X] + row[SMALL_X], row[IMPULSE_Y] + row[SMALL_Y]
+    return row.impulse_x + row.small_x, row.impulse_y + row.small_y
 
 
 @kernel(inline=True)
 def gain_of(contacts: Contacts, k: int) -> tuple[float, float]:
     """Return the velocity that these impulses give ball k [m/s], along x and y."""
     x, y = impulse_on(contacts, k)
-    mass = contacts.motion[k, ANSWERING]
+    mass = contacts.motion[k].answering_mass
     return x / mass, y / mass
 
 
@@ -319,9 +306,9 @@ def _rounded(term: float, large: float) -> float:
 @kernel
 def _reduced_mass(contacts: Contacts, c: int) -> float:
     """Reduced mass [kg] of what answers at contact c; 0 where nothing does."""
-    a, b = contacts.ends[c, FIRST], contacts.ends[c, SECOND]
-    mass_a = contacts.motion[a, ANSWERING]
-    mass_b = contacts.motion[b, ANSWERING] if b >= 0 else math.inf
+    a, b = contacts.ends[c, st.FIRST], contacts.ends[c, st.SECOND]
+    mass_a = contacts.motion[a].answering_mass
+    mass_b = contacts.motion[b].answering_mass if b >= 0 else math.inf
     if math.isinf(mass_a):
         mass_a, mass_b = mass_b, mass_a
     if math.isinf(mass_a):
@@ -330,30 +317,31 @@ def _reduced_mass(contacts: Contacts, c: int) -> float:
 
 
 @kernel
-def _dot(contacts: Contacts, count: int, row: int, other: int) -> float:
-    """Return the sum of the products of two rows, as `add_up`, but for 2^-40 of the largest.
+def _dot(contacts: Contacts, count: int, column: int, other: int) -> float:
+    """Return the sum of the products of two columns, as `add_up`, but for 2^-40 of the largest.
 
     What stays out of one has no part in the sum, whatever the other holds.
     """
     most = 0.0
     for c in range(count):
-        contacts.forces[c, TERM] = 0.0
-        if contacts.forces[c, row] != 0.0:
-            contacts.forces[c, TERM] = contacts.forces[c, row] * contacts.forces[c, other]
-        most = max(most, abs(contacts.forces[c, TERM]))
+        contacts.forces[c].term = 0.0
+        if contacts.columns[c, column] != 0.0:
+            contacts.forces[c].term = contacts.columns[c, column] * contacts.columns[c, other]
+        most = max(most, abs(contacts.forces[c].term))
     large, _ = _grids(most, count)
     total = 0.0
     for c in range(count):
-        total += _rounded(contacts.forces[c, TERM], large)
+        total += _rounded(contacts.forces[c].term, large)
     return total
 
 
 @kernel
-def gap_rate(balls: Balls, contacts: Contacts, c: int) -> float:
+def gap_rate(world: World, c: int) -> float:
     """Rate of the gap of contact c [m/s]: negative where the two approach."""
-    a, b = contacts.ends[c, FIRST], contacts.ends[c, SECOND]
+    balls, contacts = world.balls, world.contacts
+    a, b = contacts.ends[c, st.FIRST], contacts.ends[c, st.SECOND]
     vx, vy = -balls.state[a].vx, -balls.state[a].vy
     if b >= 0:
         vx, vy = balls.state[b].vx + vx, balls.state[b].vy + vy
-    rate: float = contacts.forces[c, NX] * vx + contacts.forces[c, NY] * vy
+    rate: float = contacts.forces[c].nx * vx + contacts.forces[c].ny * vy
     return rate

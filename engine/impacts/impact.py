@@ -18,7 +18,7 @@ from ghostball.engine.core.state import (
 from ghostball.engine.core.tolerances import APPROACH_ROUNDING, LEAST_SPEED
 from ghostball.engine.impacts.laws.dispatch import ball_law, cushion_law
 from ghostball.engine.impacts.laws.interface import BallImpact, CushionImpact
-from ghostball.engine.motion.next_piece import loosen
+from ghostball.engine.motion.next_piece import keep_spin
 from ghostball.engine.motion.obstacles import facing
 
 
@@ -40,8 +40,8 @@ def collide_balls(balls: Balls, i: int, j: int, laws: Laws) -> None:
         exchange = -(1.0 + laws.ball_restitution) * (nx * vx + ny * vy)
         _push_apart(balls, i, j, nx, ny, exchange - exchange * excess_length(nx, ny))
         return
-    loosen(balls, i)
-    loosen(balls, j)
+    keep_spin(balls, i)
+    keep_spin(balls, j)
     nx, ny = contact_normal(balls, i, j)
     impulse = ball_law(_seen_along(balls, i, j, nx, ny), laws)
     longer = excess_length(nx, ny)
@@ -183,7 +183,7 @@ def bounce(balls: Balls, i: int, cushion: int, laws: Laws) -> None:
     inward_x, inward_y, _ = facing(laws, cushion, balls.state[i].x, balls.state[i].y)
     nx, ny = -inward_x, -inward_y
     if laws.slides:
-        loosen(balls, i)
+        keep_spin(balls, i)
     vx, vy = balls.state[i].vx, balls.state[i].vy
     wx, wy = balls.state[i].wx, balls.state[i].wy
     after = cushion_law(
@@ -198,7 +198,7 @@ def bounce(balls: Balls, i: int, cushion: int, laws: Laws) -> None:
             balls.state[i].cloth_friction,
         ),
         laws,
-        int(laws.obstacles[cushion].law),
+        cushion,
     )
     vn = after.vn
     terms = abs(vn) + abs(after.vt)
@@ -221,7 +221,7 @@ def bounce_in_corner(balls: Balls, i: int, cushion: int, other: int, laws: Laws)
     the mean of their energies.
     """
     if laws.slides:
-        loosen(balls, i)
+        keep_spin(balls, i)
     vx, vy = balls.state[i].vx, balls.state[i].vy
     wx, wy, wz = balls.state[i].wx, balls.state[i].wy, balls.state[i].wz
     _bounce_off_both(balls, i, cushion, other, laws)

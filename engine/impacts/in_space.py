@@ -13,49 +13,39 @@ from __future__ import annotations
 
 import math
 
+from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
-from ghostball.engine.core.state import (
-    BASE,
-    FLYING,
-    RISE,
-    TAKES_OUT,
-    UP_SPEED,
-    WORK,
-    Balls,
-    Cells,
-    FloatArray,
-    Laws,
-)
+from ghostball.engine.core.state import Balls, FloatArray, Laws, World
 from ghostball.engine.core.tolerances import EPS, GAP_ROUNDING, GAP_ULPS
 from ghostball.engine.impacts.impact import bounce, collide_balls
 from ghostball.engine.impacts.laws.friction_curve import friction_coefficient
+from ghostball.engine.impacts.lying_still import capture_speed
 from ghostball.engine.impacts.on_table import STICKING, answer_by_table, set_free
-from ghostball.engine.impacts.slow_impacts import capture_speed, part_from_nose, part_slowly
+from ghostball.engine.impacts.slow_impacts import part_from_nose, part_slowly
 from ghostball.engine.motion.geometry import reduced_mass
 from ghostball.engine.motion.obstacles import facing
 
 
 @kernel
-def collide_in_space(
-    height: FloatArray, balls: Balls, i: int, j: int, laws: Laws, cells: Cells | None
-) -> None:
+def collide_in_space(height: FloatArray, world: World, i: int, j: int) -> None:
     """Collide balls i and j, of which one or both may be in the air; then the table answers.
 
     Contract: both are advanced to the instant of the impact and approach each other.
     """
+    balls, laws = world.balls, world.laws
     a, b = balls.state[i], balls.state[j]
-    free = FLYING in (a.phase, b.phase)
+    free = st.FLYING in (a.phase, b.phase)
     nx, ny = b.x - a.x, b.y - a.y
-    nz = (height[j, BASE] + height[j, RISE]) - (height[i, BASE] + height[i, RISE])
+    nz = (height[j, st.BASE] + height[j, st.RISE]) - (height[i, st.BASE] + height[i, st.RISE])
     distance = math.sqrt(nx * nx + ny * ny + nz * nz)
     nx, ny, nz = nx / distance, ny / distance, nz / distance
-    vx, vy, vz = a.vx - b.vx, a.vy - b.vy, height[i, UP_SPEED] - height[j, UP_SPEED]
+    vx, vy, vz = a.vx - b.vx, a.vy - b.vy, height[i, st.UP_SPEED] - height[j, st.UP_SPEED]
     speed = vx * nx + vy * ny + vz * nz
     slow = capture_speed(laws, 0.5 * (a.radius + b.radius))
     if speed <= slow:
         if free:
             depth = a.radius + b.radius - distance
-            part_slowly(height, balls, i, j, laws, cells, nx, ny, nz, depth)
+            part_slowly(height, world, i, j, nx, ny, nz, depth)
         else:
             collide_balls(balls, i, j, laws)
         return
@@ -81,7 +71,7 @@ def collide_in_space(
         ball = balls.state[k]
         ball.vx += sign * px / ball.mass
         ball.vy += sign * py / ball.mass
-        height[k, UP_SPEED] += sign * pz / ball.mass
+        height[k, st.UP_SPEED] += sign * pz / ball.mass
         turn = 2.5 / (ball.mass * ball.radius)
         ball.wx -= turn * turn_x
         ball.wy -= turn * turn_y
@@ -98,16 +88,16 @@ def fastest_nose(height: FloatArray, balls: Balls, i: int, k: int, laws: Laws) -
     the order may depend on the motion, but not on how the cushions are numbered.
     """
     ball = balls.state[i]
-    above = height[i, BASE] + height[i, RISE] - laws.cushion_height
-    sizes = abs(ball.x) + abs(ball.y) + height[i, BASE] + height[i, RISE]
+    sizes = abs(ball.x) + abs(ball.y) + height[i, st.BASE] + height[i, st.RISE]
     reach = ball.radius + GAP_ROUNDING * ball.radius + GAP_ULPS * EPS * sizes
     fastest, first = 0.0, k
-    balls.counters[WORK] += len(laws.obstacles)
+    balls.counters[st.WORK] += len(laws.obstacles)
     for other in range(len(laws.obstacles)):
         nx, ny, away = facing(laws, other, ball.x, ball.y)
+        above = height[i, st.BASE] + height[i, st.RISE] - laws.obstacles[other].height
         distance = math.sqrt(away * away + above * above)
-        rate = (away * (nx * ball.vx + ny * ball.vy) + above * height[i, UP_SPEED]) / distance
-        touches = distance <= reach and laws.obstacles[other].law != TAKES_OUT
+        rate = (away * (nx * ball.vx + ny * ball.vy) + above * height[i, st.UP_SPEED]) / distance
+        touches = distance <= reach and laws.obstacles[other].law != st.TAKES_OUT
         if touches and (-rate > fastest or (other == k and -rate == fastest)):
             fastest, first = -rate, other
     return first
@@ -123,7 +113,7 @@ def bounce_off_nose(height: FloatArray, balls: Balls, i: int, k: int, laws: Laws
     Contract: the ball is advanced to the instant of the impact, and approaches the nose but for
     rounding.
     """
-    free = balls.state[i].phase == FLYING
+    free = balls.state[i].phase == st.FLYING
     if not free:
         nx, ny, _ = facing(laws, k, balls.state[i].x, balls.state[i].y)
         rate = nx * balls.state[i].vx + ny * balls.state[i].vy
@@ -131,34 +121,34 @@ def bounce_off_nose(height: FloatArray, balls: Balls, i: int, k: int, laws: Laws
             bounce(balls, i, k, laws)
             return
     set_free(balls, i)
-    ball = balls.state[i]
+    ball, cushion = balls.state[i], laws.obstacles[k]
     inward_x, inward_y, away = facing(laws, k, ball.x, ball.y)
-    above = height[i, BASE] + height[i, RISE] - laws.cushion_height
+    above = height[i, st.BASE] + height[i, st.RISE] - cushion.height
     distance = math.sqrt(away * away + above * above)
     nx, ny, nz = -inward_x * away / distance, -inward_y * away / distance, -above / distance
-    speed = abs(ball.vx * nx + ball.vy * ny + height[i, UP_SPEED] * nz)
+    speed = abs(ball.vx * nx + ball.vy * ny + height[i, st.UP_SPEED] * nz)
     slow = capture_speed(laws, ball.radius)
     if free and speed <= slow:
         part_from_nose(height, balls, i, laws, nx, ny, nz, speed, ball.radius - distance)
         return
-    normal = speed + max(laws.cushion_restitution * speed, slow if free else 0.0)
+    normal = speed + max(cushion.restitution * speed, slow if free else 0.0)
     along = inward_x * ball.vy - inward_y * ball.vx
     px, py, pz = -normal * nx, -normal * ny, -normal * nz
-    if laws.cushion_turns:
+    if cushion.turns == 1.0:
         sx = (ball.vx - speed * nx) + ball.radius * (ball.wy * nz - ball.wz * ny)
         sy = (ball.vy - speed * ny) + ball.radius * (ball.wz * nx - ball.wx * nz)
-        sz = (height[i, UP_SPEED] - speed * nz) + ball.radius * (ball.wx * ny - ball.wy * nx)
+        sz = (height[i, st.UP_SPEED] - speed * nz) + ball.radius * (ball.wx * ny - ball.wy * nx)
         slip = math.sqrt(sx * sx + sy * sy + sz * sz)
-        part = min(laws.cushion_friction * normal / slip, STICKING) if slip > 0.0 else 0.0
+        part = min(cushion.friction * normal / slip, STICKING) if slip > 0.0 else 0.0
         px, py, pz = px - part * sx, py - part * sy, pz - part * sz
         turn = 2.5 * part / ball.radius
         ball.wx -= turn * (ny * sz - nz * sy)
         ball.wy -= turn * (nz * sx - nx * sz)
         ball.wz -= turn * (nx * sy - ny * sx)
     else:
-        lost = (1.0 - laws.cushion_tangential) * along
+        lost = (1.0 - cushion.tangential) * along
         px, py = px + lost * inward_y, py - lost * inward_x
     ball.vx += px
     ball.vy += py
-    height[i, UP_SPEED] += pz
+    height[i, st.UP_SPEED] += pz
     answer_by_table(height, balls, i, laws)

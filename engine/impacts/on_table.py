@@ -4,34 +4,21 @@ The speed downwards is returned `table_restitution` times, with the cloth's fric
 of the impact that pressed the ball down, after it (that order is a choice; a joint law would give
 the ball that can't yield downwards another mass).
 
-Bounces on the table that would rise less than `LOWEST_HOP` aren't followed one by one. They are a
-geometric series: how long they take, which velocity their friction takes, and how far the ball goes
-meanwhile have closed forms, whether it sticks at one of them or slips through all.
+Bounces on the table that would rise less than `LOWEST_BOUNCE` aren't followed one by one. They are
+a geometric series: how long they take, which velocity their friction takes, and how far the ball
+goes meanwhile have closed forms, whether it sticks at one of them or slips through all.
 """
 
 from __future__ import annotations
 
 import math
 
+from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
-from ghostball.engine.core.state import (
-    END_VX,
-    END_VY,
-    END_WX,
-    END_WY,
-    FALL,
-    FLYING,
-    HOPS,
-    LASTS,
-    RISE,
-    SLIDING,
-    UP_SPEED,
-    Balls,
-    FloatArray,
-    Laws,
-)
-from ghostball.engine.core.tolerances import LOWEST_HOP, TIME_ROUNDING
-from ghostball.engine.motion.next_piece import loosen
+from ghostball.engine.core.state import Balls, FloatArray, Laws
+from ghostball.engine.core.tolerances import LOWEST_BOUNCE, TIME_ROUNDING
+from ghostball.engine.motion.next_piece import keep_spin
+from ghostball.engine.motion.position import slowed_spin
 
 STICKING = 2.0 / 7.0
 """Impulse over the mass that ends a slip of 1, of a solid sphere."""
@@ -40,8 +27,8 @@ STICKING = 2.0 / 7.0
 @kernel
 def set_free(balls: Balls, i: int) -> None:
     """Let ball i keep its angular velocity while an impulse changes its velocity, in flight too."""
-    if balls.state[i].phase != FLYING:
-        loosen(balls, i)
+    if balls.state[i].phase != st.FLYING:
+        keep_spin(balls, i)
 
 
 @kernel
@@ -50,20 +37,20 @@ def answer_by_table(height: FloatArray, balls: Balls, i: int, laws: Laws) -> Non
 
     And say how it goes on: in the air, in bounces too low to be followed, or on the cloth.
     """
-    height[i, LASTS] = 0.0
-    if height[i, RISE] > 0.0:
+    height[i, st.LASTS] = 0.0
+    if height[i, st.RISE] > 0.0:
         return
-    height[i, RISE], height[i, HOPS] = 0.0, 0.0
-    if height[i, UP_SPEED] < 0.0:
+    height[i, st.RISE], height[i, st.SLOW_IMPACTS] = 0.0, 0.0
+    if height[i, st.UP_SPEED] < 0.0:
         _bounce_on_table(height, balls, i, laws)
-    up = height[i, UP_SPEED]
+    up = height[i, st.UP_SPEED]
     e = laws.table_restitution
-    if up * up > 2.0 * laws.gravity * LOWEST_HOP * 2.0 * balls.state[i].radius:
-        balls.state[i].phase = FLYING
+    if up * up > 2.0 * laws.gravity * LOWEST_BOUNCE * 2.0 * balls.state[i].radius:
+        balls.state[i].phase = st.FLYING
         return
-    height[i, UP_SPEED], height[i, FALL] = 0.0, 0.0
-    if balls.state[i].phase == FLYING:
-        balls.state[i].phase = SLIDING
+    height[i, st.UP_SPEED], height[i, st.FALL] = 0.0, 0.0
+    if balls.state[i].phase == st.FLYING:
+        balls.state[i].phase = st.SLIDING
     if e < 1.0:
         lasts = 2.0 * up / (laws.gravity * (1.0 - e))
         if lasts > 2.0 * TIME_ROUNDING * balls.state[i].epoch:
@@ -74,13 +61,13 @@ def answer_by_table(height: FloatArray, balls: Balls, i: int, laws: Laws) -> Non
 def _bounce_on_table(height: FloatArray, balls: Balls, i: int, laws: Laws) -> None:
     """Return a ball's speed downwards, and rub it on the cloth: it slips, or sticks."""
     ball = balls.state[i]
-    down = -height[i, UP_SPEED]
+    down = -height[i, st.UP_SPEED]
     ux, uy = ball.vx - ball.radius * ball.wy, ball.vy + ball.radius * ball.wx
     slip = math.sqrt(ux * ux + uy * uy)
     most = ball.cloth_friction * (1.0 + laws.table_restitution) * down
     part = min(most / slip, STICKING) if slip > 0.0 else 0.0
     _rub(balls, i, -part * ux, -part * uy)
-    height[i, UP_SPEED] = laws.table_restitution * down
+    height[i, st.UP_SPEED] = laws.table_restitution * down
 
 
 @kernel(inline=True)
@@ -127,17 +114,17 @@ def _find_end_of_bounces(
                 way += impulse * left
                 speed, left = e * speed, e * left
         taken, way = taken / slip, way / slip
-    height[i, LASTS] = lasts
+    height[i, st.LASTS] = lasts
     turn = 2.5 * taken / ball.radius
-    height[i, END_VX], height[i, END_VY] = ball.vx - taken * ux, ball.vy - taken * uy
-    height[i, END_WX], height[i, END_WY] = ball.wx - turn * uy, ball.wy + turn * ux
+    height[i, st.END_VX], height[i, st.END_VY] = ball.vx - taken * ux, ball.vy - taken * uy
+    height[i, st.END_WX], height[i, st.END_WY] = ball.wx - turn * uy, ball.wy + turn * ux
     _rub(balls, i, -way / lasts * ux, -way / lasts * uy)
 
 
 @kernel
 def land(height: FloatArray, balls: Balls, i: int, laws: Laws) -> None:
     """Let ball i, which is advanced to the instant at which it lands, bounce or stay down."""
-    height[i, RISE] = 0.0
+    height[i, st.RISE] = 0.0
     answer_by_table(height, balls, i, laws)
 
 
@@ -147,10 +134,9 @@ def end_bounces(height: FloatArray, balls: Balls, i: int, t: float) -> None:
     ball = balls.state[i]
     ball.x += (t - ball.epoch) * ball.vx
     ball.y += (t - ball.epoch) * ball.vy
-    ball.vx, ball.vy = height[i, END_VX], height[i, END_VY]
-    ball.wx, ball.wy = height[i, END_WX], height[i, END_WY]
-    left = max(abs(ball.wz) - (t - ball.epoch) * ball.spin_slowing, 0.0)
-    ball.wz = left if ball.wz > 0.0 else -left
-    height[i, LASTS] = 0.0
-    ball.phase = SLIDING
+    ball.vx, ball.vy = height[i, st.END_VX], height[i, st.END_VY]
+    ball.wx, ball.wy = height[i, st.END_WX], height[i, st.END_WY]
+    ball.wz = slowed_spin(ball.wz, (t - ball.epoch) * ball.spin_slowing)
+    height[i, st.LASTS] = 0.0
+    ball.phase = st.SLIDING
     ball.epoch = t

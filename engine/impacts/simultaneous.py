@@ -25,26 +25,13 @@ from __future__ import annotations
 
 import math
 
+from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
-from ghostball.engine.core.state import (
-    ANSWERING,
-    DEGREE,
-    FIRST,
-    FORCE,
-    NX,
-    NY,
+from ghostball.engine.core.rows import ContactRow, column_of
+from ghostball.engine.core.state import World
+from ghostball.engine.impacts.contact_solver import (
     PUSH_X,
     PUSH_Y,
-    RATE,
-    SECOND,
-    TURN_X,
-    TURN_Y,
-    TURN_Z,
-    Balls,
-    Contacts,
-    Laws,
-)
-from ghostball.engine.impacts.contact_solver import (
     add_up,
     end_approach,
     gain_of,
@@ -55,102 +42,111 @@ from ghostball.engine.impacts.contact_solver import (
 from ghostball.engine.impacts.impact import contact_normal
 from ghostball.engine.impacts.laws.friction_curve import friction_coefficient
 from ghostball.engine.motion.geometry import reduced_mass
-from ghostball.engine.motion.next_piece import loosen
+from ghostball.engine.motion.next_piece import keep_spin
+
+_TURN_X, _TURN_Y, _TURN_Z = (
+    column_of(ContactRow, field) for field in ("turn_x", "turn_y", "turn_z")
+)
 
 
 @kernel
-def collide_together(balls: Balls, laws: Laws, contacts: Contacts, count: int) -> bool:
+def collide_together(world: World, count: int) -> bool:
     """Resolve the first `count` contacts of `contacts.ends` together; False where some approach on.
 
     Contract: all their balls are advanced to the instant of the impact and marked in
     `balls.touched`, all contacts approach, and DEGREE in `contacts.motion` holds how many of the
     contacts each ball has.
     """
+    balls, laws, contacts = world.balls, world.laws, world.contacts
     for m in range(1, balls.touched[0] + 1):
         k = balls.touched[m]
-        if contacts.motion[k, DEGREE] > 0.0:
-            contacts.motion[k, ANSWERING] = balls.state[k].mass
+        if contacts.motion[k].degree > 0.0:
+            contacts.motion[k].answering_mass = balls.state[k].mass
             if laws.slides:
-                loosen(balls, k)  # before anything asks how it turns
+                keep_spin(balls, k)  # before anything asks how it turns
     for c in range(count):
         # No account of the rounded normal's length, as one impact alone needs: impulses are found
         # here for the very rates along it.
-        nx, ny = contact_normal(balls, contacts.ends[c, FIRST], contacts.ends[c, SECOND])
-        contacts.forces[c, NX] = nx
-        contacts.forces[c, NY] = ny
-        contacts.forces[c, RATE] = gap_rate(balls, contacts, c)
+        nx, ny = contact_normal(balls, contacts.ends[c, st.FIRST], contacts.ends[c, st.SECOND])
+        contacts.forces[c].nx = nx
+        contacts.forces[c].ny = ny
+        contacts.forces[c].rate = gap_rate(world, c)
     solved = end_approach(contacts, count)
     restitution = laws.ball_restitution
     scale(contacts, count, 1.0 + restitution)
     if laws.slides and (laws.speed_dependent or laws.ball_friction > 0.0):
-        _find_friction(balls, laws, contacts, count)
-        _rub(balls, contacts, count)
+        _find_friction(world, count)
+        _rub(world, count)
         for c in range(count):
-            before = contacts.forces[c, RATE]
-            contacts.forces[c, RATE] = gap_rate(balls, contacts, c) + restitution * before
+            before = contacts.forces[c].rate
+            contacts.forces[c].rate = gap_rate(world, c) + restitution * before
         solved = end_approach(contacts, count) and solved
-    _push(balls, contacts)
+    _push(world)
     return solved
 
 
 @kernel
-def _push(balls: Balls, contacts: Contacts) -> None:
+def _push(world: World) -> None:
     """Give every ball of the group the velocity that the impulses give it."""
+    balls = world.balls
     for m in range(1, balls.touched[0] + 1):
         k = balls.touched[m]
-        if contacts.motion[k, DEGREE] > 0.0:
-            x, y = gain_of(contacts, k)
+        if world.contacts.motion[k].degree > 0.0:
+            x, y = gain_of(world.contacts, k)
             balls.state[k].vx += x
             balls.state[k].vy += y
 
 
 @kernel
-def _split_mass(balls: Balls, contacts: Contacts, c: int) -> float:
+def _split_mass(world: World, c: int) -> float:
     """Reduced mass [kg] of contact c, of those parts of its two balls that are its own."""
-    a, b = contacts.ends[c, FIRST], contacts.ends[c, SECOND]
-    part_a = balls.state[a].mass / contacts.motion[a, DEGREE]
-    part_b = balls.state[b].mass / contacts.motion[b, DEGREE]
+    contacts = world.contacts
+    a, b = contacts.ends[c, st.FIRST], contacts.ends[c, st.SECOND]
+    part_a = world.balls.state[a].mass / contacts.motion[a].degree
+    part_b = world.balls.state[b].mass / contacts.motion[b].degree
     return reduced_mass(part_a, part_b)
 
 
 @kernel
-def _find_friction(balls: Balls, laws: Laws, contacts: Contacts, count: int) -> None:
+def _find_friction(world: World, count: int) -> None:
     """Put each contact's friction in PUSH_X and PUSH_Y, and how it turns both balls in TURN_*.
 
     The latter as an impulse [N s]: 5 / (2 m R) times it is the change of angular velocity. On
     entry, FORCE holds the normal impulses, which `gain_of` knows, too.
     """
+    contacts = world.contacts
     for c in range(count):
-        a, b = contacts.ends[c, FIRST], contacts.ends[c, SECOND]
-        nx, ny = contacts.forces[c, NX], contacts.forces[c, NY]
+        a, b = contacts.ends[c, st.FIRST], contacts.ends[c, st.SECOND]
+        nx, ny = contacts.forces[c].nx, contacts.forces[c].ny
         (ax, ay), (bx, by) = gain_of(contacts, a), gain_of(contacts, b)
         gain_x, gain_y = ax - bx, ay - by
-        along, up = _slip(balls, contacts, c)
+        along, up = _slip(world, c)
         along += 0.5 * (nx * gain_y - ny * gain_x)
         size = math.sqrt(along * along + up * up)
-        limit = friction_coefficient(laws, size) * contacts.forces[c, FORCE]
-        sticking = _split_mass(balls, contacts, c) * size / 3.5
+        limit = friction_coefficient(world.laws, size) * contacts.forces[c].force
+        sticking = _split_mass(world, c) * size / 3.5
         part = min(limit, sticking) / size if size > 0.0 else 0.0
-        contacts.forces[c, PUSH_X] = -part * along * ny
-        contacts.forces[c, PUSH_Y] = part * along * nx
-        contacts.forces[c, TURN_X] = -part * up * ny
-        contacts.forces[c, TURN_Y] = part * up * nx
-        contacts.forces[c, TURN_Z] = -part * along
+        contacts.forces[c].push_x = -part * along * ny
+        contacts.forces[c].push_y = part * along * nx
+        contacts.forces[c].turn_x = -part * up * ny
+        contacts.forces[c].turn_y = part * up * nx
+        contacts.forces[c].turn_z = -part * along
 
 
 @kernel
-def _rub(balls: Balls, contacts: Contacts, count: int) -> None:
+def _rub(world: World, count: int) -> None:
     """Give every ball of the group the friction of its contacts, which moves it and turns it."""
+    balls, contacts = world.balls, world.contacts
     add_up(contacts, count, PUSH_X, PUSH_Y, -1.0)
-    _push(balls, contacts)
-    for row in (TURN_X, TURN_Z):
-        add_up(contacts, count, row, TURN_Y, 1.0)
+    _push(world)
+    for column in (_TURN_X, _TURN_Z):
+        add_up(contacts, count, column, _TURN_Y, 1.0)
         for m in range(1, balls.touched[0] + 1):
             k = balls.touched[m]
-            if contacts.motion[k, DEGREE] > 0.0:
+            if contacts.motion[k].degree > 0.0:
                 x, y = impulse_on(contacts, k)
                 turn = 2.5 / (balls.state[k].mass * balls.state[k].radius)
-                if row == TURN_X:
+                if column == _TURN_X:
                     balls.state[k].wx += turn * x
                     balls.state[k].wy += turn * y
                 else:
@@ -158,10 +154,11 @@ def _rub(balls: Balls, contacts: Contacts, count: int) -> None:
 
 
 @kernel
-def _slip(balls: Balls, contacts: Contacts, c: int) -> tuple[float, float]:
+def _slip(world: World, c: int) -> tuple[float, float]:
     """Velocity of a's surface over b's at contact c [m/s]: along t = (-ny, nx), and up."""
-    a, b = contacts.ends[c, FIRST], contacts.ends[c, SECOND]
-    nx, ny = contacts.forces[c, NX], contacts.forces[c, NY]
+    balls, contacts = world.balls, world.contacts
+    a, b = contacts.ends[c, st.FIRST], contacts.ends[c, st.SECOND]
+    nx, ny = contacts.forces[c].nx, contacts.forces[c].ny
     ra, rb = balls.state[a].radius, balls.state[b].radius
     vx, vy = balls.state[a].vx - balls.state[b].vx, balls.state[a].vy - balls.state[b].vy
     wx = ra * balls.state[a].wx + rb * balls.state[b].wx

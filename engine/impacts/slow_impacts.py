@@ -1,96 +1,49 @@
-"""Slow impacts of a ball in flight: what lies on others hops there, until it falls off or rests.
+"""Slow impacts of a ball in flight: what lies on others bounces there, until it falls off or rests.
 
 An impact is slow whose rebound would rise less than `CAPTURE_HEIGHT`. It takes no energy and knows
 no friction: else a ball that lies on others would bounce ever faster before it slides off. One on
 the table that is pressed down doesn't yield downwards then, by the joint law.
 
-What other balls take from such hops comes back from the slip, so that they stay as high as that:
-lower ones are more, of a motion that is the same. The balls below are loaded meanwhile: what a hop
-kicks them by is ended together with all the balls that they touch, by inelastic impulses, as
-friction ends hops on the cloth (`resting_contact`), and so are impacts of loaded balls that are as
-slow. They would go through all balls of a rack, one by one, for each of the hops.
-
-A ball that has gone nowhere for so long that it would have fallen off, had it been out of balance,
-and by so little that its hops are all that there is, lies still: it is held where it is, until
-something hits it, or moves what it lies on. No force holds it there, since nothing needs one.
+What other balls take from such bounces comes back from the slip, so that they stay as high as that:
+lower ones are more, of a motion that is the same. The balls below are loaded meanwhile: what a
+bounce kicks them by is ended together with all the balls that they touch, by inelastic impulses, as
+friction ends bounces on the cloth (`resting_contact`), and so are impacts of loaded balls that are
+as slow. They would go through all balls of a rack, one by one, for each of the bounces.
 """
 
 from __future__ import annotations
 
 import math
 
+from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
-from ghostball.engine.core.state import (
-    ALOFT,
-    FALL,
-    FIRST,
-    FLYING,
-    GONE,
-    HELD,
-    HOPPING,
-    HOPS,
-    LOADED,
-    RISE,
-    ROLLING,
-    SECOND,
-    STILL_RISE,
-    STILL_SINCE,
-    STILL_X,
-    STILL_Y,
-    UP_SPEED,
-    WORK,
-    Balls,
-    Cells,
-    FloatArray,
-    Laws,
-)
-from ghostball.engine.core.tolerances import CAPTURE_HEIGHT, CONTACT_REACH, LOWEST_HOP
+from ghostball.engine.core.state import Balls, FloatArray, Laws, World
+from ghostball.engine.core.tolerances import LOWEST_BOUNCE
+from ghostball.engine.impacts.lying_still import capture_speed, hold, is_held, lies_still
 from ghostball.engine.impacts.on_table import answer_by_table, set_free
-from ghostball.engine.motion.flight import is_near, motion_in_space
+from ghostball.engine.motion.flight import motion_in_space
 from ghostball.engine.motion.geometry import (
-    at_rest,
     blocking_ball,
-    contact_tolerance,
-    list_near,
     obstacle_in_contact,
     rolls_on,
 )
-from ghostball.engine.motion.next_piece import mark, predict_again
 from ghostball.engine.motion.obstacles import facing
-from ghostball.engine.motion.position import advance, pair_reach, relative_motion
 
 _ASIDE = 2.0**-20
 """How much the normal of a ball that is exactly above another, to which it falls slowly, is taken
 to lean at least: nothing else would decide where it falls, or it would take seconds to."""
 
 _OF_SLIP = 2.0**-8
-"""Most of the energy of a slip that a hop takes; a hop that would need more takes none. A ball that
-begins to fall off another one is e times as fast after some 200 such hops: what each took of a
-slower slip, though little, kept it on top."""
-
-_STILL = 2.0 * CAPTURE_HEIGHT
-"""Way, in diameters, by which a ball that lies still may have gone."""
-
-_LONG = 4.0
-"""How long it has to, in units of the time in which a ball that is out of balance on another one
-goes e times as far from there: by then what leans as little as `_ASIDE` has gone farther."""
-
-_MOST_HOPS = 2**17
-"""Slow impacts of a ball, from one landing on the cloth to the next, after which a run ends: some
-ten times what one comes to that is dropped exactly on top of another."""
-
-
-@kernel(inline=True)
-def capture_speed(laws: Laws, radius: float) -> float:
-    """Speed [m/s] of a rebound that rises `CAPTURE_HEIGHT`."""
-    return 2.0 * math.sqrt(laws.gravity * CAPTURE_HEIGHT * radius)
+"""Most of the energy of a slip that a bounce takes; a bounce that would need more takes none. A
+ball that begins to fall off another one is e times as fast after some 200 such bounces: what each
+took of a slower slip, though little, kept it on top."""
 
 
 @kernel
 def lies_on(height: FloatArray, balls: Balls, i: int, j: int, laws: Laws, t: float) -> bool:
-    """Whether the impact of balls i and j at t [s] is a hop of one that lies on the other."""
+    """Whether the impact of balls i and j at t [s] is a bounce of one that lies on the other."""
     a, b = balls.state[i], balls.state[j]
-    if (a.phase == FLYING) == (b.phase == FLYING):
+    if (a.phase == st.FLYING) == (b.phase == st.FLYING):
         return False
     rx, ry, rz, vx, vy, vz, ax, ay, az = motion_in_space(height, balls, i, j, t)
     distance = math.sqrt(rx * rx + ry * ry + rz * rz)
@@ -104,16 +57,7 @@ def lies_on(height: FloatArray, balls: Balls, i: int, j: int, laws: Laws, t: flo
 
 @kernel
 def part_slowly(
-    height: FloatArray,
-    balls: Balls,
-    i: int,
-    j: int,
-    laws: Laws,
-    cells: Cells | None,
-    nx: float,
-    ny: float,
-    nz: float,
-    depth: float,
+    height: FloatArray, world: World, i: int, j: int, nx: float, ny: float, nz: float, depth: float
 ) -> None:
     """Let two balls, of which one flies, part as fast as they approach, without friction.
 
@@ -124,16 +68,17 @@ def part_slowly(
     Notes
     -----
     Where they overlap by `depth` [m], and would come less than half out again, they part fast
-    enough to come out, and higher by `LOWEST_HOP`; where one lies on the other, as fast as a slow
-    impact may be. What is missing for that comes from the slip. The impulse along it acts as a
+    enough to come out, and higher by `LOWEST_BOUNCE`; where one lies on the other, as fast as a
+    slow impact may be. What is missing for that comes from the slip. The impulse along it acts as a
     friction does, and no energy comes in. One on the cloth that is pushed into others yields as
-    heavily as all of them: they take its part of the impulse as the hop ends, and would else press
-    it back, deeper at each hop.
+    heavily as all of them: they take its part of the impulse as the bounce ends, and would else
+    press it back, deeper at each bounce.
     """
-    if _is_held(height, balls, i, j, laws):
+    balls, laws = world.balls, world.laws
+    if is_held(height, balls, i, j, laws):
         return
     vx, vy = balls.state[i].vx - balls.state[j].vx, balls.state[i].vy - balls.state[j].vy
-    vz = height[i, UP_SPEED] - height[j, UP_SPEED]
+    vz = height[i, st.UP_SPEED] - height[j, st.UP_SPEED]
     level = math.sqrt(nx * nx + ny * ny)
     if level < _ASIDE:
         lean_x = _ASIDE * (nx / level) if level > 0.0 else math.copysign(_ASIDE, nz)
@@ -153,9 +98,9 @@ def part_slowly(
             height, balls, i, j, laws, held, with_i, with_j, nx, ny, nz
         )
     speed = vx * nx + vy * ny + vz * nz
-    if depth > 2.0 * LOWEST_HOP * (balls.state[i].radius + balls.state[j].radius):
-        with_i = _mass_behind(balls, cells, i, -nx, -ny)
-        with_j = _mass_behind(balls, cells, j, nx, ny)
+    if depth > 2.0 * LOWEST_BOUNCE * (balls.state[i].radius + balls.state[j].radius):
+        with_i = _mass_behind(world, i, -nx, -ny)
+        with_j = _mass_behind(world, j, nx, ny)
         xx, xy, yy, zz, vx, vy = _yielding_together(
             height, balls, i, j, laws, held, with_i, with_j, nx, ny, nz
         )
@@ -167,7 +112,7 @@ def part_slowly(
     px, py, pz, returned = 0.0, 0.0, 0.0, speed
     reach = balls.state[i].radius + balls.state[j].radius
     across = vx * vx + vy * vy + vz * vz - speed * speed
-    pressed = (height[j, FALL] - height[i, FALL]) * nz > across / reach
+    pressed = (height[j, st.FALL] - height[i, st.FALL]) * nz > across / reach
     missing = _missing(laws, reach, depth, speed, pressed) / yielding
     if missing > 0.0:
         # An impulse P gives the relative velocity v the change -Y P, Y how both yield, and the
@@ -192,26 +137,27 @@ def part_slowly(
         if xx != 0.0 or yy != 0.0:
             ball = balls.state[k]
             if zz == 0.0 and rolls_on(balls, k):
-                ball.phase = ROLLING
+                ball.phase = st.ROLLING
             else:
                 set_free(balls, k)
             ball.vx += sign * (xx * px + xy * py)
             ball.vy += sign * (xy * px + yy * py)
-            height[k, UP_SPEED] += sign * zz * pz
+            height[k, st.UP_SPEED] += sign * zz * pz
     answer_by_table(height, balls, i, laws)
     answer_by_table(height, balls, j, laws)
 
 
 @kernel
-def _mass_behind(balls: Balls, cells: Cells | None, k: int, nx: float, ny: float) -> float:
+def _mass_behind(world: World, k: int, nx: float, ny: float) -> float:
     """Return the mass of ball k and of a row of balls that it is pushed into, over its own."""
+    balls = world.balls
     mass: float = balls.state[k].mass
     last = k
     for _ in range(len(balls.own_kind)):
-        balls.counters[WORK] += len(balls.own_kind)
-        if balls.state[last].phase == FLYING:
+        balls.counters[st.WORK] += len(balls.own_kind)
+        if balls.state[last].phase == st.FLYING:
             break
-        behind = blocking_ball(balls, cells, last, nx, ny, balls.state[k].epoch)
+        behind = blocking_ball(world, last, nx, ny, balls.state[k].epoch)
         if behind < 0:
             break
         mass += balls.state[behind].mass
@@ -242,7 +188,7 @@ def _from_slip(missing: float, slip: float, sunk: bool) -> float:
 def _missing(laws: Laws, reach: float, depth: float, speed: float, pressed: bool) -> float:
     """Return by how much the square of a rebound's speed [m^2/s^2] is less than it should be."""
     if _is_sunk(laws, depth, speed):
-        return 2.0 * laws.gravity * (depth + LOWEST_HOP * reach) - speed * speed
+        return 2.0 * laws.gravity * (depth + LOWEST_BOUNCE * reach) - speed * speed
     if not pressed:
         return 0.0
     slow: float = capture_speed(laws, 0.5 * reach)
@@ -292,7 +238,7 @@ def _yielding(
     """
     ball = balls.state[k]
     over = 1.0 / (heavier * ball.mass)
-    if height[k, RISE] > 0.0 or height[k, UP_SPEED] > 0.0 or nz >= 0.0:
+    if height[k, st.RISE] > 0.0 or height[k, st.UP_SPEED] > 0.0 or nz >= 0.0:
         return over, 0.0, over, over, ball.vx, ball.vy
     if rolls_on(balls, k):
         over /= 1.4
@@ -323,131 +269,16 @@ def part_from_nose(
 ) -> None:
     """Let ball i, which flies, part from a nose as fast as it approaches: as `part_slowly`."""
     ball = balls.state[i]
-    if _lies_still(height, balls, i, laws, ball.radius):
-        _hold(height, balls, i)
+    if lies_still(height, balls, i, laws, ball.radius):
+        hold(height, balls, i)
         return
-    sx, sy, sz = ball.vx - speed * nx, ball.vy - speed * ny, height[i, UP_SPEED] - speed * nz
+    sx, sy, sz = ball.vx - speed * nx, ball.vy - speed * ny, height[i, st.UP_SPEED] - speed * nz
     slip = sx * sx + sy * sy + sz * sz
-    pressed = -height[i, FALL] * nz > slip / ball.radius
+    pressed = -height[i, st.FALL] * nz > slip / ball.radius
     missing = _missing(laws, 2.0 * ball.radius, depth, speed, pressed)
     taken = _from_slip(max(missing, 0.0), slip, _is_sunk(laws, depth, speed))
     left = math.sqrt((slip - taken) / slip) if slip > 0.0 else 1.0
     returned = math.sqrt(speed * speed + taken)
     ball.vx, ball.vy = left * sx - returned * nx, left * sy - returned * ny
-    height[i, UP_SPEED] = left * sz - returned * nz
+    height[i, st.UP_SPEED] = left * sz - returned * nz
     answer_by_table(height, balls, i, laws)
-
-
-# --- what is loaded
-
-
-@kernel(inline=True)
-def load(height: FloatArray, balls: Balls, laws: Laws, i: int, j: int, t: float) -> None:
-    """Note that one of two balls lies on the other: until it has hopped twice as high, at least."""
-    lasts = 8.0 * math.sqrt(CAPTURE_HEIGHT * balls.state[i].radius / laws.gravity)
-    height[i, LOADED], height[j, LOADED] = t + lasts, t + lasts
-
-
-@kernel(inline=True)
-def share_load(height: FloatArray, i: int, j: int) -> None:
-    """Note that what loads one of two balls that touch loads both."""
-    until = max(height[i, LOADED], height[j, LOADED])
-    height[i, LOADED], height[j, LOADED] = until, until
-
-
-@kernel
-def list_touching(
-    balls: Balls, cells: Cells | None, k: int, t: float, count: int, closing: bool
-) -> int:
-    """List in `balls.hits`, from row `count` on, balls on the cloth that ball k touches at t [s].
-
-    Where `closing`, only what it approaches; as far as there is room. Return how many rows are
-    listed then.
-    """
-    if balls.state[k].phase == FLYING:
-        return count
-    for c in range(list_near(balls, cells, k)):
-        other = int(balls.near[c])
-        if count == len(balls.hits) or balls.state[other].phase in (FLYING, GONE):
-            continue
-        rx, ry, vx, vy, _, _ = relative_motion(balls, k, other, t)
-        gap = math.sqrt(rx * rx + ry * ry) - pair_reach(balls, k, other)
-        touches = gap <= CONTACT_REACH * contact_tolerance(balls, k, other)
-        if touches and (rx * vx + ry * vy < 0.0 or not closing):
-            balls.hits[count, FIRST], balls.hits[count, SECOND] = k, other
-            count += 1
-    return count
-
-
-# --- what lies still
-
-
-@kernel
-def _is_held(height: FloatArray, balls: Balls, i: int, j: int, laws: Laws) -> bool:
-    """Hold those of two balls that lie still, if both do; return whether they do."""
-    reach = balls.state[i].radius + balls.state[j].radius
-    first, second = balls.state[i].phase == FLYING, balls.state[j].phase == FLYING
-    still_i = _lies_still(height, balls, i, laws, reach) if first else at_rest(balls, i)
-    still_j = _lies_still(height, balls, j, laws, reach) if second else at_rest(balls, j)
-    if not (still_i and still_j):
-        return False
-    if first:
-        _hold(height, balls, i)
-    if second:
-        _hold(height, balls, j)
-    return True
-
-
-@kernel
-def _lies_still(height: FloatArray, balls: Balls, k: int, laws: Laws, reach: float) -> bool:
-    """Whether ball k, which flies and has a slow impact now, has gone nowhere for long enough.
-
-    Where it has gone farther, its time begins anew. And count the impact.
-    """
-    ball = balls.state[k]
-    height[k, HOPS] += 1.0
-    if height[k, HOPS] > _MOST_HOPS:
-        balls.counters[HOPPING] = k + 1
-    way = max(abs(ball.x - height[k, STILL_X]), abs(ball.y - height[k, STILL_Y]))
-    way = max(way, abs(height[k, RISE] - height[k, STILL_RISE]))
-    if way > _STILL * 2.0 * ball.radius:
-        height[k, STILL_X], height[k, STILL_Y] = ball.x, ball.y
-        height[k, STILL_RISE], height[k, STILL_SINCE] = height[k, RISE], ball.epoch
-        return False
-    if height[k, RISE] <= _STILL * 2.0 * ball.radius:
-        return False  # it is the table that it comes to rest on
-    up, slow = height[k, UP_SPEED], capture_speed(laws, ball.radius)
-    hops = ball.vx * ball.vx + ball.vy * ball.vy + up * up <= 4.0 * slow * slow
-    long = _LONG * math.sqrt(reach / laws.gravity)
-    return bool(hops and ball.epoch - height[k, STILL_SINCE] > long)
-
-
-@kernel
-def _hold(height: FloatArray, balls: Balls, k: int) -> None:
-    """Hold ball k where it is, with its spin, which nothing slows there."""
-    balls.state[k].vx, balls.state[k].vy = 0.0, 0.0
-    height[k, UP_SPEED], height[k, FALL], height[k, HELD] = 0.0, 0.0, 1.0
-    balls.counters[ALOFT] += 1
-
-
-@kernel
-def let_go(height: FloatArray, balls: Balls, k: int) -> None:
-    """Hold ball k no more: whoever calls it has it predicted anew."""
-    if height[k, HELD] == 1.0:
-        height[k, HELD] = 0.0
-        balls.counters[ALOFT] -= 1
-
-
-@kernel
-def let_go_above(height: FloatArray, balls: Balls, laws: Laws, t: float) -> None:
-    """Let go what lies on balls that move after the event at t [s]; those that lie on it, too."""
-    m = 1
-    while m <= balls.touched[0] and balls.counters[ALOFT] > 0:  # each ball is touched once
-        i = int(balls.touched[m])
-        m += 1
-        for k in range(0 if at_rest(balls, i) else len(balls.own_kind)):
-            if height[k, HELD] == 1.0 and is_near(height, balls, k, i, t):
-                let_go(height, balls, k)
-                advance(balls, k, t)
-                predict_again(balls, k, laws)
-                mark(balls, k)

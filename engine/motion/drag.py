@@ -1,6 +1,6 @@
 """Air drag: motion on the cloth where air, or rolling friction, slows fast balls by more.
 
-dv/dt = -k |v| v beside friction. Of that a ball that rolls feels 5/7, since the cloth's grip takes
+dv/dt = -k |v| v beside friction. Of that a ball that rolls feels 5/7, since the cloth takes
 the rest; so it goes straight, slowed by a + b v^2. Of neither is the motion a polynomial: it goes
 in pieces, each the power series of the true motion, cut where what is left out is far below the
 rounding of the state. A piece that ends is no event.
@@ -10,10 +10,10 @@ recurrence (n + 1) p_{n+1} = -(a [n = 0] + b sum p_i p_{n-i}). Of a slide with a
 that is so, too. Any other slide turns, by two recurrences more: of |u| and of u / |u|, u the slip.
 
 The slip's direction turns like a power of the slip that is left, so that the series of a slide
-converges no farther than to its end, and pieces get shorter towards it (`_SHARE`). The last one
-begins where all that its turning could still do to the place is below rounding: there the slip ends
-as it would by a constant drag, whose time has a closed form, and v takes what the cloth and the air
-then take: its end is exact, between it is a parabola.
+converges no farther than to its end, and pieces get shorter towards it (`_PART_OF_SERIES`). The
+last one begins where all that its turning could still do to the place is below rounding: there the
+slip ends as it would by a constant drag, whose time has a closed form, and v takes what the cloth
+and the air then take: its end is exact, between it is a parabola.
 
 A ball rolls on in whatever air: the cloth isn't asked whether its friction can turn the ball so
 fast, (2/7) k v^2 <= mu_s g. For k and mu_s of a pool ball that holds up to 40 m/s.
@@ -25,20 +25,11 @@ import math
 
 import numpy as np
 
+from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
-from ghostball.engine.core.state import (
-    HIGHER,
-    OWN_PIECE,
-    OWN_REST,
-    OWN_ROLL,
-    POWERS,
-    WORK,
-    Air,
-    Balls,
-    FloatArray,
-    Laws,
-)
+from ghostball.engine.core.state import Air, Balls, FloatArray, Laws
 from ghostball.engine.core.tolerances import EPS, TIME_ROUNDING
+from ghostball.engine.motion.air import felt_drag
 from ghostball.engine.motion.geometry import speed_of
 
 _STRAIGHT_DEGREE = 14
@@ -52,7 +43,7 @@ at most twice its bound. By Cauchy's estimate the power n of the series is then 
 _DEGREE = 24
 """Largest degree of the velocity in a piece that turns."""
 
-_SHARE = 0.75
+_PART_OF_SERIES = 0.75
 """Longest piece that turns, in units of an estimate of the time until the slip or the velocity
 vanishes, at a real or complex instant: there the power series stops to converge. It is but the
 length that is tried: the last coefficients found say how long the piece may be."""
@@ -64,7 +55,7 @@ _STILL = 2.0**-18
 """Speed, in units of the slip, below which air does nothing that a double could tell, as long as it
 would not slow a ball as fast as the slip by much more than friction does."""
 
-_ALONG = 4.0 * EPS
+_STRAIGHT = 4.0 * EPS
 """Sine of the angle between slip and velocity that is but their rounding."""
 
 _WORK_OF_SERIES = 50
@@ -77,17 +68,6 @@ _OVER = np.append(0.0, 1.0 / np.arange(1.0, _DEGREE + 2.0))
 _VX, _VY, _UX, _UY, _SLIP, _EX, _EY, _SPEED = 0, 1, 2, 3, 4, 5, 6, 7
 
 
-@kernel(inline=True)
-def in_air(air: Air | None, laws: Laws) -> bool:
-    """Whether something slows balls by more the faster they are.
-
-    It doesn't say whether one flies.
-    """
-    if air is None:
-        return False
-    return bool(laws.air_drag > 0.0 or laws.roll_quadratic > 0.0)
-
-
 @kernel
 def slide_piece(balls: Balls, i: int, laws: Laws, ux: float, uy: float, size: float) -> float:
     """Begin a piece of ball i's slide, whose slip is (ux, uy) [m/s]; return how long it lasts [s].
@@ -97,22 +77,22 @@ def slide_piece(balls: Balls, i: int, laws: Laws, ux: float, uy: float, size: fl
     higher, air = balls.higher, balls.air
     if higher is None or air is None:
         return math.inf
-    balls.counters[WORK] += _WORK_OF_SERIES
+    balls.counters[st.WORK] += _WORK_OF_SERIES
     ball = balls.state[i]
     friction = ball.slide_slowing
     ex, ey = ux / size, uy / size
     speed = speed_of(ball.vx, ball.vy)
-    balls.own_kind[i] = OWN_PIECE
+    balls.own_kind[i] = st.OWN_PIECE
     if friction == 0.0:
         if speed == 0.0:  # what slowed it before an impact stopped it slows it no more
             return _go_straight(higher, air, balls, i, 1.0, 0.0, 0.0, 0.0, 0.0)
         dx, dy = ball.vx / speed, ball.vy / speed
         return _go_straight(higher, air, balls, i, dx, dy, speed, 0.0, laws.air_drag)
-    if abs(ex * ball.vy - ey * ball.vx) <= _ALONG * speed:
+    if abs(ex * ball.vy - ey * ball.vx) <= _STRAIGHT * speed:
         return _slide_straight(higher, air, balls, i, laws.air_drag, ex, ey, size)
     duration = _last_piece(balls, i, laws.air_drag, ux, uy, size, speed)
     if duration > 0.0:
-        balls.own_kind[i] = OWN_ROLL
+        balls.own_kind[i] = st.OWN_ROLL
         return duration
     return _turn(higher, air, balls, i, laws.air_drag, ux, uy, size, speed)
 
@@ -129,53 +109,11 @@ def roll_piece(balls: Balls, i: int, laws: Laws) -> float:
     ball = balls.state[i]
     speed = speed_of(ball.vx, ball.vy)
     dx, dy = ball.vx / speed, ball.vy / speed
-    drag = laws.roll_quadratic + _felt(laws) * laws.air_drag
+    drag = laws.roll_quadratic + felt_drag(laws) * laws.air_drag
     duration = _go_straight(higher, air, balls, i, dx, dy, speed, ball.roll_slowing, drag)
     stops = _first_zero(air.series[_SPEED], duration)
-    balls.own_kind[i] = OWN_REST if stops <= duration else OWN_PIECE
+    balls.own_kind[i] = st.OWN_REST if stops <= duration else st.OWN_PIECE
     return min(stops, duration)
-
-
-@kernel(inline=True)
-def _felt(laws: Laws) -> float:
-    """Return which part of the air's drag slows a ball that rolls."""
-    return 5.0 / 7.0 if laws.slides else 1.0
-
-
-@kernel(inline=True)
-def slowed_by_air(
-    air: Air | None, laws: Laws, vx: float, vy: float, ax: float, ay: float
-) -> tuple[float, float]:
-    """Return an acceleration with that by the air, at the velocity (vx, vy) [m/s].
-
-    The cloth's grip is for whoever calls it.
-    """
-    if not in_air(air, laws):
-        return ax, ay
-    drag = laws.air_drag * math.sqrt(vx * vx + vy * vy)
-    return ax - drag * vx, ay - drag * vy
-
-
-@kernel(inline=True)
-def rolling_deceleration(
-    air: Air | None, laws: Laws, slowing: float, vx: float, vy: float
-) -> float:
-    """Return the deceleration by rolling friction [m/s^2]; `slowing` is its constant part, mu g."""
-    if in_air(air, laws):
-        slowing += laws.roll_quadratic * (vx * vx + vy * vy)
-    return slowing
-
-
-@kernel(inline=True)
-def slowed_by_grip(
-    air: Air | None, laws: Laws, vx: float, vy: float, ax: float, ay: float
-) -> tuple[float, float]:
-    """Return the acceleration of a ball that rolls, with all of the air and of rolling friction."""
-    if not in_air(air, laws):
-        return ax, ay
-    drag = _felt(laws) * laws.air_drag + laws.roll_quadratic
-    drag *= math.sqrt(vx * vx + vy * vy)
-    return ax - drag * vx, ay - drag * vy
 
 
 @kernel
@@ -212,13 +150,13 @@ def _go_straight(
     ball.ax, ball.ay = p[1] * dx, p[1] * dy
     for n in range(2, _STRAIGHT_DEGREE + 1):
         power, at = p[n] * _OVER[n + 1], 2 * (n - 2)
-        higher[i, HIGHER + at], higher[i, HIGHER + at + 1] = power * dx, power * dy
+        higher[i, st.HIGHER + at], higher[i, st.HIGHER + at + 1] = power * dx, power * dy
         air.turning[i, at], air.turning[i, at + 1] = 0.0, 0.0
     ball.bx, ball.by = 0.0, 0.0
     if b > 0.0 and speed > 0.0:
         # p'' = 2 b p (a + b p^2): what slows falls off.
         higher[i, 0], higher[i, 1] = 2.0 * abs(p[2] * dx), 2.0 * abs(p[2] * dy)
-        higher[i, POWERS] = _STRAIGHT_DEGREE - 1
+        higher[i, st.POWERS] = _STRAIGHT_DEGREE - 1
     else:
         _note_bend(higher, i, _STRAIGHT_DEGREE - 1, duration)
     return duration
@@ -251,7 +189,7 @@ def _slide_straight(
     ends = _first_zero(slip, duration)
     turns = _first_zero(p, duration) if with_slip else math.inf
     if ends <= min(turns, duration):
-        balls.own_kind[i] = OWN_ROLL
+        balls.own_kind[i] = st.OWN_ROLL
         return ends
     return min(turns, duration)
 
@@ -339,7 +277,7 @@ def _turn(
     near = size / (slows + drag)
     if k > 0.0:
         near = min(near, speed / (friction + drag))
-    longest: float = _SHARE * near
+    longest: float = _PART_OF_SERIES * near
     if k == 0.0:
         longest = min(longest, _STILL * size / friction)
     row[_VX, 0], row[_VY, 0], row[_UX, 0], row[_UY, 0] = ball.vx, ball.vy, ux, uy
@@ -373,8 +311,8 @@ def _turn(
     ball.bx, ball.by = -turn * row[_EY, 0], turn * row[_EX, 0]
     for n in range(2, degree + 1):
         at = 2 * (n - 2)
-        higher[i, HIGHER + at] = row[_VX, n] * _OVER[n + 1]
-        higher[i, HIGHER + at + 1] = row[_VY, n] * _OVER[n + 1]
+        higher[i, st.HIGHER + at] = row[_VX, n] * _OVER[n + 1]
+        higher[i, st.HIGHER + at + 1] = row[_VY, n] * _OVER[n + 1]
         air.turning[i, at] = -turn * row[_EY, n - 1] * _OVER[n]
         air.turning[i, at + 1] = turn * row[_EX, n - 1] * _OVER[n]
     _note_bend(higher, i, degree - 1, longest)
@@ -433,13 +371,13 @@ def _shorter(excess: float) -> float:
 def _note_bend(higher: FloatArray, i: int, count: int, duration: float) -> None:
     """Note how many powers a piece of ball i has, and how fast its acceleration changes at most."""
     x, y = 0.0, 0.0
-    higher[i, POWERS] = 0.0
+    higher[i, st.POWERS] = 0.0
     if duration < math.inf:
         for power in range(count - 1, -1, -1):
             factor = float((power + 3) * (power + 2) * (power + 1))
-            x = x * duration + factor * abs(higher[i, HIGHER + 2 * power])
-            y = y * duration + factor * abs(higher[i, HIGHER + 2 * power + 1])
-        higher[i, POWERS] = count
+            x = x * duration + factor * abs(higher[i, st.HIGHER + 2 * power])
+            y = y * duration + factor * abs(higher[i, st.HIGHER + 2 * power + 1])
+        higher[i, st.POWERS] = count
     higher[i, 0], higher[i, 1] = x, y
 
 
@@ -450,15 +388,15 @@ def trim_piece(balls: Balls, i: int) -> None:
     if higher is None:
         return
     ball = balls.state[i]
-    duration, count = ball.own_time - ball.epoch, int(higher[i, POWERS])
+    duration, count = ball.own_time - ball.epoch, int(higher[i, st.POWERS])
     if count == 0 or not duration < math.inf:
         return
     scale = duration * duration
     allowed = 0.25 * _LEFT_OUT * (abs(ball.vx) + abs(ball.vy))
     kept = 0
     for power in range(count):
-        size = abs(higher[i, HIGHER + 2 * power]) + abs(higher[i, HIGHER + 2 * power + 1])
+        size = abs(higher[i, st.HIGHER + 2 * power]) + abs(higher[i, st.HIGHER + 2 * power + 1])
         if scale * (power + 3) * size > allowed:
             kept = power + 1
         scale *= duration
-    higher[i, POWERS] = kept
+    higher[i, st.POWERS] = kept

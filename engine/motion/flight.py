@@ -4,7 +4,7 @@ When they meet each other is in `scheduling.contact_time`, what an impact then d
 in `impacts.in_space`. A ball in flight goes along a parabola, with gravity alone (no air: such
 scenes are refused), and keeps its angular velocity. It lands when its lowest point is back on the
 cloth. Where bounces have become so low that nothing could tell them from a ball on the cloth
-(`LOWEST_HOP`), all that follow are one motion of known duration.
+(`LOWEST_BOUNCE`), all that follow are one motion of known duration.
 
 Two balls touch where their centres are as far apart in space as their radii add up to; a ball and a
 cushion where its centre is by its radius away from the nose, a line at `cushion_height` above the
@@ -17,34 +17,15 @@ from __future__ import annotations
 
 import math
 
+from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
-from ghostball.engine.core.state import (
-    BASE,
-    FALL,
-    FLYING,
-    HELD,
-    LINE,
-    LOADED,
-    OWN_CUSHION,
-    OWN_LAND,
-    OWN_NONE,
-    OWN_OVER,
-    OWN_PIECE,
-    OWN_SETTLE,
-    RISE,
-    SLIDING,
-    UP_SPEED,
-    WORK,
-    Balls,
-    FloatArray,
-    Laws,
-)
+from ghostball.engine.core.state import Balls, FloatArray, Laws
 from ghostball.engine.core.tolerances import (
     CAPTURE_HEIGHT,
     EPS,
     GAP_ROUNDING,
     GAP_ULPS,
-    LOWEST_HOP,
+    LOWEST_BOUNCE,
     TIME_ROUNDING,
 )
 from ghostball.engine.motion.crossings import first_crossing
@@ -55,7 +36,7 @@ from ghostball.engine.motion.position import whole_motion
 @kernel(inline=True)
 def flies(height: FloatArray | None, balls: Balls, i: int) -> bool:
     """Whether ball i is in the air."""
-    return False if height is None else bool(balls.state[i].phase == FLYING)
+    return False if height is None else bool(balls.state[i].phase == st.FLYING)
 
 
 @kernel(inline=True)
@@ -69,7 +50,7 @@ def meets_in_space(height: FloatArray | None, balls: Balls, i: int, j: int) -> b
     """Whether two balls touch along a line that isn't level."""
     if height is None:
         return False
-    return one_flies(height, balls, i, j) or bool(height[i, BASE] != height[j, BASE])
+    return one_flies(height, balls, i, j) or bool(height[i, st.BASE] != height[j, st.BASE])
 
 
 @kernel(inline=True)
@@ -81,8 +62,8 @@ def vertical_motion(
     The height is that of its centre above the cloth.
     """
     s = t - balls.state[i].epoch
-    up, fall = height[i, UP_SPEED], height[i, FALL]
-    return height[i, BASE] + height[i, RISE] + s * (up - 0.5 * fall * s), up - fall * s, -fall
+    up, fall = height[i, st.UP_SPEED], height[i, st.FALL]
+    return height[i, st.BASE] + height[i, st.RISE] + s * (up - 0.5 * fall * s), up - fall * s, -fall
 
 
 @kernel
@@ -110,12 +91,12 @@ def motion_in_space(
 @kernel(inline=True)
 def one_is_loaded(height: FloatArray | None, i: int, j: int, t: float) -> bool:
     """Whether a ball in flight has lain on one of two balls just before the instant t [s]."""
-    return False if height is None else bool(max(height[i, LOADED], height[j, LOADED]) > t)
+    return False if height is None else bool(max(height[i, st.LOADED], height[j, st.LOADED]) > t)
 
 
 @kernel
 def is_near(height: FloatArray, balls: Balls, i: int, j: int, t: float) -> bool:
-    """Whether balls i and j are no farther apart in space at t [s] than after a negligible hop."""
+    """Whether balls i and j are no farther apart at t [s] than after a negligible bounce."""
     rx, ry, rz, _, _, _, _, _, _ = motion_in_space(height, balls, i, j, t)
     near = (1.0 + 2.0 * CAPTURE_HEIGHT) * (balls.state[i].radius + balls.state[j].radius)
     return bool(rx * rx + ry * ry + rz * rz <= near * near)
@@ -129,25 +110,25 @@ def fly(height: FloatArray, balls: Balls, i: int, laws: Laws) -> None:
     """
     ball = balls.state[i]
     ball.ax, ball.ay, ball.bx, ball.by, ball.bz = 0.0, 0.0, 0.0, 0.0, 0.0
-    if height[i, HELD] == 1.0:
+    if height[i, st.HELD] == 1.0:
         ball.own_time = math.inf
-        balls.own_kind[i] = OWN_NONE
+        balls.own_kind[i] = st.OWN_NONE
         return
-    height[i, FALL] = laws.gravity
-    rise, up = height[i, RISE], height[i, UP_SPEED]
+    height[i, st.FALL] = laws.gravity
+    rise, up = height[i, st.RISE], height[i, st.UP_SPEED]
     root = math.sqrt(up * up + 2.0 * laws.gravity * rise)
     duration = (up + root) / laws.gravity if up > 0.0 else 2.0 * rise / (root - up)
-    balls.own_kind[i] = OWN_LAND
+    balls.own_kind[i] = st.OWN_LAND
     for k in range(len(laws.obstacles)):
         nx, ny, away = facing(laws, k, ball.x, ball.y)
         rate = nx * ball.vx + ny * ball.vy
         s, met = _time_to_nose(height, balls, i, laws, k, duration)
         if s < duration:
             duration = s
-            balls.own_kind[i] = OWN_CUSHION + k if met else OWN_PIECE
-        if laws.obstacles[k].kind == LINE and rate < 0.0 and max(away, 0.0) < -rate * duration:
+            balls.own_kind[i] = st.OWN_CUSHION + k if met else st.OWN_PIECE
+        if laws.obstacles[k].kind == st.LINE and rate < 0.0 and max(away, 0.0) < -rate * duration:
             duration = max(away, 0.0) / -rate
-            balls.own_kind[i] = OWN_OVER + k
+            balls.own_kind[i] = st.OWN_OVER + k
     ball.own_time = ball.epoch + duration
 
 
@@ -165,12 +146,12 @@ def _time_to_nose(
     ball = balls.state[i]
     s = 0.0
     for _ in range(MOST_BOUNDS):
-        balls.counters[WORK] += 4
+        balls.counters[st.WORK] += 4
         t = ball.epoch + s
         x, y = ball.x + s * ball.vx, ball.y + s * ball.vy
         z, vz, az = vertical_motion(height, balls, i, t)
         nx, ny, away = facing(laws, k, x, y)
-        above = z - laws.cushion_height
+        above = z - laws.obstacles[k].height
         distance = math.sqrt(away * away + above * above)
         ex, ez = away / distance, above / distance
         gap = max(distance - ball.radius, 0.0)
@@ -201,21 +182,22 @@ def time_to_impact(
 ) -> float:
     """Return in how long [s] what touches in flight has an impact at the soonest; 0: now.
 
-    Where it hops, when it comes back as far. One whose hops are too low to be followed is let go as
-    deep as `LOWEST_HOP`: pressed together they are then fast enough for a hop that is. What is as
-    deep goes on by a part of that, and from twice as deep on any approach is an impact. `pull`
-    [m/s^2] is the acceleration along the normal, and `opening` that of the gap, in which the normal
-    turns too: one that clips another's top at speed isn't pressed to it, however slowly it
-    approaches. What hardly closes the gap counts as a part of gravity, so that no rounding of a
-    rate is a hop.
+    An approach that is fast enough to bounce is an impact now; a ball that moves away as fast has
+    its impact when it comes back. A slower one may overlap by `LOWEST_BOUNCE` first, since a ball
+    that is pulled together over that distance is fast enough. One that overlaps by so much already
+    moves on by a quarter of it, and one that overlaps by twice as much has an impact whenever it
+    approaches. `pull` [m/s^2] is the acceleration along the normal. `opening` is that of the gap,
+    for which the normal turns, too: a ball that touches another's top at speed isn't pulled to it,
+    however slowly it approaches. An `opening` near 0 counts as a part of gravity, so that a rate
+    that is but rounding is no bounce.
     """
-    sink = 2.0 * LOWEST_HOP * radius
+    sink = 2.0 * LOWEST_BOUNCE * radius
     lowest = 0.5 * sink * max(-opening, 2.0**-10 * gravity)
-    hops = rate * rate > (2.0**-20 * lowest if depth > 2.0 * sink and rate < 0.0 else lowest)
-    if hops and rate < 0.0:
+    bounces = rate * rate > (2.0**-20 * lowest if depth > 2.0 * sink and rate < 0.0 else lowest)
+    if bounces and rate < 0.0:
         return 0.0
     deeper = max(sink - max(depth, 0.0), 0.25 * sink)
-    step: float = first_crossing(0.0 if hops else deeper, rate, pull)
+    step: float = first_crossing(0.0 if bounces else deeper, rate, pull)
     return step
 
 
@@ -223,6 +205,6 @@ def time_to_impact(
 def bounce_on(balls: Balls, i: int) -> None:
     """Let ball i go along the cloth, straight on, while bounces too low to be followed end."""
     ball = balls.state[i]
-    ball.phase = SLIDING
+    ball.phase = st.SLIDING
     ball.ax, ball.ay, ball.bx, ball.by, ball.bz = 0.0, 0.0, 0.0, 0.0, 0.0
-    balls.own_kind[i] = OWN_SETTLE
+    balls.own_kind[i] = st.OWN_BOUNCES_END

@@ -8,22 +8,9 @@ from __future__ import annotations
 
 import math
 
+from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
-from ghostball.engine.core.state import (
-    AFTER,
-    COLUMN,
-    FLYING,
-    GONE,
-    HELD,
-    NOWHERE,
-    ROW,
-    SLIDING,
-    TAKES_OUT,
-    Balls,
-    Cells,
-    FloatArray,
-    Laws,
-)
+from ghostball.engine.core.state import Balls, Cells, FloatArray, Laws, World
 from ghostball.engine.core.tolerances import (
     CAPTURE_HEIGHT,
     CONTACT_REACH,
@@ -55,7 +42,7 @@ def speed_of(vx: float, vy: float) -> float:
 @kernel
 def at_rest(balls: Balls, i: int) -> bool:
     """Whether the centre of ball i rests, and stays so if nothing hits it."""
-    slides = balls.state[i].phase == SLIDING and balls.state[i].slide_slowing > 0.0
+    slides = balls.state[i].phase == st.SLIDING and balls.state[i].slide_slowing > 0.0
     if _falls(balls.height, balls, i):
         return False
     return bool(balls.state[i].vx == 0.0 and balls.state[i].vy == 0.0 and not slides)
@@ -66,7 +53,7 @@ def _falls(height: FloatArray | None, balls: Balls, i: int) -> bool:
     """Whether ball i is in the air, and nothing holds it there."""
     if height is None:
         return False
-    return bool(balls.state[i].phase == FLYING and height[i, HELD] == 0.0)
+    return bool(balls.state[i].phase == st.FLYING and height[i, st.HELD] == 0.0)
 
 
 @kernel(inline=True)
@@ -74,11 +61,11 @@ def _in_air(height: FloatArray | None, balls: Balls, i: int, j: int) -> bool:
     """Whether one of two balls is in the air."""
     if height is None:
         return False
-    return bool(balls.state[i].phase == FLYING or balls.state[j].phase == FLYING)
+    return bool(balls.state[i].phase == st.FLYING or balls.state[j].phase == st.FLYING)
 
 
 @kernel
-def grip(balls: Balls, i: int) -> float:
+def friction_limit(balls: Balls, i: int) -> float:
     """Largest deceleration [m/s^2] that the cloth can give ball i."""
     deceleration: float = max(balls.state[i].roll_slowing, balls.state[i].slide_slowing)
     return deceleration
@@ -90,7 +77,9 @@ def rolls_on(balls: Balls, i: int) -> bool:
 
     The cloth turns it then; a cloth without friction turns nothing, and the ball slips.
     """
-    return bool(balls.state[i].phase not in (SLIDING, FLYING) and grip(balls, i) > 0.0)
+    return bool(
+        balls.state[i].phase not in (st.SLIDING, st.FLYING) and friction_limit(balls, i) > 0.0
+    )
 
 
 @kernel
@@ -126,7 +115,7 @@ def contact_tolerance(balls: Balls, i: int, j: int) -> float:
 
 @kernel
 def capture_height(balls: Balls, i: int, j: int) -> float:
-    """Height [m] of a hop between balls i and j that is not followed; see `CAPTURE_HEIGHT`.
+    """Height [m] of a bounce between balls i and j that is not followed; see `CAPTURE_HEIGHT`.
 
     For a ball and a cushion, j is i.
     """
@@ -142,10 +131,10 @@ def stop_way(balls: Balls, i: int) -> float:
 
 
 @kernel
-def negligible_hop(rate: float, acceleration: float, height: float) -> bool:
+def negligible_bounce(rate: float, acceleration: float, height: float) -> bool:
     """Whether a gap that opens at `rate`, and is pulled back, opens by no more than `height` [m].
 
-    A hop at speed v under a rises v^2 / 2a.
+    A bounce at speed v under a rises v^2 / 2a.
     """
     return rate * rate <= 2.0 * acceleration * height
 
@@ -157,7 +146,7 @@ def in_contact(gap: float, rate: float, tolerance: float, pull: float) -> bool:
     `pull` is the most that friction can take from the rate [m/s^2].
     """
     touching = gap <= CONTACT_REACH * tolerance
-    return touching and negligible_hop(rate, pull, tolerance)
+    return touching and negligible_bounce(rate, pull, tolerance)
 
 
 @kernel
@@ -165,15 +154,15 @@ def obstacle_in_contact(balls: Balls, i: int, laws: Laws, k: int) -> bool:
     """Whether ball i counts as in contact with an obstacle, at its epoch."""
     ball = balls.state[i]
     if (
-        ball.phase == GONE
+        ball.phase == st.GONE
         or _in_air(balls.height, balls, i, i)
-        or laws.obstacles[k].law == TAKES_OUT
+        or laws.obstacles[k].law == st.TAKES_OUT
     ):
         return False
     nx, ny, distance = facing(laws, k, ball.x, ball.y)
-    gap = distance - nose_reach(balls, i, laws)
+    gap = distance - nose_reach(balls, i, laws, k)
     rate = nx * ball.vx + ny * ball.vy
-    return in_contact(gap, rate, contact_tolerance(balls, i, i), 3.0 * grip(balls, i))
+    return in_contact(gap, rate, contact_tolerance(balls, i, i), 3.0 * friction_limit(balls, i))
 
 
 @kernel
@@ -183,7 +172,7 @@ def pair_in_contact(balls: Balls, i: int, j: int, t: float) -> bool:
     Friction pulls two balls together with what the cloth can give both, and stops one that was
     struck at rest with as much again.
     """
-    if balls.state[i].phase == GONE or balls.state[j].phase == GONE:
+    if balls.state[i].phase == st.GONE or balls.state[j].phase == st.GONE:
         return False
     if _in_air(balls.height, balls, i, j):
         return False
@@ -191,7 +180,7 @@ def pair_in_contact(balls: Balls, i: int, j: int, t: float) -> bool:
     distance = math.sqrt(rx * rx + ry * ry)
     gap = distance - pair_reach(balls, i, j)
     rate = (rx * vx + ry * vy) / distance
-    pull = 1.5 * (grip(balls, i) + grip(balls, j))
+    pull = 1.5 * (friction_limit(balls, i) + friction_limit(balls, j))
     return in_contact(gap, rate, contact_tolerance(balls, i, j), pull)
 
 
@@ -214,11 +203,11 @@ def list_near(balls: Balls, cells: Cells | None, i: int) -> int:
                 count += 1
         return count
     stride = cells.size[0] + 2
-    middle = cells.link[i, ROW] * stride + cells.link[i, COLUMN]
+    middle = cells.link[i, st.CELL_ROW] * stride + cells.link[i, st.CELL_COLUMN]
     for y in range(-1, 2):
         for x in range(-1, 2):
             k = cells.first[middle + y * stride + x]
-            while k != NOWHERE:
+            while k != st.NOWHERE:
                 if k != i:
                     # In the order of their numbers, as without cells.
                     place = count
@@ -227,14 +216,15 @@ def list_near(balls: Balls, cells: Cells | None, i: int) -> int:
                         place -= 1
                     balls.near[place] = k
                     count += 1
-                k = cells.link[k, AFTER]
+                k = cells.link[k, st.AFTER]
     return count
 
 
 @kernel
-def blocking_ball(balls: Balls, cells: Cells | None, i: int, nx: float, ny: float, t: float) -> int:
+def blocking_ball(world: World, i: int, nx: float, ny: float, t: float) -> int:
     """Return a ball in contact with ball i on the side that (nx, ny) points to, or -1."""
-    for c in range(list_near(balls, cells, i)):
+    balls = world.balls
+    for c in range(list_near(balls, world.cells, i)):
         j = int(balls.near[c])
         if pair_in_contact(balls, i, j, t):
             rx, ry, _, _, _, _ = relative_motion(balls, i, j, t)

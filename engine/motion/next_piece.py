@@ -8,26 +8,12 @@ from __future__ import annotations
 
 import math
 
+from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
-from ghostball.engine.core.state import (
-    FLYING,
-    GONE,
-    LASTS,
-    OWN_CUSHION,
-    OWN_NONE,
-    OWN_PIECE,
-    OWN_REST,
-    OWN_ROLL,
-    RESTING,
-    ROLLING,
-    SLIDING,
-    Air,
-    Balls,
-    FloatArray,
-    Laws,
-)
+from ghostball.engine.core.state import Air, Balls, FloatArray, Laws
 from ghostball.engine.core.tolerances import SLIP_ROUNDING, TIME_ROUNDING
-from ghostball.engine.motion.drag import in_air, roll_piece, slide_piece, trim_piece
+from ghostball.engine.motion.air import in_air
+from ghostball.engine.motion.drag import roll_piece, slide_piece, trim_piece
 from ghostball.engine.motion.flight import bounce_on, fly
 from ghostball.engine.motion.geometry import speed_of
 from ghostball.engine.motion.obstacles import time_to_obstacle
@@ -55,14 +41,14 @@ def come_to_rest(balls: Balls, laws: Laws, i: int, t: float) -> None:
     if in_air(balls.air, laws):
         advance(balls, i, t)
         balls.state[i].vx, balls.state[i].vy = 0.0, 0.0
-        balls.state[i].phase = ROLLING
+        balls.state[i].phase = st.ROLLING
         return
     s = t - balls.state[i].epoch
     balls.state[i].x += 0.5 * s * balls.state[i].vx
     balls.state[i].y += 0.5 * s * balls.state[i].vy
     balls.state[i].vx = 0.0
     balls.state[i].vy = 0.0
-    balls.state[i].phase = ROLLING
+    balls.state[i].phase = st.ROLLING
     turn_about_vertical(balls, i, s)
     balls.state[i].epoch = t
 
@@ -76,7 +62,7 @@ def start_rolling(balls: Balls, laws: Laws, i: int, t: float) -> None:
     """
     if in_air(balls.air, laws):
         advance(balls, i, t)
-        balls.state[i].phase = ROLLING
+        balls.state[i].phase = st.ROLLING
         return
     s = t - balls.state[i].epoch
     ux, uy = slip(balls, i)
@@ -85,7 +71,7 @@ def start_rolling(balls: Balls, laws: Laws, i: int, t: float) -> None:
     balls.state[i].y += 0.5 * s * (balls.state[i].vy + vy)
     balls.state[i].vx = vx
     balls.state[i].vy = vy
-    balls.state[i].phase = ROLLING
+    balls.state[i].phase = st.ROLLING
     turn_about_vertical(balls, i, s)
     balls.state[i].epoch = t
 
@@ -96,13 +82,13 @@ def leave(balls: Balls, i: int) -> None:
     ball = balls.state[i]
     ball.vx, ball.vy = 0.0, 0.0
     ball.wx, ball.wy, ball.wz = 0.0, 0.0, 0.0
-    ball.phase = GONE
+    ball.phase = st.GONE
 
 
 @kernel
 def slip(balls: Balls, i: int) -> tuple[float, float]:
     """Velocity [m/s] of ball i's lowest point over the cloth, at its epoch."""
-    if balls.state[i].phase != SLIDING:
+    if balls.state[i].phase != st.SLIDING:
         return 0.0, 0.0
     radius = balls.state[i].radius
     return (
@@ -112,15 +98,15 @@ def slip(balls: Balls, i: int) -> tuple[float, float]:
 
 
 @kernel
-def loosen(balls: Balls, i: int) -> None:
+def keep_spin(balls: Balls, i: int) -> None:
     """Let ball i keep its angular velocity while an impulse changes its velocity.
 
     Contract: before any impulse on a ball of a scene in which balls slide.
     """
-    if balls.state[i].phase != SLIDING:
+    if balls.state[i].phase != st.SLIDING:
         balls.state[i].wx = -balls.state[i].vy / balls.state[i].radius
         balls.state[i].wy = balls.state[i].vx / balls.state[i].radius
-        balls.state[i].phase = SLIDING
+        balls.state[i].phase = st.SLIDING
 
 
 @kernel
@@ -151,7 +137,7 @@ def predict_motion(balls: Balls, i: int, laws: Laws) -> None:
     straighten(balls, i)
     if _goes_its_own_way(balls.height, balls, i, laws):
         return
-    duration = _start_slide(balls, i, laws) if balls.state[i].phase == SLIDING else _NO_MOTION
+    duration = _start_slide(balls, i, laws) if balls.state[i].phase == st.SLIDING else _NO_MOTION
     if duration == _NO_MOTION:
         duration = _start_roll(balls, i, laws)
     if duration != _NO_MOTION:
@@ -164,12 +150,12 @@ def _goes_its_own_way(height: FloatArray | None, balls: Balls, i: int, laws: Law
     """Begin the motion of a ball that flies, or bounces lower than can be followed, if it does."""
     if height is None:
         return False
-    if balls.state[i].phase == FLYING:
+    if balls.state[i].phase == st.FLYING:
         fly(height, balls, i, laws)
         return True
-    if height[i, LASTS] > 0.0:
+    if height[i, st.LASTS] > 0.0:
         bounce_on(balls, i)
-        predict_obstacles(balls, i, laws, height[i, LASTS], 0)
+        predict_obstacles(balls, i, laws, height[i, st.LASTS], 0)
         return True
     return False
 
@@ -218,13 +204,13 @@ def _start_roll(balls: Balls, i: int, laws: Laws) -> float:
     deceleration = balls.state[i].roll_slowing
     balls.state[i].ax, balls.state[i].ay = friction_against(vx, vy, deceleration)
     if vx == 0.0 and vy == 0.0:
-        if balls.state[i].phase != GONE:
-            balls.state[i].phase = RESTING
+        if balls.state[i].phase != st.GONE:
+            balls.state[i].phase = st.RESTING
         balls.state[i].own_time = math.inf
-        balls.own_kind[i] = OWN_NONE
+        balls.own_kind[i] = st.OWN_NONE
         return _NO_MOTION
-    balls.state[i].phase = ROLLING
-    balls.own_kind[i] = OWN_REST
+    balls.state[i].phase = st.ROLLING
+    balls.own_kind[i] = st.OWN_REST
     slowed = _rolls_in_air(balls.air, balls, i, laws)
     if slowed != _NO_MOTION:
         return slowed
@@ -252,7 +238,7 @@ def _start_slide(balls: Balls, i: int, laws: Laws) -> float:
     balls.state[i].ay = ay
     balls.state[i].bx = 2.5 * ay / radius
     balls.state[i].by = -2.5 * ax / radius
-    balls.own_kind[i] = OWN_ROLL
+    balls.own_kind[i] = st.OWN_ROLL
     friction = balls.state[i].slide_slowing
     duration: float = size / (3.5 * friction) if friction > 0.0 else math.inf
     return duration
@@ -276,5 +262,5 @@ def predict_obstacles(balls: Balls, i: int, laws: Laws, duration: float, held: i
         s, met = time_to_obstacle(balls, i, laws, k, duration, lasts)
         if s < duration:
             duration = s
-            balls.own_kind[i] = OWN_CUSHION + k if met else OWN_PIECE
+            balls.own_kind[i] = st.OWN_CUSHION + k if met else st.OWN_PIECE
     balls.state[i].own_time = balls.state[i].epoch + duration

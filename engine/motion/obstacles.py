@@ -10,15 +10,9 @@ from __future__ import annotations
 
 import math
 
+from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
-from ghostball.engine.core.state import (
-    LINE,
-    SEGMENT,
-    WORK,
-    Balls,
-    FloatArray,
-    Laws,
-)
+from ghostball.engine.core.state import Balls, FloatArray, Laws
 from ghostball.engine.core.tolerances import EPS, GAP_ROUNDING, GAP_ULPS, TIME_ROUNDING
 from ghostball.engine.motion.crossings import first_bent_crossing, first_crossing
 from ghostball.engine.motion.position import (
@@ -37,7 +31,7 @@ each is nearer by the square; what asks for more has no end."""
 @kernel(inline=True)
 def facing(laws: Laws, k: int, x: float, y: float) -> tuple[float, float, float]:
     """Return obstacle k's unit normal towards a place, and how far from it that is [m]."""
-    if laws.obstacles[k].kind == LINE:
+    if laws.obstacles[k].kind == st.LINE:
         nx, ny = laws.obstacles[k].nx, laws.obstacles[k].ny
         away = nx * (x - laws.obstacles[k].x) + ny * (y - laws.obstacles[k].y)
         return nx, ny, away
@@ -48,7 +42,7 @@ def facing(laws: Laws, k: int, x: float, y: float) -> tuple[float, float, float]
 def _facing_nearest(laws: Laws, k: int, x: float, y: float) -> tuple[float, float, float]:
     """`facing`, where the nearest point isn't everywhere in the same direction."""
     rx, ry = x - laws.obstacles[k].x, y - laws.obstacles[k].y
-    if laws.obstacles[k].kind == SEGMENT:
+    if laws.obstacles[k].kind == st.SEGMENT:
         dx = laws.obstacles[k].nx - laws.obstacles[k].x
         dy = laws.obstacles[k].ny - laws.obstacles[k].y
         part = min(max((rx * dx + ry * dy) / (dx * dx + dy * dy), 0.0), 1.0)
@@ -58,16 +52,17 @@ def _facing_nearest(laws: Laws, k: int, x: float, y: float) -> tuple[float, floa
 
 
 @kernel(inline=True)
-def nose_reach(balls: Balls, i: int, laws: Laws) -> float:
-    """Return how far from an obstacle ball i touches it, on the cloth [m]; see `motion.flight`."""
-    return _nose_reach(balls.height, laws, balls.state[i].radius)
+def nose_reach(balls: Balls, i: int, laws: Laws, k: int) -> float:
+    """Return how far from obstacle k ball i touches it, on the cloth [m]; see `motion.flight`."""
+    return _nose_reach(balls.height, laws, k, balls.state[i].radius)
 
 
 @kernel(inline=True)
-def _nose_reach(height: FloatArray | None, laws: Laws, radius: float) -> float:
+def _nose_reach(height: FloatArray | None, laws: Laws, k: int, radius: float) -> float:
     reach = radius
     if height is not None and laws.airborne:
-        reach = math.sqrt(laws.cushion_height * (2.0 * radius - laws.cushion_height))
+        nose = laws.obstacles[k].height
+        reach = math.sqrt(nose * (2.0 * radius - nose))
     return reach
 
 
@@ -90,13 +85,13 @@ def time_to_obstacle(
     then, but it isn't known whether later; the search was given up.
     """
     ball = balls.state[i]
-    if laws.obstacles[k].kind == LINE and jerk(balls, i) == 0.0:
+    if laws.obstacles[k].kind == st.LINE and jerk(balls, i) == 0.0:
         nx, ny = laws.obstacles[k].nx, laws.obstacles[k].ny
         rate, pull = nx * ball.vx + ny * ball.vy, nx * ball.ax + ny * ball.ay
         if rate >= 0.0 and pull >= 0.0:
             return math.inf, True
         _, _, away = facing(laws, k, ball.x, ball.y)
-        gap = max(away - nose_reach(balls, i, laws), 0.0)
+        gap = max(away - nose_reach(balls, i, laws, k), 0.0)
         # Without pull the root is that of a line: the same number, without a square root.
         return (gap / -rate if pull == 0.0 else first_crossing(gap, rate, pull)), True
     return _time_by_bounds(balls, i, laws, k, duration, lasts)
@@ -113,11 +108,11 @@ def _time_by_bounds(
     ball = balls.state[i]
     s = 0.0
     for _ in range(MOST_BOUNDS):
-        balls.counters[WORK] += 4
+        balls.counters[st.WORK] += 4
         t = ball.epoch + s
         x, y, vx, vy, ax, ay = whole_motion(balls, i, t)
         nx, ny, away = facing(laws, k, x, y)
-        gap = max(away - nose_reach(balls, i, laws), 0.0)
+        gap = max(away - nose_reach(balls, i, laws, k), 0.0)
         rate = nx * vx + ny * vy
         pull = nx * ax + ny * ay
         bent, left = jerk_along(balls, i, nx, ny), min(lasts - s, FOR_EVER)

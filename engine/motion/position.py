@@ -13,22 +13,9 @@ from __future__ import annotations
 
 import math
 
+from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
-from ghostball.engine.core.state import (
-    BASE,
-    FALL,
-    FLYING,
-    GONE,
-    HIGHER,
-    LASTS,
-    POWERS,
-    RISE,
-    SLIDING,
-    UP_SPEED,
-    Air,
-    Balls,
-    FloatArray,
-)
+from ghostball.engine.core.state import Air, Balls, FloatArray
 from ghostball.model.trajectory import polynomial
 
 FOR_EVER = 1e100
@@ -71,10 +58,10 @@ def _with_tail(
     """Add to x and y what a piece's powers beyond the second come to after s seconds."""
     if higher is None:
         return x, y
-    count = int(higher[i, POWERS])
+    count = int(higher[i, st.POWERS])
     if count == 0 or s == 0.0:
         return x, y
-    further = _tails(higher[i, HIGHER:], count, s)
+    further = _tails(higher[i, st.HIGHER :], count, s)
     return x + further[2 * order], y + further[2 * order + 1]
 
 
@@ -140,8 +127,8 @@ def _whole_jerk_along(
     if higher is None:
         return 0.0
     size = 0.0
-    for power in range(int(higher[i, POWERS]) - 1, -1, -1):
-        along = nx * higher[i, HIGHER + 2 * power] + ny * higher[i, HIGHER + 2 * power + 1]
+    for power in range(int(higher[i, st.POWERS]) - 1, -1, -1):
+        along = nx * higher[i, st.HIGHER + 2 * power] + ny * higher[i, st.HIGHER + 2 * power + 1]
         size = size * lasts + abs(along) * float((power + 3) * (power + 2) * (power + 1))
     return size
 
@@ -152,10 +139,10 @@ def relative_jerk(higher: FloatArray, i: int, j: int, lasts: float) -> float:
 
     Of two whose pieces began at one instant, for `lasts` [s] from then on.
     """
-    count_i, count_j = int(higher[i, POWERS]), int(higher[j, POWERS])
+    count_i, count_j = int(higher[i, st.POWERS]), int(higher[j, st.POWERS])
     size = 0.0
     for power in range(max(count_i, count_j) - 1, -1, -1):
-        column = HIGHER + 2 * power
+        column = st.HIGHER + 2 * power
         x, y = 0.0, 0.0
         if power < count_i:
             x, y = higher[i, column], higher[i, column + 1]
@@ -186,14 +173,14 @@ def straighten(balls: Balls, i: int) -> None:
 @kernel(inline=True)
 def _straighten(higher: FloatArray | None, i: int) -> None:
     if higher is not None:
-        for column in range(HIGHER):
+        for column in range(st.HIGHER):
             higher[i, column] = 0.0
 
 
 @kernel(inline=True)
 def meets_until(balls: Balls, i: int) -> float:
     """Return until when ball i may meet others on its piece [s]; one that is gone never does."""
-    until: float = -math.inf if balls.state[i].phase == GONE else balls.state[i].own_time
+    until: float = -math.inf if balls.state[i].phase == st.GONE else balls.state[i].own_time
     return until
 
 
@@ -215,12 +202,12 @@ def _whole_motion(
         )
         return x, y, vx, vy, ax, ay
     ball = balls.state[i]
-    s, count = t - ball.epoch, int(higher[i, POWERS])
+    s, count = t - ball.epoch, int(higher[i, st.POWERS])
     x, y = ball.x + way(ball.vx, ball.ax, s), ball.y + way(ball.vy, ball.ay, s)
     vx, vy = speed(ball.vx, ball.ax, s), speed(ball.vy, ball.ay, s)
     if count == 0 or s == 0.0:
         return x, y, vx, vy, ball.ax, ball.ay
-    fx, fy, fvx, fvy, fax, fay = _tails(higher[i, HIGHER:], count, s)
+    fx, fy, fvx, fvy, fax, fay = _tails(higher[i, st.HIGHER :], count, s)
     return x + fx, y + fy, vx + fvx, vy + fvy, ball.ax + fax, ball.ay + fay
 
 
@@ -251,7 +238,7 @@ def advance(balls: Balls, i: int, t: float) -> None:
     ball = balls.state[i]
     s = t - ball.epoch
     ball.x, ball.y, ball.vx, ball.vy, ball.ax, ball.ay = whole_motion(balls, i, t)
-    if ball.phase == SLIDING:
+    if ball.phase == st.SLIDING:
         ball.wx += ball.bx * s
         ball.wy += ball.by * s
         _turn_on(balls.higher, balls.air, balls, i, s)
@@ -259,6 +246,13 @@ def advance(balls: Balls, i: int, t: float) -> None:
     _rise_on(balls.height, i, s)
     turn_about_vertical(balls, i, s)
     ball.epoch = t
+
+
+@kernel(inline=True)
+def slowed_spin(spin: float, slowed: float) -> float:
+    """Return what is left of a spin about the vertical of which the cloth takes so much."""
+    left = max(abs(spin) - slowed, 0.0)
+    return left if spin > 0.0 else -left
 
 
 @kernel
@@ -269,8 +263,7 @@ def turn_about_vertical(balls: Balls, i: int, s: float) -> None:
     """
     spin = balls.state[i].wz
     if spin != 0.0 and not _is_free(balls.height, balls, i):
-        left = max(abs(spin) - s * balls.state[i].spin_slowing, 0.0)
-        balls.state[i].wz = left if spin > 0.0 else -left
+        balls.state[i].wz = slowed_spin(spin, s * balls.state[i].spin_slowing)
     balls.state[i].wz += balls.state[i].bz * s
 
 
@@ -284,7 +277,7 @@ def pair_reach(balls: Balls, i: int, j: int) -> float:
 def _pair_reach(height: FloatArray | None, balls: Balls, i: int, j: int) -> float:
     reach: float = balls.state[i].radius + balls.state[j].radius
     if height is not None:
-        above = height[i, BASE] - height[j, BASE]
+        above = height[i, st.BASE] - height[j, st.BASE]
         reach = math.sqrt(reach * reach - above * above)
     return reach
 
@@ -292,17 +285,17 @@ def _pair_reach(height: FloatArray | None, balls: Balls, i: int, j: int) -> floa
 @kernel(inline=True)
 def _is_free(height: FloatArray | None, balls: Balls, i: int) -> bool:
     """Whether no cloth slows ball i's spin."""
-    return False if height is None else bool(balls.state[i].phase == FLYING)
+    return False if height is None else bool(balls.state[i].phase == st.FLYING)
 
 
 @kernel(inline=True)
 def _rise_on(height: FloatArray | None, i: int, s: float) -> None:
     """Let ball i rise, or fall, for s seconds. What bounces it has left go no further."""
     if height is not None:
-        up, fall = height[i, UP_SPEED], height[i, FALL]
-        height[i, RISE] += s * (up - 0.5 * fall * s)
-        height[i, UP_SPEED] = up - fall * s
-        height[i, LASTS] = 0.0
+        up, fall = height[i, st.UP_SPEED], height[i, st.FALL]
+        height[i, st.RISE] += s * (up - 0.5 * fall * s)
+        height[i, st.UP_SPEED] = up - fall * s
+        height[i, st.LASTS] = 0.0
 
 
 @kernel(inline=True)
@@ -310,7 +303,7 @@ def _turn_on(higher: FloatArray | None, air: Air | None, balls: Balls, i: int, s
     """Add to wx and wy what their powers beyond the first come to after s seconds."""
     if higher is not None and air is not None:
         wx, wy = 0.0, 0.0
-        for power in range(int(higher[i, POWERS]) - 1, -1, -1):
+        for power in range(int(higher[i, st.POWERS]) - 1, -1, -1):
             wx = wx * s + air.turning[i, 2 * power]
             wy = wy * s + air.turning[i, 2 * power + 1]
         balls.state[i].wx += s * s * wx

@@ -1,4 +1,4 @@
-"""How a ball of a cluster answers to the forces on it, with the cloth's friction, over one step.
+"""How a ball of an island answers to the forces on it, with the cloth's friction, over one step.
 
 The cloth acts too. A member that rolls is given the friction with which it goes on rolling, so that
 it reacts with 7/5 of its mass, for as long as that is within the limit of sliding friction (or of
@@ -10,31 +10,15 @@ from __future__ import annotations
 
 import math
 
+from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
-from ghostball.engine.core.state import (
-    AHEAD,
-    DEEP,
-    LOAD_X,
-    LOAD_Y,
-    NEW_AX,
-    NEW_AY,
-    NEW_BX,
-    NEW_BY,
-    ROLLING,
-    SLIPS,
-    TWIST_X,
-    TWIST_Y,
-    YIELD,
-    Balls,
-    Contacts,
-    Laws,
-)
-from ghostball.engine.motion.drag import rolling_deceleration, slowed_by_air
+from ghostball.engine.core.state import Balls, Laws, World
+from ghostball.engine.motion.air import rolling_deceleration, slowed_by_air
 from ghostball.engine.motion.geometry import (
     capture_height,
     contact_tolerance,
-    grip,
-    negligible_hop,
+    friction_limit,
+    negligible_bounce,
     rolls_on,
     speed_of,
     stop_way,
@@ -56,59 +40,53 @@ _TURN = 0.125
 
 
 @kernel
-def accelerate(balls: Balls, laws: Laws, contacts: Contacts, k: int, duration: float) -> None:
+def accelerate(world: World, k: int, duration: float) -> None:
     """Set member k's accelerations from LOAD_* and TWIST_*, and the cloth's answer to them."""
+    balls, laws, contacts = world.balls, world.laws, world.contacts
     mass = balls.state[k].mass
-    fx, fy = contacts.motion[k, LOAD_X] / mass, contacts.motion[k, LOAD_Y] / mass
-    contacts.motion[k, YIELD] = 1.0 / mass
+    fx, fy = contacts.motion[k].load_x / mass, contacts.motion[k].load_y / mass
+    contacts.motion[k].compliance = 1.0 / mass
     # At mid-step, too: as far as the forces so far have it.
-    vx = balls.state[k].vx + 0.5 * duration * contacts.motion[k, NEW_AX]
-    vy = balls.state[k].vy + 0.5 * duration * contacts.motion[k, NEW_AY]
+    vx = balls.state[k].vx + 0.5 * duration * contacts.motion[k].new_ax
+    vy = balls.state[k].vy + 0.5 * duration * contacts.motion[k].new_ay
     fx, fy = slowed_by_air(balls.air, laws, vx, vy, fx, fy)
     limit = rolling_deceleration(balls.air, laws, balls.state[k].roll_slowing, vx, vy)
     if not laws.slides:
-        _roll(balls, contacts, k, duration, fx, fy, limit)
+        _roll(world, k, duration, fx, fy, limit)
         return
     radius = balls.state[k].radius
-    gx = 2.5 * contacts.motion[k, TWIST_X] / (mass * radius)
-    gy = 2.5 * contacts.motion[k, TWIST_Y] / (mass * radius)
+    gx = 2.5 * contacts.motion[k].twist_x / (mass * radius)
+    gy = 2.5 * contacts.motion[k].twist_y / (mass * radius)
     ux, uy = slip(balls, k)
     # Without the cloth the slip would change so [m/s^2]; its friction over the mass changes it by
     # 7/2 of itself.
     dux, duy = fx - radius * gy, fy + radius * gx
     cx, cy = -(ux / duration + dux) / 3.5, -(uy / duration + duy) / 3.5
     size = speed_of(cx, cy)
-    rolls = ux == 0.0 and uy == 0.0 and size <= grip(balls, k)
-    contacts.motion[k, SLIPS] = 0.0 if rolls else 1.0
+    rolls = ux == 0.0 and uy == 0.0 and size <= friction_limit(balls, k)
+    contacts.motion[k].slips = 0.0 if rolls else 1.0
     if rolls:
-        contacts.motion[k, YIELD] /= 1.4
-        _roll(balls, contacts, k, duration, fx + cx, fy + cy, limit)
-        contacts.motion[k, NEW_BX] = -contacts.motion[k, NEW_AY] / radius
-        contacts.motion[k, NEW_BY] = contacts.motion[k, NEW_AX] / radius
+        contacts.motion[k].compliance /= 1.4
+        _roll(world, k, duration, fx + cx, fy + cy, limit)
+        contacts.motion[k].new_bx = -contacts.motion[k].new_ay / radius
+        contacts.motion[k].new_by = contacts.motion[k].new_ax / radius
         return
     if size > balls.state[k].slide_slowing:
         mid_x, mid_y = ux + 0.5 * duration * dux, uy + 0.5 * duration * duy
         cx, cy = _resist(mid_x, mid_y, balls.state[k].slide_slowing, 1.75 * duration)
-    contacts.motion[k, NEW_AX] = fx + cx
-    contacts.motion[k, NEW_AY] = fy + cy
-    contacts.motion[k, NEW_BX] = gx + 2.5 * cy / radius
-    contacts.motion[k, NEW_BY] = gy - 2.5 * cx / radius
+    contacts.motion[k].new_ax = fx + cx
+    contacts.motion[k].new_ay = fy + cy
+    contacts.motion[k].new_bx = gx + 2.5 * cy / radius
+    contacts.motion[k].new_by = gy - 2.5 * cx / radius
 
 
 @kernel
-def _roll(
-    balls: Balls,
-    contacts: Contacts,
-    k: int,
-    duration: float,
-    fx: float,
-    fy: float,
-    limit: float,
-) -> None:
+def _roll(world: World, k: int, duration: float, fx: float, fy: float, limit: float) -> None:
     """Set the acceleration of a member that rolls or rests: drive less rolling friction.
 
     `limit` is the most that this slows it by [m/s^2].
     """
+    balls, contacts = world.balls, world.contacts
     vx, vy = balls.state[k].vx, balls.state[k].vy
     if stopping(balls, k):
         # So slow, or at rest: the cloth brings it to rest by the end of the step if mu m g can,
@@ -116,17 +94,17 @@ def _roll(
         ux, uy = vx / duration + fx, vy / duration + fy
         size = speed_of(ux, uy)
         if size <= limit:
-            contacts.motion[k, NEW_AX] = -vx / duration
-            contacts.motion[k, NEW_AY] = -vy / duration
-            contacts.motion[k, YIELD] = 0.0
+            contacts.motion[k].new_ax = -vx / duration
+            contacts.motion[k].new_ay = -vy / duration
+            contacts.motion[k].compliance = 0.0
         else:
-            contacts.motion[k, NEW_AX] = fx - limit * (ux / size)
-            contacts.motion[k, NEW_AY] = fy - limit * (uy / size)
+            contacts.motion[k].new_ax = fx - limit * (ux / size)
+            contacts.motion[k].new_ay = fy - limit * (uy / size)
         return
     mid_x, mid_y = vx + 0.5 * duration * fx, vy + 0.5 * duration * fy
     rx, ry = _resist(mid_x, mid_y, limit, 0.5 * duration)
-    contacts.motion[k, NEW_AX] = fx + rx
-    contacts.motion[k, NEW_AY] = fy + ry
+    contacts.motion[k].new_ax = fx + rx
+    contacts.motion[k].new_ay = fy + ry
 
 
 @kernel
@@ -149,58 +127,61 @@ def stopping(balls: Balls, k: int) -> bool:
     if ux != 0.0 or uy != 0.0:
         return False
     speed = speed_of(balls.state[k].vx, balls.state[k].vy)
-    return negligible_hop(speed, balls.state[k].roll_slowing, capture_height(balls, k, k))
+    return negligible_bounce(speed, balls.state[k].roll_slowing, capture_height(balls, k, k))
 
 
 @kernel
-def slack(balls: Balls, i: int, j: int, duration: float) -> float:
+def permitted_gap(balls: Balls, i: int, j: int, duration: float) -> float:
     """Return what forces may leave of the gap of balls i and j [m] at the end of a step.
 
     For a ball and a cushion, j is i.
     """
-    cloth = 0.5 * duration * duration * max(grip(balls, i), grip(balls, j))
+    cloth = 0.5 * duration * duration * max(friction_limit(balls, i), friction_limit(balls, j))
     left: float = min(_LEFT_OPEN * contact_tolerance(balls, i, j), _LEFT_OVER * cloth)
     return left
 
 
 @kernel
-def keep_still(balls: Balls, contacts: Contacts, k: int, duration: float) -> None:
+def keep_still(world: World, k: int, duration: float) -> None:
     """Bring member k to rest, or leave it there, where what moves it is what forces are off by."""
-    if contacts.motion[k, DEEP] == 1.0 or not stopping(balls, k):
+    balls, contacts = world.balls, world.contacts
+    if contacts.motion[k].overlaps == 1.0 or not stopping(balls, k):
         return
-    x = balls.state[k].vx + duration * contacts.motion[k, NEW_AX]
-    y = balls.state[k].vy + duration * contacts.motion[k, NEW_AY]
-    if duration * speed_of(x, y) <= 2.0 * slack(balls, k, k, duration):
-        contacts.motion[k, NEW_AX] = -balls.state[k].vx / duration
-        contacts.motion[k, NEW_AY] = -balls.state[k].vy / duration
+    x = balls.state[k].vx + duration * contacts.motion[k].new_ax
+    y = balls.state[k].vy + duration * contacts.motion[k].new_ay
+    if duration * speed_of(x, y) <= 2.0 * permitted_gap(balls, k, k, duration):
+        contacts.motion[k].new_ax = -balls.state[k].vx / duration
+        contacts.motion[k].new_ay = -balls.state[k].vy / duration
 
 
 @kernel
-def is_settling(balls: Balls, contacts: Contacts, k: int) -> bool:
+def slip_ends(world: World, k: int) -> bool:
     """Whether the cloth alone would end ball k's slip within `STOP_WAY`.
 
     A slip that is followed is so nearly to the end.
     """
+    balls = world.balls
     ux, uy = slip(balls, k)
     size = speed_of(ux, uy)
     way = stop_way(balls, k)
-    if contacts.motion[k, AHEAD] > 0.0:
+    if world.contacts.motion[k].ahead > 0.0:
         way *= _FOLLOWED_ON
-    return size > 0.0 and negligible_hop(size, balls.state[k].slide_slowing, way)
+    return size > 0.0 and negligible_bounce(size, balls.state[k].slide_slowing, way)
 
 
 @kernel
-def settle(balls: Balls, contacts: Contacts, k: int) -> bool:
+def end_slip(world: World, k: int) -> bool:
     """End ball k's slip now, if it is settling; return whether it is.
 
     As the cloth would: 2/7 of the slip leave the velocity.
     """
-    if not is_settling(balls, contacts, k):
+    balls = world.balls
+    if not slip_ends(world, k):
         return False
     ux, uy = slip(balls, k)
     balls.state[k].vx -= ux / 3.5
     balls.state[k].vy -= uy / 3.5
-    balls.state[k].phase = ROLLING
+    balls.state[k].phase = st.ROLLING
     return True
 
 
@@ -218,15 +199,16 @@ def time_to_change(balls: Balls, k: int) -> float:
 
 
 @kernel
-def turns_little(balls: Balls, contacts: Contacts, k: int, duration: float) -> bool:
+def turns_little(world: World, k: int, duration: float) -> bool:
     """Whether member k's friction keeps its direction over a step of this length."""
-    ax, ay = contacts.motion[k, NEW_AX], contacts.motion[k, NEW_AY]
+    balls, contacts = world.balls, world.contacts
+    ax, ay = contacts.motion[k].new_ax, contacts.motion[k].new_ay
     ux, uy = slip(balls, k)
     size = speed_of(ux, uy)
     if size > 0.0:
         radius = balls.state[k].radius
-        dux = duration * (ax - radius * contacts.motion[k, NEW_BY])
-        duy = duration * (ay + radius * contacts.motion[k, NEW_BX])
+        dux = duration * (ax - radius * contacts.motion[k].new_by)
+        duy = duration * (ay + radius * contacts.motion[k].new_bx)
         across = abs((ux / size) * duy - (uy / size) * dux)
         left = size + (ux / size) * dux + (uy / size) * duy
         return bool(across <= _TURN * size and left > 0.25 * size)

@@ -16,11 +16,9 @@ import math
 
 from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
-from ghostball.engine.core.state import HISTORY, REMEMBERED, Balls, Contacts, Laws
+from ghostball.engine.core.rows import PER_ROUND, REMEMBERED
+from ghostball.engine.core.state import Contacts, World
 from ghostball.engine.resting_contact.friction import load, rub_more
-
-_PER_ROUND = 6
-"""Columns of a round: the three forces of a contact after it, and by how much it changed them."""
 
 _RIGHT = REMEMBERED
 """Column of `Contacts.matrix` with the right side of the equations, then with the weights."""
@@ -36,38 +34,33 @@ new, and is left out."""
 @kernel
 def remember(contacts: Contacts, count: int, turn: int) -> None:
     """Keep the forces after the round of number `turn`, and by how much it changed them."""
-    forces = contacts.forces
-    column = _column(turn)
+    place = _place(turn)
     for c in range(count):
-        forces[c, column] = forces[c, st.FORCE]
-        forces[c, column + 1] = forces[c, st.ALONG]
-        forces[c, column + 2] = forces[c, st.UP]
-        forces[c, column + 3] = forces[c, st.MORE_FORCE]
-        forces[c, column + 4] = forces[c, st.MORE_ALONG]
-        forces[c, column + 5] = forces[c, st.MORE_UP]
+        one, kept = contacts.forces[c], contacts.history[c, place]
+        kept[0], kept[1], kept[2] = one.force, one.along, one.up
+        kept[3], kept[4], kept[5] = one.force_change, one.along_change, one.up_change
     contacts.turns[0] += count
 
 
 @kernel
-def extrapolate(
-    balls: Balls, laws: Laws, contacts: Contacts, count: int, turn: int, duration: float
-) -> None:
+def extrapolate(world: World, count: int, turn: int, duration: float) -> None:
     """Change every force to where the rounds up to that of number `turn` lead.
 
     As many as are remembered. No force becomes negative, and no friction greater than its limit.
     """
-    forces, weights = contacts.forces, contacts.matrix
-    last = _column(turn)
+    contacts = world.contacts
+    history, weights = contacts.history, contacts.matrix
+    last = _place(turn)
     for j in range(REMEMBERED):
-        other = _column(turn - 1 - j)
+        other = _place(turn - 1 - j)
         for i in range(j + 1):
-            third = _column(turn - 1 - i)
+            third = _place(turn - 1 - i)
             product, right = 0.0, 0.0
             for c in range(count):
-                for part in range(3, _PER_ROUND):
-                    change = forces[c, last + part] - forces[c, other + part]
-                    product += change * (forces[c, last + part] - forces[c, third + part])
-                    right += change * forces[c, last + part]
+                for part in range(3, PER_ROUND):
+                    change = history[c, last, part] - history[c, other, part]
+                    product += change * (history[c, last, part] - history[c, third, part])
+                    right += change * history[c, last, part]
             weights[j, i] = product
             weights[j, _RIGHT] = right
         weights[j, _DIAGONAL] = weights[j, j]
@@ -77,24 +70,25 @@ def extrapolate(
         force = _mixed(contacts, c, turn, 0)
         along = _mixed(contacts, c, turn, 1)
         up = _mixed(contacts, c, turn, 2)
-        more = max(0.0, force) - forces[c, st.FORCE]
-        forces[c, st.FORCE] += more
+        one = contacts.forces[c]
+        more = max(0.0, force) - one.force
+        one.force += more
         a, b = contacts.ends[c, st.FIRST], contacts.ends[c, st.SECOND]
-        load(contacts, a, b, more * forces[c, st.NX], more * forces[c, st.NY])
-        size, limit = math.sqrt(along * along + up * up), forces[c, st.LIMIT]
+        load(contacts, a, b, more * one.nx, more * one.ny)
+        size, limit = math.sqrt(along * along + up * up), one.coulomb_limit
         if size > limit:
             along, up = limit * (along / size), limit * (up / size)
-        more_along, more_up = along - forces[c, st.ALONG], up - forces[c, st.UP]
-        rub_more(balls, laws, contacts, c, more_along, more_up, duration)
+        more_along, more_up = along - one.along, up - one.up
+        rub_more(world, c, more_along, more_up, duration)
 
 
 @kernel
 def _mixed(contacts: Contacts, c: int, turn: int, part: int) -> float:
     """Return a force of contact c: what the rounds made of it, each with its weight."""
-    forces, last = contacts.forces, _column(turn) + part
-    force: float = forces[c, last]
+    history, last = contacts.history, _place(turn)
+    force: float = history[c, last, part]
     for j in range(REMEMBERED):
-        change = forces[c, last] - forces[c, _column(turn - 1 - j) + part]
+        change = history[c, last, part] - history[c, _place(turn - 1 - j), part]
         force -= contacts.matrix[j, _RIGHT] * change
     return force
 
@@ -125,6 +119,6 @@ def _solve(contacts: Contacts) -> None:
 
 
 @kernel(inline=True)
-def _column(turn: int) -> int:
-    """Return where a round is remembered: the first of its columns."""
-    return HISTORY + _PER_ROUND * (turn % (REMEMBERED + 1))
+def _place(turn: int) -> int:
+    """Return where in `Contacts.history` a round is remembered."""
+    return turn % (REMEMBERED + 1)

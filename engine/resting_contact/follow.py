@@ -12,52 +12,23 @@ import math
 
 import numpy as np
 
+from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
-from ghostball.engine.core.state import (
-    AHEAD,
-    AT,
-    FIRST,
-    FORCE,
-    M_AX,
-    M_BZ,
-    M_FROM,
-    M_SLOPE,
-    M_SPIN,
-    M_STILL,
-    M_TWIST,
-    M_TWIST_FROM,
-    M_VX,
-    M_VY,
-    M_WAY_X,
-    M_WAY_Y,
-    M_WX,
-    M_WZ,
-    M_X,
-    M_Y,
-    MOST_DIRECT,
-    NX,
-    NY,
-    SCALED,
-    SECOND,
-    SLIDING,
-    Balls,
-    Contacts,
-    Laws,
-)
+from ghostball.engine.core.rows import NUMBERS, STAGES
+from ghostball.engine.core.state import Contacts, World
 from ghostball.engine.core.tolerances import MOTION_ERROR
 from ghostball.engine.impacts.contact_solver import gap_rate
 from ghostball.engine.motion.geometry import (
     at_rest,
     contact_tolerance,
+    friction_limit,
     gap_rounding,
-    grip,
-    negligible_hop,
+    negligible_bounce,
 )
 from ghostball.engine.resting_contact.cloth_response import answering_mass, stopping
 from ghostball.engine.resting_contact.gaps import balls_of, gap_between, gap_now
 from ghostball.engine.resting_contact.paths import (
-    NUMBERS,
-    STAGES,
+    WAY_X,
     find_paths,
     find_pieces,
     gap_along,
@@ -106,9 +77,7 @@ _TRIALS = 24
 
 @kernel
 def follow(
-    balls: Balls,
-    laws: Laws,
-    contacts: Contacts,
+    world: World,
     members: int,
     count: int,
     longest: float,
@@ -121,33 +90,34 @@ def follow(
     `first` is the length tried first, none below `shortest` is, nor below `least_length` for the
     error's sake: a motion that asks for that isn't smooth. Where the length is positive, the
     motion is in `contacts.motion` of each member, and what is left of a gap's rate is gone from the
-    velocities, a hop that its tolerance contains. It is 0 where some contact parts or sticks, or
+    velocities, a bounce that its tolerance contains. It is 0 where some contact parts or sticks, or
     some ball stops or starts to slip.
     """
-    if count > MOST_DIRECT or members > MOST_DIRECT or not longest > 0.0:
+    contacts = world.contacts
+    if count > st.MOST_DIRECT or members > st.MOST_DIRECT or not longest > 0.0:
         return 0.0
     moves = False
     for m in range(members):
         k = contacts.member[m]
-        is_still = at_rest(balls, k)
-        if stopping(balls, k) and not is_still:
+        is_still = at_rest(world.balls, k)
+        if stopping(world.balls, k) and not is_still:
             return 0.0
-        contacts.stage[m, M_STILL] = 1.0 if is_still else 0.0
-        contacts.motion[k, AT] = m
+        contacts.stage[m].is_still = 1.0 if is_still else 0.0
+        contacts.motion[k].place = m
         moves = moves or not is_still
     if not moves:
         return 0.0
-    if not _rates_are_negligible(balls, laws, contacts, count):
+    if not _rates_are_negligible(world, count):
         return 0.0
-    _load(balls, contacts, members)
-    _end_rates(balls, laws, contacts, count, False)
+    _load(world, members)
+    _end_rates(world, count, False)
     for m in range(members):
         for number in range(NUMBERS):
-            contacts.stage[m, M_FROM + number] = contacts.stage[m, M_X + number]
-    if not find_rates(balls, laws, contacts, members, count):
+            contacts.start[m, number] = contacts.numbers[m, number]
+    if not find_rates(world, members, count):
         return 0.0
-    _choose_senses(balls, contacts, members)
-    least = _least_force(balls, contacts, count)
+    _choose_senses(world, members)
+    least = _least_force(world, count)
     if least <= _PARTED:
         return 0.0
     _keep_slopes(contacts, members, 0)
@@ -156,60 +126,64 @@ def follow(
         contacts.turns[0] += 64 * (members + count)
         if duration < shortest:
             return 0.0
-        error = _try(balls, laws, contacts, members, count, duration)
+        error = _try(world, members, count, duration)
         if error <= 1.0:
-            parting = _least_force(balls, contacts, count)
-            spins = _part_of_spins(balls, contacts, members)
+            parting = _least_force(world, count)
+            spins = _part_of_spins(world, members)
             if parting < 0.0:
                 duration *= 0.9 * least / (least - parting)
             elif spins < 1.0:
                 duration *= spins
-            elif not find_pieces(balls, laws, contacts, members, count, duration):
+            elif not find_pieces(world, members, count, duration):
                 duration *= 0.5
             else:
                 good = duration * min(0.85 / _fifth_root(error), 4.0)
                 if duration == longest:
                     good = max(good, first)
                 for m in range(members):
-                    contacts.motion[contacts.member[m], AHEAD] = good
+                    contacts.motion[contacts.member[m]].ahead = good
                 return duration
         else:
             duration *= 0.25 if error > 200.0 else 0.9 / _fifth_root(error)
             if duration < least_length:
                 break
     for m in range(members):
-        contacts.motion[contacts.member[m], AHEAD] = -_PAUSE
+        contacts.motion[contacts.member[m]].ahead = -_PAUSE
     return 0.0
 
 
 @kernel(inline=True)
-def _choose_senses(balls: Balls, contacts: Contacts, members: int) -> None:
+def _choose_senses(world: World, members: int) -> None:
     """Decide for members without spin about the vertical whether the contacts set one off."""
-    stage = contacts.stage
+    stage = world.contacts.stage
     for m in range(members):
-        slowing, twist = balls.state[contacts.member[m]].spin_slowing, stage[m, M_TWIST]
-        if stage[m, M_SPIN] == 0.0 and abs(twist) > (1.0 - MOTION_ERROR) * slowing:
+        slowing, twist = (
+            world.balls.state[world.contacts.member[m]].spin_slowing,
+            stage[m].twist,
+        )
+        if stage[m].sense == 0.0 and abs(twist) > (1.0 - MOTION_ERROR) * slowing:
             sense = 1.0 if twist > 0.0 else -1.0
-            stage[m, M_SPIN] = sense
-            stage[m, M_BZ] = twist - sense * slowing
-        stage[m, M_TWIST_FROM] = twist
+            stage[m].sense = sense
+            stage[m].bz = twist - sense * slowing
+        stage[m].twist_from = twist
 
 
 @kernel(inline=True)
-def _part_of_spins(balls: Balls, contacts: Contacts, members: int) -> float:
+def _part_of_spins(world: World, members: int) -> float:
     """Return after about which part of the step a spin ends or begins; 1 where none does."""
+    contacts = world.contacts
     stage = contacts.stage
     part = 1.0
     for m in range(members):
-        ball, sense = balls.state[contacts.member[m]], stage[m, M_SPIN]
-        before, after = stage[m, M_FROM + 6], stage[m, M_WZ]
+        ball, sense = world.balls.state[contacts.member[m]], stage[m].sense
+        before, after = world.contacts.start[m, 6], stage[m].wz
         if sense != 0.0:
             if after * sense < 0.0 and ball.radius * abs(after) > MOTION_ERROR * _speed(
                 contacts, m
             ):
                 part = min(part, before / (before - after))
         else:
-            was, is_now = abs(stage[m, M_TWIST_FROM]), abs(stage[m, M_TWIST])
+            was, is_now = abs(stage[m].twist_from), abs(stage[m].twist)
             if is_now > (1.0 + MOTION_ERROR) * ball.spin_slowing:
                 part = min(part, (ball.spin_slowing - was) / (is_now - was))
     return part
@@ -218,7 +192,7 @@ def _part_of_spins(balls: Balls, contacts: Contacts, members: int) -> float:
 @kernel(inline=True)
 def _speed(contacts: Contacts, m: int) -> float:
     """Size of member m's velocity at the start of the step [m/s], in the 1-norm."""
-    size: float = abs(contacts.stage[m, M_FROM + 2]) + abs(contacts.stage[m, M_FROM + 3])
+    size: float = abs(contacts.start[m, 2]) + abs(contacts.start[m, 3])
     return size
 
 
@@ -234,177 +208,177 @@ def _fifth_root(x: float) -> float:
 
 
 @kernel(inline=True)
-def _least_force(balls: Balls, contacts: Contacts, count: int) -> float:
+def _least_force(world: World, count: int) -> float:
     """Return the least force in units of what could press; inf where all rest.
 
     That is the friction of the cloth; where it has none, what keeps balls on a circle of a radius.
     """
+    balls, contacts = world.balls, world.contacts
     least = math.inf
     for c in range(count):
-        if contacts.forces[c, SCALED] > 0.0:
-            a, b = contacts.ends[c, FIRST], contacts.ends[c, SECOND]
-            most = balls.state[a].mass * grip(balls, a)
+        if contacts.forces[c].scaled > 0.0:
+            a, b = contacts.ends[c, st.FIRST], contacts.ends[c, st.SECOND]
+            most = balls.state[a].mass * friction_limit(balls, a)
             if b >= 0:
-                most += balls.state[b].mass * grip(balls, b)
+                most += balls.state[b].mass * friction_limit(balls, b)
             if most == 0.0:
-                most = _turning_force(balls, contacts, a)
+                most = _turning_force(world, a)
                 if b >= 0:
-                    most += _turning_force(balls, contacts, b)
+                    most += _turning_force(world, b)
             if most > 0.0:
-                least = min(least, contacts.forces[c, FORCE] / most)
+                least = min(least, contacts.forces[c].force / most)
     return least
 
 
 @kernel(inline=True)
-def _turning_force(balls: Balls, contacts: Contacts, k: int) -> float:
+def _turning_force(world: World, k: int) -> float:
     """Force [N] that would keep ball k, as fast as it begins, on a circle of its own radius."""
-    ball, speed = balls.state[k], _speed(contacts, int(contacts.motion[k, AT]))
+    ball, speed = world.balls.state[k], _speed(world.contacts, int(world.contacts.motion[k].place))
     force: float = ball.mass * speed * speed / ball.radius
     return force
 
 
 @kernel(inline=True)
-def _load(balls: Balls, contacts: Contacts, members: int) -> None:
+def _load(world: World, members: int) -> None:
     """Put the members' states in `contacts.stage`."""
-    stage = contacts.stage
+    stage = world.contacts.stage
     for m in range(members):
-        ball = balls.state[contacts.member[m]]
-        stage[m, M_X], stage[m, M_Y] = ball.x, ball.y
-        stage[m, M_VX], stage[m, M_VY] = ball.vx, ball.vy
-        stage[m, M_WX], stage[m, M_WX + 1], stage[m, M_WX + 2] = ball.wx, ball.wy, ball.wz
-        if ball.phase != SLIDING:
-            stage[m, M_WX], stage[m, M_WX + 1] = -ball.vy / ball.radius, ball.vx / ball.radius
+        ball = world.balls.state[world.contacts.member[m]]
+        stage[m].x, stage[m].y = ball.x, ball.y
+        stage[m].vx, stage[m].vy = ball.vx, ball.vy
+        stage[m].wx, stage[m].wy, stage[m].wz = ball.wx, ball.wy, ball.wz
+        if ball.phase != st.SLIDING:
+            stage[m].wx, stage[m].wy = -ball.vy / ball.radius, ball.vx / ball.radius
         sense = 1.0 if ball.wz > 0.0 else -1.0
         speed = abs(ball.vx) + abs(ball.vy)
-        stage[m, M_SPIN] = sense if ball.radius * abs(ball.wz) > 2.0 * MOTION_ERROR * speed else 0.0
+        stage[m].sense = sense if ball.radius * abs(ball.wz) > 2.0 * MOTION_ERROR * speed else 0.0
 
 
 @kernel(inline=True)
 def _keep_slopes(contacts: Contacts, members: int, stage: int) -> None:
     """Keep how fast the members' states change at a stage."""
-    row = contacts.stage
-    at = M_SLOPE + NUMBERS * stage
     for m in range(members):
-        row[m, at], row[m, at + 1] = row[m, M_VX], row[m, M_VY]
-        for number in range(5):
-            row[m, at + 2 + number] = row[m, M_AX + number]
+        row, slope = contacts.stage[m], contacts.slopes[m, stage]
+        slope[0], slope[1], slope[2], slope[3] = row.vx, row.vy, row.ax, row.ay
+        slope[4], slope[5], slope[6] = row.bx, row.by, row.bz
 
 
 @kernel
-def _try(
-    balls: Balls, laws: Laws, contacts: Contacts, members: int, count: int, duration: float
-) -> float:
+def _try(world: World, members: int, count: int, duration: float) -> float:
     """Find the motion over a step of `duration` [s]; return its error in units of the permitted.
 
     inf where the motion isn't smooth.
     """
-    stage = contacts.stage
+    contacts = world.contacts
     for step in range(1, STAGES):
         for m in range(members):
             for number in range(NUMBERS):
                 slope = 0.0
                 for earlier in range(step):
                     weight = _WEIGHTS[step, earlier]
-                    slope += weight * stage[m, M_SLOPE + NUMBERS * earlier + number]
-                stage[m, M_X + number] = stage[m, M_FROM + number] + duration * slope
+                    slope += weight * contacts.slopes[m, earlier, number]
+                contacts.numbers[m, number] = contacts.start[m, number] + duration * slope
                 if number < 2:
-                    stage[m, M_WAY_X + number] = duration * slope
-        if not find_rates(balls, laws, contacts, members, count):
+                    contacts.numbers[m, WAY_X + number] = duration * slope
+        if not find_rates(world, members, count):
             return math.inf
         _keep_slopes(contacts, members, step)
-    error = _error_of_motion(balls, contacts, members, duration)
+    error = _error_of_motion(world, members, duration)
     for c in range(count):
-        _, _, gap, _ = _gap_at(balls, laws, contacts, c)
-        error = max(error, abs(gap) / share_of_gap(balls, contacts, c, 0.0))
+        _, _, gap, _ = _gap_at(world, c)
+        error = max(error, abs(gap) / share_of_gap(world, c, 0.0))
     if error > 1.0:
         return error
-    _end_rates(balls, laws, contacts, count, True)
+    _end_rates(world, count, True)
     find_paths(contacts, members, duration)
     for c in range(count):
-        start, _ = gap_along(balls, laws, contacts, c, 0.0)
+        start, _ = gap_along(world, c, 0.0)
         for part in range(1, 4):
-            gap, _ = gap_along(balls, laws, contacts, c, 0.25 * part)
+            gap, _ = gap_along(world, c, 0.25 * part)
             left = abs(gap) - abs(start)
-            error = max(error, left / share_of_gap(balls, contacts, c, start))
+            error = max(error, left / share_of_gap(world, c, start))
     return error
 
 
 @kernel(inline=True)
-def _error_of_motion(balls: Balls, contacts: Contacts, members: int, duration: float) -> float:
+def _error_of_motion(world: World, members: int, duration: float) -> float:
     """Return the estimated error of the velocities, in units of `MOTION_ERROR` of the fastest."""
-    stage = contacts.stage
     fastest, worst = 0.0, 0.0
     for m in range(members):
-        radius = balls.state[contacts.member[m]].radius
+        radius = world.balls.state[world.contacts.member[m]].radius
         for number in range(2, NUMBERS):
             error = 0.0
             for step in range(STAGES):
-                error += _ERROR_WEIGHTS[step] * stage[m, M_SLOPE + NUMBERS * step + number]
+                error += _ERROR_WEIGHTS[step] * world.contacts.slopes[m, step, number]
             size = 1.0 if number < 4 else radius
-            fastest = max(fastest, size * abs(stage[m, M_FROM + number]))
+            fastest = max(fastest, size * abs(world.contacts.start[m, number]))
             worst = max(worst, size * duration * abs(error))
     return worst / (MOTION_ERROR * fastest)
 
 
 @kernel
-def _gap_at(
-    balls: Balls, laws: Laws, contacts: Contacts, c: int
-) -> tuple[float, float, float, float]:
+def _gap_at(world: World, c: int) -> tuple[float, float, float, float]:
     """Return contact c's normal, gap [m] and its rate [m/s], of the states in `contacts.stage`."""
-    a, b = contacts.ends[c, FIRST], contacts.ends[c, SECOND]
-    stage, i = contacts.stage, int(contacts.motion[a, AT])
-    x, y, vx, vy = stage[i, M_X], stage[i, M_Y], -stage[i, M_VX], -stage[i, M_VY]
+    contacts = world.contacts
+    a, b = contacts.ends[c, st.FIRST], contacts.ends[c, st.SECOND]
+    stage, i = contacts.stage, int(contacts.motion[a].place)
+    x, y, vx, vy = stage[i].x, stage[i].y, -stage[i].vx, -stage[i].vy
     to_x, to_y = 0.0, 0.0
     if b >= 0:
-        j = int(contacts.motion[b, AT])
-        to_x, to_y = stage[j, M_X], stage[j, M_Y]
-        vx, vy = stage[j, M_VX] + vx, stage[j, M_VY] + vy
-    nx, ny, gap = gap_between(balls, laws, a, b, x, y, to_x, to_y)
+        j = int(contacts.motion[b].place)
+        to_x, to_y = stage[j].x, stage[j].y
+        vx, vy = stage[j].vx + vx, stage[j].vy + vy
+    nx, ny, gap = gap_between(world.balls, world.laws, a, b, x, y, to_x, to_y)
     return nx, ny, gap, nx * vx + ny * vy
 
 
 @kernel
-def _rates_are_negligible(balls: Balls, laws: Laws, contacts: Contacts, count: int) -> bool:
-    """Whether every gap is closed, but for hops that its tolerance contains."""
+def _rates_are_negligible(world: World, count: int) -> bool:
+    """Whether every gap is closed, but for bounces that its tolerance contains."""
+    balls, contacts = world.balls, world.contacts
     for c in range(count):
         a, b = balls_of(contacts, c)
         tolerance = contact_tolerance(balls, a, b)
-        contacts.forces[c, NX], contacts.forces[c, NY], gap = gap_now(balls, laws, contacts, c)
+        contacts.forces[c].nx, contacts.forces[c].ny, gap = gap_now(world, c)
         is_closed = abs(gap) <= _MOST_OPEN * tolerance
-        pull = 1.5 * (grip(balls, a) + grip(balls, b))
-        if not is_closed or not negligible_hop(gap_rate(balls, contacts, c), pull, tolerance):
+        pull = 1.5 * (friction_limit(balls, a) + friction_limit(balls, b))
+        if not is_closed or not negligible_bounce(gap_rate(world, c), pull, tolerance):
             return False
     return True
 
 
 @kernel
-def _end_rates(balls: Balls, laws: Laws, contacts: Contacts, count: int, gaps: bool) -> None:
+def _end_rates(world: World, count: int, gaps: bool) -> None:
     """Take what is left of the gaps' rates, and of the gaps if `gaps`, from `contacts.stage`."""
+    balls, contacts = world.balls, world.contacts
     stage = contacts.stage
     for _ in range(1 if count == 1 else 4 + 4 * count):
         for c in range(count):
-            nx, ny, gap, rate = _gap_at(balls, laws, contacts, c)
-            a, b = contacts.ends[c, FIRST], contacts.ends[c, SECOND]
+            nx, ny, gap, rate = _gap_at(world, c)
+            a, b = contacts.ends[c, st.FIRST], contacts.ends[c, st.SECOND]
             # What is but rounding, in a step of nanoseconds, would take a speed to be taken out.
             seen = gaps and abs(gap) > gap_rounding(balls, a, b if b >= 0 else a)
             share = 1.0
             if b >= 0:
-                mass_a, mass_b = answering_mass(balls, laws, a), answering_mass(balls, laws, b)
+                mass_a, mass_b = (
+                    answering_mass(balls, world.laws, a),
+                    answering_mass(balls, world.laws, b),
+                )
                 share = mass_b / (mass_a + mass_b)
-                if stage[int(contacts.motion[b, AT]), M_STILL] == 1.0:
+                if stage[int(contacts.motion[b].place)].is_still == 1.0:
                     share = 1.0
-            if stage[int(contacts.motion[a, AT]), M_STILL] == 1.0:
+            if stage[int(contacts.motion[a].place)].is_still == 1.0:
                 share = 0.0
             for k, part in ((a, share), (b, share - 1.0)):
                 if k < 0:
                     continue
-                m = int(contacts.motion[k, AT])
-                if stage[m, M_STILL] == 1.0:
+                m = int(contacts.motion[k].place)
+                if stage[m].is_still == 1.0:
                     continue
-                stage[m, M_VX] += part * rate * nx
-                stage[m, M_VY] += part * rate * ny
+                stage[m].vx += part * rate * nx
+                stage[m].vy += part * rate * ny
                 if seen:
-                    stage[m, M_X] += part * gap * nx
-                    stage[m, M_Y] += part * gap * ny
-                    stage[m, M_WAY_X] += part * gap * nx
-                    stage[m, M_WAY_Y] += part * gap * ny
+                    stage[m].x += part * gap * nx
+                    stage[m].y += part * gap * ny
+                    stage[m].way_x += part * gap * nx
+                    stage[m].way_y += part * gap * ny

@@ -1,4 +1,4 @@
-"""Finds the forces that hold a cluster's gaps closed over one contact step.
+"""Finds the forces that hold an island's gaps closed over one contact step.
 
 Between its balls and with cushions: normal forces by `impacts.contact_solver`, and friction
 (`resting_contact.friction`), in turns until both fit. How the cloth answers is in
@@ -9,38 +9,10 @@ from __future__ import annotations
 
 import math
 
+from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
-from ghostball.engine.core.state import (
-    ALONG,
-    ANSWERING,
-    DEEP,
-    FIRST,
-    FORCE,
-    FORCE_BEFORE,
-    GAP,
-    KEPT,
-    LIMIT,
-    LOAD_X,
-    LOAD_Y,
-    MORE_FORCE,
-    NEW_AX,
-    NEW_AY,
-    NEW_BX,
-    NEW_BY,
-    NX,
-    NY,
-    RATE,
-    REMEMBERED,
-    SECOND,
-    TWIST_X,
-    TWIST_Y,
-    TWIST_Z,
-    UP,
-    YIELD,
-    Balls,
-    Contacts,
-    Laws,
-)
+from ghostball.engine.core.rows import REMEMBERED
+from ghostball.engine.core.state import World
 from ghostball.engine.impacts.contact_solver import end_approach, take_back_gains
 from ghostball.engine.motion.geometry import contact_tolerance
 from ghostball.engine.resting_contact.cloth_response import accelerate, turns_little
@@ -49,12 +21,12 @@ from ghostball.engine.resting_contact.friction import load, rub_all
 from ghostball.engine.resting_contact.gaps import (
     DEEP_OVERLAP,
     balls_of,
+    compliance_of,
     excess,
     gap_now,
+    gaps_are_closed,
     normal_after,
-    settled,
     stays_closed,
-    yields,
 )
 
 SWEEPS = 96
@@ -67,107 +39,100 @@ _FROM = 7
 """Round before which the forces are first led on, as the last rounds changed them: from then on
 before every second. Before each round it took a third more of them."""
 
-_SHARE = 0.25
+_PART_OF_ANSWER = 0.25
 """Part of its answer that a member counts with while the cloth holds it, in case it gives way."""
 
 
 @kernel
-def solve(
-    balls: Balls,
-    laws: Laws,
-    contacts: Contacts,
-    members: int,
-    count: int,
-    duration: float,
-    rubs: bool,
-) -> bool:
+def solve(world: World, members: int, count: int, duration: float, rubs: bool) -> bool:
     """Find forces that close every gap at the end of a step; False where the step is too long.
 
     Complementarity: a force is never negative, and is 0 where the gap opens. Friction follows it,
     unless the contacts don't rub.
     """
+    contacts = world.contacts
     for m in range(members):
         k = contacts.member[m]
-        for row in (LOAD_X, LOAD_Y, TWIST_X, TWIST_Y, TWIST_Z, NEW_BX, NEW_BY):
-            contacts.motion[k, row] = 0.0
-        contacts.motion[k, NEW_AX] = balls.state[k].ax
-        contacts.motion[k, NEW_AY] = balls.state[k].ay
-        accelerate(balls, laws, contacts, k, duration)
+        row, ball = contacts.motion[k], world.balls.state[k]
+        row.load_x, row.load_y, row.new_bx, row.new_by = 0.0, 0.0, 0.0, 0.0
+        row.twist_x, row.twist_y, row.twist_z = 0.0, 0.0, 0.0
+        row.new_ax, row.new_ay = ball.ax, ball.ay
+        accelerate(world, k, duration)
     for c in range(count):
-        for column in (FORCE, ALONG, UP, LIMIT):
-            contacts.forces[c, column] = 0.0
-        nx, ny = normal_after(balls, laws, contacts, c, 0.5 * duration)
-        contacts.forces[c, NX], contacts.forces[c, NY] = nx, ny
-        _, _, contacts.forces[c, GAP] = gap_now(balls, laws, contacts, c)
-    _hold(balls, laws, contacts, members, count, duration)
+        one = contacts.forces[c]
+        one.force, one.along, one.up, one.coulomb_limit = 0.0, 0.0, 0.0, 0.0
+        nx, ny = normal_after(world, c, 0.5 * duration)
+        contacts.forces[c].nx, contacts.forces[c].ny = nx, ny
+        _, _, contacts.forces[c].gap = gap_now(world, c)
+    _hold(world, members, count, duration)
     # No friction is in the first guess: that normal forces have settled is not enough.
     steady = False
     for sweep in range(SWEEPS):
         contacts.turns[0] += 20 * count
-        if steady and settled(balls, laws, contacts, count, duration):
-            _mark_deep(balls, contacts, members, count)
-            return _is_short(balls, laws, contacts, members, count, duration)
+        if steady and gaps_are_closed(world, count, duration):
+            _mark_overlaps(world, members, count)
+            return _is_short(world, members, count, duration)
         if sweep >= _FROM - REMEMBERED:
             remember(contacts, count, sweep - 1)
         if sweep >= _FROM and (sweep - _FROM) % 2 == 0:
-            extrapolate(balls, laws, contacts, count, sweep - 1, duration)
-        steady = not rubs or rub_all(balls, laws, contacts, count, duration)
-        _hold(balls, laws, contacts, members, count, duration)
+            extrapolate(world, count, sweep - 1, duration)
+        steady = not rubs or rub_all(world, count, duration)
+        _hold(world, members, count, duration)
     return False
 
 
 @kernel
-def _hold(
-    balls: Balls, laws: Laws, contacts: Contacts, members: int, count: int, duration: float
-) -> None:
+def _hold(world: World, members: int, count: int, duration: float) -> None:
     """Change the normal forces so that the gaps end where the step aims at, as balls answer now."""
+    contacts = world.contacts
     forces = contacts.forces
     for m in range(members):
         k = contacts.member[m]
         # A member that the cloth holds may give way: with a part of its answer then.
-        held = contacts.motion[k, YIELD] == 0.0
-        answer = _SHARE / balls.state[k].mass if held else contacts.motion[k, YIELD]
-        contacts.motion[k, ANSWERING] = 1.0 / answer
+        held = contacts.motion[k].compliance == 0.0
+        answer = (
+            _PART_OF_ANSWER / world.balls.state[k].mass if held else contacts.motion[k].compliance
+        )
+        contacts.motion[k].answering_mass = 1.0 / answer
     for c in range(count):
-        over = excess(balls, laws, contacts, c, duration)
-        force = forces[c, FORCE]
-        forces[c, RATE] = 2.0 * over / (duration * duration)
-        forces[c, FORCE_BEFORE], forces[c, KEPT] = force, 0.0
-        if yields(contacts, c) == 0.0:
+        over = excess(world, c, duration)
+        force = forces[c].force
+        forces[c].rate = 2.0 * over / (duration * duration)
+        forces[c].force_before, forces[c].kept_force = force, 0.0
+        if compliance_of(contacts, c) == 0.0:
             # No force moves two that the cloth holds: the one that there is stays, or goes.
-            forces[c, KEPT] = force if over <= 0.0 else 0.0
-            forces[c, FORCE], forces[c, RATE] = 0.0, math.inf
+            forces[c].kept_force = force if over <= 0.0 else 0.0
+            forces[c].force, forces[c].rate = 0.0, math.inf
     take_back_gains(contacts, count)
     end_approach(contacts, count)
     for c in range(count):
-        forces[c, FORCE] += forces[c, KEPT]
-        change = forces[c, FORCE] - forces[c, FORCE_BEFORE]
-        forces[c, MORE_FORCE] = change
-        a, b = contacts.ends[c, FIRST], contacts.ends[c, SECOND]
-        load(contacts, a, b, change * forces[c, NX], change * forces[c, NY])
+        forces[c].force += forces[c].kept_force
+        change = forces[c].force - forces[c].force_before
+        forces[c].force_change = change
+        a, b = contacts.ends[c, st.FIRST], contacts.ends[c, st.SECOND]
+        load(contacts, a, b, change * forces[c].nx, change * forces[c].ny)
     for m in range(members):
-        accelerate(balls, laws, contacts, contacts.member[m], duration)
+        accelerate(world, contacts.member[m], duration)
 
 
 @kernel
-def _is_short(
-    balls: Balls, laws: Laws, contacts: Contacts, members: int, count: int, duration: float
-) -> bool:
+def _is_short(world: World, members: int, count: int, duration: float) -> bool:
     """Whether no gap leaves the tolerance within the step, and friction keeps its directions."""
-    if not stays_closed(balls, laws, contacts, count, duration):
+    if not stays_closed(world, count, duration):
         return False
     for m in range(members):  # noqa: SIM110 - the compiler takes no generator
-        if not turns_little(balls, contacts, contacts.member[m], duration):
+        if not turns_little(world, world.contacts.member[m], duration):
             return False
     return True
 
 
 @kernel
-def _mark_deep(balls: Balls, contacts: Contacts, members: int, count: int) -> None:
+def _mark_overlaps(world: World, members: int, count: int) -> None:
+    contacts = world.contacts
     for m in range(members):
-        contacts.motion[contacts.member[m], DEEP] = 0.0
+        contacts.motion[contacts.member[m]].overlaps = 0.0
     for c in range(count):
         a, b = balls_of(contacts, c)
-        if contacts.forces[c, GAP] < -DEEP_OVERLAP * contact_tolerance(balls, a, b):
-            contacts.motion[a, DEEP] = 1.0
-            contacts.motion[b, DEEP] = 1.0
+        if contacts.forces[c].gap < -DEEP_OVERLAP * contact_tolerance(world.balls, a, b):
+            contacts.motion[a].overlaps = 1.0
+            contacts.motion[b].overlaps = 1.0

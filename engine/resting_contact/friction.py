@@ -7,37 +7,14 @@ from __future__ import annotations
 
 import math
 
+from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
-from ghostball.engine.core.state import (
-    ALONG,
-    FIRST,
-    FORCE,
-    LIMIT,
-    LOAD_X,
-    LOAD_Y,
-    MORE_ALONG,
-    MORE_UP,
-    NEW_AX,
-    NEW_AY,
-    NEW_BX,
-    NEW_BY,
-    NX,
-    NY,
-    SECOND,
-    SLIDING,
-    TWIST_X,
-    TWIST_Y,
-    TWIST_Z,
-    UP,
-    Balls,
-    Contacts,
-    Laws,
-)
+from ghostball.engine.core.state import Balls, Contacts, World
 from ghostball.engine.core.tolerances import EPS
 from ghostball.engine.impacts.laws.dispatch import nose_sine
 from ghostball.engine.impacts.laws.friction_curve import friction_coefficient
-from ghostball.engine.motion.geometry import grip, reduced_mass
-from ghostball.engine.resting_contact.cloth_response import accelerate, slack
+from ghostball.engine.motion.geometry import friction_limit, reduced_mass
+from ghostball.engine.resting_contact.cloth_response import accelerate, permitted_gap
 from ghostball.engine.resting_contact.gaps import balls_of
 
 _LITTLE = 2.0**-20
@@ -45,24 +22,25 @@ _LITTLE = 2.0**-20
 
 
 @kernel
-def rub_all(balls: Balls, laws: Laws, contacts: Contacts, count: int, duration: float) -> bool:
+def rub_all(world: World, count: int, duration: float) -> bool:
     """Give every contact the friction of its normal force; return whether that changed little."""
-    forces, steady = contacts.forces, True
+    balls = world.balls
+    forces, steady = world.contacts.forces, True
     for c in range(count):
-        along, up = forces[c, ALONG], forces[c, UP]
-        _rub(balls, laws, contacts, c, duration)
-        more_along, more_up = forces[c, ALONG] - along, forces[c, UP] - up
-        forces[c, MORE_ALONG], forces[c, MORE_UP] = more_along, more_up
-        a, b = balls_of(contacts, c)
-        change = (abs(more_along) + abs(more_up)) / _mass(balls, contacts, c)
-        little = _LITTLE * max(grip(balls, a), grip(balls, b))
+        along, up = forces[c].along, forces[c].up
+        _rub(world, c, duration)
+        more_along, more_up = forces[c].along - along, forces[c].up - up
+        forces[c].along_change, forces[c].up_change = more_along, more_up
+        a, b = balls_of(world.contacts, c)
+        change = (abs(more_along) + abs(more_up)) / _mass(world, c)
+        little = _LITTLE * max(friction_limit(balls, a), friction_limit(balls, b))
         if little == 0.0:
             # A cloth that can do nothing is no measure: what the contact can do is, and what
             # changes the velocities by less than their rounding.
-            little = _LITTLE * forces[c, LIMIT] / _mass(balls, contacts, c)
+            little = _LITTLE * forces[c].coulomb_limit / _mass(world, c)
             little = max(little, EPS * (_size(balls, a) + _size(balls, b)) / duration)
         steady = steady and change <= max(
-            little, slack(balls, a, b, duration) / (duration * duration)
+            little, permitted_gap(balls, a, b, duration) / (duration * duration)
         )
     return steady
 
@@ -75,7 +53,7 @@ def _size(balls: Balls, k: int) -> float:
 
 
 @kernel
-def _rub(balls: Balls, laws: Laws, contacts: Contacts, c: int, duration: float) -> None:
+def _rub(world: World, c: int, duration: float) -> None:
     """Give contact c the friction of its normal force.
 
     What leaves no slip of the surfaces at the step's end, but for what the cloth takes of the spin
@@ -85,22 +63,24 @@ def _rub(balls: Balls, laws: Laws, contacts: Contacts, c: int, duration: float) 
     height where its impact law has it touch the ball, from where its force points to the ball's
     centre: FORCE is what of it is along the normal.
     """
-    b = contacts.ends[c, SECOND]
-    if not laws.slides or (b < 0 and not laws.cushion_turns):
+    laws, contacts = world.laws, world.contacts
+    b = contacts.ends[c, st.SECOND]
+    if not laws.slides or (b < 0 and laws.obstacles[-1 - b].turns == 0.0):
         return
-    sine = _nose(balls, laws, contacts, c)
+    sine = _nose(world, c)
     cosine = math.sqrt((1.0 - sine) * (1.0 + sine))
-    along, up, change_along, change_up = _slip(balls, contacts, c, sine, cosine)
-    coefficient = laws.cushion_friction
+    along, up, change_along, change_up = _slip(world, c, sine, cosine)
     if b >= 0:
         coefficient = friction_coefficient(laws, math.sqrt(along * along + up * up))
+    else:
+        coefficient = laws.obstacles[-1 - b].friction
     if coefficient == 0.0:
         return
-    limit = coefficient * contacts.forces[c, FORCE] / cosine
-    contacts.forces[c, LIMIT] = limit
-    gain = _mass(balls, contacts, c) / (3.5 * duration)
-    new_along = contacts.forces[c, ALONG] + gain * (along + duration * change_along)
-    new_up = contacts.forces[c, UP] + gain * (up + duration * change_up)
+    limit = coefficient * contacts.forces[c].force / cosine
+    contacts.forces[c].coulomb_limit = limit
+    gain = _mass(world, c) / (3.5 * duration)
+    new_along = contacts.forces[c].along + gain * (along + duration * change_along)
+    new_up = contacts.forces[c].up + gain * (up + duration * change_up)
     if not _within(new_along, new_up, limit):
         size = math.sqrt(new_along * new_along + new_up * new_up)
         mid = gain if size >= 2.0 * limit else gain * (size - limit) / limit
@@ -112,54 +92,47 @@ def _rub(balls: Balls, laws: Laws, contacts: Contacts, c: int, duration: float) 
         else:
             size = math.sqrt(mid_along * mid_along + mid_up * mid_up)
             new_along, new_up = limit * (mid_along / size), limit * (mid_up / size)
-    more_along = new_along - contacts.forces[c, ALONG]
-    more_up = new_up - contacts.forces[c, UP]
-    rub_more(balls, laws, contacts, c, more_along, more_up, duration)
+    more_along = new_along - contacts.forces[c].along
+    more_up = new_up - contacts.forces[c].up
+    rub_more(world, c, more_along, more_up, duration)
 
 
 @kernel
-def rub_more(
-    balls: Balls,
-    laws: Laws,
-    contacts: Contacts,
-    c: int,
-    more_along: float,
-    more_up: float,
-    duration: float,
-) -> None:
+def rub_more(world: World, c: int, more_along: float, more_up: float, duration: float) -> None:
     """Add to the friction of contact c [N], and let its balls answer."""
-    a, b = contacts.ends[c, FIRST], contacts.ends[c, SECOND]
-    sine = _nose(balls, laws, contacts, c)
+    contacts = world.contacts
+    a, b = contacts.ends[c, st.FIRST], contacts.ends[c, st.SECOND]
+    sine = _nose(world, c)
     cosine = math.sqrt((1.0 - sine) * (1.0 + sine))
-    contacts.forces[c, ALONG] += more_along
-    contacts.forces[c, UP] += more_up
-    nx, ny = contacts.forces[c, NX], contacts.forces[c, NY]
+    contacts.forces[c].along += more_along
+    contacts.forces[c].up += more_up
+    nx, ny = contacts.forces[c].nx, contacts.forces[c].ny
     tx, ty = -ny, nx
     push = more_up * sine
     load(contacts, a, b, more_along * tx - push * nx, more_along * ty - push * ny)
     for k in (a, b):
         if k >= 0:
-            contacts.motion[k, TWIST_X] += more_up * tx + more_along * sine * nx
-            contacts.motion[k, TWIST_Y] += more_up * ty + more_along * sine * ny
-            contacts.motion[k, TWIST_Z] -= more_along * cosine
-            accelerate(balls, laws, contacts, k, duration)
+            contacts.motion[k].twist_x += more_up * tx + more_along * sine * nx
+            contacts.motion[k].twist_y += more_up * ty + more_along * sine * ny
+            contacts.motion[k].twist_z -= more_along * cosine
+            accelerate(world, k, duration)
 
 
 @kernel
 def load(contacts: Contacts, a: int, b: int, fx: float, fy: float) -> None:
     """Add a force to ball b, unless it is a cushion, and its opposite to ball a [N]."""
-    contacts.motion[a, LOAD_X] -= fx
-    contacts.motion[a, LOAD_Y] -= fy
+    contacts.motion[a].load_x -= fx
+    contacts.motion[a].load_y -= fy
     if b >= 0:
-        contacts.motion[b, LOAD_X] += fx
-        contacts.motion[b, LOAD_Y] += fy
+        contacts.motion[b].load_x += fx
+        contacts.motion[b].load_y += fy
 
 
 @kernel
 def sticks(contacts: Contacts, c: int) -> bool:
     """Whether the friction of contact c is below Coulomb's limit."""
     forces = contacts.forces
-    return _within(forces[c, ALONG], forces[c, UP], (1.0 - 2.0**-20) * forces[c, LIMIT])
+    return _within(forces[c].along, forces[c].up, (1.0 - 2.0**-20) * forces[c].coulomb_limit)
 
 
 @kernel
@@ -179,37 +152,36 @@ def _within(x: float, y: float, limit: float) -> bool:
 
 
 @kernel
-def _mass(balls: Balls, contacts: Contacts, c: int) -> float:
+def _mass(world: World, c: int) -> float:
     """Reduced mass of contact c [kg]; a cushion's is infinite."""
-    a, b = contacts.ends[c, FIRST], contacts.ends[c, SECOND]
-    mass: float = balls.state[a].mass
-    return reduced_mass(mass, balls.state[b].mass) if b >= 0 else mass
+    a, b = world.contacts.ends[c, st.FIRST], world.contacts.ends[c, st.SECOND]
+    mass: float = world.balls.state[a].mass
+    return reduced_mass(mass, world.balls.state[b].mass) if b >= 0 else mass
 
 
 @kernel
-def _nose(balls: Balls, laws: Laws, contacts: Contacts, c: int) -> float:
+def _nose(world: World, c: int) -> float:
     """Return the sine of the angle at which contact c is above its first ball's centre."""
-    b = contacts.ends[c, SECOND]
+    b = world.contacts.ends[c, st.SECOND]
     if b >= 0:
         return 0.0
-    radius = balls.state[contacts.ends[c, FIRST]].radius
-    sine: float = nose_sine(laws, int(laws.obstacles[-1 - b].law), radius)
+    radius = world.balls.state[world.contacts.ends[c, st.FIRST]].radius
+    sine: float = nose_sine(world.laws, -1 - b, radius)
     return sine
 
 
 @kernel
-def _slip(
-    balls: Balls, contacts: Contacts, c: int, sine: float, cosine: float
-) -> tuple[float, float, float, float]:
+def _slip(world: World, c: int, sine: float, cosine: float) -> tuple[float, float, float, float]:
     """Velocity of a's surface over the other's [m/s], along and up; and how both change [m/s^2]."""
-    a, b = contacts.ends[c, FIRST], contacts.ends[c, SECOND]
-    along, up, change_along, change_up = _surface(balls, contacts, c, a, sine, cosine)
+    contacts = world.contacts
+    a, b = contacts.ends[c, st.FIRST], contacts.ends[c, st.SECOND]
+    along, up, change_along, change_up = _surface(world, c, a, sine, cosine)
     if b >= 0:
         # Its surface is on the other side of its centre.
-        b_along, b_up, b_change_along, b_change_up = _surface(balls, contacts, c, b, 0.0, 1.0)
-        vx, vy = balls.state[b].vx, balls.state[b].vy
-        ax, ay = contacts.motion[b, NEW_AX], contacts.motion[b, NEW_AY]
-        nx, ny = contacts.forces[c, NX], contacts.forces[c, NY]
+        b_along, b_up, b_change_along, b_change_up = _surface(world, c, b, 0.0, 1.0)
+        vx, vy = world.balls.state[b].vx, world.balls.state[b].vy
+        ax, ay = contacts.motion[b].new_ax, contacts.motion[b].new_ay
+        nx, ny = contacts.forces[c].nx, contacts.forces[c].ny
         along += b_along - 2.0 * (nx * vy - ny * vx)
         up += b_up
         change_along += b_change_along - 2.0 * (nx * ay - ny * ax)
@@ -219,24 +191,25 @@ def _slip(
 
 @kernel
 def _surface(
-    balls: Balls, contacts: Contacts, c: int, k: int, sine: float, cosine: float
+    world: World, c: int, k: int, sine: float, cosine: float
 ) -> tuple[float, float, float, float]:
     """Velocity of ball k's surface where it faces along the normal of contact c; and its change.
 
     Above its centre by an angle.
     """
-    nx, ny = contacts.forces[c, NX], contacts.forces[c, NY]
+    balls, contacts = world.balls, world.contacts
+    nx, ny = contacts.forces[c].nx, contacts.forces[c].ny
     radius = balls.state[k].radius
     wx, wy = balls.state[k].wx, balls.state[k].wy
-    if balls.state[k].phase != SLIDING:
+    if balls.state[k].phase != st.SLIDING:
         wx, wy = -balls.state[k].vy / radius, balls.state[k].vx / radius
     vx, vy = balls.state[k].vx, balls.state[k].vy
     along = nx * vy - ny * vx
     along += radius * (cosine * balls.state[k].wz - sine * (nx * wx + ny * wy))
     up = -radius * (nx * wy - ny * wx) - sine * (nx * vx + ny * vy)
-    twist = 2.5 * contacts.motion[k, TWIST_Z] / balls.state[k].mass
-    ax, ay = contacts.motion[k, NEW_AX], contacts.motion[k, NEW_AY]
-    bx, by = contacts.motion[k, NEW_BX], contacts.motion[k, NEW_BY]
+    twist = 2.5 * contacts.motion[k].twist_z / balls.state[k].mass
+    ax, ay = contacts.motion[k].new_ax, contacts.motion[k].new_ay
+    bx, by = contacts.motion[k].new_bx, contacts.motion[k].new_by
     change_along = nx * ay - ny * ax + cosine * twist - radius * sine * (nx * bx + ny * by)
     change_up = -radius * (nx * by - ny * bx) - sine * (nx * ax + ny * ay)
     return along, up, change_along, change_up

@@ -4,24 +4,13 @@ from __future__ import annotations
 
 import math
 
+from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
-from ghostball.engine.core.state import (
-    FIRST,
-    FORCE,
-    GAP,
-    LINE,
-    NEW_AX,
-    NEW_AY,
-    SECOND,
-    YIELD,
-    Balls,
-    Contacts,
-    Laws,
-)
-from ghostball.engine.motion.geometry import contact_tolerance, gap_rounding, grip
+from ghostball.engine.core.state import Balls, Contacts, Laws, World
+from ghostball.engine.motion.geometry import contact_tolerance, friction_limit, gap_rounding
 from ghostball.engine.motion.obstacles import facing, nose_reach
 from ghostball.engine.motion.position import pair_reach, way
-from ghostball.engine.resting_contact.cloth_response import slack, stopping
+from ghostball.engine.resting_contact.cloth_response import permitted_gap, stopping
 
 DEEP_OVERLAP = 0.75
 """Overlap, in tolerances, from which two balls at rest are pushed apart, gently."""
@@ -41,59 +30,60 @@ def gap_between(
     """
     if b < 0:
         inward_x, inward_y, distance = facing(laws, -1 - b, x, y)
-        return -inward_x, -inward_y, distance - nose_reach(balls, a, laws)
+        return -inward_x, -inward_y, distance - nose_reach(balls, a, laws, -1 - b)
     rx, ry = to_x - x, to_y - y
     distance = math.sqrt(rx * rx + ry * ry)
     return rx / distance, ry / distance, distance - pair_reach(balls, a, b)
 
 
 @kernel
-def gap_now(balls: Balls, laws: Laws, contacts: Contacts, c: int) -> tuple[float, float, float]:
+def gap_now(world: World, c: int) -> tuple[float, float, float]:
     """Return contact c's normal, outward from its first ball, and its gap [m], now."""
-    a, b = contacts.ends[c, FIRST], contacts.ends[c, SECOND]
+    balls = world.balls
+    a, b = world.contacts.ends[c, st.FIRST], world.contacts.ends[c, st.SECOND]
     ball, other = balls.state[a], balls.state[max(b, 0)]
-    nx, ny, gap = gap_between(balls, laws, a, b, ball.x, ball.y, other.x, other.y)
+    nx, ny, gap = gap_between(balls, world.laws, a, b, ball.x, ball.y, other.x, other.y)
     return nx, ny, gap
 
 
 @kernel
-def normal_after(
-    balls: Balls, laws: Laws, contacts: Contacts, c: int, s: float
-) -> tuple[float, float]:
+def normal_after(world: World, c: int, s: float) -> tuple[float, float]:
     """Return contact c's normal in s seconds, by the accelerations that a step gives its balls."""
-    a, b = contacts.ends[c, FIRST], contacts.ends[c, SECOND]
-    x, y = _way_of(balls, contacts, a, s)
+    balls = world.balls
+    a, b = world.contacts.ends[c, st.FIRST], world.contacts.ends[c, st.SECOND]
+    x, y = _way_of(world, a, s)
     x, y = balls.state[a].x + x, balls.state[a].y + y
     to_x, to_y = 0.0, 0.0
     if b >= 0:
-        to_x, to_y = _way_of(balls, contacts, b, s)
+        to_x, to_y = _way_of(world, b, s)
         to_x, to_y = balls.state[b].x + to_x, balls.state[b].y + to_y
-    nx, ny, _ = gap_between(balls, laws, a, b, x, y, to_x, to_y)
+    nx, ny, _ = gap_between(balls, world.laws, a, b, x, y, to_x, to_y)
     return nx, ny
 
 
 @kernel
-def gap_after(balls: Balls, laws: Laws, contacts: Contacts, c: int, s: float) -> float:
+def gap_after(world: World, c: int, s: float) -> float:
     """Return contact c's gap [m] in s seconds, as `normal_after`; GAP is what it is now.
 
     What changes it is found from the balls' ways, not from their places: over a short step the
     rounding of those, another one for every force tried, was more than what forces do.
     """
-    a, b = contacts.ends[c, FIRST], contacts.ends[c, SECOND]
-    gap: float = contacts.forces[c, GAP]
-    wx, wy = _way_of(balls, contacts, a, s)
-    ball = balls.state[a]
+    laws, contacts = world.laws, world.contacts
+    a, b = contacts.ends[c, st.FIRST], contacts.ends[c, st.SECOND]
+    gap: float = contacts.forces[c].gap
+    wx, wy = _way_of(world, a, s)
+    ball = world.balls.state[a]
     if b < 0:
         inward_x, inward_y, distance = facing(laws, -1 - b, ball.x, ball.y)
-        if laws.obstacles[-1 - b].kind == LINE:
+        if laws.obstacles[-1 - b].kind == st.LINE:
             gap += inward_x * wx + inward_y * wy
             return gap
         _, _, moved = facing(laws, -1 - b, ball.x + wx, ball.y + wy)
         gap += moved - distance
         return gap
-    other = balls.state[b]
+    other = world.balls.state[b]
     rx, ry = other.x - ball.x, other.y - ball.y
-    to_x, to_y = _way_of(balls, contacts, b, s)
+    to_x, to_y = _way_of(world, b, s)
     wx, wy = to_x - wx, to_y - wy
     x, y = rx + wx, ry + wy
     both = math.sqrt(x * x + y * y) + math.sqrt(rx * rx + ry * ry)
@@ -102,22 +92,22 @@ def gap_after(balls: Balls, laws: Laws, contacts: Contacts, c: int, s: float) ->
 
 
 @kernel(inline=True)
-def _way_of(balls: Balls, contacts: Contacts, k: int, s: float) -> tuple[float, float]:
+def _way_of(world: World, k: int, s: float) -> tuple[float, float]:
     """Return how far ball k goes in s seconds by the acceleration that the step gives it [m]."""
-    ball, new = balls.state[k], contacts.motion
-    return way(ball.vx, new[k, NEW_AX], s), way(ball.vy, new[k, NEW_AY], s)
+    ball, new = world.balls.state[k], world.contacts.motion
+    return way(ball.vx, new[k].new_ax, s), way(ball.vy, new[k].new_ay, s)
 
 
 @kernel
 def _aim(balls: Balls, a: int, b: int, now: float, duration: float) -> float:
     """Return the gap [m] that a step aims at, between members a and b, or a and a cushion: b is a.
 
-    A closed one; but an overlap left by rounding or by an earlier step is not pushed apart faster
-    than friction would do it. Between two balls that the cloth brings to rest it is the gap that
-    there is: one of them had else to creep until the next is pushed.
+    A closed one; but an overlap that rounding or an earlier step left is not pushed apart faster
+    than friction would do it. Two balls that the cloth brings to rest keep the gap that they have:
+    to close it, one of them would have to move until it pushes the next.
     """
     tolerance = contact_tolerance(balls, a, b)
-    push = 0.25 * max(grip(balls, a), grip(balls, b)) * duration * duration
+    push = 0.25 * max(friction_limit(balls, a), friction_limit(balls, b)) * duration * duration
     if stopping(balls, a) and stopping(balls, b):
         if now >= -DEEP_OVERLAP * tolerance:
             return min(now, 0.5 * tolerance)
@@ -126,34 +116,35 @@ def _aim(balls: Balls, a: int, b: int, now: float, duration: float) -> float:
 
 
 @kernel
-def excess(balls: Balls, laws: Laws, contacts: Contacts, c: int, duration: float) -> float:
+def excess(world: World, c: int, duration: float) -> float:
     """Return how far the gap of contact c [m] ends above what the step aims at."""
-    a, b = balls_of(contacts, c)
-    aim = _aim(balls, a, b, contacts.forces[c, GAP], duration)
-    return gap_after(balls, laws, contacts, c, duration) - aim
+    a, b = balls_of(world.contacts, c)
+    aim = _aim(world.balls, a, b, world.contacts.forces[c].gap, duration)
+    return gap_after(world, c, duration) - aim
 
 
 @kernel
-def settled(balls: Balls, laws: Laws, contacts: Contacts, count: int, duration: float) -> bool:
+def gaps_are_closed(world: World, count: int, duration: float) -> bool:
     """Whether every force holds its gap as the step aims at, and no gap without force closes."""
+    balls, contacts = world.balls, world.contacts
     for c in range(count):
-        now = contacts.forces[c, GAP]
+        now = contacts.forces[c].gap
         a, b = balls_of(contacts, c)
         tolerance = contact_tolerance(balls, a, b)
         # The deeper it already is, the less it may deepen: many steps must not add up.
         share = 1.0 + min(0.0, max(-1.0, now / tolerance))
-        left = max(share * slack(balls, a, b, duration), gap_rounding(balls, a, b))
-        over = excess(balls, laws, contacts, c, duration)
-        if yields(contacts, c) == 0.0 and over < 0.0:
+        left = max(share * permitted_gap(balls, a, b, duration), gap_rounding(balls, a, b))
+        over = excess(world, c, duration)
+        if compliance_of(contacts, c) == 0.0 and over < 0.0:
             # An overlap between two that the cloth holds, which no force pushes apart.
             over = min(0.0, over + _aim(balls, a, b, now, duration) - now)
-        if (contacts.forces[c, FORCE] > 0.0 or over < 0.0) and abs(over) > left:
+        if (contacts.forces[c].force > 0.0 or over < 0.0) and abs(over) > left:
             return False
     return True
 
 
 @kernel
-def stays_closed(balls: Balls, laws: Laws, contacts: Contacts, count: int, duration: float) -> bool:
+def stays_closed(world: World, count: int, duration: float) -> bool:
     """Whether no gap leaves the tolerance within the step.
 
     Looked at seven times. A step is so short that a gap is all but a cubic of time, closed at the
@@ -161,30 +152,31 @@ def stays_closed(balls: Balls, laws: Laws, contacts: Contacts, count: int, durat
     the tolerance at these places, and at the start, is within it everywhere. Of a contact that
     doesn't push, which opens, the way out has no bound.
     """
+    contacts = world.contacts
     for c in range(count):
         a, b = balls_of(contacts, c)
-        now = contacts.forces[c, GAP]
-        tolerance = _WITHIN * contact_tolerance(balls, a, b)
-        allowed = max(tolerance, gap_rounding(balls, a, b) - now)
+        now = contacts.forces[c].gap
+        tolerance = _WITHIN * contact_tolerance(world.balls, a, b)
+        allowed = max(tolerance, gap_rounding(world.balls, a, b) - now)
         for part in range(1, 8):
-            gap = gap_after(balls, laws, contacts, c, 0.125 * part * duration)
-            if gap < -allowed or (contacts.forces[c, FORCE] > 0.0 and gap > max(allowed, now)):
+            gap = gap_after(world, c, 0.125 * part * duration)
+            if gap < -allowed or (contacts.forces[c].force > 0.0 and gap > max(allowed, now)):
                 return False
     return True
 
 
 @kernel
-def yields(contacts: Contacts, c: int) -> float:
+def compliance_of(contacts: Contacts, c: int) -> float:
     """Acceleration of the gap of contact c over its force [1/kg], as the members answer now."""
-    a, b = contacts.ends[c, FIRST], contacts.ends[c, SECOND]
-    both: float = contacts.motion[a, YIELD]
+    a, b = contacts.ends[c, st.FIRST], contacts.ends[c, st.SECOND]
+    both: float = contacts.motion[a].compliance
     if b >= 0:
-        both += contacts.motion[b, YIELD]
+        both += contacts.motion[b].compliance
     return both
 
 
 @kernel
 def balls_of(contacts: Contacts, c: int) -> tuple[int, int]:
     """Return the balls of contact c; for a cushion, the ball twice."""
-    a, b = contacts.ends[c, FIRST], contacts.ends[c, SECOND]
+    a, b = contacts.ends[c, st.FIRST], contacts.ends[c, st.SECOND]
     return a, b if b >= 0 else a

@@ -9,25 +9,13 @@ from __future__ import annotations
 
 import math
 
+from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
-from ghostball.engine.core.state import (
-    AHEAD,
-    FIRST,
-    FREE,
-    HELD_OFF,
-    LEFT,
-    MOST_DIRECT,
-    OWN_CONTACT,
-    SECOND,
-    STEP,
-    Balls,
-    Contacts,
-    Laws,
-)
+from ghostball.engine.core.state import Contacts, World
 from ghostball.engine.core.tolerances import TIME_ROUNDING
-from ghostball.engine.motion.geometry import grip, speed_of
+from ghostball.engine.motion.geometry import friction_limit, speed_of
 from ghostball.engine.motion.position import advance
-from ghostball.engine.resting_contact.cloth_response import is_settling, time_to_change
+from ghostball.engine.resting_contact.cloth_response import slip_ends, time_to_change
 from ghostball.engine.resting_contact.follow import follow
 from ghostball.engine.resting_contact.islands import sort_by_place
 from ghostball.engine.resting_contact.paths import start_piece
@@ -61,19 +49,20 @@ and it is counted in `work["unsolved_contact_steps"]`.
 
 
 @kernel
-def goes_on(balls: Balls, laws: Laws, contacts: Contacts, i: int, t: float) -> bool:
-    """Let ball i's cluster move on, where a piece of its motion ends at t [s] and nothing else is.
+def goes_on(world: World, i: int, t: float) -> bool:
+    """Let ball i's island move on, where a piece of its motion ends at t [s] and nothing else is.
 
     False where it has to be gathered anew; nothing has changed then.
     """
-    if not _is_undisturbed(balls, contacts, i, t):
+    contacts = world.contacts
+    if not _is_undisturbed(world, i, t):
         return False
-    if contacts.motion[i, LEFT] == 0.0:
-        return _follow_again(balls, laws, contacts, i, t)
+    if contacts.motion[i].pieces_left == 0.0:
+        return _follow_again(world, i, t)
     k = i
     while True:
-        advance(balls, k, t)
-        start_piece(balls, laws, contacts, k)
+        advance(world.balls, k, t)
+        start_piece(world, k)
         contacts.again[k] = False
         k = contacts.ring[k]
         if k == i:
@@ -81,14 +70,15 @@ def goes_on(balls: Balls, laws: Laws, contacts: Contacts, i: int, t: float) -> b
 
 
 @kernel
-def _is_undisturbed(balls: Balls, contacts: Contacts, i: int, t: float) -> bool:
-    """Whether the motion of ball i's cluster is followed, and just a piece of it ends at t [s]."""
-    if contacts.cluster[i] == FREE:
+def _is_undisturbed(world: World, i: int, t: float) -> bool:
+    """Whether the motion of ball i's island is followed, and just a piece of it ends at t [s]."""
+    contacts = world.contacts
+    if contacts.island[i] == st.FREE:
         return False
     k = i
     while True:
-        touched = contacts.motion[k, STEP] == 0.0 or balls.own_kind[k] != OWN_CONTACT
-        if touched or contacts.motion[k, AHEAD] <= 0.0 or balls.state[k].own_time != t:
+        touched = contacts.motion[k].step == 0.0 or world.balls.own_kind[k] != st.OWN_CONTACT
+        if touched or contacts.motion[k].ahead <= 0.0 or world.balls.state[k].own_time != t:
             return False
         k = contacts.ring[k]
         if k == i:
@@ -96,35 +86,36 @@ def _is_undisturbed(balls: Balls, contacts: Contacts, i: int, t: float) -> bool:
 
 
 @kernel
-def _follow_again(balls: Balls, laws: Laws, contacts: Contacts, i: int, t: float) -> bool:
-    """Follow the motion of ball i's cluster for another step, as `goes_on`."""
+def _follow_again(world: World, i: int, t: float) -> bool:
+    """Follow the motion of ball i's island for another step, as `goes_on`."""
+    contacts = world.contacts
     members, k = 0, i
     while True:
-        advance(balls, k, t)
+        advance(world.balls, k, t)
         contacts.member[members] = k
         members += 1
-        if laws.slides and is_settling(balls, contacts, k):
+        if world.laws.slides and slip_ends(world, k):
             return False
         k = contacts.ring[k]
         if k == i:
             break
-    if members > MOST_DIRECT:
+    if members > st.MOST_DIRECT:
         return False
-    sort_by_place(balls, contacts, members)
+    sort_by_place(world, members)
     count = 0
     for m in range(members):
         k = contacts.member[m]
-        held = int(contacts.motion[k, HELD_OFF])
-        for other in range(m + 1, members + len(laws.obstacles)):
+        held = int(contacts.motion[k].held_off)
+        for other in range(m + 1, members + len(world.laws.obstacles)):
             second = contacts.member[other] if other < members else members - 1 - other
             touches = holds(contacts, k, second) if second >= 0 else held >> (-1 - second) & 1 == 1
-            if touches and count == MOST_DIRECT:
+            if touches and count == st.MOST_DIRECT:
                 return False
             if touches:
-                contacts.ends[count, FIRST] = k
-                contacts.ends[count, SECOND] = second
+                contacts.ends[count, st.FIRST] = k
+                contacts.ends[count, st.SECOND] = second
                 count += 1
-    if not follow_on(balls, laws, contacts, members, count, t):
+    if not follow_on(world, members, count, t):
         return False
     for m in range(members):
         contacts.again[contacts.member[m]] = False
@@ -132,23 +123,22 @@ def _follow_again(balls: Balls, laws: Laws, contacts: Contacts, i: int, t: float
 
 
 @kernel
-def follow_on(
-    balls: Balls, laws: Laws, contacts: Contacts, members: int, count: int, t: float
-) -> bool:
+def follow_on(world: World, members: int, count: int, t: float) -> bool:
     """Follow the motion of the members, and start its first pieces; False where it isn't smooth."""
-    own_time = own_time_of(balls, contacts, members)
+    contacts = world.contacts
+    own_time = own_time_of(world, members)
     fresh = FIRST_STEP * own_time
-    ahead = next_step(contacts, members, AHEAD, fresh, own_time)
+    ahead = next_step(contacts, members, True, fresh, own_time)
     if not ahead > 0.0:
         return False
-    far = _NEARLY * time_to_half(balls, contacts, members)
+    far = _NEARLY * time_to_half(world, members)
     least = min(_LEAST_FOLLOWED * own_time, _LEAST_PART * far)
     shortest = shortest_step(own_time, t)
-    if not follow(balls, laws, contacts, members, count, far, least, shortest, ahead) > 0.0:
+    if not follow(world, members, count, far, least, shortest, ahead) > 0.0:
         return False
     for m in range(members):
-        contacts.motion[contacts.member[m], STEP] = _AFTER * fresh
-        start_piece(balls, laws, contacts, contacts.member[m])
+        contacts.motion[contacts.member[m]].step = _AFTER * fresh
+        start_piece(world, contacts.member[m])
     return True
 
 
@@ -159,20 +149,21 @@ def shortest_step(own_time: float, t: float) -> float:
 
 
 @kernel
-def time_to_half(balls: Balls, contacts: Contacts, members: int) -> float:
+def time_to_half(world: World, members: int) -> float:
     """Return the time [s] in which the cloth takes half of some member's slip, or speed."""
     least = math.inf
     for m in range(members):
-        least = min(least, time_to_change(balls, contacts.member[m]))
+        least = min(least, time_to_change(world.balls, world.contacts.member[m]))
     return least
 
 
 @kernel
-def next_step(contacts: Contacts, members: int, row: int, fresh: float, most: float) -> float:
-    """Return the step to try [s]: the shortest that `row` has for a member."""
+def next_step(contacts: Contacts, members: int, followed: bool, fresh: float, most: float) -> float:
+    """Return the step to try [s]: the shortest that was good for a member, or may be followed."""
     step = most
     for m in range(members):
-        last = contacts.motion[contacts.member[m], row]
+        row = contacts.motion[contacts.member[m]]
+        last = row.ahead if followed else row.step
         if last == 0.0:
             return min(fresh, most)
         step = min(step, last)
@@ -180,17 +171,18 @@ def next_step(contacts: Contacts, members: int, row: int, fresh: float, most: fl
 
 
 @kernel
-def own_time_of(balls: Balls, contacts: Contacts, members: int) -> float:
+def own_time_of(world: World, members: int) -> float:
     """Return the least time [s] in which the cloth can move a member by its radius.
 
     Where no cloth can, and air alone may press balls together, that in which one goes so far.
     """
+    balls = world.balls
     least, fastest = math.inf, math.inf
     for m in range(members):
-        k = contacts.member[m]
+        k = world.contacts.member[m]
         radius, speed = balls.state[k].radius, speed_of(balls.state[k].vx, balls.state[k].vy)
-        if grip(balls, k) > 0.0:
-            least = min(least, math.sqrt(2.0 * radius / grip(balls, k)))
+        if friction_limit(balls, k) > 0.0:
+            least = min(least, math.sqrt(2.0 * radius / friction_limit(balls, k)))
         if speed > 0.0:
             fastest = min(fastest, radius / speed)
     return least if least < math.inf else fastest

@@ -2,21 +2,9 @@
 
 from __future__ import annotations
 
+from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
-from ghostball.engine.core.state import (
-    FIRST,
-    FREE,
-    NEXT,
-    NO_ROOM,
-    NOWHERE,
-    PARTNER,
-    SECOND,
-    Balls,
-    Cells,
-    Contacts,
-    IntArray,
-    Laws,
-)
+from ghostball.engine.core.state import Balls, Contacts, World
 from ghostball.engine.motion.geometry import (
     list_near,
     obstacle_in_contact,
@@ -28,21 +16,22 @@ from ghostball.engine.motion.position import advance
 
 
 @kernel
-def release(balls: Balls, laws: Laws, contacts: Contacts, i: int, t: float) -> None:
-    """Take the contact forces off every ball of i's cluster at the instant t [s].
+def release(world: World, i: int, t: float) -> None:
+    """Take the contact forces off every ball of i's island at the instant t [s].
 
     Contract: all of them are advanced to t, predicted anew and marked in `balls.changed`.
     """
-    if contacts.cluster[i] == FREE:
+    balls, contacts = world.balls, world.contacts
+    if contacts.island[i] == st.FREE:
         return
     k = i
     while True:
         following = contacts.ring[k]
-        contacts.cluster[k] = FREE
+        contacts.island[k] = st.FREE
         contacts.ring[k] = k
         _let_go(contacts, k)
         advance(balls, k, t)
-        predict_again(balls, k, laws)
+        predict_again(balls, k, world.laws)
         mark(balls, k)
         k = following
         if k == i:
@@ -54,8 +43,8 @@ def _hold_to(contacts: Contacts, i: int, j: int) -> None:
     """Note that a contact step holds ball i to ball j."""
     row = contacts.free[contacts.free[0]]
     contacts.free[0] -= 1
-    contacts.held[row, PARTNER] = j
-    contacts.held[row, NEXT] = contacts.first_held[i]
+    contacts.held[row, st.PARTNER] = j
+    contacts.held[row, st.NEXT] = contacts.first_held[i]
     contacts.first_held[i] = row
 
 
@@ -63,16 +52,16 @@ def _hold_to(contacts: Contacts, i: int, j: int) -> None:
 def _let_go(contacts: Contacts, i: int) -> None:
     """Note that no contact step holds ball i to another."""
     row = contacts.first_held[i]
-    while row != NOWHERE:
+    while row != st.NOWHERE:
         contacts.free[0] += 1
         contacts.free[contacts.free[0]] = row
-        row = contacts.held[row, NEXT]
-    contacts.first_held[i] = NOWHERE
+        row = contacts.held[row, st.NEXT]
+    contacts.first_held[i] = st.NOWHERE
 
 
 @kernel
 def mark_again(contacts: Contacts, k: int) -> None:
-    """Note that ball k's cluster is to be pressed anew."""
+    """Note that ball k's island begins a new step."""
     if not contacts.again[k]:
         contacts.again[k] = True
         contacts.waiting[0] += 1
@@ -80,65 +69,60 @@ def mark_again(contacts: Contacts, k: int) -> None:
 
 
 @kernel
-def gather_members(
-    balls: Balls,
-    laws: Laws,
-    cells: Cells | None,
-    contacts: Contacts,
-    i: int,
-    listed: int,
-    t: float,
-) -> int:
+def gather_members(world: World, i: int, listed: int, t: float) -> int:
     """Put in `contacts.member` ball i and all in contact with a member; return how many.
 
-    The first `listed` rows of `balls.hits` are contacts, close or not.
+    The first `listed` rows of `balls.touching` are contacts, close or not.
     """
-    release(balls, laws, contacts, i, t)
+    balls, contacts = world.balls, world.contacts
+    release(world, i, t)
     contacts.member[0] = i
     members, m = 1, 0
-    _join(balls, laws, contacts, i, i, t)
+    _join(world, i, i, t)
     while m < members:
         k = contacts.member[m]
-        for c in range(list_near(balls, cells, k)):
+        for c in range(list_near(balls, world.cells, k)):
             other = balls.near[c]
-            if contacts.cluster[other] == i:
+            if contacts.island[other] == i:
                 continue
             if pair_in_contact(balls, k, other, t) or _is_listed(balls, listed, k, other):
-                release(balls, laws, contacts, other, t)
-                _join(balls, laws, contacts, other, i, t)
+                release(world, other, t)
+                _join(world, other, i, t)
                 contacts.member[members] = other
                 members += 1
         m += 1
-    sort_by_place(balls, contacts, members)
+    sort_by_place(world, members)
     return members
 
 
 @kernel
 def _is_listed(balls: Balls, listed: int, i: int, j: int) -> bool:
-    """Whether ball i and j, a ball or -1 minus an obstacle's row, are in `balls.hits`."""
+    """Whether ball i and j, a ball or -1 minus an obstacle's row, are in `balls.touching`."""
     for c in range(listed):
-        a, b = balls.hits[c, FIRST], balls.hits[c, SECOND]
+        a, b = balls.touching[c, st.FIRST], balls.touching[c, st.SECOND]
         if (a == i and b == j) or (a == j and b == i):
             return True
     return False
 
 
 @kernel
-def sort_by_place(balls: Balls, contacts: Contacts, members: int) -> None:
+def sort_by_place(world: World, members: int) -> None:
     """Put the members in the order of their places, so that their numbering doesn't matter."""
+    contacts = world.contacts
     for m in range(1, members):
         k, place = contacts.member[m], m
-        while place > 0 and stands_before(balls, k, contacts.member[place - 1]):
+        while place > 0 and stands_before(world.balls, k, contacts.member[place - 1]):
             contacts.member[place] = contacts.member[place - 1]
             place -= 1
         contacts.member[place] = k
 
 
 @kernel
-def _join(balls: Balls, laws: Laws, contacts: Contacts, k: int, label: int, t: float) -> None:
+def _join(world: World, k: int, label: int, t: float) -> None:
+    balls, contacts = world.balls, world.contacts
     advance(balls, k, t)
-    predict_again(balls, k, laws)
-    contacts.cluster[k] = label
+    predict_again(balls, k, world.laws)
+    contacts.island[k] = label
     if k != label:
         contacts.ring[k] = contacts.ring[label]
         contacts.ring[label] = k
@@ -146,50 +130,43 @@ def _join(balls: Balls, laws: Laws, contacts: Contacts, k: int, label: int, t: f
 
 
 @kernel
-def gather_contacts(
-    balls: Balls,
-    laws: Laws,
-    contacts: Contacts,
-    members: int,
-    listed: int,
-    t: float,
-    counters: IntArray,
-) -> int:
+def gather_contacts(world: World, members: int, listed: int, t: float) -> int:
     """List the contacts of the members with each other and with cushions; return how many.
 
     Where there are more than `contacts` has room for, NO_ROOM says so.
     """
+    balls, contacts = world.balls, world.contacts
     count = 0
     for m in range(members):
         k = contacts.member[m]
         for other in range(m + 1, members):
             partner = contacts.member[other]
             if _is_listed(balls, listed, k, partner) or pair_in_contact(balls, k, partner, t):
-                if not _has_room(contacts, count, counters):
+                if not _has_room(world, count):
                     return count
-                contacts.ends[count, FIRST] = k
-                contacts.ends[count, SECOND] = partner
+                contacts.ends[count, st.FIRST] = k
+                contacts.ends[count, st.SECOND] = partner
                 _hold_to(contacts, k, partner)
                 _hold_to(contacts, partner, k)
                 count += 1
-        for cushion in range(len(laws.obstacles)):
+        for cushion in range(len(world.laws.obstacles)):
             listed_here = _is_listed(balls, listed, k, -1 - cushion)
-            if listed_here or obstacle_in_contact(balls, k, laws, cushion):
-                if not _has_room(contacts, count, counters):
+            if listed_here or obstacle_in_contact(balls, k, world.laws, cushion):
+                if not _has_room(world, count):
                     return count
-                contacts.ends[count, FIRST] = k
-                contacts.ends[count, SECOND] = -1 - cushion
+                contacts.ends[count, st.FIRST] = k
+                contacts.ends[count, st.SECOND] = -1 - cushion
                 count += 1
     return count
 
 
 @kernel
-def _has_room(contacts: Contacts, count: int, counters: IntArray) -> bool:
-    """Whether `contacts` takes one more than `count` contacts of a cluster, which holds two balls.
+def _has_room(world: World, count: int) -> bool:
+    """Whether `contacts` takes one more than `count` contacts of an island, which holds two balls.
 
     Where it doesn't, NO_ROOM says so, and the loop ends the run.
     """
-    if count < contacts.ends.shape[0] and contacts.free[0] >= 2:
+    if count < world.contacts.ends.shape[0] and world.contacts.free[0] >= 2:
         return True
-    counters[NO_ROOM] = 1
+    world.log.counters[st.NO_ROOM] = 1
     return False

@@ -8,38 +8,16 @@ as well.
 
 from __future__ import annotations
 
+from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
-from ghostball.engine.core.state import (
-    FIRST,
-    HELD_OFF,
-    LEFT,
-    M_FROM,
-    M_SLOPE,
-    M_VX,
-    M_WAY_X,
-    M_WX,
-    OWN_CONTACT,
-    PATH_X,
-    PIECE_TIME,
-    PIECES,
-    SECOND,
-    SLIDING,
-    TURN_WX,
-    WHOLE_TIME,
-    Balls,
-    Contacts,
-    Laws,
-)
+from ghostball.engine.core.rows import STAGES, StageRow, column_of
+from ghostball.engine.core.state import Contacts, World
 from ghostball.engine.motion.geometry import at_rest, contact_tolerance
 from ghostball.engine.motion.next_piece import mark, predict_obstacles
-from ghostball.engine.motion.position import straighten
+from ghostball.engine.motion.position import slowed_spin, straighten
 from ghostball.engine.resting_contact.gaps import balls_of, gap_between
 
-NUMBERS = 7
-"""Numbers of a ball's state: place, velocity, angular velocity."""
-
-STAGES = 7
-"""Stages of a step."""
+WAY_X = column_of(StageRow, "way_x")
 
 _SHARE_OF_GAP = 0.25
 """Error, in units of what is left of the tolerance of a gap, of the motion's end before it is taken
@@ -63,31 +41,30 @@ _MOST_PIECES = 4096
 @kernel(inline=True)
 def find_paths(contacts: Contacts, members: int, duration: float) -> None:
     """Put in `contacts.motion` the polynomials between a step's start and its end."""
-    stage, motion = contacts.stage, contacts.motion
-    last = M_SLOPE + NUMBERS * (STAGES - 1)
+    start, end_state = contacts.start, contacts.numbers
+    first, last = contacts.slopes[:, 0], contacts.slopes[:, STAGES - 1]
     for m in range(members):
         k = contacts.member[m]
         for axis in range(2):
-            path = PATH_X + 6 * axis
-            x = stage[m, M_FROM + axis]
-            v = duration * stage[m, M_FROM + 2 + axis]
-            a = duration * duration * stage[m, M_SLOPE + 2 + axis]
-            end = stage[m, M_WAY_X + axis] - v - 0.5 * a
-            end_v = duration * stage[m, M_VX + axis] - v - a
-            end_a = duration * duration * stage[m, last + 2 + axis] - a
-            motion[k, path], motion[k, path + 1], motion[k, path + 2] = x, v, 0.5 * a
-            motion[k, path + 3] = 10.0 * end - 4.0 * end_v + 0.5 * end_a
-            motion[k, path + 4] = -15.0 * end + 7.0 * end_v - end_a
-            motion[k, path + 5] = 6.0 * end - 3.0 * end_v + 0.5 * end_a
+            path = contacts.paths[k, axis]
+            x, v = start[m, axis], duration * start[m, 2 + axis]
+            a = duration * duration * first[m, 2 + axis]
+            end = end_state[m, WAY_X + axis] - v - 0.5 * a
+            end_v = duration * end_state[m, 2 + axis] - v - a
+            end_a = duration * duration * last[m, 2 + axis] - a
+            path[0], path[1], path[2] = x, v, 0.5 * a
+            path[3] = 10.0 * end - 4.0 * end_v + 0.5 * end_a
+            path[4] = -15.0 * end + 7.0 * end_v - end_a
+            path[5] = 6.0 * end - 3.0 * end_v + 0.5 * end_a
         for axis in range(3):
-            path = TURN_WX + 4 * axis
-            w = stage[m, M_FROM + 4 + axis]
-            b = duration * stage[m, M_SLOPE + 4 + axis]
-            end = stage[m, M_WX + axis] - w - b
-            end_b = duration * stage[m, last + 4 + axis] - b
-            motion[k, path], motion[k, path + 1] = w, b
-            motion[k, path + 2] = 3.0 * end - end_b
-            motion[k, path + 3] = end_b - 2.0 * end
+            spin = contacts.spins[k, axis]
+            w = start[m, 4 + axis]
+            b = duration * first[m, 4 + axis]
+            end = end_state[m, 4 + axis] - w - b
+            end_b = duration * last[m, 4 + axis] - b
+            spin[0], spin[1] = w, b
+            spin[2] = 3.0 * end - end_b
+            spin[3] = end_b - 2.0 * end
 
 
 @kernel(inline=True)
@@ -96,8 +73,8 @@ def _way_at(contacts: Contacts, k: int, axis: int, part: float) -> tuple[float, 
 
     Both [m], the latter as a way in the whole time.
     """
-    row, p = contacts.motion, PATH_X + 6 * axis
-    c1, c2, c3, c4, c5 = row[k, p + 1], row[k, p + 2], row[k, p + 3], row[k, p + 4], row[k, p + 5]
+    path = contacts.paths[k, axis]
+    c1, c2, c3, c4, c5 = path[1], path[2], path[3], path[4], path[5]
     far = part * (c1 + part * (c2 + part * (c3 + part * (c4 + part * c5))))
     fast = c1 + part * (2.0 * c2 + part * (3.0 * c3 + part * (4.0 * c4 + part * 5.0 * c5)))
     return far, fast
@@ -108,33 +85,32 @@ def _place_at(contacts: Contacts, k: int, part: float) -> tuple[float, float]:
     """Return where ball k is after a part of its whole motion [m]."""
     x, _ = _way_at(contacts, k, 0, part)
     y, _ = _way_at(contacts, k, 1, part)
-    return contacts.motion[k, PATH_X] + x, contacts.motion[k, PATH_X + 6] + y
+    return contacts.paths[k, 0, 0] + x, contacts.paths[k, 1, 0] + y
 
 
 @kernel(inline=True)
 def turn_at(contacts: Contacts, k: int, axis: int, part: float) -> float:
     """Return ball k's angular velocity about an axis [rad/s] after this part of its motion."""
-    row, p = contacts.motion, TURN_WX + 4 * axis
-    w: float = row[k, p] + part * (row[k, p + 1] + part * (row[k, p + 2] + part * row[k, p + 3]))
+    spin = contacts.spins[k, axis]
+    w: float = spin[0] + part * (spin[1] + part * (spin[2] + part * spin[3]))
     return w
 
 
 @kernel(inline=True)
 def _jerk_at(contacts: Contacts, k: int, axis: int, part: float) -> float:
-    row, p = contacts.motion, PATH_X + 6 * axis
-    jerk: float = 6.0 * row[k, p + 3] + part * (24.0 * row[k, p + 4] + part * 60.0 * row[k, p + 5])
+    path = contacts.paths[k, axis]
+    jerk: float = 6.0 * path[3] + part * (24.0 * path[4] + part * 60.0 * path[5])
     return jerk
 
 
 @kernel
-def gap_along(
-    balls: Balls, laws: Laws, contacts: Contacts, c: int, part: float
-) -> tuple[float, float]:
+def gap_along(world: World, c: int, part: float) -> tuple[float, float]:
     """Return contact c's gap [m] after a part of the motion found.
 
     And how fast its acceleration changes, as a way in the whole time [m].
     """
-    a, b = contacts.ends[c, FIRST], contacts.ends[c, SECOND]
+    contacts = world.contacts
+    a, b = contacts.ends[c, st.FIRST], contacts.ends[c, st.SECOND]
     x, y = _place_at(contacts, a, part)
     jerk_x, jerk_y = -_jerk_at(contacts, a, 0, part), -_jerk_at(contacts, a, 1, part)
     to_x, to_y = 0.0, 0.0
@@ -142,35 +118,34 @@ def gap_along(
         to_x, to_y = _place_at(contacts, b, part)
         jerk_x += _jerk_at(contacts, b, 0, part)
         jerk_y += _jerk_at(contacts, b, 1, part)
-    nx, ny, gap = gap_between(balls, laws, a, b, x, y, to_x, to_y)
+    nx, ny, gap = gap_between(world.balls, world.laws, a, b, x, y, to_x, to_y)
     return gap, nx * jerk_x + ny * jerk_y
 
 
 @kernel(inline=True)
-def share_of_gap(balls: Balls, contacts: Contacts, c: int, start: float) -> float:
+def share_of_gap(world: World, c: int, start: float) -> float:
     """Return how far the gap of contact c [m] may be off for each of a step's causes of error.
 
     Of what the gap at the start leaves of its tolerance.
     """
-    a, b = balls_of(contacts, c)
-    share: float = contact_tolerance(balls, a, b) - abs(start)
+    a, b = balls_of(world.contacts, c)
+    share: float = contact_tolerance(world.balls, a, b) - abs(start)
     return _SHARE_OF_GAP * share
 
 
 @kernel(inline=True)
-def find_pieces(
-    balls: Balls, laws: Laws, contacts: Contacts, members: int, count: int, duration: float
-) -> bool:
+def find_pieces(world: World, members: int, count: int, duration: float) -> bool:
     """Divide the motion found into pieces short enough; set the velocities that it begins with.
 
     False where those would be more than `_MOST_PIECES`; nothing has changed then.
     """
+    balls, contacts = world.balls, world.contacts
     most = 0.0  # cube of their number
     for c in range(count):
-        start, _ = gap_along(balls, laws, contacts, c, 0.0)
-        permitted = _SHARE_OF_PIECES / _SHARE_OF_GAP * share_of_gap(balls, contacts, c, start)
+        start, _ = gap_along(world, c, 0.0)
+        permitted = _SHARE_OF_PIECES / _SHARE_OF_GAP * share_of_gap(world, c, start)
         for part in range(3):
-            _, jerk = gap_along(balls, laws, contacts, c, 0.5 * part)
+            _, jerk = gap_along(world, c, 0.5 * part)
             most = max(most, _PIECE_ERROR * abs(jerk) / permitted)
     for part in range(3):
         for m in range(members):
@@ -187,11 +162,11 @@ def find_pieces(
     for m in range(members):
         k = contacts.member[m]
         row = contacts.motion[k]
-        row[LEFT], row[PIECES] = pieces, pieces
-        row[PIECE_TIME], row[WHOLE_TIME] = duration / pieces, duration
-        row[HELD_OFF] = held_obstacles(contacts, count, k)
-        balls.state[k].vx = contacts.stage[m, M_FROM + 2]
-        balls.state[k].vy = contacts.stage[m, M_FROM + 3]
+        row.pieces_left, row.pieces = pieces, pieces
+        row.piece_time, row.whole_time = duration / pieces, duration
+        row.held_off = held_obstacles(contacts, count, k)
+        balls.state[k].vx = contacts.start[m, 2]
+        balls.state[k].vy = contacts.start[m, 3]
     return True
 
 
@@ -200,45 +175,45 @@ def held_obstacles(contacts: Contacts, count: int, k: int) -> int:
     """Return the obstacles that an island's contacts hold ball k off, one bit each."""
     held = 0
     for c in range(count):
-        if contacts.ends[c, FIRST] == k and contacts.ends[c, SECOND] < 0:
-            held |= 1 << (-1 - contacts.ends[c, SECOND])
+        if contacts.ends[c, st.FIRST] == k and contacts.ends[c, st.SECOND] < 0:
+            held |= 1 << (-1 - contacts.ends[c, st.SECOND])
     return held
 
 
 @kernel
-def start_piece(balls: Balls, laws: Laws, contacts: Contacts, k: int) -> None:
+def start_piece(world: World, k: int) -> None:
     """Let ball k move along the next piece of its motion, from its epoch on.
 
     The first of two takes it half of the way to the place where the second ends; a way, not a
     place: the rounding of places over the square of a short time was a large acceleration.
     """
+    balls, contacts = world.balls, world.contacts
     straighten(balls, k)  # alone in air, it would have gone along a piece of a higher degree
     ball, row = balls.state[k], contacts.motion[k]
-    pieces, time = row[PIECES], row[PIECE_TIME]
-    done = pieces - row[LEFT]
+    pieces, time = row.pieces, row.piece_time
+    done = pieces - row.pieces_left
     is_first = int(done) % 2 == 0
     part = (done + 2.0) / pieces if is_first else (done + 1.0) / pieces
     x, fast_x = _way_at(contacts, k, 0, part)
     y, fast_y = _way_at(contacts, k, 1, part)
-    ax = (fast_x / row[WHOLE_TIME] - ball.vx) / time
-    ay = (fast_y / row[WHOLE_TIME] - ball.vy) / time
+    ax = (fast_x / row.whole_time - ball.vx) / time
+    ay = (fast_y / row.whole_time - ball.vy) / time
     if is_first:
         from_x, _ = _way_at(contacts, k, 0, done / pieces)
         from_y, _ = _way_at(contacts, k, 1, done / pieces)
         ax = ((x - from_x) - 2.0 * time * ball.vx) / (time * time) - 0.5 * ax
         ay = ((y - from_y) - 2.0 * time * ball.vy) / (time * time) - 0.5 * ay
     ball.ax, ball.ay = ax, ay
-    if laws.slides:
+    if world.laws.slides:
         part = (done + 1.0) / pieces
-        if ball.phase == SLIDING:
+        if ball.phase == st.SLIDING:
             ball.bx = (turn_at(contacts, k, 0, part) - ball.wx) / time
             ball.by = (turn_at(contacts, k, 1, part) - ball.wy) / time
-        alone = max(abs(ball.wz) - time * ball.spin_slowing, 0.0)
-        alone = alone if ball.wz > 0.0 else -alone
+        alone = slowed_spin(ball.wz, time * ball.spin_slowing)
         ball.bz = (turn_at(contacts, k, 2, part) - alone) / time
     if not at_rest(balls, k):
         ball.moved = 1.0
-    row[LEFT] -= 1.0
-    balls.own_kind[k] = OWN_CONTACT
-    predict_obstacles(balls, k, laws, time, int(row[HELD_OFF]))
+    row.pieces_left -= 1.0
+    balls.own_kind[k] = st.OWN_CONTACT
+    predict_obstacles(balls, k, world.laws, time, int(row.held_off))
     mark(balls, k)

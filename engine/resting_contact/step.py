@@ -1,9 +1,9 @@
-"""Sustained contact, the whole of it: balls that friction presses together move as one cluster.
+"""Sustained contact, the whole of it: balls that friction presses together move as one island.
 
 Two balls that roll side by side in contact, in slightly different directions, are slowed along
 different lines, and so may be pressed together. Bouncing, they would meet again and again with
 vanishing speed: without end for a restitution below 1. Instead a contact force holds each gap of
-the cluster closed for as long as it has to push.
+the island closed for as long as it has to push.
 
 That motion isn't polynomial, because the line of centres and the direction of friction turn. While
 every contact pushes and no slip ends, it is followed far, to high order (`resting_contact.follow`).
@@ -13,7 +13,7 @@ diameters (4e-13 m for pool balls), checked on the very polynomials that the bal
 the step's end and seven times within. Normals and friction are taken at the middle of the step, so
 that its error is third order in its length. The forces come from the one solver of contacts
 (`impacts.contact_solver`), on the gaps at the end of the step. No ball is displaced. Impulses are
-plastic, and a force works on a gap that stays within the tolerance: what energy that could add is
+inelastic, and a force works on a gap that stays within the tolerance: what energy that could add is
 far below what friction takes in the same step.
 
 A ball so slow that the cloth would stop it within `CAPTURE_HEIGHT` is brought to rest by the end of
@@ -27,44 +27,20 @@ from __future__ import annotations
 
 import math
 
+from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
-from ghostball.engine.core.state import (
-    AHEAD,
-    CONTACT_PIECES,
-    CONTACT_STEPS,
-    FIRST,
-    FORCE,
-    FREE,
-    LEFT,
-    NEW_AX,
-    NEW_AY,
-    NEW_BX,
-    NEW_BY,
-    OWN_CONTACT,
-    OWN_REST,
-    SECOND,
-    SLIDING,
-    SLIPS,
-    STEP,
-    TWIST_Z,
-    UNSOLVED_STEPS,
-    Balls,
-    Cells,
-    Contacts,
-    IntArray,
-    Laws,
-)
+from ghostball.engine.core.state import Balls, Contacts, World
 from ghostball.engine.core.tolerances import EPS
 from ghostball.engine.motion.geometry import at_rest, speed_of, stands_before
 from ghostball.engine.motion.next_piece import (
-    loosen,
+    keep_spin,
     mark,
     predict_again,
     predict_obstacles,
 )
-from ghostball.engine.motion.position import advance, straighten
+from ghostball.engine.motion.position import advance, slowed_spin, straighten
 from ghostball.engine.resting_contact.capture import stop_approach
-from ghostball.engine.resting_contact.cloth_response import keep_still, settle, stopping
+from ghostball.engine.resting_contact.cloth_response import end_slip, keep_still, stopping
 from ghostball.engine.resting_contact.forces import solve
 from ghostball.engine.resting_contact.going_on import (
     FIRST_STEP,
@@ -89,7 +65,7 @@ _GROWTH = 1.25
 
 @kernel
 def end_step(contacts: Contacts, i: int) -> None:
-    """Mark in `contacts.again` every ball of ball i's cluster, whose contact step ends."""
+    """Mark in `contacts.again` every ball of ball i's island, whose contact step ends."""
     k = i
     while True:
         mark_again(contacts, k)
@@ -99,45 +75,38 @@ def end_step(contacts: Contacts, i: int) -> None:
 
 
 @kernel
-def press_again(
-    balls: Balls,
-    laws: Laws,
-    cells: Cells | None,
-    contacts: Contacts,
-    listed: int,
-    t: float,
-    counters: IntArray,
-) -> None:
+def start_steps(world: World, listed: int, t: float) -> None:
     """End the contact steps of all balls marked in `contacts.again`; start others if they press.
 
-    And start those of the first `listed` contacts of `balls.hits`, whether they press or not:
+    And start those of the first `listed` contacts of `balls.touching`, whether they press or not:
     FIRST is a ball, SECOND a ball or -1 minus the row of an obstacle.
 
-    Clusters are judged as wholes, and all of them that an event changed at once: in a chain, the
+    Islands are judged as wholes, and all of them that an event changed at once: in a chain, the
     ball behind may be all that presses the two in front together, so that no pair of free balls
-    would show it; and of two balls that hit each other, both may belong to a cluster. What one
-    cluster does may bring another in contact: so they take turns by place, not by number.
+    would show it; and of two balls that hit each other, both may belong to an island. What one
+    island does may bring another in contact: so they take turns by place, not by number.
 
-    Contract: as `_press`, for every ball that is marked or listed.
+    Contract: as `_start_step`, for every ball that is marked or listed.
     """
+    balls, contacts = world.balls, world.contacts
     for c in range(listed):
-        for row in (FIRST, SECOND):
-            k = balls.hits[c, row]
+        for row in (st.FIRST, st.SECOND):
+            k = balls.touching[c, row]
             if k >= 0:
                 mark_again(contacts, k)
-                contacts.motion[k, STEP] = 0.0
-                contacts.motion[k, AHEAD] = 0.0
-                if contacts.cluster[k] != FREE:
+                contacts.motion[k].step = 0.0
+                contacts.motion[k].ahead = 0.0
+                if contacts.island[k] != st.FREE:
                     end_step(contacts, k)
     for m in range(1, contacts.waiting[0] + 1):
         k = contacts.waiting[m]
-        counter = CONTACT_PIECES if contacts.motion[k, LEFT] > 0.0 else CONTACT_STEPS
-        if contacts.again[k] and goes_on(balls, laws, contacts, k, t):
-            counters[counter] += 1
+        counter = st.CONTACT_PIECES if contacts.motion[k].pieces_left > 0.0 else st.CONTACT_STEPS
+        if contacts.again[k] and goes_on(world, k, t):
+            world.log.counters[counter] += 1
     for m in range(1, contacts.waiting[0] + 1):
         k = contacts.waiting[m]
         if contacts.again[k]:
-            release(balls, laws, contacts, k, t)
+            release(world, k, t)
             advance(balls, k, t)
     while True:
         first = -1
@@ -148,23 +117,14 @@ def press_again(
         if first < 0:
             contacts.waiting[0] = 0
             return
-        _press(balls, laws, cells, contacts, first, listed, t, counters)
+        _start_step(world, first, listed, t)
 
 
 @kernel
-def _press(
-    balls: Balls,
-    laws: Laws,
-    cells: Cells | None,
-    contacts: Contacts,
-    i: int,
-    listed: int,
-    t: float,
-    counters: IntArray,
-) -> None:
-    """Start a contact step, at the instant t [s], for the cluster that ball i belongs to.
+def _start_step(world: World, i: int, listed: int, t: float) -> None:
+    """Start a contact step, at the instant t [s], for the island that ball i belongs to.
 
-    The first `listed` contacts of `balls.hits` are held, close or not. Where the cluster has
+    The first `listed` contacts of `balls.touching` are held, close or not. Where the island has
     none of them, and no force turns out to be needed, or nothing moves, the balls are free again.
 
     Contract: every member is advanced to t, given its accelerations and an own event no later than
@@ -172,87 +132,81 @@ def _press(
     speed ends here because what is left of it is negligible is marked in `contacts.rolled` or
     `contacts.stopped`. No allocation: `contacts` has room.
     """
-    counters[CONTACT_STEPS] += 1
-    members = gather_members(balls, laws, cells, contacts, i, listed, t)
+    balls, laws, contacts = world.balls, world.laws, world.contacts
+    world.log.counters[st.CONTACT_STEPS] += 1
+    members = gather_members(world, i, listed, t)
     for m in range(members):
         contacts.again[contacts.member[m]] = False
-        contacts.motion[contacts.member[m], LEFT] = 0.0
-    count = gather_contacts(balls, laws, contacts, members, listed, t, counters)
+        contacts.motion[contacts.member[m]].pieces_left = 0.0
+    count = gather_contacts(world, members, listed, t)
     if count == 0:
-        release(balls, laws, contacts, i, t)
+        release(world, i, t)
         return
-    _settle_all(balls, laws, contacts, members)
-    stopped = stop_approach(balls, laws, contacts, members, count)
-    _settle_all(balls, laws, contacts, members)
+    _end_slips(world, members)
+    stopped = stop_approach(world, members, count)
+    _end_slips(world, members)
     for m in range(members):
         if contacts.rolled[contacts.member[m]]:
-            contacts.motion[contacts.member[0], AHEAD] = 0.0
-    if stopped and follow_on(balls, laws, contacts, members, count, t):
+            contacts.motion[contacts.member[0]].ahead = 0.0
+    if stopped and follow_on(world, members, count, t):
         return
-    own_time = own_time_of(balls, contacts, members)
+    own_time = own_time_of(world, members)
     if own_time == math.inf:  # nothing moves, and no cloth could move it
-        release(balls, laws, contacts, i, t)
+        release(world, i, t)
         return
     fresh = FIRST_STEP * own_time
     shortest = shortest_step(own_time, t)
-    change = time_to_half(balls, contacts, members)
-    step = next_step(contacts, members, STEP, fresh, own_time)
+    change = time_to_half(world, members)
+    step = next_step(contacts, members, False, fresh, own_time)
     longest = min(step, change)
-    solved, duration = _halve(balls, laws, contacts, members, count, longest, shortest, True)
+    solved, duration = _halve(world, members, count, longest, shortest, True)
     found = solved
     if not found and laws.slides:
         longest = min(fresh, change)
-        found, duration = _halve(balls, laws, contacts, members, count, longest, shortest, False)
+        found, duration = _halve(world, members, count, longest, shortest, False)
     for m in range(members):
         k = contacts.member[m]
-        paused = contacts.motion[k, AHEAD] < 0.0
-        contacts.motion[k, AHEAD] = contacts.motion[k, AHEAD] + 1.0 if paused else 0.0
+        paused = contacts.motion[k].ahead < 0.0
+        contacts.motion[k].ahead = contacts.motion[k].ahead + 1.0 if paused else 0.0
     if not found:
-        solve(balls, laws, contacts, members, 0, duration, False)  # no forces at all
+        solve(world, members, 0, duration, False)  # no forces at all
     if duration < longest:
         step = duration
     if not (solved and stopped):
-        counters[UNSOLVED_STEPS] += 1
+        world.log.counters[st.UNSOLVED_STEPS] += 1
     for m in range(members):
-        keep_still(balls, contacts, contacts.member[m], duration)
-    needed = _holds_listed(balls, contacts, i, listed) or _any_force(contacts, count)
-    if not needed or not _moves(balls, contacts, members):
-        release(balls, laws, contacts, i, t)
+        keep_still(world, contacts.member[m], duration)
+    needed = _holds_listed(world, i, listed) or _any_force(contacts, count)
+    if not needed or not _moves(world, members):
+        release(world, i, t)
         return
     for m in range(members):
         k = contacts.member[m]
-        balls.state[k].ax = contacts.motion[k, NEW_AX]
-        balls.state[k].ay = contacts.motion[k, NEW_AY]
+        balls.state[k].ax = contacts.motion[k].new_ax
+        balls.state[k].ay = contacts.motion[k].new_ay
         straighten(balls, k)
         if laws.slides:
-            if contacts.motion[k, SLIPS] == 1.0:
-                loosen(balls, k)
-            balls.state[k].bx = contacts.motion[k, NEW_BX]
-            balls.state[k].by = contacts.motion[k, NEW_BY]
-            _twist(balls, contacts, k, duration)
+            if contacts.motion[k].slips == 1.0:
+                keep_spin(balls, k)
+            balls.state[k].bx = contacts.motion[k].new_bx
+            balls.state[k].by = contacts.motion[k].new_by
+            _twist(world, k, duration)
         if not stopping(balls, k):
             balls.state[k].moved = 1.0
-        balls.own_kind[k] = OWN_REST if _comes_to_rest(balls, k, duration) else OWN_CONTACT
+        balls.own_kind[k] = st.OWN_REST if _comes_to_rest(balls, k, duration) else st.OWN_CONTACT
         predict_obstacles(balls, k, laws, duration, held_obstacles(contacts, count, k))
-        contacts.motion[k, STEP] = _GROWTH * step
+        contacts.motion[k].step = _GROWTH * step
         mark(balls, k)
 
 
 @kernel
 def _halve(
-    balls: Balls,
-    laws: Laws,
-    contacts: Contacts,
-    members: int,
-    count: int,
-    longest: float,
-    shortest: float,
-    rubs: bool,
+    world: World, members: int, count: int, longest: float, shortest: float, rubs: bool
 ) -> tuple[bool, float]:
     """Halve a step until it is solved, or too short; return whether it is solved, and the step."""
     duration = longest
     while True:
-        if solve(balls, laws, contacts, members, count, duration, rubs):
+        if solve(world, members, count, duration, rubs):
             return True, duration
         if not duration > shortest:  # nor where one of both is NaN
             return False, duration
@@ -260,31 +214,32 @@ def _halve(
 
 
 @kernel
-def _settle_all(balls: Balls, laws: Laws, contacts: Contacts, members: int) -> None:
+def _end_slips(world: World, members: int) -> None:
     """End the slips that the cloth ends at once; mark whose."""
     for m in range(members):
-        k = contacts.member[m]
-        if laws.slides and settle(balls, contacts, k):
-            contacts.rolled[k] = True
-            predict_again(balls, k, laws)
+        k = world.contacts.member[m]
+        if world.laws.slides and end_slip(world, k):
+            world.contacts.rolled[k] = True
+            predict_again(world.balls, k, world.laws)
 
 
 @kernel
-def _holds_listed(balls: Balls, contacts: Contacts, i: int, listed: int) -> bool:
-    """Whether one of the first `listed` contacts of `balls.hits` is of ball i's cluster."""
-    for c in range(listed):  # noqa: SIM110 - the compiler takes no generator
-        if contacts.cluster[balls.hits[c, FIRST]] == contacts.cluster[i]:
+def _holds_listed(world: World, i: int, listed: int) -> bool:
+    """Whether one of the first `listed` contacts of `balls.touching` is of ball i's island."""
+    for c in range(listed):
+        if world.contacts.island[world.balls.touching[c, st.FIRST]] == world.contacts.island[i]:
             return True
     return False
 
 
 @kernel
-def _moves(balls: Balls, contacts: Contacts, members: int) -> bool:
+def _moves(world: World, members: int) -> bool:
     """Whether any member moves: what rests may be under pressure, but nothing comes of it."""
+    contacts = world.contacts
     for m in range(members):
         k = contacts.member[m]
-        driven = contacts.motion[k, NEW_AX] != 0.0 or contacts.motion[k, NEW_AY] != 0.0
-        if driven or not at_rest(balls, k):
+        driven = contacts.motion[k].new_ax != 0.0 or contacts.motion[k].new_ay != 0.0
+        if driven or not at_rest(world.balls, k):
             return True
     return False
 
@@ -292,25 +247,22 @@ def _moves(balls: Balls, contacts: Contacts, members: int) -> bool:
 @kernel
 def _any_force(contacts: Contacts, count: int) -> bool:
     for c in range(count):  # noqa: SIM110 - the compiler takes no generator
-        if contacts.forces[c, FORCE] > 0.0:
+        if contacts.forces[c].force > 0.0:
             return True
     return False
 
 
 @kernel
-def _twist(balls: Balls, contacts: Contacts, k: int, duration: float) -> None:
+def _twist(world: World, k: int, duration: float) -> None:
     """Turn member k about the vertical: what its contacts do, and the cloth against that."""
+    balls = world.balls
     spin = balls.state[k].wz
     slowed = duration * balls.state[k].spin_slowing
-    gain = 2.5 * contacts.motion[k, TWIST_Z] / (balls.state[k].mass * balls.state[k].radius)
+    gain = 2.5 * world.contacts.motion[k].twist_z / (balls.state[k].mass * balls.state[k].radius)
     if gain == 0.0:
         return
-    driven = spin + duration * gain
-    end = max(abs(driven) - slowed, 0.0)
-    end = end if driven > 0.0 else -end
-    alone = max(abs(spin) - slowed, 0.0)
-    alone = alone if spin > 0.0 else -alone
-    balls.state[k].bz = (end - alone) / duration
+    end = slowed_spin(spin + duration * gain, slowed)
+    balls.state[k].bz = (end - slowed_spin(spin, slowed)) / duration
 
 
 @kernel
@@ -319,6 +271,6 @@ def _comes_to_rest(balls: Balls, k: int, duration: float) -> bool:
     left_x = balls.state[k].vx + duration * balls.state[k].ax
     left_y = balls.state[k].vy + duration * balls.state[k].ay
     speed = speed_of(balls.state[k].vx, balls.state[k].vy)
-    if balls.state[k].phase == SLIDING:
+    if balls.state[k].phase == st.SLIDING:
         return False  # it rolls first
     return speed > 0.0 and speed_of(left_x, left_y) <= 4.0 * EPS * speed

@@ -9,8 +9,9 @@ from threading import Event
 
 import numpy as np
 
-from ghostball.engine.core import state as s
+from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import compiling
+from ghostball.engine.core.rows import STATE_COLUMNS
 from ghostball.engine.running.from_scene import layout_of, log_of, room_for_contacts
 from ghostball.engine.running.room import STATUS, WORK_AT_ONCE, Limits, Log, Room, shots_of
 from ghostball.engine.running.skips import Skip
@@ -30,11 +31,11 @@ _BALL_BALL, _BALL_CUSHION = EventKind.BALL_BALL.label, EventKind.BALL_CUSHION.la
 
 
 _MOTION = {
-    "position": slice(s.X, s.Y + 1),
-    "velocity": slice(s.VX, s.VY + 1),
-    "acceleration": slice(s.AX, s.AY + 1),
-    "angular velocity": slice(s.WX, s.WZ + 1),
-    "angular acceleration": slice(s.BX, s.BZ + 1),
+    "position": slice(st.X, st.Y + 1),
+    "velocity": slice(st.VX, st.VY + 1),
+    "acceleration": slice(st.AX, st.AY + 1),
+    "angular velocity": slice(st.WX, st.WZ + 1),
+    "angular acceleration": slice(st.BX, st.BZ + 1),
 }
 """What a message says of a ball's motion: name, and columns of its state."""
 
@@ -80,7 +81,7 @@ class Run:
         self.size = n = len(layout.radii)
         self.variant = layout.variant
         self._room = Room(layout, self.variant.contacts)
-        self._state = self._room.numbers[: n * s.STATE_COLUMNS].reshape(n, s.STATE_COLUMNS)
+        self._state = self._room.numbers[: n * STATE_COLUMNS].reshape(n, STATE_COLUMNS)
         self._log = log_of(_FIRST_LOG if keep_log else 0, n, layout.columns)
         self._shots = shots_of(1, n, 3)
         self._clock, self._counters = self._shots.clocks[0], self._shots.counts[0]
@@ -97,14 +98,14 @@ class Run:
         """Run to the end, to a limit, to an interrupt, or until `stop` is set."""
         try:
             self._go(limits, stop)
-            code = int(self._counters[s.STATUS])
+            code = int(self._counters[st.STATUS])
             self.status = STATUS[code]
         except KeyboardInterrupt:
             # The kernel had returned: its arrays are as they were after its last whole event.
             self.play(limits._replace(events=0))
             self.status = Status.INTERRUPTED
-        self.t_end = float(self._clock[s.END])
-        now = float(self._clock[s.NOW])
+        self.t_end = float(self._clock[st.END])
+        now = float(self._clock[st.NOW])
         if self.status in (Status.EVENT_LIMIT, Status.WORK_LIMIT):
             self.reason = f"{self._done()} by t = {now:.9g} s"
         elif self.status is Status.ENDLESS:
@@ -115,36 +116,36 @@ class Run:
 
     def _endless(self, code: int) -> str:
         """Say what goes on without end, and what ends it."""
-        if code == s.RUN_STANDSTILL:
+        if code == st.RUN_STANDSTILL:
             return (
-                f"the clock stands still: {self._counters[s.AT_ONCE]} events at one instant, as of "
-                "balls that bounce without room between them. Give them room, or a restitution "
+                f"the clock stands still: {self._counters[st.AT_ONCE]} events at one instant, as "
+                "of balls that bounce without room between them. Give them room, or a restitution "
                 "below 1"
             )
-        k = int(self._counters[s.HOPPING]) - 1
+        k = int(self._counters[st.ENDLESS]) - 1
         return (
-            f'`balls[{k}]` ("{self._scene.balls[k].id}") lies on balls or cushions and hops there. '
-            "Set `t_max` to end the shot sooner"
+            f'`balls[{k}]` ("{self._scene.balls[k].id}") lies on balls or cushions and bounces '
+            "there. Set `t_max` to end the shot sooner"
         )
 
     def _done(self) -> str:
         """Say what a run did until its limit."""
         done = self._counters
         return (
-            f"{done[s.EVENTS]} events, {done[s.CONTACT_STEPS]} contact steps, "
-            f"{done[s.BOUNDS]} bounds and {done[s.ADVANCEMENTS]} steps towards contacts "
-            f"(work {done[s.WORK]})"
+            f"{done[st.EVENTS]} events, {done[st.CONTACT_STEPS]} contact steps, "
+            f"{done[st.BOUNDS]} bounds and {done[st.ADVANCEMENTS]} steps towards contacts "
+            f"(work {done[st.WORK]})"
         )
 
     def _unsound(self, code: int) -> str:
         """Say what isn't finite where a run failed, or what it had no room for."""
-        if code == s.RUN_NO_ROOM:
+        if code == st.RUN_NO_ROOM:
             return (
                 "more balls touch than can lie side by side: they are hardly larger than the "
                 "rounding of their coordinates. Move the scene to the origin. It stopped"
             )
-        k = int(self._counters[s.UNSOUND])
-        if k == s.FREE:
+        k = int(self._counters[st.NOT_FINITE])
+        if k == st.FREE:
             return "the time of the next event became NaN"
         ball = f'`balls[{k}]` ("{self._scene.balls[k].id}")'
         state = self._state[k]
@@ -153,12 +154,12 @@ class Run:
             for name, columns in _MOTION.items()
             if not np.all(np.isfinite(state[columns]))
         ]
-        if not math.isfinite(state[s.RADIUS]):
-            wrong.append(f"radius of {state[s.RADIUS]}")
-        if not wrong and state[s.OWN_TIME] >= self._clock[s.NOW]:
+        if not math.isfinite(state[st.RADIUS]):
+            wrong.append(f"radius of {state[st.RADIUS]}")
+        if not wrong and state[st.OWN_TIME] >= self._clock[st.NOW]:
             return f"contacts of {ball} are looked for without end"
         if not wrong:
-            return f"{ball} has its next event at {state[s.OWN_TIME]:.9g} s, not later than now"
+            return f"{ball} has its next event at {state[st.OWN_TIME]:.9g} s, not later than now"
         return f"{ball} has no finite motion ({', '.join(wrong)})"
 
     def _go(self, limits: Limits, stop: Event | None) -> None:
@@ -166,13 +167,13 @@ class Run:
             if stop is not None and stop.is_set():
                 raise KeyboardInterrupt
             self.play(limits)
-            code = self._counters[s.STATUS]
-            if code == s.RUN_LOG_FULL:
+            code = self._counters[st.STATUS]
+            if code == st.RUN_LOG_FULL:
                 self._start_new_log()
-            elif code == s.RUN_CONTACTS:
+            elif code == st.RUN_CONTACTS:
                 warm_up(self.variant._replace(contacts=True))
                 self.take_contacts()
-            elif code != s.RUN_PAUSED:
+            elif code != st.RUN_PAUSED:
                 return
 
     def take_contacts(self) -> None:
@@ -190,7 +191,7 @@ class Run:
 
     def _check_resolved(self) -> None:
         """Fail where a ball went so far that doubles no longer resolve a collision there."""
-        farthest, smallest = float(self._clock[s.FARTHEST]), self._layout.smallest_radius
+        farthest, smallest = float(self._clock[st.FARTHEST]), self._layout.smallest_radius
         if self.status is not Status.FAILED and not position_rounding(farthest) < smallest:
             self.status = Status.FAILED
             self.reason = (
@@ -205,7 +206,7 @@ class Run:
         # In this order an interrupt in between loses nothing and repeats nothing: an empty new log
         # first, then the full one is kept.
         self._log = larger
-        self._counters[[s.LOGGED_EVENTS, s.LOGGED_MOTIONS]] = 0
+        self._counters[[st.LOGGED_EVENTS, st.LOGGED_MOTIONS]] = 0
         self._logs.append(full)
 
     def final_state(self) -> Samples:
@@ -216,29 +217,29 @@ class Run:
     def collision_counts(self) -> dict[str, int]:
         """Collisions by kind."""
         return {
-            _BALL_BALL: int(self._counters[s.BALL_BALL]),
-            _BALL_CUSHION: int(self._counters[s.BALL_CUSHION]),
+            _BALL_BALL: int(self._counters[st.BALL_BALL]),
+            _BALL_CUSHION: int(self._counters[st.BALL_CUSHION]),
         }
 
     def counts(self) -> tuple[int, int, int]:
         """Return how many impacts of two balls, impacts on cushions and events there were."""
         done = self._counters
-        return int(done[s.BALL_BALL]), int(done[s.BALL_CUSHION]), int(done[s.EVENTS])
+        return int(done[st.BALL_BALL]), int(done[st.BALL_CUSHION]), int(done[st.EVENTS])
 
     def work(self) -> dict[str, int]:
         """Machine-independent counters of what the run did; some only where there is any."""
         counters = self._counters.tolist()
         work = {
-            "events": counters[s.EVENTS],
-            "bounds": counters[s.BOUNDS],
-            "advancement_steps": counters[s.ADVANCEMENTS],
-            "cell_moves": counters[s.CELL_MOVES],
-            "joint_impacts": counters[s.JOINT_IMPACTS],
-            "unsolved_joint_impacts": counters[s.UNSOLVED_JOINT_IMPACTS],
-            "contact_steps": counters[s.CONTACT_STEPS],
-            "unsolved_contact_steps": counters[s.UNSOLVED_STEPS],
+            "events": counters[st.EVENTS],
+            "bounds": counters[st.BOUNDS],
+            "advancement_steps": counters[st.ADVANCEMENTS],
+            "cell_moves": counters[st.CELL_MOVES],
+            "joint_impacts": counters[st.JOINT_IMPACTS],
+            "unsolved_joint_impacts": counters[st.UNSOLVED_JOINT_IMPACTS],
+            "contact_steps": counters[st.CONTACT_STEPS],
+            "unsolved_contact_steps": counters[st.UNSOLVED_STEPS],
         }
-        for name, place in (("contact_pieces", s.CONTACT_PIECES), ("balls_gone", s.BALLS_GONE)):
+        for name, place in (("contact_pieces", st.CONTACT_PIECES), ("balls_gone", st.BALLS_GONE)):
             if counters[place]:
                 work[name] = counters[place]
         return work
@@ -261,7 +262,7 @@ class Run:
         order = np.argsort(ball, kind="stable")
         ends = np.cumsum(np.bincount(ball, minlength=self.size))
         knots = np.split(motion[order], ends[:-1])
-        spin_decelerations = self._state[:, s.SPIN_SLOWING].copy()
+        spin_decelerations = self._state[:, st.SPIN_SLOWING].copy()
         _, drags, flies, _ = self._layout.parts
         return ExactTrajectory(
             self._layout.radii,
@@ -273,7 +274,7 @@ class Run:
         )
 
     def _trimmed_log(self) -> Log:
-        events, motions = self._counters[s.LOGGED_EVENTS], self._counters[s.LOGGED_MOTIONS]
+        events, motions = self._counters[st.LOGGED_EVENTS], self._counters[st.LOGGED_MOTIONS]
         time, what, ball, motion = self._log
         return time[:events], what[:, :events], ball[:motions], motion[:motions]
 

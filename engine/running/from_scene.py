@@ -13,48 +13,11 @@ from functools import lru_cache
 import numpy as np
 
 from ghostball.engine.capabilities import CAPABILITIES
+from ghostball.engine.core import state as st
 from ghostball.engine.core.block import Block
+from ghostball.engine.core.contacts import contacts_in, numbers_of_contacts
+from ghostball.engine.core.rows import OBSTACLE_COLUMNS, STATE_COLUMNS
 from ghostball.engine.core.state import (
-    BASE,
-    CLOTH_FRICTION,
-    COUNTERS,
-    FLYING,
-    FORCE_COLUMNS,
-    FREE,
-    HEIGHT_COLUMNS,
-    HIGHER,
-    KNOT,
-    LANES,
-    LINE,
-    LINK_COLUMNS,
-    MASS,
-    MOST_DIRECT,
-    MOST_OBSTACLES,
-    MOST_POWERS,
-    MOTION_COLUMNS,
-    NOWHERE,
-    OBSTACLE_COLUMNS,
-    OWN_TIME,
-    PHASE,
-    RADIUS,
-    RISE,
-    ROLL_SLOWING,
-    ROLLING,
-    SERIES_ROWS,
-    SERIES_TERMS,
-    SLIDE_SLOWING,
-    SLIDING,
-    SLOT_COLUMNS,
-    SPIN_SLOWING,
-    STAGE_COLUMNS,
-    STATE_COLUMNS,
-    STILL_RISE,
-    TRACKS,
-    UP_SPEED,
-    VX,
-    VY,
-    WX,
-    WZ,
     Air,
     Balls,
     BoolArray,
@@ -64,9 +27,6 @@ from ghostball.engine.core.state import (
     IntArray,
     Laws,
     Pairs,
-    X,
-    Y,
-    contacts_in,
 )
 from ghostball.engine.running.skips import (
     Skip,
@@ -77,8 +37,7 @@ from ghostball.engine.running.skips import (
     uses_cells,
 )
 from ghostball.engine.running.variants import Variant, variant_of
-from ghostball.model import CUSHIONS, Scene
-from ghostball.model.errors import UnsupportedSceneError
+from ghostball.model import CUSHIONS, Physics, Scene, UnsupportedSceneError
 from ghostball.model.features import check_supported
 from ghostball.model.impact_laws import BALL_LAW_NAMES, CUSHION_LAW_NAMES, CUSHION_LAWS
 from ghostball.model.scene import check_whole
@@ -178,8 +137,8 @@ def layout_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Layout:
 
 def _columns_of(balls: Balls) -> int:
     """Return how many numbers say how a ball moves on; see `Log.motion`."""
-    columns = KNOT if balls.height is None else KNOT + 3
-    columns += 0 if balls.higher is None else balls.higher.shape[1] - HIGHER
+    columns = st.KNOT if balls.height is None else st.KNOT + 3
+    columns += 0 if balls.higher is None else balls.higher.shape[1] - st.HIGHER
     return columns + (0 if balls.air is None else balls.air.turning.shape[1])
 
 
@@ -195,20 +154,20 @@ def balls_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Balls:
     """Lay out the scene's balls, all marked: the kernel fills in accelerations and own events."""
     n = len(scene.balls)
     state = np.zeros((n, STATE_COLUMNS))
-    state[:, X : Y + 1] = scene.positions[:, :2]
-    state[:, VX : VY + 1] = scene.velocities[:, :2]
-    state[:, WX : WZ + 1] = scene.angular_velocities
-    state[:, OWN_TIME] = np.inf
-    state[:, RADIUS] = scene.radii
-    state[:, MASS] = scene.masses
+    state[:, st.X : st.Y + 1] = scene.positions[:, :2]
+    state[:, st.VX : st.VY + 1] = scene.velocities[:, :2]
+    state[:, st.WX : st.WZ + 1] = scene.angular_velocities
+    state[:, st.OWN_TIME] = np.inf
+    state[:, st.RADIUS] = scene.radii
+    state[:, st.MASS] = scene.masses
     gravity = scene.physics.gravity
-    state[:, ROLL_SLOWING] = scene.rolling_frictions * gravity
-    state[:, CLOTH_FRICTION] = scene.sliding_frictions
+    state[:, st.ROLL_SLOWING] = scene.rolling_frictions * gravity
+    state[:, st.CLOTH_FRICTION] = scene.sliding_frictions
     slides = scene.physics.motion == "sliding"
-    state[:, SLIDE_SLOWING] = state[:, CLOTH_FRICTION] * gravity if slides else 0.0
-    state[:, SPIN_SLOWING] = scene.spinning_friction_rates
+    state[:, st.SLIDE_SLOWING] = state[:, st.CLOTH_FRICTION] * gravity if slides else 0.0
+    state[:, st.SPIN_SLOWING] = scene.spinning_friction_rates
     rises = (scene.positions[:, 2] > scene.radii) | (scene.velocities[:, 2] > 0.0)
-    state[:, PHASE] = phases_of(scene.rolls, rises, slides)
+    state[:, st.PHASE] = phases_of(scene.rolls, rises, slides)
     drags = has_drag(scene) or Skip.DRAG in off
     return Balls(
         state,
@@ -217,27 +176,31 @@ def balls_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Balls:
         np.concatenate(([n], np.arange(n))).astype(np.int32),
         np.zeros((_most_pairs(n) + 1, 2), dtype=np.int32),
         np.zeros(n, dtype=np.int32),
-        np.zeros(COUNTERS, dtype=np.int64),
-        np.zeros((n, HIGHER + MOST_POWERS)) if drags else None,
-        Air(np.zeros((n, MOST_POWERS)), np.zeros((SERIES_ROWS, SERIES_TERMS))) if drags else None,
+        np.zeros(st.COUNTERS, dtype=np.int64),
+        np.zeros((n, st.HIGHER + st.MOST_POWERS)) if drags else None,
+        Air(np.zeros((n, st.MOST_POWERS)), np.zeros((st.SERIES_ROWS, st.SERIES_TERMS)))
+        if drags
+        else None,
         height_of(scene) if scene.physics.airborne or Skip.FLIGHT in off else None,
     )
 
 
 def phases_of(rolls: BoolArray, rises: BoolArray, slides: bool) -> FloatArray:
     """Return how balls begin that roll, or rise from the cloth, where balls may slide or not."""
-    phases: FloatArray = np.where(rises, FLYING, np.where(rolls | (not slides), ROLLING, SLIDING))
+    phases: FloatArray = np.where(
+        rises, st.FLYING, np.where(rolls | (not slides), st.ROLLING, st.SLIDING)
+    )
     return phases
 
 
 def height_of(scene: Scene) -> FloatArray:
     """Return how high the scene's balls are; all at one height where none may leave the cloth."""
-    height = np.zeros((len(scene.balls), HEIGHT_COLUMNS))
-    height[:, STILL_RISE] = -1.0  # where none can be
+    height = np.zeros((len(scene.balls), st.HEIGHT_COLUMNS))
+    height[:, st.STILL_RISE] = -1.0  # where none can be
     if scene.physics.airborne:
-        height[:, BASE] = scene.radii
-        height[:, RISE] = scene.positions[:, 2] - scene.radii
-        height[:, UP_SPEED] = scene.velocities[:, 2]
+        height[:, st.BASE] = scene.radii
+        height[:, st.RISE] = scene.positions[:, 2] - scene.radii
+        height[:, st.UP_SPEED] = scene.velocities[:, 2]
     return height
 
 
@@ -251,11 +214,11 @@ def laws_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Laws:
     """
     physics = scene.physics
     obstacles = obstacles_of(scene, off)
-    if len(obstacles) > MOST_OBSTACLES:
-        lacks = f"no more than {MOST_OBSTACLES} obstacles on one table, here are {len(obstacles)}"
+    if len(obstacles) > st.MOST_OBSTACLES:
+        lacks = (
+            f"no more than {st.MOST_OBSTACLES} obstacles on one table, here are {len(obstacles)}"
+        )
         raise UnsupportedSceneError("ghostball", (lacks,))
-    cushion_law = CUSHION_LAW_NAMES.index(physics.cushion)
-    mirror = physics.cushion == "mirror"
     speed_dependent = physics.ball_friction == "alciatore"
     return Laws(
         slides=physics.motion == "sliding",
@@ -266,11 +229,6 @@ def laws_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Laws:
         ball_restitution=float(physics.ball_restitution),
         ball_friction=0.0 if speed_dependent else float(physics.ball_friction),
         speed_dependent=speed_dependent,
-        cushion_turns=CUSHION_LAWS[cushion_law].turns,
-        cushion_restitution=1.0 if mirror else float(physics.cushion_restitution),
-        cushion_tangential=1.0 if mirror else float(physics.cushion_tangential_restitution),
-        cushion_friction=float(physics.cushion_friction),
-        cushion_height=float(physics.cushion_height),
         t_max=np.inf if scene.t_max is None else float(scene.t_max),
         air_drag=float(physics.air_drag),
         airborne=physics.airborne,
@@ -297,6 +255,7 @@ def obstacles_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> FloatArray
     away to be met.
     """
     table, law = scene.table, CUSHION_LAW_NAMES.index(scene.physics.cushion)
+    coefficients = coefficients_of(scene.physics)
     rows = []
     for index, (name, (nx, ny)) in enumerate(zip(CUSHIONS, _INWARD, strict=True)):
         if table is not None and name in table.cushions:
@@ -306,19 +265,31 @@ def obstacles_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> FloatArray
             x, y = -_FAR * nx, -_FAR * ny
         else:
             continue
-        rows.append((LINE, x, y, nx, ny, 0.0, law, index))
+        rows.append((st.LINE, x, y, nx, ny, 0.0, law, index, *coefficients))
     return np.array(rows, dtype=np.float64).reshape(-1, OBSTACLE_COLUMNS)
+
+
+def coefficients_of(physics: Physics) -> tuple[float, ...]:
+    """Return the last numbers of a cushion's `ObstacleRow`, from `turns` on."""
+    mirror = physics.cushion == "mirror"
+    return (
+        CUSHION_LAWS[CUSHION_LAW_NAMES.index(physics.cushion)].turns,
+        1.0 if mirror else physics.cushion_restitution,
+        1.0 if mirror else physics.cushion_tangential_restitution,
+        physics.cushion_friction,
+        physics.cushion_height,
+    )
 
 
 @lru_cache(maxsize=8)
 def pairs_of(n: int) -> Pairs:
     """Room for the bounds of n balls; scenes of as many share what their runs copy."""
-    blocks = -(-n // LANES)
+    blocks = -(-n // st.LANES)
     return Pairs(
         bound=np.full(n * n, np.inf),
         least=np.full(n, np.inf),
         next=np.full(n, np.inf),
-        track=np.zeros(blocks * TRACKS * LANES),
+        track=np.zeros(blocks * st.TRACKS * st.LANES),
     )
 
 
@@ -340,15 +311,15 @@ def cells_of(scene: Scene) -> Cells:
     return Cells(
         frame=np.array([*low, side, 2.0 * float(np.max(scene.radii))]),
         size=size,
-        first=np.full(int(np.prod(size + 2)), NOWHERE, dtype=np.int32),
-        link=np.zeros((n, LINK_COLUMNS), dtype=np.int32),
-        slot=np.full((n, SLOT_COLUMNS), np.inf),
+        first=np.full(int(np.prod(size + 2)), st.NOWHERE, dtype=np.int32),
+        link=np.zeros((n, st.LINK_COLUMNS), dtype=np.int32),
+        slot=np.full((n, st.SLOT_COLUMNS), np.inf),
         tree=np.full(2 * leaves, np.inf),
     )
 
 
 def room_for_contacts(n: int) -> tuple[BoolArray, IntArray, FloatArray]:
-    """Room for the contacts of n balls; `core.state.contacts_in` says what lies where in it."""
+    """Room for the contacts of n balls; `core.contacts` says what lies where in it."""
     marks, places, numbers = no_contacts(n)
     return marks.copy(), places.copy(), numbers.copy()
 
@@ -358,10 +329,18 @@ def no_contacts(n: int) -> tuple[BoolArray, IntArray, FloatArray]:
     """Arrays of the contacts of n balls of which there are none yet; nobody writes into them."""
     m = _most_pairs(n) + len(CUSHIONS) * n
     none, free = np.zeros(n, dtype=np.int64), np.arange(2 * m)
-    kept = (np.full(n, FREE), np.arange(n), [0], none, none, np.full(n, NOWHERE), [2 * m], free)
-    room = n * MOTION_COLUMNS + m * FORCE_COLUMNS + MOST_DIRECT * (MOST_DIRECT + STAGE_COLUMNS)
+    kept = (
+        np.full(n, st.FREE),
+        np.arange(n),
+        [0],
+        none,
+        none,
+        np.full(n, st.NOWHERE),
+        [2 * m],
+        free,
+    )
     places = np.concatenate((*kept, np.zeros(6 * m + 1, dtype=np.int64)))
-    return np.zeros(3 * n, dtype=np.bool_), places, np.zeros(room)
+    return np.zeros(3 * n, dtype=np.bool_), places, np.zeros(numbers_of_contacts(n, m))
 
 
 def contacts_of(n: int) -> Contacts:
@@ -379,7 +358,7 @@ def _most_pairs(n: int) -> int:
 
 
 def log_of(
-    capacity: int, n: int, columns: int = KNOT
+    capacity: int, n: int, columns: int = st.KNOT
 ) -> tuple[FloatArray, IntArray, IntArray, FloatArray]:
     """Return the four arrays of a `Log`, with room for `capacity` events of n balls.
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ghostball.engine.core import state as s
+from ghostball.engine.core import state as st
 from ghostball.engine.event_loop.play import SHOT_COLUMNS, play
 from ghostball.engine.running.from_scene import Layout, no_contacts, room_for_contacts
 from ghostball.model.events import Status
@@ -18,14 +18,14 @@ WORK_AT_ONCE = 5_000_000
 """Work between two returns from the kernel: some 50 ms, so that an interrupt is heard."""
 
 STATUS = {
-    s.RUN_RESTED: Status.REST,
-    s.RUN_T_MAX: Status.T_MAX,
-    s.RUN_EVENT_LIMIT: Status.EVENT_LIMIT,
-    s.RUN_WORK_LIMIT: Status.WORK_LIMIT,
-    s.RUN_HOPS: Status.ENDLESS,
-    s.RUN_NOT_FINITE: Status.FAILED,
-    s.RUN_STANDSTILL: Status.ENDLESS,
-    s.RUN_NO_ROOM: Status.FAILED,
+    st.RUN_RESTED: Status.REST,
+    st.RUN_T_MAX: Status.T_MAX,
+    st.RUN_EVENT_LIMIT: Status.EVENT_LIMIT,
+    st.RUN_WORK_LIMIT: Status.WORK_LIMIT,
+    st.RUN_ENDLESS: Status.ENDLESS,
+    st.RUN_NOT_FINITE: Status.FAILED,
+    st.RUN_STANDSTILL: Status.ENDLESS,
+    st.RUN_NO_ROOM: Status.FAILED,
 }
 """What the end of a shot means."""
 
@@ -40,25 +40,25 @@ class Limits(NamedTuple):
 class Shots(NamedTuple):
     """What differs between k shots of a scene, and what becomes of each."""
 
-    motions: s.FloatArray  # (k, SHOT_COLUMNS); (0, SHOT_COLUMNS): a shot is as the scene has it
-    clocks: s.FloatArray  # (k, CLOCKS)
-    counts: s.IntArray  # (k, COUNTERS)
-    ends: s.FloatArray  # (k, p, n, 3) positions, velocities, angular velocities: the first p
+    motions: st.FloatArray  # (k, SHOT_COLUMNS); (0, SHOT_COLUMNS): a shot is as the scene has it
+    clocks: st.FloatArray  # (k, CLOCKS)
+    counts: st.IntArray  # (k, COUNTERS)
+    ends: st.FloatArray  # (k, p, n, 3) positions, velocities, angular velocities: the first p
 
 
 def shots_of(k: int, n: int, arrays: int) -> Shots:
     """Return room for k shots of n balls, and for the first `arrays` of what `ends` keeps."""
     return Shots(
         _NO_MOTIONS,
-        np.zeros((k, s.CLOCKS)),
-        np.zeros((k, s.COUNTERS), dtype=np.int64),
+        np.zeros((k, st.CLOCKS)),
+        np.zeros((k, st.COUNTERS), dtype=np.int64),
         np.empty((k, arrays, n, 3)),
     )
 
 
 _NO_MOTIONS = np.empty((0, SHOT_COLUMNS))
 
-Log = tuple[s.FloatArray, s.IntArray, s.IntArray, s.FloatArray]
+Log = tuple[st.FloatArray, st.IntArray, st.IntArray, st.FloatArray]
 
 
 class Room:
@@ -88,7 +88,7 @@ class Room:
     def play(
         self,
         shots: Shots,
-        which: s.IntArray,
+        which: st.IntArray,
         first: int,
         goes_on: bool,
         log: Log,

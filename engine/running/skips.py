@@ -62,7 +62,7 @@ _LEAVES_OUT = {
     Skip.ADVANCEMENT: "the steps towards a contact: where nothing slows, a quadratic gives it",
     Skip.CUSHIONS: "when a ball meets a cushion",
     Skip.BALL_FRICTION: "slip and friction between two balls",
-    Skip.CONTACTS: "kernels and room for joint impacts and for pressed balls, until one turns up",
+    Skip.CONTACTS: "kernels and room for joint impacts and resting contact, until one turns up",
     Skip.INTEGRATED_LAWS: "kernels of the laws that integrate over an impact",
     Skip.DRAG: "pieces of motion that are no parabolas, which air makes of them",
     Skip.FLIGHT: "heights of balls, contacts in space, and bounces on the table",

@@ -7,14 +7,14 @@ from threading import Event
 
 import numpy as np
 
-from ghostball.engine.core import state as s
+from ghostball.engine.core import state as st
 from ghostball.engine.running.driver import warm_up
 from ghostball.engine.running.from_scene import layout_of, log_of
 from ghostball.engine.running.room import Limits, Room, Shots
 from ghostball.engine.running.variants import variant_of
 from ghostball.model import Scene
 
-_SHARE = 256
+_SHOTS_AT_ONCE = 256
 """Shots of a sweep that a thread takes at a time: about a millisecond's."""
 
 
@@ -28,19 +28,19 @@ def run_sweep(scene: Scene, cue: int, shots: Shots, limits: Limits, threads: int
     pending = np.arange(len(shots.counts))
     stop = Event()
 
-    def play_part(part: s.IntArray, with_contacts: bool) -> None:
+    def play_part(part: st.IntArray, with_contacts: bool) -> None:
         room, log = Room(layout, with_contacts), log_of(0, layout.count)
         first, goes_on = 0, False
         while first < len(part) and not stop.is_set():
             first = room.play(shots, part, first, goes_on, log, limits, cue=cue)
-            goes_on = first < len(part) and shots.counts[part[first], s.STATUS] == s.RUN_PAUSED
+            goes_on = first < len(part) and shots.counts[part[first], st.STATUS] == st.RUN_PAUSED
 
     for with_contacts in (layout.variant.contacts, True):
         if len(pending) == 0:
             break
         warm_up(variant_of(scene, with_contacts))
         with ThreadPoolExecutor(threads) as pool:
-            parts = np.array_split(pending, -(-len(pending) // _SHARE))
+            parts = np.array_split(pending, -(-len(pending) // _SHOTS_AT_ONCE))
             try:
                 for done in [pool.submit(play_part, part, with_contacts) for part in parts]:
                     done.result()
@@ -48,4 +48,4 @@ def run_sweep(scene: Scene, cue: int, shots: Shots, limits: Limits, threads: int
                 stop.set()
                 pool.shutdown(wait=True, cancel_futures=True)
                 raise
-        pending = np.flatnonzero(shots.counts[:, s.STATUS] == s.RUN_CONTACTS)
+        pending = np.flatnonzero(shots.counts[:, st.STATUS] == st.RUN_CONTACTS)

@@ -17,32 +17,9 @@ from __future__ import annotations
 
 import math
 
+from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
-from ghostball.engine.core.state import (
-    BOUNDS,
-    FREE,
-    LANES,
-    NEXT,
-    NOWHERE,
-    PARTNER,
-    TRACK_AX,
-    TRACK_AY,
-    TRACK_EPOCH,
-    TRACK_JERK,
-    TRACK_OWN_TIME,
-    TRACK_RADIUS,
-    TRACK_VX,
-    TRACK_VY,
-    TRACK_X,
-    TRACK_Y,
-    TRACKS,
-    Balls,
-    Contacts,
-    FloatArray,
-    IntArray,
-    Laws,
-    Pairs,
-)
+from ghostball.engine.core.state import Contacts, FloatArray, Pairs, World
 from ghostball.engine.motion.crossings import first_crossing, first_meeting
 from ghostball.engine.motion.position import (
     FOR_EVER,
@@ -58,90 +35,79 @@ from ghostball.engine.scheduling.ties import takes_precedence
 
 
 @kernel(inline=True)
-def update(
-    balls: Balls,
-    laws: Laws,
-    pairs: Pairs,
-    contacts: Contacts | None,
-    t: float,
-    counters: IntArray,
-) -> None:
+def update(world: World, t: float) -> None:
     """Bound anew every pair of the balls in `balls.touched`, whose motion changed at t [s]."""
+    balls = world.balls
     for m in range(balls.touched[0]):
-        _track(balls, pairs, balls.touched[1 + m])
+        _track(world, balls.touched[1 + m])
     for m in range(balls.touched[0]):
-        _update_ball(balls, laws, pairs, contacts, balls.touched[1 + m], t)
-    counters[BOUNDS] += balls.touched[0] * (len(balls.own_kind) - 1)
+        _update_ball(world, world.contacts, balls.touched[1 + m], t)
+    world.log.counters[st.BOUNDS] += balls.touched[0] * (len(balls.own_kind) - 1)
 
 
 @kernel(inline=True)
-def _track(balls: Balls, pairs: Pairs, i: int) -> None:
+def _track(world: World, i: int) -> None:
     """Copy from ball i what its bounds need."""
-    at = (i // LANES) * (TRACKS * LANES) + i % LANES
-    pairs.track[at + TRACK_X] = balls.state[i].x
-    pairs.track[at + TRACK_Y] = balls.state[i].y
-    pairs.track[at + TRACK_VX] = balls.state[i].vx
-    pairs.track[at + TRACK_VY] = balls.state[i].vy
-    pairs.track[at + TRACK_AX] = balls.state[i].ax
-    pairs.track[at + TRACK_AY] = balls.state[i].ay
-    pairs.track[at + TRACK_EPOCH] = balls.state[i].epoch
-    pairs.track[at + TRACK_RADIUS] = balls.state[i].radius
-    pairs.track[at + TRACK_OWN_TIME] = meets_until(balls, i)
-    _track_bend(balls.higher, balls, pairs, i, at)
+    balls, pairs = world.balls, world.pairs
+    at = (i // st.LANES) * (st.TRACKS * st.LANES) + i % st.LANES
+    pairs.track[at + st.TRACK_X] = balls.state[i].x
+    pairs.track[at + st.TRACK_Y] = balls.state[i].y
+    pairs.track[at + st.TRACK_VX] = balls.state[i].vx
+    pairs.track[at + st.TRACK_VY] = balls.state[i].vy
+    pairs.track[at + st.TRACK_AX] = balls.state[i].ax
+    pairs.track[at + st.TRACK_AY] = balls.state[i].ay
+    pairs.track[at + st.TRACK_EPOCH] = balls.state[i].epoch
+    pairs.track[at + st.TRACK_RADIUS] = balls.state[i].radius
+    pairs.track[at + st.TRACK_OWN_TIME] = meets_until(balls, i)
+    _track_bend(balls.higher, world, i, at)
 
 
 @kernel(inline=True)
-def _track_bend(higher: FloatArray | None, balls: Balls, pairs: Pairs, i: int, at: int) -> None:
+def _track_bend(higher: FloatArray | None, world: World, i: int, at: int) -> None:
     """Copy from ball i how it bends, if any does."""
     if higher is not None:
-        pairs.track[at + TRACK_JERK] = jerk(balls, i)
+        world.pairs.track[at + st.TRACK_JERK] = jerk(world.balls, i)
 
 
 @kernel(inline=True)
-def _update_ball(
-    balls: Balls, laws: Laws, pairs: Pairs, contacts: Contacts | None, i: int, t: float
-) -> None:
+def _update_ball(world: World, contacts: Contacts | None, i: int, t: float) -> None:
     """Bound anew every pair of ball i; its row takes them over from the others' rows."""
+    balls, pairs = world.balls, world.pairs
     n = len(balls.own_kind)
-    _bound_row(balls.higher, balls.height, balls, laws, pairs, i, t)
+    _bound_row(balls.higher, balls.height, world, i, t)
     pairs.bound[i * n + i] = math.inf
-    if contacts is not None and contacts.cluster[i] != FREE:
+    if contacts is not None and contacts.island[i] != st.FREE:
         row = contacts.first_held[i]
-        while row != NOWHERE:
-            pairs.bound[i * n + contacts.held[row, PARTNER]] = math.inf
-            row = contacts.held[row, NEXT]
+        while row != st.NOWHERE:
+            pairs.bound[i * n + contacts.held[row, st.PARTNER]] = math.inf
+            row = contacts.held[row, st.NEXT]
     column = pairs.bound[i::n]
     for j in range(n):
         was = column[j]
         if was < math.inf and j != i:
             column[j] = math.inf
             if was <= pairs.least[j]:
-                rescan(balls, pairs, j)
-    rescan(balls, pairs, i)
+                rescan(world, j)
+    rescan(world, i)
 
 
 @kernel(inline=True)
 def _bound_row(
-    higher: FloatArray | None,
-    height: FloatArray | None,
-    balls: Balls,
-    laws: Laws,
-    pairs: Pairs,
-    i: int,
-    t: float,
+    higher: FloatArray | None, height: FloatArray | None, world: World, i: int, t: float
 ) -> None:
     """Put in row i when, at the soonest, ball i touches each of the others after the instant t."""
+    balls = world.balls
     n = len(balls.own_kind)
     if height is not None:
-        _bound_each(balls, laws, pairs, i, t)
+        _bound_each(world, i, t)
         return
     radius, own_time = balls.state[i].radius, meets_until(balls, i)
     (x, y), (vx, vy) = place(balls, i, t), velocity(balls, i, t)
     ax, ay = balls.state[i].ax, balls.state[i].ay
-    for block in range(0, n, LANES):
-        track = pairs.track[block * TRACKS : (block + LANES) * TRACKS]
-        row = pairs.bound[i * n + block : i * n + min(block + LANES, n)]
-        if laws.uniform:
+    for block in range(0, n, st.LANES):
+        track = world.pairs.track[block * st.TRACKS : (block + st.LANES) * st.TRACKS]
+        row = world.pairs.bound[i * n + block : i * n + min(block + st.LANES, n)]
+        if world.laws.uniform:
             _meet_block(track, row, t, x, y, vx, vy, radius, own_time)
         elif higher is not None:
             bent, left = jerk(balls, i), min(max(own_time - t, 0.0), FOR_EVER)
@@ -151,14 +117,15 @@ def _bound_row(
 
 
 @kernel
-def _bound_each(balls: Balls, laws: Laws, pairs: Pairs, i: int, t: float) -> None:
+def _bound_each(world: World, i: int, t: float) -> None:
     """`_bound_row` where balls may leave the cloth."""
+    balls = world.balls
     n = len(balls.own_kind)
     for j in range(n):
         if j != i:
-            bound = first_bound(balls, laws, i, j, t)
+            bound = first_bound(balls, world.laws, i, j, t)
             until = min(meets_until(balls, i), meets_until(balls, j))
-            pairs.bound[i * n + j] = bound if bound <= until else math.inf
+            world.pairs.bound[i * n + j] = bound if bound <= until else math.inf
 
 
 @kernel
@@ -182,19 +149,19 @@ def _bound_block(
     without branches, so that the compiler makes vector instructions of it, to the same bits.
     """
     for j in range(len(bounds)):
-        s = t - track[TRACK_EPOCH + j]
-        ax_j, ay_j = track[TRACK_AX + j], track[TRACK_AY + j]
-        vx_j, vy_j = track[TRACK_VX + j], track[TRACK_VY + j]
-        rx = track[TRACK_X + j] + way(vx_j, ax_j, s) - x
-        ry = track[TRACK_Y + j] + way(vy_j, ay_j, s) - y
+        s = t - track[st.TRACK_EPOCH + j]
+        ax_j, ay_j = track[st.TRACK_AX + j], track[st.TRACK_AY + j]
+        vx_j, vy_j = track[st.TRACK_VX + j], track[st.TRACK_VY + j]
+        rx = track[st.TRACK_X + j] + way(vx_j, ax_j, s) - x
+        ry = track[st.TRACK_Y + j] + way(vy_j, ay_j, s) - y
         ux, uy = speed(vx_j, ax_j, s) - vx, speed(vy_j, ay_j, s) - vy
         distance = math.sqrt(rx * rx + ry * ry)
         # All three scaled by the distance, which saves dividing by it.
-        gap = distance * (distance - (radius + track[TRACK_RADIUS + j]))
+        gap = distance * (distance - (radius + track[st.TRACK_RADIUS + j]))
         rate = rx * ux + ry * uy
         pull = rx * (ax_j - ax) + ry * (ay_j - ay)
         bound = t + first_crossing(gap, rate, pull)
-        own_time_j = track[TRACK_OWN_TIME + j]
+        own_time_j = track[st.TRACK_OWN_TIME + j]
         until = own_time_j if own_time_j < own_time else own_time
         bounds[j] = bound if bound <= until else math.inf
 
@@ -217,21 +184,21 @@ def _bent_block(
 ) -> None:
     """As `_bound_block`, where a ball may be on no parabola; this one begins its piece now."""
     for j in range(len(bounds)):
-        s = t - track[TRACK_EPOCH + j]
-        ax_j, ay_j = track[TRACK_AX + j], track[TRACK_AY + j]
-        vx_j, vy_j = track[TRACK_VX + j], track[TRACK_VY + j]
-        own_time_j = track[TRACK_OWN_TIME + j]
+        s = t - track[st.TRACK_EPOCH + j]
+        ax_j, ay_j = track[st.TRACK_AX + j], track[st.TRACK_AY + j]
+        vx_j, vy_j = track[st.TRACK_VX + j], track[st.TRACK_VY + j]
+        own_time_j = track[st.TRACK_OWN_TIME + j]
         left_j = own_time_j - t
         left_j = left_j if left_j > 0.0 else 0.0
-        bent_j = track[TRACK_JERK + j]
+        bent_j = track[st.TRACK_JERK + j]
         bound = t + time_to_bent_bound(
-            track[TRACK_X + j] + way(vx_j, ax_j, s) - x,
-            track[TRACK_Y + j] + way(vy_j, ay_j, s) - y,
+            track[st.TRACK_X + j] + way(vx_j, ax_j, s) - x,
+            track[st.TRACK_Y + j] + way(vy_j, ay_j, s) - y,
             speed(vx_j, ax_j, s) - vx,
             speed(vy_j, ay_j, s) - vy,
             ax_j - ax,
             ay_j - ay,
-            radius + track[TRACK_RADIUS + j],
+            radius + track[st.TRACK_RADIUS + j],
             bent_j * s,
             bent_j * s * s,
             bent_j * s * s * s,
@@ -260,28 +227,29 @@ def _meet_block(
     that its root is no bound, but the contact.
     """
     for j in range(len(bounds)):
-        s = t - track[TRACK_EPOCH + j]
-        rx = track[TRACK_X + j] + s * track[TRACK_VX + j] - x
-        ry = track[TRACK_Y + j] + s * track[TRACK_VY + j] - y
+        s = t - track[st.TRACK_EPOCH + j]
+        rx = track[st.TRACK_X + j] + s * track[st.TRACK_VX + j] - x
+        ry = track[st.TRACK_Y + j] + s * track[st.TRACK_VY + j] - y
         bound = t + first_meeting(
             rx,
             ry,
-            track[TRACK_VX + j] - vx,
-            track[TRACK_VY + j] - vy,
-            radius + track[TRACK_RADIUS + j],
+            track[st.TRACK_VX + j] - vx,
+            track[st.TRACK_VY + j] - vy,
+            radius + track[st.TRACK_RADIUS + j],
         )
-        own_time_j = track[TRACK_OWN_TIME + j]
+        own_time_j = track[st.TRACK_OWN_TIME + j]
         until = own_time_j if own_time_j < own_time else own_time
         bounds[j] = bound if bound <= until else math.inf
 
 
 @kernel(inline=True)
-def rescan(balls: Balls, pairs: Pairs, i: int) -> None:
+def rescan(world: World, i: int) -> None:
     """Find the least bound of row i again, and ball i's next event."""
-    n = len(balls.own_kind)
+    pairs = world.pairs
+    n = len(world.balls.own_kind)
     least = _least(pairs.bound[i * n : i * n + n])
     pairs.least[i] = least
-    pairs.next[i] = min(least, balls.state[i].own_time)
+    pairs.next[i] = min(least, world.balls.state[i].own_time)
 
 
 @kernel
@@ -300,15 +268,16 @@ def _least(values: FloatArray) -> float:
 
 
 @kernel(inline=True)
-def earliest(balls: Balls, pairs: Pairs) -> tuple[float, int, int]:
+def earliest(world: World) -> tuple[float, int, int]:
     """As `scheduling.scheduler.earliest`.
 
     Of several own events at one instant, one coming to rest: so a ball that has all but stopped is
     at rest before its neighbours are looked at again. Of two that touch each other and meet a
     cushion together, the first by place, not by number.
     """
-    t = _least(pairs.next)
-    first, ties = _places(pairs.next, t)
+    balls = world.balls
+    t = _least(world.pairs.next)
+    first, ties = _places(world.pairs.next, t)
     if ties == 1:
         return t, first if balls.state[first].own_time == t else -1, first
     single = -1
@@ -333,10 +302,11 @@ def _places(values: FloatArray, value: float) -> tuple[int, int]:
 
 
 @kernel(inline=True)
-def set_aside(balls: Balls, pairs: Pairs, i: int, j: int) -> float:
+def set_aside(world: World, i: int, j: int) -> float:
     """As `scheduling.scheduler.set_aside`: row i is as if it hadn't the pair."""
+    pairs = world.pairs
     pairs.bound[i * len(pairs.least) + j] = math.inf
-    rescan(balls, pairs, i)
+    rescan(world, i)
     return _least(pairs.next)
 
 
@@ -354,25 +324,25 @@ def next_due(pairs: Pairs, t: float, start: int) -> int:
     for i in range(start, len(pairs.least)):
         if pairs.least[i] <= t:
             return i
-    return NOWHERE
+    return st.NOWHERE
 
 
 @kernel(inline=True)
-def list_due(balls: Balls, pairs: Pairs, i: int, t: float) -> int:
+def list_due(world: World, i: int, t: float) -> int:
     """As `scheduling.scheduler.list_due`; a pair is listed once."""
-    n = len(pairs.least)
-    other, ties = _places(pairs.bound[i * n : i * n + n], t)
-    balls.near[0] = other
-    return 1 if ties == 1 else _list_several(balls, pairs, i, t)
+    n = len(world.pairs.least)
+    other, ties = _places(world.pairs.bound[i * n : i * n + n], t)
+    world.balls.near[0] = other
+    return 1 if ties == 1 else _list_several(world, i, t)
 
 
 @kernel
-def _list_several(balls: Balls, pairs: Pairs, i: int, t: float) -> int:
+def _list_several(world: World, i: int, t: float) -> int:
     """`list_due`, where not exactly one pair is due."""
-    count, n = 0, len(pairs.least)
+    count, n = 0, len(world.pairs.least)
     for j in range(n):
-        if pairs.bound[i * n + j] <= t:
-            balls.near[count] = j
+        if world.pairs.bound[i * n + j] <= t:
+            world.balls.near[count] = j
             count += 1
     return count
 

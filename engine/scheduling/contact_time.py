@@ -1,23 +1,16 @@
 """When two balls touch: bounds of it from below, and whether they do at an instant.
 
-On the cloth and in space. Those that touch collide, or are pressed: then a contact step holds them.
+On the cloth and in space. Those that touch collide, or their contact lasts, and a contact step
+holds them.
 """
 
 from __future__ import annotations
 
 import math
 
+from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
-from ghostball.engine.core.state import (
-    FALL,
-    NEXT,
-    NOWHERE,
-    PARTNER,
-    Balls,
-    Contacts,
-    FloatArray,
-    Laws,
-)
+from ghostball.engine.core.state import Balls, Contacts, FloatArray, Laws
 from ghostball.engine.core.tolerances import APPROACH_ROUNDING, GAP_ROUNDING, TIME_ROUNDING
 from ghostball.engine.motion.crossings import first_bent_crossing, first_crossing, first_meeting
 from ghostball.engine.motion.flight import (
@@ -26,7 +19,7 @@ from ghostball.engine.motion.flight import (
     one_is_loaded,
     time_to_impact,
 )
-from ghostball.engine.motion.geometry import at_rest, capture_height, negligible_hop
+from ghostball.engine.motion.geometry import at_rest, capture_height, negligible_bounce
 from ghostball.engine.motion.position import (
     acceleration,
     both_last,
@@ -43,7 +36,7 @@ NOT_YET = 0
 """The bound moved on; the pair doesn't touch at this instant."""
 IMPACT = 1
 """The pair touches and approaches: collide it now."""
-PRESSED = 2
+LASTING = 2
 """The pair touches, and is pulled together so that it would not part by what is resolved."""
 
 
@@ -159,20 +152,20 @@ def time_to_bound(
 def holds(contacts: Contacts, i: int, j: int) -> bool:
     """Whether a contact step holds ball i to ball j, so that they can't meet."""
     row = contacts.first_held[i]
-    while row != NOWHERE:
-        if contacts.held[row, PARTNER] == j:
+    while row != st.NOWHERE:
+        if contacts.held[row, st.PARTNER] == j:
             return True
-        row = contacts.held[row, NEXT]
+        row = contacts.held[row, st.NEXT]
     return False
 
 
 @kernel(inline=True)
 def touch(
-    balls: Balls, laws: Laws, i: int, j: int, t: float, slack: float
+    balls: Balls, laws: Laws, i: int, j: int, t: float, tolerance: float
 ) -> tuple[int, float, float]:
     """Judge the pair at the instant t: a verdict, the next bound, the speed of approach.
 
-    A gap of up to `slack` [m] counts as closed.
+    A gap of up to `tolerance` [m] counts as closed.
     """
     if one_flies(balls.height, balls, i, j):
         return touch_in_space(balls, i, j, t)
@@ -184,7 +177,7 @@ def touch(
     pull = (rx * ax + ry * ay) / distance
     s = _time_to_gap(balls.higher, balls, i, j, t, gap, rate, pull)
     progress = s > TIME_ROUNDING * t
-    if gap > max(GAP_ROUNDING * reach, slack) and progress:
+    if gap > max(GAP_ROUNDING * reach, tolerance) and progress:
         return NOT_YET, t + s, 0.0
     # They touch, as far as doubles can tell. While r . v = 0, the gap opens at first as
     # `opening` s^2 / 2: the lines of centres turn away, or friction pulls together.
@@ -198,17 +191,17 @@ def touch(
         struck = at_rest(balls, i) or at_rest(balls, j)
         closing = _stopping(balls, i) + _stopping(balls, j) - opening
         height = capture_height(balls, i, j)
-        hop = (pulled or struck) and negligible_hop(rate, closing, height)
+        bounce = (pulled or struck) and negligible_bounce(rate, closing, height)
         if one_is_loaded(balls.height, i, j, t):
-            hop = hop or negligible_hop(rate, laws.gravity, height)
-        return (PRESSED if hop else IMPACT), t, -rate
+            bounce = bounce or negligible_bounce(rate, laws.gravity, height)
+        return (LASTING if bounce else IMPACT), t, -rate
     if rate > noise and progress:
         return NOT_YET, t + s, 0.0
     if pulled:
-        return PRESSED, t, 0.0
+        return LASTING, t, 0.0
     bend = _bend_meanwhile(balls.higher, balls, i, j, t)
     s = _next_approach(distance * max(opening, 0.0), vx, vy, ax, ay, distance, bend)
-    return (NOT_YET, t + s, 0.0) if s > TIME_ROUNDING * t else (PRESSED, t, 0.0)
+    return (NOT_YET, t + s, 0.0) if s > TIME_ROUNDING * t else (LASTING, t, 0.0)
 
 
 @kernel(inline=True)
@@ -291,7 +284,7 @@ def _next_in_space(
     pull = (rx * ax + ry * ay + rz * az) / distance
     s = first_crossing(gap, rate, pull)
     if gap <= GAP_ROUNDING * reach or s <= TIME_ROUNDING * t:
-        gravity = max(height[i, FALL], height[j, FALL])
+        gravity = max(height[i, st.FALL], height[j, st.FALL])
         across = max(vx * vx + vy * vy + vz * vz - rate * rate, 0.0)
         opening = pull + across / distance
         s = time_to_impact(gravity, -gap, rate, pull, opening, 0.5 * reach)
@@ -301,7 +294,7 @@ def _next_in_space(
 
 @kernel
 def touch_in_space(balls: Balls, i: int, j: int, t: float) -> tuple[int, float, float]:
-    """Judge a pair of which one flies, as `touch`: nothing holds it, so it is never pressed."""
+    """Judge a pair of which one flies, as `touch`: nothing holds it, so no contact lasts."""
     return _touch_in_space(balls.height, balls, i, j, t)
 
 

@@ -9,17 +9,9 @@ from __future__ import annotations
 
 import math
 
+from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
-from ghostball.engine.core.state import (
-    AFTER,
-    BEFORE,
-    COLUMN,
-    NOWHERE,
-    ROW,
-    WAY,
-    Balls,
-    Cells,
-)
+from ghostball.engine.core.state import Cells, World
 from ghostball.engine.motion.crossings import first_crossing
 from ghostball.engine.motion.position import acceleration, bend, place, velocity
 
@@ -35,9 +27,10 @@ def cell_number(cells: Cells, column: int, row: int) -> int:
 
 
 @kernel
-def settle(balls: Balls, cells: Cells, i: int) -> None:
+def put_in_cell(world: World, i: int) -> None:
     """Put ball i in the cell that holds its place; the outermost reach as far as the cloth."""
-    x, y = balls.state[i].x - cells.frame[0], balls.state[i].y - cells.frame[1]
+    cells = world.cells
+    x, y = world.balls.state[i].x - cells.frame[0], world.balls.state[i].y - cells.frame[1]
     column = min(max(int(x / cells.frame[2]), 0), cells.size[0] - 1)
     row = min(max(int(y / cells.frame[2]), 0), cells.size[1] - 1)
     _enter(cells, i, column + 1, row + 1)
@@ -47,42 +40,45 @@ def settle(balls: Balls, cells: Cells, i: int) -> None:
 def _enter(cells: Cells, i: int, column: int, row: int) -> None:
     cell = cell_number(cells, column, row)
     following = cells.first[cell]
-    cells.link[i, COLUMN], cells.link[i, ROW] = column, row
-    cells.link[i, BEFORE], cells.link[i, AFTER] = NOWHERE, following
-    if following != NOWHERE:
-        cells.link[following, BEFORE] = i
+    cells.link[i, st.CELL_COLUMN], cells.link[i, st.CELL_ROW] = column, row
+    cells.link[i, st.BEFORE], cells.link[i, st.AFTER] = st.NOWHERE, following
+    if following != st.NOWHERE:
+        cells.link[following, st.BEFORE] = i
     cells.first[cell] = i
 
 
 @kernel(inline=True)
 def _leave(cells: Cells, i: int) -> None:
-    before, after = cells.link[i, BEFORE], cells.link[i, AFTER]
-    if before == NOWHERE:
-        cells.first[cell_number(cells, cells.link[i, COLUMN], cells.link[i, ROW])] = after
+    before, after = cells.link[i, st.BEFORE], cells.link[i, st.AFTER]
+    if before == st.NOWHERE:
+        cells.first[
+            cell_number(cells, cells.link[i, st.CELL_COLUMN], cells.link[i, st.CELL_ROW])
+        ] = after
     else:
-        cells.link[before, AFTER] = after
-    if after != NOWHERE:
-        cells.link[after, BEFORE] = before
+        cells.link[before, st.AFTER] = after
+    if after != st.NOWHERE:
+        cells.link[after, st.BEFORE] = before
 
 
 @kernel(inline=True)
 def step_on(cells: Cells, i: int) -> None:
     """Move ball i to the next cell on its way."""
     _leave(cells, i)
-    way = cells.link[i, WAY]
+    way = cells.link[i, st.LEAVES_BY]
     step = -1 if way % 2 == 0 else 1
-    column, row = cells.link[i, COLUMN], cells.link[i, ROW]
+    column, row = cells.link[i, st.CELL_COLUMN], cells.link[i, st.CELL_ROW]
     _enter(cells, i, column + (step if way < 2 else 0), row + (0 if way < 2 else step))
 
 
 @kernel(inline=True)
-def time_in_cell(balls: Balls, cells: Cells, i: int, t: float) -> float:
+def time_in_cell(world: World, i: int, t: float) -> float:
     """Return when ball i leaves its cell, as it moves from the instant t on; inf if never so.
 
     And note the way.
     """
+    balls, cells = world.balls, world.cells
     side = cells.frame[2]
-    column, row = cells.link[i, COLUMN], cells.link[i, ROW]
+    column, row = cells.link[i, st.CELL_COLUMN], cells.link[i, st.CELL_ROW]
     (x, y), (vx, vy) = place(balls, i, t), velocity(balls, i, t)
     x, y = x - cells.frame[0], y - cells.frame[1]
     ax, ay = acceleration(balls, i, t)
@@ -110,8 +106,8 @@ def time_in_cell(balls: Balls, cells: Cells, i: int, t: float) -> float:
     if nearer < 0.0:
         gaps = (x - (column - 1) * side, column * side - x, y - (row - 1) * side, row * side - y)
         if gaps[way] > 0.5 * nearer:
-            way = NOWHERE
-    cells.link[i, WAY] = way
+            way = st.NOWHERE
+    cells.link[i, st.LEAVES_BY] = way
     return t + least
 
 

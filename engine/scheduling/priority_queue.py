@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 
+from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
-from ghostball.engine.core.state import NOWHERE, FloatArray
+from ghostball.engine.core.state import FloatArray
 
 
 @kernel(inline=True)
@@ -38,14 +39,14 @@ def first_due(tree: FloatArray, t: float, start: int) -> int:
     """Return the first ball from `start` on whose next instant is t [s] or sooner, or NOWHERE."""
     leaves = len(tree) // 2
     if start >= leaves:
-        return NOWHERE
+        return st.NOWHERE
     place = leaves + start
     if not tree[place] <= t:
         # Up, until a subtree to the right has it.
         while place & 1 or not tree[place + 1] <= t:
             place >>= 1
             if place <= 1:
-                return NOWHERE
+                return st.NOWHERE
         place += 1
     while place < leaves:
         place = 2 * place if tree[2 * place] <= t else 2 * place + 1

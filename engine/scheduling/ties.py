@@ -4,15 +4,9 @@ from __future__ import annotations
 
 import math
 
+from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
-from ghostball.engine.core.state import (
-    FIRST,
-    NO_ROOM,
-    OWN_CUSHION,
-    SECOND,
-    Balls,
-    IntArray,
-)
+from ghostball.engine.core.state import Balls, World
 from ghostball.engine.motion.geometry import capture_height, tie_rounding
 from ghostball.engine.motion.position import pair_reach, place, relative_motion
 
@@ -22,7 +16,7 @@ def takes_precedence(balls: Balls, i: int, j: int) -> bool:
     """Whether ball i's own event is resolved before ball j's, which is at the same instant."""
     if balls.own_kind[i] != balls.own_kind[j]:
         return bool(balls.own_kind[i] < balls.own_kind[j])
-    if balls.own_kind[i] < OWN_CUSHION:
+    if balls.own_kind[i] < st.OWN_CUSHION:
         return False
     dx, dy, _, _, _, _ = relative_motion(balls, i, j, balls.state[i].own_time)
     gap = math.sqrt(dx * dx + dy * dy) - pair_reach(balls, i, j)
@@ -34,7 +28,7 @@ def takes_precedence(balls: Balls, i: int, j: int) -> bool:
 def comes_before(
     balls: Balls, listed: int, speed: float, fastest: float, i: int, j: int, t: float
 ) -> bool:
-    """Whether the impact of i and j, at t [s], is resolved before that in row 0 of `balls.hits`.
+    """Whether the impact of i and j, at t [s], comes before that in row 0 of `balls.touching`.
 
     The faster one is; of two as fast, which is so in symmetric scenes, the one whose point of
     contact has the greater x, then y: by place, not by number.
@@ -42,7 +36,9 @@ def comes_before(
     if listed == 0 or speed != fastest:
         return bool(speed > fastest)
     x, y = _sum_of_places(balls, i, j, t)
-    first_x, first_y = _sum_of_places(balls, balls.hits[0, FIRST], balls.hits[0, SECOND], t)
+    first_x, first_y = _sum_of_places(
+        balls, balls.touching[0, st.FIRST], balls.touching[0, st.SECOND], t
+    )
     return bool(x > first_x or (x == first_x and y > first_y))
 
 
@@ -54,41 +50,41 @@ def _sum_of_places(balls: Balls, i: int, j: int, t: float) -> tuple[float, float
 
 
 @kernel
-def has_room(balls: Balls, count: int, pressed: int, counters: IntArray) -> bool:
-    """Whether `balls.hits` takes one more pair than `count` impacts and `pressed` pairs.
+def has_room(world: World, count: int, lasting: int) -> bool:
+    """Whether `balls.touching` takes one more pair than `count` impacts and `lasting` pairs.
 
     Where it doesn't, NO_ROOM says so, and the loop ends the run.
     """
-    if count + pressed < balls.hits.shape[0]:
+    if count + lasting < world.balls.touching.shape[0]:
         return True
-    counters[NO_ROOM] = 1
+    world.log.counters[st.NO_ROOM] = 1
     return False
 
 
 @kernel
-def list_hit(balls: Balls, c: int, i: int, j: int) -> None:
-    """Put the pair of balls i and j in row c of `balls.hits`, the lower index first.
+def list_pair(balls: Balls, c: int, i: int, j: int) -> None:
+    """Put the pair of balls i and j in row c of `balls.touching`, the lower index first.
 
     Contract: there is that row; see `has_room`.
     """
-    balls.hits[c, FIRST] = min(i, j)
-    balls.hits[c, SECOND] = max(i, j)
+    balls.touching[c, st.FIRST] = min(i, j)
+    balls.touching[c, st.SECOND] = max(i, j)
 
 
 @kernel
 def is_listed(balls: Balls, listed: int, i: int) -> bool:
-    """Whether ball i is in the first `listed` rows of `balls.hits`."""
-    for c in range(listed):  # noqa: SIM110 - the compiler takes no generator
-        if balls.hits[c, FIRST] == i or balls.hits[c, SECOND] == i:
+    """Whether ball i is in the first `listed` rows of `balls.touching`."""
+    for c in range(listed):
+        if balls.touching[c, st.FIRST] == i or balls.touching[c, st.SECOND] == i:
             return True
     return False
 
 
 @kernel
 def is_pair_listed(balls: Balls, start: int, stop: int, i: int, j: int) -> bool:
-    """Whether the pair of balls i and j is in rows `start` to `stop` of `balls.hits`."""
+    """Whether the pair of balls i and j is in rows `start` to `stop` of `balls.touching`."""
     for c in range(start, stop):
-        if balls.hits[c, FIRST] == min(i, j) and balls.hits[c, SECOND] == max(i, j):
+        if balls.touching[c, st.FIRST] == min(i, j) and balls.touching[c, st.SECOND] == max(i, j):
             return True
     return False
 
@@ -97,27 +93,32 @@ def is_pair_listed(balls: Balls, start: int, stop: int, i: int, j: int) -> bool:
 def when_tied(balls: Balls, listed: int, t: float, speed: float) -> float:
     """Return until when a gap closes that is closed at the instant t [s], but for rounding.
 
-    `speed` is the fastest approach of the first `listed` pairs of `balls.hits`.
+    `speed` is the fastest approach of the first `listed` pairs of `balls.touching`.
     """
     rounding = 0.0
     for c in range(listed):
-        a, b = balls.hits[c, FIRST], balls.hits[c, SECOND]
+        a, b = balls.touching[c, st.FIRST], balls.touching[c, st.SECOND]
         rounding = max(rounding, tie_rounding(balls, a, b, t))
     return t + rounding / speed
 
 
 @kernel
-def sort_hits(balls: Balls, count: int) -> None:
-    """Put the first `count` pairs of `balls.hits` in the order of their indices."""
+def sort_pairs(balls: Balls, count: int) -> None:
+    """Put the first `count` pairs of `balls.touching` in the order of their indices."""
     for c in range(1, count):
-        a, b, place = balls.hits[c, FIRST], balls.hits[c, SECOND], c
+        a, b, place = balls.touching[c, st.FIRST], balls.touching[c, st.SECOND], c
         while place > 0 and _is_after(balls, place - 1, a, b):
-            list_hit(balls, place, balls.hits[place - 1, FIRST], balls.hits[place - 1, SECOND])
+            list_pair(
+                balls,
+                place,
+                balls.touching[place - 1, st.FIRST],
+                balls.touching[place - 1, st.SECOND],
+            )
             place -= 1
-        list_hit(balls, place, a, b)
+        list_pair(balls, place, a, b)
 
 
 @kernel
 def _is_after(balls: Balls, c: int, a: int, b: int) -> bool:
-    first, second = balls.hits[c, FIRST], balls.hits[c, SECOND]
+    first, second = balls.touching[c, st.FIRST], balls.touching[c, st.SECOND]
     return bool(first > a or (first == a and second > b))

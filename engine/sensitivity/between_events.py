@@ -4,52 +4,11 @@ from __future__ import annotations
 
 import math
 
+from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
-from ghostball.engine.core.state import (
-    AX,
-    AY,
-    BX,
-    BY,
-    BZ,
-    EPOCH,
-    PHASE,
-    RADIUS,
-    RESTING,
-    ROLL_SLOWING,
-    SLIDE_SLOWING,
-    SLIDING,
-    SPIN_SLOWING,
-    VX,
-    VY,
-    WX,
-    WY,
-    WZ,
-    FloatArray,
-    X,
-    Y,
-)
-from ghostball.engine.sensitivity.state import (
-    DVX,
-    DVY,
-    DWX,
-    DWY,
-    DWZ,
-    DX,
-    DY,
-    PRE_AX,
-    PRE_AY,
-    PRE_BX,
-    PRE_BY,
-    PRE_BZ,
-    PRE_VX,
-    PRE_VY,
-    PRE_WX,
-    PRE_WY,
-    PRE_WZ,
-    ROW,
-    TAU,
-    Tangents,
-)
+from ghostball.engine.core.state import FloatArray
+from ghostball.engine.sensitivity import state as ts
+from ghostball.engine.sensitivity.state import Tangents
 
 _BITS = 0x7FFFFFFFFFFFFFFF
 """So many that a whole number of the compiler's has, without its sign."""
@@ -67,24 +26,24 @@ def carry(run: Tangents, ball: int, k: int, t: float, row: FloatArray) -> None:
     slides, and c its deceleration: da = -(c / |d|) P dd, dv += s da, dx += s dv + s^2 da / 2.
     """
     # Indices into slices are never below 0: the compiler sees that, and makes vectors.
-    start = run.tangent[k * ROW : (k + 1) * ROW]
-    for place in range(ROW):
+    start = run.tangent[k * ts.ROW : (k + 1) * ts.ROW]
+    for place in range(ts.ROW):
         row[place] = start[place]
-    s = t - run.knots[k, EPOCH]
-    radius = run.state[ball, RADIUS]
-    dx, dy = run.knots[k, VX], run.knots[k, VY]
-    slides = run.knots[k, PHASE] == SLIDING
-    slowing, lever = run.state[ball, ROLL_SLOWING], 0.0
+    s = t - run.knots[k, st.EPOCH]
+    radius = run.state[ball, st.RADIUS]
+    dx, dy = run.knots[k, st.VX], run.knots[k, st.VY]
+    slides = run.knots[k, st.PHASE] == st.SLIDING
+    slowing, lever = run.state[ball, st.ROLL_SLOWING], 0.0
     if slides:
-        dx, dy = dx - radius * run.knots[k, WY], dy + radius * run.knots[k, WX]
-        slowing, lever = run.state[ball, SLIDE_SLOWING], radius
+        dx, dy = dx - radius * run.knots[k, st.WY], dy + radius * run.knots[k, st.WX]
+        slowing, lever = run.state[ball, st.SLIDE_SLOWING], radius
     size2 = dx * dx + dy * dy
     over = -slowing / (size2 * math.sqrt(size2)) if size2 > 0.0 else 0.0
     _go_on(run.lanes, row, s, over * dy * dy, -over * dx * dy, over * dx * dx, lever, 1.0 / radius)
-    rate = run.state[ball, SPIN_SLOWING]
-    if run.laws.slides and rate > 0.0 and abs(run.knots[k, WZ]) <= s * rate:
+    rate = run.state[ball, st.SPIN_SLOWING]
+    if run.laws.slides and rate > 0.0 and abs(run.knots[k, st.WZ]) <= s * rate:
         for lane in range(run.lanes):
-            row[DWZ + lane] = 0.0
+            row[ts.DWZ + lane] = 0.0
 
 
 @kernel(inline=True)
@@ -103,77 +62,77 @@ def _go_on(
     if lever > 0.0:
         turn = 2.5 * s * over_radius
         for lane in range(lanes):
-            vx, vy = row[DVX + lane], row[DVY + lane]
-            wx, wy = row[DWX + lane], row[DWY + lane]
+            vx, vy = row[ts.DVX + lane], row[ts.DVY + lane]
+            wx, wy = row[ts.DWX + lane], row[ts.DWY + lane]
             ux, uy = vx - lever * wy, vy + lever * wx
             ax, ay = pxx * ux + pxy * uy, pxy * ux + pyy * uy
-            row[DX + lane] += s * (vx + half * ax)
-            row[DY + lane] += s * (vy + half * ay)
-            row[DVX + lane] = vx + s * ax
-            row[DVY + lane] = vy + s * ay
-            row[DWX + lane] = wx + turn * ay
-            row[DWY + lane] = wy - turn * ax
+            row[ts.DX + lane] += s * (vx + half * ax)
+            row[ts.DY + lane] += s * (vy + half * ay)
+            row[ts.DVX + lane] = vx + s * ax
+            row[ts.DVY + lane] = vy + s * ay
+            row[ts.DWX + lane] = wx + turn * ay
+            row[ts.DWY + lane] = wy - turn * ax
         return
     for lane in range(lanes):
-        vx, vy = row[DVX + lane], row[DVY + lane]
+        vx, vy = row[ts.DVX + lane], row[ts.DVY + lane]
         ax, ay = pxx * vx + pxy * vy, pxy * vx + pyy * vy
-        row[DX + lane] += s * (vx + half * ax)
-        row[DY + lane] += s * (vy + half * ay)
+        row[ts.DX + lane] += s * (vx + half * ax)
+        row[ts.DY + lane] += s * (vy + half * ay)
         vx, vy = vx + s * ax, vy + s * ay
-        row[DVX + lane] = vx
-        row[DVY + lane] = vy
+        row[ts.DVX + lane] = vx
+        row[ts.DVY + lane] = vy
         # Rolling, the ball turns as its velocity says.
-        row[DWX + lane] = -over_radius * vy
-        row[DWY + lane] = over_radius * vx
+        row[ts.DWX + lane] = -over_radius * vy
+        row[ts.DWY + lane] = over_radius * vx
 
 
 @kernel(inline=True)
 def arrive(run: Tangents, ball: int, t: float, place: int) -> None:
     """Bring a ball, and its perturbation, to the event at t: row `place` of `motion`, of `work`."""
     k = run.at[ball]
-    carry(run, ball, k, t, run.work[place * ROW : (place + 1) * ROW])
-    s = t - run.knots[k, EPOCH]
-    vx = run.knots[k, VX] + s * run.knots[k, AX]
-    vy = run.knots[k, VY] + s * run.knots[k, AY]
-    run.motion[place, PRE_VX] = vx
-    run.motion[place, PRE_VY] = vy
-    run.motion[place, PRE_AX] = run.knots[k, AX]
-    run.motion[place, PRE_AY] = run.knots[k, AY]
-    if run.knots[k, PHASE] == SLIDING:
-        run.motion[place, PRE_BX] = run.knots[k, BX]
-        run.motion[place, PRE_BY] = run.knots[k, BY]
-        run.motion[place, PRE_WX] = run.knots[k, WX] + s * run.knots[k, BX]
-        run.motion[place, PRE_WY] = run.knots[k, WY] + s * run.knots[k, BY]
+    carry(run, ball, k, t, run.work[place * ts.ROW : (place + 1) * ts.ROW])
+    s = t - run.knots[k, st.EPOCH]
+    vx = run.knots[k, st.VX] + s * run.knots[k, st.AX]
+    vy = run.knots[k, st.VY] + s * run.knots[k, st.AY]
+    run.motion[place, ts.PRE_VX] = vx
+    run.motion[place, ts.PRE_VY] = vy
+    run.motion[place, ts.PRE_AX] = run.knots[k, st.AX]
+    run.motion[place, ts.PRE_AY] = run.knots[k, st.AY]
+    if run.knots[k, st.PHASE] == st.SLIDING:
+        run.motion[place, ts.PRE_BX] = run.knots[k, st.BX]
+        run.motion[place, ts.PRE_BY] = run.knots[k, st.BY]
+        run.motion[place, ts.PRE_WX] = run.knots[k, st.WX] + s * run.knots[k, st.BX]
+        run.motion[place, ts.PRE_WY] = run.knots[k, st.WY] + s * run.knots[k, st.BY]
     else:
-        over = 1.0 / run.state[ball, RADIUS]
-        run.motion[place, PRE_BX] = -run.knots[k, AY] * over
-        run.motion[place, PRE_BY] = run.knots[k, AX] * over
-        run.motion[place, PRE_WX] = -vy * over
-        run.motion[place, PRE_WY] = vx * over
-    spin, rate = run.knots[k, WZ], run.state[ball, SPIN_SLOWING]
+        over = 1.0 / run.state[ball, st.RADIUS]
+        run.motion[place, ts.PRE_BX] = -run.knots[k, st.AY] * over
+        run.motion[place, ts.PRE_BY] = run.knots[k, st.AX] * over
+        run.motion[place, ts.PRE_WX] = -vy * over
+        run.motion[place, ts.PRE_WY] = vx * over
+    spin, rate = run.knots[k, st.WZ], run.state[ball, st.SPIN_SLOWING]
     left = max(abs(spin) - s * rate, 0.0)
-    run.motion[place, PRE_WZ] = left if spin > 0.0 else -left
+    run.motion[place, ts.PRE_WZ] = left if spin > 0.0 else -left
     slowing = rate if left > 0.0 else 0.0
-    run.motion[place, PRE_BZ] = (-slowing if spin > 0.0 else slowing) + run.knots[k, BZ]
+    run.motion[place, ts.PRE_BZ] = (-slowing if spin > 0.0 else slowing) + run.knots[k, st.BZ]
 
 
 @kernel(inline=True)
 def shift_before(run: Tangents, place: int) -> None:
     """Bring a perturbation from the event's instant to where the event is for it: + f- dtau."""
-    row, at = run.work[place * ROW :], TAU - place * ROW
+    row, at = run.work[place * ts.ROW :], ts.TAU - place * ts.ROW
     _shift(
         run.lanes,
         row,
         at,
         1.0,
-        run.motion[place, PRE_VX],
-        run.motion[place, PRE_VY],
-        run.motion[place, PRE_AX],
-        run.motion[place, PRE_AY],
+        run.motion[place, ts.PRE_VX],
+        run.motion[place, ts.PRE_VY],
+        run.motion[place, ts.PRE_AX],
+        run.motion[place, ts.PRE_AY],
     )
     if run.laws.slides:
-        bx, by = run.motion[place, PRE_BX], run.motion[place, PRE_BY]
-        _shift_turning(run.lanes, row, at, 1.0, bx, by, run.motion[place, PRE_BZ])
+        bx, by = run.motion[place, ts.PRE_BX], run.motion[place, ts.PRE_BY]
+        _shift_turning(run.lanes, row, at, 1.0, bx, by, run.motion[place, ts.PRE_BZ])
 
 
 @kernel(inline=True)
@@ -190,10 +149,10 @@ def _shift(
     """Add `sign` times dtau, which is at the place `at`, times velocity and acceleration."""
     for lane in range(lanes):
         tau = sign * row[at + lane]
-        row[DX + lane] += tau * vx
-        row[DY + lane] += tau * vy
-        row[DVX + lane] += tau * ax
-        row[DVY + lane] += tau * ay
+        row[ts.DX + lane] += tau * vx
+        row[ts.DY + lane] += tau * vy
+        row[ts.DVX + lane] += tau * ax
+        row[ts.DVY + lane] += tau * ay
 
 
 @kernel(inline=True)
@@ -203,9 +162,9 @@ def _shift_turning(
     """Add `sign` times dtau, which is at the place `at`, times the angular acceleration."""
     for lane in range(lanes):
         tau = sign * row[at + lane]
-        row[DWX + lane] += tau * bx
-        row[DWY + lane] += tau * by
-        row[DWZ + lane] += tau * bz
+        row[ts.DWX + lane] += tau * bx
+        row[ts.DWY + lane] += tau * by
+        row[ts.DWZ + lane] += tau * bz
 
 
 @kernel(inline=True)
@@ -219,27 +178,32 @@ def depart(run: Tangents, ball: int, t: float, place: int, rows: int) -> None:
     that is left at rest stops again at once, where the cloth slows it.
     """
     k = run.at[ball] + 1
-    row = run.work[place * ROW : (place + 1) * ROW]
-    phase = run.knots[k, PHASE]
-    if phase != SLIDING and run.laws.slides:
-        _end_slip(run.lanes, row, run.state[ball, RADIUS])
-    if phase == RESTING and run.state[ball, ROLL_SLOWING] > 0.0:
+    row = run.work[place * ts.ROW : (place + 1) * ts.ROW]
+    phase = run.knots[k, st.PHASE]
+    if phase != st.SLIDING and run.laws.slides:
+        _end_slip(run.lanes, row, run.state[ball, st.RADIUS])
+    if phase == st.RESTING and run.state[ball, st.ROLL_SLOWING] > 0.0:
         for lane in range(run.lanes):
-            row[DVX + lane] = 0.0
-            row[DVY + lane] = 0.0
-    vx, vy, ax, ay = run.knots[k, VX], run.knots[k, VY], run.knots[k, AX], run.knots[k, AY]
-    at = TAU - place * ROW
-    _shift(run.lanes, run.work[place * ROW :], at, -1.0, vx, vy, ax, ay)
+            row[ts.DVX + lane] = 0.0
+            row[ts.DVY + lane] = 0.0
+    vx, vy, ax, ay = (
+        run.knots[k, st.VX],
+        run.knots[k, st.VY],
+        run.knots[k, st.AX],
+        run.knots[k, st.AY],
+    )
+    at = ts.TAU - place * ts.ROW
+    _shift(run.lanes, run.work[place * ts.ROW :], at, -1.0, vx, vy, ax, ay)
     if run.laws.slides:
-        bx = run.knots[k, BX] if phase == SLIDING else 0.0
-        by = run.knots[k, BY] if phase == SLIDING else 0.0
-        bz = run.state[ball, SPIN_SLOWING] if run.knots[k, WZ] != 0.0 else 0.0
-        bz = -bz if run.knots[k, WZ] > 0.0 else bz
-        _shift_turning(run.lanes, run.work[place * ROW :], at, -1.0, bx, by, bz)
+        bx = run.knots[k, st.BX] if phase == st.SLIDING else 0.0
+        by = run.knots[k, st.BY] if phase == st.SLIDING else 0.0
+        bz = run.state[ball, st.SPIN_SLOWING] if run.knots[k, st.WZ] != 0.0 else 0.0
+        bz = -bz if run.knots[k, st.WZ] > 0.0 else bz
+        _shift_turning(run.lanes, run.work[place * ts.ROW :], at, -1.0, bx, by, bz)
     if run.rounding > 0.0:
         add_rounding(run, ball, k, t, place, rows)
-    kept = run.tangent[k * ROW : (k + 1) * ROW]
-    for one in range(ROW):
+    kept = run.tangent[k * ts.ROW : (k + 1) * ts.ROW]
+    for one in range(ts.ROW):
         kept[one] = row[one]
     run.at[ball] = k
 
@@ -247,9 +211,9 @@ def depart(run: Tangents, ball: int, t: float, place: int, rows: int) -> None:
 @kernel(inline=True)
 def _end_slip(lanes: int, row: FloatArray, radius: float) -> None:
     for lane in range(lanes):
-        vx, vy = row[DVX + lane], row[DVY + lane]
-        row[DVX + lane] = vx - (vx - radius * row[DWY + lane]) / 3.5
-        row[DVY + lane] = vy - (vy + radius * row[DWX + lane]) / 3.5
+        vx, vy = row[ts.DVX + lane], row[ts.DVY + lane]
+        row[ts.DVX + lane] = vx - (vx - radius * row[ts.DWY + lane]) / 3.5
+        row[ts.DVY + lane] = vy - (vy + radius * row[ts.DWX + lane]) / 3.5
 
 
 @kernel(inline=True)
@@ -265,28 +229,28 @@ def add_rounding(run: Tangents, ball: int, k: int, t: float, place: int, rows: i
     The signs are a function of the ball's first place among all, and of how many knots it has had:
     no two roundings share them, or their errors would cancel or add up.
     """
-    slides = run.knots[k, PHASE] == SLIDING
-    radius = run.state[ball, RADIUS]
-    speed_x, speed_y = abs(run.knots[k, VX]), abs(run.knots[k, VY])
-    x = abs(run.knots[k, X]) + radius + t * speed_x
-    y = abs(run.knots[k, Y]) + radius + t * speed_y
-    turn_x, turn_y = (abs(run.knots[k, WX]), abs(run.knots[k, WY])) if slides else (0.0, 0.0)
-    spin = abs(run.knots[k, WZ])
+    slides = run.knots[k, st.PHASE] == st.SLIDING
+    radius = run.state[ball, st.RADIUS]
+    speed_x, speed_y = abs(run.knots[k, st.VX]), abs(run.knots[k, st.VY])
+    x = abs(run.knots[k, st.X]) + radius + t * speed_x
+    y = abs(run.knots[k, st.Y]) + radius + t * speed_y
+    turn_x, turn_y = (abs(run.knots[k, st.WX]), abs(run.knots[k, st.WY])) if slides else (0.0, 0.0)
+    spin = abs(run.knots[k, st.WZ])
     for other in range(rows):
-        speed_x = max(speed_x, abs(run.motion[other, PRE_VX]))
-        speed_y = max(speed_y, abs(run.motion[other, PRE_VY]))
-        turn_x = max(turn_x, abs(run.motion[other, PRE_WX]))
-        turn_y = max(turn_y, abs(run.motion[other, PRE_WY]))
-        spin = max(spin, abs(run.motion[other, PRE_WZ]))
+        speed_x = max(speed_x, abs(run.motion[other, ts.PRE_VX]))
+        speed_y = max(speed_y, abs(run.motion[other, ts.PRE_VY]))
+        turn_x = max(turn_x, abs(run.motion[other, ts.PRE_WX]))
+        turn_y = max(turn_y, abs(run.motion[other, ts.PRE_WY]))
+        spin = max(spin, abs(run.motion[other, ts.PRE_WZ]))
     x = x if speed_x > 0.0 else 0.0
     y = y if speed_y > 0.0 else 0.0
-    if run.knots[k, PHASE] == RESTING and run.state[ball, ROLL_SLOWING] > 0.0:
+    if run.knots[k, st.PHASE] == st.RESTING and run.state[ball, st.ROLL_SLOWING] > 0.0:
         speed_x, speed_y = 0.0, 0.0
     if not slides:
         turn_x, turn_y = 0.0, 0.0
     size = run.rounding
     signs = _mixed((int(run.signs) << 56) + (int(run.rank[ball]) << 32) + int(k - run.first[ball]))
-    row = run.work[place * ROW : (place + 1) * ROW]
+    row = run.work[place * ts.ROW : (place + 1) * ts.ROW]
     _add_signed(run.lanes, row, signs, size * x, size * y, size * speed_x, size * speed_y)
     if run.laws.slides:
         _add_signed_turns(run.lanes, row, signs, size * turn_x, size * turn_y, size * spin)
@@ -298,10 +262,10 @@ def _add_signed(
 ) -> None:
     """Add position and velocity, with these signs, to a perturbation."""
     for lane in range(lanes):
-        row[DX + lane] += x * _sign(signs, DX + lane)
-        row[DY + lane] += y * _sign(signs, DY + lane)
-        row[DVX + lane] += vx * _sign(signs, DVX + lane)
-        row[DVY + lane] += vy * _sign(signs, DVY + lane)
+        row[ts.DX + lane] += x * _sign(signs, ts.DX + lane)
+        row[ts.DY + lane] += y * _sign(signs, ts.DY + lane)
+        row[ts.DVX + lane] += vx * _sign(signs, ts.DVX + lane)
+        row[ts.DVY + lane] += vy * _sign(signs, ts.DVY + lane)
 
 
 @kernel(inline=True)
@@ -310,9 +274,9 @@ def _add_signed_turns(
 ) -> None:
     """Add an angular velocity, with these signs, to a perturbation."""
     for lane in range(lanes):
-        row[DWX + lane] += wx * _sign(signs, DWX + lane)
-        row[DWY + lane] += wy * _sign(signs, DWY + lane)
-        row[DWZ + lane] += wz * _sign(signs, DWZ + lane)
+        row[ts.DWX + lane] += wx * _sign(signs, ts.DWX + lane)
+        row[ts.DWY + lane] += wy * _sign(signs, ts.DWY + lane)
+        row[ts.DWZ + lane] += wz * _sign(signs, ts.DWZ + lane)
 
 
 @kernel(inline=True)

@@ -14,20 +14,10 @@ from __future__ import annotations
 
 import math
 
+from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
-from ghostball.engine.core.state import (
-    EPOCH,
-    PHASE,
-    RADIUS,
-    ROLL_SLOWING,
-    SLIDE_SLOWING,
-    SLIDING,
-    VX,
-    VY,
-    WX,
-    WY,
-    FloatArray,
-)
+from ghostball.engine.core.state import FloatArray
+from ghostball.engine.sensitivity import state as ts
 from ghostball.engine.sensitivity.between_events import (
     add_rounding,
     arrive,
@@ -35,19 +25,7 @@ from ghostball.engine.sensitivity.between_events import (
     depart,
     shift_before,
 )
-from ghostball.engine.sensitivity.state import (
-    DVX,
-    DVY,
-    DWX,
-    DWY,
-    DX,
-    DY,
-    FIRST_BALL,
-    LANES,
-    ROW,
-    TAU,
-    Tangents,
-)
+from ghostball.engine.sensitivity.state import Tangents
 from ghostball.engine.sensitivity.through_impacts import pass_cushion, pass_impact
 from ghostball.model.events import EventKind
 
@@ -69,11 +47,11 @@ def run_tangent(run: Tangents) -> None:
         run.at[ball] = run.first[ball]
         if run.rounding > 0.0:
             k = run.first[ball]
-            for one in range(ROW):
-                run.work[one] = run.tangent[k * ROW + one]
+            for one in range(ts.ROW):
+                run.work[one] = run.tangent[k * ts.ROW + one]
             add_rounding(run, ball, k, 0.0, 0, 0)
-            for one in range(ROW):
-                run.tangent[k * ROW + one] = run.work[one]
+            for one in range(ts.ROW):
+                run.tangent[k * ts.ROW + one] = run.work[one]
     events = len(run.time)
     e = 0
     while e < events:
@@ -124,19 +102,19 @@ def _pass_event(run: Tangents, e: int) -> None:
         else:
             _pass_own_end(run, i)
         depart(run, i, t, 0, 1)
-    shift = run.shift[e * LANES : (e + 1) * LANES]
+    shift = run.shift[e * ts.LANES : (e + 1) * ts.LANES]
     for lane in range(run.lanes):
-        shift[lane] = run.work[TAU + lane]
+        shift[lane] = run.work[ts.TAU + lane]
 
 
 @kernel(inline=True)
 def _reach(run: Tangents, ball: int, t: float) -> bool:
     """Bring a ball to its last knot before that of its event at t; whether there is that one."""
     last = run.first[ball + 1] - 1
-    while run.at[ball] < last and run.knots[run.at[ball] + 1, EPOCH] < t:
+    while run.at[ball] < last and run.knots[run.at[ball] + 1, st.EPOCH] < t:
         run.at[ball] += 1  # a knot without an event: sustained contact
         _give_up(run, run.at[ball])
-    return bool(run.at[ball] < last and run.knots[run.at[ball] + 1, EPOCH] == t)
+    return bool(run.at[ball] < last and run.knots[run.at[ball] + 1, st.EPOCH] == t)
 
 
 @kernel
@@ -150,13 +128,13 @@ def _give_up_event(run: Tangents, e: int) -> None:
             run.at[ball] += 1
         _give_up(run, run.at[ball])
     for lane in range(run.lanes):
-        run.shift[e * LANES + lane] = math.nan
+        run.shift[e * ts.LANES + lane] = math.nan
 
 
 @kernel
 def _give_up(run: Tangents, k: int) -> None:
-    for place in range(ROW):
-        run.tangent[k * ROW + place] = math.nan
+    for place in range(ts.ROW):
+        run.tangent[k * ts.ROW + place] = math.nan
 
 
 @kernel(inline=True)
@@ -167,16 +145,21 @@ def _pass_own_end(run: Tangents, ball: int) -> None:
     at the ball's last knot.
     """
     k = run.at[ball]
-    dx, dy, lever, rate = run.knots[k, VX], run.knots[k, VY], 0.0, run.state[ball, ROLL_SLOWING]
-    if run.knots[k, PHASE] == SLIDING:
-        lever, rate = run.state[ball, RADIUS], 3.5 * run.state[ball, SLIDE_SLOWING]
-        dx, dy = dx - lever * run.knots[k, WY], dy + lever * run.knots[k, WX]
+    dx, dy, lever, rate = (
+        run.knots[k, st.VX],
+        run.knots[k, st.VY],
+        0.0,
+        run.state[ball, st.ROLL_SLOWING],
+    )
+    if run.knots[k, st.PHASE] == st.SLIDING:
+        lever, rate = run.state[ball, st.RADIUS], 3.5 * run.state[ball, st.SLIDE_SLOWING]
+        dx, dy = dx - lever * run.knots[k, st.WY], dy + lever * run.knots[k, st.WX]
     over = 1.0 / (rate * math.sqrt(dx * dx + dy * dy))
-    start = run.tangent[k * ROW : (k + 1) * ROW]
+    start = run.tangent[k * ts.ROW : (k + 1) * ts.ROW]
     for lane in range(run.lanes):
-        ux = start[DVX + lane] - lever * start[DWY + lane]
-        uy = start[DVY + lane] + lever * start[DWX + lane]
-        run.work[TAU + lane] = over * (dx * ux + dy * uy)
+        ux = start[ts.DVX + lane] - lever * start[ts.DWY + lane]
+        uy = start[ts.DVY + lane] + lever * start[ts.DWX + lane]
+        run.work[ts.TAU + lane] = over * (dx * ux + dy * uy)
     shift_before(run, 0)
 
 
@@ -187,14 +170,14 @@ def sample_tangent(run: Tangents, times: FloatArray, out: FloatArray) -> None:
     After an event where one falls on a time. Contract: `run_tangent` has run; no time lies beyond
     the motion's end. No allocation.
     """
-    row = run.work[FIRST_BALL : FIRST_BALL + ROW]
+    row = run.work[ts.FIRST_BALL : ts.FIRST_BALL + ts.ROW]
     for ball in range(len(run.at)):
         k = run.first[ball]
         for m in range(len(times)):
-            while k + 1 < run.first[ball + 1] and run.knots[k + 1, EPOCH] <= times[m]:
+            while k + 1 < run.first[ball + 1] and run.knots[k + 1, st.EPOCH] <= times[m]:
                 k += 1
             carry(run, ball, k, times[m], row)
-            for place in range(ROW):
+            for place in range(ts.ROW):
                 out[m, ball, place] = row[place]
 
 
@@ -204,11 +187,11 @@ def sample_growth(run: Tangents, times: FloatArray, out: FloatArray) -> None:
 
     At `times`, as `sample_tangent`; inf where none of first order exists.
     """
-    row = run.work[FIRST_BALL : FIRST_BALL + ROW]
+    row = run.work[ts.FIRST_BALL : ts.FIRST_BALL + ts.ROW]
     for ball in range(len(run.at)):
         k = run.first[ball]
         for m in range(len(times)):
-            while k + 1 < run.first[ball + 1] and run.knots[k + 1, EPOCH] <= times[m]:
+            while k + 1 < run.first[ball + 1] and run.knots[k + 1, st.EPOCH] <= times[m]:
                 k += 1
             carry(run, ball, k, times[m], row)
             out[m, ball] = _root_mean_square(run.lanes, row)
@@ -222,7 +205,7 @@ def _root_mean_square(lanes: int, row: FloatArray) -> float:
     """
     largest = 0.0
     for lane in range(lanes):
-        x, y = abs(row[DX + lane]), abs(row[DY + lane])
+        x, y = abs(row[ts.DX + lane]), abs(row[ts.DY + lane])
         if not math.isfinite(x + y):
             return math.inf
         largest = max(largest, x, y)
@@ -230,6 +213,6 @@ def _root_mean_square(lanes: int, row: FloatArray) -> float:
         return 0.0
     total = 0.0
     for lane in range(lanes):
-        x, y = row[DX + lane] / largest, row[DY + lane] / largest
+        x, y = row[ts.DX + lane] / largest, row[ts.DY + lane] / largest
         total += x * x + y * y
-    return largest * math.sqrt(total / LANES)
+    return largest * math.sqrt(total / ts.LANES)

@@ -22,22 +22,13 @@ from functools import cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import COMPILED, compiling
-from ghostball.engine.core.state import (
-    KNOT,
-    OBSTACLE,
-    PHASE,
-    RESTING,
-    ROLL_SLOWING,
-    ObstacleRow,
-    X,
-    Y,
-    rows_of,
-)
+from ghostball.engine.core.rows import OBSTACLE, ObstacleRow, rows_of
 from ghostball.engine.running.from_scene import laws_of, layout_of
 from ghostball.engine.running.skips import has_drag, is_integrated
 from ghostball.engine.running.variants import Variant, still_scene
-from ghostball.engine.sensitivity import state as s
+from ghostball.engine.sensitivity import state as ts
 from ghostball.engine.sensitivity.propagate import run_tangent, sample_growth, sample_tangent
 from ghostball.model import ExactTrajectory, Scene
 from ghostball.model.errors import GhostballError
@@ -45,7 +36,7 @@ from ghostball.model.events import EVENT_DTYPE, OBSTACLE_KINDS, EventKind, Event
 
 FloatArray = NDArray[np.float64]
 
-LANES, PARTS = s.LANES, s.PARTS
+LANES, PARTS = ts.LANES, ts.PARTS
 """Changes that cost as much as one; numbers that a change of a ball has."""
 
 ROUNDING = 2.0**-53
@@ -82,7 +73,7 @@ class TangentMap:
     t_end: float
     balls: int
     events: int
-    _runs: tuple[s.Tangents, ...]  # none where no derivative is known
+    _runs: tuple[ts.Tangents, ...]  # none where no derivative is known
 
     def sample(self, times: ArrayLike) -> FloatArray:
         """Return the changes at `times`, (k, m, n, 7) float64.
@@ -99,13 +90,13 @@ class TangentMap:
         """
         t, order = _increasing(times, self.t_end)
         if not self._runs:
-            return np.full((len(t), self.count, self.balls, s.PARTS), math.inf)
+            return np.full((len(t), self.count, self.balls, ts.PARTS), math.inf)
         parts = []
         for run in self._runs:
-            out = np.empty((len(t), len(run.at), s.ROW))
+            out = np.empty((len(t), len(run.at), ts.ROW))
             with _growing():
                 sample_tangent(run, t, out)
-            parts.append(out.reshape(len(t), len(run.at), s.PARTS, s.LANES))
+            parts.append(out.reshape(len(t), len(run.at), ts.PARTS, ts.LANES))
         lanes = np.concatenate(parts, axis=3)[..., : self.count]
         result = np.empty_like(lanes)
         result[order] = lanes
@@ -117,7 +108,7 @@ class TangentMap:
         if not self._runs:
             return np.full((self.events, self.count), math.nan)
         shifts: FloatArray = np.concatenate(
-            [run.shift.reshape(-1, s.LANES) for run in self._runs], axis=1
+            [run.shift.reshape(-1, ts.LANES) for run in self._runs], axis=1
         )
         return shifts[:, : self.count]
 
@@ -136,7 +127,7 @@ class TangentMap:
                 sample_growth(run, t, out)
             total = np.hypot(total, out)  # a square may overflow
         result = np.empty_like(total)
-        result[order] = total * math.sqrt(s.LANES / self.count)
+        result[order] = total * math.sqrt(ts.LANES / self.count)
         return result
 
     def horizon(self, instants: FloatArray, tolerance: float, error: float | None) -> float:
@@ -187,18 +178,18 @@ def tangent_of(
     """
     n = len(scene.balls)
     given = np.asarray(directions, dtype=np.float64)
-    if given.ndim != 3 or given.shape[1:] != (n, s.PARTS) or not len(given):
+    if given.ndim != 3 or given.shape[1:] != (n, ts.PARTS) or not len(given):
         raise GhostballError(
-            f"`directions` must be of shape (m, {n}, {s.PARTS}) with m at least 1, got "
+            f"`directions` must be of shape (m, {n}, {ts.PARTS}) with m at least 1, got "
             f'{given.shape} (scene "{scene.name}" has {n} balls)'
         )
     if not np.all(np.isfinite(given)):
         raise GhostballError("`directions` must be finite, got NaN or infinity")
     runs = []
     _check_recorded(scene, trajectory, events)
-    for start in range(0, len(given), s.LANES) if has_derivative(scene) else ():
-        lanes = np.zeros((n, s.PARTS, s.LANES))
-        some = given[start : start + s.LANES]
+    for start in range(0, len(given), ts.LANES) if has_derivative(scene) else ():
+        lanes = np.zeros((n, ts.PARTS, ts.LANES))
+        some = given[start : start + ts.LANES]
         lanes[:, :, : len(some)] = some.transpose(1, 2, 0)
         runs.append(_run(scene, trajectory, events, lanes))
     return TangentMap(len(given), trajectory.t_end, n, len(events), tuple(runs))
@@ -219,9 +210,9 @@ def rounding_of(scene: Scene, trajectory: ExactTrajectory, events: Events) -> Ta
     count = max(1, min(_RUNS, _KNOTS // sum(len(one) for one in trajectory.knots)))
     runs = []
     for number in range(count) if has_derivative(scene) else ():
-        start = np.zeros((n, s.PARTS, s.LANES))
+        start = np.zeros((n, ts.PARTS, ts.LANES))
         runs.append(_run(scene, trajectory, events, start, 1.0, number))
-    return TangentMap(s.LANES * count, trajectory.t_end, n, len(events), tuple(runs))
+    return TangentMap(ts.LANES * count, trajectory.t_end, n, len(events), tuple(runs))
 
 
 def has_derivative(scene: Scene) -> bool:
@@ -262,14 +253,16 @@ def _run(
     start: FloatArray,
     rounding: float = 0.0,
     signs: int = 0,
-) -> s.Tangents:
+) -> ts.Tangents:
     """Carry perturbations (n, PARTS, LANES) at the start along a motion, and roundings of it."""
     warm_up(scene)
     run = _arrays(scene, trajectory, events, rounding, signs)
     # A ball that rests stops again at once, where the cloth slows it.
-    rests = (run.knots[run.first[:-1], PHASE] == RESTING) & (run.state[:, ROLL_SLOWING] > 0.0)
-    start[rests, s.DVX // s.LANES : s.DVY // s.LANES + 1] = 0.0
-    run.tangent.reshape(-1, s.ROW)[run.first[:-1]] = start.reshape(-1, s.ROW)
+    rests = (run.knots[run.first[:-1], st.PHASE] == st.RESTING) & (
+        run.state[:, st.ROLL_SLOWING] > 0.0
+    )
+    start[rests, ts.DVX // ts.LANES : ts.DVY // ts.LANES + 1] = 0.0
+    run.tangent.reshape(-1, ts.ROW)[run.first[:-1]] = start.reshape(-1, ts.ROW)
     with _growing():
         run_tangent(run)
     return run
@@ -277,7 +270,7 @@ def _run(
 
 def _arrays(
     scene: Scene, trajectory: ExactTrajectory, events: Events, rounding: float, signs: int = 0
-) -> s.Tangents:
+) -> ts.Tangents:
     n, m, layout = len(scene.balls), len(events), layout_of(scene)
     laws = laws_of(scene)
     lines = laws.obstacles
@@ -285,11 +278,11 @@ def _arrays(
     first = np.zeros(n + 1, dtype=np.int64)
     np.cumsum([len(knots) for knots in trajectory.knots], out=first[1:])
     rank = np.empty(n, dtype=np.int64)
-    rank[np.lexsort((layout.state[:, Y], layout.state[:, X]))] = np.arange(n)
+    rank[np.lexsort((layout.state[:, st.Y], layout.state[:, st.X]))] = np.arange(n)
     what = np.empty((m, 3), dtype=np.int64)
     what[:, 0], what[:, 1], what[:, 2] = events["kind"], events["a"], events["b"]
-    return s.Tangents(
-        lanes=s.LANES,
+    return ts.Tangents(
+        lanes=ts.LANES,
         state=layout.state,
         laws=laws._replace(obstacles=rows),
         knots=np.concatenate(trajectory.knots),
@@ -299,13 +292,13 @@ def _arrays(
         what=what,
         rounding=rounding,
         signs=signs,
-        tangent=np.empty(int(first[-1]) * s.ROW),
-        shift=np.empty(m * s.LANES),
+        tangent=np.empty(int(first[-1]) * ts.ROW),
+        shift=np.empty(m * ts.LANES),
         at=np.zeros(n, dtype=np.int64),
         due=np.zeros(n, dtype=np.int64),
-        motion=np.zeros((2, s.PRE_COLUMNS)),
-        work=np.zeros(s.WORK),
-        law=np.zeros((s.LAW_OUT, s.LAW_IN)),
+        motion=np.zeros((2, ts.PRE_COLUMNS)),
+        work=np.zeros(ts.WORK),
+        law=np.zeros((ts.LAW_OUT, ts.LAW_IN)),
     )
 
 
@@ -330,9 +323,9 @@ def _check_recorded(scene: Scene, trajectory: ExactTrajectory, events: Events) -
             "trajectory and events of one result"
         )
     shapes = {knots.shape for knots in trajectory.knots}
-    if any(rows == 0 or (has_derivative(scene) and columns != KNOT) for rows, columns in shapes):
+    if any(rows == 0 or (has_derivative(scene) and columns != st.KNOT) for rows, columns in shapes):
         raise GhostballError(
-            f'`trajectory` must be that of scene "{scene.name}", with {KNOT} numbers for each '
+            f'`trajectory` must be that of scene "{scene.name}", with {st.KNOT} numbers for each '
             f"segment of each ball, got arrays of shapes {sorted(shapes)}. Give the scene, "
             "trajectory and events of one result"
         )
@@ -366,14 +359,14 @@ def _variant_name(integrated: bool) -> str:
 @cache
 def _warm_up(integrated: bool) -> None:
     scene = still_scene(Variant(False, integrated, False))
-    knots = (np.zeros((1, KNOT)),) * len(scene.balls)
+    knots = (np.zeros((1, st.KNOT)),) * len(scene.balls)
     spins = np.zeros(len(scene.balls))
     trajectory = ExactTrajectory(scene.radii, knots, 1.0, spins)
     with compiling(_variant_name(integrated)):
         run = _arrays(scene, trajectory, np.empty(0, dtype=EVENT_DTYPE), 1.0)
         run.tangent[:] = 0.0
         run_tangent(run)
-        sample_tangent(run, np.zeros(1), np.empty((1, len(scene.balls), s.ROW)))
+        sample_tangent(run, np.zeros(1), np.empty((1, len(scene.balls), ts.ROW)))
         sample_growth(run, np.zeros(1), np.empty((1, len(scene.balls))))
 
 

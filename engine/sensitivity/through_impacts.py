@@ -7,53 +7,17 @@ from __future__ import annotations
 
 import math
 
+from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
-from ghostball.engine.core.state import (
-    CLOTH_FRICTION,
-    LINE,
-    MASS,
-    RADIUS,
-    FloatArray,
-    X,
-    Y,
-)
+from ghostball.engine.core.state import FloatArray
 from ghostball.engine.impacts.laws.dispatch import (
     ball_law,
 )
 from ghostball.engine.impacts.laws.interface import BallImpact
 from ghostball.engine.motion.obstacles import facing, row_of
+from ghostball.engine.sensitivity import state as ts
 from ghostball.engine.sensitivity.between_events import shift_before
-from ghostball.engine.sensitivity.state import (
-    A_VN,
-    A_VT,
-    A_WN,
-    A_WT,
-    A_WZ,
-    B_VN,
-    DVX,
-    DVY,
-    DWX,
-    DWY,
-    DWZ,
-    DX,
-    DY,
-    FIRST_BALL,
-    GIVEN,
-    LANES,
-    LAW_IN,
-    LAW_OUT,
-    PRE_VX,
-    PRE_VY,
-    PRE_WX,
-    PRE_WY,
-    PRE_WZ,
-    ROW,
-    SECOND_BALL,
-    SEEN,
-    TAU,
-    THETA,
-    Tangents,
-)
+from ghostball.engine.sensitivity.state import Tangents
 from ghostball.engine.sensitivity.through_laws import put_ball_law, put_cushion_law
 
 
@@ -70,11 +34,11 @@ def pass_impact(run: Tangents, i: int, j: int) -> None:
     t . dr / |r|, and in its frame the law gives what it makes of what they bring to it.
     """
     ki, kj = run.at[i] + 1, run.at[j] + 1
-    rx, ry = run.knots[kj, X] - run.knots[ki, X], run.knots[kj, Y] - run.knots[ki, Y]
+    rx, ry = run.knots[kj, st.X] - run.knots[ki, st.X], run.knots[kj, st.Y] - run.knots[ki, st.Y]
     distance = math.sqrt(rx * rx + ry * ry)
     nx, ny = rx / distance, ry / distance
-    vx = run.motion[0, PRE_VX] - run.motion[1, PRE_VX]
-    vy = run.motion[0, PRE_VY] - run.motion[1, PRE_VY]
+    vx = run.motion[0, ts.PRE_VX] - run.motion[1, ts.PRE_VX]
+    vy = run.motion[0, ts.PRE_VY] - run.motion[1, ts.PRE_VY]
     along_n, along_t = nx * vx + ny * vy, nx * vy - ny * vx
     _meet(run.lanes, run.work, nx / along_n, ny / along_n, nx, ny, 1.0 / distance, along_t)
     shift_before(run, 0)
@@ -82,9 +46,9 @@ def pass_impact(run: Tangents, i: int, j: int) -> None:
     impact = _seen_along(run, i, j, nx, ny)
     _see(
         run.lanes,
-        run.work[FIRST_BALL:],
-        THETA,
-        SEEN,
+        run.work[ts.FIRST_BALL :],
+        ts.THETA,
+        ts.SEEN,
         nx,
         ny,
         impact.a_vn,
@@ -94,9 +58,9 @@ def pass_impact(run: Tangents, i: int, j: int) -> None:
     )
     _see(
         run.lanes,
-        run.work[SECOND_BALL:],
-        THETA - ROW,
-        SEEN + 5 * LANES - ROW,
+        run.work[ts.SECOND_BALL :],
+        ts.THETA - ts.ROW,
+        ts.SEEN + 5 * ts.LANES - ts.ROW,
         nx,
         ny,
         impact.b_vn,
@@ -120,11 +84,11 @@ def _meet(
 ) -> None:
     """Put in `work` by how much later each perturbed pair touches, and how their normal turns."""
     for lane in range(lanes):
-        rx = work[SECOND_BALL + DX + lane] - work[FIRST_BALL + DX + lane]
-        ry = work[SECOND_BALL + DY + lane] - work[FIRST_BALL + DY + lane]
+        rx = work[ts.SECOND_BALL + ts.DX + lane] - work[ts.FIRST_BALL + ts.DX + lane]
+        ry = work[ts.SECOND_BALL + ts.DY + lane] - work[ts.FIRST_BALL + ts.DY + lane]
         tau = by_x * rx + by_y * ry
-        work[TAU + lane] = tau
-        work[THETA + lane] = over_distance * (nx * ry - ny * rx - tau * along_t)
+        work[ts.TAU + lane] = tau
+        work[ts.THETA + lane] = over_distance * (nx * ry - ny * rx - tau * along_t)
 
 
 @kernel(inline=True)
@@ -132,22 +96,22 @@ def _seen_along(run: Tangents, i: int, j: int, nx: float, ny: float) -> BallImpa
     """Return both balls just before the impact in the frame of their contact."""
     motion, state = run.motion, run.state
     return BallImpact(
-        nx * motion[0, PRE_VX] + ny * motion[0, PRE_VY],
-        nx * motion[0, PRE_VY] - ny * motion[0, PRE_VX],
-        nx * motion[0, PRE_WX] + ny * motion[0, PRE_WY],
-        nx * motion[0, PRE_WY] - ny * motion[0, PRE_WX],
-        motion[0, PRE_WZ],
-        state[i, RADIUS],
-        state[i, MASS],
-        state[i, CLOTH_FRICTION],
-        nx * motion[1, PRE_VX] + ny * motion[1, PRE_VY],
-        nx * motion[1, PRE_VY] - ny * motion[1, PRE_VX],
-        nx * motion[1, PRE_WX] + ny * motion[1, PRE_WY],
-        nx * motion[1, PRE_WY] - ny * motion[1, PRE_WX],
-        motion[1, PRE_WZ],
-        state[j, RADIUS],
-        state[j, MASS],
-        state[j, CLOTH_FRICTION],
+        nx * motion[0, ts.PRE_VX] + ny * motion[0, ts.PRE_VY],
+        nx * motion[0, ts.PRE_VY] - ny * motion[0, ts.PRE_VX],
+        nx * motion[0, ts.PRE_WX] + ny * motion[0, ts.PRE_WY],
+        nx * motion[0, ts.PRE_WY] - ny * motion[0, ts.PRE_WX],
+        motion[0, ts.PRE_WZ],
+        state[i, st.RADIUS],
+        state[i, st.MASS],
+        state[i, st.CLOTH_FRICTION],
+        nx * motion[1, ts.PRE_VX] + ny * motion[1, ts.PRE_VY],
+        nx * motion[1, ts.PRE_VY] - ny * motion[1, ts.PRE_VX],
+        nx * motion[1, ts.PRE_WX] + ny * motion[1, ts.PRE_WY],
+        nx * motion[1, ts.PRE_WY] - ny * motion[1, ts.PRE_WX],
+        motion[1, ts.PRE_WZ],
+        state[j, st.RADIUS],
+        state[j, st.MASS],
+        state[j, st.CLOTH_FRICTION],
     )
 
 
@@ -167,13 +131,13 @@ def _see(
     """Put at `seen_at` the perturbation of a ball in the frame of the contact, which turns too."""
     for lane in range(lanes):
         theta = row[theta_at + lane]
-        vx, vy = row[DVX + lane], row[DVY + lane]
-        wx, wy = row[DWX + lane], row[DWY + lane]
-        row[seen_at + A_VN * LANES + lane] = nx * vx + ny * vy + vt * theta
-        row[seen_at + A_VT * LANES + lane] = nx * vy - ny * vx - vn * theta
-        row[seen_at + A_WN * LANES + lane] = nx * wx + ny * wy + wt * theta
-        row[seen_at + A_WT * LANES + lane] = nx * wy - ny * wx - wn * theta
-        row[seen_at + A_WZ * LANES + lane] = row[DWZ + lane]
+        vx, vy = row[ts.DVX + lane], row[ts.DVY + lane]
+        wx, wy = row[ts.DWX + lane], row[ts.DWY + lane]
+        row[seen_at + ts.A_VN * ts.LANES + lane] = nx * vx + ny * vy + vt * theta
+        row[seen_at + ts.A_VT * ts.LANES + lane] = nx * vy - ny * vx - vn * theta
+        row[seen_at + ts.A_WN * ts.LANES + lane] = nx * wx + ny * wy + wt * theta
+        row[seen_at + ts.A_WT * ts.LANES + lane] = nx * wy - ny * wx - wn * theta
+        row[seen_at + ts.A_WZ * ts.LANES + lane] = row[ts.DWZ + lane]
 
 
 @kernel(inline=True)
@@ -181,15 +145,15 @@ def _pass_law(run: Tangents, impact: BallImpact, i: int, j: int, nx: float, ny: 
     """Change the perturbations of balls i and j by what the law gives."""
     impulse = ball_law(impact, run.laws)
     put_ball_law(run, impact)
-    _apply_law(run, LAW_OUT, LAW_IN)
+    _apply_law(run, ts.LAW_OUT, ts.LAW_IN)
     _rub_cloth(run, i, 0, nx, ny, impulse.a_cloth_n, impulse.a_cloth_t)
     _rub_cloth(run, j, 1, nx, ny, impulse.b_cloth_n, impulse.b_cloth_t)
-    total = run.state[i, MASS] + run.state[j, MASS]
-    to_i, to_j = run.state[j, MASS] / total, run.state[i, MASS] / total
-    turn_i, turn_j = 2.5 * to_i / run.state[i, RADIUS], 2.5 * to_j / run.state[j, RADIUS]
+    total = run.state[i, st.MASS] + run.state[j, st.MASS]
+    to_i, to_j = run.state[j, st.MASS] / total, run.state[i, st.MASS] / total
+    turn_i, turn_j = 2.5 * to_i / run.state[i, st.RADIUS], 2.5 * to_j / run.state[j, st.RADIUS]
     normal, along, up = impulse.normal, impulse.along, impulse.up
-    _push(run.lanes, run.work[FIRST_BALL:], 0, -to_i, turn_i, nx, ny, normal, along, up)
-    _push(run.lanes, run.work[SECOND_BALL:], ROW, to_j, turn_j, nx, ny, normal, along, up)
+    _push(run.lanes, run.work[ts.FIRST_BALL :], 0, -to_i, turn_i, nx, ny, normal, along, up)
+    _push(run.lanes, run.work[ts.SECOND_BALL :], ts.ROW, to_j, turn_j, nx, ny, normal, along, up)
 
 
 @kernel(inline=True)
@@ -211,16 +175,16 @@ def _push(
     up; where n turns by theta t, t turns by -theta n.
     """
     for lane in range(lanes):
-        theta = row[THETA - before + lane]
-        d_along = row[GIVEN - before + LANES + lane]
-        d_up = row[GIVEN - before + 2 * LANES + lane]
-        en = row[GIVEN - before + lane] - along * theta
+        theta = row[ts.THETA - before + lane]
+        d_along = row[ts.GIVEN - before + ts.LANES + lane]
+        d_up = row[ts.GIVEN - before + 2 * ts.LANES + lane]
+        en = row[ts.GIVEN - before + lane] - along * theta
         et = d_along + normal * theta
-        row[DVX + lane] += push * (nx * en - ny * et)
-        row[DVY + lane] += push * (ny * en + nx * et)
-        row[DWX + lane] -= turn * (ny * d_up + nx * up * theta)
-        row[DWY + lane] += turn * (nx * d_up - ny * up * theta)
-        row[DWZ + lane] -= turn * d_along
+        row[ts.DVX + lane] += push * (nx * en - ny * et)
+        row[ts.DVY + lane] += push * (ny * en + nx * et)
+        row[ts.DWX + lane] -= turn * (ny * d_up + nx * up * theta)
+        row[ts.DWY + lane] += turn * (nx * d_up - ny * up * theta)
+        row[ts.DWZ + lane] -= turn * d_along
 
 
 @kernel
@@ -228,30 +192,30 @@ def _rub_cloth(
     run: Tangents, k: int, place: int, nx: float, ny: float, cloth_n: float, cloth_t: float
 ) -> None:
     """Add to the perturbation of ball k that of the cloth's impulse on it."""
-    turn = 2.5 / run.state[k, RADIUS]
-    at, row = GIVEN + (3 + 2 * place) * LANES, place * ROW
+    turn = 2.5 / run.state[k, st.RADIUS]
+    at, row = ts.GIVEN + (3 + 2 * place) * ts.LANES, place * ts.ROW
     for lane in range(run.lanes):
-        theta = run.work[THETA + lane]
+        theta = run.work[ts.THETA + lane]
         cn = run.work[at + lane] - cloth_t * theta
-        ct = run.work[at + LANES + lane] + cloth_n * theta
+        ct = run.work[at + ts.LANES + lane] + cloth_n * theta
         cx, cy = nx * cn - ny * ct, ny * cn + nx * ct
-        run.work[row + DVX + lane] += cx
-        run.work[row + DVY + lane] += cy
-        run.work[row + DWX + lane] += turn * cy
-        run.work[row + DWY + lane] -= turn * cx
+        run.work[row + ts.DVX + lane] += cx
+        run.work[row + ts.DVY + lane] += cy
+        run.work[row + ts.DWX + lane] += turn * cy
+        run.work[row + ts.DWY + lane] -= turn * cx
 
 
 @kernel
 def _apply_law(run: Tangents, rows: int, columns: int) -> None:
     """Put at GIVEN what the law makes of what is at SEEN, to first order."""
     for row in range(rows):
-        at = GIVEN + row * LANES
+        at = ts.GIVEN + row * ts.LANES
         for lane in range(run.lanes):
             run.work[at + lane] = 0.0
         for column in range(columns):
             factor = run.law[row, column]
             for lane in range(run.lanes):
-                run.work[at + lane] += factor * run.work[SEEN + column * LANES + lane]
+                run.work[at + lane] += factor * run.work[ts.SEEN + column * ts.LANES + lane]
 
 
 @kernel(inline=True)
@@ -261,26 +225,31 @@ def pass_cushion(run: Tangents, ball: int, cushion: int) -> None:
     Contract: as `pass_impact`.
     """
     row = row_of(run.laws, cushion)
-    law = int(run.laws.obstacles[row].law)
     # That of a line is the same everywhere; how a bent nose turns with the place isn't known here.
     inward_x, inward_y, _ = facing(run.laws, row, 0.0, 0.0)
-    if run.laws.obstacles[row].kind != LINE:
+    if run.laws.obstacles[row].kind != st.LINE:
         inward_x = math.nan
     nx, ny = -inward_x, -inward_y
-    approach = nx * run.motion[0, PRE_VX] + ny * run.motion[0, PRE_VY]
+    approach = nx * run.motion[0, ts.PRE_VX] + ny * run.motion[0, ts.PRE_VY]
     work, by_x, by_y = run.work, -nx / approach, -ny / approach
     for lane in range(run.lanes):
-        work[TAU + lane] = by_x * work[DX + lane] + by_y * work[DY + lane]
-        work[THETA + lane] = 0.0
+        work[ts.TAU + lane] = by_x * work[ts.DX + lane] + by_y * work[ts.DY + lane]
+        work[ts.THETA + lane] = 0.0
     shift_before(run, 0)
-    put_cushion_law(run, ball, law, nx, ny)
-    _see(run.lanes, work, THETA, SEEN, nx, ny, 0.0, 0.0, 0.0, 0.0)
-    _apply_law(run, B_VN, B_VN)
+    put_cushion_law(run, ball, row, nx, ny)
+    _see(run.lanes, work, ts.THETA, ts.SEEN, nx, ny, 0.0, 0.0, 0.0, 0.0)
+    _apply_law(run, ts.B_VN, ts.B_VN)
     for lane in range(run.lanes):
-        vn, vt = work[GIVEN + A_VN * LANES + lane], work[GIVEN + A_VT * LANES + lane]
-        wn, wt = work[GIVEN + A_WN * LANES + lane], work[GIVEN + A_WT * LANES + lane]
-        work[DVX + lane] = nx * vn - ny * vt
-        work[DVY + lane] = ny * vn + nx * vt
-        work[DWX + lane] = nx * wn - ny * wt
-        work[DWY + lane] = ny * wn + nx * wt
-        work[DWZ + lane] = work[GIVEN + A_WZ * LANES + lane]
+        vn, vt = (
+            work[ts.GIVEN + ts.A_VN * ts.LANES + lane],
+            work[ts.GIVEN + ts.A_VT * ts.LANES + lane],
+        )
+        wn, wt = (
+            work[ts.GIVEN + ts.A_WN * ts.LANES + lane],
+            work[ts.GIVEN + ts.A_WT * ts.LANES + lane],
+        )
+        work[ts.DVX + lane] = nx * vn - ny * vt
+        work[ts.DVY + lane] = ny * vn + nx * vt
+        work[ts.DWX + lane] = nx * wn - ny * wt
+        work[ts.DWY + lane] = ny * wn + nx * wt
+        work[ts.DWZ + lane] = work[ts.GIVEN + ts.A_WZ * ts.LANES + lane]

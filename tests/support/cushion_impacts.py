@@ -5,12 +5,11 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from scipy.integrate import solve_ivp
 
-from ghostball.engine.core.state import Laws
-from ghostball.engine.impacts.laws.interface import CushionBounce, CushionImpact
+from ghostball.engine.impacts.laws.interface import Cushion, CushionBounce, CushionImpact
 
 R = 0.02625
 """Radius of a snooker ball [m], as in Mathavan's papers."""
@@ -34,18 +33,11 @@ def rolling(vn: float, vt: float, side: float = 0.0, **fields: float) -> Cushion
     return impact_of(vn, vt, -vt / R, vn / R, side * vn / R, **fields)
 
 
-def laws_of(
+def cushion_of(
     e: float = 0.98, friction: float = 0.14, height: float = 1.4 * R, tangential: float = 1.0
-) -> Laws:
-    """Return laws with these constants of the cushion; as given, those of Mathavan 2010."""
-    fields: dict[str, Any] = dict.fromkeys(Laws._fields, 0)
-    fields |= {
-        "cushion_restitution": e,
-        "cushion_tangential": tangential,
-        "cushion_friction": friction,
-        "cushion_height": height,
-    }
-    return Laws(**fields)
+) -> Cushion:
+    """Return a cushion with these constants; as given, those of Mathavan 2010."""
+    return Cushion(e, tangential, friction, height)
 
 
 def energy(ball: CushionImpact | CushionBounce, radius: float = R) -> float:
@@ -77,9 +69,9 @@ class Setting(NamedTuple):
     cloth: float
 
 
-def setting_of(impact: CushionImpact, laws: Laws) -> Setting:
-    sine = (laws.cushion_height - impact.radius) / impact.radius
-    return Setting(sine, math.sqrt(1 - sine**2), laws.cushion_friction, impact.cloth)
+def setting_of(impact: CushionImpact, cushion: Cushion) -> Setting:
+    sine = (cushion.height - impact.radius) / impact.radius
+    return Setting(sine, math.sqrt(1 - sine**2), cushion.friction, impact.cloth)
 
 
 def published_rates(state: list[float], setting: Setting, step: float = 0.0) -> list[float]:
@@ -112,9 +104,9 @@ def _direction(x: float, y: float, friction: float, step: float) -> tuple[float,
     return x / length, y / length, friction
 
 
-def followed(impact: CushionImpact, laws: Laws) -> list[float]:
+def followed(impact: CushionImpact, cushion: Cushion) -> list[float]:
     """Return the outcome by an adaptive method of eighth order, where no slip ends."""
-    setting = setting_of(impact, laws)
+    setting = setting_of(impact, cushion)
 
     def rates(_: float, y: list[float]) -> list[float]:
         return [*published_rates(y[:5], setting), setting.cosine * y[1]]
@@ -136,11 +128,11 @@ def followed(impact: CushionImpact, laws: Laws) -> list[float]:
     # A slip of 0 starts in the direction of its rate.
     y = [a + 1e-12 * impact.vn * b for a, b in zip(y, rates(0.0, y), strict=True)]
     y = until(lambda y: y[1], y)
-    left = (1.0 - laws.cushion_restitution**2) * y[5]
+    left = (1.0 - cushion.restitution**2) * y[5]
     return _from_paper(until(lambda y: y[5] - left, y))
 
 
-def chattered(impact: CushionImpact, laws: Laws, steps: int) -> list[float]:
+def chattered(impact: CushionImpact, cushion: Cushion, steps: int) -> list[float]:
     """Return the outcome by uniform first-order steps, `steps` to an impulse of vn; slips may end.
 
     From two runs, so that the part of the error goes that is proportional to the step (Richardson).
@@ -148,16 +140,16 @@ def chattered(impact: CushionImpact, laws: Laws, steps: int) -> list[float]:
     return [
         2.0 * fine - coarse
         for coarse, fine in zip(
-            _chattered(impact, laws, steps), _chattered(impact, laws, 2 * steps), strict=True
+            _chattered(impact, cushion, steps), _chattered(impact, cushion, 2 * steps), strict=True
         )
     ]
 
 
-def _chattered(impact: CushionImpact, laws: Laws, steps: int) -> list[float]:
-    setting, h = setting_of(impact, laws), impact.vn / steps
+def _chattered(impact: CushionImpact, cushion: Cushion, steps: int) -> list[float]:
+    setting, h = setting_of(impact, cushion), impact.vn / steps
     y = _to_paper(impact)
     work = stored = 0.0
-    left = 1.0 - laws.cushion_restitution**2
+    left = 1.0 - cushion.restitution**2
     while True:
         end = [a + h * b for a, b in zip(y, published_rates(y, setting, h), strict=True)]
         done = setting.cosine * h * 0.5 * (y[1] + end[1])
@@ -179,14 +171,14 @@ def _from_paper(y: list[float]) -> list[float]:
     return [y[1], -y[0], y[3], -y[2], y[4]]
 
 
-def in_plane(impact: CushionImpact, laws: Laws) -> list[float]:
+def in_plane(impact: CushionImpact, cushion: Cushion) -> list[float]:
     """Return the outcome of an impact without anything along the cushion, in closed form.
 
     Rates are constant from one instant at which a slip ends, vn = 0 or the work is returned to the
     next. What a slip of 0 does is found by trying: it stays 0 if friction can hold it, or it starts
     in a direction that its rate then agrees with.
     """
-    setting = setting_of(impact, laws)
+    setting = setting_of(impact, cushion)
     sine, cosine = setting.sine, setting.cosine
     vn, work = impact.vn, 0.0
     returned = None  # in the rebound: what of the work is to come back; `work` is what still is
@@ -210,7 +202,7 @@ def in_plane(impact: CushionImpact, laws: Laws) -> list[float]:
             0.0 if abs(x + until * rate) < zero else x + until * rate for x, rate in pairs
         )
         if vn <= 0.0 and returned is None:
-            work = returned = laws.cushion_restitution**2 * work
+            work = returned = cushion.restitution**2 * work
         elif returned is not None and abs(work) < 1e-14 * returned:
             work = 0.0
     raise AssertionError("the impact doesn't end")

@@ -14,7 +14,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine.core.tolerances import LOWEST_HOP, MOTION_ERROR
+from ghostball.engine.core.tolerances import LOWEST_BOUNCE, MOTION_ERROR
 from ghostball.engine.running.skips import is_integrated
 from ghostball.model import (
     ExactTrajectory,
@@ -43,7 +43,7 @@ CONTACT_SLOP = 2.0**-37
 holds a gap closed isn't made of rounding.
 """
 
-BOUNCE_SLOP = 4.0 * LOWEST_HOP
+BOUNCE_SLOP = 4.0 * LOWEST_BOUNCE
 """The same of balls that fly: what is pressed together there bounces instead of being held."""
 
 LAW_ERROR = 1e-7

@@ -16,7 +16,7 @@ from ghostball.engine.core.kernel import kernel
 from ghostball.engine.core.state import Laws
 from ghostball.engine.impacts.laws.ball_frictional import contact_slip, frictional, length
 from ghostball.engine.impacts.laws.friction_curve import friction_coefficient
-from ghostball.engine.impacts.laws.impulse_integrator import follow
+from ghostball.engine.impacts.laws.impulse_integrator import integrate
 from ghostball.engine.impacts.laws.interface import BallImpact, BallImpulse
 from ghostball.engine.impacts.laws.two_contacts import Model, Slips
 
@@ -148,7 +148,7 @@ def _press_b(impact: BallImpact, friction: float, restitution: float) -> BallImp
         start=start,
     )
     speeds = (abs(slip_along) + abs(slip_up) + own) / approach
-    done = follow(model, speeds)
+    done = integrate(model, speeds)
     return BallImpulse(
         approach * (done.normal + max(done.speed, 0.0)),  # to the rounding of its end
         -approach * done.friction.along,

@@ -11,20 +11,19 @@ from __future__ import annotations
 import math
 
 from ghostball.engine.core.kernel import kernel
-from ghostball.engine.core.state import Laws
-from ghostball.engine.impacts.laws.interface import CushionBounce, CushionImpact
+from ghostball.engine.impacts.laws.interface import Cushion, CushionBounce, CushionImpact
 
 
 @kernel
-def han2005(impact: CushionImpact, laws: Laws) -> CushionBounce:
-    """Return the bounce off a nose at `laws.cushion_height`, by Han's law.
+def han2005(impact: CushionImpact, cushion: Cushion) -> CushionBounce:
+    """Return the bounce off a nose at its height, by Han's law.
 
     Parameters
     ----------
     impact : CushionImpact
         The ball when it touches the cushion [m/s, rad/s, m, kg]; the mass cancels.
-    laws : Laws
-        `cushion_restitution` in [0, 1], `cushion_friction` >= 0, and `cushion_height`, above the
+    cushion : Cushion
+        `restitution` in [0, 1], `friction` >= 0, and `height`, above the
         cloth and below the top of the ball [m].
 
     Returns
@@ -55,20 +54,20 @@ def han2005(impact: CushionImpact, laws: Laws) -> CushionBounce:
     geometric series. That limit is the bound here: vn is at most 0. The further impulse acts
     through the centre and turns nothing, the cloth bears its vertical part, and it takes energy.
     """
-    sine = (laws.cushion_height - impact.radius) / impact.radius
-    return _bounce_off_nose(impact, laws, sine)
+    sine = (cushion.height - impact.radius) / impact.radius
+    return _bounce_off_nose(impact, cushion, sine)
 
 
 @kernel
-def frictional(impact: CushionImpact, laws: Laws) -> CushionBounce:
+def frictional(impact: CushionImpact, cushion: Cushion) -> CushionBounce:
     """Return the bounce off a nose at the height of the ball's centre: `han2005` with angle 0.
 
     Parameters
     ----------
     impact : CushionImpact
         The ball when it touches the cushion [m/s, rad/s, m, kg]; the mass cancels.
-    laws : Laws
-        `cushion_restitution` in [0, 1] and `cushion_friction` >= 0.
+    cushion : Cushion
+        `restitution` in [0, 1] and `friction` >= 0.
 
     Returns
     -------
@@ -79,22 +78,22 @@ def frictional(impact: CushionImpact, laws: Laws) -> CushionBounce:
     -----
     Contract: as `han2005`.
     """
-    return _bounce_off_nose(impact, laws, 0.0)
+    return _bounce_off_nose(impact, cushion, 0.0)
 
 
 @kernel
-def _bounce_off_nose(impact: CushionImpact, laws: Laws, sine: float) -> CushionBounce:
+def _bounce_off_nose(impact: CushionImpact, cushion: Cushion, sine: float) -> CushionBounce:
     """Return the bounce off a nose that the centre sees at an angle of this sine above n.
 
     Speeds and impulses over the mass, both [m/s]; "down" is the direction in the plane of n and z
     that is tangential to the ball at the nose, (sine, -cosine).
     """
     cosine = math.sqrt((1.0 - sine) * (1.0 + sine))
-    radius, e = impact.radius, laws.cushion_restitution
+    radius, e = impact.radius, cushion.restitution
     slip_down = impact.vn * sine + radius * impact.wt
     slip_along = impact.vt + radius * (impact.wz * cosine - impact.wn * sine)
     slip = math.sqrt(slip_down * slip_down + slip_along * slip_along)
-    most = laws.cushion_friction * ((1.0 + e) * (cosine * impact.vn))
+    most = cushion.friction * ((1.0 + e) * (cosine * impact.vn))
     # 2/7 of the slip stops it: a mass at the surface of a sphere weighs 2/7 of the sphere's.
     share = 2.0 / 7.0 if slip * (2.0 / 7.0) <= most else most / slip
     down, along = -share * slip_down, -share * slip_along

@@ -9,9 +9,8 @@ from __future__ import annotations
 import math
 
 from ghostball.engine.core.kernel import kernel
-from ghostball.engine.core.state import Laws
-from ghostball.engine.impacts.laws.impulse_integrator import follow
-from ghostball.engine.impacts.laws.interface import CushionBounce, CushionImpact
+from ghostball.engine.impacts.laws.impulse_integrator import integrate
+from ghostball.engine.impacts.laws.interface import Cushion, CushionBounce, CushionImpact
 from ghostball.engine.impacts.laws.two_contacts import Model, Slips
 
 # Below either approach the ball only bounces: what friction would change is lost in rounding.
@@ -20,16 +19,16 @@ _GRAZING = 1e-13  # of all speeds together
 
 
 @kernel
-def mathavan2010(impact: CushionImpact, laws: Laws) -> CushionBounce:
-    """Return the bounce off a nose at `laws.cushion_height`, by Mathavan's law.
+def mathavan2010(impact: CushionImpact, cushion: Cushion) -> CushionBounce:
+    """Return the bounce off a nose at its height, by Mathavan's law.
 
     Parameters
     ----------
     impact : CushionImpact
         The ball when it touches the cushion [m/s, rad/s, m, kg]; the mass cancels. `cloth` is the
         coefficient of friction between ball and cloth.
-    laws : Laws
-        `cushion_restitution` in [0, 1], `cushion_friction` >= 0, and `cushion_height`, above the
+    cushion : Cushion
+        `restitution` in [0, 1], `friction` >= 0, and `height`, above the
         cloth and below the top of the ball [m].
 
     Returns
@@ -67,11 +66,11 @@ def mathavan2010(impact: CushionImpact, laws: Laws) -> CushionBounce:
     radius, vn = impact.radius, impact.vn
     speeds = vn + abs(impact.vt) + radius * (abs(impact.wn) + abs(impact.wt) + abs(impact.wz))
     if vn < _LEAST or vn < _GRAZING * speeds:
-        vn = -laws.cushion_restitution * vn
+        vn = -cushion.restitution * vn
         return CushionBounce(vn, impact.vt, impact.wn, impact.wt, impact.wz, 0.0)
     # theta is the angle at which the centre sees the nose above n; across t, the slip at the nose
     # is towards the cushion and down.
-    sine = (laws.cushion_height - impact.radius) / impact.radius
+    sine = (cushion.height - impact.radius) / impact.radius
     cosine = math.sqrt((1.0 - sine) * (1.0 + sine))
     cross = 1.0 - 2.5 * sine
     start = Slips(
@@ -82,11 +81,11 @@ def mathavan2010(impact: CushionImpact, laws: Laws) -> CushionBounce:
         0.0,
     )
     model = Model(
-        friction=laws.cushion_friction,
+        friction=cushion.friction,
         cloth_friction=impact.cloth,
         load=sine,
         load_across=cosine,
-        restitution=laws.cushion_restitution,
+        restitution=cushion.restitution,
         speed=-cosine,
         speed_across=sine,
         speed_cloth=1.0,
@@ -99,7 +98,7 @@ def mathavan2010(impact: CushionImpact, laws: Laws) -> CushionBounce:
         t_along=cross,
         start=start,
     )
-    done = follow(model, speeds / vn)
+    done = integrate(model, speeds / vn)
     friction, turn = done.friction, 2.5 * vn / radius  # m R / I
     return CushionBounce(
         min(vn * done.speed, 0.0),

@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 from ghostball.engine.core.kernel import kernel
-from ghostball.engine.core.state import Laws
-from ghostball.engine.impacts.laws.interface import CushionBounce, CushionImpact
+from ghostball.engine.impacts.laws.interface import Cushion, CushionBounce, CushionImpact
 
 
 @kernel
-def restitution(impact: CushionImpact, laws: Laws) -> CushionBounce:
+def restitution(impact: CushionImpact, cushion: Cushion) -> CushionBounce:
     """Return the bounce vn -> -e vn, vt -> f vt; both factors 1: a mirror.
 
     Parameters
     ----------
     impact : CushionImpact
         The ball when it touches the cushion [m/s, rad/s, m, kg].
-    laws : Laws
-        `cushion_restitution` is e, `cushion_tangential` is f, both in [0, 1].
+    cushion : Cushion
+        `restitution` is e, `tangential` is f, both in [0, 1].
 
     Returns
     -------
@@ -29,8 +28,8 @@ def restitution(impact: CushionImpact, laws: Laws) -> CushionBounce:
     mirror is section 4.2 of the paper.
     """
     return CushionBounce(
-        -laws.cushion_restitution * impact.vn,
-        laws.cushion_tangential * impact.vt,
+        -cushion.restitution * impact.vn,
+        cushion.tangential * impact.vt,
         impact.wn,
         impact.wt,
         impact.wz,

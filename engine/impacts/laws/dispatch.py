@@ -15,6 +15,7 @@ from ghostball.engine.impacts.laws.cushion_restitution import restitution
 from ghostball.engine.impacts.laws.interface import (
     BallImpact,
     BallImpulse,
+    Cushion,
     CushionBounce,
     CushionImpact,
 )
@@ -44,27 +45,30 @@ def _ball_law(impact: BallImpact, laws: Laws, integrated: int | None) -> BallImp
 
 
 @kernel(inline=True)
-def cushion_law(impact: CushionImpact, laws: Laws, law: int) -> CushionBounce:
-    """Return what a law, by its place in `impact_laws.CUSHION_LAWS`, makes of an impact."""
-    return _cushion_law(impact, laws, law, laws.integrated)
+def cushion_law(impact: CushionImpact, laws: Laws, k: int) -> CushionBounce:
+    """Return what the law of obstacle k makes of an impact with it."""
+    row = laws.obstacles[k]
+    cushion = Cushion(row.restitution, row.tangential, row.friction, row.height)
+    return _cushion_law(impact, cushion, int(row.law), laws.integrated)
 
 
 @kernel(inline=True)
 def _cushion_law(
-    impact: CushionImpact, laws: Laws, law: int, integrated: int | None
+    impact: CushionImpact, cushion: Cushion, law: int, integrated: int | None
 ) -> CushionBounce:
     if integrated is not None and law == _MATHAVAN2010:
-        return mathavan2010(impact, laws)
+        return mathavan2010(impact, cushion)
     if law == _HAN2005:
-        return han2005(impact, laws)
+        return han2005(impact, cushion)
     if law == _FRICTIONAL_CUSHION:
-        return frictional_cushion(impact, laws)
-    return restitution(impact, laws)  # a mirror where both its factors are 1
+        return frictional_cushion(impact, cushion)
+    return restitution(impact, cushion)  # a mirror where both its factors are 1
 
 
 @kernel
-def nose_sine(laws: Laws, law: int, radius: float) -> float:
-    """Return the sine of the angle above the horizontal at which a cushion's law sees its nose."""
-    if law in _AT_THE_NOSE:
-        return (laws.cushion_height - radius) / radius
+def nose_sine(laws: Laws, k: int, radius: float) -> float:
+    """Return the sine of the angle above the horizontal at which obstacle k's law sees its nose."""
+    if int(laws.obstacles[k].law) in _AT_THE_NOSE:
+        height: float = laws.obstacles[k].height
+        return (height - radius) / radius
     return 0.0

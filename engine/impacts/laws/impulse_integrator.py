@@ -82,14 +82,14 @@ def _inverse(m: _Matrix) -> _Matrix:
 
 
 @kernel
-def _stiffness(x: float, y: float, grip: float, held: bool, still: float) -> _Matrix:
-    """Return the derivative by the slip (x, y) of friction -grip (x, y) against it."""
+def _stiffness(x: float, y: float, gain: float, held: bool, still: float) -> _Matrix:
+    """Return the derivative by the slip (x, y) of friction -gain (x, y) against it."""
     over = per_slip(x, y, held, still)
-    grip *= over
+    gain *= over
     if held:
-        return _Matrix(-grip, 0.0, 0.0, -grip)
+        return _Matrix(-gain, 0.0, 0.0, -gain)
     x, y = over * x, over * y
-    return _Matrix(-grip * y * y, grip * x * y, grip * x * y, -grip * x * x)
+    return _Matrix(-gain * y * y, gain * x * y, gain * x * y, -gain * x * x)
 
 
 @kernel
@@ -98,13 +98,13 @@ def _solver(change: Slips, h: float, held: Held, model: Model) -> _Solver:
     slips = plus(model.start, 1.0, change)
     share = -model.friction * per_slip(slips.across, slips.along, held.contact, held.still)
     load = max(model.load + model.load_across * share * slips.across, 0.0)
-    grip = h * model.cloth_friction * load
+    gain = h * model.cloth_friction * load
     f = _stiffness(slips.across, slips.along, h * model.friction, held.contact, held.still)
-    g = _stiffness(slips.n, slips.t, grip, held.cloth, held.still)
+    g = _stiffness(slips.n, slips.t, gain, held.cloth, held.still)
     # The contact's friction loads the cloth, whose friction goes with the load.
-    grip = model.cloth_friction * model.load_across if load > 0.0 else 0.0
-    grip *= per_slip(slips.n, slips.t, held.cloth, held.still)
-    n, t = -grip * slips.n, -grip * slips.t
+    gain = model.cloth_friction * model.load_across if load > 0.0 else 0.0
+    gain *= per_slip(slips.n, slips.t, held.cloth, held.still)
+    n, t = -gain * slips.n, -gain * slips.t
     loaded = _Matrix(n * f.a, n * f.b, t * f.a, t * f.b)
     across, along = model.across_cloth, model.along_cloth
     first = _Matrix(
@@ -220,7 +220,7 @@ def _until_still(change: Slips, held: Held, model: Model) -> float:
 
 
 @kernel
-def follow(model: Model, speeds: float) -> Outcome:
+def integrate(model: Model, speeds: float) -> Outcome:
     """Return the impulses of an impact.
 
     Parameters
@@ -247,7 +247,7 @@ def follow(model: Model, speeds: float) -> Outcome:
     rounding = _ROUNDING * speeds
     still, allowed = STILL + rounding, _STEP_ERROR + rounding
     change = Slips(0.0, 0.0, 0.0, 0.0, 0.0)
-    p, speed, work, slack = 0.0, 1.0, 0.0, 0.0
+    p, speed, work, rounding = 0.0, 1.0, 0.0, 0.0
     rebound, drift = False, drift_of(model)
     held = held_of(change, still, model)
     rate = speed_rate_of(change, held, model)
@@ -272,7 +272,7 @@ def follow(model: Model, speeds: float) -> Outcome:
         held_then = held_of(end, still, model)
         then = speed_rate_of(end, held_then, model)
         done = h * (1.0 + drift * (p + 0.5 * h)) + (end.work - change.work)
-        if rebound and work + done < -slack:
+        if rebound and work + done < -rounding:
             free = h * (work / -done)
             continue
         free = max(h * growth, free if h < free else 0.0)
@@ -280,12 +280,12 @@ def follow(model: Model, speeds: float) -> Outcome:
         held = held_then
         if speed <= _TURNED and not rebound:
             rebound = True
-            slack = _WORK_ROUNDING * (1.0 + work)
+            rounding = _WORK_ROUNDING * (1.0 + work)
             work *= model.restitution * model.restitution
-            slack += _RETURNED * work
+            rounding += _RETURNED * work
         driven_back = rebound and speed >= -_TURNED and rate >= 0.0
         if (
-            (rebound and work <= slack)
+            (rebound and work <= rounding)
             or driven_back
             or (held.contact and held.cloth and rate > -_STANDS)
         ):

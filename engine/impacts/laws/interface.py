@@ -7,7 +7,7 @@ returns what the impact does along all three. That an impulse up doesn't lift a 
 business: see `impacts.impact`.
 
     ball law     (BallImpact, Laws) -> BallImpulse
-    cushion law  (CushionImpact, Laws) -> CushionBounce
+    cushion law  (CushionImpact, Cushion) -> CushionBounce
 
 Contract of every law: no allocation, no raising; only + - * / and square roots; energy does not
 rise; the contact doesn't approach afterwards.
@@ -72,6 +72,15 @@ class CushionImpact(NamedTuple):
     radius: float  # [m]
     mass: float  # [kg]
     cloth: float  # coefficient of sliding friction between ball and cloth
+
+
+class Cushion(NamedTuple):
+    """The coefficients of what a ball bounces off, and how high its nose is."""
+
+    restitution: float  # in [0, 1]
+    tangential: float  # factor on the velocity along it
+    friction: float
+    height: float  # above the cloth [m]
 
 
 class CushionBounce(NamedTuple):

@@ -13,7 +13,7 @@ from recorded import fingerprint
 from shots import POOL_TABLE, ball, scene_of
 
 from ghostball.engine import simulate, simulate_many
-from ghostball.engine.core import state as s
+from ghostball.engine.core.rows import MEMBER_COLUMNS
 from ghostball.engine.running import driver, room, skips
 from ghostball.model import Scene, Status, Table
 from ghostball.validation.scenes.library import FOLDER
@@ -85,7 +85,7 @@ def fill_scratch_with_nan(monkeypatch):
         made(self, layout, with_contacts)
         self.numbers[:] = math.nan
         if self.contacts is not None:
-            self.contacts[2][layout.count * s.MOTION_COLUMNS :] = math.nan
+            self.contacts[2][layout.count * MEMBER_COLUMNS :] = math.nan
 
     monkeypatch.setattr(room.Room, "__init__", poisoned)
 

@@ -9,7 +9,7 @@ import pytest
 from shots import POOL_TABLE, ball, scene_of
 
 from ghostball.engine import simulate
-from ghostball.engine.core import state as s
+from ghostball.engine.core import state as st
 from ghostball.engine.running.driver import Run
 from ghostball.engine.running.room import Limits
 from ghostball.model import Status
@@ -31,7 +31,7 @@ def shot(**physics):
 def play_events(run, count):
     """Play the first events of a run, one after the other; the first call begins it."""
     run.play(Limits(events=10, work=10**8), budget=1)
-    while run._counters[s.EVENTS] < count:
+    while run._counters[st.EVENTS] < count:
         run.play(Limits(events=10, work=10**8), budget=1)
 
 
@@ -45,7 +45,7 @@ def test_planted_in_the_midst_of_a_run(name, after, physics):
         for value in NOT_FINITE:
             run = Run(shot(**physics), True)
             play_events(run, after)
-            run._state[i, getattr(s, name)] = value
+            run._state[i, getattr(st, name)] = value
             with np.errstate(all="ignore"):
                 run.go(Limits(events=5_000, work=10**8))
             if run.status is Status.FAILED:
@@ -61,8 +61,8 @@ def test_planted_in_the_midst_of_a_run(name, after, physics):
 def test_the_ball_and_the_instant_are_named(i, name, physics):
     run = Run(shot(**physics), False)
     play_events(run, 1)
-    now = run._clock[s.NOW]
-    run._state[i, getattr(s, name)] = math.nan
+    now = run._clock[st.NOW]
+    run._state[i, getattr(st, name)] = math.nan
     with np.errstate(all="ignore"):
         run.go(Limits(events=1_000, work=10**8))
     assert run.status is Status.FAILED

@@ -10,16 +10,10 @@ import numpy as np
 import pytest
 from kernels import entry_to
 
-from ghostball.engine.core.state import (
-    ANSWERING,
-    FIRST,
-    FORCE,
-    NX,
-    NY,
-    RATE,
-    SECOND,
-    Contacts,
-)
+from ghostball.engine.core import state as st
+from ghostball.engine.core.kernel import COMPILED
+from ghostball.engine.core.rows import ContactRow, column_of
+from ghostball.engine.core.state import Contacts
 from ghostball.engine.impacts import contact_solver
 from ghostball.engine.impacts.contact_solver import end_approach, gain_of
 from ghostball.engine.running.from_scene import contacts_of
@@ -29,6 +23,8 @@ end_approach, gain_of = map(entry_to, (end_approach, gain_of))
 ROOT3 = math.sqrt(3.0)
 BOTTOM = -3  # -1 minus the index of the cushion
 TOP = -4
+
+FORCE, NX, RATE = (column_of(ContactRow, field) for field in ("force", "nx", "rate"))
 
 
 class Group:
@@ -58,18 +54,22 @@ class Group:
 
     def contacts(self) -> Contacts:
         contacts = contacts_of(len(self.masses))
-        contacts.motion[:, ANSWERING] = self.masses
+        for row, mass in zip(contacts.motion, self.masses, strict=True):
+            if COMPILED:
+                row["answering_mass"] = mass
+            else:
+                row.answering_mass = mass
         count = len(self.ends)
-        contacts.ends[:count, FIRST : SECOND + 1] = self.ends
-        contacts.forces[:count, NX : NY + 1] = self.normals
-        contacts.forces[:count, RATE] = self.rates(self.velocities)
+        contacts.ends[:count, st.FIRST : st.SECOND + 1] = self.ends
+        contacts.columns[:count, NX : NX + 2] = self.normals
+        contacts.columns[:count, RATE] = self.rates(self.velocities)
         return contacts
 
     def solve(self) -> tuple[bool, np.ndarray]:
         """Return whether it is solved, and the velocities afterwards."""
         contacts, count = self.contacts(), len(self.ends)
         solved = end_approach(contacts, count)
-        assert np.all(contacts.forces[:count, FORCE] >= 0.0)
+        assert np.all(contacts.columns[:count, FORCE] >= 0.0)
         return solved, self.velocities + self.gains(contacts)
 
     def gains(self, contacts):
@@ -163,12 +163,12 @@ def test_a_contact_that_stays_out_changes_nothing(n):
     places = [(float(k), 0.0) for k in range(n)]
     row = Group(places, [1.0] * n, [(1.0, 0.0)] + [(0.0, 0.0)] * (n - 1))
     contacts, shorter, count = row.contacts(), row.contacts(), n - 1
-    contacts.forces[count - 1, RATE] = math.inf
+    contacts.columns[count - 1, RATE] = math.inf
     assert end_approach(contacts, count)
     assert end_approach(shorter, count - 1)
-    assert contacts.forces[count - 1, FORCE] == 0.0
-    expected = shorter.forces[: count - 1, FORCE]
-    assert contacts.forces[: count - 1, FORCE] == pytest.approx(expected, abs=1e-12)
+    assert contacts.columns[count - 1, FORCE] == 0.0
+    expected = shorter.columns[: count - 1, FORCE]
+    assert contacts.columns[: count - 1, FORCE] == pytest.approx(expected, abs=1e-12)
 
 
 @pytest.mark.parametrize("seed", range(40))
@@ -197,7 +197,7 @@ def test_where_no_choice_is_found_impulses_only_take_energy():
             continue
         contacts, count = group.contacts(), len(group.ends)
         chance = random.Random(seed)
-        contacts.forces[:count, FORCE] = [chance.gauss(0, 3) for _ in range(count)]
+        contacts.columns[:count, FORCE] = [chance.gauss(0, 3) for _ in range(count)]
         entry_to(contact_solver._take_energy)(contacts, count)
         gains = group.gains(contacts)
         before, after = group.velocities, group.velocities + gains

@@ -14,8 +14,8 @@ from shots import R, ball, scene_of
 
 from ghostball.engine import simulate
 from ghostball.engine.core.kernel import COMPILED
-from ghostball.engine.core.tolerances import CAPTURE_HEIGHT, LOWEST_HOP
-from ghostball.engine.impacts import slow_impacts
+from ghostball.engine.core.tolerances import CAPTURE_HEIGHT, LOWEST_BOUNCE
+from ghostball.engine.impacts import lying_still
 from ghostball.model import EventKind, Result, Scene, Status, Table
 
 G = 9.81
@@ -88,10 +88,10 @@ def test_a_ball_on_three_that_a_box_holds_comes_to_rest_there() -> None:
 @pytest.mark.skipif(COMPILED, reason="a constant of compiled kernels can't be patched")
 def test_bounces_without_rest_end_with_a_reason(monkeypatch: pytest.MonkeyPatch) -> None:
     """A ball that slides along two noses, to and fro, rests in hours."""
-    monkeypatch.setattr(slow_impacts, "_MOST_HOPS", 100)
+    monkeypatch.setattr(lying_still, "_MOST_SLOW_IMPACTS", 100)
     result = simulate(on_noses(1e-4, (0.3, 0.0, 0.0)))
     assert result.status is Status.ENDLESS
-    assert result.reason.startswith('`balls[0]` ("b0") lies on balls or cushions and hops there')
+    assert result.reason.startswith('`balls[0]` ("b0") lies on balls or cushions and bounces there')
 
 
 def test_bounces_are_kept_up_by_the_slip() -> None:
@@ -119,7 +119,7 @@ def test_bounces_are_kept_up_by_the_slip() -> None:
         for i in range(3)
         for j in range(i)
     )
-    assert apart > 2.0 * R * (1.0 - 4.0 * LOWEST_HOP)
+    assert apart > 2.0 * R * (1.0 - 4.0 * LOWEST_BOUNCE)
 
 
 def test_a_ball_out_of_balance_is_not_held() -> None:

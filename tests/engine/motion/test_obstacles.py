@@ -11,11 +11,12 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 import pytest
+from more_obstacles import add_obstacles
 from shots import R, ball, scene_of
 
 from ghostball.engine import simulate
-from ghostball.engine.core.state import DISC, LINE, MOST_OBSTACLES, SEGMENT, TAKES_OUT
-from ghostball.engine.running import from_scene, skips
+from ghostball.engine.core import state as st
+from ghostball.engine.running import skips
 from ghostball.model import (
     EventKind,
     Phase,
@@ -36,12 +37,9 @@ Play = Callable[..., Result]
 @pytest.fixture
 def played(monkeypatch: pytest.MonkeyPatch) -> Play:
     """Play a scene with more obstacles than its cushions."""
-    own = from_scene.obstacles_of
 
     def play(scene: Scene, *rows: Sequence[float]) -> Result:
-        monkeypatch.setattr(
-            from_scene, "obstacles_of", lambda *given: np.vstack([own(*given), np.array(rows)])
-        )
+        add_obstacles(monkeypatch, *rows)
         return simulate(scene, record="trajectory")
 
     return play
@@ -68,7 +66,7 @@ def test_a_ball_bounces_off_a_circular_nose(played: Play, offset: float, slowing
     reach = R + nose
     height = offset * reach
     scene = scene_of(ball((0.0, 0.0), (speed, 0.0)), t_max=1.0, rolling_friction=slowing)
-    result = played(scene, (DISC, far, -height, 0.0, 0.0, nose, MIRROR, 4))
+    result = played(scene, (st.DISC, far, -height, 0.0, 0.0, nose, MIRROR, 4))
     way = far - math.sqrt(reach * reach - height * height)
     a = slowing * scene.physics.gravity
     contact = 2.0 * way / (speed + math.sqrt(speed * speed - 2.0 * a * way))
@@ -87,11 +85,11 @@ def test_a_ball_bounces_off_a_circular_nose(played: Play, offset: float, slowing
 def test_a_ball_that_passes_a_circular_nose_misses_it(played: Play) -> None:
     scene = scene_of(ball((0.0, 0.0), (1.5, 0.0)), t_max=1.0)
     near = (R + 0.05) * (1.0 + 1e-9)
-    assert cushion_collisions(played(scene, (DISC, 0.8, near, 0.0, 0.0, 0.05, MIRROR, 4))) == []
+    assert cushion_collisions(played(scene, (st.DISC, 0.8, near, 0.0, 0.0, 0.05, MIRROR, 4))) == []
 
 
 def test_a_ball_bounces_off_a_segment_and_off_its_end(played: Play) -> None:
-    wall = (SEGMENT, 0.5, -0.2, 0.5, 0.2, 0.0, MIRROR, 4)
+    wall = (st.SEGMENT, 0.5, -0.2, 0.5, 0.2, 0.0, MIRROR, 4)
     scene = scene_of(ball((0.0, 0.0), (1.0, 0.0)), rolling_friction=0.0, t_max=1.0)
     ((t, _),) = cushion_collisions(played(scene, wall))
     assert t == pytest.approx(0.5 - R, rel=1e-15)
@@ -103,7 +101,7 @@ def test_a_ball_bounces_off_a_segment_and_off_its_end(played: Play) -> None:
 def test_a_line_aslant_is_a_row_too(played: Play) -> None:
     nx, ny = -0.6, 0.8
     scene = scene_of(ball((0.0, 0.0), (1.0, 0.0)), rolling_friction=0.0, t_max=2.0)
-    result = played(scene, (LINE, 0.6, 0.0, nx, ny, 0.0, MIRROR, 4))
+    result = played(scene, (st.LINE, 0.6, 0.0, nx, ny, 0.0, MIRROR, 4))
     ((t, _),) = cushion_collisions(result)
     assert t == pytest.approx(0.6 - R / 0.6, rel=1e-15)
     velocity = result.sample([t]).velocities[0, 0, :2]
@@ -114,7 +112,7 @@ def test_many_balls_among_circular_noses_keep_energy_and_distance(played: Play) 
     """A Sinai billiard: three balls without friction, on a table with a disc in its middle."""
     balls = [ball((0.2 + 0.2 * k, 0.15), (0.3 - 0.2 * k, 0.9), id=f"b{k}") for k in range(3)]
     scene = scene_of(*balls, table=Table(length=1.0, width=1.0), rolling_friction=0.0, t_max=20.0)
-    result = played(scene, (DISC, 0.5, 0.55, 0.0, 0.0, 0.12, MIRROR, 4))
+    result = played(scene, (st.DISC, 0.5, 0.55, 0.0, 0.0, 0.12, MIRROR, 4))
     assert sum(index == 4 for _, index in cushion_collisions(result)) > 5
     times = np.linspace(0.0, 20.0, 4001)
     energy = result.energy(times).total
@@ -125,17 +123,17 @@ def test_many_balls_among_circular_noses_keep_energy_and_distance(played: Play) 
 
 def test_more_obstacles_than_bits_are_refused(played: Play) -> None:
     """Breaks where one is let through: a contact step would hold balls off another one."""
-    disc = (DISC, 50.0, 50.0, 0.0, 0.0, 0.01, MIRROR, 4)
+    disc = (st.DISC, 50.0, 50.0, 0.0, 0.0, 0.01, MIRROR, 4)
     scene = scene_of(ball((0.0, 0.0), (1.0, 0.0)), rolling_friction=0.1)
-    assert played(scene, *[disc] * MOST_OBSTACLES).status is Status.REST
+    assert played(scene, *[disc] * st.MOST_OBSTACLES).status is Status.REST
     scene = scene.model_copy()
     with pytest.raises(UnsupportedSceneError, match="no more than 53 obstacles on one table, here"):
-        played(scene, *[disc] * (MOST_OBSTACLES + 1))
+        played(scene, *[disc] * (st.MOST_OBSTACLES + 1))
 
 
 # --- balls that are gone
 
-HOLE = (DISC, 0.5, 0.0, 0.0, 0.0, 0.05, TAKES_OUT, 4)
+HOLE = (st.DISC, 0.5, 0.0, 0.0, 0.0, 0.05, st.TAKES_OUT, 4)
 WAY = 0.5 - 0.05 - R
 """To where a ball that comes along x touches it [m]."""
 
@@ -182,7 +180,7 @@ def test_no_ball_meets_one_that_is_gone(played, either):
 
 def test_a_ball_in_a_line_of_touching_ones_leaves_without_the_others(played, either):
     """They are pushed over a line that takes them out, the first of them first."""
-    line = (LINE, 0.5, 0.0, -1.0, 0.0, 0.0, TAKES_OUT, 4)
+    line = (st.LINE, 0.5, 0.0, -1.0, 0.0, 0.0, st.TAKES_OUT, 4)
     row = [ball((2.0 * R * k, 0.0)) for k in range(3)]
     shot = [*row, ball((-0.3, 0.0), (2.0, 0.0))]
     result = played(

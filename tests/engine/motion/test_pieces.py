@@ -12,12 +12,13 @@ from functools import cache
 
 import numpy as np
 import pytest
+from more_obstacles import add_obstacles
 from recorded import fingerprint
 from shots import R, ball, scene_of
 
 from ghostball.engine import simulate, simulate_sweep
+from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import COMPILED
-from ghostball.engine.core.state import COLUMN, DISC, HIGHER, OWN_PIECE, POWERS, ROLLING, ROW
 from ghostball.engine.event_loop import predict
 from ghostball.engine.motion import position
 from ghostball.engine.motion.next_piece import predict_motion, predict_obstacles
@@ -48,29 +49,26 @@ def predict_made_up(balls, i, laws) -> None:
         predict_motion(balls, i, laws)
         return
     _, _, second, third, fourth = powers(ball.vx, ball.vy)
-    ball.phase = ROLLING
+    ball.phase = st.ROLLING
     ball.ax, ball.ay = 2.0 * second
-    balls.higher[i, :POWERS] = 6.0 * np.abs(third) + 24.0 * np.abs(fourth) * LASTS
-    balls.higher[i, POWERS] = 2
-    balls.higher[i, HIGHER:] = *third, *fourth
-    balls.own_kind[i] = OWN_PIECE
+    balls.higher[i, : st.POWERS] = 6.0 * np.abs(third) + 24.0 * np.abs(fourth) * LASTS
+    balls.higher[i, st.POWERS] = 2
+    balls.higher[i, st.HIGHER :] = *third, *fourth
+    balls.own_kind[i] = st.OWN_PIECE
     predict_obstacles(balls, i, laws, LASTS, 0)
 
 
 @pytest.fixture
 def moves(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let balls move so, past a nose on the table."""
-    laid, obstacles = from_scene.balls_of, from_scene.obstacles_of
+    laid = from_scene.balls_of
 
     def balls_of(scene, off):
-        return laid(scene, off)._replace(higher=np.zeros((len(scene.balls), HIGHER + 4)))
+        return laid(scene, off)._replace(higher=np.zeros((len(scene.balls), st.HIGHER + 4)))
 
-    def obstacles_of(*given):
-        x, y, radius = NOSE
-        return np.vstack([obstacles(*given), (DISC, x, y, 0.0, 0.0, radius, 0.0, 4)])
-
+    x, y, radius = NOSE
+    add_obstacles(monkeypatch, (st.DISC, x, y, 0.0, 0.0, radius, 0.0, 4))
     monkeypatch.setattr(from_scene, "balls_of", balls_of)
-    monkeypatch.setattr(from_scene, "obstacles_of", obstacles_of)
     monkeypatch.setattr(predict, "predict_motion", predict_made_up)
 
 
@@ -206,10 +204,10 @@ def test_a_ball_stays_in_its_cell_until_it_is_said_to_leave(moves, monkeypatch, 
     found = broad_phase.time_in_cell
     beyond = []
 
-    def watched(balls, cells, i, t):
-        leaves = found(balls, cells, i, t)
+    def watched(world, i, t):
+        leaves, balls, cells = found(world, i, t), world.balls, world.cells
         side, most = cells.frame[2], cells.size
-        cell = cells.link[i, COLUMN], cells.link[i, ROW]
+        cell = cells.link[i, st.CELL_COLUMN], cells.link[i, st.CELL_ROW]
         until = min(leaves, balls.state[i].own_time, t + LASTS)  # a ball at rest stays for ever
         for instant in np.linspace(t, until, 20):
             for k, x in enumerate(position.place(balls, i, instant)):
@@ -251,7 +249,7 @@ def test_room_for_higher_powers_that_are_all_zero_changes_no_bit(monkeypatch, ma
         from_scene,
         "balls_of",
         lambda scene, off: laid(scene, off)._replace(
-            higher=np.zeros((len(scene.balls), HIGHER + 6))
+            higher=np.zeros((len(scene.balls), st.HIGHER + 6))
         ),
     )
     assert fingerprint(simulate(scene.model_copy(), record="events")) == fingerprint(kept)

@@ -13,7 +13,7 @@ import pytest
 from constrained_motion import Touch, constrained_motion
 
 from ghostball.engine import simulate
-from ghostball.engine.core.state import MOST_DIRECT
+from ghostball.engine.core import state as st
 from ghostball.model import Ball, Physics, Scene, Table
 
 R, NOSE = 0.028575, 0.0357
@@ -118,7 +118,7 @@ def stick_to_each_other() -> Line:
 
 
 def too_many_to_follow() -> Line:
-    n = MOST_DIRECT + 2
+    n = st.MOST_DIRECT + 2
     ways = 0.03 * np.sin(5.0 * np.arange(n))
     spins = [
         (7.0 * np.sin(k), 60.0 if 2 * k < n else -20.0, 20.0 * np.sin(3.0 * k + 1.0))

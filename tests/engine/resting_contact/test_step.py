@@ -9,8 +9,8 @@ from kernels import checks_bounds
 from recorded import fingerprint
 
 from ghostball.engine import simulate
+from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import COMPILED
-from ghostball.engine.core.state import MOST_DIRECT, RUN_CONTACTS, STATUS
 from ghostball.engine.core.tolerances import CONTACT_TOLERANCE, EPS
 from ghostball.engine.resting_contact import step
 from ghostball.engine.resting_contact.forces import solve
@@ -48,7 +48,7 @@ def test_a_run_that_comes_to_contacts_goes_on_as_with_them_from_the_first(scene)
     beginning = driver.Run(scene, keep_log=False)
     assert beginning._room.contacts is None
     beginning.play(Limits(events=65_536, work=10**9), budget=10**9)
-    assert beginning._counters[STATUS] == RUN_CONTACTS
+    assert beginning._counters[st.STATUS] == st.RUN_CONTACTS
     assert fingerprint(simulate(scene, record="events")) == fingerprint(with_them)
 
 
@@ -110,7 +110,7 @@ def test_an_instant_with_several_events_fits_in_any_log(first_log, monkeypatch):
 
 
 @pytest.mark.parametrize("motion", ["sliding", "rolling"])
-@pytest.mark.parametrize("n", [2, MOST_DIRECT + 2], ids=["followed", "in steps"])
+@pytest.mark.parametrize("n", [2, st.MOST_DIRECT + 2], ids=["followed", "in steps"])
 def test_a_line_that_rolls_in_air_is_slowed_as_a_whole(n, motion):
     """Closed form: each pushes the next, which more friction slows; and air takes alike from all.
 
@@ -195,7 +195,7 @@ def test_a_step_that_no_forces_solve_is_as_short_as_can_be_and_counted(monkeypat
     tried = []
 
     def jams_once(*arguments):
-        count = arguments[4]
+        count = arguments[2]
         tried.append(count)
         return 0 in tried and solve(*arguments)
 

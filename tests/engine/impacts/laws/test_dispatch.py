@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 from kernels import entry_to
 
-from ghostball.engine.core.state import OBSTACLE, Laws
+from ghostball.engine.core.kernel import COMPILED
+from ghostball.engine.core.rows import OBSTACLE, OBSTACLE_COLUMNS, ObstacleRow, rows_of
+from ghostball.engine.core.state import Laws
 from ghostball.engine.event_loop.play import laws_from
 from ghostball.engine.impacts.laws.dispatch import ball_law, cushion_law
 from ghostball.engine.impacts.laws.interface import BallImpact, CushionImpact
@@ -27,9 +29,14 @@ def test_laws_come_out_of_the_kernels_numbers_as_they_went_in(name):
 
 def test_every_law_of_the_registry_is_called():
     """A law that `dispatch` doesn't know would be another one in silence."""
+    cushions = np.zeros(len(CUSHION_LAWS), dtype=OBSTACLE)
+    cushions["law"] = np.arange(len(CUSHION_LAWS))
+    cushions["restitution"], cushions["tangential"] = 0.8, 0.7
+    cushions["friction"], cushions["height"] = 0.2, 0.036
+    matrix = cushions.view(np.float64).reshape(-1, OBSTACLE_COLUMNS)
     laws = NOTHING._replace(
-        slides=1.0, rubs=1.0, ball_restitution=0.9, ball_friction=0.1, cushion_restitution=0.8,
-        cushion_tangential=0.7, cushion_friction=0.2, cushion_height=0.036,
+        slides=1.0, rubs=1.0, ball_restitution=0.9, ball_friction=0.1,
+        obstacles=cushions if COMPILED else rows_of(matrix, ObstacleRow),
     )  # fmt: skip
     ball = (0.028, 0.17, 0.2)
     hit = BallImpact(1.0, 0.3, 5.0, 20.0, 30.0, *ball, -0.5, 0.2, 1.0, 2.0, 3.0, *ball)

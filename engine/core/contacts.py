@@ -1,0 +1,89 @@
+"""Takes the three arrays apart that hold all of `Contacts`: quicker to hand over than each."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ghostball.engine.core.kernel import COMPILED
+from ghostball.engine.core.rows import (
+    ANSWER,
+    ANSWER_COLUMNS,
+    CONTACT,
+    CONTACT_COLUMNS,
+    MEMBER,
+    MEMBER_COLUMNS,
+    NUMBERS,
+    PER_ROUND,
+    REMEMBERED,
+    STAGE,
+    STAGE_COLUMNS,
+    STAGES,
+    AnswerRow,
+    ContactRow,
+    MemberRow,
+    StageRow,
+    rows_of,
+)
+from ghostball.engine.core.state import MOST_DIRECT, BoolArray, Contacts, FloatArray, IntArray
+
+_PATH = 2 * 6
+_SPIN = 3 * 4
+_HISTORY = (REMEMBERED + 1) * PER_ROUND
+_AT_ONCE = MOST_DIRECT * (
+    MOST_DIRECT + 2 * ANSWER_COLUMNS + STAGE_COLUMNS + NUMBERS + STAGES * NUMBERS
+)
+
+
+def numbers_of_contacts(n: int, m: int) -> int:
+    """Return how many numbers n balls with m contacts need."""
+    return n * (MEMBER_COLUMNS + _PATH + _SPIN) + m * (CONTACT_COLUMNS + _HISTORY) + _AT_ONCE
+
+
+def contacts_in(marks: BoolArray, places: IntArray, numbers: FloatArray) -> Contacts:
+    """Return the `Contacts` whose arrays are parts of these three."""
+    n = len(marks) // 3
+    m = (len(places) - 5 * n - 3) // 8
+    held = 5 * n + 2 + 2 * m
+    paths = n * MEMBER_COLUMNS
+    spins = paths + n * _PATH
+    forces = spins + n * _SPIN
+    history = forces + m * CONTACT_COLUMNS
+    matrix = history + m * _HISTORY
+    answers = matrix + MOST_DIRECT * MOST_DIRECT
+    stage = answers + 2 * MOST_DIRECT * ANSWER_COLUMNS
+    start = stage + MOST_DIRECT * STAGE_COLUMNS
+    slopes = start + MOST_DIRECT * NUMBERS
+    members: Any = numbers[:paths]
+    contacts: Any = numbers[forces:history]
+    sides: Any = numbers[answers:stage]
+    states: Any = numbers[stage:start]
+    by_member = members.reshape(n, MEMBER_COLUMNS)
+    by_contact = contacts.reshape(m, CONTACT_COLUMNS)
+    by_side = sides.reshape(2 * MOST_DIRECT, ANSWER_COLUMNS)
+    by_state = states.reshape(MOST_DIRECT, STAGE_COLUMNS)
+    return Contacts(
+        places[:n],
+        places[n : 2 * n],
+        marks[:n],
+        places[2 * n : 3 * n + 1],
+        marks[n : 2 * n],
+        marks[2 * n :],
+        places[3 * n + 1 : 4 * n + 1],
+        places[4 * n + 1 : 5 * n + 1],
+        places[held : held + 4 * m].reshape(2 * m, 2),
+        places[5 * n + 1 : held],
+        members.view(MEMBER) if COMPILED else rows_of(by_member, MemberRow),
+        numbers[paths:spins].reshape(n, 2, 6),
+        numbers[spins:forces].reshape(n, 3, 4),
+        places[held + 4 * m : held + 6 * m].reshape(m, 2),
+        contacts.view(CONTACT) if COMPILED else rows_of(by_contact, ContactRow),
+        by_contact,
+        numbers[history:matrix].reshape(m, REMEMBERED + 1, PER_ROUND),
+        numbers[matrix:answers].reshape(MOST_DIRECT, MOST_DIRECT),
+        sides.view(ANSWER) if COMPILED else rows_of(by_side, AnswerRow),
+        states.view(STAGE) if COMPILED else rows_of(by_state, StageRow),
+        by_state,
+        numbers[start:slopes].reshape(MOST_DIRECT, NUMBERS),
+        numbers[slopes:].reshape(MOST_DIRECT, STAGES, NUMBERS),
+        places[held + 6 * m :],
+    )
