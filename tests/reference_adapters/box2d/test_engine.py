@@ -54,9 +54,9 @@ def test_a_cut_in_exact_steps_is_right_to_single_precision() -> None:
         assert np.abs(error).max() < 5e-5, name
 
 
-@pytest.mark.parametrize(("speed", "plastic"), [(0.9, True), (1.1, False)])
-def test_hits_below_a_unit_per_second_are_plastic(speed: float, plastic: bool) -> None:
-    wanted = [0.5, 0.5] if plastic else [0.0, 1.0]
+@pytest.mark.parametrize(("speed", "inelastic"), [(0.9, True), (1.1, False)])
+def test_impacts_below_a_unit_per_second_are_inelastic(speed: float, inelastic: bool) -> None:
+    wanted = [0.5, 0.5] if inelastic else [0.0, 1.0]
     assert shares("box2d:config=default", head_on(speed)) == pytest.approx(wanted, abs=1e-5)
     assert shares("box2d", head_on(speed)) == pytest.approx([0.0, 1.0], abs=1e-5)
     assert shares("box2d:scale=100", head_on(speed / 100.0)) == pytest.approx(wanted, abs=1e-4)

@@ -38,7 +38,7 @@ def test_a_cut_is_of_first_order_and_in_exact_steps_is_right() -> None:
     assert np.degrees(np.arctan2(-y, x)) == pytest.approx(30.0, abs=1e-3)
 
 
-def test_its_breaks_lose_half_of_their_energy_and_slow_hits_are_plastic_by_default() -> None:
+def test_its_breaks_lose_half_of_their_energy_and_slow_impacts_are_inelastic_by_default() -> None:
     # The findings: these fail where a later Box2D has mended them.
     assert 0.4 < energy_ratios("box2d3", rack())[-1] < 0.7
     assert shares("box2d3:config=default", head_on(0.9))[1] < 0.51

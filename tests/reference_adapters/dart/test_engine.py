@@ -36,7 +36,7 @@ def test_a_single_hit_is_right_but_for_the_mixing(spec: str, restitution: float)
 
 
 def test_what_overlaps_is_pushed_apart() -> None:
-    # By 0.1 unit/s, 1 cm/s here, at most: so nothing is quite plastic.
+    # By 0.1 unit/s, 1 cm/s here, at most: so nothing is quite inelastic.
     after = 1.5 * shares("dart", head_on(restitution=0.0))
     assert 0.0 < after[1] - after[0] <= 0.01
 
@@ -55,10 +55,10 @@ def test_shots_in_exact_steps_are_right_but_for_the_mixing() -> None:
         assert np.abs(error).max() < 2e-4, name
 
 
-@pytest.mark.parametrize(("speed", "plastic"), [(0.09, True), (0.11, False)])
-def test_rebounds_below_a_tenth_of_a_unit_are_plastic(speed: float, plastic: bool) -> None:
+@pytest.mark.parametrize(("speed", "inelastic"), [(0.09, True), (0.11, False)])
+def test_rebounds_below_a_tenth_of_a_unit_are_left_out(speed: float, inelastic: bool) -> None:
     default = shares("dart:config=default", head_on(speed))
-    assert (default[1] < 0.51) == plastic
+    assert (default[1] < 0.51) == inelastic
     assert shares("dart", head_on(speed))[1] == pytest.approx(1.0, abs=MIXING)
 
 
