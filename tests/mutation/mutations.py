@@ -278,7 +278,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "    gap += 0.5 * ((x + rx) * wx + (y + ry) * wy) / both",
         "A contact step takes the gap of two balls to change by half of what it does.",
         "tests/engine/resting_contact/test_gaps.py"
-        "::test_a_ball_that_its_spin_drives_onto_another_in_a_corner_presses_it_symmetrically[0.0]",
+        "::test_a_ball_that_its_spin_drives_onto_a_row_at_a_cushion_takes_few_steps",
     ),
     Mutation(
         "rubs the wrong way",

@@ -39,3 +39,28 @@ def test_a_ball_that_its_spin_drives_onto_another_in_a_corner_presses_it_symmetr
     result = simulate(scene, record="trajectory")
     assert result.work["contact_steps"] > 0
     assert kept(result).faults == ()
+
+
+def test_a_ball_that_its_spin_drives_onto_a_row_at_a_cushion_takes_few_steps():
+    """It takes 12; a step that takes a gap to change otherwise than it does is cut again."""
+    physics = Physics(
+        motion="sliding",
+        rolling_friction=0.01,
+        ball_restitution=1.0,
+        ball_friction=0.06,
+        cushion="frictional",
+        cushion_restitution=1.0,
+    )
+    scene = Scene(
+        name="squeezed",
+        physics=physics,
+        table=Table(length=2.0, width=2.0, cushions=("left",)),
+        t_max=0.125,
+        balls=[
+            Ball(id="a", radius=R, position=(5.0 * R, 0.0), angular_velocity=(0.0, -3.0 / R, 0.0)),
+            Ball(id="b", radius=R, position=(R, 0.0)),
+            Ball(id="c", radius=R, position=(3.0 * R, 0.0)),
+        ],
+    )
+    kept = Invariants(most_events=300, most_steps=25, images=(0, 1, 2))
+    assert kept(simulate(scene, record="trajectory")).faults == ()
