@@ -53,7 +53,7 @@ class RackTimes(Record):
 
     @property
     def figures(self) -> Figures | None:
-        """What is told of them; None where there are none."""
+        """What is said of them; None where there are none."""
         return Figures.of(self.seconds) if self.seconds else None
 
 

@@ -66,7 +66,7 @@ def interleave(
 
 @dataclass(frozen=True)
 class Figures:
-    """What is told of the times of many scenes: whoever runs them all pays the mean.
+    """What is said of the times of many scenes: whoever runs them all pays the mean.
 
     Attributes
     ----------

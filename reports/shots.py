@@ -22,7 +22,7 @@ from ghostball.validation.results.store import CaseRecord, Motion, Results
 
 FloatArray = NDArray[np.float64]
 
-CROWD = 5
+MANY_BALLS = 5
 """From this many balls on no paths are drawn over each other: they would say nothing."""
 
 CHAOTIC = "(unpredictable)"
@@ -151,9 +151,9 @@ class Shot:
         return "rest" if first is None or first.status == "rest" else "end"
 
     @property
-    def crowded(self) -> bool:
+    def has_many_balls(self) -> bool:
         """Whether there are too many balls for paths over each other."""
-        return len(self.scene.balls) >= CROWD
+        return len(self.scene.balls) >= MANY_BALLS
 
 
 def load_shot(results: Results, name: str) -> Shot:

@@ -62,9 +62,9 @@ def summary_markdown(results: Results | None, *regressions: Regression) -> str:
     """
     changes = []
     for regression in regressions:
-        told = [_change_cells(one) for one in _in_order(regression.scenes) if _is_told(one)]
-        before = [one for one in regression.scenes if not _is_told(one)]
-        changes.append((regression, told, before))
+        shown = [_change_cells(one) for one in _in_order(regression.scenes) if _is_shown(one)]
+        before = [one for one in regression.scenes if not _is_shown(one)]
+        changes.append((regression, shown, before))
     given: dict[str, Any] = {"failures": [], "results": results}
     if results is not None:
         kinds, labels = kinds_of(results.cases), [_code(label) for label in results.labels]
@@ -154,7 +154,7 @@ def _case_verdict(results: Results) -> str:
     )
 
 
-def _is_told(change: SceneChange) -> bool:
+def _is_shown(change: SceneChange) -> bool:
     return change.failed or change.change not in _UNMOVED
 
 
@@ -222,7 +222,7 @@ def _case_lines(results: Results) -> Iterator[tuple[str, str, str]]:
 def _change_lines(regression: Regression) -> Iterator[tuple[str, str, str]]:
     for change in _in_order(regression.scenes):
         again = f"[{change.command}]" if change.command else ""
-        if _is_told(change):
+        if _is_shown(change):
             uncompared = change.change in UNCOMPARED
             level = "error" if change.failed or uncompared else "warning"
             yield change.scene, level, f"{kind_text(change)}: {change.summary} {again}"

@@ -150,7 +150,7 @@ def draw_figure_4(results: Results) -> Figure:
             draw_table(axes, shot.scene, view, ticks=False)
             _draw_instant(axes, shot, motion, contact + dt, trail=0.5, arrows=0.35)
             draw_scale_bar(axes, view, 0.1, "0.1 m")
-            axes.set_title(f"{letter} {what}: {abs(dt):g} s {when} the hit", fontsize=9)
+            axes.set_title(f"{letter} {what}: {abs(dt):g} s {when} the collision", fontsize=9)
     change = f"what {offset} off centre changes"
     style.set_title(figure, f"Figure 4 of the paper: {change}, {found[0][1].style.name}")
     _set_note(figure, "Arrows: velocity. Lines: the last 0.5 s of each path.")

@@ -72,9 +72,9 @@ class Cut:
     cut : float [deg]
         Angle between the cue ball's path and the line of centres, by the scene's geometry.
     speed : float [m/s]
-        Of the cue ball at the hit, where it has no horizontal spin left then; by formula.
+        Of the cue ball at the collision, where it has no horizontal spin left then; by formula.
     spin : float
-        R wz at the hit, over that speed, positive for outside english; by formula.
+        R wz at the collision, over that speed, positive for outside english; by formula.
     cue, target : float [deg]
         Where each ball goes in the end: the angle from the cue ball's path, the object ball's
         positive to its side, the cue ball's positive to the other.
@@ -110,7 +110,7 @@ def natural_deflection(cut: FloatArray) -> FloatArray:
 
 
 def throw_angle(scene: Scene, cut: FloatArray, speed: FloatArray, spin: FloatArray) -> FloatArray:
-    """Return the throw of an elastic hit by a cue ball without horizontal spin [rad].
+    """Return the throw of an elastic collision with a cue ball without horizontal spin [rad].
 
     Parameters
     ----------

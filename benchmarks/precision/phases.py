@@ -26,9 +26,9 @@ Rounding leaves 1e-15; what happened in between, if anything did, leaves far mor
 
 
 def begun_earlier(scene: Scene, dt: float) -> Scene | None:
-    """Return the scene as it was `dt` [s] before its start, or None where it can't be told.
+    """Return the scene as it was `dt` [s] before its start, or None where that isn't known.
 
-    Its `t_max` is later by `dt`. It can't be told where a ball was in a collision meanwhile, or
+    Its `t_max` is later by `dt`. It isn't known where a ball was in a collision meanwhile, or
     would have begun on the other side of a cushion or inside a ball.
 
     Notes

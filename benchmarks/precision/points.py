@@ -12,7 +12,7 @@ from benchmarks.measurements import Measurement, Record, table_of
 from ghostball.reports.style import format_length, format_time
 
 TARGETS = (1e-3, 1e-6, 1e-9)
-"""Accuracies whose time is told [m]."""
+"""Accuracies whose time is given [m]."""
 
 LEGEND = (
     "Times are of the simulation alone, the least of all samples. A time counts where all finer "

@@ -145,13 +145,8 @@ class _Plan:
         spec = option.ghostball_engine or _only_engine(project.engines)
         engine = engine_under_test(spec, option.ghostball_as)
         names = _asked_scenes(option.ghostball_scenes, project.scenes, picked)
-        scenes = select(names)
-        beside = criteria_beside_paths(names)
-        root = project.baselines
-        if option.ghostball_baselines is not None:
-            root = Path(option.ghostball_baselines)
-        key = engine_key(spec)
-        baselines = engine_folder(root, key)
+        scenes, beside, key = select(names), criteria_beside_paths(names), engine_key(spec)
+        baselines = engine_folder(Path(option.ghostball_baselines or project.baselines), key)
         check_baselines(baselines, [scene.name for scene in scenes], key)
         own = {
             scene.name: beside[scene.name] if scene.name in beside else shipped_criteria(scene)
@@ -160,26 +155,27 @@ class _Plan:
         for name, criteria in own.items():
             check_names(criteria, engine, f'criteria of scene "{name}"')
         for_all = None
-        options = ["--ghostball-engine", spec]
-        if option.ghostball_baselines is not None:
-            options += ["--ghostball-baselines", option.ghostball_baselines]
-        if option.ghostball_as is not None:
-            options += ["--ghostball-as", option.ghostball_as]
-        if option.ghostball_criteria is not None:
-            for_all = Criteria.load(option.ghostball_criteria)
-            check_names(for_all, engine, option.ghostball_criteria)
+        if (file := option.ghostball_criteria) is not None:
+            for_all = Criteria.load(file)
+            check_names(for_all, engine, file)
             if for_all.truth is not None:
                 raise GhostballError(
-                    f"{option.ghostball_criteria}: `truth` must be left out, since scenes differ "
-                    "in what truth they have. Remove it"
+                    f"{file}: `truth` must be left out, since scenes differ in what truth they "
+                    "have. Remove it"
                 )
-            options += ["--ghostball-criteria", option.ghostball_criteria]
-        if any(scene.name not in scene_names() for scene in scenes):
-            options += ["--ghostball-scenes", ",".join(names)]
         seconds = option.ghostball_time_limit
-        options += ["--ghostball-time-limit", f"{seconds:g}"] * (seconds != TIME_LIMIT)
         time_limit = None if seconds == math.inf else seconds
         check_limits(1, time_limit)
+        shipped = all(scene.name in scene_names() for scene in scenes)
+        again = {
+            "--ghostball-engine": spec,
+            "--ghostball-baselines": option.ghostball_baselines,
+            "--ghostball-as": option.ghostball_as,
+            "--ghostball-criteria": file,
+            "--ghostball-scenes": None if shipped else ",".join(names),
+            "--ghostball-time-limit": None if seconds == TIME_LIMIT else f"{seconds:g}",
+        }
+        options = [word for pair in again.items() if pair[1] is not None for word in pair]
         return cls(engine, tuple(scenes), own, for_all, tuple(options), time_limit, baselines)
 
     def asked(self, scene: Scene) -> Asked:
@@ -242,7 +238,7 @@ class _SceneNode(_Node):
         self.metrics = what_is_asked(plan.engine, scene, self.asked)
         if baseline_path(plan.baselines, scene.name).exists():
             self.metrics += (BASELINE,)
-        self.failure_told = False  # of the engine in this scene, which all its tests have
+        self.failure_reported = False  # of the engine in this scene, which all its tests have
 
     @cached_property
     def outcome(self) -> SceneRun:
@@ -269,9 +265,9 @@ class MetricItem(pytest.Item):
             if outcome.record.printed:
                 self.add_report_section("call", "engine", harmless(outcome.record.printed))
         if outcome.record.outcome == "failed":
-            if self.parent.failure_told:
+            if self.parent.failure_reported:
                 pytest.skip("the engine failed in this scene: see the first of its tests")
-            self.parent.failure_told = True
+            self.parent.failure_reported = True
         elif self.name == BASELINE:
             self._compare(outcome)
             return
@@ -322,11 +318,8 @@ class MetricItem(pytest.Item):
             if metric.compares is not None:
                 lines.append(f"  truth     {record.truth}")
             lines.append(f"  limit     {check.reason}")
-        for what, command in zip(
-            ("again", "explain"),
-            self.parent.plan.commands(self.nodeid, self.parent.scene),
-            strict=False,
-        ):
+        commands = self.parent.plan.commands(self.nodeid, self.parent.scene)
+        for what, command in zip(("again", "explain"), commands, strict=False):
             lines.append(f"  {what:<8}  {command}")
         if record.traceback:
             lines += ["", record.traceback.rstrip()]

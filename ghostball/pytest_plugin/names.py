@@ -4,4 +4,4 @@ PREFIX = "ghostball::"
 """What the ids of all these tests begin with."""
 
 TIME_LIMIT = 600.0
-"""Seconds that a scene may take, unless told; as in `ghostball validate`."""
+"""Seconds that a scene may take, unless another limit is given; as in `ghostball validate`."""

@@ -128,12 +128,12 @@ def _draw_cloth(place: Any, shot: Shot) -> None:
     if truth is not None:
         draw_discs(axes, truth, radii, facecolors="none", edgecolors=style.BLACK, zorder=3)
     for order, run in enumerate(shot.drawn):
-        if not shot.crowded:
+        if not shot.has_many_balls:
             draw_motion(axes, run, zorder=2 + 0.01 * order, **line_of(run))
         rest = None if run.case is None else run.case.rest_positions
         if rest is not None and not (run.style.ours and truth is not None):
             axes.plot(rest[:, 0], rest[:, 1], zorder=4 + 0.01 * order, **_marker(run))
-    if not shot.crowded:
+    if not shot.has_many_balls:
         names = zip((ball.id for ball in shot.scene.balls), starts, radii, strict=True)
         label_balls(axes, list(names), metres_to_a_point, motion_of_run(shot.drawn[0]).positions)
     where = "rest" if shot.end == "rest" else "are at the end"
@@ -236,7 +236,7 @@ def _draw_numbers(figure: Figure, shot: Shot, top: float, notes: Sequence[str]) 
 
 def _notes(shot: Shot) -> list[str]:
     """Say what the signs mean, what the truth is, and which engines have no motion, and why."""
-    slides = "Lines are thick where a ball slides. " * (shot.slides and not shot.crowded)
+    slides = "Lines are thick where a ball slides. " * (shot.slides and not shot.has_many_balls)
     signs = legend_text(run.verdict for run in shot.drawn)
     said = [f"Truth: {shot.truth or 'none'}. {slides}{signs}."]
     reasons: dict[str, list[str]] = {}

@@ -116,9 +116,9 @@ def _horizon_text(case: CaseRecord) -> str:
 
 def ledgers_html(ledgers: Mapping[str, EnergyLedger]) -> Markup:
     """Return where the energy went in each scene, by our engine."""
-    told = {scene: one for scene, one in ledgers.items() if one.entries is not None}
-    present = [e for e in ENTRIES if any(e in (one.entries or {}) for one in told.values())]
-    return render("ledgers.html", ledgers=told, entries=present)
+    known = {scene: one for scene, one in ledgers.items() if one.entries is not None}
+    present = [e for e in ENTRIES if any(e in (one.entries or {}) for one in known.values())]
+    return render("ledgers.html", ledgers=known, entries=present)
 
 
 def hashes_html(

@@ -102,7 +102,7 @@ def scene_part(
         horizon=horizon,
         ledgers=ledgers,
         entries=[e for e in ENTRIES if any(one.entries and e in one.entries for _, one in ledgers)],
-        pressed=[case.label for case in cases if case.work.get("contact_steps")],
+        in_contact=[case.label for case in cases if case.work.get("contact_steps")],
         work=[(case.label, work_text(case)) for case in cases if case.work],
         energy=energy_chart(shot),
         error=error_chart(shot, horizon),

@@ -24,10 +24,10 @@ from ghostball.validation.checks.verdict import verdict_of
 from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.results.store import CaseRecord, Results, has_results
 
-MOST_TOLD = 3
+MOST_NAMED = 3
 """Metrics that a line of the table names; the others are counted."""
 
-FIRST_TOLD = ("matching_events", "collision_count", "rest_time_error")
+FIRST_NAMED = ("matching_events", "collision_count", "rest_time_error")
 """Metrics that are named before others."""
 
 
@@ -94,8 +94,8 @@ def _row(one: CaseDifference) -> tuple[str, ...]:
     right = escape(head if base == head else f"{base} -> {head}")
     if one.got_worse or one.got_better:
         right = f"[{'bold red' if one.got_worse else 'green'}]{right}[/]"
-    told = "another shot has this name" if one.another_shot else _others(one.moved)
-    return one.scene, escape(_labels(one)), right, escape(told)
+    moved = "another shot has this name" if one.another_shot else _others(one.moved)
+    return one.scene, escape(_labels(one)), right, escape(moved)
 
 
 def _labels(one: CaseDifference) -> str:
@@ -110,10 +110,10 @@ def _others(moved: Sequence[Moved]) -> str:
         for one in moved
         if one.name not in ("rest_error_max", "rest_error_rms") and not one.name.endswith("_ulps")
     ]
-    rest.sort(key=lambda one: one.name not in FIRST_TOLD)
-    told = [f"{one.name} {_number(one)}" for one in rest[:MOST_TOLD]]
-    more = [f"and {len(rest) - MOST_TOLD} more"] if len(rest) > MOST_TOLD else []
-    return "; ".join(told + more)
+    rest.sort(key=lambda one: one.name not in FIRST_NAMED)
+    named = [f"{one.name} {_number(one)}" for one in rest[:MOST_NAMED]]
+    more = [f"and {len(rest) - MOST_NAMED} more"] if len(rest) > MOST_NAMED else []
+    return "; ".join(named + more)
 
 
 def _number(one: Moved) -> str:

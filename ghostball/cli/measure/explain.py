@@ -26,7 +26,7 @@ from ghostball.validation.runs.playing import in_other_process
 from ghostball.validation.scenes.library import find_scene
 
 FEW_ULPS = 1e6
-"""Spacings of doubles below which a length is told in these too [1]: a tenth of a nanometre."""
+"""Spacings of doubles below which a length is also given in these [1]: a tenth of a nanometre."""
 
 TRUTHS = {
     "certified": "the certified shot",

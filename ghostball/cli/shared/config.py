@@ -6,7 +6,7 @@
     baselines = "baselines"
     out = "out"
 
-Commands take from it what they aren't told, and so does the pytest plugin. Paths are relative to
+Commands take from it what they aren't given, and so does the pytest plugin. Paths are relative to
 the file, which is the nearest one upwards that has such a table.
 """
 
