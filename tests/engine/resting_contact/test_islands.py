@@ -71,7 +71,7 @@ def test_the_numbering_of_the_balls_does_not_matter(name):
         "thrown-back-to-cushion",  # by the impulse that ends the island's approach
         "hard-to-roll",  # rolling friction above sliding friction
         pytest.param("slip-ended-by-impulse", marks=pytest.mark.compiled),
-        "all-but-wedged",
+        pytest.param("all-but-wedged", marks=pytest.mark.compiled),
         pytest.param("wedged-by-a-millionth", marks=pytest.mark.compiled),
     ],
 )

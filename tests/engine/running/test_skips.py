@@ -8,10 +8,13 @@ from recorded import fingerprint
 from shots import POOL_TABLE, ball, rack, random_shot, scene_of
 
 from ghostball.engine import simulate
+from ghostball.engine.core.kernel import COMPILED
 from ghostball.engine.running import skips
 from ghostball.engine.running.skips import BUILT_IN, MOST_IN_MATRIX, Skip, explain_skips
 from ghostball.model import GhostballError, Scene
 from ghostball.validation.scenes.library import FOLDER
+from ghostball.validation.scenes.random_scenes import random_scene
+from ghostball.validation.stress.same import CHECKS
 
 EXACT = [skip for skip in Skip if skip not in {Skip.ADVANCEMENT, *BUILT_IN}]
 PARTS = {Skip.INTEGRATED_LAWS, Skip.DRAG, Skip.FLIGHT}
@@ -92,3 +95,17 @@ def test_a_matrix_that_would_not_fit_is_refused():
     scene = scene_of(*balls)
     with pytest.raises(GhostballError, match=r"must leave far-cells alone .* 0\.5 GB"):
         simulate(scene, no_skip=["far-cells"])
+
+
+@pytest.mark.skipif(COMPILED, reason="the stress suite plays them in kernels that take minutes")
+@pytest.mark.parametrize(
+    ("number", "having"),
+    [
+        (1, {"flight": "on-top"}),
+        (3, {"flight": "low"}),
+        (2, {"air": "yes"}),
+        (3, {"quadratic": "yes", "layout": "rack"}),
+    ],
+)
+def test_cells_change_no_bit_in_air_and_in_flight_without_compilation(number, having):
+    assert CHECKS["cells"](random_scene(number, count="few", **having)) is None

@@ -125,6 +125,7 @@ def test_the_cloth_has_no_part_where_the_nose_lifts_the_ball(vt, topspin, height
     assert after[1] == pytest.approx(after[0], abs=ACCURACY)
 
 
+@pytest.mark.compiled
 def test_it_ends_for_every_ball_however_it_spins():
     chance = random.Random(5)
     for _ in range(500):
