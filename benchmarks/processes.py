@@ -20,7 +20,8 @@ began = time.perf_counter()
 import sys
 from ghostball import engine
 imported = time.perf_counter() - began
-engine.simulate(engine.Scene.load(sys.argv[1]))
+from ghostball.model import Scene
+engine.simulate(Scene.load(sys.argv[1]))
 print(imported, flush=True)
 """
 """Prints how long importing the engine took [s], and shoots once."""
