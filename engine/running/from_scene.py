@@ -37,7 +37,7 @@ from ghostball.engine.running.skips import (
     uses_cells,
 )
 from ghostball.engine.running.variants import Variant, variant_of
-from ghostball.model import CUSHIONS, Physics, Scene, UnsupportedSceneError
+from ghostball.model import CUSHIONS, INWARD, Physics, Scene, UnsupportedSceneError
 from ghostball.model.features import check_supported
 from ghostball.model.impact_laws import BALL_LAW_NAMES, CUSHION_LAW_NAMES, CUSHION_LAWS
 from ghostball.model.scene import check_whole
@@ -244,9 +244,6 @@ _FAR = 1e150
 """Where a cushion lies that no ball reaches [m]: a number, so that nothing becomes NaN by it, whose
 square is one, too."""
 
-_INWARD = ((1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0))
-"""Unit normals into the table, by cushion index."""
-
 
 def obstacles_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> FloatArray:
     """Return what balls bounce off: a line for each cushion, through its nose.
@@ -257,15 +254,16 @@ def obstacles_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> FloatArray
     table, law = scene.table, CUSHION_LAW_NAMES.index(scene.physics.cushion)
     coefficients = coefficients_of(scene.physics)
     rows = []
-    for index, (name, (nx, ny)) in enumerate(zip(CUSHIONS, _INWARD, strict=True)):
-        if table is not None and name in table.cushions:
-            x, y = (table.length, 0.0) if name == "right" else (0.0, 0.0)
-            y = table.width if name == "top" else y
+    sides = {} if table is None else {side.name: side for side in table.sides}
+    for index, name in enumerate(CUSHIONS):
+        normal = INWARD[name]
+        if name in sides:
+            point = sides[name].point
         elif Skip.CUSHIONS in off:
-            x, y = -_FAR * nx, -_FAR * ny
+            point = (-_FAR * normal[0], -_FAR * normal[1])
         else:
             continue
-        rows.append((st.LINE, x, y, nx, ny, 0.0, law, index, *coefficients))
+        rows.append((st.LINE, *point, *normal, 0.0, law, index, *coefficients))
     return np.array(rows, dtype=np.float64).reshape(-1, OBSTACLE_COLUMNS)
 
 

@@ -26,12 +26,14 @@ from ghostball.model.events import (
 from ghostball.model.result import Result, event_dict, initial_state
 from ghostball.model.scene import (
     CUSHIONS,
+    INWARD,
     POOL_BALL_MASS,
     POOL_BALL_RADIUS,
     Ball,
     CushionName,
     Physics,
     Scene,
+    Side,
     Table,
     rolling_angular_velocity,
 )
@@ -49,6 +51,7 @@ __all__ = [
     "COLLISION_KINDS",
     "CUSHIONS",
     "EVENT_DTYPE",
+    "INWARD",
     "OBSTACLE_KINDS",
     "POOL_BALL_MASS",
     "POOL_BALL_RADIUS",
@@ -69,6 +72,7 @@ __all__ = [
     "Samples",
     "Scene",
     "SceneError",
+    "Side",
     "Status",
     "Table",
     "Trajectory",

@@ -11,8 +11,8 @@ import numpy as np
 
 from ghostball.model.errors import UnsupportedSceneError
 from ghostball.model.impact_laws import BALL_LAWS, CUSHION_LAWS, LawEntry
-from ghostball.model.scene.parts import CUSHIONS
 from ghostball.model.scene.scene import Scene
+from ghostball.model.scene.sides import CUSHIONS
 
 
 class Feature(enum.Enum):

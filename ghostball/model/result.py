@@ -17,9 +17,9 @@ from numpy.typing import ArrayLike, NDArray
 from ghostball.model.errors import EngineFailedError, GhostballError
 from ghostball.model.events import OBSTACLE_KINDS, EventKind, Events, Status
 from ghostball.model.hashes import bits_hash
-from ghostball.model.scene.parts import CUSHIONS
 from ghostball.model.scene.picture import picture
 from ghostball.model.scene.scene import Scene
+from ghostball.model.scene.sides import CUSHIONS
 from ghostball.model.trajectory.tangent_map import TangentMap
 from ghostball.model.trajectory.trajectory import (
     Energy,

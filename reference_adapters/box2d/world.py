@@ -12,13 +12,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.model import Scene
+from ghostball.model import Scene, Side
 from ghostball.reference_adapters.box2d.engine import SLOP, Box2dSettings
 from ghostball.reference_adapters.stepping.contact_world import SINGLE, ContactWorld, collision_of
 from ghostball.reference_adapters.stepping.friction import ContactFriction
 from ghostball.reference_adapters.stepping.laws import restitutions, rubs
 from ghostball.reference_adapters.stepping.plane import Collision
-from ghostball.reference_adapters.stepping.sides import Side, reach_beyond_corners, sides_of
+from ghostball.reference_adapters.stepping.sides import reach_beyond_corners, sides_of
 
 # Its types warn of what SWIG left out as they are made; where warnings are errors, Python crashes.
 with warnings.catch_warnings():

@@ -8,7 +8,7 @@ import numpy as np
 import pyb2d3
 from numpy.typing import NDArray
 
-from ghostball.model import Scene
+from ghostball.model import Scene, Side
 from ghostball.reference_adapters.box2d3.engine import Box2d3Settings
 from ghostball.reference_adapters.stepping.contact_world import (
     SINGLE,
@@ -17,7 +17,7 @@ from ghostball.reference_adapters.stepping.contact_world import (
     collision_of,
 )
 from ghostball.reference_adapters.stepping.laws import cushion_restitution, fastest
-from ghostball.reference_adapters.stepping.sides import Side, reach_beyond_corners, sides_of
+from ghostball.reference_adapters.stepping.sides import reach_beyond_corners, sides_of
 
 FloatArray = NDArray[np.float64]
 

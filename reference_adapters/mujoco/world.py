@@ -12,7 +12,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.model import Scene
+from ghostball.model import Scene, Side
 from ghostball.reference_adapters.stepping.contact_world import DOUBLE, ContactWorld
 from ghostball.reference_adapters.stepping.laws import (
     ball_friction,
@@ -22,7 +22,7 @@ from ghostball.reference_adapters.stepping.laws import (
 )
 from ghostball.reference_adapters.stepping.plane import Collision
 from ghostball.reference_adapters.stepping.settings import SteppingSettings
-from ghostball.reference_adapters.stepping.sides import Side, sides_of
+from ghostball.reference_adapters.stepping.sides import sides_of
 
 FloatArray = NDArray[np.float64]
 

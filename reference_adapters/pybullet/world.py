@@ -20,10 +20,10 @@ from typing import Any, Literal, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.model import EventKind, Scene
+from ghostball.model import EventKind, Scene, Side
 from ghostball.reference_adapters.base import EngineError
 from ghostball.reference_adapters.pybullet.coefficients import Coefficients
-from ghostball.reference_adapters.stepping.sides import Side, sides_of
+from ghostball.reference_adapters.stepping.sides import sides_of
 
 FloatArray = NDArray[np.float64]
 Config = Literal["tuned", "default"]

@@ -13,12 +13,12 @@ import pymunk
 from numpy.typing import NDArray
 from pymunk import batch
 
-from ghostball.model import Scene
+from ghostball.model import Scene, Side
 from ghostball.reference_adapters.stepping.friction import ContactFriction
 from ghostball.reference_adapters.stepping.laws import cushion_restitution, largest_momenta, rubs
 from ghostball.reference_adapters.stepping.plane import Collision
 from ghostball.reference_adapters.stepping.settings import SteppingSettings
-from ghostball.reference_adapters.stepping.sides import Side, reach_beyond, sides_of
+from ghostball.reference_adapters.stepping.sides import reach_beyond, sides_of
 
 FloatArray = NDArray[np.float64]
 

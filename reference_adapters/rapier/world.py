@@ -8,7 +8,7 @@ import numpy as np
 import rapier3d
 from numpy.typing import NDArray
 
-from ghostball.model import Scene
+from ghostball.model import Scene, Side
 from ghostball.reference_adapters.stepping.contact_world import (
     SINGLE,
     ContactWorld,
@@ -18,7 +18,7 @@ from ghostball.reference_adapters.stepping.contact_world import (
 from ghostball.reference_adapters.stepping.laws import multiplied_restitutions, restitutions
 from ghostball.reference_adapters.stepping.plane import Collision
 from ghostball.reference_adapters.stepping.settings import SteppingSettings
-from ghostball.reference_adapters.stepping.sides import Side, sides_of
+from ghostball.reference_adapters.stepping.sides import sides_of
 
 FloatArray = NDArray[np.float64]
 

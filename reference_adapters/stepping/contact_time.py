@@ -95,14 +95,10 @@ def time_to_contact(
     x, v, a = map(np.ascontiguousarray, (positions, velocities, accelerations))
     dt = np.inf
     if table is not None:
-        noses = {
-            "left": (0, 1.0, 0.0),
-            "right": (0, -1.0, table.length),
-            "bottom": (1, 1.0, 0.0),
-            "top": (1, -1.0, table.width),
-        }
-        for name in table.cushions:
-            dt = min(dt, _to_cushion(x, v, a, radii, *noses[name], gap))
+        for side in table.sides:
+            across = side.across
+            inward, nose = side.normal[across], side.point[across]
+            dt = min(dt, _to_cushion(x, v, a, radii, across, inward, nose, gap))
     dt = min(dt, _to_ball(x, v, a, radii, gap, min(horizon, dt)))
     return float(dt) if dt <= horizon else math.inf
 

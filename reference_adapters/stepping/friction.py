@@ -18,10 +18,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.model import Scene
+from ghostball.model import CUSHIONS, INWARD, Scene
 from ghostball.reference_adapters.stepping.laws import cushion_friction
 from ghostball.reference_adapters.stepping.plane import Collision
-from ghostball.reference_adapters.stepping.sides import INWARD
 
 FloatArray = NDArray[np.float64]
 
@@ -142,7 +141,7 @@ class ContactFriction:
         self, contact: Collision, _: tuple[float, float], velocity: tuple[float, float]
     ) -> _Slip:
         """Return the slip of the surface of `ball` over the cushion, at the centre's height."""
-        ball, (x, y) = contact.a, INWARD[contact.b]
+        ball, (x, y) = contact.a, INWARD[CUSHIONS[contact.b]]
         spin = self._radii[ball] * self._spins[ball]
         return self._slip((-x, -y), velocity, spin, self._masses[ball], cushion=True)
 

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from ghostball.model import (
     CUSHIONS,
+    INWARD,
     EventKind,
     Record,
     Result,
@@ -332,5 +333,5 @@ def scale_along_cushions(
     """Multiply the velocities, (n, 2) [m/s], of balls that met a cushion along it by a factor."""
     for contact in collisions:
         if contact.cushion:
-            across = CUSHIONS[contact.b] in ("left", "right")
-            velocities[contact.a, 1 if across else 0] *= factor
+            along_x = INWARD[CUSHIONS[contact.b]][0] == 0.0
+            velocities[contact.a, 0 if along_x else 1] *= factor

@@ -2,66 +2,15 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
-from ghostball.model import CUSHIONS, Scene
+from ghostball.model import CUSHIONS, Scene, Side
 from ghostball.reference_adapters.stepping.laws import fastest
 
-Point = tuple[float, float]
 
-INWARD = ((1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0))
-"""Unit normal into the table of each cushion, in the order of `CUSHIONS`."""
-
-
-class Side(NamedTuple):
-    """A cushion, an infinite line.
-
-    Attributes
-    ----------
-    cushion : int
-        Its index in `CUSHIONS`.
-    normal : two floats
-        Unit normal into the table.
-    point : two floats [m]
-        A corner of the table that the line goes through.
-    length : float [m]
-        Of the table along it.
-    """
-
-    cushion: int
-    normal: tuple[float, float]
-    point: tuple[float, float]
-    length: float
-
-    def ends(self, beyond: float, outward: float = 0.0) -> tuple[Point, Point]:
-        """Return the ends of a part of the line that goes `beyond` both corners [m].
-
-        `outward` [m] is how far it is moved out of the table.
-        """
-        (nx, ny), (x, y) = self.normal, self.point
-        if nx:
-            x -= outward * nx
-            return (x, -beyond), (x, self.length + beyond)
-        y -= outward * ny
-        return (-beyond, y), (self.length + beyond, y)
-
-
-def sides_of(scene: Scene) -> list[Side]:
+def sides_of(scene: Scene) -> tuple[Side, ...]:
     """Return the cushions of a scene, in the order of `CUSHIONS`."""
-    table = scene.table
-    if table is None:
-        return []
-    return [
-        Side(
-            CUSHIONS.index(name),
-            INWARD[CUSHIONS.index(name)],
-            (table.length, table.width) if name in ("right", "top") else (0.0, 0.0),
-            table.width if name in ("left", "right") else table.length,
-        )
-        for name in table.cushions
-    ]
+    return () if scene.table is None else scene.table.sides
 
 
 def reach_beyond(scene: Scene) -> float:

@@ -128,15 +128,9 @@ def _depths_in_space(result: Result, times: FloatArray, states: Samples) -> Meas
     if scene.table is not None and scene.table.cushions:
         x, y = places[:, :, 0], places[:, :, 1]
         above = places[:, :, 2] - scene.physics.cushion_height
-        inward = {
-            "left": x,
-            "right": scene.table.length - x,
-            "bottom": y,
-            "top": scene.table.width - y,
-        }
         deepest = -1.0
-        for side in scene.table.cushions:
-            depth = radii - np.hypot(np.maximum(inward[side], 0.0), above)
+        for side in scene.table.sides:
+            depth = radii - np.hypot(np.maximum(side.distance(x, y), 0.0), above)
             deepest = max(float(np.where(here, depth, -1.0).max()), deepest)
         found["overlap of ball and nose [m]"] = (deepest, limit)
     if result.status is Status.REST:
@@ -168,14 +162,9 @@ def overlaps(scene: Scene, positions: FloatArray) -> FloatArray:
         reach = radii[first] + radii[second]
         deepest[:, 0] = np.max(reach - np.sqrt(dx * dx + dy * dy), axis=1)
     if scene.table is not None:
-        beyond = {
-            "left": radii - x,
-            "right": x + radii - scene.table.length,
-            "bottom": radii - y,
-            "top": y + radii - scene.table.width,
-        }
-        for name in scene.table.cushions:
-            deepest[:, 1] = np.maximum(deepest[:, 1], np.max(beyond[name], axis=1))
+        for side in scene.table.sides:
+            beyond = radii - side.distance(x, y)
+            deepest[:, 1] = np.maximum(deepest[:, 1], np.max(beyond, axis=1))
     return deepest
 
 

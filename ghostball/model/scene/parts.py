@@ -6,7 +6,7 @@ What a field may hold is in `scene.fields`.
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,14 +29,11 @@ from ghostball.model.scene.fields import (
     problem,
 )
 from ghostball.model.scene.messages import describe
+from ghostball.model.scene.sides import CUSHIONS, CushionName, Side, side_of
 
 # The paper's ball is Alciatore's pool ball (2 1/4 in, 6 oz).
 POOL_BALL_RADIUS = 0.028575  # [m]
 POOL_BALL_MASS = 0.170097  # [kg]
-
-CushionName = Literal["left", "right", "bottom", "top"]
-CUSHIONS: tuple[CushionName, ...] = ("left", "right", "bottom", "top")
-"""Cushion names in the order of their index: x = 0, x = length, y = 0, y = width."""
 
 
 class Part(BaseModel):
@@ -150,6 +147,11 @@ class Table(Part):
                 f"must name each cushion once, got {value}",
             )
         return tuple(name for name in CUSHIONS if name in value)
+
+    @property
+    def sides(self) -> tuple[Side, ...]:
+        """The sides that have a cushion: where each is, and which way is in."""
+        return tuple(side_of(name, self.length, self.width) for name in self.cushions)
 
 
 def rolling_angular_velocity(

@@ -1,0 +1,74 @@
+"""The sides of a table: which way each cushion is, said once for engines, proofs and checks."""
+
+from __future__ import annotations
+
+from typing import Literal, NamedTuple, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+CushionName = Literal["left", "right", "bottom", "top"]
+CUSHIONS: tuple[CushionName, ...] = ("left", "right", "bottom", "top")
+"""Cushion names in the order of their index: x = 0, x = length, y = 0, y = width."""
+
+Point = tuple[float, float]
+Number = TypeVar("Number", float, NDArray[np.float64])
+
+INWARD: dict[CushionName, Point] = {
+    "left": (1.0, 0.0),
+    "right": (-1.0, 0.0),
+    "bottom": (0.0, 1.0),
+    "top": (0.0, -1.0),
+}
+"""Unit normals into the table."""
+
+
+class Side(NamedTuple):
+    """A cushion of a rectangular table: an infinite line through its nose.
+
+    Attributes
+    ----------
+    name : str
+    cushion : int
+        Its place in `CUSHIONS`, by which events name it.
+    normal : two floats
+        Unit normal into the table.
+    point : two floats [m]
+        A corner of the table that the line goes through.
+    length : float [m]
+        Of the table along it.
+    """
+
+    name: CushionName
+    cushion: int
+    normal: Point
+    point: Point
+    length: float
+
+    @property
+    def across(self) -> int:
+        """The coordinate that changes across it: 0 for x, 1 for y."""
+        return 0 if self.normal[0] else 1
+
+    def distance(self, x: Number, y: Number) -> Number:
+        """Return how far a point is inside [m], elementwise; as exact as one subtraction."""
+        return self.normal[self.across] * ((x, y)[self.across] - self.point[self.across])
+
+    def ends(self, beyond: float = 0.0, outward: float = 0.0) -> tuple[Point, Point]:
+        """Return the ends of a part of the line that goes `beyond` both corners [m].
+
+        `outward` [m] is how far it is moved out of the table.
+        """
+        (nx, ny), (x, y) = self.normal, self.point
+        if nx:
+            x -= outward * nx
+            return (x, -beyond), (x, self.length + beyond)
+        y -= outward * ny
+        return (-beyond, y), (self.length + beyond, y)
+
+
+def side_of(name: CushionName, length: float, width: float) -> Side:
+    """Return the side of that name of a table of this size [m]."""
+    point = (length, width) if name in ("right", "top") else (0.0, 0.0)
+    along = width if INWARD[name][0] else length
+    return Side(name, CUSHIONS.index(name), INWARD[name], point, along)
