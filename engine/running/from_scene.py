@@ -15,7 +15,6 @@ import numpy as np
 from ghostball.engine.capabilities import CAPABILITIES
 from ghostball.engine.core import state as st
 from ghostball.engine.core.block import Block
-from ghostball.engine.core.contacts import contacts_in, numbers_of_contacts
 from ghostball.engine.core.rows import OBSTACLE_COLUMNS, STATE_COLUMNS
 from ghostball.engine.core.state import (
     Air,
@@ -325,6 +324,8 @@ def room_for_contacts(n: int) -> tuple[BoolArray, IntArray, FloatArray]:
 @lru_cache(maxsize=8)
 def no_contacts(n: int) -> tuple[BoolArray, IntArray, FloatArray]:
     """Arrays of the contacts of n balls of which there are none yet; nobody writes into them."""
+    from ghostball.engine.core.contacts import numbers_of_contacts  # noqa: PLC0415 - loads numba
+
     m = _most_pairs(n) + len(CUSHIONS) * n
     none, free = np.zeros(n, dtype=np.int64), np.arange(2 * m)
     kept = (
@@ -343,6 +344,8 @@ def no_contacts(n: int) -> tuple[BoolArray, IntArray, FloatArray]:
 
 def contacts_of(n: int) -> Contacts:
     """Room for the contacts of n balls, divided."""
+    from ghostball.engine.core.contacts import contacts_in  # noqa: PLC0415 - loads numba
+
     return contacts_in(*room_for_contacts(n))
 
 

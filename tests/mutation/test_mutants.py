@@ -35,7 +35,7 @@ def test_a_shot_that_raises_dies_or_hangs_is_a_fault(text, limit, reason):
 
 
 def test_a_bug_that_breaks_a_module_is_an_error():
-    broken = Mutation("broken", "errors.py", "from __future__", "from __past__", "", "")
+    broken = Mutation("broken", "tangents.py", "from __future__", "from __past__", "", "")
     with (
         planted(broken) as folder,
         pytest.raises(MutantError, match=r"can't be imported.*__past__"),

@@ -90,8 +90,13 @@ def _version(package: str) -> str | None:
 
 
 def code_here() -> dict[str, str]:
-    """Return what is the same where the same code runs: what our sources are, and versions."""
+    """Return what is the same where the same code runs: what our sources are, and versions.
+
+    Of the workers' interpreter all that it has: what lies beneath an engine may change its numbers.
+    """
+    ours = {name: _version(name) for name in PACKAGES}
+    theirs = {f"{name} of the workers": found for name, found in installed().items()}
     return {
         "ghostball's sources": hash_sources(source_folders())[:12],
         "Python": platform.python_version(),
-    } | {name: found for name, found in versions().items() if found is not None}
+    } | {name: found for name, found in (ours | theirs).items() if found is not None}

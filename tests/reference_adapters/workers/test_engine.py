@@ -24,7 +24,7 @@ from ghostball.reference_adapters.workers.process import (
     WorkerFailedError,
     installed,
 )
-from ghostball.validation.parallel.sources import versions
+from ghostball.validation.parallel.sources import code_here
 from ghostball.validation.runs.playing import run_engine
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.suite.unchanged import code_hash
@@ -124,7 +124,7 @@ def test_all_that_the_workers_have_is_in_the_hash_of_the_code(
 ) -> None:
     monkeypatch.setenv(PYTHON, sys.executable)
     assert installed()["pydantic"] == version("pydantic")
-    assert versions()["pydantic of the workers"] == version("pydantic")
+    assert code_here()["pydantic of the workers"] == version("pydantic")
     with_them = code_hash()
     monkeypatch.setenv(PYTHON, str(tmp_path / "nowhere"))
     assert installed() == {}

@@ -146,7 +146,11 @@ EDITS = {
         r'rest_error_max = { value = 1e-12, level = "fatal" }',
         ["`metrics.rest_error_max.level`", "'off', 'warn' or 'error'", "got 'fatal'"],
     ),
-    "unknown field": (r"\[accepted\]", "[accepted]\nwho = 3", ["`accepted.who` is no field"]),
+    "unknown field": (
+        r"\[accepted\]",
+        "[accepted]\nwho = 3",
+        ["`accepted.who` is not a known field"],
+    ),
     "field missing": (r"revision = .*\n", "", ["`accepted.revision` is missing"]),
     "reason blank": (r'reason = ".*"', 'reason = " "', ["`accepted.reason`", "got ' '"]),
     "hash changed": (HASH, "0" * 64, ["`hash` isn't that of the events and rest positions"]),
@@ -160,7 +164,7 @@ EDITS = {
     "ball of two coordinates": (
         r"(object = \[[^,]+, [^,]+), [^,]+\]",
         r"\1]",
-        ["`end.balls.object.2` is missing"],
+        ["`end.balls.object[2]` is missing"],
     ),
     "ball twice": (r"object = ", "cue = ", ["not valid TOML"]),
     "event later": (

@@ -66,5 +66,5 @@ def test_no_comparison_is_none(tmp_path):
 def test_what_somebody_edited_is_refused(tmp_path):
     with writing(tmp_path) as database, transaction(database):
         put_document(database, "regression", '[{"schema": 7, "outcome": 3}]')
-    with pytest.raises(ResultsError, match=r"its comparison is damaged: `0\.base` is missing"):
+    with pytest.raises(ResultsError, match=r"its comparison is damaged: `\[0\]\.base` is missing"):
         load_regression(tmp_path)
