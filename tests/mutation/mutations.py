@@ -286,8 +286,8 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "            contacts.motion[k].twist_z -= more_along * cosine\n",
         "            contacts.motion[k].twist_z += more_along * cosine\n",
         "In a contact step, friction turns the balls about the vertical the wrong way.",
-        "tests/engine/resting_contact/test_islands.py"
-        "::test_an_island_is_solved_without_overlap[all-but-wedged]",
+        "tests/engine/resting_contact/test_friction.py"
+        "::test_contacts_that_are_held_in_steps_rub_by_coulombs_law[sticks_to_cushion]",
     ),
     Mutation(
         "rubs on along",
