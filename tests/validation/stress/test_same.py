@@ -91,14 +91,19 @@ def test_what_is_the_same_differs_in_nothing():
     assert differences(SHOT) == {}
 
 
+def without_drag_skip(*_, no_skip=(), **__):
+    return Skip.DRAG in no_skip
+
+
 @pytest.mark.parametrize(
     ("check", "module", "name", "when"),
     [
         ("records", plays, "simulate", lambda *_, record="rest", **__: record == "events"),
         ("many", plays, "simulate_many", lambda *_, threads, **__: threads == 5),
         ("sweep", plays, "simulate_sweep", lambda *_, threads, **__: threads == 5),
-        ("cells", plays, "simulate", lambda *_, no_skip=(), **__: Skip.DRAG in no_skip),
-        ("skips", plays, "simulate", lambda *_, no_skip=(), **__: Skip.DRAG in no_skip),
+        # Parts that the scene lacks take minutes to compile; `stress` compiles them, too.
+        pytest.param("cells", plays, "simulate", without_drag_skip, marks=pytest.mark.slow),
+        pytest.param("skips", plays, "simulate", without_drag_skip, marks=pytest.mark.slow),
         ("renumbered", images, "play", lambda *_, **__: True),
         ("mirrored", images, "play", lambda *_, **__: True),
     ],
