@@ -6,8 +6,8 @@ round takes less than a thousandth of what is left. What the last rounds changed
 ones would: of all mixtures of the last few, the one that a round would change least is taken, and
 what a round makes of it (Anderson 1965, in the form of Walker and Ni 2011).
 
-To look at one change alone (Irons and Tuck 1969) led chains astray: for eleven balls that stick to
-each other, pushed into the end of a tube by one that spins, steps had to be 25 times shorter.
+To look at one change alone (Irons and Tuck 1969) led chains astray: eleven balls that stick to each
+other, pushed into the end of a tube by one that spins, took seven times as many steps.
 """
 
 from __future__ import annotations
@@ -55,14 +55,18 @@ def extrapolate(world: World, count: int, turn: int, duration: float) -> None:
         other = _place(turn - 1 - j)
         for i in range(j + 1):
             third = _place(turn - 1 - i)
-            product, right = 0.0, 0.0
+            product = 0.0
             for c in range(count):
                 for part in range(3, PER_ROUND):
                     change = history[c, last, part] - history[c, other, part]
                     product += change * (history[c, last, part] - history[c, third, part])
-                    right += change * history[c, last, part]
             weights[j, i] = product
-            weights[j, _RIGHT] = right
+        right = 0.0
+        for c in range(count):
+            for part in range(3, PER_ROUND):
+                change = history[c, last, part] - history[c, other, part]
+                right += change * history[c, last, part]
+        weights[j, _RIGHT] = right
         weights[j, _DIAGONAL] = weights[j, j]
     _solve(contacts)
     contacts.turns[0] += 2 * REMEMBERED * REMEMBERED * count

@@ -36,26 +36,34 @@ SHOTS = [
 if checks_bounds():
     use_whole_kernels()
     SHOTS = [{INTEGRATED, CONTACTS, *one} for one in (set(), {CELLS}, {DRAG}, {FLIGHT})]
+    SHOTS.append({INTEGRATED})  # of a test of runs that begin without contacts
 
 
 def variant_with(parts: set[int]) -> Variant:
     return Variant(*(part in parts for part in range(5)))
 
 
-def missing() -> list[Variant | None]:
-    """Return the variants of shots that the cache lacks, and None for derivatives along a shot."""
+def missing() -> list[Variant | bool]:
+    """Return the variants of shots that the cache lacks, and those of derivatives along a shot.
+
+    Of these, whether the laws that integrate are in them.
+    """
     every = [*map(variant_with, SHOTS)]
-    every.insert(2, None)
-    return [
-        one for one in every if not kernel.compiled(one.name("shots") if one else "sensitivity")
-    ]
+    every[2:2] = [True, False]
+    return [one for one in every if not kernel.compiled(name_of(one))]
 
 
-def compile_one(variant: Variant | None) -> None:
-    if variant is None:
-        tangent_map._warm_up(False)
+def name_of(one: Variant | bool) -> str:
+    if isinstance(one, bool):
+        return "sensitivity" + ", integrated laws" * one
+    return one.name("shots")
+
+
+def compile_one(one: Variant | bool) -> None:
+    if isinstance(one, bool):
+        tangent_map._warm_up(one)
     else:
-        driver.warm_up(variant)
+        driver.warm_up(one)
 
 
 if __name__ == "__main__":

@@ -2,14 +2,17 @@
 
 Compiling a variant that leaves parts out takes most of what it costs, and its results are the same
 to the bit. So where kernels are compiled for one test run, as under bounds checks, shots run those
-with all parts.
+with all parts. The few lines of its own that one without contacts has, where it finds that it needs
+them (`engine/event_loop/resolve.py`), are run by one test: `begin_without_contacts` lets its shots
+begin as they do elsewhere.
 """
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Collection
 from functools import cache, wraps
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numba
 
@@ -18,6 +21,9 @@ from ghostball.engine.running import driver
 from ghostball.engine.running.driver import Run
 from ghostball.engine.running.skips import Skip
 from ghostball.model import Scene
+
+if TYPE_CHECKING:
+    import pytest
 
 
 @cache
@@ -39,6 +45,11 @@ PARTS = frozenset((Skip.CONTACTS, Skip.INTEGRATED_LAWS))
 def checks_bounds() -> bool:
     """Whether kernels are compiled with every access to an array checked."""
     return bool(numba.config.BOUNDSCHECK) and not numba.config.DISABLE_JIT
+
+
+def begin_without_contacts(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let the shots of a test begin without contacts also where others don't."""
+    monkeypatch.setattr(sys.modules[__name__], "PARTS", PARTS - {Skip.CONTACTS})
 
 
 def use_whole_kernels() -> None:

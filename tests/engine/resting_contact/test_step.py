@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from kernels import checks_bounds
+from kernels import begin_without_contacts
 from recorded import fingerprint
 
 from ghostball.engine import simulate
@@ -33,7 +33,6 @@ def driven_into_a_cushion():
     return Scene(name="driven", table=table, physics=physics, balls=[spinning])
 
 
-@pytest.mark.skipif(checks_bounds(), reason="all runs begin with contacts")
 @pytest.mark.parametrize(
     "scene",
     [  # one for each of the places where a run finds that it needs contacts
@@ -43,8 +42,10 @@ def driven_into_a_cushion():
     ],
     ids=lambda scene: scene.name,
 )
-def test_a_run_that_comes_to_contacts_goes_on_as_with_them_from_the_first(scene):
+def test_a_run_that_comes_to_contacts_goes_on_as_with_them_from_the_first(scene, monkeypatch):
+    """Under bounds checks these alone begin without contacts (`kernels`)."""
     with_them = simulate(scene, record="events", no_skip=["contacts"])
+    begin_without_contacts(monkeypatch)
     beginning = driver.Run(scene, keep_log=False)
     assert beginning._room.contacts is None
     beginning.play(Limits(events=65_536, work=10**9), budget=10**9)

@@ -12,7 +12,6 @@ from shots import R, ball, scene_of
 
 from ghostball.engine import simulate
 from ghostball.engine.compilation import variants_of
-from ghostball.engine.core.kernel import COMPILED
 from ghostball.engine.sensitivity import QUALITY, ROUNDING, tangent_map, tangent_of
 from ghostball.model import EventKind, GhostballError, Scene
 from ghostball.validation.scenes.library import find_scene
@@ -97,19 +96,16 @@ SCENES = (
     "masse",
     "moving-moving",
     "pool-break-9",
+    "mathavan-cut",
     "restitution-cut",
     "throw-alciatore",
     "throw-slip",
     "throw-stick",
     "unequal-balls",
 )
-INTEGRATED = pytest.param(
-    "mathavan-cut",
-    marks=pytest.mark.skipif(COMPILED, reason="kernels of its own would be compiled for it"),
-)
 
 
-@pytest.mark.parametrize("name", [*SCENES, INTEGRATED])
+@pytest.mark.parametrize("name", SCENES)
 def test_derivatives_agree_with_central_differences(name):
     """Of the engine's own shots, at instants all over the shot, for changes of every ball."""
     result = recorded(find_scene(name))
