@@ -41,7 +41,7 @@ def simulate(
     max_events : int
         Events and contact steps after which to give up; the result then says so in `status`.
     max_work : int
-        Work after which to give up: turns of all loops, in units of some 10 ns. No shot runs on
+        Work after which to give up: turns of all loops, in units of some 6 ns. No shot runs on
         for ever, whatever holds it up.
     no_skip : collection of str
         Skips that are switched off; `engine.running.skips` has their names. The answer is the same.

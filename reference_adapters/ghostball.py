@@ -21,7 +21,7 @@ class GhostballSettings(EngineSettings):
     max_events: Annotated[int, Field(gt=0)] = MAX_EVENTS
     """Events after which a run stops with `Status.EVENT_LIMIT`."""
     max_work: Annotated[int, Field(gt=0)] = MAX_WORK
-    """Work after which it stops with `Status.WORK_LIMIT`: turns of loops, of some 10 ns each."""
+    """Work after which it stops with `Status.WORK_LIMIT`: turns of loops, of some 6 ns each."""
     no_skip: str | None = None
     """Skips that are switched off, joined by "+"; `engine.running.skips` names them."""
 

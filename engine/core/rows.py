@@ -63,7 +63,7 @@ def rows_of(matrix: NDArray[np.float64], row: type[Row]) -> list[Any]:
 
 
 class BallRow(Row):
-    """One ball; the first KNOT of its numbers say how it moves from `epoch` on."""
+    """One ball; the first SEGMENT_COLUMNS of its numbers say how it moves from `epoch` on."""
 
     epoch: float  # [s]
     x: float  # [m]

@@ -99,7 +99,7 @@ MOST_POWERS = 2 * 23
 
 BALL_FIELDS = tuple(BallRow.__annotations__)
 
-# The same as columns: of `Balls.state` as Python sees it, and of a motion's knots.
+# The same as columns: of `Balls.state` as Python sees it, and of a motion's segments.
 EPOCH = 0
 X = 1
 Y = 2
@@ -114,7 +114,7 @@ BX = 10
 BY = 11
 BZ = 12
 PHASE = 13
-KNOT = 14
+SEGMENT_COLUMNS = 14
 OWN_TIME = 14
 RADIUS = 15
 MASS = 16
@@ -288,8 +288,8 @@ class Log(NamedTuple):
     time: FloatArray  # (m,) [s]
     what: IntArray  # (3, m): rows WHAT_KIND (EventKind), WHAT_A, WHAT_B
     ball: IntArray  # (k,)
-    # (k, KNOT ...): the first columns of `Balls.state`; RISE, UP_SPEED and FALL; powers of
-    # `higher`, and those of `turning`.
+    # (k, SEGMENT_COLUMNS ...): the first columns of `Balls.state`; RISE, UP_SPEED and FALL; powers
+    # of `higher`, and those of `turning`.
     motion: FloatArray
 
 
@@ -332,7 +332,7 @@ NOT_FINITE = 12  # of RUN_NOT_FINITE: the ball with it, or FREE where none is to
 NO_ROOM = 13  # 1: more balls touch at once than `Balls.touching`, or `Contacts`, has room for
 BALLS_GONE = 14
 CONTACT_PIECES = 15
-WORK = 16  # turns of all loops, in units of some 10 ns; what none may have without end
+WORK = 16  # turns of all loops, in units of some 6 ns; what none may have without end
 PAUSE_AT = 17  # WORK at which the kernel returns for a moment, so that Python hears an interrupt
 STATUS = 18  # RUN_RESTED ... below: what the loop returned last
 AT_ONCE = 19  # events since the clock last moved

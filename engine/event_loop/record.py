@@ -100,14 +100,14 @@ def note_motion(world: World, i: int) -> None:
 @kernel(inline=True)
 def _columns_of(height: FloatArray | None) -> int:
     """Return after how many numbers of a motion its higher powers come."""
-    return st.KNOT if height is None else st.KNOT + 3
+    return st.SEGMENT_COLUMNS if height is None else st.SEGMENT_COLUMNS + 3
 
 
 @kernel(inline=True)
 def _note_height(height: FloatArray | None, i: int, motion: FloatArray, row: int) -> None:
     if height is not None:
         for k, column in enumerate((st.RISE, st.UP_SPEED, st.FALL)):
-            motion[row, st.KNOT + k] = height[i, column]
+            motion[row, st.SEGMENT_COLUMNS + k] = height[i, column]
 
 
 @kernel(inline=True)

@@ -261,12 +261,12 @@ class Run:
         _, _, ball, motion = self._whole_log()
         order = np.argsort(ball, kind="stable")
         ends = np.cumsum(np.bincount(ball, minlength=self.size))
-        knots = np.split(motion[order], ends[:-1])
+        segments = np.split(motion[order], ends[:-1])
         spin_decelerations = self._state[:, st.SPIN_SLOWING].copy()
         _, drags, flies, _ = self._layout.parts
         return ExactTrajectory(
             self._layout.radii,
-            tuple(knots),
+            tuple(segments),
             self.t_end,
             spin_decelerations,
             turns=drags is not None,

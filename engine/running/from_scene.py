@@ -136,7 +136,7 @@ def layout_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Layout:
 
 def _columns_of(balls: Balls) -> int:
     """Return how many numbers say how a ball moves on; see `Log.motion`."""
-    columns = st.KNOT if balls.height is None else st.KNOT + 3
+    columns = st.SEGMENT_COLUMNS if balls.height is None else st.SEGMENT_COLUMNS + 3
     columns += 0 if balls.higher is None else balls.higher.shape[1] - st.HIGHER
     return columns + (0 if balls.air is None else balls.air.turning.shape[1])
 
@@ -359,7 +359,7 @@ def _most_pairs(n: int) -> int:
 
 
 def log_of(
-    capacity: int, n: int, columns: int = st.KNOT
+    capacity: int, n: int, columns: int = st.SEGMENT_COLUMNS
 ) -> tuple[FloatArray, IntArray, IntArray, FloatArray]:
     """Return the four arrays of a `Log`, with room for `capacity` events of n balls.
 

@@ -34,7 +34,7 @@ class Limits(NamedTuple):
     """What a shot may take before it is given up."""
 
     events: int  # events and contact steps
-    work: int  # turns of all loops, in units of some 10 ns
+    work: int  # turns of all loops, in units of some 6 ns
 
 
 class Shots(NamedTuple):

@@ -16,9 +16,9 @@ _BITS = 0x7FFFFFFFFFFFFFFF
 
 @kernel(inline=True)
 def carry(run: Tangents, ball: int, k: int, t: float, row: FloatArray) -> None:
-    """Put in `row`, (ROW,), the perturbation of a ball at the instant t, from that at its knot k.
+    """Put in `row`, (ROW,), the perturbation of a ball at the instant t within its segment k.
 
-    Contract: t lies between that knot and the next one. No allocation.
+    Contract: t lies between the start of that segment and of the next one. No allocation.
 
     Notes
     -----
@@ -29,19 +29,19 @@ def carry(run: Tangents, ball: int, k: int, t: float, row: FloatArray) -> None:
     start = run.tangent[k * ts.ROW : (k + 1) * ts.ROW]
     for place in range(ts.ROW):
         row[place] = start[place]
-    s = t - run.knots[k, st.EPOCH]
+    s = t - run.segments[k, st.EPOCH]
     radius = run.state[ball, st.RADIUS]
-    dx, dy = run.knots[k, st.VX], run.knots[k, st.VY]
-    slides = run.knots[k, st.PHASE] == st.SLIDING
+    dx, dy = run.segments[k, st.VX], run.segments[k, st.VY]
+    slides = run.segments[k, st.PHASE] == st.SLIDING
     slowing, lever = run.state[ball, st.ROLL_SLOWING], 0.0
     if slides:
-        dx, dy = dx - radius * run.knots[k, st.WY], dy + radius * run.knots[k, st.WX]
+        dx, dy = dx - radius * run.segments[k, st.WY], dy + radius * run.segments[k, st.WX]
         slowing, lever = run.state[ball, st.SLIDE_SLOWING], radius
     size2 = dx * dx + dy * dy
     over = -slowing / (size2 * math.sqrt(size2)) if size2 > 0.0 else 0.0
     _go_on(run.lanes, row, s, over * dy * dy, -over * dx * dy, over * dx * dx, lever, 1.0 / radius)
     rate = run.state[ball, st.SPIN_SLOWING]
-    if run.laws.slides and rate > 0.0 and abs(run.knots[k, st.WZ]) <= s * rate:
+    if run.laws.slides and rate > 0.0 and abs(run.segments[k, st.WZ]) <= s * rate:
         for lane in range(run.lanes):
             row[ts.DWZ + lane] = 0.0
 
@@ -91,29 +91,29 @@ def arrive(run: Tangents, ball: int, t: float, place: int) -> None:
     """Bring a ball, and its perturbation, to the event at t: row `place` of `motion`, of `work`."""
     k = run.at[ball]
     carry(run, ball, k, t, run.work[place * ts.ROW : (place + 1) * ts.ROW])
-    s = t - run.knots[k, st.EPOCH]
-    vx = run.knots[k, st.VX] + s * run.knots[k, st.AX]
-    vy = run.knots[k, st.VY] + s * run.knots[k, st.AY]
+    s = t - run.segments[k, st.EPOCH]
+    vx = run.segments[k, st.VX] + s * run.segments[k, st.AX]
+    vy = run.segments[k, st.VY] + s * run.segments[k, st.AY]
     run.motion[place, ts.PRE_VX] = vx
     run.motion[place, ts.PRE_VY] = vy
-    run.motion[place, ts.PRE_AX] = run.knots[k, st.AX]
-    run.motion[place, ts.PRE_AY] = run.knots[k, st.AY]
-    if run.knots[k, st.PHASE] == st.SLIDING:
-        run.motion[place, ts.PRE_BX] = run.knots[k, st.BX]
-        run.motion[place, ts.PRE_BY] = run.knots[k, st.BY]
-        run.motion[place, ts.PRE_WX] = run.knots[k, st.WX] + s * run.knots[k, st.BX]
-        run.motion[place, ts.PRE_WY] = run.knots[k, st.WY] + s * run.knots[k, st.BY]
+    run.motion[place, ts.PRE_AX] = run.segments[k, st.AX]
+    run.motion[place, ts.PRE_AY] = run.segments[k, st.AY]
+    if run.segments[k, st.PHASE] == st.SLIDING:
+        run.motion[place, ts.PRE_BX] = run.segments[k, st.BX]
+        run.motion[place, ts.PRE_BY] = run.segments[k, st.BY]
+        run.motion[place, ts.PRE_WX] = run.segments[k, st.WX] + s * run.segments[k, st.BX]
+        run.motion[place, ts.PRE_WY] = run.segments[k, st.WY] + s * run.segments[k, st.BY]
     else:
         over = 1.0 / run.state[ball, st.RADIUS]
-        run.motion[place, ts.PRE_BX] = -run.knots[k, st.AY] * over
-        run.motion[place, ts.PRE_BY] = run.knots[k, st.AX] * over
+        run.motion[place, ts.PRE_BX] = -run.segments[k, st.AY] * over
+        run.motion[place, ts.PRE_BY] = run.segments[k, st.AX] * over
         run.motion[place, ts.PRE_WX] = -vy * over
         run.motion[place, ts.PRE_WY] = vx * over
-    spin, rate = run.knots[k, st.WZ], run.state[ball, st.SPIN_SLOWING]
+    spin, rate = run.segments[k, st.WZ], run.state[ball, st.SPIN_SLOWING]
     left = max(abs(spin) - s * rate, 0.0)
     run.motion[place, ts.PRE_WZ] = left if spin > 0.0 else -left
     slowing = rate if left > 0.0 else 0.0
-    run.motion[place, ts.PRE_BZ] = (-slowing if spin > 0.0 else slowing) + run.knots[k, st.BZ]
+    run.motion[place, ts.PRE_BZ] = (-slowing if spin > 0.0 else slowing) + run.segments[k, st.BZ]
 
 
 @kernel(inline=True)
@@ -169,7 +169,7 @@ def _shift_turning(
 
 @kernel(inline=True)
 def depart(run: Tangents, ball: int, t: float, place: int, rows: int) -> None:
-    """Take a perturbation back to the event's instant, - f+ dtau, and keep it at the next knot.
+    """Take a perturbation back to the event's instant, - f+ dtau; the next segment starts with it.
 
     `rows` balls are in the event.
 
@@ -179,7 +179,7 @@ def depart(run: Tangents, ball: int, t: float, place: int, rows: int) -> None:
     """
     k = run.at[ball] + 1
     row = run.work[place * ts.ROW : (place + 1) * ts.ROW]
-    phase = run.knots[k, st.PHASE]
+    phase = run.segments[k, st.PHASE]
     if phase != st.SLIDING and run.laws.slides:
         _end_slip(run.lanes, row, run.state[ball, st.RADIUS])
     if phase == st.RESTING and run.state[ball, st.ROLL_SLOWING] > 0.0:
@@ -187,18 +187,18 @@ def depart(run: Tangents, ball: int, t: float, place: int, rows: int) -> None:
             row[ts.DVX + lane] = 0.0
             row[ts.DVY + lane] = 0.0
     vx, vy, ax, ay = (
-        run.knots[k, st.VX],
-        run.knots[k, st.VY],
-        run.knots[k, st.AX],
-        run.knots[k, st.AY],
+        run.segments[k, st.VX],
+        run.segments[k, st.VY],
+        run.segments[k, st.AX],
+        run.segments[k, st.AY],
     )
     at = ts.TAU - place * ts.ROW
     _shift(run.lanes, run.work[place * ts.ROW :], at, -1.0, vx, vy, ax, ay)
     if run.laws.slides:
-        bx = run.knots[k, st.BX] if phase == st.SLIDING else 0.0
-        by = run.knots[k, st.BY] if phase == st.SLIDING else 0.0
-        bz = run.state[ball, st.SPIN_SLOWING] if run.knots[k, st.WZ] != 0.0 else 0.0
-        bz = -bz if run.knots[k, st.WZ] > 0.0 else bz
+        bx = run.segments[k, st.BX] if phase == st.SLIDING else 0.0
+        by = run.segments[k, st.BY] if phase == st.SLIDING else 0.0
+        bz = run.state[ball, st.SPIN_SLOWING] if run.segments[k, st.WZ] != 0.0 else 0.0
+        bz = -bz if run.segments[k, st.WZ] > 0.0 else bz
         _shift_turning(run.lanes, run.work[place * ts.ROW :], at, -1.0, bx, by, bz)
     if run.rounding > 0.0:
         add_rounding(run, ball, k, t, place, rows)
@@ -218,7 +218,7 @@ def _end_slip(lanes: int, row: FloatArray, radius: float) -> None:
 
 @kernel(inline=True)
 def add_rounding(run: Tangents, ball: int, k: int, t: float, place: int, rows: int) -> None:
-    """Add to the perturbation in row `place` what rounding the ball's state at knot k might.
+    """Add to the perturbation in row `place` what rounding the state at segment k's start might.
 
     Each number gets, with a random sign in each lane, the largest size that it, or what it was made
     of, has at the event, in which `rows` balls are. A number that is exactly 0 there stays so, and
@@ -226,16 +226,18 @@ def add_rounding(run: Tangents, ball: int, k: int, t: float, place: int, rows: i
     axis is so to the last bit in our engine. A place is as uncertain as its gaps, which are
     compared with radii, and as what the ball covers while the clock, at t, rounds.
 
-    The signs are a function of the ball's first place among all, and of how many knots it has had:
-    no two roundings share them, or their errors would cancel or add up.
+    The signs are a function of the ball's first place among all, and of how many segments it has
+    had: no two roundings share them, or their errors would cancel or add up.
     """
-    slides = run.knots[k, st.PHASE] == st.SLIDING
+    slides = run.segments[k, st.PHASE] == st.SLIDING
     radius = run.state[ball, st.RADIUS]
-    speed_x, speed_y = abs(run.knots[k, st.VX]), abs(run.knots[k, st.VY])
-    x = abs(run.knots[k, st.X]) + radius + t * speed_x
-    y = abs(run.knots[k, st.Y]) + radius + t * speed_y
-    turn_x, turn_y = (abs(run.knots[k, st.WX]), abs(run.knots[k, st.WY])) if slides else (0.0, 0.0)
-    spin = abs(run.knots[k, st.WZ])
+    speed_x, speed_y = abs(run.segments[k, st.VX]), abs(run.segments[k, st.VY])
+    x = abs(run.segments[k, st.X]) + radius + t * speed_x
+    y = abs(run.segments[k, st.Y]) + radius + t * speed_y
+    turn_x, turn_y = (
+        (abs(run.segments[k, st.WX]), abs(run.segments[k, st.WY])) if slides else (0.0, 0.0)
+    )
+    spin = abs(run.segments[k, st.WZ])
     for other in range(rows):
         speed_x = max(speed_x, abs(run.motion[other, ts.PRE_VX]))
         speed_y = max(speed_y, abs(run.motion[other, ts.PRE_VY]))
@@ -244,7 +246,7 @@ def add_rounding(run: Tangents, ball: int, k: int, t: float, place: int, rows: i
         spin = max(spin, abs(run.motion[other, ts.PRE_WZ]))
     x = x if speed_x > 0.0 else 0.0
     y = y if speed_y > 0.0 else 0.0
-    if run.knots[k, st.PHASE] == st.RESTING and run.state[ball, st.ROLL_SLOWING] > 0.0:
+    if run.segments[k, st.PHASE] == st.RESTING and run.state[ball, st.ROLL_SLOWING] > 0.0:
         speed_x, speed_y = 0.0, 0.0
     if not slides:
         turn_x, turn_y = 0.0, 0.0

@@ -36,12 +36,12 @@ _BALL_GONE = int(EventKind.BALL_GONE)
 
 @kernel(entry=True)
 def run_tangent(run: Tangents) -> None:
-    """Carry the perturbations at the first knot of each ball to all others.
+    """Carry the perturbations at the start of each ball to all its segments.
 
     Contract: no allocation. Where none of first order exists, `run.tangent` isn't finite from there
     on: where a ball leaves the run; where it has two collisions at one instant, whose order a
-    perturbation would decide; and where a knot comes from sustained contact, whose forces aren't in
-    the log.
+    perturbation would decide; and where a segment comes from sustained contact, whose forces aren't
+    in the log.
     """
     for ball in range(len(run.at)):
         run.at[ball] = run.first[ball]
@@ -82,7 +82,7 @@ def _count_due(run: Tangents, e: int, end: int, step: int) -> None:
 
 @kernel(inline=True)
 def _pass_event(run: Tangents, e: int) -> None:
-    """Take the perturbations of the balls of event e through it, each to its next knot."""
+    """Take the perturbations of the balls of event e through it, each to its next segment."""
     t, kind, i, j = run.time[e], run.what[e, 0], run.what[e, 1], run.what[e, 2]
     apart = _reach(run, i, t) and run.due[i] < 2
     if kind == _BALL_BALL:
@@ -109,12 +109,12 @@ def _pass_event(run: Tangents, e: int) -> None:
 
 @kernel(inline=True)
 def _reach(run: Tangents, ball: int, t: float) -> bool:
-    """Bring a ball to its last knot before that of its event at t; whether there is that one."""
+    """Bring a ball to its last segment before that of its event at t; whether there is that one."""
     last = run.first[ball + 1] - 1
-    while run.at[ball] < last and run.knots[run.at[ball] + 1, st.EPOCH] < t:
-        run.at[ball] += 1  # a knot without an event: sustained contact
+    while run.at[ball] < last and run.segments[run.at[ball] + 1, st.EPOCH] < t:
+        run.at[ball] += 1  # a segment without an event: sustained contact
         _give_up(run, run.at[ball])
-    return bool(run.at[ball] < last and run.knots[run.at[ball] + 1, st.EPOCH] == t)
+    return bool(run.at[ball] < last and run.segments[run.at[ball] + 1, st.EPOCH] == t)
 
 
 @kernel
@@ -142,18 +142,18 @@ def _pass_own_end(run: Tangents, ball: int) -> None:
     """Take the perturbation of a ball, in the first row, through the end of its slide or its roll.
 
     Of which the duration is |u| / (3.5 mu_s g), or |v| / (mu_r g): dtau follows from what they were
-    at the ball's last knot.
+    at the ball's last segment.
     """
     k = run.at[ball]
     dx, dy, lever, rate = (
-        run.knots[k, st.VX],
-        run.knots[k, st.VY],
+        run.segments[k, st.VX],
+        run.segments[k, st.VY],
         0.0,
         run.state[ball, st.ROLL_SLOWING],
     )
-    if run.knots[k, st.PHASE] == st.SLIDING:
+    if run.segments[k, st.PHASE] == st.SLIDING:
         lever, rate = run.state[ball, st.RADIUS], 3.5 * run.state[ball, st.SLIDE_SLOWING]
-        dx, dy = dx - lever * run.knots[k, st.WY], dy + lever * run.knots[k, st.WX]
+        dx, dy = dx - lever * run.segments[k, st.WY], dy + lever * run.segments[k, st.WX]
     over = 1.0 / (rate * math.sqrt(dx * dx + dy * dy))
     start = run.tangent[k * ts.ROW : (k + 1) * ts.ROW]
     for lane in range(run.lanes):
@@ -174,7 +174,7 @@ def sample_tangent(run: Tangents, times: FloatArray, out: FloatArray) -> None:
     for ball in range(len(run.at)):
         k = run.first[ball]
         for m in range(len(times)):
-            while k + 1 < run.first[ball + 1] and run.knots[k + 1, st.EPOCH] <= times[m]:
+            while k + 1 < run.first[ball + 1] and run.segments[k + 1, st.EPOCH] <= times[m]:
                 k += 1
             carry(run, ball, k, times[m], row)
             for place in range(ts.ROW):
@@ -191,7 +191,7 @@ def sample_growth(run: Tangents, times: FloatArray, out: FloatArray) -> None:
     for ball in range(len(run.at)):
         k = run.first[ball]
         for m in range(len(times)):
-            while k + 1 < run.first[ball + 1] and run.knots[k + 1, st.EPOCH] <= times[m]:
+            while k + 1 < run.first[ball + 1] and run.segments[k + 1, st.EPOCH] <= times[m]:
                 k += 1
             carry(run, ball, k, times[m], row)
             out[m, ball] = _root_mean_square(run.lanes, row)

@@ -62,24 +62,26 @@ PRE_COLUMNS = 10
 
 
 class Tangents(NamedTuple):
-    """Perturbations of n balls along k knots and m events; what is only read, then what is written.
+    """Perturbations of n balls along k segments and m events; inputs, then what is written.
 
-    `knots` and `tangent` are ball by ball, each ball's in order of time.
+    `segments` and `tangent` are ball by ball, each ball's in order of time.
     """
 
     lanes: int  # LANES, which the compiler isn't to know: it would unroll instead of making vectors
     state: FloatArray  # (n, STATE_COLUMNS): radius, mass and decelerations are used
     laws: Laws
-    knots: FloatArray  # (k, KNOT)
-    first: IntArray  # (n + 1,) row of each ball's first knot, then k
+    segments: FloatArray  # (k, SEGMENT_COLUMNS)
+    first: IntArray  # (n + 1,) row of each ball's first segment, then k
     rank: IntArray  # (n,) of each ball by its first place: what its number doesn't change
     time: FloatArray  # (m,) of the events [s]
     what: IntArray  # (m, 3): EventKind, a, b
     rounding: float  # size of the perturbation that each event adds, over the state's; 0: none
     signs: int  # which random signs that perturbation has
-    tangent: FloatArray  # (k ROW,) just after each knot; not finite: none of first order exists
+    tangent: (
+        FloatArray  # (k ROW,) at the start of each segment; not finite: none of first order exists
+    )
     shift: FloatArray  # (m LANES,) how much later each event comes [s]
-    at: IntArray  # (n,) the knot that each ball has come to
+    at: IntArray  # (n,) the segment that each ball has come to
     due: IntArray  # (n,) collisions that a ball has at one instant
     motion: FloatArray  # (2, PRE_COLUMNS): columns PRE_VX ... above, of the balls of the event
     work: FloatArray  # (WORK,): places FIRST_BALL ... above

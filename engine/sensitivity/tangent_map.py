@@ -45,11 +45,11 @@ ROUNDING = 2.0**-53
 QUALITY = 32.0
 """How many times the error of one rounding of the state at each event our engine stays within."""
 
-_RUNS, _KNOTS = 4, 20_000
-"""How often LANES random signs are carried at most, and along how many knots in all: memory."""
+_RUNS, _MOST_SEGMENTS = 4, 20_000
+"""How often LANES random signs are carried at most, and along how many segments in all: memory."""
 
 _BETWEEN = 4
-"""Parts that the time between two knots is cut into where growth is looked for."""
+"""Parts that a segment is cut into where growth is looked for."""
 
 _CHUNK = 16_384
 """Instants at which growth is computed at once: it grows, so most of a long run is never needed."""
@@ -199,7 +199,7 @@ def rounding_of(scene: Scene, trajectory: ExactTrajectory, events: Events) -> Ta
     """Return what becomes of rounding the state at the start and at each event, over 2^-53.
 
     Each number that an event sets is changed by its size with a random sign, in 32 independent ways
-    (fewer where the balls have more than 5000 knots, 8 beyond 10 000). So it is a sample: its
+    (fewer where the balls have more than 5000 segments, 8 beyond 10 000). So it is a sample: its
     standard error is some 12 % of the root mean square over all signs (25 % of 8).
     The signs depend on where the balls began and on nothing else: the same shot has the same
     result, however its balls are numbered. Where balls move at less than some 1e-100 m/s, products
@@ -207,7 +207,7 @@ def rounding_of(scene: Scene, trajectory: ExactTrajectory, events: Events) -> Ta
     """
     n = len(scene.balls)
     _check_recorded(scene, trajectory, events)
-    count = max(1, min(_RUNS, _KNOTS // sum(len(one) for one in trajectory.knots)))
+    count = max(1, min(_RUNS, _MOST_SEGMENTS // sum(len(one) for one in trajectory.segments)))
     runs = []
     for number in range(count) if has_derivative(scene) else ():
         start = np.zeros((n, ts.PARTS, ts.LANES))
@@ -223,9 +223,9 @@ def has_derivative(scene: Scene) -> bool:
     return not (has_drag(scene) or scene.physics.airborne)
 
 
-def _chunks(knots: FloatArray, t_end: float) -> Iterator[FloatArray]:
-    """Yield instants at the knots and between them, each chunk beginning where the last ended."""
-    ends = np.append(knots, t_end) if knots[-1] < t_end else knots
+def _chunks(segments: FloatArray, t_end: float) -> Iterator[FloatArray]:
+    """Yield instants at the segments' starts and between; each chunk begins where one ended."""
+    ends = np.append(segments, t_end) if segments[-1] < t_end else segments
     step = _CHUNK // _BETWEEN
     for start in range(0, max(len(ends) - 1, 1), step):
         some = ends[start : start + step + 1]
@@ -258,7 +258,7 @@ def _run(
     warm_up(scene)
     run = _arrays(scene, trajectory, events, rounding, signs)
     # A ball that rests stops again at once, where the cloth slows it.
-    rests = (run.knots[run.first[:-1], st.PHASE] == st.RESTING) & (
+    rests = (run.segments[run.first[:-1], st.PHASE] == st.RESTING) & (
         run.state[:, st.ROLL_SLOWING] > 0.0
     )
     start[rests, ts.DVX // ts.LANES : ts.DVY // ts.LANES + 1] = 0.0
@@ -276,7 +276,7 @@ def _arrays(
     lines = laws.obstacles
     rows = lines.view(OBSTACLE)[:, 0] if COMPILED else rows_of(lines, ObstacleRow)
     first = np.zeros(n + 1, dtype=np.int64)
-    np.cumsum([len(knots) for knots in trajectory.knots], out=first[1:])
+    np.cumsum([len(segments) for segments in trajectory.segments], out=first[1:])
     rank = np.empty(n, dtype=np.int64)
     rank[np.lexsort((layout.state[:, st.Y], layout.state[:, st.X]))] = np.arange(n)
     what = np.empty((m, 3), dtype=np.int64)
@@ -285,7 +285,7 @@ def _arrays(
         lanes=ts.LANES,
         state=layout.state,
         laws=laws._replace(obstacles=rows),
-        knots=np.concatenate(trajectory.knots),
+        segments=np.concatenate(trajectory.segments),
         first=first,
         rank=rank,
         time=np.ascontiguousarray(events["t"]),
@@ -308,10 +308,10 @@ def _check_recorded(scene: Scene, trajectory: ExactTrajectory, events: Events) -
     n = len(scene.balls)
     pairs = events["kind"] == EventKind.BALL_BALL
     named = np.concatenate((events["a"], events["b"][pairs]))
-    if len(trajectory.knots) != n or np.any((named < 0) | (named >= n)):
+    if len(trajectory.segments) != n or np.any((named < 0) | (named >= n)):
         raise GhostballError(
             f"`trajectory` and `events` must be those of the scene, of {n} balls, got the "
-            f"trajectories of {len(trajectory.knots)} and events of balls "
+            f"trajectories of {len(trajectory.segments)} and events of balls "
             f"{sorted(set(named.tolist()))}"
         )
     met = {int(b) for b in events["b"][np.isin(events["kind"], OBSTACLE_KINDS)]}
@@ -322,12 +322,15 @@ def _check_recorded(scene: Scene, trajectory: ExactTrajectory, events: Events) -
             f"{sorted(there)}, got events at obstacles {sorted(met - there)}. Give the scene, "
             "trajectory and events of one result"
         )
-    shapes = {knots.shape for knots in trajectory.knots}
-    if any(rows == 0 or (has_derivative(scene) and columns != st.KNOT) for rows, columns in shapes):
+    shapes = {segments.shape for segments in trajectory.segments}
+    if any(
+        rows == 0 or (has_derivative(scene) and columns != st.SEGMENT_COLUMNS)
+        for rows, columns in shapes
+    ):
         raise GhostballError(
-            f'`trajectory` must be that of scene "{scene.name}", with {st.KNOT} numbers for each '
-            f"segment of each ball, got arrays of shapes {sorted(shapes)}. Give the scene, "
-            "trajectory and events of one result"
+            f'`trajectory` must be that of scene "{scene.name}", with {st.SEGMENT_COLUMNS} numbers '
+            f"for each segment of each ball, got arrays of shapes {sorted(shapes)}. "
+            "Give the scene, trajectory and events of one result"
         )
 
 
@@ -359,9 +362,9 @@ def _variant_name(integrated: bool) -> str:
 @cache
 def _warm_up(integrated: bool) -> None:
     scene = still_scene(Variant(False, integrated, False))
-    knots = (np.zeros((1, st.KNOT)),) * len(scene.balls)
+    segments = (np.zeros((1, st.SEGMENT_COLUMNS)),) * len(scene.balls)
     spins = np.zeros(len(scene.balls))
-    trajectory = ExactTrajectory(scene.radii, knots, 1.0, spins)
+    trajectory = ExactTrajectory(scene.radii, segments, 1.0, spins)
     with compiling(_variant_name(integrated)):
         run = _arrays(scene, trajectory, np.empty(0, dtype=EVENT_DTYPE), 1.0)
         run.tangent[:] = 0.0

@@ -34,7 +34,10 @@ def pass_impact(run: Tangents, i: int, j: int) -> None:
     t . dr / |r|, and in its frame the law gives what it makes of what they bring to it.
     """
     ki, kj = run.at[i] + 1, run.at[j] + 1
-    rx, ry = run.knots[kj, st.X] - run.knots[ki, st.X], run.knots[kj, st.Y] - run.knots[ki, st.Y]
+    rx, ry = (
+        run.segments[kj, st.X] - run.segments[ki, st.X],
+        run.segments[kj, st.Y] - run.segments[ki, st.Y],
+    )
     distance = math.sqrt(rx * rx + ry * ry)
     nx, ny = rx / distance, ry / distance
     vx = run.motion[0, ts.PRE_VX] - run.motion[1, ts.PRE_VX]

@@ -31,18 +31,18 @@ ENDINGS: tuple[Ending, ...] = (
     "time limit",
 )
 
-SCHEMA = 2
+SCHEMA = 3
 """Version of the JSON form."""
 
 _DIMENSIONS = {"positions": (2, 3), "velocities": (2, 3), "spins": (3,)}
 """Numbers that each ball may have in the vectors of a certificate: 3 where balls may fly."""
 
 _RISES = ("rise", "up_speed", "fall")
-"""Columns of knots where balls may be in the air."""
+"""Columns of segments where balls may be in the air."""
 
 
-def knot_columns(powers: int = 2, *, lifts: bool = False) -> tuple[str, ...]:
-    """Return the names of the columns of knots; see `ExactTrajectory`.
+def segment_columns(powers: int = 2, *, lifts: bool = False) -> tuple[str, ...]:
+    """Return the names of the columns of segments; see `ExactTrajectory`.
 
     Parameters
     ----------
@@ -192,12 +192,12 @@ class Certificate:
         Of each ball at `t_end`: (x, y), (vx, vy), (wx, wy, wz); with z and vz where balls may fly.
     seconds : float [s]
         What it took, all precisions together.
-    knots : tuple of (k_i, len(columns)) float64, or None
+    segments : tuple of (k_i, len(columns)) float64, or None
         The motion of each ball, as in `ExactTrajectory`, from the middles; where asked for.
     columns : tuple of str
-        What the columns of `knots` are: those of `knot_columns`.
+        What the columns of `segments` are: those of `segment_columns`.
     starts : tuple of tuples of int
-        Of each ball, the rows of its knots at which the shot begins, or an event changes its
+        Of each ball, the rows of its segments at which the shot begins, or an event changes its
         motion. Those between go on with the same motion, as further pieces of its series.
     """
 
@@ -212,17 +212,17 @@ class Certificate:
     velocities: tuple[tuple[Enclosure, ...], ...]
     spins: tuple[tuple[Enclosure, ...], ...]
     seconds: float
-    knots: tuple[NDArray[np.float64], ...] | None = None
+    segments: tuple[NDArray[np.float64], ...] | None = None
     columns: tuple[str, ...] = ()
     starts: tuple[tuple[int, ...], ...] = ()
 
     def trajectory(self, scene: Scene) -> ExactTrajectory | None:
         """Return the motion that is proved of its scene; None where it wasn't asked for."""
-        if self.knots is None:
+        if self.segments is None:
             return None
         return ExactTrajectory(
             scene.radii,
-            self.knots,
+            self.segments,
             float(self.t_end),
             scene.spinning_friction_rates,
             turns="wx2" in self.columns,
@@ -257,14 +257,14 @@ class Certificate:
             "t_end": self.t_end.to_text(),
             "rested": self.rested,
             "seconds": self.seconds,
-            "knots": None,
+            "segments": None,
         }
-        if self.knots is not None:
-            data["knots"] = {
+        if self.segments is not None:
+            data["segments"] = {
                 "columns": self.columns,
                 "balls": [
                     {"shape": k.shape, "starts": starts, "numbers": k.ravel().tolist()}
-                    for k, starts in zip(self.knots, self.starts, strict=True)
+                    for k, starts in zip(self.segments, self.starts, strict=True)
                 ],
             }
         for name in _DIMENSIONS:
@@ -288,7 +288,7 @@ class Certificate:
             counts = {name: len(of_balls) for name, of_balls in vectors.items()}
             if len(set(counts.values())) != 1:
                 raise ValueError(f"they must be of the same balls, got {counts}")
-            columns, knots, starts = _knots_of(data["knots"], counts["positions"])
+            columns, segments, starts = _segments_of(data["segments"], counts["positions"])
             return cls(
                 ending=data["ending"],
                 reason=str(data["reason"]),
@@ -301,7 +301,7 @@ class Certificate:
                 t_end=Enclosure.parse(data["t_end"]),
                 rested=bool(data["rested"]),
                 seconds=float(data["seconds"]),
-                knots=knots,
+                segments=segments,
                 columns=columns,
                 starts=starts,
                 **vectors,
@@ -323,33 +323,37 @@ def _vectors_of(stored: Any, sizes: tuple[int, ...]) -> tuple[tuple[Enclosure, .
     return vectors
 
 
-_Knots = tuple[tuple[str, ...], tuple[NDArray[np.float64], ...] | None, tuple[tuple[int, ...], ...]]
+_Segments = tuple[
+    tuple[str, ...], tuple[NDArray[np.float64], ...] | None, tuple[tuple[int, ...], ...]
+]
 
 
-def _knots_of(stored: Any, balls: int) -> _Knots:
-    """Read the columns, the knots and their starts; each must be what it says that it is."""
+def _segments_of(stored: Any, balls: int) -> _Segments:
+    """Read the columns, the segments and their starts; each must be what it says that it is."""
     if stored is None:
         return (), None, ()
     columns = tuple(stored["columns"])
     lifts = "rise" in columns
-    powers = 2 + (len(columns) - len(knot_columns(lifts=lifts))) // 4
-    if columns != knot_columns(powers, lifts=lifts):
-        raise ValueError(f"the columns of knots must be those of `knot_columns`, got {columns}")
+    powers = 2 + (len(columns) - len(segment_columns(lifts=lifts))) // 4
+    if columns != segment_columns(powers, lifts=lifts):
+        raise ValueError(
+            f"the columns of segments must be those of `segment_columns`, got {columns}"
+        )
     if len(stored["balls"]) != balls:
-        raise ValueError(f"there must be knots of {balls} balls, got {len(stored['balls'])}")
-    knots, starts = [], []
+        raise ValueError(f"there must be segments of {balls} balls, got {len(stored['balls'])}")
+    segments, starts = [], []
     for one in stored["balls"]:
         rows, width = one["shape"]
         numbers, first = one["numbers"], tuple(one["starts"])
         if rows < 1 or width != len(columns) or len(numbers) != rows * width:
             raise ValueError(
-                f"knots must have the shape (k, {len(columns)}), got {one['shape']} and "
+                f"segments must have the shape (k, {len(columns)}), got {one['shape']} and "
                 f"{len(numbers)} numbers"
             )
         if not all(type(number) is float for number in numbers):
-            raise ValueError("knots must be floats")
+            raise ValueError("segments must be floats")
         if not first or first[0] != 0 or list(first) != sorted(set(first)) or first[-1] >= rows:
             raise ValueError(f"starts must be rows of {rows}, rising from 0, got {first}")
-        knots.append(np.array(numbers, dtype=np.float64).reshape(rows, width))
+        segments.append(np.array(numbers, dtype=np.float64).reshape(rows, width))
         starts.append(first)
-    return columns, tuple(knots), tuple(starts)
+    return columns, tuple(segments), tuple(starts)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ghostball.model import Phase
 from ghostball.reference_adapters.certified.arithmetic import ZERO, unit
-from ghostball.reference_adapters.certified.certificate import knot_columns
+from ghostball.reference_adapters.certified.certificate import segment_columns
 from ghostball.reference_adapters.certified.motion import Body
 from ghostball.reference_adapters.certified.run import Run
 from ghostball.reference_adapters.certified.slide_piece import Piece
@@ -37,7 +37,7 @@ class Recorded(NamedTuple):
     """What a `Certificate` holds of the motion: see there."""
 
     columns: tuple[str, ...]
-    knots: tuple[NDArray[np.float64], ...]
+    segments: tuple[NDArray[np.float64], ...]
     starts: tuple[tuple[int, ...], ...]
 
 
@@ -49,9 +49,9 @@ def recorded(run: Run, end: arb) -> Recorded:
     counts: list[list[int]] = [[] for _ in run.bodies]
     rows: list[list[Row]] = [[] for _ in run.bodies]
     until = [end] * len(run.bodies)
-    curved = any(body.curved for _, body in run.knots)
-    columns = knot_columns(POWERS if curved else 2, lifts=run.airborne)
-    for k, body in reversed(run.knots):
+    curved = any(body.curved for _, body in run.segments)
+    columns = segment_columns(POWERS if curved else 2, lifts=run.airborne)
+    for k, body in reversed(run.segments):
         lasts = float(until[k] - body.t)
         if body.roll is not None:
             pieces = _in_a_line(body, lasts)
@@ -120,7 +120,7 @@ def _slid(body: Body, piece: Piece) -> Row:
 
 
 def _row(body: Body, s: arb, way: Sequence[tuple[arb, arb]], q: Sequence[tuple[arb, arb]]) -> Row:
-    """Return a knot a time s after the body's instant.
+    """Return a segment a time s after the body's instant.
 
     Parameters
     ----------

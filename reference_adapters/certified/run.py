@@ -78,7 +78,7 @@ class Run:
         The last event's instant.
     events : list of (Choice, arb, bool)
         What is proved: event, instant, and whether its place is a convention.
-    knots : list of (ball, Body), in order of time
+    segments : list of (ball, Body), in order of time
     ended : bool
         Whether the run reached its natural end.
     """
@@ -100,7 +100,7 @@ class Run:
         self._impacts = law(problem, self._contacts)
         start = body_in_space_at_start if problem.airborne else body_at_start
         self.bodies = [start(ball, problem) for ball in problem.balls]
-        self.knots = list(enumerate(self.bodies))
+        self.segments = list(enumerate(self.bodies))
 
     def go(self, max_events: int, deadline: float) -> Ending:
         """Run until the end, `max_events` events, or `deadline` of `time.perf_counter`.
@@ -128,7 +128,7 @@ class Run:
             self._resolve(chosen)
             self.events.append((chosen.choice, self.now, tie))
             for k in chosen.balls:
-                self.knots.append((k, self.bodies[k]))
+                self.segments.append((k, self.bodies[k]))
             self._predict_touched(chosen.balls)
 
     # -- what may come next ----------------------------------------------------------------------

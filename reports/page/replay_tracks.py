@@ -51,7 +51,7 @@ class Track:
 
     Attributes
     ----------
-    knots : (m + 1,) int64
+    samples : (m + 1,) int64
         Samples at which the pieces begin and end; none where no position is known at all.
     ends : (m + 1, 3) int64 [quantum]
         Where.
@@ -65,7 +65,7 @@ class Track:
         From when on no finite position is known.
     """
 
-    knots: IntArray
+    samples: IntArray
     ends: IntArray
     bulges: IntArray
     spins: IntArray
@@ -114,22 +114,22 @@ def track_of(motion: Motion, ball: int, tick: float, radius: float) -> Track:
         if motion.phases is None
         else motion.phases[:known, ball].astype(np.int64)
     )
-    knots, bulges = [0], []
+    at, bulges = [0], []
     spins = np.nan_to_num(motion.angular_velocities[:known, ball], posinf=0.0, neginf=0.0)
     path = _Path(times, places, ends * QUANTUM, np.ascontiguousarray(spins.T))
     stops = _stops(motion, ball, known, phases)
-    while knots[-1] < known - 1:
-        start = knots[-1]
+    while at[-1] < known - 1:
+        start = at[-1]
         end, bulge = _longest_piece(path, start, stops)
-        knots.append(end)
+        at.append(end)
         bulges.append(bulge)
-    at = np.array(knots, dtype=np.int64)
+    samples = np.array(at, dtype=np.int64)
     track = Track(
-        at,
-        ends[:, at].T.astype(np.int64),
+        samples,
+        ends[:, samples].T.astype(np.int64),
         np.array(bulges, dtype=np.int64).reshape(-1, 3),
         np.zeros((len(bulges), 6), dtype=np.int64),
-        phases[at[:-1]],
+        phases[samples[:-1]],
         lost,
     )
     return replace(track, spins=_spins_of(path, track, radius))
@@ -159,7 +159,7 @@ class _Path(NamedTuple):
 
 def _spins_of(path: _Path, track: Track, radius: float) -> IntArray:
     """Return the spins at the ends of the pieces, over those of rolling; see `Track.spins`."""
-    first, last = track.knots[:-1], track.knots[1:]
+    first, last = track.samples[:-1], track.samples[1:]
     before = [path.before(int(i), int(j)) for i, j in zip(first, last, strict=True)]
     dt = (path.times[last] - path.times[first])[:, np.newaxis]
     along = np.diff(track.ends, axis=0) * QUANTUM
@@ -255,14 +255,14 @@ def packed_motion(
     Notes
     -----
     In this order: number of events, the bytes of their times (all first bytes, then all second
-    ones, ...: neighbours are alike), kinds, a, b; number of knots of all balls, their times in
-    ticks; for each ball its number of knots, which of them, the phases of the pieces between them,
-    ends, bulges and spins. Whole numbers are differences to the one before, except for bulges and
-    spins.
+    ones, ...: neighbours are alike), kinds, a, b; number of samples at
+    which a piece of any ball begins or ends, their times in ticks; for each ball how many of them
+    are its own, which, the phases of the pieces between them, ends, bulges and spins. Whole numbers
+    are differences to the one before, except for bulges and spins.
     """
     tick = tick_of(motion)
     tracks = [track_of(motion, ball, tick, radius) for ball, radius in enumerate(radii.tolist())]
-    used = np.unique(np.concatenate([track.knots for track in tracks]))
+    used = np.unique(np.concatenate([track.samples for track in tracks]))
     ticks = np.round(motion.times[used] / tick).astype(np.int64)
     planes = np.ascontiguousarray(events["t"], dtype="<f8").view(np.uint8).reshape(-1, 8).T
     parts = [
@@ -276,8 +276,8 @@ def packed_motion(
     ]
     for track in tracks:
         parts += [
-            packed([len(track.knots)]),
-            packed(_steps(np.searchsorted(used, track.knots))),
+            packed([len(track.samples)]),
+            packed(_steps(np.searchsorted(used, track.samples))),
             track.phases.astype(np.uint8).tobytes(),
             *(packed(_steps(ends)) for ends in track.ends.T),
             *(packed(bulges) for bulges in track.bulges.T),

@@ -51,11 +51,13 @@ def places_of(
     """Return where each of these balls is at its instant, and its velocity: (k, 2) each."""
     places, velocities = np.empty((len(times), 2)), np.empty((len(times), 2))
     assert isinstance(result.trajectory, ExactTrajectory)
-    for i, knots in enumerate(result.trajectory.knots):
+    for i, segments in enumerate(result.trajectory.segments):
         mine = np.flatnonzero(balls == i)
-        knot = knots[np.searchsorted(knots[:, 0], times[mine], side="right") - 1]
-        velocities[mine] = knot[:, 3:5]
-        places[mine] = knot[:, 1:3] + (times[mine] - knot[:, 0])[:, np.newaxis] * knot[:, 3:5]
+        segment = segments[np.searchsorted(segments[:, 0], times[mine], side="right") - 1]
+        velocities[mine] = segment[:, 3:5]
+        places[mine] = (
+            segment[:, 1:3] + (times[mine] - segment[:, 0])[:, np.newaxis] * segment[:, 3:5]
+        )
     return places, velocities
 
 

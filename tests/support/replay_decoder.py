@@ -58,10 +58,10 @@ def decoded(data: dict) -> dict:
         times = packed.sums(packed.number()) * engine["motion"]["tick"]
         tracks = []
         for _ in data["balls"]:
-            knots = packed.number()
-            pieces = max(knots - 1, 0)
-            track = {"t": times[packed.sums(knots)], "phases": list(packed.raw(pieces))}
-            track["xyz"] = np.stack([packed.sums(knots) for _ in range(3)], axis=1)
+            points = packed.number()
+            pieces = max(points - 1, 0)
+            track = {"t": times[packed.sums(points)], "phases": list(packed.raw(pieces))}
+            track["xyz"] = np.stack([packed.sums(points) for _ in range(3)], axis=1)
             for name, count in (("bow", 3), ("spin", 6)):
                 rows = [packed.numbers(pieces) for _ in range(count)]
                 track[name] = np.array(rows, dtype=np.int64).reshape(count, pieces).T
@@ -73,11 +73,11 @@ def decoded(data: dict) -> dict:
 
 def place_at(track: dict, t: float, quantum: float) -> np.ndarray:
     """Return where a ball is, (3,) [m]."""
-    knots = track["t"]
-    if t >= knots[-1]:
+    times = track["t"]
+    if t >= times[-1]:
         return track["xyz"][-1] * quantum
-    i = int(np.searchsorted(knots, t, side="right")) - 1
-    u = (t - knots[i]) / (knots[i + 1] - knots[i])
+    i = int(np.searchsorted(times, t, side="right")) - 1
+    u = (t - times[i]) / (times[i + 1] - times[i])
     first, last = track["xyz"][i], track["xyz"][i + 1]
     return (first + u * (last - first) + 4 * u * (1 - u) * track["bow"][i]) * quantum
 

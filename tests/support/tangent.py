@@ -42,7 +42,7 @@ def carried(growth: CertifiedGrowth, directions: FloatArray, times: FloatArray) 
     """
     m = len(directions)
     whole = np.zeros((PARTS * len(growth.balls), m))
-    kept = [np.full((len(ball.knots), PARTS, m), np.nan) for ball in growth.balls]
+    kept = [np.full((len(ball.segments), PARTS, m), np.nan) for ball in growth.balls]
 
     def keep(ball: int, k: int) -> None:
         kept[ball][k] = whole[PARTS * ball : PARTS * (ball + 1)]
@@ -55,7 +55,7 @@ def carried(growth: CertifiedGrowth, directions: FloatArray, times: FloatArray) 
     for event in growth.events:
         rows = np.concatenate([np.arange(PARTS * i, PARTS * (i + 1)) for i in event.balls])
         whole[rows] = np.nan if event.matrix is None else event.matrix @ whole[rows]
-        for i, k in zip(event.balls, event.knots, strict=True):
+        for i, k in zip(event.balls, event.segments, strict=True):
             keep(i, k)
     out = np.empty((len(times), m, len(growth.balls), 2))
     for i, ball in enumerate(growth.balls):

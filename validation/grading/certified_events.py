@@ -31,8 +31,8 @@ class EventChange(NamedTuple):
     kind: EventKind
     t: float
     balls: tuple[int, ...]
-    knots: tuple[int, ...]  # that each ball comes to
-    matrix: FloatArray | None  # (7 b, 7 b), from those at the knots before; None: no derivative
+    segments: tuple[int, ...]  # that each ball comes to
+    matrix: FloatArray | None  # (7 b, 7 b), from those of the segments before; None: no derivative
     late: FloatArray | None  # (7 b,) what seeing it late changes of the balls, per second
     approach: float  # [m/s] along the line of contact; 0 where nothing collides
     lasts: float  # [s] for which what collides would overlap if it went on; inf of no two balls
@@ -93,14 +93,14 @@ def _involved(kind: EventKind, a: int, b: int) -> tuple[int, ...]:
 
 
 class _Passage:
-    """Changes of the balls of one event, carried from their knots before it to those after it.
+    """Changes of the balls of one event, carried from their segments before it to those after it.
 
     Attributes
     ----------
     states : tuple of (7,) float64
         Of the balls, just before.
     change : (7 b, 7 b + 1) float64
-        Of the balls by those at the knots before; the last column, by seeing the event late.
+        Of the balls by those of the segments before; the last column, by seeing the event late.
     later : (7 b + 1,) float64
         By how much later the event comes.
     approach : float [m/s]
@@ -119,7 +119,7 @@ class _Passage:
         slides: bool,
     ) -> None:
         self._balls, self._before, self._after, self._slides = balls, before, after, slides
-        spans = [float(t - ball.knots[k, 0]) for ball, k in zip(balls, before, strict=True)]
+        spans = [float(t - ball.segments[k, 0]) for ball, k in zip(balls, before, strict=True)]
         self._spans = spans
         moving = [ball.rates(k, s) for ball, k, s in zip(balls, before, spans, strict=True)]
         self.states = tuple(state for state, _ in moving)

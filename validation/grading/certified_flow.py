@@ -39,7 +39,7 @@ _Moved = tuple[_Vector, _Vector, _Vector, _Vector, _Vector]
 """Way, velocity, slip, and the rates of change of the latter two."""
 
 _SURE = 2.0**-10
-"""What must be left of a slip, in parts of that at a knot, for its series to say where it points.
+"""What must be left of a slip, in parts of that at its start, for its series to say its direction.
 
 No piece but the last one of a slide takes more of it.
 """
@@ -50,11 +50,11 @@ _DRIFT = np.eye(PARTS)
 
 @dataclass(frozen=True, eq=False)
 class ProvedBall:
-    """The proved motion of one ball: its knots, and what the cloth and the air do to it.
+    """The proved motion of one ball: its segments, and what the cloth and the air do to it.
 
     Attributes
     ----------
-    knots : (k, 14 + 4 m) float64
+    segments : (k, 14 + 4 m) float64
         As in `ExactTrajectory`.
     starts : tuple of int
         Rows at which the ball's motion begins or an event changes it; see `Certificate.starts`.
@@ -68,7 +68,7 @@ class ProvedBall:
         Whether it may be in the air: then nothing is known here of how changes grow.
     """
 
-    knots: FloatArray
+    segments: FloatArray
     starts: tuple[int, ...]
     radius: float
     slides_by: float
@@ -80,8 +80,8 @@ class ProvedBall:
 
     @cached_property
     def _rows(self) -> list[list[float]]:
-        """The knots as plain numbers: one at a time they are quicker to calculate with."""
-        rows: list[list[float]] = self.knots[:, :COLUMNS].tolist()
+        """The segments as plain numbers: one at a time they are faster to calculate with."""
+        rows: list[list[float]] = self.segments[:, :COLUMNS].tolist()
         return rows
 
     @cached_property
@@ -90,18 +90,18 @@ class ProvedBall:
         return {}
 
     def slides(self, k: int) -> bool:
-        """Whether the ball slides from a knot on."""
+        """Whether the ball slides during a segment."""
         return self._rows[k][13] == _SLIDING
 
     def _slip(self, k: int) -> tuple[float, float]:
-        """Return the slip at a knot [m/s]."""
+        """Return the slip at the start of a segment [m/s]."""
         if not self.slides(k):
             return 0.0, 0.0
         _, _, _, vx, vy, _, _, wx, wy, *_ = self._rows[k]
         return vx - self.radius * wy, vy + self.radius * wx
 
     def _way(self, k: int) -> _Way:
-        """Return what kind of motion a knot begins."""
+        """Return what kind of motion a segment is."""
         phase, slides = self._rows[k][13], self.slides(k)
         _, _, _, vx, vy, *_ = self._rows[k]
         drag = self.drag if slides else self.quadratic
@@ -115,11 +115,11 @@ class ProvedBall:
         return "line" if moves else "parabola"
 
     def _series(self, k: int) -> Series:
-        """Return velocity and slip of a slide from a knot on, in powers of the time."""
+        """Return velocity and slip of a segment that slides, in powers of the time."""
         _, _, _, vx, vy, ax, ay, *_, bx, by, _, _ = self._rows[k]
-        half = (self.knots.shape[1] - COLUMNS) // 2
-        further = self.knots[k, COLUMNS : COLUMNS + half].reshape(-1, 2)
-        turning = self.knots[k, COLUMNS + half :].reshape(-1, 2)
+        half = (self.segments.shape[1] - COLUMNS) // 2
+        further = self.segments[k, COLUMNS : COLUMNS + half].reshape(-1, 2)
+        turning = self.segments[k, COLUMNS + half :].reshape(-1, 2)
         degrees = np.arange(3, 3 + len(further))[:, np.newaxis]
         velocity = np.vstack([[[vx, vy], [ax, ay]], degrees * further])
         spin = np.vstack([[[bx, by]], turning])  # from the first power on
@@ -129,7 +129,7 @@ class ProvedBall:
         return Series(velocity, slip)
 
     def _slips_to(self, k: int) -> FloatArray:
-        """Return where the slip points to at a knot of a slide.
+        """Return where the slip points to as a segment of a slide starts.
 
         From the acceleration: doubles may leave nothing of a slip of rounding size.
         """
@@ -234,7 +234,7 @@ class ProvedBall:
         return flow
 
     def _flow_in(self, k: int, s: float) -> FloatArray:
-        """Return the same within the piece of a knot."""
+        """Return the same within a segment."""
         flow = _DRIFT.copy()
         flow[0, 2] = flow[1, 3] = s
         way = self._way(k)
@@ -292,15 +292,15 @@ class ProvedBall:
         return flow, later if self._way(last) == "parabola" else later @ flow
 
     def displacement(self, times: FloatArray) -> tuple[NDArray[np.intp], FloatArray]:
-        """Return the knot that holds at each instant, and the derivative of the place there.
+        """Return the segment of each instant, and the derivative of the place there.
 
         NaN where nothing is known of it.
         """
-        rows = np.searchsorted(self.knots[:, 0], times, side="right") - 1
+        rows = np.searchsorted(self.segments[:, 0], times, side="right") - 1
         if self.flies:
             return rows, np.full((len(times), 2, PARTS), np.nan)
-        s = (times - self.knots[rows, 0])[:, np.newaxis, np.newaxis]
-        turns = np.zeros((len(self.knots), 2, PARTS))
+        s = (times - self.segments[rows, 0])[:, np.newaxis, np.newaxis]
+        turns = np.zeros((len(self.segments), 2, PARTS))
         curved = np.zeros(len(times), dtype=bool)
         for k in np.unique(rows).tolist():
             if self._way(k) != "parabola":
@@ -318,7 +318,7 @@ class ProvedBall:
         return rows, flow
 
     def hold(self, k: int, change: FloatArray) -> None:
-        """Take from changes, (7, m), what the ball's phase at a knot ends at once.
+        """Take from changes, (7, m), what the ball's phase during a segment ends at once.
 
         A ball without slip rolls at once; a changed one slides first, for a time as small as the
         change, in which the cloth takes 2/7 of the slip. One that rests stops again at once, where
@@ -331,11 +331,11 @@ class ProvedBall:
             change[VELOCITY] = 0.0
 
     def _stands(self, k: int) -> bool:
-        """Whether the ball rests from a knot on, and the cloth would stop it again."""
+        """Whether the ball rests during a segment, and the cloth would stop it again."""
         return self._rows[k][13] == _RESTING and self.rolls_by > 0.0
 
     def noise(self, k: int, others: tuple[FloatArray, ...]) -> FloatArray:
-        """Return the covariance of rounding the state at a knot once, over 2^-53 squared, (7, 7).
+        """Return the covariance, over 2^-53 squared, of rounding a segment's state once, (7, 7).
 
         Each number is rounded at the largest size that it, or what it is made of, has at the event:
         `others` are the states before it, (7,). A number that is exactly 0 stays so, and a place

@@ -129,7 +129,7 @@ class CertifiedGrowth:
 @lru_cache(maxsize=4)  # by identity: a case that comes from another process has its own
 def growth_of_proof(scene: Scene, certificate: Certificate) -> CertifiedGrowth:
     """Return how errors grow along what is proved of a shot, whose certificate has its motion."""
-    assert certificate.knots is not None
+    assert certificate.segments is not None
     gravity = scene.physics.gravity
     slides = scene.physics.motion == "sliding"
     physics = scene.physics
@@ -137,7 +137,7 @@ def growth_of_proof(scene: Scene, certificate: Certificate) -> CertifiedGrowth:
     felt = physics.air_drag * (5.0 / 7.0 if slides else 1.0)
     balls = tuple(
         ProvedBall(
-            knots,
+            segments,
             starts,
             float(radius),
             float(sliding),
@@ -147,8 +147,8 @@ def growth_of_proof(scene: Scene, certificate: Certificate) -> CertifiedGrowth:
             physics.air_drag,
             certificate.lifts,
         )
-        for knots, starts, radius, sliding, rolling, spinning in zip(
-            certificate.knots,
+        for segments, starts, radius, sliding, rolling, spinning in zip(
+            certificate.segments,
             certificate.starts,
             scene.radii,
             scene.sliding_frictions * gravity * slides,
@@ -180,10 +180,10 @@ def _rows(balls: tuple[int, ...]) -> NDArray[np.intp]:
 def _covariances(
     balls: tuple[ProvedBall, ...], events: tuple[EventChange, ...]
 ) -> tuple[FloatArray, ...]:
-    """Return the covariance of what rounding has done to each ball at its knots, (k, 7, 7) each."""
+    """Return the covariance of what rounding has done to each ball at its segments, (k, 7, 7)."""
     size = PARTS * len(balls)
     whole = np.zeros((size, size))
-    kept = [np.full((len(ball.knots), PARTS, PARTS), np.nan) for ball in balls]
+    kept = [np.full((len(ball.segments), PARTS, PARTS), np.nan) for ball in balls]
     for i, ball in enumerate(balls):
         here = slice(PARTS * i, PARTS * (i + 1))
         whole[here, here] = kept[i][0] = ball.noise(0, ())
@@ -197,7 +197,7 @@ def _covariances(
                 passed = event.matrix @ whole[rows]
                 whole[rows], whole[:, rows] = passed, passed.T
                 whole[np.ix_(rows, rows)] = passed[:, rows] @ event.matrix.T
-            for i, k, noise in zip(event.balls, event.knots, event.noise, strict=False):
+            for i, k, noise in zip(event.balls, event.segments, event.noise, strict=False):
                 here = slice(PARTS * i, PARTS * (i + 1))
                 whole[here, here] += noise
                 kept[i][k] = whole[here, here]
@@ -206,6 +206,6 @@ def _covariances(
 
 
 def _spread(ball: ProvedBall, kept: FloatArray, k: int) -> None:
-    """Carry the covariance at a start, (7, 7), to the knots that go on with its motion."""
+    """Carry the covariance at a start, (7, 7), to the segments that go on with its motion."""
     for row, flow in ball.along(k):
         kept[row] = flow @ kept[row - 1] @ flow.T

@@ -119,7 +119,7 @@ def check_proof(scene: Scene, certificate: Certificate) -> None:
             f'{len(certificate.positions)} balls for the {balls} of scene "{name}". '
             "Certify `result.scene`"
         )
-    if certificate.knots is None:
+    if certificate.segments is None:
         raise GhostballError(
             f'`certificate` of scene "{name}" must hold the motion, along which errors grow. '
             "Certify with motion=True"

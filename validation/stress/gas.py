@@ -96,13 +96,13 @@ def stray_momentum(result: Result) -> tuple[float, float] | None:
         return None
     stray: tuple[list[float], list[float]] = ([], [])
     bounces = events[events["kind"] == EventKind.BALL_CUSHION]
-    for i, (knots, mass) in enumerate(
-        zip(trajectory.knots, result.scene.masses.tolist(), strict=True)
+    for i, (segments, mass) in enumerate(
+        zip(trajectory.segments, result.scene.masses.tolist(), strict=True)
     ):
         mine = bounces[bounces["a"] == i]
-        rows = np.searchsorted(knots[:, 0], mine["t"])
+        rows = np.searchsorted(segments[:, 0], mine["t"])
         for axis in (0, 1):
-            v = knots[:, 3 + axis]
+            v = segments[:, 3 + axis]
             turned = rows[mine["b"] // 2 == axis]
             given = (v[-1:], -v[:1], -v[turned], v[turned - 1])
             stray[axis].extend((mass * np.concatenate(given)).tolist())

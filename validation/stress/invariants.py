@@ -199,7 +199,7 @@ def instants_of_change(result: Result, between: int = 3) -> FloatArray:
     """
     times = instants(result, between)
     if isinstance(result.trajectory, ExactTrajectory):
-        changes = np.concatenate([knots[:, 0] for knots in result.trajectory.knots])
+        changes = np.concatenate([segments[:, 0] for segments in result.trajectory.segments])
         changes = changes[(changes > 0.0) & (changes <= result.rest_time)]
         times = np.unique(np.concatenate((times, changes, np.nextafter(changes, 0.0))))
     most = max(MOST_DISTANCES // len(result.scene.balls) ** 2, 2)

@@ -50,44 +50,48 @@ class Pieces(NamedTuple):
 
 
 def pieces_of(
-    knots: FloatArray,
+    segments: FloatArray,
     powers: tuple[FloatArray, FloatArray],
     radius: float,
     spin_deceleration: float,
     t_end: float,
 ) -> Pieces:
-    """Split a ball's knots where its vertical spin has decayed, and find the spin of each piece.
+    """Split a ball's segments where its vertical spin has decayed, and find the spin of each piece.
 
     Parameters
     ----------
-    knots : (k, 14 ...) float64, as in `ExactTrajectory`
+    segments : (k, 14 ...) float64, as in `ExactTrajectory`
     powers : two (2 m, k) float64, as of `ExactTrajectory.powers`
     radius : float [m]
     spin_deceleration : float [rad/s^2]
     t_end : float [s]
     """
-    start = knots[:, segment.EPOCH]
+    start = segments[:, segment.EPOCH]
     duration = np.append(start[1:], t_end) - start
-    flies = knots[:, segment.PHASE] == Phase.FLYING
-    sliding = ((knots[:, segment.PHASE] == Phase.SLIDING) | flies)[:, np.newaxis]
+    flies = segments[:, segment.PHASE] == Phase.FLYING
+    sliding = ((segments[:, segment.PHASE] == Phase.SLIDING) | flies)[:, np.newaxis]
     # While it rolls, the angular velocity is k x v / R, and changes as v does.
-    v, a = knots[:, segment.VX : segment.VY + 1], knots[:, segment.AX : segment.AY + 1]
+    v, a = segments[:, segment.VX : segment.VY + 1], segments[:, segment.AX : segment.AY + 1]
     turned = np.array([-1.0, 1.0]) / radius
     further, turning = powers
-    spin = np.zeros((len(knots), 2 + len(further) // 2, 3))
+    spin = np.zeros((len(segments), 2 + len(further) // 2, 3))
     for power in range(len(further) // 2):
         x, y = further[2 * power : 2 * power + 2]
         rolling = (3 + power) * np.column_stack((-y, x)) / radius
         own = turning[2 * power : 2 * power + 2].T if len(turning) else 0.0
         spin[:, 2 + power, :2] = np.where(sliding, own, rolling)
-    spin[:, 0, :2] = np.where(sliding, knots[:, segment.WX : segment.WY + 1], v[:, ::-1] * turned)
-    spin[:, 1, :2] = np.where(sliding, knots[:, segment.BX : segment.BY + 1], a[:, ::-1] * turned)
-    vertical, added = knots[:, segment.WZ], knots[:, segment.BZ]
+    spin[:, 0, :2] = np.where(
+        sliding, segments[:, segment.WX : segment.WY + 1], v[:, ::-1] * turned
+    )
+    spin[:, 1, :2] = np.where(
+        sliding, segments[:, segment.BX : segment.BY + 1], a[:, ::-1] * turned
+    )
+    vertical, added = segments[:, segment.WZ], segments[:, segment.BZ]
     decay = np.where(flies, 0.0, spin_deceleration * np.sign(vertical))
     spin[:, 0, 2], spin[:, 1, 2] = vertical, added - decay
 
-    # Once its vertical spin has decayed, a knot goes on as a piece of its own.
-    lasts = np.full(len(knots), np.inf)
+    # Once its vertical spin has decayed, a segment goes on as a piece of its own.
+    lasts = np.full(len(segments), np.inf)
     np.divide(np.abs(vertical), spin_deceleration, out=lasts, where=decay != 0.0)
     ends = np.flatnonzero(lasts < duration)
     s, rest = lasts[ends], spin[ends]

@@ -1,6 +1,6 @@
 """The numbers of a segment of a ball's motion, which hold from an instant on until the next one.
 
-They are the columns of `ExactTrajectory.knots`, which says what each is, and what may follow them.
+They are the columns of `ExactTrajectory.segments`, which says what each is and what may follow.
 """
 
 from __future__ import annotations

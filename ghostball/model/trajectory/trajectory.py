@@ -22,7 +22,7 @@ from ghostball.model.trajectory.tangent_map import TangentMap
 FloatArray = NDArray[np.float64]
 PhaseArray = NDArray[np.int8]
 
-# Columns of a knot, for x and for y.
+# Columns of a segment, for x and for y.
 _PLACE = slice(segment.X, segment.Y + 1)
 _VELOCITY = slice(segment.VX, segment.VY + 1)
 _ACCELERATION = slice(segment.AX, segment.AY + 1)
@@ -71,7 +71,7 @@ class ExactTrajectory:
     Attributes
     ----------
     radii : (n,) float64 [m]
-    knots : n arrays (k_i, 14 + 2 m) or, with `turns`, (k_i, 14 + 4 m) float64
+    segments : n arrays (k_i, 14 + 2 m) or, with `turns`, (k_i, 14 + 4 m) float64
         For each ball, from each time on: time [s]; x, y [m]; vx, vy [m/s]; ax, ay [m/s^2]; angular
         velocity wx, wy, wz [rad/s]; its rate of change bx, by, and what is added to the decay of
         wz, bz [rad/s^2]; `Phase`. Where the ball rolls or rests, wx, wy, bx and by mean nothing:
@@ -92,49 +92,49 @@ class ExactTrajectory:
     """
 
     radii: FloatArray
-    knots: tuple[FloatArray, ...]
+    segments: tuple[FloatArray, ...]
     t_end: float
     spin_decelerations: FloatArray
     turns: bool = False
     lifts: bool = False
     tangents: Tangents | None = None
 
-    def powers(self, knots: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def powers(self, segments: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return what goes with higher powers in the place and in the spin, (2 m, k) each."""
-        powers = knots[:, segment.COLUMNS + 3 * self.lifts :].T
+        powers = segments[:, segment.COLUMNS + 3 * self.lifts :].T
         half = len(powers) // 2 if self.turns else len(powers)
         return powers[:half], powers[half:]
 
     def sample(self, times: FloatArray) -> Samples:
         """Return the states at `times`, (k,) [s]; after an event where one falls on a time."""
         t = np.clip(times, 0.0, self.t_end)
-        positions, velocities, spins = (np.zeros((len(t), len(self.knots), 3)) for _ in range(3))
-        for i, knots in enumerate(self.knots):
-            knot = knots[_at_or_before(knots, t)]
-            s = (t - knot[:, segment.EPOCH])[:, np.newaxis]
-            r, v, a = knot[:, _PLACE], knot[:, _VELOCITY], knot[:, _ACCELERATION]
+        positions, velocities, spins = (np.zeros((len(t), len(self.segments), 3)) for _ in range(3))
+        for i, segments in enumerate(self.segments):
+            now = segments[_at_or_before(segments, t)]
+            s = (t - now[:, segment.EPOCH])[:, np.newaxis]
+            r, v, a = now[:, _PLACE], now[:, _VELOCITY], now[:, _ACCELERATION]
             positions[:, i, :2] = r + way(v, a, s)
             velocities[:, i, :2] = speed(v, a, s)
-            powers, turning = self.powers(knot)
+            powers, turning = self.powers(now)
             if len(powers) > 0:
                 x, y, vx, vy, _, _ = tails(powers, len(powers) // 2, s[:, 0])
                 positions[:, i, :2] += np.column_stack((x, y))
                 velocities[:, i, :2] += np.column_stack((vx, vy))
             spins[:, i] = rolling_angular_velocity(velocities[:, i], self.radii[i])
-            flies = knot[:, segment.PHASE] == Phase.FLYING
-            slides = (knot[:, segment.PHASE] == Phase.SLIDING) | flies
-            w, b = knot[slides, _SPIN], knot[slides, _SPIN_RATE]
+            flies = now[:, segment.PHASE] == Phase.FLYING
+            slides = (now[:, segment.PHASE] == Phase.SLIDING) | flies
+            w, b = now[slides, _SPIN], now[slides, _SPIN_RATE]
             spins[slides, i, :2] = w + s[slides] * b
             for power in range(0, len(turning), 2):
                 further = s[slides] ** (2 + power // 2) * turning[power : power + 2, slides].T
                 spins[slides, i, :2] += further
-            vertical, s = knot[:, segment.WZ], s[:, 0]
+            vertical, s = now[:, segment.WZ], s[:, 0]
             decay = np.where(flies, 0.0, self.spin_decelerations[i])
             left = np.maximum(np.abs(vertical) - s * decay, 0.0)
-            spins[:, i, 2] = np.sign(vertical) * left + s * knot[:, segment.BZ]
+            spins[:, i, 2] = np.sign(vertical) * left + s * now[:, segment.BZ]
             positions[:, i, 2] = self.radii[i]
             if self.lifts:
-                rise, up, fall = knot[:, segment.COLUMNS : segment.COLUMNS + 3].T
+                rise, up, fall = now[:, segment.COLUMNS : segment.COLUMNS + 3].T
                 positions[:, i, 2] += rise + way(up, -fall, s)
                 velocities[:, i, 2] = speed(up, -fall, s)
         return Samples(positions, velocities, spins)
@@ -142,9 +142,9 @@ class ExactTrajectory:
     def phases(self, times: FloatArray) -> PhaseArray:
         """Return each ball's `Phase` at `times`, (k, n) int8; after an event that falls on one."""
         t = np.clip(times, 0.0, self.t_end)
-        result = np.empty((len(t), len(self.knots)), dtype=np.int8)
-        for i, knots in enumerate(self.knots):
-            result[:, i] = knots[_at_or_before(knots, t), segment.PHASE]
+        result = np.empty((len(t), len(self.segments)), dtype=np.int8)
+        for i, segments in enumerate(self.segments):
+            result[:, i] = segments[_at_or_before(segments, t), segment.PHASE]
         return result
 
     def bend_times(self, deviation: float, limit: int) -> FloatArray:
@@ -161,12 +161,12 @@ class ExactTrajectory:
             How many chords a single slide is cut into at most.
         """
         times = [np.empty(0)]
-        for knots in self.knots:
-            ends = np.append(knots[1:, segment.EPOCH], self.t_end)
-            for row in np.flatnonzero(knots[:, segment.PHASE] == Phase.SLIDING):
-                start, end = knots[row, segment.EPOCH], ends[row]
+        for segments in self.segments:
+            ends = np.append(segments[1:, segment.EPOCH], self.t_end)
+            for row in np.flatnonzero(segments[:, segment.PHASE] == Phase.SLIDING):
+                start, end = segments[row, segment.EPOCH], ends[row]
                 # A parabola leaves the chord of a duration s by at most a s^2 / 8.
-                longest = math.hypot(*knots[row, _ACCELERATION]) * (end - start) ** 2 / 8.0
+                longest = math.hypot(*segments[row, _ACCELERATION]) * (end - start) ** 2 / 8.0
                 if not math.isfinite(longest):
                     continue  # where a run failed
                 chords = min(max(math.ceil(math.sqrt(longest / deviation)), 1), limit)
@@ -191,11 +191,11 @@ class ExactTrajectory:
         The paper's own rule (section 5.3) is in `reference_adapters.paper.rotation`.
         """
         t = np.clip(times, 0.0, self.t_end)
-        result = np.empty((len(t), len(self.knots), 4))
-        for i, knots in enumerate(self.knots):
+        result = np.empty((len(t), len(self.segments), 4))
+        for i, segments in enumerate(self.segments):
             decay = float(self.spin_decelerations[i])
-            powers = self.powers(knots)
-            pieces = pieces_of(knots, powers, float(self.radii[i]), decay, self.t_end)
+            powers = self.powers(segments)
+            pieces = pieces_of(segments, powers, float(self.radii[i]), decay, self.t_end)
             result[:, i] = orientation_at(t, pieces)
         return result
 
@@ -210,9 +210,9 @@ that the trajectory can be pickled.
 """
 
 
-def _at_or_before(knots: FloatArray, t: FloatArray) -> NDArray[np.intp]:
-    """Return the row of the knot that holds at each instant, (k,)."""
-    return np.searchsorted(knots[:, segment.EPOCH], t, side="right") - 1
+def _at_or_before(segments: FloatArray, t: FloatArray) -> NDArray[np.intp]:
+    """Return the row of the segment that holds at each instant, (k,)."""
+    return np.searchsorted(segments[:, segment.EPOCH], t, side="right") - 1
 
 
 @dataclass(frozen=True, eq=False)

@@ -78,15 +78,15 @@ globalThis.Ghostball ??= {};
     };
   }
 
-  /** The path of one ball: pieces between knots, each a parabola in time. */
+  /** The path of one ball: pieces between instants, each a parabola in time. */
   class Track {
-    constructor(reader, knotTimes, { quantum, spin }, radius) {
+    constructor(reader, times, { quantum, spin }, radius) {
       const scaled = (numbers, unit) => numbers.map((value) => value * unit);
-      const knots = reader.number();
-      const pieces = Math.max(knots - 1, 0);
-      this.t = reader.sums(knots).map((index) => knotTimes[index]);
+      const points = reader.number();
+      const pieces = Math.max(points - 1, 0);
+      this.t = reader.sums(points).map((index) => times[index]);
       this.phase = reader.raw(pieces);
-      [this.x, this.y, this.z] = [0, 1, 2].map(() => scaled(reader.sums(knots), quantum));
+      [this.x, this.y, this.z] = [0, 1, 2].map(() => scaled(reader.sums(points), quantum));
       [this.bowX, this.bowY, this.bowZ] = [0, 1, 2].map(() => scaled(reader.numbers(pieces), quantum));
       this.more = [0, 1, 2, 3, 4, 5].map(() => scaled(reader.numbers(pieces), spin));
       this.radius = radius;
@@ -108,10 +108,10 @@ globalThis.Ghostball ??= {};
 
     /** [x, y, z] in metres; null where the ball is lost. It stays where its motion ends. */
     at(t) {
-      const knots = this.t.length;
-      if (knots === 0 || t >= this.lost) return null;
+      const points = this.t.length;
+      if (points === 0 || t >= this.lost) return null;
       const ends = [this.x, this.y, this.z];
-      if (t >= this.t[knots - 1]) return ends.map((end) => end[knots - 1]);
+      if (t >= this.t[points - 1]) return ends.map((end) => end[points - 1]);
       const i = this.piece(t);
       const u = Math.max((t - this.t[i]) / (this.t[i + 1] - this.t[i]), 0);
       const bow = 4 * u * (1 - u);
@@ -162,8 +162,8 @@ globalThis.Ghostball ??= {};
       this.shown = false;
       if (!said.motion) return;
       this.log = readEvents(reader);
-      const knotTimes = reader.sums(reader.number()).map((ticks) => ticks * said.motion.tick);
-      this.tracks = data.balls.map(({ radius }) => new Track(reader, knotTimes, data, radius));
+      const times = reader.sums(reader.number()).map((ticks) => ticks * said.motion.tick);
+      this.tracks = data.balls.map(({ radius }) => new Track(reader, times, data, radius));
       for (const [ball, t] of said.motion.lost) this.tracks[ball].lost = t;
     }
 

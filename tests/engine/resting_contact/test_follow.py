@@ -89,8 +89,8 @@ def test_a_motion_that_is_followed_in_air_keeps_its_gap():
     )
     result = simulate(scene, record="events")
     assert result.work["contact_pieces"] > 0
-    knots = result.trajectory.knots
-    ends = np.unique(np.concatenate([knots[0][:, 0], knots[1][:, 0]]))
+    segments = result.trajectory.segments
+    ends = np.unique(np.concatenate([segments[0][:, 0], segments[1][:, 0]]))
     times = (ends[:-1, None] + np.diff(ends)[:, None] * np.linspace(0.0, 1.0, 9)).ravel()
     apart = np.diff(result.sample(times).positions[:, :, :2], axis=1)[:, 0]
     reach = float(np.sum(scene.radii))

@@ -28,8 +28,8 @@ def shot(name: str) -> Result:
 def deepest(result: Result) -> float:
     """Return how far [m] a ball goes into another or beyond a cushion, at and between events."""
     assert result.trajectory is not None
-    knots = np.unique(np.concatenate([k[:, 0] for k in result.trajectory.knots]))
-    times = np.union1d(knots, 0.5 * (knots[1:] + knots[:-1]))
+    starts = np.unique(np.concatenate([k[:, 0] for k in result.trajectory.starts]))
+    times = np.union1d(starts, 0.5 * (starts[1:] + starts[:-1]))
     places, radii = result.sample(times).positions[:, :, :2], result.scene.radii
     gaps = [
         np.min(np.hypot(*(places[:, i] - places[:, j]).T) - radii[i] - radii[j])

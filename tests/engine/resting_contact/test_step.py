@@ -72,9 +72,9 @@ def test_a_gap_that_opens_before_it_closes_stays_within_the_tolerance(n):
     physics = Physics(motion="sliding", ball_restitution=0.95, ball_friction=0.06)
     scene = Scene(name="line", physics=physics, t_max=0.2, balls=[cue, *line])
     result = simulate(scene, record="events")
-    knots = np.unique(np.concatenate([of[:, 0] for of in result.trajectory.knots]))
+    starts = np.unique(np.concatenate([of[:, 0] for of in result.trajectory.segments]))
     parts = np.arange(16) / 16
-    times = (knots[:-1, np.newaxis] + np.diff(knots)[:, np.newaxis] * parts).ravel()
+    times = (starts[:-1, np.newaxis] + np.diff(starts)[:, np.newaxis] * parts).ravel()
     positions = result.sample(times).positions
     rounding = 16 * EPS * np.max(np.abs(positions))
     assert overlaps(scene, positions).max() <= 2 * radius * CONTACT_TOLERANCE + rounding
@@ -106,7 +106,7 @@ def test_an_instant_with_several_events_fits_in_any_log(first_log, monkeypatch):
     monkeypatch.setattr(driver, "_FIRST_LOG", first_log)
     again = simulate(scene, record="events")
     assert np.array_equal(again.events, whole.events)
-    for found, expected in zip(again.trajectory.knots, whole.trajectory.knots, strict=True):
+    for found, expected in zip(again.trajectory.segments, whole.trajectory.segments, strict=True):
         assert np.array_equal(found, expected)
 
 

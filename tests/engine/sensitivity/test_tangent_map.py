@@ -211,7 +211,7 @@ def test_a_trajectory_must_be_of_the_scene():
     one = np.ones((1, len(scene.balls), 7))
     with pytest.raises(GhostballError, match="with 14 numbers for each segment"):
         tangent_of(scene, air.trajectory, air.events, one)
-    empty = replace(shot.trajectory, knots=(shot.trajectory.knots[0], np.empty((0, 14))))
+    empty = replace(shot.trajectory, segments=(shot.trajectory.segments[0], np.empty((0, 14))))
     with pytest.raises(GhostballError, match=r"got arrays of shapes \[\(0, 14\)"):
         tangent_of(shot.scene, empty, shot.events, TWO)
 

@@ -133,12 +133,12 @@ SLIDES = {
 @pytest.mark.parametrize("name", SLIDES)
 def test_a_sliding_ball_turns_as_the_closed_form_says(name):
     """Breaks where the moving axis is ignored, or the turn is followed in too long steps."""
-    knot, duration = slide(0.0, (0.0, 0.0), *SLIDES[name])
-    spin, change = knot[7:10], np.array([knot[10], knot[11], 0.0])
+    segment, duration = slide(0.0, (0.0, 0.0), *SLIDES[name])
+    spin, change = segment[7:10], np.array([segment[10], segment[11], 0.0])
     if abs(spin[2]) < SPIN_DECELERATION * duration:
         duration = 0.9 * abs(spin[2]) / SPIN_DECELERATION
     change[2] = -math.copysign(SPIN_DECELERATION, spin[2])
-    trajectory = trajectory_of(knot, t_end=duration)
+    trajectory = trajectory_of(segment, t_end=duration)
     times = duration * np.array([0.01, 0.3, 1.0])
     q = trajectory.orientation(times)[:, 0]
     for t, found in zip(times, q, strict=True):
@@ -151,41 +151,41 @@ def test_a_sliding_ball_turns_as_the_closed_form_says(name):
 
 def test_a_ball_that_rolls_with_vertical_spin_turns_as_the_closed_form_says():
     """The path is straight, yet the axis moves: a turn by s / R would be far off."""
-    knot, duration = roll(0.0, (0.0, 0.0), (0.6, -0.8), 90.0)
+    segment, duration = roll(0.0, (0.0, 0.0), (0.6, -0.8), 90.0)
     duration = min(duration, 5.0)
     spin = np.array([0.8, 0.6, 90.0 * R]) / R
-    change = np.array([knot[6] / -R, knot[5] / R, -SPIN_DECELERATION])
-    (q,) = trajectory_of(knot, t_end=duration).orientation(np.array([duration]))[:, 0]
+    change = np.array([segment[6] / -R, segment[5] / R, -SPIN_DECELERATION])
+    (q,) = trajectory_of(segment, t_end=duration).orientation(np.array([duration]))[:, 0]
     exact = turn_in_closed_form(spin, change, duration)
     assert angle_between(q, exact) < 1e-12
 
 
-def test_vertical_spin_ends_within_a_knot():
+def test_vertical_spin_ends_within_a_segment():
     """Breaks where the spin goes on past 0, or its end is stepped over."""
     ends, after = 0.3, 0.25
-    knot, _ = slide(0.0, (0.0, 0.0), (4.0, 0.0), (30.0, -50.0, -SPIN_DECELERATION * ends))
-    change = np.array([knot[10], knot[11], SPIN_DECELERATION])
-    first = turn_in_closed_form(knot[7:10], change, ends)
-    then = knot[7:10] + ends * change
+    segment, _ = slide(0.0, (0.0, 0.0), (4.0, 0.0), (30.0, -50.0, -SPIN_DECELERATION * ends))
+    change = np.array([segment[10], segment[11], SPIN_DECELERATION])
+    first = turn_in_closed_form(segment[7:10], change, ends)
+    then = segment[7:10] + ends * change
     then[2] = change[2] = 0.0
     second = turn_in_closed_form(then, change, after)
-    trajectory = trajectory_of(knot, t_end=1.0)
+    trajectory = trajectory_of(segment, t_end=1.0)
     q = trajectory.orientation(np.array([ends, ends + after]))[:, 0]
     assert angle_between(q[0], first) < 1e-13
     assert angle_between(q[1], product(second, first)) < 1e-13
 
 
 def test_a_contact_step_changes_the_vertical_spin_besides_its_decay():
-    """The decay stops where the knot's own spin is used up; what is added goes on."""
-    knot, _ = slide(0.0, (0.0, 0.0), (4.0, 0.0), (30.0, -50.0, 2.0))
-    knot[12] = 7.0
-    change = np.array([knot[10], knot[11], 7.0 - SPIN_DECELERATION])
-    first = turn_in_closed_form(knot[7:10], change, 0.2)
-    then = knot[7:10] + 0.2 * change
+    """The decay stops where the segment's own spin is used up; what is added goes on."""
+    segment, _ = slide(0.0, (0.0, 0.0), (4.0, 0.0), (30.0, -50.0, 2.0))
+    segment[12] = 7.0
+    change = np.array([segment[10], segment[11], 7.0 - SPIN_DECELERATION])
+    first = turn_in_closed_form(segment[7:10], change, 0.2)
+    then = segment[7:10] + 0.2 * change
     assert then[2] == pytest.approx(1.4)
     change[2] = 7.0
     second = turn_in_closed_form(then, change, 0.3)
-    (q,) = trajectory_of(knot, t_end=1.0).orientation(np.array([0.5]))[:, 0]
+    (q,) = trajectory_of(segment, t_end=1.0).orientation(np.array([0.5]))[:, 0]
     assert angle_between(q, product(second, first)) < 1e-13
 
 
@@ -201,18 +201,18 @@ def test_a_ball_that_spins_in_place_turns_about_the_vertical():
 
 def test_a_straight_slide_turns_about_its_one_axis():
     """Stun and draw along x: the axis stays, and the turn is the integral of the spin."""
-    knot, duration = slide(0.0, (0.0, 0.0), (2.0, 0.0), (0.0, -60.0, 0.0))
-    q = trajectory_of(knot, t_end=duration).orientation(np.array([duration]))[0, 0]
-    angle = -60.0 * duration + knot[11] * duration**2 / 2
+    segment, duration = slide(0.0, (0.0, 0.0), (2.0, 0.0), (0.0, -60.0, 0.0))
+    q = trajectory_of(segment, t_end=duration).orientation(np.array([duration]))[0, 0]
+    angle = -60.0 * duration + segment[11] * duration**2 / 2
     assert q == pytest.approx([math.cos(angle / 2), 0, math.sin(angle / 2), 0], abs=1e-14)
 
 
 def test_through_a_whole_shot_the_quaternion_follows_the_angular_velocity():
     """dq/dt = w q / 2, sliding, rolling, resting and spinning: breaks where a piece is wrong."""
     trajectory = whole_shot((1.0, 0.3), (20.0, -50.0, 150.0))
-    knots = trajectory.knots[0][:, 0]
+    starts = trajectory.segments[0][:, 0]
     times = np.linspace(0.0, trajectory.t_end, 302)[1:-1]
-    times = times[np.min(np.abs(times[:, None] - knots), axis=1) > 1e-3]
+    times = times[np.min(np.abs(times[:, None] - starts), axis=1) > 1e-3]
     h = 1e-5
     before, q, after = (trajectory.orientation(times + s)[:, 0] for s in (-h, 0.0, h))
     spin = trajectory.sample(times).angular_velocities[:, 0]
@@ -309,7 +309,7 @@ def test_each_ball_turns_on_its_own():
     end = max(one.t_end for one in both)
     trajectory = ExactTrajectory(
         np.array([R, R]),
-        (both[0].knots[0], both[1].knots[0]),
+        (both[0].segments[0], both[1].segments[0]),
         end,
         np.full(2, SPIN_DECELERATION),
     )

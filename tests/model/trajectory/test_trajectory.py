@@ -98,9 +98,9 @@ def test_the_phases_are_those_of_the_kernels():
 def test_a_slide_is_sampled_from_its_closed_form():
     """A draw shot with side: a parabola, on which v + (2/5) R (w x z) never changes."""
     velocity, spin = (2.0, 0.3), (10.0, -60.0, 40.0)
-    knot, duration = slide(0.0, (0.1, 0.2), velocity, spin)
+    segment, duration = slide(0.0, (0.1, 0.2), velocity, spin)
     times = np.linspace(0.0, duration, 7)
-    samples = trajectory_of(knot, t_end=duration).sample(times)
+    samples = trajectory_of(segment, t_end=duration).sample(times)
     v, w = samples.velocities[:, 0], samples.angular_velocities[:, 0]
     kept = np.stack([v[:, 0] + 0.4 * R * w[:, 1], v[:, 1] - 0.4 * R * w[:, 0]], axis=1)
     assert kept == pytest.approx(np.tile(kept[0], (7, 1)), rel=1e-14)
@@ -117,10 +117,10 @@ def test_a_slide_is_sampled_from_its_closed_form():
     assert np.all(v[:, 2] == 0.0)
 
 
-def test_rolling_has_the_spin_of_its_velocity_whatever_the_knot_says():
-    """The knot's own wx, wy, bx, by are NaN there."""
-    knot, duration = roll(0.0, (0.0, 0.0), (0.3, -0.4), -7.0)
-    samples = trajectory_of(knot, t_end=duration).sample(np.linspace(0.0, duration, 5))
+def test_rolling_has_the_spin_of_its_velocity_whatever_the_segment_says():
+    """The segment's own wx, wy, bx, by are NaN there."""
+    segment, duration = roll(0.0, (0.0, 0.0), (0.3, -0.4), -7.0)
+    samples = trajectory_of(segment, t_end=duration).sample(np.linspace(0.0, duration, 5))
     assert np.max(np.abs(slip_of(samples))) < 1e-16
     w = samples.angular_velocities[:, 0]
     assert w[0, :2] == pytest.approx([0.4 / R, 0.3 / R], rel=1e-15)
@@ -139,24 +139,24 @@ def test_vertical_spin_decays_to_nothing_and_no_further(wz):
 
 
 def test_what_a_contact_step_adds_to_the_vertical_spin():
-    knot = rest(0.0, (0.0, 0.0), 1.0)
-    knot[state.BZ] = 4.0
-    found = trajectory_of(knot, t_end=1.0).sample(np.array([0.05, 0.1, 0.3])).angular_velocities
+    segment = rest(0.0, (0.0, 0.0), 1.0)
+    segment[state.BZ] = 4.0
+    found = trajectory_of(segment, t_end=1.0).sample(np.array([0.05, 0.1, 0.3])).angular_velocities
     assert found[:, 0, 2] == pytest.approx([0.7, 0.4, 1.2], rel=1e-15)
 
 
 def test_the_state_is_continuous_from_slide_to_roll_to_rest():
-    """Breaks where a knot of one phase is read like one of another."""
+    """Breaks where a segment of one phase is read like one of another."""
     trajectory = whole_shot((1.0, 0.3), (20.0, -50.0, 150.0))
-    knots = trajectory.knots[0][1:, 0]
-    before, after = trajectory.sample(np.nextafter(knots, 0.0)), trajectory.sample(knots)
+    starts = trajectory.segments[0][1:, 0]
+    before, after = trajectory.sample(np.nextafter(starts, 0.0)), trajectory.sample(starts)
     for one, other in zip(before, after, strict=True):
         assert one == pytest.approx(other, abs=1e-12)
 
 
 def test_the_phase_after_an_event_counts():
     trajectory = whole_shot((1.0, 0.3), (20.0, -50.0, 150.0))
-    rolls, rests = trajectory.knots[0][1:, 0]
+    rolls, rests = trajectory.segments[0][1:, 0]
     times = np.array([0.0, np.nextafter(rolls, 0.0), rolls, rests, trajectory.t_end, 1e9])
     phases = trajectory.phases(times)
     assert phases.dtype == np.int8
@@ -177,7 +177,7 @@ def test_energy_falls_by_what_friction_and_spin_take():
     inertia = 0.4 * 2.0 * R**2
     velocity, spin = (1.0, 0.3), (20.0, -50.0, 150.0)
     trajectory = whole_shot(velocity, spin)
-    rolls, rests = trajectory.knots[0][1:, 0]
+    rolls, rests = trajectory.segments[0][1:, 0]
     samples = trajectory.sample(np.array([0.0, rolls, rests, trajectory.t_end]))
     energy = energy_of(scene, samples)
     assert energy.rotation[0] == pytest.approx(inertia / 2 * (20**2 + 50**2 + 150**2), rel=1e-14)
@@ -194,7 +194,7 @@ def test_energy_falls_by_what_friction_and_spin_take():
 
 def test_a_path_through_its_bend_times_stays_near_the_curve():
     trajectory = whole_shot((1.0, 0.3), (20.0, -50.0, 150.0))
-    slides = trajectory.knots[0][1, 0]
+    slides = trajectory.segments[0][1, 0]
     bends = trajectory.bend_times(1e-5, 1000)
     assert bends[0] == 0.0
     assert bends[-1] == slides

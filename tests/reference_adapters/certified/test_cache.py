@@ -112,7 +112,7 @@ IN_AIR = {
 
 @pytest.mark.parametrize("name", IN_AIR)
 def test_a_motion_in_air_reads_back_to_the_same_bits(proofs, name):
-    """Broken by knots that are read with other columns than they were written with."""
+    """Broken by segments that are read with other columns than they were written with."""
     motions = [make_engine("certified").simulate(IN_AIR[name], record="trajectory") for _ in "12"]
     assert len(proofs) == 1
     times = np.linspace(0.0, motions[0].rest_time, 101)
@@ -143,7 +143,7 @@ def test_a_damaged_entry_is_refused_in_one_line_and_replaced(proofs, kept_here, 
     assert "damaged" in record.getMessage()
     assert "\n" not in record.getMessage()
     assert len(proofs) == 2
-    assert again.knots[0].tobytes() == first.knots[0].tobytes()
+    assert again.segments[0].tobytes() == first.segments[0].tobytes()
     certify(IN_AIR["rolls"], motion=True)
     assert (len(proofs), len(caplog.records)) == (2, 1)
 

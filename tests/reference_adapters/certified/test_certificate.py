@@ -52,9 +52,9 @@ def test_a_certificate_reads_back_whole():
     assert again.to_json() == text
     assert again.events == certificate.events
     assert again.positions == certificate.positions
-    assert again.knots is not None
-    assert certificate.knots is not None
-    assert [k.tolist() for k in again.knots] == [k.tolist() for k in certificate.knots]
+    assert again.segments is not None
+    assert certificate.segments is not None
+    assert [k.tolist() for k in again.segments] == [k.tolist() for k in certificate.segments]
 
 
 @pytest.mark.parametrize("text", ["", "{", "[]", "{}", "null", '{"schema": 1}'])
@@ -69,8 +69,8 @@ def test_a_certificate_of_another_schema_is_refused():
         Certificate.from_json(json.dumps(data | {"schema": 0}))
 
 
-def test_knots_are_read_as_what_they_say_that_they_are():
-    """Broken by knots of a ball in air, which have more columns, that are read as others."""
+def test_segments_are_read_as_what_they_say_that_they_are():
+    """Broken by segments of a ball in air, which have more columns, that are read as others."""
     air = scene_of(ball((0.0, 0.0), (1.0, 0.1)), air_drag=0.1)
     flat = scene_of(ball((0.0, 0.0), (1.0, 0.1)))
     in_air, plain = (certify(scene, motion=True) for scene in (air, flat))
@@ -78,8 +78,8 @@ def test_knots_are_read_as_what_they_say_that_they_are():
         again = Certificate.from_json(certificate.to_json())
         assert again.columns == certificate.columns
         assert len(again.columns) == width
-        assert again.knots[0].tobytes() == certificate.knots[0].tobytes()
-        assert again.starts == certificate.starts == ((0, len(again.knots[0]) - 1),)
+        assert again.segments[0].tobytes() == certificate.segments[0].tobytes()
+        assert again.starts == certificate.starts == ((0, len(again.segments[0]) - 1),)
     assert in_air.columns[14:16] == ("x3", "y3")
     assert in_air.columns[50:52] == ("wx2", "wy2")
 
@@ -130,10 +130,10 @@ def _start_late(data):
     ],
 )
 @pytest.mark.parametrize("air", [0.0, 0.1])
-def test_knots_that_do_not_fit_are_refused(change, air):
+def test_segments_that_do_not_fit_are_refused(change, air):
     scene = scene_of(ball((0.0, 0.0), (1.0, 0.1)), air_drag=air)
     data = json.loads(certify(scene, motion=True).to_json())
-    change(data["knots"])
+    change(data["segments"])
     with pytest.raises(GhostballError, match="Compute it anew"):
         Certificate.from_json(json.dumps(data))
 

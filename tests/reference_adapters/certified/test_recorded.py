@@ -40,6 +40,6 @@ def test_a_slide_of_no_length_is_a_parabola() -> None:
     """Broken by powers of its inverse that overflow: a slip of 1e-17 m/s is a slip."""
     slow = ball((0, 0), (1e-17, 0.0), angular_velocity=(0.0, 0.0, 0.0))
     scene = scene_of(slow, preset="pool", air_drag=0.004)
-    knots = make_engine("certified").certify(scene, motion=True).knots
-    assert knots is not None
-    assert np.isfinite(knots[0]).all()
+    segments = make_engine("certified").certify(scene, motion=True).segments
+    assert segments is not None
+    assert np.isfinite(segments[0]).all()

@@ -56,7 +56,7 @@ def test_paths_stay_within_the_tolerance_of_every_stored_sample(name):
             np.linalg.norm(place_at(track, t, data["quantum"]) - place)
             for t, place in zip(motion.times, motion.positions[:, ball], strict=True)
         ]
-        assert max(off) <= TOLERANCE + 2e-6  # the time of a knot is a tick off, too
+        assert max(off) <= TOLERANCE + 2e-6  # the end of a piece is a tick off, too
 
 
 @pytest.mark.parametrize("name", ["around-the-table", "masse", "flight-bounces"])

@@ -55,12 +55,12 @@ def with_gain_at(result: Result, t: float, gain: float) -> Result:
     whole = result.energy([0.0, t]).total
     factor = math.sqrt(1.0 + gain * whole[0] / whole[1])
     if isinstance(motion, ExactTrajectory):
-        knots = []
-        for one in motion.knots:
+        segments = []
+        for one in motion.segments:
             k = int(np.searchsorted(one[:, 0], t, side="right")) - 1
-            # The ball goes on as it was, but faster, from a knot of its own at that instant.
+            # The ball goes on as it was, but faster, from a segment of its own at that instant.
             state, after = motion.sample(np.array([t])), one[k].copy()
-            place = len(knots)
+            place = len(segments)
             after[0] = t
             after[1:3] = state.positions[0, place, :2]
             after[3:5] = state.velocities[0, place, :2]
@@ -68,8 +68,8 @@ def with_gain_at(result: Result, t: float, gain: float) -> Result:
             grown = np.vstack([one[: k + (one[k, 0] < t)], after, one[k + 1 :]])
             rows = grown[:, 0] >= t
             grown[np.ix_(rows, [3, 4, 7, 8, 9])] *= factor
-            knots.append(grown)
-        return replace(result, trajectory=replace(motion, knots=tuple(knots)))
+            segments.append(grown)
+        return replace(result, trajectory=replace(motion, segments=tuple(segments)))
     assert isinstance(motion, SampledTrajectory)
     faster = np.arange(len(motion.times)) >= _first_after(result, motion, t)
     factors = np.where(faster, factor, 1.0)[:, np.newaxis, np.newaxis]

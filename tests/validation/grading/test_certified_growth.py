@@ -15,7 +15,7 @@ from tangent import carried
 from ghostball.engine import simulate
 from ghostball.model import Scene
 from ghostball.reference_adapters.certified import CertifiedSettings, certify
-from ghostball.reference_adapters.certified.certificate import knot_columns
+from ghostball.reference_adapters.certified.certificate import segment_columns
 from ghostball.validation.grading.certified_growth import CertifiedGrowth, growth_of_proof
 from ghostball.validation.grading.horizon import horizon
 from ghostball.validation.scenes.library import find_scene
@@ -210,10 +210,10 @@ def test_in_air_growth_goes_on_through_every_piece_of_the_motion() -> None:
     scene = IN_AIR["a cut of sliding balls"]
     proof = certify(scene, motion=True)
     growth = growth_of_proof(scene, proof)
-    assert proof.knots is not None
-    for i, (knots, starts) in enumerate(zip(proof.knots, proof.starts, strict=True)):
-        inner = np.delete(knots[:, 0], starts)
-        inner = inner[inner < knots[-1, 0] - 1e-6]
+    assert proof.segments is not None
+    for i, (segments, starts) in enumerate(zip(proof.segments, proof.starts, strict=True)):
+        inner = np.delete(segments[:, 0], starts)
+        inner = inner[inner < segments[-1, 0] - 1e-6]
         assert len(inner) > 10
         before, after = (growth.sizes(inner + d)[:, i] for d in (-1e-13, 1e-13))
         assert after == pytest.approx(before, rel=1e-6)
@@ -224,9 +224,9 @@ def test_of_flight_nothing_is_said() -> None:
     """Breaks where a proof whose balls may fly is taken for one on the cloth."""
     scene = find_scene("half-ball-cut")
     proof = certify(scene, motion=True)
-    assert proof.knots is not None
-    knots = tuple(np.insert(rows, [14] * 3, 0.0, axis=1) for rows in proof.knots)
-    flies = replace(proof, knots=knots, columns=knot_columns(lifts=True))
+    assert proof.segments is not None
+    segments = tuple(np.insert(rows, [14] * 3, 0.0, axis=1) for rows in proof.segments)
+    flies = replace(proof, segments=segments, columns=segment_columns(lifts=True))
     growth = growth_of_proof(scene, flies)
     assert growth.derivative_ends == 0.0
     assert np.isinf(growth.sizes([0.0, 0.5])).all()

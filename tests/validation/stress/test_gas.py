@@ -21,7 +21,7 @@ def test_momentum_that_one_collision_loses_is_found():
     stray = stray_momentum(result)
     assert stray is not None
     assert max(map(abs, stray)) < 1e-13
-    result.trajectory.knots[3][5:, 3] += 1e-9
+    result.trajectory.segments[3][5:, 3] += 1e-9
     stray = stray_momentum(result)
     assert stray is not None
     assert abs(stray[0]) > 1e-10

@@ -52,12 +52,12 @@ def framed(result: Result, change) -> Result:
 
 
 def moved(result: Result, ball: int, column: int, by: float) -> Result:
-    """Return a run whose exact motion has one number of one ball's first knot off."""
+    """Return a run whose exact motion has one number of one ball's first segment off."""
     trajectory = result.trajectory
     assert isinstance(trajectory, ExactTrajectory)
-    knots = [rows.copy() for rows in trajectory.knots]
-    knots[ball][0, column] += by
-    return replace(result, trajectory=replace(trajectory, knots=tuple(knots)))
+    segments = [rows.copy() for rows in trajectory.segments]
+    segments[ball][0, column] += by
+    return replace(result, trajectory=replace(trajectory, segments=tuple(segments)))
 
 
 INVARIANTS = Invariants(most_events=1, isolated=True, images=(0, 1))
@@ -119,9 +119,9 @@ def test_energy_that_rises_is_seen(run):
     faults = Invariants(most_events=1)(moved(run, 1, 4, 1e-6)).faults
     assert faults == ()  # at once: the first energy is that one
     trajectory = run.trajectory
-    knots = [rows.copy() for rows in trajectory.knots]
-    knots[1][-1, 3] *= 1.0 + 1e-14
-    leaking = replace(run, trajectory=replace(trajectory, knots=tuple(knots)))
+    segments = [rows.copy() for rows in trajectory.segments]
+    segments[1][-1, 3] *= 1.0 + 1e-14
+    leaking = replace(run, trajectory=replace(trajectory, segments=tuple(segments)))
     (fault,) = Invariants(most_events=1)(leaking).faults
     assert "energy" in fault
 

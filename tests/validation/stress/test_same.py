@@ -129,11 +129,11 @@ def test_a_motion_that_contradicts_itself_is_seen(monkeypatch):
     late = result.events.copy()
     late["t"][np.argmax(late["kind"] == EventKind.BALL_BALL)] += 1e-9
     assert seen(events=late) >= {"sampled"}
-    knots = tuple(one.copy() for one in trajectory.knots)
-    knots[1][-1, 1] += 1e-9
-    assert seen(trajectory=replace(trajectory, knots=knots)) >= {"sampled"}
-    knots[1][-1, 1] = math.nan
-    assert seen(trajectory=replace(trajectory, knots=knots)) >= {"sampled"}
+    segments = tuple(one.copy() for one in trajectory.segments)
+    segments[1][-1, 1] += 1e-9
+    assert seen(trajectory=replace(trajectory, segments=segments)) >= {"sampled"}
+    segments[1][-1, 1] = math.nan
+    assert seen(trajectory=replace(trajectory, segments=segments)) >= {"sampled"}
     moved = result.final_state._replace(velocities=result.final_state.velocities + 1e-9)
     assert seen(final_state=moved) >= {"ends", "sampled"}
     heavy = replace(trajectory, radii=1.01 * trajectory.radii)

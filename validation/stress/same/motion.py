@@ -57,7 +57,7 @@ def sampled(scene: Scene) -> str | None:
     given = np.array((scene.positions, scene.velocities, scene.angular_velocities))
     assert isinstance(result.trajectory, ExactTrajectory)
     kept = [
-        np.sum(knots[:, 0] == 0.0) == 1 for knots in result.trajectory.knots
+        np.sum(segments[:, 0] == 0.0) == 1 for segments in result.trajectory.segments
     ]  # others begin anew
     off = np.abs(first - given)[:, kept]
     if np.any(off > 8.0 * EPS * np.abs(given[:, kept])):
@@ -100,7 +100,9 @@ def _apart_at_events(result: Result) -> str | None:
 def _jump(result: Result) -> str | None:
     """Return where a ball jumps from one piece of its motion to the next."""
     assert isinstance(result.trajectory, ExactTrajectory)
-    instants = np.unique(np.concatenate([knots[:, 0] for knots in result.trajectory.knots]))
+    instants = np.unique(
+        np.concatenate([segments[:, 0] for segments in result.trajectory.segments])
+    )
     instants = instants[(instants > 0.0) & (instants <= result.rest_time)]
     some = np.linspace(0, len(instants) - 1, min(len(instants), MOST_PIECES)).astype(np.int64)
     instants = instants[some]

@@ -30,9 +30,9 @@ def test_a_clean_break_has_no_fault(result):
 
 def with_motion(result, change):
     """Return a run with the first ball that is hit moved otherwise."""
-    knots = [rows.copy() for rows in result.trajectory.knots]
-    change(knots[1])
-    return replace(result, trajectory=replace(result.trajectory, knots=tuple(knots)))
+    segments = [rows.copy() for rows in result.trajectory.segments]
+    change(segments[1])
+    return replace(result, trajectory=replace(result.trajectory, segments=tuple(segments)))
 
 
 def seen(result, everywhere=True):
