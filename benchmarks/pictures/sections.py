@@ -48,7 +48,7 @@ RULES: dict[str, dict[str, Any]] = {
 SMALLEST_TURN = 1e-9
 """Where the axis of angles begins [rad]."""
 
-WIDTH, HEIGHT, ROW = 10.0, 3.4, 0.19
+WIDTH, HEIGHT, ROW_HEIGHT = 10.0, 3.4, 0.19
 """Of a figure, of its panels, and of an engine's row beneath them [inch]."""
 
 
@@ -183,7 +183,7 @@ def _new_figure(
     `turned` says, shot by shot, how far each engine and rule is turned off at the end [rad].
     """
     rows = _rows(shots, turned)
-    beneath = ROW * (len(rows) + 1)
+    beneath = ROW_HEIGHT * (len(rows) + 1)
     figure = style.new_figure(WIDTH, HEIGHT + beneath)
     parts: Any = figure.subfigures(2, 1, height_ratios=[HEIGHT, beneath])
     upper, lower = parts

@@ -176,20 +176,21 @@ class Pairs(NamedTuple):
     track: FloatArray  # copies of what bounds need: see `TRACKS`
 
 
-# `Pairs.track` holds, for each block of LANES balls, TRACKS rows of LANES numbers: constant
-# distances, from which the compiler sees that rows don't overlap, and that it may vectorise.
-LANES = 64
+# `Pairs.track` holds, for each block of TRACK_BALLS balls, TRACKS rows of TRACK_BALLS numbers:
+# constant distances, from which the compiler sees that rows don't overlap, and that it may
+# vectorise.
+TRACK_BALLS = 64
 TRACKS = 10
-TRACK_X = 0 * LANES
-TRACK_Y = 1 * LANES
-TRACK_VX = 2 * LANES
-TRACK_VY = 3 * LANES
-TRACK_AX = 4 * LANES
-TRACK_AY = 5 * LANES
-TRACK_EPOCH = 6 * LANES
-TRACK_RADIUS = 7 * LANES
-TRACK_OWN_TIME = 8 * LANES
-TRACK_JERK = 9 * LANES
+TRACK_X = 0 * TRACK_BALLS
+TRACK_Y = 1 * TRACK_BALLS
+TRACK_VX = 2 * TRACK_BALLS
+TRACK_VY = 3 * TRACK_BALLS
+TRACK_AX = 4 * TRACK_BALLS
+TRACK_AY = 5 * TRACK_BALLS
+TRACK_EPOCH = 6 * TRACK_BALLS
+TRACK_RADIUS = 7 * TRACK_BALLS
+TRACK_OWN_TIME = 8 * TRACK_BALLS
+TRACK_JERK = 9 * TRACK_BALLS
 
 
 class Cells(NamedTuple):
@@ -366,7 +367,7 @@ OWN_OVER = 2**32  # + a row, above all rows: a ball flies over an obstacle, and 
 FREE = -1
 
 # What the loop returns. It never raises.
-RUN_GOES_ON = -1
+RUN_CONTINUES = -1
 RUN_RESTED = 0
 RUN_T_MAX = 1
 RUN_EVENT_LIMIT = 2

@@ -22,7 +22,7 @@ _BALLS_A_UNIT = 8
 
 @kernel(inline=True)
 def find(world: World, limit: int) -> tuple[int, Event]:
-    """Return RUN_GOES_ON and the next event; or why the run ends before it."""
+    """Return RUN_CONTINUES and the next event; or why the run ends before it."""
     balls, log = world.balls, world.log
     update(world, world.cells, log.clock[st.NOW])
     _unmark(balls)
@@ -33,13 +33,13 @@ def find(world: World, limit: int) -> tuple[int, Event]:
         # After that, so that a run that goes on after a pause does something before the next.
         log.counters[st.WORK] += turn
         _count_turns(world.contacts, log)
-        if status != st.RUN_GOES_ON or single >= 0:
+        if status != st.RUN_CONTINUES or single >= 0:
             return status, own_event(t, single)
         event = touching(world, t, row)
         if log.counters[st.NO_ROOM] > 0:
             return st.RUN_NO_ROOM, event
         if event.t < math.inf:
-            return st.RUN_GOES_ON, event
+            return st.RUN_CONTINUES, event
         in_vain += 1
         if in_vain > _MAX_FRUITLESS_BOUNDS * (len(balls.own_kind) + 32) ** 2:
             log.counters[st.NOT_FINITE] = row
@@ -74,7 +74,7 @@ def _status_at(world: World, t: float, single: int, row: int, limit: int) -> int
         return st.RUN_EVENT_LIMIT
     if log.counters[st.WORK] >= log.counters[st.PAUSE_AT]:
         return st.RUN_PAUSED
-    return st.RUN_LOG_FULL if is_full(log, len(world.balls.own_kind)) else st.RUN_GOES_ON
+    return st.RUN_LOG_FULL if is_full(log, len(world.balls.own_kind)) else st.RUN_CONTINUES
 
 
 @kernel

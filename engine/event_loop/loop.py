@@ -45,7 +45,7 @@ def run(world: World, limit: int) -> int:
                 event = _waiting(log)
             else:
                 status, event = find(world, limit)
-                if status != st.RUN_GOES_ON:
+                if status != st.RUN_CONTINUES:
                     return status
                 advance_to(world, contacts, event)
             held = resolve(world, event)
@@ -59,7 +59,7 @@ def run(world: World, limit: int) -> int:
         # The first turn is this alone: every ball that is marked begins to move.
         predict(world, contacts, held, log.clock[st.NOW])
         status = record(world, contacts, log.clock[st.NOW])
-        if status != st.RUN_GOES_ON:
+        if status != st.RUN_CONTINUES:
             return status
         begun = True
 

@@ -132,8 +132,8 @@ def _note_higher(
 def record(world: World, contacts: Contacts | None, t: float) -> int:
     """Log how every ball moves on whose motion changed at the instant t, and what a step ended.
 
-    Return RUN_GOES_ON; or RUN_NOT_FINITE, with the ball in NOT_FINITE, where a motion isn't finite
-    or its next event is past: after each ball has its motion in the log; or RUN_NO_ROOM; or
+    Return RUN_CONTINUES; or RUN_NOT_FINITE, with the ball in NOT_FINITE, where a motion isn't
+    finite or its next event is past: after each ball has its motion in the log; or RUN_NO_ROOM; or
     RUN_ENDLESS.
     """
     balls, log = world.balls, world.log
@@ -149,7 +149,7 @@ def record(world: World, contacts: Contacts | None, t: float) -> int:
         return st.RUN_NOT_FINITE
     if log.counters[st.ENDLESS] > 0:
         return st.RUN_ENDLESS
-    return st.RUN_NO_ROOM if log.counters[st.NO_ROOM] > 0 else st.RUN_GOES_ON
+    return st.RUN_NO_ROOM if log.counters[st.NO_ROOM] > 0 else st.RUN_CONTINUES
 
 
 @kernel(inline=True)

@@ -76,7 +76,7 @@ def end_approach(contacts: Contacts, count: int) -> bool:
         contacts.forces[c].active = 1.0 if contacts.forces[c].rate <= 0.0 else 0.0
         fastest = max(fastest, -contacts.forces[c].rate)
     for turn in range(_ROUNDS):
-        _follow_gradients(contacts, count, fastest)
+        _solve_active(contacts, count, fastest)
         if _leave_out(contacts, count, turn):
             continue
         _apply(contacts, count, _FORCE, _PRODUCT)
@@ -162,7 +162,7 @@ def scale(contacts: Contacts, count: int, factor: float) -> None:
 
 
 @kernel
-def _follow_gradients(contacts: Contacts, count: int, fastest: float) -> None:
+def _solve_active(contacts: Contacts, count: int, fastest: float) -> None:
     """Find in FORCE the impulses that take the RATE of just the active contacts away.
 
     Conjugate gradients (Hestenes and Stiefel 1952), scaled by each contact's own mass: few steps

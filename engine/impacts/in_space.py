@@ -44,8 +44,8 @@ def collide_in_space(height: FloatArray, world: World, i: int, j: int) -> None:
     slow = capture_speed(laws, 0.5 * (a.radius + b.radius))
     if speed <= slow:
         if free:
-            depth = a.radius + b.radius - distance
-            part_slowly(height, world, i, j, nx, ny, nz, depth)
+            overlap = a.radius + b.radius - distance
+            part_slowly(height, world, i, j, nx, ny, nz, overlap)
         else:
             collide_balls(balls, i, j, laws)
         return

@@ -2,7 +2,7 @@
 
 An impact is slow whose rebound would rise less than `CAPTURE_HEIGHT`. It takes no energy and knows
 no friction: else a ball that lies on others would bounce ever faster before it slides off. One on
-the table that is pressed down doesn't yield downwards then, by the joint law.
+the table that is loaded from above doesn't yield downwards then, by the joint law.
 
 What other balls take from such bounces comes back from the slip, so that they stay as high as that:
 lower ones are more, of a motion that is the same. The balls below are loaded meanwhile: what a
@@ -50,29 +50,36 @@ def lies_on(height: FloatArray, balls: Balls, i: int, j: int, laws: Laws, t: flo
     speed = -(vx * rx + vy * ry + vz * rz) / distance
     if speed > capture_speed(laws, 0.5 * (a.radius + b.radius)):
         return False
-    # One that clips another's top at speed isn't pressed to it.
+    # One that clips another's top at speed isn't loaded by it.
     across = vx * vx + vy * vy + vz * vz - speed * speed
     return bool(rx * ax + ry * ay + rz * az + across < 0.0)
 
 
 @kernel
 def part_slowly(
-    height: FloatArray, world: World, i: int, j: int, nx: float, ny: float, nz: float, depth: float
+    height: FloatArray,
+    world: World,
+    i: int,
+    j: int,
+    nx: float,
+    ny: float,
+    nz: float,
+    overlap: float,
 ) -> None:
     """Let two balls, of which one flies, part as fast as they approach, without friction.
 
-    One on the table that is pressed down yields across only, and along a cushion that it touches:
-    it goes on rolling if it rolls. A ball exactly above another falls off along x. Then the table
-    answers. One that lies still is held instead, and the other left alone.
+    One on the table that is loaded from above yields across only, and along a cushion that it
+    touches: it goes on rolling if it rolls. A ball exactly above another falls off along x. Then
+    the table answers. One that lies still is held instead, and the other left alone.
 
     Notes
     -----
-    Where they overlap by `depth` [m], and would come less than half out again, they part fast
+    Where they overlap by `overlap` [m], and would come less than half out again, they part fast
     enough to come out, and higher by `LOWEST_BOUNCE`; where one lies on the other, as fast as a
     slow impact may be. What is missing for that comes from the slip. The impulse along it acts as a
     friction does, and no energy comes in. One on the cloth that is pushed into others yields as
     heavily as all of them: they take its part of the impulse as the bounce ends, and would else
-    press it back, deeper at each bounce.
+    press it back, with more overlap at each bounce.
     """
     balls, laws = world.balls, world.laws
     if is_held(height, balls, i, j, laws):
@@ -89,49 +96,49 @@ def part_slowly(
             nx, ny, nz = lean_x, lean_y, lean_z
     held = True
     with_i, with_j = 1.0, 1.0
-    xx, xy, yy, zz, vx, vy = _yielding_together(
+    xx, xy, yy, zz, vx, vy = _joint_compliance(
         height, balls, i, j, laws, held, with_i, with_j, nx, ny, nz
     )
     if not vx * nx + vy * ny + vz * nz > 0.0:
         held = False  # that it comes off its cushion is all of the approach
-        xx, xy, yy, zz, vx, vy = _yielding_together(
+        xx, xy, yy, zz, vx, vy = _joint_compliance(
             height, balls, i, j, laws, held, with_i, with_j, nx, ny, nz
         )
     speed = vx * nx + vy * ny + vz * nz
-    if depth > 2.0 * LOWEST_BOUNCE * (balls.state[i].radius + balls.state[j].radius):
+    if overlap > 2.0 * LOWEST_BOUNCE * (balls.state[i].radius + balls.state[j].radius):
         with_i = _mass_behind(world, i, -nx, -ny)
         with_j = _mass_behind(world, j, nx, ny)
-        xx, xy, yy, zz, vx, vy = _yielding_together(
+        xx, xy, yy, zz, vx, vy = _joint_compliance(
             height, balls, i, j, laws, held, with_i, with_j, nx, ny, nz
         )
-    yielding = xx * nx * nx + 2.0 * xy * nx * ny + yy * ny * ny + zz * nz * nz
-    if yielding == 0.0:
+    compliance = xx * nx * nx + 2.0 * xy * nx * ny + yy * ny * ny + zz * nz * nz
+    if compliance == 0.0:
         answer_by_table(height, balls, i, laws)
         answer_by_table(height, balls, j, laws)
         return
     px, py, pz, returned = 0.0, 0.0, 0.0, speed
     reach = balls.state[i].radius + balls.state[j].radius
     across = vx * vx + vy * vy + vz * vz - speed * speed
-    pressed = (height[j, st.FALL] - height[i, st.FALL]) * nz > across / reach
-    missing = _missing(laws, reach, depth, speed, pressed) / yielding
+    loaded = (height[j, st.FALL] - height[i, st.FALL]) * nz > across / reach
+    missing = _missing(laws, reach, overlap, speed, loaded) / compliance
     if missing > 0.0:
         # An impulse P gives the relative velocity v the change -Y P, Y how both yield, and the
         # energy -P.v + P.Y P / 2. With P = part d and n.Y d = 0 the normal speed stays, and the
         # energy given is -part q + part^2 r / 2.
         dx, dy, dz = vx - speed * nx, vy - speed * ny, vz - speed * nz
-        tilt = ((xx * nx + xy * ny) * dx + (xy * nx + yy * ny) * dy + zz * nz * dz) / yielding
+        tilt = ((xx * nx + xy * ny) * dx + (xy * nx + yy * ny) * dy + zz * nz * dz) / compliance
         dx, dy, dz = dx - tilt * nx, dy - tilt * ny, dz - tilt * nz
         q = dx * vx + dy * vy + dz * vz
         r = xx * dx * dx + 2.0 * xy * dx * dy + yy * dy * dy + zz * dz * dz
         if r > 0.0 and q != 0.0:
-            taken = _from_slip(missing, q * q / r, _is_sunk(laws, depth, speed))
+            taken = _from_slip(missing, q * q / r, _is_sunk(laws, overlap, speed))
             part = taken / (q + math.copysign(math.sqrt(max(q * q - r * taken, 0.0)), q))
             px, py, pz = part * dx, part * dy, part * dz
-            returned = math.sqrt(speed * speed + taken * yielding)
-    push = (speed + returned) / yielding
+            returned = math.sqrt(speed * speed + taken * compliance)
+    push = (speed + returned) / compliance
     px, py, pz = px + push * nx, py + push * ny, pz + push * nz
     for k, sign in ((i, -1.0), (j, 1.0)):
-        xx, xy, yy, zz, _, _ = _yielding(
+        xx, xy, yy, zz, _, _ = _compliance(
             height, balls, k, laws, held, 1.0, sign * nx, sign * ny, sign * nz
         )
         if xx != 0.0 or yy != 0.0:
@@ -167,9 +174,9 @@ def _mass_behind(world: World, k: int, nx: float, ny: float) -> float:
 
 
 @kernel(inline=True)
-def _is_sunk(laws: Laws, depth: float, speed: float) -> bool:
-    """Whether what overlaps by `depth` [m] comes less than half out again at `speed` [m/s]."""
-    return speed * speed < laws.gravity * depth
+def _is_sunk(laws: Laws, overlap: float, speed: float) -> bool:
+    """Whether what overlaps by `overlap` [m] comes less than half out again at `speed` [m/s]."""
+    return speed * speed < laws.gravity * overlap
 
 
 @kernel(inline=True)
@@ -185,18 +192,18 @@ def _from_slip(missing: float, slip: float, sunk: bool) -> float:
 
 
 @kernel(inline=True)
-def _missing(laws: Laws, reach: float, depth: float, speed: float, pressed: bool) -> float:
+def _missing(laws: Laws, reach: float, overlap: float, speed: float, loaded: bool) -> float:
     """Return by how much the square of a rebound's speed [m^2/s^2] is less than it should be."""
-    if _is_sunk(laws, depth, speed):
-        return 2.0 * laws.gravity * (depth + LOWEST_BOUNCE * reach) - speed * speed
-    if not pressed:
+    if _is_sunk(laws, overlap, speed):
+        return 2.0 * laws.gravity * (overlap + LOWEST_BOUNCE * reach) - speed * speed
+    if not loaded:
         return 0.0
     slow: float = capture_speed(laws, 0.5 * reach)
     return slow * slow - speed * speed
 
 
 @kernel(inline=True)
-def _yielding_together(
+def _joint_compliance(
     height: FloatArray,
     balls: Balls,
     i: int,
@@ -209,16 +216,16 @@ def _yielding_together(
     ny: float,
     nz: float,
 ) -> tuple[float, float, float, float, float, float]:
-    """Return what `_yielding` does, of ball i and ball j together: sums, and what is between."""
-    xx, xy, yy, zz, vx, vy = _yielding(height, balls, i, laws, held, with_i, -nx, -ny, -nz)
-    more_xx, more_xy, more_yy, more_zz, ux, uy = _yielding(
+    """Return what `_compliance` does, of ball i and ball j together: sums, and what is between."""
+    xx, xy, yy, zz, vx, vy = _compliance(height, balls, i, laws, held, with_i, -nx, -ny, -nz)
+    more_xx, more_xy, more_yy, more_zz, ux, uy = _compliance(
         height, balls, j, laws, held, with_j, nx, ny, nz
     )
     return xx + more_xx, xy + more_xy, yy + more_yy, zz + more_zz, vx - ux, vy - uy
 
 
 @kernel
-def _yielding(
+def _compliance(
     height: FloatArray,
     balls: Balls,
     k: int,
@@ -233,7 +240,7 @@ def _yielding(
 
     Of the matrix xx, xy, yy and zz [1/kg], of the velocity x and y [m/s]; as if it were so many
     times heavier. One on the table that is
-    pressed down doesn't yield downwards, nor, where cushions have `held` it, into one that it
+    loaded from above doesn't yield downwards, nor, where cushions have `held` it, into one that it
     touches; in a corner it yields not at all.
     """
     ball = balls.state[k]
@@ -265,7 +272,7 @@ def part_from_nose(
     ny: float,
     nz: float,
     speed: float,
-    depth: float,
+    overlap: float,
 ) -> None:
     """Let ball i, which flies, part from a nose as fast as it approaches: as `part_slowly`."""
     ball = balls.state[i]
@@ -274,9 +281,9 @@ def part_from_nose(
         return
     sx, sy, sz = ball.vx - speed * nx, ball.vy - speed * ny, height[i, st.UP_SPEED] - speed * nz
     slip = sx * sx + sy * sy + sz * sz
-    pressed = -height[i, st.FALL] * nz > slip / ball.radius
-    missing = _missing(laws, 2.0 * ball.radius, depth, speed, pressed)
-    taken = _from_slip(max(missing, 0.0), slip, _is_sunk(laws, depth, speed))
+    loaded = -height[i, st.FALL] * nz > slip / ball.radius
+    missing = _missing(laws, 2.0 * ball.radius, overlap, speed, loaded)
+    taken = _from_slip(max(missing, 0.0), slip, _is_sunk(laws, overlap, speed))
     left = math.sqrt((slip - taken) / slip) if slip > 0.0 else 1.0
     returned = math.sqrt(speed * speed + taken)
     ball.vx, ball.vy = left * sx - returned * nx, left * sy - returned * ny

@@ -165,8 +165,8 @@ def _time_to_nose(
         step = first_crossing(gap, rate, pull)
         rounding = GAP_ROUNDING * ball.radius + GAP_ULPS * EPS * (abs(x) + abs(y) + abs(z))
         if gap <= rounding or not step > TIME_ROUNDING * t:
-            depth = ball.radius - distance
-            step = time_to_impact(laws.gravity, depth, rate, pull, opening, ball.radius)
+            overlap = ball.radius - distance
+            step = time_to_impact(laws.gravity, overlap, rate, pull, opening, ball.radius)
             if step == 0.0:
                 return s, True
             step = max(step, 2.0 * TIME_ROUNDING * t)
@@ -178,7 +178,7 @@ def _time_to_nose(
 
 @kernel(inline=True)
 def time_to_impact(
-    gravity: float, depth: float, rate: float, pull: float, opening: float, radius: float
+    gravity: float, overlap: float, rate: float, pull: float, opening: float, radius: float
 ) -> float:
     """Return in how long [s] what touches in flight has an impact at the soonest; 0: now.
 
@@ -193,10 +193,10 @@ def time_to_impact(
     """
     sink = 2.0 * LOWEST_BOUNCE * radius
     lowest = 0.5 * sink * max(-opening, 2.0**-10 * gravity)
-    bounces = rate * rate > (2.0**-20 * lowest if depth > 2.0 * sink and rate < 0.0 else lowest)
+    bounces = rate * rate > (2.0**-20 * lowest if overlap > 2.0 * sink and rate < 0.0 else lowest)
     if bounces and rate < 0.0:
         return 0.0
-    deeper = max(sink - max(depth, 0.0), 0.25 * sink)
+    deeper = max(sink - max(overlap, 0.0), 0.25 * sink)
     step: float = first_crossing(0.0 if bounces else deeper, rate, pull)
     return step
 

@@ -31,9 +31,9 @@ _LEFT_OPEN = 0.125
 _LEFT_OVER = 2.0**-6
 """And in units of what the cloth's own force, the whole step long, would make of a gap."""
 
-_FOLLOWED_ON = 2.0**-10
-"""Way, in units of `STOP_WAY`, in which the cloth can end a slip that is followed no further: what
-contacts do meanwhile is left out, and was 1e-5 of the speeds along a cushion."""
+_BEYOND_INTEGRATION = 2.0**-10
+"""Way, in units of `STOP_WAY`, in which the cloth can end a slip that is integrated no further:
+what contacts do meanwhile is left out, and was 1e-5 of the speeds along a cushion."""
 
 _TURN = 0.125
 """Largest change in a step of the velocity that gives friction its direction, over its size."""
@@ -158,14 +158,14 @@ def keep_still(world: World, k: int, duration: float) -> None:
 def slip_ends(world: World, k: int) -> bool:
     """Whether the cloth alone would end ball k's slip within `STOP_WAY`.
 
-    A slip that is followed is so nearly to the end.
+    A slip that is integrated is so nearly to the end.
     """
     balls = world.balls
     ux, uy = slip(balls, k)
     size = speed_of(ux, uy)
     way = stop_way(balls, k)
     if world.contacts.motion[k].ahead > 0.0:
-        way *= _FOLLOWED_ON
+        way *= _BEYOND_INTEGRATION
     return size > 0.0 and negligible_bounce(size, balls.state[k].slide_slowing, way)
 
 

@@ -1,4 +1,4 @@
-"""The paths of an island's balls while it is followed: polynomials, and the pieces along them.
+"""The paths of an island's balls while it is integrated: polynomials, and the pieces along them.
 
 Between the ends of a step a path is the polynomial of fifth degree that has the places, velocities
 and accelerations of both. A ball goes along it in pieces of constant acceleration: two of them go
@@ -35,7 +35,7 @@ _PLACE_ERROR = 2.0**-26
 """
 
 _MOST_PIECES = 4096
-"""Pieces of a motion; one that asks for more is followed for half as long. 104 were met so far."""
+"""Pieces of a motion; what asks for more is integrated for half as long. 104 were met so far."""
 
 
 @kernel(inline=True)

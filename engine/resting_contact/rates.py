@@ -1,9 +1,9 @@
 """Accelerations of an island's balls at an instant, and the forces that keep its gaps closed.
 
-`resting_contact.follow` integrates them. Every contact pushes, every ball moves, and every friction
-has a direction. So the forces follow from linear equations: no gap has an acceleration. Where that
-isn't so, a contact parts, a ball starts to slip, or a slip ends; `resting_contact.forces` takes the
-step across.
+`resting_contact.integrate` integrates them. Every contact pushes, every ball moves, and every
+friction has a direction. So the forces follow from linear equations: no gap has an acceleration.
+Where that isn't so, a contact parts, a ball starts to slip, or a slip ends;
+`resting_contact.forces` takes the step across.
 
 A cushion acts at its nose where its impact law does, as Han's (2005), else at mid-ball: its force
 points from there to the ball's centre, friction acts across that, and the cloth bears what is

@@ -6,20 +6,20 @@ vanishing speed: without end for a restitution below 1. Instead a contact force 
 the island closed for as long as it has to push.
 
 That motion isn't polynomial, because the line of centres and the direction of friction turn. While
-every contact pushes and no slip ends, it is followed far, to high order (`resting_contact.follow`).
-What happens between, where a contact parts or sticks, a ball stops or starts to slip, is taken
-across in steps of constant acceleration, each as long as keeps every gap within `CONTACT_TOLERANCE`
-diameters (4e-13 m for pool balls), checked on the very polynomials that the balls then follow, at
-the step's end and seven times within. Normals and friction are taken at the middle of the step, so
-that its error is third order in its length. The forces come from the one solver of contacts
-(`impacts.contact_solver`), on the gaps at the end of the step. No ball is displaced. Impulses are
-inelastic, and a force works on a gap that stays within the tolerance: what energy that could add is
-far below what friction takes in the same step.
+every contact pushes and no slip ends, it is integrated far, to high order
+(`resting_contact.integrate`). What happens between, where a contact parts or sticks, a ball stops
+or starts to slip, is taken across in steps of constant acceleration, each as long as keeps every
+gap within `CONTACT_TOLERANCE` diameters (4e-13 m for pool balls), checked on the very polynomials
+that the balls then follow, at the step's end and seven times within. Normals and friction are taken
+at the middle of the step, so that its error is third order in its length. The forces come from the
+one solver of contacts (`impacts.contact_solver`), on the gaps at the end of the step. No ball is
+displaced. Impulses are inelastic, and a force works on a gap that stays within the tolerance: what
+energy that could add is far below what friction takes in the same step.
 
 A ball so slow that the cloth would stop it within `CAPTURE_HEIGHT` is brought to rest by the end of
 its step, unless it is pushed harder than mu m g.
 
-Each step is counted in `work["contact_steps"]`. A motion that is followed goes along its step in
+Each step is counted in `work["contact_steps"]`. A motion that is integrated goes along its step in
 pieces, for which no force is sought: those after the first are counted in `work["contact_pieces"]`.
 """
 
@@ -41,16 +41,16 @@ from ghostball.engine.motion.next_piece import (
 from ghostball.engine.motion.position import advance, slowed_spin, straighten
 from ghostball.engine.resting_contact.capture import stop_approach
 from ghostball.engine.resting_contact.cloth_response import end_slip, keep_still, stopping
-from ghostball.engine.resting_contact.forces import solve
-from ghostball.engine.resting_contact.going_on import (
+from ghostball.engine.resting_contact.continuation import (
     FIRST_STEP,
-    follow_on,
-    goes_on,
+    continue_island,
     next_step,
     own_time_of,
     shortest_step,
+    start_motion,
     time_to_half,
 )
+from ghostball.engine.resting_contact.forces import solve
 from ghostball.engine.resting_contact.islands import (
     gather_contacts,
     gather_members,
@@ -101,7 +101,7 @@ def start_steps(world: World, listed: int, t: float) -> None:
     for m in range(1, contacts.waiting[0] + 1):
         k = contacts.waiting[m]
         counter = st.CONTACT_PIECES if contacts.motion[k].pieces_left > 0.0 else st.CONTACT_STEPS
-        if contacts.again[k] and goes_on(world, k, t):
+        if contacts.again[k] and continue_island(world, k, t):
             world.log.counters[counter] += 1
     for m in range(1, contacts.waiting[0] + 1):
         k = contacts.waiting[m]
@@ -148,7 +148,7 @@ def _start_step(world: World, i: int, listed: int, t: float) -> None:
     for m in range(members):
         if contacts.rolled[contacts.member[m]]:
             contacts.motion[contacts.member[0]].ahead = 0.0
-    if stopped and follow_on(world, members, count, t):
+    if stopped and start_motion(world, members, count, t):
         return
     own_time = own_time_of(world, members)
     if own_time == math.inf:  # nothing moves, and no cloth could move it

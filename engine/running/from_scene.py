@@ -281,12 +281,12 @@ def coefficients_of(physics: Physics) -> tuple[float, ...]:
 @lru_cache(maxsize=8)
 def pairs_of(n: int) -> Pairs:
     """Room for the bounds of n balls; scenes of as many share what their runs copy."""
-    blocks = -(-n // st.LANES)
+    blocks = -(-n // st.TRACK_BALLS)
     return Pairs(
         bound=np.full(n * n, np.inf),
         least=np.full(n, np.inf),
         next=np.full(n, np.inf),
-        track=np.zeros(blocks * st.TRACKS * st.LANES),
+        track=np.zeros(blocks * st.TRACKS * st.TRACK_BALLS),
     )
 
 

@@ -49,7 +49,7 @@ def update(world: World, t: float) -> None:
 def _track(world: World, i: int) -> None:
     """Copy from ball i what its bounds need."""
     balls, pairs = world.balls, world.pairs
-    at = (i // st.LANES) * (st.TRACKS * st.LANES) + i % st.LANES
+    at = (i // st.TRACK_BALLS) * (st.TRACKS * st.TRACK_BALLS) + i % st.TRACK_BALLS
     pairs.track[at + st.TRACK_X] = balls.state[i].x
     pairs.track[at + st.TRACK_Y] = balls.state[i].y
     pairs.track[at + st.TRACK_VX] = balls.state[i].vx
@@ -104,9 +104,9 @@ def _bound_row(
     radius, own_time = balls.state[i].radius, meets_until(balls, i)
     (x, y), (vx, vy) = place(balls, i, t), velocity(balls, i, t)
     ax, ay = balls.state[i].ax, balls.state[i].ay
-    for block in range(0, n, st.LANES):
-        track = world.pairs.track[block * st.TRACKS : (block + st.LANES) * st.TRACKS]
-        row = world.pairs.bound[i * n + block : i * n + min(block + st.LANES, n)]
+    for block in range(0, n, st.TRACK_BALLS):
+        track = world.pairs.track[block * st.TRACKS : (block + st.TRACK_BALLS) * st.TRACKS]
+        row = world.pairs.bound[i * n + block : i * n + min(block + st.TRACK_BALLS, n)]
         if world.laws.uniform:
             _meet_block(track, row, t, x, y, vx, vy, radius, own_time)
         elif higher is not None:

@@ -16,7 +16,7 @@ _BITS = 0x7FFFFFFFFFFFFFFF
 
 @kernel(inline=True)
 def carry(run: Tangents, ball: int, k: int, t: float, row: FloatArray) -> None:
-    """Put in `row`, (ROW,), the perturbation of a ball at the instant t within its segment k.
+    """Put in `row`, (ROW_LENGTH,), the perturbation of a ball at the instant t in its segment k.
 
     Contract: t lies between the start of that segment and of the next one. No allocation.
 
@@ -26,8 +26,8 @@ def carry(run: Tangents, ball: int, k: int, t: float, row: FloatArray) -> None:
     slides, and c its deceleration: da = -(c / |d|) P dd, dv += s da, dx += s dv + s^2 da / 2.
     """
     # Indices into slices are never below 0: the compiler sees that, and makes vectors.
-    start = run.tangent[k * ts.ROW : (k + 1) * ts.ROW]
-    for place in range(ts.ROW):
+    start = run.tangent[k * ts.ROW_LENGTH : (k + 1) * ts.ROW_LENGTH]
+    for place in range(ts.ROW_LENGTH):
         row[place] = start[place]
     s = t - run.segments[k, st.EPOCH]
     radius = run.state[ball, st.RADIUS]
@@ -39,7 +39,9 @@ def carry(run: Tangents, ball: int, k: int, t: float, row: FloatArray) -> None:
         slowing, lever = run.state[ball, st.SLIDE_SLOWING], radius
     size2 = dx * dx + dy * dy
     over = -slowing / (size2 * math.sqrt(size2)) if size2 > 0.0 else 0.0
-    _go_on(run.lanes, row, s, over * dy * dy, -over * dx * dy, over * dx * dx, lever, 1.0 / radius)
+    _continue(
+        run.lanes, row, s, over * dy * dy, -over * dx * dy, over * dx * dx, lever, 1.0 / radius
+    )
     rate = run.state[ball, st.SPIN_SLOWING]
     if run.laws.slides and rate > 0.0 and abs(run.segments[k, st.WZ]) <= s * rate:
         for lane in range(run.lanes):
@@ -47,7 +49,7 @@ def carry(run: Tangents, ball: int, k: int, t: float, row: FloatArray) -> None:
 
 
 @kernel(inline=True)
-def _go_on(
+def _continue(
     lanes: int,
     row: FloatArray,
     s: float,
@@ -90,7 +92,7 @@ def _go_on(
 def arrive(run: Tangents, ball: int, t: float, place: int) -> None:
     """Bring a ball, and its perturbation, to the event at t: row `place` of `motion`, of `work`."""
     k = run.at[ball]
-    carry(run, ball, k, t, run.work[place * ts.ROW : (place + 1) * ts.ROW])
+    carry(run, ball, k, t, run.work[place * ts.ROW_LENGTH : (place + 1) * ts.ROW_LENGTH])
     s = t - run.segments[k, st.EPOCH]
     vx = run.segments[k, st.VX] + s * run.segments[k, st.AX]
     vy = run.segments[k, st.VY] + s * run.segments[k, st.AY]
@@ -119,7 +121,7 @@ def arrive(run: Tangents, ball: int, t: float, place: int) -> None:
 @kernel(inline=True)
 def shift_before(run: Tangents, place: int) -> None:
     """Bring a perturbation from the event's instant to where the event is for it: + f- dtau."""
-    row, at = run.work[place * ts.ROW :], ts.TAU - place * ts.ROW
+    row, at = run.work[place * ts.ROW_LENGTH :], ts.TAU - place * ts.ROW_LENGTH
     _shift(
         run.lanes,
         row,
@@ -178,7 +180,7 @@ def depart(run: Tangents, ball: int, t: float, place: int, rows: int) -> None:
     that is left at rest stops again at once, where the cloth slows it.
     """
     k = run.at[ball] + 1
-    row = run.work[place * ts.ROW : (place + 1) * ts.ROW]
+    row = run.work[place * ts.ROW_LENGTH : (place + 1) * ts.ROW_LENGTH]
     phase = run.segments[k, st.PHASE]
     if phase != st.SLIDING and run.laws.slides:
         _end_slip(run.lanes, row, run.state[ball, st.RADIUS])
@@ -192,18 +194,18 @@ def depart(run: Tangents, ball: int, t: float, place: int, rows: int) -> None:
         run.segments[k, st.AX],
         run.segments[k, st.AY],
     )
-    at = ts.TAU - place * ts.ROW
-    _shift(run.lanes, run.work[place * ts.ROW :], at, -1.0, vx, vy, ax, ay)
+    at = ts.TAU - place * ts.ROW_LENGTH
+    _shift(run.lanes, run.work[place * ts.ROW_LENGTH :], at, -1.0, vx, vy, ax, ay)
     if run.laws.slides:
         bx = run.segments[k, st.BX] if phase == st.SLIDING else 0.0
         by = run.segments[k, st.BY] if phase == st.SLIDING else 0.0
         bz = run.state[ball, st.SPIN_SLOWING] if run.segments[k, st.WZ] != 0.0 else 0.0
         bz = -bz if run.segments[k, st.WZ] > 0.0 else bz
-        _shift_turning(run.lanes, run.work[place * ts.ROW :], at, -1.0, bx, by, bz)
+        _shift_turning(run.lanes, run.work[place * ts.ROW_LENGTH :], at, -1.0, bx, by, bz)
     if run.rounding > 0.0:
         add_rounding(run, ball, k, t, place, rows)
-    kept = run.tangent[k * ts.ROW : (k + 1) * ts.ROW]
-    for one in range(ts.ROW):
+    kept = run.tangent[k * ts.ROW_LENGTH : (k + 1) * ts.ROW_LENGTH]
+    for one in range(ts.ROW_LENGTH):
         kept[one] = row[one]
     run.at[ball] = k
 
@@ -252,7 +254,7 @@ def add_rounding(run: Tangents, ball: int, k: int, t: float, place: int, rows: i
         turn_x, turn_y = 0.0, 0.0
     size = run.rounding
     signs = _mixed((int(run.signs) << 56) + (int(run.rank[ball]) << 32) + int(k - run.first[ball]))
-    row = run.work[place * ts.ROW : (place + 1) * ts.ROW]
+    row = run.work[place * ts.ROW_LENGTH : (place + 1) * ts.ROW_LENGTH]
     _add_signed(run.lanes, row, signs, size * x, size * y, size * speed_x, size * speed_y)
     if run.laws.slides:
         _add_signed_turns(run.lanes, row, signs, size * turn_x, size * turn_y, size * spin)

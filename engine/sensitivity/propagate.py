@@ -47,11 +47,11 @@ def run_tangent(run: Tangents) -> None:
         run.at[ball] = run.first[ball]
         if run.rounding > 0.0:
             k = run.first[ball]
-            for one in range(ts.ROW):
-                run.work[one] = run.tangent[k * ts.ROW + one]
+            for one in range(ts.ROW_LENGTH):
+                run.work[one] = run.tangent[k * ts.ROW_LENGTH + one]
             add_rounding(run, ball, k, 0.0, 0, 0)
-            for one in range(ts.ROW):
-                run.tangent[k * ts.ROW + one] = run.work[one]
+            for one in range(ts.ROW_LENGTH):
+                run.tangent[k * ts.ROW_LENGTH + one] = run.work[one]
     events = len(run.time)
     e = 0
     while e < events:
@@ -133,8 +133,8 @@ def _give_up_event(run: Tangents, e: int) -> None:
 
 @kernel
 def _give_up(run: Tangents, k: int) -> None:
-    for place in range(ts.ROW):
-        run.tangent[k * ts.ROW + place] = math.nan
+    for place in range(ts.ROW_LENGTH):
+        run.tangent[k * ts.ROW_LENGTH + place] = math.nan
 
 
 @kernel(inline=True)
@@ -155,7 +155,7 @@ def _pass_own_end(run: Tangents, ball: int) -> None:
         lever, rate = run.state[ball, st.RADIUS], 3.5 * run.state[ball, st.SLIDE_SLOWING]
         dx, dy = dx - lever * run.segments[k, st.WY], dy + lever * run.segments[k, st.WX]
     over = 1.0 / (rate * math.sqrt(dx * dx + dy * dy))
-    start = run.tangent[k * ts.ROW : (k + 1) * ts.ROW]
+    start = run.tangent[k * ts.ROW_LENGTH : (k + 1) * ts.ROW_LENGTH]
     for lane in range(run.lanes):
         ux = start[ts.DVX + lane] - lever * start[ts.DWY + lane]
         uy = start[ts.DVY + lane] + lever * start[ts.DWX + lane]
@@ -165,19 +165,19 @@ def _pass_own_end(run: Tangents, ball: int) -> None:
 
 @kernel(entry=True)
 def sample_tangent(run: Tangents, times: FloatArray, out: FloatArray) -> None:
-    """Put in `out`, (k, n, ROW), the perturbations at `times`, (k,) [s], increasing.
+    """Put in `out`, (k, n, ROW_LENGTH), the perturbations at `times`, (k,) [s], increasing.
 
     After an event where one falls on a time. Contract: `run_tangent` has run; no time lies beyond
     the motion's end. No allocation.
     """
-    row = run.work[ts.FIRST_BALL : ts.FIRST_BALL + ts.ROW]
+    row = run.work[ts.FIRST_BALL : ts.FIRST_BALL + ts.ROW_LENGTH]
     for ball in range(len(run.at)):
         k = run.first[ball]
         for m in range(len(times)):
             while k + 1 < run.first[ball + 1] and run.segments[k + 1, st.EPOCH] <= times[m]:
                 k += 1
             carry(run, ball, k, times[m], row)
-            for place in range(ts.ROW):
+            for place in range(ts.ROW_LENGTH):
                 out[m, ball, place] = row[place]
 
 
@@ -187,7 +187,7 @@ def sample_growth(run: Tangents, times: FloatArray, out: FloatArray) -> None:
 
     At `times`, as `sample_tangent`; inf where none of first order exists.
     """
-    row = run.work[ts.FIRST_BALL : ts.FIRST_BALL + ts.ROW]
+    row = run.work[ts.FIRST_BALL : ts.FIRST_BALL + ts.ROW_LENGTH]
     for ball in range(len(run.at)):
         k = run.first[ball]
         for m in range(len(times)):

@@ -18,14 +18,14 @@ DWX = 4 * LANES  # angular velocity [rad/s]; of no meaning for a ball that rolls
 DWY = 5 * LANES
 DWZ = 6 * LANES  # this one always
 PARTS = 7
-ROW = PARTS * LANES
+ROW_LENGTH = PARTS * LANES
 """Length of a row: all lanes of all parts."""
 
 # Places in `Tangents.work`. One array, because the compiler makes vectors of a loop only where it
 # sees that what is written isn't what is read: at constant distances in one array it does.
-FIRST_BALL = 0 * ROW  # perturbation of the first ball of the event at hand
-SECOND_BALL = 1 * ROW
-TAU = 2 * ROW  # how much later the event comes [s]
+FIRST_BALL = 0 * ROW_LENGTH  # perturbation of the first ball of the event at hand
+SECOND_BALL = 1 * ROW_LENGTH
+TAU = 2 * ROW_LENGTH  # how much later the event comes [s]
 THETA = TAU + LANES  # by what angle the normal of the contact is turned
 SEEN = THETA + LANES  # perturbations of what a law is given, in the frame of the contact
 GIVEN = SEEN + 10 * LANES  # and of what it gives
@@ -77,9 +77,7 @@ class Tangents(NamedTuple):
     what: IntArray  # (m, 3): EventKind, a, b
     rounding: float  # size of the perturbation that each event adds, over the state's; 0: none
     signs: int  # which random signs that perturbation has
-    tangent: (
-        FloatArray  # (k ROW,) at the start of each segment; not finite: none of first order exists
-    )
+    tangent: FloatArray  # (k ROW_LENGTH,) as each segment starts; not finite: there is none
     shift: FloatArray  # (m LANES,) how much later each event comes [s]
     at: IntArray  # (n,) the segment that each ball has come to
     due: IntArray  # (n,) collisions that a ball has at one instant

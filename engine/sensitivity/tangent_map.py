@@ -93,7 +93,7 @@ class TangentMap:
             return np.full((len(t), self.count, self.balls, ts.PARTS), math.inf)
         parts = []
         for run in self._runs:
-            out = np.empty((len(t), len(run.at), ts.ROW))
+            out = np.empty((len(t), len(run.at), ts.ROW_LENGTH))
             with _growing():
                 sample_tangent(run, t, out)
             parts.append(out.reshape(len(t), len(run.at), ts.PARTS, ts.LANES))
@@ -262,7 +262,7 @@ def _run(
         run.state[:, st.ROLL_SLOWING] > 0.0
     )
     start[rests, ts.DVX // ts.LANES : ts.DVY // ts.LANES + 1] = 0.0
-    run.tangent.reshape(-1, ts.ROW)[run.first[:-1]] = start.reshape(-1, ts.ROW)
+    run.tangent.reshape(-1, ts.ROW_LENGTH)[run.first[:-1]] = start.reshape(-1, ts.ROW_LENGTH)
     with _growing():
         run_tangent(run)
     return run
@@ -292,7 +292,7 @@ def _arrays(
         what=what,
         rounding=rounding,
         signs=signs,
-        tangent=np.empty(int(first[-1]) * ts.ROW),
+        tangent=np.empty(int(first[-1]) * ts.ROW_LENGTH),
         shift=np.empty(m * ts.LANES),
         at=np.zeros(n, dtype=np.int64),
         due=np.zeros(n, dtype=np.int64),
@@ -369,7 +369,7 @@ def _warm_up(integrated: bool) -> None:
         run = _arrays(scene, trajectory, np.empty(0, dtype=EVENT_DTYPE), 1.0)
         run.tangent[:] = 0.0
         run_tangent(run)
-        sample_tangent(run, np.zeros(1), np.empty((1, len(scene.balls), ts.ROW)))
+        sample_tangent(run, np.zeros(1), np.empty((1, len(scene.balls), ts.ROW_LENGTH)))
         sample_growth(run, np.zeros(1), np.empty((1, len(scene.balls))))
 
 

@@ -62,8 +62,8 @@ def pass_impact(run: Tangents, i: int, j: int) -> None:
     _see(
         run.lanes,
         run.work[ts.SECOND_BALL :],
-        ts.THETA - ts.ROW,
-        ts.SEEN + 5 * ts.LANES - ts.ROW,
+        ts.THETA - ts.ROW_LENGTH,
+        ts.SEEN + 5 * ts.LANES - ts.ROW_LENGTH,
         nx,
         ny,
         impact.b_vn,
@@ -156,7 +156,18 @@ def _pass_law(run: Tangents, impact: BallImpact, i: int, j: int, nx: float, ny: 
     turn_i, turn_j = 2.5 * to_i / run.state[i, st.RADIUS], 2.5 * to_j / run.state[j, st.RADIUS]
     normal, along, up = impulse.normal, impulse.along, impulse.up
     _push(run.lanes, run.work[ts.FIRST_BALL :], 0, -to_i, turn_i, nx, ny, normal, along, up)
-    _push(run.lanes, run.work[ts.SECOND_BALL :], ts.ROW, to_j, turn_j, nx, ny, normal, along, up)
+    _push(
+        run.lanes,
+        run.work[ts.SECOND_BALL :],
+        ts.ROW_LENGTH,
+        to_j,
+        turn_j,
+        nx,
+        ny,
+        normal,
+        along,
+        up,
+    )
 
 
 @kernel(inline=True)
@@ -196,7 +207,7 @@ def _rub_cloth(
 ) -> None:
     """Add to the perturbation of ball k that of the cloth's impulse on it."""
     turn = 2.5 / run.state[k, st.RADIUS]
-    at, row = ts.GIVEN + (3 + 2 * place) * ts.LANES, place * ts.ROW
+    at, row = ts.GIVEN + (3 + 2 * place) * ts.LANES, place * ts.ROW_LENGTH
     for lane in range(run.lanes):
         theta = run.work[ts.THETA + lane]
         cn = run.work[at + lane] - cloth_t * theta

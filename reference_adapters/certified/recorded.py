@@ -20,7 +20,7 @@ from ghostball.reference_adapters.certified.slide_piece import Piece
 POWERS = 20
 """Powers of the time in the way of a ball that air slows."""
 
-SHARE = 6.0
+PIECES_IN_REACH = 6.0
 """How many pieces of a roll in air its series could reach.
 
 What is left out is 6^-20 of the way or less: its rounding. Of a slide it is 4^-20 of what the air
@@ -96,7 +96,7 @@ def _in_a_line(body: Body, lasts: float) -> list[Row]:
         (vx, vy), (ux, uy) = body.velocity_after(s), body.slip_after(s)
         way = [body.position_after(s), *((part * x, part * y) for part in along)]
         rows.append(_row(body, s, way, [(ux - vx, uy - vy)]))
-        s = (s + body.roll.reach(s) / SHARE).mid()
+        s = (s + body.roll.reach(s) / PIECES_IN_REACH).mid()
     return rows
 
 

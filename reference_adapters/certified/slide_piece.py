@@ -25,7 +25,7 @@ from ghostball.reference_adapters.certified.arithmetic import (
     working_precision,
 )
 
-_SHARE = arb((1, -2))
+_PIECE_LENGTH = arb((1, -2))
 """Length of a piece, in units of a time within which neither slip nor velocity can vanish.
 
 So its series falls like 4^-n: the shorter, the more pieces; the longer, the more powers.
@@ -115,11 +115,11 @@ def next_piece(start: State, friction: arb, drag: arb, noise: arb) -> Piece:
     """
     size, speed = length(*start.slip), length(*start.v)
     pull = friction + drag * speed * speed
-    h = _SHARE * size / (pull + 2.5 * friction)
+    h = _PIECE_LENGTH * size / (pull + 2.5 * friction)
     # So slow that for all its time air does less than what doesn't matter.
     slow = (noise * friction / (drag + 1)).root(3)
     drags = bool(speed > slow)
-    h = arb.min(h, _SHARE * speed / pull if drags else slow / friction)
+    h = arb.min(h, _PIECE_LENGTH * speed / pull if drags else slow / friction)
     with working_precision(_LENGTH_BITS):
         h = (1 * h).mid()
     with working_precision(ctx.prec + 4 * _LENGTH_BITS):

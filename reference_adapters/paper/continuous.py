@@ -218,8 +218,8 @@ class _Run(PaperRun):
         deepest = tolerance if self._settings.overlaps == "ignored" else math.inf
         solved = False
         for i in range(len(balls)):
-            for cushion, depth in balls.cushion_depths(i):
-                if depth >= -tolerance and balls.leaving(i, cushion):
+            for cushion, overlap in balls.cushion_overlaps(i):
+                if overlap >= -tolerance and balls.leaving(i, cushion):
                     balls.flip(i, cushion)
                     recorder.event(self.t, EventKind.BALL_CUSHION, i, cushion)
                     solved = True

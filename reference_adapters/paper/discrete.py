@@ -151,11 +151,11 @@ class _Run(PaperRun):
     def _react_to_cushions(self) -> None:
         balls = self.balls
         for i in range(len(balls)):
-            for cushion, depth in balls.cushion_depths(i):
-                if depth <= 0.0:
+            for cushion, overlap in balls.cushion_overlaps(i):
+                if overlap <= 0.0:
                     continue
                 self._record_overlap()
-                inwards = depth if cushion % 2 == 0 else -depth
+                inwards = overlap if cushion % 2 == 0 else -overlap
                 if cushion < 2:
                     balls.x[i] += inwards
                 else:

@@ -149,7 +149,7 @@ class PaperBalls:
         self.vx[j] += share_j * scale * sx
         self.vy[j] += share_j * scale * sy
 
-    def cushion_depths(self, i: int) -> Iterator[tuple[int, float]]:
+    def cushion_overlaps(self, i: int) -> Iterator[tuple[int, float]]:
         """Give each cushion's index in `CUSHIONS` and how far ball `i` reaches beyond it [m]."""
         for cushion, place in self._cushions:
             centre = self.x[i] if cushion < 2 else self.y[i]
@@ -166,9 +166,9 @@ class PaperBalls:
     def time_to_cushion(self, i: int) -> float:
         """Return when ball `i` meets a cushion on a straight line at constant speed [s], or inf."""
         times = (
-            -depth / abs(self.vx[i] if cushion < 2 else self.vy[i])
-            for cushion, depth in self.cushion_depths(i)
-            if depth <= 0.0 and self.leaving(i, cushion)
+            -overlap / abs(self.vx[i] if cushion < 2 else self.vy[i])
+            for cushion, overlap in self.cushion_overlaps(i)
+            if overlap <= 0.0 and self.leaving(i, cushion)
         )
         return min(times, default=math.inf)
 

@@ -54,7 +54,7 @@ TABLE_WIDTH, TABLE_HEIGHT = 6.6, 3.45
 TIME_LEFT, TIME_WIDTH = 8.15, 4.7
 """Where the panels against time begin, and how wide they are [inch]."""
 
-ROW = 0.215
+ROW_HEIGHT = 0.215
 """Height of an engine's row of numbers [inch]."""
 
 ROWS = 9
@@ -81,7 +81,7 @@ def draw_sheet(shot: Shot) -> Figure | None:
     if not shot.drawn:
         return None
     notes = _notes(shot)
-    height = HEIGHT + ROW * max(0, len(shot.drawn) + len(notes) - ROWS)
+    height = HEIGHT + ROW_HEIGHT * max(0, len(shot.drawn) + len(notes) - ROWS)
     figure = style.new_figure(WIDTH, height, laid_out=False)
     figure.dpi = DPI
 
@@ -210,13 +210,13 @@ def _draw_numbers(figure: Figure, shot: Shot, top: float, notes: Sequence[str]) 
     heads = ("how right it is", "ball-ball", "ball-cushion")
 
     def write(x: float, row: int, text: str, colour: str = style.BLACK) -> None:
-        y = 1.0 - (top + ROW * row) / high
+        y = 1.0 - (top + ROW_HEIGHT * row) / high
         figure.text(x / WIDTH, y, text, va="center", fontsize=8.5, color=colour)
 
     for x, head in zip(COLUMNS[1:], heads, strict=True):
         write(x, 0, head, style.GREY)
     for row, run in enumerate(shot.drawn, start=1):
-        y = 1.0 - (top + ROW * row) / high
+        y = 1.0 - (top + ROW_HEIGHT * row) / high
         sample = [x / WIDTH for x in SAMPLE]
         figure.add_artist(Line2D(sample, [y, y], **line_of(run)))
         if not run.style.ours:

@@ -158,7 +158,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "graded/head-on",
     ),
     Mutation(
-        "wrong grip",
+        "wrong friction limit",
         "impacts/laws/ball_frictional.py",
         "STICKING = 2.0 / 7.0",
         "STICKING = 2.0 / 5.0",
@@ -305,7 +305,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "        wx, wy = balls.state[k].vy / radius, -balls.state[k].vx / radius",
         "In a contact step, the surface of a ball that rolls is taken to move the other way.",
         "tests/engine/resting_contact/test_friction.py"
-        "::test_contacts_that_are_held_in_steps_rub_by_coulombs_law[too_many_to_follow]",
+        "::test_contacts_that_are_held_in_steps_rub_by_coulombs_law[too_many_to_integrate]",
     ),
     Mutation(
         "forces go on backwards",
@@ -360,7 +360,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "        ax, ay = slowed_by_air(balls.air, laws, vx, vy, ax, ay)\n",
         "",
         "A ball that slides and presses another feels no air.",
-        "tests/engine/resting_contact/test_follow.py::"
+        "tests/engine/resting_contact/test_integrate.py::"
         "test_a_ball_that_slides_and_pushes_another_follows_the_constrained_motion[0.5]",
     ),
     Mutation(

@@ -22,9 +22,9 @@ from ghostball.reference_adapters import ReferenceEngine
 from ghostball.validation.diagnose.attribution import Attribution, attribute
 from ghostball.validation.diagnose.near_misses import (
     approach_speed,
-    depth_of,
     in_ulps,
     nearest_approach,
+    overlap_of,
 )
 from ghostball.validation.grading.event_logs import (
     Agreement,
@@ -287,8 +287,8 @@ def _margins_in(
     late: float,
 ) -> Iterator[Margin]:
     """Yield the margins in one run, which has `own` where the other run has `others`."""
-    if own is not None and (depth := depth_of(run, own)) is not None:
-        yield _margin(name, "miss", run, own, depth)
+    if own is not None and (overlap := overlap_of(run, own)) is not None:
+        yield _margin(name, "miss", run, own, overlap)
     if others is None:
         return
     later = None if own is None else _next_of(run, own, others)

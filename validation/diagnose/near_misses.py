@@ -1,4 +1,4 @@
-"""By how much a collision happens, or doesn't: depths, gaps and speeds of approach in a run."""
+"""By how much a collision happens, or doesn't: overlaps, gaps and speeds of approach in a run."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def state_before(result: Result, t: float) -> tuple[float, Samples]:
     return before, result.sample([before])
 
 
-def depth_of(result: Result, collision: Event) -> float | None:
+def overlap_of(result: Result, collision: Event) -> float | None:
     """Return how deep a collision of a run is [m]: by how much it would have to be missed.
 
     Two balls that went on as they were would come to overlap by this much at most, or a ball to
@@ -50,8 +50,8 @@ def depth_of(result: Result, collision: Event) -> float | None:
     def centres(times: FloatArray) -> FloatArray:
         return np.concatenate([coast.sample(times).positions[:, :, :2] for coast in coasts], axis=1)
 
-    depth = -_smallest(result.scene, collision, centres, 0.0, end)[0]
-    return depth if depth > 0.0 else None
+    overlap = -_smallest(result.scene, collision, centres, 0.0, end)[0]
+    return overlap if overlap > 0.0 else None
 
 
 def nearest_approach(

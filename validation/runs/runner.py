@@ -87,7 +87,7 @@ def run(
     keys: Mapping[Name, str],
     tasks: Callable[[Sequence[Name]], Iterable[T]],
     work: Callable[[T], G],
-    settle: Callable[[Done[T, G]], W],
+    conclude: Callable[[Done[T, G]], W],
     store: RecordStore[W, R],
     *,
     jobs: int | Workers = 1,
@@ -109,7 +109,7 @@ def run(
         Yields the tasks of these names; each is asked for when there is a process for it.
     work : callable
         Does a task; a function of a module.
-    settle : callable
+    conclude : callable
         Returns what is stored of what came of a task, also where its process crashed.
     jobs, limit
         See `run_tasks`.
@@ -145,7 +145,7 @@ def run(
                     if not begun:
                         begin()
                         begun = True
-                    given = settle(done)
+                    given = conclude(done)
                     name = store.name_of(store.record_of(given))
                     records[name] = store.write(given, keys[name])
                     if progress is not None:

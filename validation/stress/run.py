@@ -186,7 +186,7 @@ def run_stress(
 
     heard: set[str] = set()
 
-    def settle(done: Done[StressTask, Finding]) -> Finding:
+    def conclude(done: Done[StressTask, Finding]) -> Finding:
         if done.printed and done.task.label not in heard:  # once: it may well print in every shot
             heard.add(done.task.label)
             where = f"{done.task.family}/{done.task.trial.name}"
@@ -199,7 +199,7 @@ def run_stress(
         {name: _hash(name) if is_ours(task.label) else "" for name, task in tasks.items()},
         lambda names: (tasks[name] for name in names),
         run_trial,
-        settle,
+        conclude,
         store,
         jobs=cluster or jobs,
         limit=lambda task: min(task.trial.limit, math.inf if time_limit is None else time_limit),

@@ -77,9 +77,9 @@ def mathavan2014(impact: BallImpact, laws: Laws) -> BallImpulse:
     speeds = slip + abs(impact.a_vn) + abs(impact.b_vn)
     if not friction > NEGLIGIBLE or slip_up == 0.0 or not approach > NEGLIGIBLE * speeds:
         return frictional(impact, laws)
-    b_pressed = slip_up < 0.0
-    done = _press_b(impact if b_pressed else _turned(impact), friction, laws.ball_restitution)
-    if b_pressed:
+    b_on_table = slip_up < 0.0
+    done = _press_b(impact if b_on_table else _turned(impact), friction, laws.ball_restitution)
+    if b_on_table:
         return done
     return BallImpulse(
         done.normal, done.along, -done.up, -done.b_cloth_n, -done.b_cloth_t, 0.0, 0.0

@@ -142,14 +142,14 @@ def _check_overlaps(scene: SceneContents) -> None:
     dimensions = 3 if scene.physics.airborne else 2
     centres = scene.positions[:, :dimensions]
     radii = scene.radii
-    for i, j, depth in overlapping_pairs(centres, radii):
-        if depth > position_rounding(*centres[i], *centres[j], radii[i], radii[j]):
+    for i, j, overlap in overlapping_pairs(centres, radii):
+        if overlap > position_rounding(*centres[i], *centres[j], radii[i], radii[j]):
             one, other = scene.balls[j].id, scene.balls[i].id
             distance = np.sqrt(np.sum((centres[j] - centres[i]) ** 2))
             raise problem(
                 "overlap",
                 f'`balls[{j}]` ("{one}") and `balls[{i}]` ("{other}") must not overlap, but do by '
-                f"{depth:.6g} m: their centres are {distance:.9g} m apart and their radii add up "
+                f"{overlap:.6g} m: their centres are {distance:.9g} m apart and their radii add up "
                 f"to {radii[i] + radii[j]:.9g} m. Move one of them",
                 at=("balls", i, "position"),
             )
@@ -177,10 +177,10 @@ def overlapping_pairs(
         apart = sorted_centres[lag:] - sorted_centres[:-lag]
         if np.min(apart[:, 0]) > reach:
             break
-        depth = sorted_radii[lag:] + sorted_radii[:-lag] - np.sqrt(np.sum(apart**2, axis=1))
-        for k in np.flatnonzero(depth > 0.0):
+        overlap = sorted_radii[lag:] + sorted_radii[:-lag] - np.sqrt(np.sum(apart**2, axis=1))
+        for k in np.flatnonzero(overlap > 0.0):
             i, j = int(order[k]), int(order[k + lag])
-            found.append((max(i, j), min(i, j), float(depth[k])))
+            found.append((max(i, j), min(i, j), float(overlap[k])))
         if len(found) > _MOST_OVERLAPS:
             break
     return sorted(found, key=lambda pair: (pair[0], -pair[2], pair[1]))

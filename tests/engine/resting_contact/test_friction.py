@@ -117,7 +117,7 @@ def stick_to_each_other() -> Line:
     return scene, [Touch(0, 1, sticks=True), Touch(1, None)]
 
 
-def too_many_to_follow() -> Line:
+def too_many_to_integrate() -> Line:
     n = st.MOST_DIRECT + 2
     ways = 0.03 * np.sin(5.0 * np.arange(n))
     spins = [
@@ -138,7 +138,7 @@ def too_many_to_follow() -> Line:
         # Forces on the light ball are 900 times those of its cloth.
         pytest.param(sticks_before_a_heavy_ball, 40.0, id="sticks_before_a_heavy_ball"),
         pytest.param(stick_to_each_other, 1.0, id="stick_to_each_other"),
-        pytest.param(too_many_to_follow, 1.0, id="too_many_to_follow"),
+        pytest.param(too_many_to_integrate, 1.0, id="too_many_to_integrate"),
     ],
 )
 def test_contacts_that_are_held_in_steps_rub_by_coulombs_law(

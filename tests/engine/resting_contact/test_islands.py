@@ -28,7 +28,7 @@ def shot(name: str) -> Result:
 def deepest(result: Result) -> float:
     """Return how far [m] a ball goes into another or beyond a cushion, at and between events."""
     assert result.trajectory is not None
-    starts = np.unique(np.concatenate([k[:, 0] for k in result.trajectory.starts]))
+    starts = np.unique(np.concatenate([k[:, 0] for k in result.trajectory.segments]))
     times = np.union1d(starts, 0.5 * (starts[1:] + starts[:-1]))
     places, radii = result.sample(times).positions[:, :, :2], result.scene.radii
     gaps = [

@@ -185,7 +185,7 @@ def test_a_step_that_no_forces_with_friction_solve_is_taken_without_and_counted(
         return not rubs and solve(*arguments)
 
     monkeypatch.setattr(step, "solve", jams)
-    monkeypatch.setattr(step, "follow_on", lambda *_: False)
+    monkeypatch.setattr(step, "start_motion", lambda *_: False)
     result = simulate(spinning_push(), record="events")
     assert result.work["unsolved_contact_steps"] == result.work["contact_steps"] > 10
     check_spinning_push(result, friction=0.0)
@@ -201,7 +201,7 @@ def test_a_step_that_no_forces_solve_is_as_short_as_can_be_and_counted(monkeypat
         return 0 in tried and solve(*arguments)
 
     monkeypatch.setattr(step, "solve", jams_once)
-    monkeypatch.setattr(step, "follow_on", lambda *_: False)
+    monkeypatch.setattr(step, "start_motion", lambda *_: False)
     result = simulate(spinning_push(), record="events")
     assert result.work["unsolved_contact_steps"] == 1
     check_spinning_push(result, rel=1e-6)  # it lasts 3 ns, and what it lets approach rubs nothing

@@ -20,20 +20,22 @@ T = 1.0
 def tracks(slowed: bool):
     """Return blocks of balls of which most come near a ball of their own block's, and those."""
     chance = np.random.default_rng(5)
-    track = np.zeros((BLOCKS, st.TRACKS, st.LANES))
-    turn = chance.uniform(0.0, 2.0 * np.pi, (BLOCKS, st.LANES))
-    away = chance.uniform(0.3, 1.0, (BLOCKS, st.LANES)) * np.array([np.cos(turn), np.sin(turn)])
+    track = np.zeros((BLOCKS, st.TRACKS, st.TRACK_BALLS))
+    turn = chance.uniform(0.0, 2.0 * np.pi, (BLOCKS, st.TRACK_BALLS))
+    away = chance.uniform(0.3, 1.0, (BLOCKS, st.TRACK_BALLS)) * np.array(
+        [np.cos(turn), np.sin(turn)]
+    )
     mine = chance.normal(size=(BLOCKS, 6)) * [1.0, 1.0, 1.0, 1.0, 0.1 * slowed, 0.1 * slowed]
     towards = mine[:, 2:4, np.newaxis] - chance.uniform(
-        1.0, 2.0, (BLOCKS, 1, st.LANES)
+        1.0, 2.0, (BLOCKS, 1, st.TRACK_BALLS)
     ) * np.moveaxis(away, 0, 1)
-    track[:, 2:4] = towards + 0.05 * chance.normal(size=(BLOCKS, 2, st.LANES))
-    track[:, 4:6] = 0.1 * slowed * chance.normal(size=(BLOCKS, 2, st.LANES))
-    track[:, 6] = T - chance.uniform(0.0, 0.1, (BLOCKS, st.LANES))
+    track[:, 2:4] = towards + 0.05 * chance.normal(size=(BLOCKS, 2, st.TRACK_BALLS))
+    track[:, 4:6] = 0.1 * slowed * chance.normal(size=(BLOCKS, 2, st.TRACK_BALLS))
+    track[:, 6] = T - chance.uniform(0.0, 0.1, (BLOCKS, st.TRACK_BALLS))
     ago = (T - track[:, 6])[:, np.newaxis]
     track[:, 0:2] = mine[:, 0:2, np.newaxis] + np.moveaxis(away, 0, 1) - ago * track[:, 2:4]
-    track[:, 7] = chance.uniform(0.01, 0.05, (BLOCKS, st.LANES))
-    track[:, 8] = T + chance.uniform(0.5, 5.0, (BLOCKS, st.LANES))
+    track[:, 7] = chance.uniform(0.01, 0.05, (BLOCKS, st.TRACK_BALLS))
+    track[:, 8] = T + chance.uniform(0.5, 5.0, (BLOCKS, st.TRACK_BALLS))
     return track, mine
 
 
@@ -66,7 +68,7 @@ def roots(track, mine, slowed):
 def test_no_bound_of_a_pair_is_missing(slowed):
     track, mine = tracks(slowed)
     expected, clear = roots(track, mine, slowed)
-    found = np.empty((BLOCKS, st.LANES))
+    found = np.empty((BLOCKS, st.TRACK_BALLS))
     kernel = entry_to(_bound_block if slowed else _meet_block)
     for k in range(BLOCKS):
         x, y, vx, vy, ax, ay = mine[k].tolist()
@@ -83,9 +85,9 @@ def test_no_bound_of_a_pair_that_bends_is_late():
     """However accelerations change meanwhile, at their rates at most: the gap is open until it."""
     track, mine = tracks(slowed=True)
     chance = np.random.default_rng(6)
-    track[:, 9] = 10.0 ** chance.uniform(-4.0, 0.5, (BLOCKS, st.LANES))
+    track[:, 9] = 10.0 ** chance.uniform(-4.0, 0.5, (BLOCKS, st.TRACK_BALLS))
     jerk = 10.0 ** chance.uniform(-4.0, 0.5, BLOCKS)
-    found = np.empty((BLOCKS, st.LANES))
+    found = np.empty((BLOCKS, st.TRACK_BALLS))
     kernel = entry_to(_bent_block)
     for k in range(BLOCKS):
         x, y, vx, vy, ax, ay = mine[k].tolist()

@@ -65,10 +65,10 @@ def test_the_formula_tests_nothing_so_separating_balls_are_turned_round():
 speed = st.tuples(st.floats(-5, 5), st.floats(-5, 5))
 
 
-def test_cushion_depths_and_times():
+def test_cushion_overlaps_and_times():
     balls = one_ball(1.0, table=Table(length=2, width=1, cushions=("right", "top")))
     r = balls.radii[0]
-    assert dict(balls.cushion_depths(0)) == pytest.approx({1: r - 1.5, 3: r - 0.5})
+    assert dict(balls.cushion_overlaps(0)) == pytest.approx({1: r - 1.5, 3: r - 0.5})
     assert balls.time_to_cushion(0) == pytest.approx((0.5 - r) / 0.8)
     assert [balls.leaving(0, cushion) for cushion in range(4)] == [False, True, False, True]
     balls.flip(0, 1)

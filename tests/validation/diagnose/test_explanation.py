@@ -58,9 +58,9 @@ def test_a_planted_miss_is_named_with_its_depth_and_its_competitor():
     assert parting.true.key == (EventKind.BALL_BALL, 0, 1)
     assert parting.other.key == (EventKind.BALL_BALL, 0, 2)
     assert parting.t == parting.true.t == found.known.result.events["t"][0]
-    depth = next(one for one in found.margins if (one.run, one.what) == ("truth", "miss"))
-    assert depth.length == pytest.approx(1e-3, rel=1e-3)
-    assert depth.ulps == pytest.approx(1e-3 / 2.0**-53, rel=0.01)  # coordinates in [1/2, 1)
+    overlap = next(one for one in found.margins if (one.run, one.what) == ("truth", "miss"))
+    assert overlap.length == pytest.approx(1e-3, rel=1e-3)
+    assert overlap.ulps == pytest.approx(1e-3 / 2.0**-53, rel=0.01)  # coordinates in [1/2, 1)
     cue = next(one for one in found.states if one.ball == "cue")
     assert cue.distance < 1e-12
     assert {one.ball for one in found.states} == {"cue", "a", "b"}

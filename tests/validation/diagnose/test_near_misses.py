@@ -10,9 +10,9 @@ from ghostball.model import Ball, EventKind, Scene, Table
 from ghostball.reference_adapters import make_engine
 from ghostball.validation.diagnose.near_misses import (
     approach_speed,
-    depth_of,
     in_ulps,
     nearest_approach,
+    overlap_of,
 )
 from ghostball.validation.grading.event_logs import Event, events_in
 
@@ -27,7 +27,7 @@ def test_the_depth_of_a_hit_is_what_is_left_of_two_radii_beside_the_aim(aside):
     ]
     run = simulate(Scene(name="aim", balls=balls), record="trajectory")
     (hit,) = events_in(run.events)
-    assert depth_of(run, hit) == pytest.approx(2 * R - aside, rel=1e-6)
+    assert overlap_of(run, hit) == pytest.approx(2 * R - aside, rel=1e-6)
 
 
 def test_a_ball_that_would_stop_is_as_deep_as_it_would_still_go():
@@ -39,7 +39,7 @@ def test_a_ball_that_would_stop_is_as_deep_as_it_would_still_go():
         Ball(id="object", position=(0.5 + 2 * R, 0.0)),
     ]
     run = simulate(Scene(name="short", balls=balls), record="trajectory")
-    assert depth_of(run, events_in(run.events)[0]) == pytest.approx(1e-3, rel=1e-6)
+    assert overlap_of(run, events_in(run.events)[0]) == pytest.approx(1e-3, rel=1e-6)
 
 
 def test_a_cushion_is_as_deep_as_the_ball_would_go_on():
@@ -49,7 +49,7 @@ def test_a_cushion_is_as_deep_as_the_ball_would_go_on():
     )
     hit = events_in(run.events)[0]
     way = 0.36 / (2.0 * 0.02 * 9.81) - (1.2 - R - 0.5)
-    assert depth_of(run, hit) == pytest.approx(way, rel=1e-9)
+    assert overlap_of(run, hit) == pytest.approx(way, rel=1e-9)
     assert approach_speed(run, hit) == pytest.approx(
         math.sqrt(0.36 - 2.0 * 0.02 * 9.81 * (1.2 - R - 0.5)), rel=1e-9
     )
@@ -70,7 +70,7 @@ def test_frames_of_a_stepping_engine_give_the_same_to_a_step():
     exact = simulate(cut(), record="trajectory")
     stepped = make_engine("pymunk").simulate(cut(), record="trajectory")
     hits = [events_in(run.events)[0] for run in (exact, stepped)]
-    assert depth_of(stepped, hits[1]) == pytest.approx(depth_of(exact, hits[0]), rel=1e-3)
+    assert overlap_of(stepped, hits[1]) == pytest.approx(overlap_of(exact, hits[0]), rel=1e-3)
     assert approach_speed(stepped, hits[1]) == pytest.approx(
         approach_speed(exact, hits[0]), rel=0.02
     )

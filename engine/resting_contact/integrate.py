@@ -76,7 +76,7 @@ _TRIALS = 24
 
 
 @kernel
-def follow(
+def integrate(
     world: World,
     members: int,
     count: int,

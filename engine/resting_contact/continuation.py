@@ -1,4 +1,4 @@
-"""Lets an island go on, where the motion that was followed has ended and nothing else happened.
+"""Lets an island go on, where the motion that was integrated has ended and nothing else happened.
 
 Its members and contacts are those of before, and no gap has a rate: so nothing needs to be
 gathered. Who else comes in contact with it does so by an event, which ends its step. How long a
@@ -16,24 +16,25 @@ from ghostball.engine.core.tolerances import TIME_ROUNDING
 from ghostball.engine.motion.geometry import friction_limit, speed_of
 from ghostball.engine.motion.position import advance
 from ghostball.engine.resting_contact.cloth_response import slip_ends, time_to_change
-from ghostball.engine.resting_contact.follow import follow
+from ghostball.engine.resting_contact.integrate import integrate
 from ghostball.engine.resting_contact.islands import sort_by_place
 from ghostball.engine.resting_contact.paths import start_piece
 from ghostball.engine.scheduling.contact_time import holds
 
 _NEARLY = 1.9
-"""How far a motion is followed, in units of the time in which the cloth takes half of what there is
-of some slip or speed: nearly to its end, if the error of the motion permits."""
+"""How far a motion is integrated, in units of the time in which the cloth takes half of what there
+is of some slip or speed: nearly to its end, if the error of the motion permits."""
 
-_LEAST_FOLLOWED = 2.0**-11
-"""Shortest step that a motion is followed for, in units of the time to go one radius."""
+_LEAST_INTEGRATED = 2.0**-11
+"""Shortest step that a motion is integrated for, in units of the time to go one radius."""
 
 _LEAST_PART = 2.0**-6
 """And in units of the time in which some slip or speed ends, whichever is less."""
 
 _AFTER = 2.0**-4
-"""First step tried in units of a fresh one after a motion that was followed ended in a contact that
-parts or sticks, or in a ball that stops or starts to slip: what happens then takes little time."""
+"""First step tried in units of a fresh one after a motion that was integrated ended in a contact
+that parts or sticks, or in a ball that stops or starts to slip: what happens then takes little
+time."""
 
 FIRST_STEP = 2.0**-6
 """First step tried, in units of the time to go one radius at what the cloth can give."""
@@ -49,7 +50,7 @@ and it is counted in `work["unsolved_contact_steps"]`.
 
 
 @kernel
-def goes_on(world: World, i: int, t: float) -> bool:
+def continue_island(world: World, i: int, t: float) -> bool:
     """Let ball i's island move on, where a piece of its motion ends at t [s] and nothing else is.
 
     False where it has to be gathered anew; nothing has changed then.
@@ -58,7 +59,7 @@ def goes_on(world: World, i: int, t: float) -> bool:
     if not _is_undisturbed(world, i, t):
         return False
     if contacts.motion[i].pieces_left == 0.0:
-        return _follow_again(world, i, t)
+        return _start_next_motion(world, i, t)
     k = i
     while True:
         advance(world.balls, k, t)
@@ -71,7 +72,7 @@ def goes_on(world: World, i: int, t: float) -> bool:
 
 @kernel
 def _is_undisturbed(world: World, i: int, t: float) -> bool:
-    """Whether the motion of ball i's island is followed, and just a piece of it ends at t [s]."""
+    """Whether the motion of ball i's island is integrated, and just a piece of it ends at t [s]."""
     contacts = world.contacts
     if contacts.island[i] == st.FREE:
         return False
@@ -86,8 +87,8 @@ def _is_undisturbed(world: World, i: int, t: float) -> bool:
 
 
 @kernel
-def _follow_again(world: World, i: int, t: float) -> bool:
-    """Follow the motion of ball i's island for another step, as `goes_on`."""
+def _start_next_motion(world: World, i: int, t: float) -> bool:
+    """Follow the motion of ball i's island for another step, as `continue_island`."""
     contacts = world.contacts
     members, k = 0, i
     while True:
@@ -115,7 +116,7 @@ def _follow_again(world: World, i: int, t: float) -> bool:
                 contacts.ends[count, st.FIRST] = k
                 contacts.ends[count, st.SECOND] = second
                 count += 1
-    if not follow_on(world, members, count, t):
+    if not start_motion(world, members, count, t):
         return False
     for m in range(members):
         contacts.again[contacts.member[m]] = False
@@ -123,7 +124,7 @@ def _follow_again(world: World, i: int, t: float) -> bool:
 
 
 @kernel
-def follow_on(world: World, members: int, count: int, t: float) -> bool:
+def start_motion(world: World, members: int, count: int, t: float) -> bool:
     """Follow the motion of the members, and start its first pieces; False where it isn't smooth."""
     contacts = world.contacts
     own_time = own_time_of(world, members)
@@ -132,9 +133,9 @@ def follow_on(world: World, members: int, count: int, t: float) -> bool:
     if not ahead > 0.0:
         return False
     far = _NEARLY * time_to_half(world, members)
-    least = min(_LEAST_FOLLOWED * own_time, _LEAST_PART * far)
+    least = min(_LEAST_INTEGRATED * own_time, _LEAST_PART * far)
     shortest = shortest_step(own_time, t)
-    if not follow(world, members, count, far, least, shortest, ahead) > 0.0:
+    if not integrate(world, members, count, far, least, shortest, ahead) > 0.0:
         return False
     for m in range(members):
         contacts.motion[contacts.member[m]].step = _AFTER * fresh
@@ -158,12 +159,14 @@ def time_to_half(world: World, members: int) -> float:
 
 
 @kernel
-def next_step(contacts: Contacts, members: int, followed: bool, fresh: float, most: float) -> float:
-    """Return the step to try [s]: the shortest that was good for a member, or may be followed."""
+def next_step(
+    contacts: Contacts, members: int, integrated: bool, fresh: float, most: float
+) -> float:
+    """Return the step to try [s]: the shortest that was good for a member, or may be integrated."""
     step = most
     for m in range(members):
         row = contacts.motion[contacts.member[m]]
-        last = row.ahead if followed else row.step
+        last = row.ahead if integrated else row.step
         if last == 0.0:
             return min(fresh, most)
         step = min(step, last)
