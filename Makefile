@@ -71,7 +71,7 @@ regress: $(READY)  ## compare our engine with its accepted baselines
 # Coverage makes tests slower by two thirds, so `make test` leaves it out; COVERAGE=1 asks for it.
 COVERAGE ?=
 # What is compiled can't be traced: some tests of the kernels run again without compilation. Those of
-# all else trace it as they run anyway, in `test`; both together are the coverage.
+# all else trace it as they run in any case, in `test`; both together are the coverage.
 COVER := --cov --cov-report= --cov-fail-under=0
 with_coverage = $(if $(COVERAGE),COVERAGE_FILE=.coverage.$(1) $(PYTEST) $(COVER),\
 	rm -f .coverage.$(1) && $(PYTEST))

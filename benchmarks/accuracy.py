@@ -183,13 +183,13 @@ def measure_accuracy(
     graded = []
     with closing(run_tasks(numbers, jobs, _grade_shot)) as answers:
         for count, done in enumerate(answers, start=1):
-            graded.append(done.or_else(_died))
+            graded.append(done.or_else(_crashed))
             if progress is not None:
                 progress(count, shots, f"shot {done.task}")
     return AccuracyMeasurement.of(first, sorted(graded, key=lambda shot: shot.number))
 
 
-def _died(number: int, reason: str) -> Never:
+def _crashed(number: int, reason: str) -> Never:
     raise BenchError(f"the measurement of shot {number}: {reason}")
 
 

@@ -1,4 +1,4 @@
-"""The timer of all benchmarks: it interleaves what is compared, so that a slow moment hits all."""
+"""The timer of all benchmarks: it interleaves what is compared, so that a slow moment slows all."""
 
 from __future__ import annotations
 

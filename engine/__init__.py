@@ -50,7 +50,7 @@ friction, but follow no law by name, unless they are too slow to lift a ball
 
 Sustained contact
 -----------------
-Balls that friction presses together don't bounce without end: contact forces hold their gaps closed
+Balls that friction pushes together don't bounce without end: contact forces hold their gaps closed
 for as long as they push, in steps that keep every gap within a tolerance
 (`engine/resting_contact/step.py`).
 """

@@ -19,7 +19,7 @@ MAX_WORK = 10_000_000_000
 """Default limit of work: a minute or two. A shot takes thousands, a long run of a gas 10^9."""
 
 _LARGEST = 2**62
-"""Limits beyond that aren't told from it: the kernels count in 64 bits."""
+"""Limits beyond that aren't distinguished from it: the kernels count in 64 bits."""
 
 
 def simulate(
@@ -65,7 +65,7 @@ def simulate(
     Between events each ball moves in closed form, or along power series that are exact to rounding
     where air slows it (`engine/motion/drag.py`); the next contact is the first entering root of the
     true gap (`engine/scheduling/all_pairs.py`). There is no time step, but for balls that friction
-    presses together: these move in steps that keep their gaps within a stated tolerance
+    pushes together: these move in steps that keep their gaps within a stated tolerance
     (`engine/resting_contact/step.py`), counted in `work["contact_steps"]`. Impacts at one instant
     that share a ball, resolved together (`engine/impacts/simultaneous.py`), are counted in
     `work["joint_impacts"]`.

@@ -119,7 +119,7 @@ def _make_all(
     work = partial(_make, path, figures)
     with closing(run_tasks(tasks, max(jobs, 1), work)) as finished:
         for done in finished:
-            made, wrong = done.or_else(_died)
+            made, wrong = done.or_else(_crashed)
             if isinstance(made, Exception):
                 raise made
             failed += wrong
@@ -143,7 +143,7 @@ def _load(path: Path) -> tuple[Results, Regression | None]:
     return results, load_regression(results.path)
 
 
-def _died(task: str, reason: str) -> _Answer:
+def _crashed(task: str, reason: str) -> _Answer:
     failed = FailedPart(task, reason, reason)
     return failed_scene_part(task.removeprefix(PART), failed), [failed]
 

@@ -62,7 +62,7 @@ class Overlap:
     t: float
     a: int
     b: int
-    depth: float
+    length: float
 
 
 def draw_figure_1(results: Results) -> Figure:
@@ -166,26 +166,26 @@ PAPER_FIGURES: dict[str, Callable[[Results], Figure]] = {
 
 
 def overlaps(shot: Shot, motion: Motion) -> list[Overlap]:
-    """Return every stored instant at which two balls are inside each other, deepest first."""
+    """Return every stored instant at which two balls are inside each other, the largest first."""
     found = [
-        Overlap(float(t), a, b, depth)
+        Overlap(float(t), a, b, length)
         for t, centres in zip(motion.times, motion.positions, strict=True)
-        for a, b, depth in _overlaps_at(shot.scene.radii, centres)
+        for a, b, length in _overlaps_at(shot.scene.radii, centres)
     ]
-    return sorted(found, key=lambda overlap: -overlap.depth)
+    return sorted(found, key=lambda overlap: -overlap.length)
 
 
 def _overlaps_at(radii: FloatArray, centres: FloatArray) -> Iterator[tuple[int, int, float]]:
     """Yield each two balls that are inside each other, and by how much [m]."""
     first, second = np.triu_indices(len(radii), k=1)
     apart = np.linalg.norm(centres[first] - centres[second], axis=1)
-    depth = radii[first] + radii[second] - apart
-    for pair in np.flatnonzero(depth > 0.0):
-        yield int(first[pair]), int(second[pair]), float(depth[pair])
+    length = radii[first] + radii[second] - apart
+    for pair in np.flatnonzero(length > 0.0):
+        yield int(first[pair]), int(second[pair]), float(length[pair])
 
 
 def _clippings(results: Results) -> list[tuple[Shot, Run, Run, Overlap]]:
-    """Return two deep overlaps of different pairs, from different breaks where there are two.
+    """Return two large overlaps of different pairs, from different breaks where there are two.
 
     Each with its shot, the run that clips, and ours.
     """
@@ -193,10 +193,10 @@ def _clippings(results: Results) -> list[tuple[Shot, Run, Run, Overlap]]:
     for name in (name for name in (BREAK, BIG_BREAK) if name in results.scene_names):
         shot, ours = our_shot(results, name)
         clipped = next(run for run in shot.drawn if run.label == CLIPPING_ENGINE)
-        deepest: dict[tuple[int, int], Overlap] = {}
+        largest: dict[tuple[int, int], Overlap] = {}
         for overlap in overlaps(shot, motion_of_run(clipped)):
-            deepest.setdefault((overlap.a, overlap.b), overlap)
-        found.append([(shot, clipped, ours, overlap) for overlap in deepest.values()])
+            largest.setdefault((overlap.a, overlap.b), overlap)
+        found.append([(shot, clipped, ours, overlap) for overlap in largest.values()])
     return [found[0][0], found[1][0]] if len(found) > 1 else found[0][:2]
 
 
@@ -215,14 +215,14 @@ def _draw_close_up(axes: Axes, shot: Shot, run: Run, overlap: Overlap) -> None:
     draw_table(axes, shot.scene, view, ticks=False)
     _draw_balls(axes, shot, centres, alpha=0.9)
     radii = shot.scene.radii
-    deepest = 0.0
-    for i, j, depth in _overlaps_at(radii, centres):
-        deepest = max(deepest, depth)
+    largest = 0.0
+    for i, j, length in _overlaps_at(radii, centres):
+        largest = max(largest, length)
         _draw_lens(axes, centres[i], centres[j], radii[i], radii[j])
     draw_scale_bar(axes, view, 0.05, "50 mm")
     gap = float(np.linalg.norm(a - b)) - radii[overlap.a] - radii[overlap.b]
-    if deepest > 0.0:
-        state = f"overlap {style.format_length(deepest)}"
+    if largest > 0.0:
+        state = f"overlap {style.format_length(largest)}"
     else:
         state = f"no overlap, gap {style.format_length(gap)}"
     axes.set_title(

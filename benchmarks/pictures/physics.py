@@ -34,7 +34,7 @@ THROW_BY_SPIN = "throw-by-spin"
 THREE_QUARTER_BALL, HALF_BALL, QUARTER_BALL = (
     math.degrees(math.asin(1.0 - fraction)) for fraction in (0.75, 0.5, 0.25)
 )
-"""Cut angles of hits that cover this much of the object ball [deg]."""
+"""Cut angles of shots that cover this much of the object ball [deg]."""
 
 PUBLISHED_DEFLECTIONS = (
     (10.0, 21.681),

@@ -76,7 +76,7 @@ The others aren't, so that who edits them needn't wait for the compiler.
 class KernelCache(FunctionCache):
     """What is kept of one kernel.
 
-    numba is told the folder here, not by its setting, which is the whole process's: another thread
+    numba is given the folder here, not by its setting, which is the whole process's: another thread
     that compiles a function of its own would write it into our cache.
     """
 

@@ -86,7 +86,7 @@ class BallRow(Row):
     slide_slowing: float  # deceleration while sliding [m/s^2]; 0 where `motion` is "rolling"
     spin_slowing: float  # deceleration of the spin about the vertical [rad/s^2]
     cloth_friction: float  # coefficient of sliding friction, for impacts with the cloth
-    moved: float  # 1: the ball has moved, by more than creeping, since it last came to rest
+    moved: float  # 1: the ball has moved, by more than very slow motion, since it last came to rest
 
 
 STATE_COLUMNS = 24
@@ -220,7 +220,7 @@ class StageRow(_ContactRow):
     bz: float
     way_x: float  # how far it has come in the step [m]: its place less that of before would round
     way_y: float
-    hold_x: float  # what the cloth does so that it goes on rolling [m/s^2]
+    hold_x: float  # what the cloth does so that it continues rolling [m/s^2]
     hold_y: float
     sense: float  # 1 or -1: that of its spin about the vertical, which the cloth slows; 0: held
     twist: float  # how fast contacts alone change that spin [rad/s^2]

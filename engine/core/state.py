@@ -78,7 +78,7 @@ RISE = 1  # of a ball's lowest point above the cloth, at `epoch` [m]
 UP_SPEED = 2  # its velocity upwards then [m/s]
 FALL = 3  # and its acceleration downwards [m/s^2]; 0 on the cloth
 LASTS = 4  # how long bounces that are too low to be followed take [s]; 0: there are none
-END_VX = 5  # with which velocity [m/s] and angular velocity [rad/s] the ball goes on
+END_VX = 5  # with which velocity [m/s] and angular velocity [rad/s] the ball continues
 END_VY = 6
 END_WX = 7
 END_WY = 8
@@ -281,7 +281,7 @@ SECOND = 1
 class Log(NamedTuple):
     """What happened: m events, and k balls whose motion changed, just after; m may be 0.
 
-    `clock` and `counters` go on where a full log is followed by an empty one.
+    `clock` and `counters` continue where a full log is followed by an empty one.
     """
 
     clock: FloatArray  # (CLOCKS,)
@@ -373,9 +373,9 @@ RUN_T_MAX = 1
 RUN_EVENT_LIMIT = 2
 RUN_LOG_FULL = 3
 RUN_NOT_FINITE = 4
-RUN_CONTACTS = 5  # go on with `Contacts`, which the run was not given
+RUN_CONTACTS = 5  # continue with `Contacts`, which the run was not given
 RUN_NO_ROOM = 6
-RUN_PAUSED = 7  # it goes on when called again
+RUN_PAUSED = 7  # it continues when called again
 RUN_WORK_LIMIT = 8
 RUN_STANDSTILL = 9  # events without end at one instant
 RUN_ENDLESS = 10  # a ball that lies on others bounces without end

@@ -3,7 +3,7 @@
 Those down to `SLIP_ROUNDING` are derived from the rounding of double precision and only say when a
 computed sign is noise: free balls have no speed below which they rest, no distance below which they
 touch, no time below which events are simultaneous. Two others leave bounces out: between balls that
-friction presses together, or one of which was at rest (`CAPTURE_HEIGHT`), and on the table
+friction pushes together, or one of which was at rest (`CAPTURE_HEIGHT`), and on the table
 (`LOWEST_BOUNCE`). The rest is of balls that stay in contact. How their steps are chosen is no
 tolerance: those constants are where they are used, in `resting_contact`.
 """
@@ -32,7 +32,7 @@ APPROACH_ROUNDING = 8.0 * EPS
 An impact with restitution 0 leaves up to about 4 EPS of the speeds, of either sign. Taken as an
 approach it would be resolved again and again at the same instant, changing nothing. The price: two
 balls that truly approach so slowly are let pass, and overlap by up to this part of the way that
-they go together, as much as the rounding of their velocities moves them anyway.
+they go together, as much as the rounding of their velocities moves them in any case.
 """
 
 LEAST_SPEED = 2.0**-500
@@ -54,7 +54,7 @@ all that is approximate in the engine; a run that used it says so in `work["cont
 """
 
 CAPTURE_HEIGHT = 2.0**-18
-"""Height of a bounce, in diameters, below which balls that friction presses together don't part.
+"""Height of a bounce, in diameters, below which balls that friction pushes together don't part.
 
 2e-7 m for pool balls: less than a millisecond on the cloth, some times as long as a real contact of
 two balls lasts. Bounces die out towards a contact; following them down to the tolerance of a gap

@@ -30,7 +30,7 @@ def find(world: World, limit: int) -> tuple[int, Event]:
     while True:
         t, single, row = earliest(world, world.cells)
         status = _status_at(world, t, single, row, limit)
-        # After that, so that a run that goes on after a pause does something before the next.
+        # After that, so that a run that continues after a pause does something before the next.
         log.counters[st.WORK] += turn
         _count_turns(world.contacts, log)
         if status != st.RUN_CONTINUES or single >= 0:
@@ -56,7 +56,7 @@ def _count_turns(contacts: Contacts | None, log: Log) -> None:
 
 @kernel(inline=True)
 def _status_at(world: World, t: float, single: int, row: int, limit: int) -> int:
-    """Return whether a run goes on to the next instant t [s], or why it ends before."""
+    """Return whether a run continues to the next instant t [s], or why it ends before."""
     log = world.log
     if log.counters[st.NOT_FINITE] != st.FREE:
         return st.RUN_NOT_FINITE

@@ -21,8 +21,8 @@ def finish(world: World, status: int, end: FloatArray) -> int:
     where p > 2.
 
     When all centres rest, that is when the last spin about the vertical has decayed, too; a spin
-    that no friction slows goes on, and isn't waited for. Return `status`, or RUN_T_MAX where a ball
-    still spins then.
+    that no friction slows continues, and isn't waited for. Return `status`, or RUN_T_MAX where a
+    ball still spins then.
     """
     balls, laws, log = world.balls, world.laws, world.log
     t = log.clock[st.NOW]

@@ -132,7 +132,7 @@ def touches_more(world: World, t: float) -> bool:
 
 @kernel(inline=True)
 def list_below(height: FloatArray | None, world: World, t: float) -> int:
-    """List what the first pair of `balls.touching` presses together by its bounce; say how many."""
+    """List what the first pair of `balls.touching` pushes together by its bounce; say how many."""
     balls = world.balls
     if height is None:
         return 0

@@ -22,16 +22,16 @@ def run(world: World, limit: int) -> int:
     Returns one of RUN_RESTED, RUN_T_MAX, RUN_EVENT_LIMIT, RUN_LOG_FULL, RUN_NOT_FINITE; or
     RUN_STANDSTILL, where events follow each other at one instant without end; or RUN_PAUSED, where
     its loops have done all the work that PAUSE_AT permits; or RUN_NO_ROOM, where more balls touch
-    at once than the arrays have room for; or RUN_CONTACTS, where balls press each other, or hit
-    several at once, and `contacts` is None.
+    at once than the arrays have room for; or RUN_CONTACTS, where balls are in resting contact, or
+    collide several at once, and `contacts` is None.
 
     One of `pairs` and `cells` is None: which scheduler works, `scheduling.scheduler` says.
 
     Contract: every ball is marked when the run begins. No allocation, no raising. Everything is in
     the arguments, so a run that returned RUN_LOG_FULL, RUN_EVENT_LIMIT, RUN_PAUSED or RUN_CONTACTS
-    goes on where it stopped when called again. The event that asked for `contacts` is kept, and not
-    found once more: its balls are at its instant by then, and of pairs that touch at once rounding
-    would leave one. A run that returned RUN_NOT_FINITE has in NOT_FINITE
+    continues where it stopped when called again. The event that asked for `contacts` is kept, and
+    not found once more: its balls are at its instant by then, and of pairs that touch at once
+    rounding would leave one. A run that returned RUN_NOT_FINITE has in NOT_FINITE
     which ball's motion isn't.
     """
     contacts, log = world.contacts, world.log

@@ -73,7 +73,7 @@ def play(
     which : (m,) int64
         Rows of the next four, the shots to be played.
     goes_on : bool
-        Whether the shot `which[first]` goes on from where it was left; else it begins.
+        Whether the shot `which[first]` continues from where it was left; else it begins.
     cue : int
     motions : (k, SHOT_COLUMNS) float64
         What differs between the shots: how ball `cue` is shot. Where k is 0 nothing does.
@@ -97,7 +97,8 @@ def play(
         How many events and contact steps a shot may have; how much WORK.
     budget : int
         WORK after which the kernel returns, so that an interrupt is heard. A shot that has the
-        status RUN_PAUSED, RUN_LOG_FULL or, if it is alone, RUN_CONTACTS goes on when called again.
+        status RUN_PAUSED, RUN_LOG_FULL or, if it is alone, RUN_CONTACTS continues when called
+        again.
 
     Notes
     -----

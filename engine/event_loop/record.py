@@ -46,11 +46,11 @@ def note_ends(world: World, k: int, t: float) -> None:
 
 @kernel
 def note_rest(world: World, contacts: Contacts | None, k: int, t: float) -> None:
-    """Log that ball k came to rest; but not again after what a contact step let it creep."""
-    creeps = False
+    """Log that ball k came to rest; but not again after a contact step let it move slowly."""
+    moves_slowly = False
     if contacts is not None:
-        creeps = contacts.island[k] != st.FREE and world.balls.state[k].moved == 0.0
-    if not creeps:
+        moves_slowly = contacts.island[k] != st.FREE and world.balls.state[k].moved == 0.0
+    if not moves_slowly:
         note_event(ROLL_TO_REST_EVENT, k, -1, t, world.log)
     world.log.clock[st.LAST_EVENT] = t
     world.balls.state[k].moved = 0.0

@@ -33,7 +33,7 @@ def balls_in(
     drags: int | None,
     flies: int | None,
 ) -> Balls:
-    """Return the `Balls` of a block; which of their last arrays there are is told, by None."""
+    """Return the `Balls` of a block; which of their last arrays there are is said, by None."""
     n = places[at.COUNT]
     state = numbers[places[at.STATE] : places[at.OWN_KIND]]
     rows = state.view(BALL) if COMPILED else rows_of(state.reshape(n, STATE_COLUMNS), BallRow)

@@ -48,7 +48,7 @@ _NULL = 2.0**-40
 """Curvature, in units of the largest of a contact alone, that is rounding.
 
 Where more contacts push than needed, as on balls between two cushions, some impulses do nothing.
-Going on along those made them, and then everything, arbitrarily large.
+Continuing along those made them, and then everything, arbitrarily large.
 """
 
 _UNSOLVED = 2.0**-30

@@ -31,7 +31,7 @@ def collide_balls(balls: Balls, i: int, j: int, laws: Laws) -> None:
     Notes
     -----
     With the unit normal, which is exact along an axis, and shares that are exactly 1/2 for equal
-    masses, a full hit along an axis stops exactly.
+    masses, a straight collision along an axis stops a ball exactly.
     """
     if not laws.slides:
         # No law that is left acts on spin: the paper's section 4.2, times (1 + e) / 2.

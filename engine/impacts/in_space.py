@@ -1,7 +1,7 @@
 """Impacts where balls may leave the cloth: along the true normal, of two balls and at a nose.
 
 Restitution acts along the normal of the contact in space, Coulomb friction across it, against the
-slip of the surfaces there; so an impulse has a vertical part, and lifts a ball, or presses it into
+slip of the surfaces there; so an impulse has a vertical part, and lifts a ball, or pushes it into
 the table, which answers at the same instant (`impacts.on_table`). The coefficients are the scene's;
 of the laws that it names, only whether that of the cushions turns balls counts.
 

@@ -1,7 +1,7 @@
 """What the table does to a ball that may fly: it returns its speed downwards, and rubs it.
 
 The speed downwards is returned `table_restitution` times, with the cloth's friction; at the instant
-of the impact that pressed the ball down, after it (that order is a choice; a joint law would give
+of the impact that pushed the ball down, after it (that order is a choice; a joint law would give
 the ball that can't yield downwards another mass).
 
 Bounces on the table that would rise less than `LOWEST_BOUNCE` aren't followed one by one. They are
@@ -33,9 +33,9 @@ def set_free(balls: Balls, i: int) -> None:
 
 @kernel
 def answer_by_table(height: FloatArray, balls: Balls, i: int, laws: Laws) -> None:
-    """Let the table answer to ball i, if it lies there: one that is pressed down comes up again.
+    """Let the table answer to ball i, if it lies there: one that is pushed down comes up again.
 
-    And say how it goes on: in the air, in bounces too low to be followed, or on the cloth.
+    And say how it continues: in the air, in bounces too low to be followed, or on the cloth.
     """
     height[i, st.LASTS] = 0.0
     if height[i, st.RISE] > 0.0:

@@ -1,7 +1,7 @@
 """Impacts at one instant that share a ball, resolved together.
 
-One after the other, in whatever order, a hit on two touching balls would favour one of them. So all
-contacts of the group act at once.
+One after the other, in whatever order, a collision with two touching balls would favour one of
+them. So all contacts of the group act at once.
 
 The normal impulses are (1 + e) times those that would just end every approach, e the restitution
 (Moreau 1988). For e = 1 that is one generalised reflection of Smith, Kaufman, Vouga, Tamstorf and

@@ -69,7 +69,7 @@ def part_slowly(
     """Let two balls, of which one flies, part as fast as they approach, without friction.
 
     One on the table that is loaded from above yields across only, and along a cushion that it
-    touches: it goes on rolling if it rolls. A ball exactly above another falls off along x. Then
+    touches: it continues rolling if it rolls. A ball exactly above another falls off along x. Then
     the table answers. One that lies still is held instead, and the other left alone.
 
     Notes

@@ -72,9 +72,9 @@ def first_meeting(rx: float, ry: float, vx: float, vy: float, reach: float) -> f
     Notes
     -----
     The discriminant (r.v)^2 - v^2 (d^2 - D^2) is v^2 D^2 - (r x v)^2, which for balls that are far
-    apart has smaller terms to round: the instant of an oblique hit from 20 diameters away was off
-    by 20 roundings with the first form. Touching balls have the first as their whole discriminant,
-    whatever rounding makes of the second.
+    apart has smaller terms to round: the instant of an oblique collision from 20 diameters away was
+    off by 20 roundings with the first form. Touching balls have the first as their whole
+    discriminant, whatever rounding makes of the second.
     """
     distance = math.sqrt(rx * rx + ry * ry)
     gap = (distance - reach) * (distance + reach)

@@ -196,8 +196,8 @@ def time_to_impact(
     bounces = rate * rate > (2.0**-20 * lowest if overlap > 2.0 * sink and rate < 0.0 else lowest)
     if bounces and rate < 0.0:
         return 0.0
-    deeper = max(sink - max(overlap, 0.0), 0.25 * sink)
-    step: float = first_crossing(0.0 if bounces else deeper, rate, pull)
+    sinks = max(sink - max(overlap, 0.0), 0.25 * sink)
+    step: float = first_crossing(0.0 if bounces else sinks, rate, pull)
     return step
 
 

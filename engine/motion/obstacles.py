@@ -124,7 +124,7 @@ def _time_by_bounds(
                 return s, True
             # It touches and doesn't approach. Its true jerk is asked, since a ball that goes along
             # an obstacle may have a large one along it; and that a gap as small as the rounding of
-            # its coordinates opens, or goes on to be there, no double can tell.
+            # its coordinates opens, or continues to be there, no double can tell.
             bent = whole_jerk_along(balls, i, nx, ny, lasts)
             unseen = GAP_ROUNDING * ball.radius + GAP_ULPS * EPS * (abs(x) + abs(y))
             step = first_bent_crossing(unseen, rate, pull, bent, left)

@@ -1,8 +1,8 @@
 """How a ball of an island answers to the forces on it, with the cloth's friction, over one step.
 
-The cloth acts too. A member that rolls is given the friction with which it goes on rolling, so that
-it reacts with 7/5 of its mass, for as long as that is within the limit of sliding friction (or of
-rolling friction, if that is greater: what resists rolling also keeps the ball from slipping);
+The cloth acts too. A member that rolls is given the friction with which it continues rolling, so
+that it reacts with 7/5 of its mass, for as long as that is within the limit of sliding friction (or
+of rolling friction, if that is greater: what resists rolling also keeps the ball from slipping);
 beyond, and where it slides, sliding friction acts against the slip at mid-step.
 """
 

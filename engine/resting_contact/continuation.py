@@ -1,4 +1,4 @@
-"""Lets an island go on, where the motion that was integrated has ended and nothing else happened.
+"""Lets an island continue, where the integrated motion has ended and nothing else happened.
 
 Its members and contacts are those of before, and no gap has a rate: so nothing needs to be
 gathered. Who else comes in contact with it does so by an event, which ends its step. How long a
@@ -177,7 +177,7 @@ def next_step(
 def own_time_of(world: World, members: int) -> float:
     """Return the least time [s] in which the cloth can move a member by its radius.
 
-    Where no cloth can, and air alone may press balls together, that in which one goes so far.
+    Where no cloth can, and air alone may push balls together, that in which one goes so far.
     """
     balls = world.balls
     least, fastest = math.inf, math.inf

@@ -131,7 +131,7 @@ def gaps_are_closed(world: World, count: int, duration: float) -> bool:
         now = contacts.forces[c].gap
         a, b = balls_of(contacts, c)
         tolerance = contact_tolerance(balls, a, b)
-        # The deeper it already is, the less it may deepen: many steps must not add up.
+        # The larger the overlap already is, the less it may grow: many steps must not add up.
         share = 1.0 + min(0.0, max(-1.0, now / tolerance))
         left = max(share * permitted_gap(balls, a, b, duration), gap_rounding(balls, a, b))
         over = excess(world, c, duration)
@@ -148,9 +148,9 @@ def stays_closed(world: World, count: int, duration: float) -> bool:
     """Whether no gap leaves the tolerance within the step.
 
     Looked at seven times. A step is so short that a gap is all but a cubic of time, closed at the
-    end; where it is deepest depends on whether it opens first. A cubic that is within `_WITHIN` of
-    the tolerance at these places, and at the start, is within it everywhere. Of a contact that
-    doesn't push, which opens, the way out has no bound.
+    end; where the overlap is largest depends on whether it opens first. A cubic that is within
+    `_WITHIN` of the tolerance at these places, and at the start, is within it everywhere. Of a
+    contact that doesn't push, which opens, the way out has no bound.
     """
     contacts = world.contacts
     for c in range(count):

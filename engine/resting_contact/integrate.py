@@ -209,7 +209,7 @@ def _fifth_root(x: float) -> float:
 
 @kernel(inline=True)
 def _least_force(world: World, count: int) -> float:
-    """Return the least force in units of what could press; inf where all rest.
+    """Return the least force in units of what could push; inf where all rest.
 
     That is the friction of the cloth; where it has none, what keeps balls on a circle of a radius.
     """

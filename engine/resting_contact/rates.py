@@ -35,7 +35,7 @@ def find_rates(world: World, members: int, count: int) -> bool:
     """Find the accelerations of the members from their state, both in `contacts.stage`.
 
     In FORCE of each contact is its force, which may be negative; none is between balls that rest.
-    False where some friction has no direction, or a ball can't go on rolling, or resting.
+    False where some friction has no direction, or a ball can't continue rolling, or resting.
     """
     contacts = world.contacts
     for m in range(members):
@@ -166,7 +166,7 @@ def _answer(world: World, c: int, k: int, push_x: float, push_y: float, end: int
     fx, fy = push_x / ball.mass, push_y / ball.mass
     cx, cy = 0.0, 0.0
     if world.laws.slides and ball.phase != st.SLIDING:
-        # So that it goes on rolling: the cloth's friction changes a slip by 7/2 of itself.
+        # So that it continues rolling: the cloth's friction changes a slip by 7/2 of itself.
         turn = 2.5 / ball.mass
         cx = -(fx - turn * contacts.forces[c].turn_y) / 3.5
         cy = -(fy + turn * contacts.forces[c].turn_x) / 3.5

@@ -1,7 +1,7 @@
-"""Sustained contact, the whole of it: balls that friction presses together move as one island.
+"""Resting contact, the whole of it: balls that friction holds in contact move as one island.
 
 Two balls that roll side by side in contact, in slightly different directions, are slowed along
-different lines, and so may be pressed together. Bouncing, they would meet again and again with
+different lines, and so may stay in contact. Bouncing, they would meet again and again with
 vanishing speed: without end for a restitution below 1. Instead a contact force holds each gap of
 the island closed for as long as it has to push.
 
@@ -76,13 +76,13 @@ def end_step(contacts: Contacts, i: int) -> None:
 
 @kernel
 def start_steps(world: World, listed: int, t: float) -> None:
-    """End the contact steps of all balls marked in `contacts.again`; start others if they press.
+    """End the contact steps of all balls marked in `contacts.again`; start others if they push.
 
-    And start those of the first `listed` contacts of `balls.touching`, whether they press or not:
+    And start those of the first `listed` contacts of `balls.touching`, whether they push or not:
     FIRST is a ball, SECOND a ball or -1 minus the row of an obstacle.
 
     Islands are judged as wholes, and all of them that an event changed at once: in a chain, the
-    ball behind may be all that presses the two in front together, so that no pair of free balls
+    ball behind may be all that pushes the two in front together, so that no pair of free balls
     would show it; and of two balls that hit each other, both may belong to an island. What one
     island does may bring another in contact: so they take turns by place, not by number.
 

@@ -115,7 +115,7 @@ class Run:
         self._check_resolved()
 
     def _endless(self, code: int) -> str:
-        """Say what goes on without end, and what ends it."""
+        """Say what continues without end, and what ends it."""
         if code == st.RUN_STANDSTILL:
             return (
                 f"the clock stands still: {self._counters[st.AT_ONCE]} events at one instant, as "
@@ -200,7 +200,7 @@ class Run:
             )
 
     def _start_new_log(self) -> None:
-        """Keep the full log and go on in one twice as large."""
+        """Keep the full log and continue in one twice as large."""
         full = self._trimmed_log()
         larger = log_of(2 * len(self._log[0]), self.size, self._layout.columns)
         # In this order an interrupt in between loses nothing and repeats nothing: an empty new log

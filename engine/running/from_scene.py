@@ -352,7 +352,7 @@ def contacts_of(n: int) -> Contacts:
 def _most_pairs(n: int) -> int:
     """Pairs of n balls that can touch at once: a planar graph has fewer than 3 n edges.
 
-    More do where gaps can't be told: between balls hardly larger than the rounding of their
+    More do where gaps can't be resolved: between balls hardly larger than the rounding of their
     coordinates. Such a run ends, see `NO_ROOM`.
     """
     return min(n * (n - 1) // 2, 3 * n)

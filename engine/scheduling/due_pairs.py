@@ -173,8 +173,8 @@ def _join_ties(world: World, t: float, until: float, listed: int) -> int:
     """List also the pairs that share a ball with a listed one, and touch too but for rounding.
 
     Their bounds are past the instant t, and no later than `until` [s]. Which of the gaps closes
-    first is then noise: a symmetric hit on two touching balls would be resolved one after the other
-    where coordinates are rounded. Return how many are listed now.
+    first is then noise: a symmetric collision with two touching balls would be resolved one after
+    the other where coordinates are rounded. Return how many are listed now.
     """
     balls = world.balls
     count = listed

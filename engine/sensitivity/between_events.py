@@ -1,4 +1,4 @@
-"""How a small change of one ball's motion goes on between events, reaches one, and leaves it."""
+"""How a small change of one ball's motion continues between events, reaches one, and leaves it."""
 
 from __future__ import annotations
 

@@ -47,10 +47,10 @@ class Status(enum.Enum):
     REST = "every ball came to rest"
     T_MAX = "stopped at the scene's `t_max`; balls may still be moving"
     EVENT_LIMIT = (
-        "the event limit was reached; raise `max_events`, or look for balls pressed together"
+        "the event limit was reached; raise `max_events`, or look for balls in resting contact"
     )
     WORK_LIMIT = "the limit of work was reached before every ball rested; raise `max_work`"
-    ENDLESS = "balls bounce or hop without coming to rest, which no limit mends; see `reason`"
+    ENDLESS = "balls bounce without coming to rest, which no limit mends; see `reason`"
     STEP_LIMIT = "the step limit was reached before every ball rested; raise `max_time` or `dt`"
     UNPROVED = "what comes next can't be proved; the result holds what is; see `reason`"
     INTERRUPTED = "interrupted; the result holds what was done until then"

@@ -40,9 +40,9 @@ BALL_LAWS = (
         ("ball_restitution", "ball_friction", "sliding_friction"),
         "integrated over the impulse, with the friction of the cloth (Mathavan et al. 2014)",
         feature="MATHAVAN_BALL",
-        # Far above, the pressed ball could jam between the other and the cloth, and wouldn't stay
+        # Far above, the ball on the cloth could jam between it and the other, and wouldn't stay
         # on it. Below 5/7 the cloth can't keep the ball from slipping however strongly it is
-        # pressed: so its slip passes through zero, and it never rolls during an impact.
+        # there: so its slip passes through zero, and it never rolls during an impact.
         limits=(("ball_friction", 1.0), ("sliding_friction", 0.7)),
         turns=True,
         integrated=True,

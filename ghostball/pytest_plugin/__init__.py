@@ -79,7 +79,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         type=float,
         default=TIME_LIMIT,
         help="How long a scene may take. The engine runs in a process of its own: a crash or a "
-        "hang fails the scene, and the others go on. inf: no limit, in pytest's own process, as a "
+        "hang fails the scene, and others continue. inf: no limit, in pytest's own process, as a "
         "debugger or a measurement of coverage needs it (default: %(default)g).",
     )
 

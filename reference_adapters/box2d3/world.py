@@ -54,9 +54,12 @@ class World(ContactWorld):
     def step(self, dt: float) -> None:
         """Let Box2D step by `dt` [s]: it finds contacts, then solves velocities and moves."""
         self._world.step(dt, self.iterations)
-        hits = self._world.get_contact_events().hit_events()
+        events = self._world.get_contact_events().hit_events()
         self._note(
-            {collision_of(self._parts[hit.shape_a.id], self._parts[hit.shape_b.id]) for hit in hits}
+            {
+                collision_of(self._parts[event.shape_a.id], self._parts[event.shape_b.id])
+                for event in events
+            }
         )
 
     def positions_and_velocities(self) -> tuple[FloatArray, FloatArray]:

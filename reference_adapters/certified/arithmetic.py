@@ -82,7 +82,7 @@ class UndecidedError(Exception):
 
 
 class SustainedContactError(Exception):
-    """From here on balls press each other or a cushion, which has no closed form.
+    """From here on balls are in resting contact with others or a cushion, which has no closed form.
 
     Attributes are those of `UndecidedError`.
     """

@@ -86,7 +86,7 @@ def _seal(key: str, text: str) -> str:
 
 
 def write(key: str, certificate: Certificate) -> None:
-    """Keep a certificate; where that can't be done, say so and go on."""
+    """Keep a certificate; where that can't be done, say so and continue."""
     path = path_of(key)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -198,7 +198,7 @@ class Certificate:
         What the columns of `segments` are: those of `segment_columns`.
     starts : tuple of tuples of int
         Of each ball, the rows of its segments at which the shot begins, or an event changes its
-        motion. Those between go on with the same motion, as further pieces of its series.
+        motion. Those between continue with the same motion, as further pieces of its series.
     """
 
     ending: Ending

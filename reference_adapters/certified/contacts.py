@@ -26,7 +26,7 @@ from ghostball.reference_adapters.certified.problem import Problem
 LOW_BOUNCE = 2.0**-18
 """Height of a bounce, in diameters, at which a contact counts as sustained: 2e-7 m for pool balls.
 
-A ball that friction presses against another, or a cushion, bounces ever lower, without end in a
+A ball that friction pushes against another, or a cushion, bounces ever lower, without end in a
 finite time. Where a rebound at the speed of approach would not rise higher, the contact holds from
 there on; the model that is certified says so too (README, "What our engine models").
 """
@@ -34,7 +34,7 @@ there on; the model that is certified says so too (README, "What our engine mode
 MOST_LOW_BOUNCES = 4
 """Bounces in a row, each no higher than `LOW_BOUNCE`, that are taken for an endless series.
 
-So it goes where friction presses only in between: a ball that rolls up to a resting one touches it
+So it goes where friction pushes only in between: a ball that rolls up to a resting one touches it
 again and again, since the one that it met stops at once.
 """
 

@@ -230,7 +230,8 @@ def answered_by_table(constants: Constants, state: State, t: arb, order: int) ->
     Raises
     ------
     UndecidedError
-        Where it can't be decided whether it is on the table, presses it, sticks to it, or flies.
+        Where it can't be decided whether it is on the table, is pushed onto it, sticks to it, or
+        flies.
     """
     if not state.rise.is_zero():
         if not state.rise > 0:
@@ -239,7 +240,7 @@ def answered_by_table(constants: Constants, state: State, t: arb, order: int) ->
     if state.up < 0:
         state = _bounced(constants, state)
     elif not state.up >= 0:
-        raise UndecidedError("whether it presses the table")
+        raise UndecidedError("whether it is pushed onto the table")
     square = state.up * state.up
     lowest = 4 * constants.gravity * LOWEST_BOUNCE * constants.radius
     if square > lowest:

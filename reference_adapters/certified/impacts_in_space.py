@@ -95,7 +95,7 @@ class ImpactsInSpace(Impacts):
         impulse = _plus(_times(normal, n), _times(part, slip))
         turn = _times(5 * part / 2, _cross(n, slip))
         total = masses[0] + masses[1]
-        # Where nothing lifts a ball, or presses it to the table, that adds nothing to it.
+        # Where nothing lifts a ball, or pushes it onto the table, that adds nothing to it.
         self.still = not free and returned.is_zero() and impulse[2].is_zero()
         return (
             self._sent_on(a, arb(-masses[1] / total), impulse, turn, chosen.instant, order),

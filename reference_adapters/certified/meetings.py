@@ -79,7 +79,7 @@ def meeting_again(gap: Gap, high: float, bits: int, *, still: bool = False) -> M
         if rest[0] < 0:
             raise SustainedContactError("in resting contact", (gap.choice,), gap.t)
     if not rest[0] > 0:
-        raise UndecidedError("whether they part or press", (gap.choice,), gap.t)
+        raise UndecidedError("whether they part or stay in contact", (gap.choice,), gap.t)
     return _narrowed(gap.t, *_horner(rest), first_entry(rest, ZERO, arb(high), bits))
 
 
@@ -97,7 +97,7 @@ def _meeting_again_in_air(gap: Gap, high: arb, bits: int, *, still: bool) -> Mee
             raise SustainedContactError("in resting contact", (gap.choice,), gap.t)
     apart = parting(opens, high, bits) if opens(ZERO) > 0 else None
     if apart is None:
-        raise UndecidedError("whether they part or press", (gap.choice,), gap.t)
+        raise UndecidedError("whether they part or stay in contact", (gap.choice,), gap.t)
     if apart >= high:
         return None
     found = first_entry_of(gap.value, gap.slope, apart, high, bits)

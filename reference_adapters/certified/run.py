@@ -181,7 +181,7 @@ class Run:
         self._agenda.add(Candidate(choice, (body,), found=found))
 
     def _predict_pair(self, i: int, j: int) -> None:
-        """Predict when balls i < j meet, while both go on as they do."""
+        """Predict when balls i < j meet, while both continue as they do."""
         a, b = self.bodies[i], self.bodies[j]
         if (a.resting and b.resting) or Phase.GONE in (a.phase, b.phase):
             return

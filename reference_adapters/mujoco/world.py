@@ -32,7 +32,7 @@ MARGIN = 1e-9
 HARDEST = 0.9999
 """Impedance of a contact, MuJoCo's cap: what it leaves out is how far impulses are off [1]."""
 
-_SAME_IMPEDANCE = (HARDEST, HARDEST, 0.001, 0.5, 2.0)  # whatever the depth
+_SAME_IMPEDANCE = (HARDEST, HARDEST, 0.001, 0.5, 2.0)  # whatever the overlap
 
 
 class World(ContactWorld):

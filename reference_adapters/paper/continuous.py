@@ -27,7 +27,7 @@ Completions, where the print is silent or can't run
 - Ball i meets its cushions, then balls 0 .. n - 1, so each pair is solved twice; the second time
   finds it separating.
 - Rest: a ball that friction would turn round within a step is stopped (`stop`, see `paper.model`).
-- Balls that press on each other at the limit of rounding can hold the clock for ever; `max_events`
+- Balls that push each other at the limit of rounding can hold the clock for ever; `max_events`
   ends such a run.
 
 Why it misses collisions ------------------------ The paper "tends to miss a collision here or
@@ -68,8 +68,8 @@ class PaperContinuousSettings(EngineSettings):
         Gap, of either sign, up to which balls touch "at this instant". Never 0: rounding would
         leave balls just short of touching, with no time left to advance by.
     overlaps : {"ignored", "collide"}
-        What balls that overlap by more do: go on through each other, as printed, or collide where
-        they approach, as in the paper's source.
+        What balls that overlap by more do: continue through each other, as printed, or collide
+        where they approach, as in the paper's source.
     cushions : {"late", "searched"}
         Whether the search looks at cushions too; as printed it doesn't.
     stop : {"reversal", "never"}
@@ -215,7 +215,7 @@ class _Run(PaperRun):
     def _solve_collisions(self) -> bool:
         """Solve the collisions at this instant, and say whether there was one."""
         balls, recorder, tolerance = self.balls, self.recorder, self._settings.tolerance
-        deepest = tolerance if self._settings.overlaps == "ignored" else math.inf
+        most = tolerance if self._settings.overlaps == "ignored" else math.inf
         solved = False
         for i in range(len(balls)):
             for cushion, overlap in balls.cushion_overlaps(i):
@@ -224,7 +224,7 @@ class _Run(PaperRun):
                     recorder.event(self.t, EventKind.BALL_CUSHION, i, cushion)
                     solved = True
             for j in range(len(balls)):
-                if j != i and -deepest <= balls.gap(i, j) <= tolerance and balls.approaching(i, j):
+                if j != i and -most <= balls.gap(i, j) <= tolerance and balls.approaching(i, j):
                     balls.collide(i, j)
                     recorder.event(self.t, EventKind.BALL_BALL, i, j)
                     solved = True

@@ -48,7 +48,7 @@ _ROLLING = Capability(
 _FLAT_CUSHION = none("Bullet's cushion is a vertical plane: it has no nose above the ball's centre")
 _LIFTED = (
     "in space: a ball that friction lifts bounces, and has no cloth until it lands; one that it "
-    "presses down is rubbed by the cloth, and slowed as it rolls, in the same instant"
+    "pushes down is rubbed by the cloth, and slowed as it rolls, in the same instant"
 )
 
 CAPABILITIES: Capabilities = {

@@ -28,7 +28,7 @@ class Clock:
         self.t = 0.0
 
     def tick(self) -> float:
-        """Go on by a step; return the instant of its end [s]."""
+        """Continue by a step; return the instant of its end [s]."""
         self._step += 1
         self.t = self._t_end if self._step == self._count else self._step * self.dt
         return self.t

@@ -73,7 +73,7 @@ def time_to_contact(
     float
         Smallest dt in (0, `horizon`] at which a gap falls to its level, or inf. The level is `gap`
         for what is farther apart than 2 `gap`. What is nearer is there already: its level is an
-        overlap that is deeper by `gap` than the present one, so that a step of this length makes an
+        overlap that is larger by `gap` than the present one, so that a step of this length makes an
         engine that detects by overlap see the contact. Something that moves apart counts when it
         has come back; something that touches without closing never does. For what is in
         resting contact, such as a ball that its topspin drives against another, the overlap is

@@ -91,7 +91,7 @@ class OnItsOwnCloth(Stepper):
         self._no_slip = scene.sliding_frictions * scene.physics.gravity * self._clock.dt
         self._spins_by = scene.spinning_friction_rates * self._clock.dt
         self._slowest_fall = slowest_bounce(scene, self._clock.dt)
-        self._lowest_hop = self._slowest_fall * self._clock.dt
+        self._lowest_bounce = self._slowest_fall * self._clock.dt
         self._touching: set[int] = set()
         world.set_motion(scene.velocities, scene.angular_velocities)
         self._centres, self._velocities, self._spins = world.motion()
@@ -165,7 +165,7 @@ class OnItsOwnCloth(Stepper):
     def _lies(self) -> BoolArray:
         """Whether each ball is on the cloth; all are, where none may leave it."""
         heights = self._centres[:, 2] - self._radii
-        lies: BoolArray = (heights <= self._lowest_hop) & (
+        lies: BoolArray = (heights <= self._lowest_bounce) & (
             np.abs(self._velocities[:, 2]) <= self._slowest_fall
         )
         return lies

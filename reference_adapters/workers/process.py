@@ -78,7 +78,7 @@ class WorkerAbsentError(Exception):
 
 
 class WorkerFailedError(Exception):
-    """A worker that ended or went on for too long without an answer, or answered with an error."""
+    """A worker that ended, ran for too long without an answer, or answered with an error."""
 
 
 class Worker:

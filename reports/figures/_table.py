@@ -69,7 +69,7 @@ def aspect_of(view: View) -> float:
 def draw_table(axes: Axes, scene: Scene, view: View, *, ticks: bool = True) -> None:
     """Draw cloth and cushions, and set equal aspect and limits.
 
-    A side without a cushion is dashed: the cloth goes on.
+    A side without a cushion is dashed: the cloth continues.
     """
     from matplotlib.patches import Rectangle  # noqa: PLC0415
 

@@ -1,7 +1,7 @@
 """One sheet for each scene: all engines over each other, in four ways.
 
 Where the balls rest, how many collisions there were by each instant, how the energy falls, and how
-far the balls are from our engine's as time goes on; and a row of numbers for each engine.
+far the balls are from our engine's as time continues; and a row of numbers for each engine.
 """
 
 from __future__ import annotations

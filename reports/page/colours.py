@@ -1,7 +1,7 @@
 """Colours of the page: what reads on what, and engines' colours on light and dark paper.
 
 An engine has one colour in every figure (`reports.style`). On the page's paper, light or dark, it
-is mixed with ink until a line of it can be told from the paper.
+is mixed with ink until a line of it can be distinguished from the paper.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The charts of one scene: energy against time, and how far engines are from ours as it goes on."""
+"""The charts of one scene: energy against time, and how far engines are from ours meanwhile."""
 
 from __future__ import annotations
 

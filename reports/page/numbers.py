@@ -85,7 +85,7 @@ def number_heads(cases: Sequence[CaseRecord]) -> list[str]:
         "ball-cushion",
         "collisions in order",
         "energy difference [1]",
-        "deepest overlap",
+        "largest overlap",
         "run time",
     ]
 

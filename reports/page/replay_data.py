@@ -35,7 +35,7 @@ SCHEMA: Final = 2
 """Version of the data; the script refuses another one."""
 
 MAX_EVENTS = 1500
-"""Events kept of an engine's log: more can't be told apart on a time line, nor stepped through."""
+"""Events kept of an engine's log: more can't be distinguished on a time line, nor stepped to."""
 
 FLIES_FROM = 1e-4
 """Height over the cloth from which on a ball is seen to fly [m]: what only trembles isn't."""

@@ -24,7 +24,7 @@ def stress_html(results: Results) -> Markup:
     folders = stress_folders(results.path)
     if not folders:
         return Markup()
-    shot = f"{SPEED:g} m/s, {DEPTH:g} diameters deep"
+    shot = f"{SPEED:g} m/s, {DEPTH:g} diameters of overlap"
     return render(
         "stress.html", runs=map(_run, folders), shot=shot, counts=COUNTS, quantiles=QUANTILES
     )

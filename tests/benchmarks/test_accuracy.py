@@ -18,9 +18,9 @@ from ghostball.validation.scenes.random_shots import random_shot
 
 @pytest.fixture(scope="module")
 def in_one_process() -> tuple[AccuracyMeasurement, list[tuple[int, int, str]]]:
-    """Return what one process measures, and the progress that it told."""
+    """Return what one process measures, and the progress that it reported."""
     seen: list[tuple[int, int, str]] = []
-    measured = measure_accuracy(25, jobs=1, progress=lambda *told: seen.append(told))
+    measured = measure_accuracy(25, jobs=1, progress=lambda *report: seen.append(report))
     return measured, seen
 
 

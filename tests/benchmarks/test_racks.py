@@ -1,4 +1,4 @@
-"""Fails where a rack's time is lost or another's, or a peer that can't is asked on or not told."""
+"""Fails where a rack's time is lost or another's, or one that can't is asked on or not reported."""
 
 from dataclasses import replace
 
@@ -74,7 +74,7 @@ SCENE = table_gas(2, 0.5)
 
 @pytest.fixture
 def played_by(monkeypatch):
-    """Return what makes a peer whose adapter does what it is told."""
+    """Return what makes a peer whose adapter does what it is asked to."""
 
     def make(simulate):
         engine = make_engine("paper-discrete")

@@ -11,7 +11,7 @@ from benchmarks.skips import ROUNDING, compare_answers, measure_skips
 from ghostball.engine import simulate
 from ghostball.engine.running.skips import BUILT_IN, Skip
 
-# None of pressed balls, nor of a law that integrates: what it measures is compiled already.
+# None of resting contact, nor of a law that integrates: what it measures is compiled already.
 SHOT = scene_of(ball((0.5, 0.6), (1.0, 0.1)), ball((1.2, 0.64)), table=POOL_TABLE)
 
 

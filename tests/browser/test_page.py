@@ -26,7 +26,7 @@ def test_the_whole_page_fits_the_screen(open_page, size):
         assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
 
 
-def test_a_link_opens_its_scene_and_steps_go_on(open_page, results):
+def test_a_link_opens_its_scene_and_steps_continue(open_page, results):
     page = open_page(DRAW)
     assert page.locator(f"#scene\\={DRAW}").is_visible()
     page.evaluate("name => { location.hash = `#scene=${name}`; }", CUT)

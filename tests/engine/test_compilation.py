@@ -56,9 +56,9 @@ def test_a_scene_that_is_not_played_needs_nothing():
 
 
 def test_a_scene_that_breaks_a_rule_needs_nothing():
-    unsound = ONE.model_copy(update={"t_max": math.nan})
-    assert variants_of([unsound]) == []
-    warm_up([unsound])
+    invalid = ONE.model_copy(update={"t_max": math.nan})
+    assert variants_of([invalid]) == []
+    warm_up([invalid])
 
 
 @pytest.mark.compiled

@@ -39,7 +39,7 @@ VIRIAL = (
 """B_(k+2) / B_2^(k+1) of hard discs: Clisby and McCoy 2006, J. Stat. Phys. 122 15, table 1."""
 
 TAIL_RATIOS = (0.53, 0.57)
-"""Between which the ratio of a virial coefficient to the one before is taken to go on.
+"""Between which the ratio of a virial coefficient to the one before is taken to continue.
 
 From B_8 on the known ones are 0.566, 0.557 and 0.551.
 """
@@ -91,11 +91,11 @@ def middle_of(result: Result, begin: float, end: float) -> tuple[float, float, f
     places = states.positions[:, :, :2]
     discs = np.mean(np.sum(np.all((places > low) & (places < high), axis=2), axis=1))
     events = result.events
-    hits = events[
+    collisions = events[
         (events["kind"] == EventKind.BALL_BALL) & (events["t"] >= begin) & (events["t"] < end)
     ]
-    a, va = places_of(result, hits["a"].astype(np.int64), hits["t"])
-    b, vb = places_of(result, hits["b"].astype(np.int64), hits["t"])
+    a, va = places_of(result, collisions["a"].astype(np.int64), collisions["t"])
+    b, vb = places_of(result, collisions["b"].astype(np.int64), collisions["t"])
     inside = np.all((0.5 * (a + b) > low) & (0.5 * (a + b) < high), axis=1)
     apart = (b - a)[inside]
     speeds = np.sum((vb - va)[inside] * apart, axis=1) / np.hypot(*apart.T)
@@ -117,10 +117,14 @@ def state_of(parts: NDArray[np.float64], side: float) -> tuple[float, float, flo
     those in the middle and the discs there; for v_n its mean over collisions of discs with
     Maxwell's velocities, sqrt(pi k T / m), is taken.
     """
-    discs, seconds, hits, speeds, heat = parts.sum(axis=0).tolist()
+    discs, seconds, collisions, speeds, heat = parts.sum(axis=0).tolist()
     maxwell = math.sqrt(math.pi * heat / seconds)
     packing = discs / seconds / (side - 2.0 * LAYERS) ** 2 * math.pi * RADIUS**2
-    return 1.0 + hits * RADIUS * math.pi / maxwell / discs, packing, speeds / hits / maxwell
+    return (
+        1.0 + collisions * RADIUS * math.pi / maxwell / discs,
+        packing,
+        speeds / collisions / maxwell,
+    )
 
 
 @pytest.mark.slow

@@ -159,7 +159,7 @@ def far_away(velocity, **fields):
 OVERFULL = pytest.mark.parametrize(
     "scene",
     [
-        # More pairs hit at once than balls side by side can: all run to the middle.
+        # More pairs collide at once than balls side by side can: all run to the middle.
         far_away(lambda i, j: (1e-3 * (3 - i), 1e-3 * (3 - j))),
         # More stay in contact: each column is slowed more than the one behind it.
         far_away(lambda i, j: (1e-4, 0.0), rolling_friction=lambda i: 0.01 * (1 + i)),

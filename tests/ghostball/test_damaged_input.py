@@ -1,6 +1,6 @@
 """Whatever is read is damaged, nested or of another shape: one line, exit status 2, never 3.
 
-Each case is one fault in what is sound otherwise. Where a fault happens to be a value that may be
+Each case is one fault in what is valid otherwise. Where a fault happens to be a value that may be
 there, such as another date, the command does its work.
 """
 
@@ -100,9 +100,9 @@ def dumped(one):
 
 
 @pytest.fixture(scope="module")
-def sound(tmp_path_factory):
+def valid(tmp_path_factory):
     """A results folder with a record of each kind; a stress run and a board lie in it."""
-    folder = tmp_path_factory.mktemp("sound")
+    folder = tmp_path_factory.mktemp("valid")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("ghostball.validation.parallel.pool.limit_of", lambda _: None)
         options = ("-e", "pymunk", "--jobs", "1", "--no-report", "--out", folder)
@@ -139,10 +139,10 @@ def query(folder, sql, given=()):
         return database.execute(sql, given).fetchall()
 
 
-def with_fault(sound, folder, row, text):
+def with_fault(valid, folder, row, text):
     """Copy results, with another text in place of one record."""
     part, table, number, _ = row
-    shutil.copytree(sound, folder)
+    shutil.copytree(valid, folder)
     try:
         sql = f"UPDATE {table} SET {RECORDS[table]} = ? WHERE rowid = ?"
         query(folder / part, sql, [text, number])
@@ -159,16 +159,16 @@ READERS = {
 }
 
 
-def assert_records_are_checked(sound, tmp_path, reader, count, seed):
+def assert_records_are_checked(valid, tmp_path, reader, count, seed):
     rng = random.Random(seed)
-    rows = rows_of(sound)
+    rows = rows_of(valid)
     assert {table for _, table, *_ in rows} == set(RECORDS)
     every = {row: list(texts(row[3])) for row in rows}
     refused = 0
     for number in range(count):
         row = rng.choice(rows)  # each record as often as any, however long
         folder = tmp_path / str(number)
-        if with_fault(sound, folder, row, rng.choice(every[row])):
+        if with_fault(valid, folder, row, rng.choice(every[row])):
             options = ("--out", tmp_path / "out") if reader == "export" else ()
             refused += assert_refused_or_done(*READERS[reader], folder, *options) == 2
             shutil.rmtree(folder)
@@ -176,29 +176,29 @@ def assert_records_are_checked(sound, tmp_path, reader, count, seed):
 
 
 @pytest.mark.parametrize("reader", ["summary", "export"])
-def test_a_record_of_another_shape_is_refused(sound, tmp_path, reader):
+def test_a_record_of_another_shape_is_refused(valid, tmp_path, reader):
     # An export is the records as they are, whatever is in them, as long as that is JSON.
     least = 2 if reader == "summary" else 1
-    assert assert_records_are_checked(sound, tmp_path, reader, 20, seed=1) >= least
+    assert assert_records_are_checked(valid, tmp_path, reader, 20, seed=1) >= least
 
 
-def test_a_report_of_a_record_of_another_shape_is_refused(sound, tmp_path):
+def test_a_report_of_a_record_of_another_shape_is_refused(valid, tmp_path):
     """Documents weren't checked, and a field that was missing was a bug of ghostball's."""
-    assert assert_records_are_checked(sound, tmp_path, "report", 4, seed=2) > 2
+    assert assert_records_are_checked(valid, tmp_path, "report", 4, seed=2) > 2
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("reader", READERS)
 @pytest.mark.parametrize("seed", range(1))
-def test_many_records_of_another_shape_are_refused(sound, tmp_path, reader, seed):
+def test_many_records_of_another_shape_are_refused(valid, tmp_path, reader, seed):
     least = 1 if reader == "export" else 20
-    assert assert_records_are_checked(sound, tmp_path, reader, 100, seed=100 + seed) >= least
+    assert assert_records_are_checked(valid, tmp_path, reader, 100, seed=100 + seed) >= least
 
 
 @pytest.mark.parametrize("seed", range(2))
-def test_a_damaged_byte_is_no_bug_of_ghostball(sound, tmp_path, seed):
+def test_a_damaged_byte_is_no_bug_of_ghostball(valid, tmp_path, seed):
     """SQLite finds only some of them: of a text that is none, Python itself complains."""
-    data = bytearray((sound / DATABASE).read_bytes())
+    data = bytearray((valid / DATABASE).read_bytes())
     rng = random.Random(seed)
     used = [place for place, byte in enumerate(data) if byte]
     for _ in range(20):
@@ -210,8 +210,8 @@ def test_a_damaged_byte_is_no_bug_of_ghostball(sound, tmp_path, seed):
         assert_refused_or_done("export", tmp_path, "--out", tmp_path / "out")
 
 
-def test_a_text_that_is_no_text_names_the_file_and_what_to_do(sound, tmp_path):
-    data = (sound / DATABASE).read_bytes()
+def test_a_text_that_is_no_text_names_the_file_and_what_to_do(valid, tmp_path):
+    data = (valid / DATABASE).read_bytes()
     damaged = data.replace(b'"state": "complete"', b'"state": "compl\xffte"')
     assert damaged != data
     (tmp_path / DATABASE).write_bytes(damaged)
@@ -223,10 +223,10 @@ def test_a_text_that_is_no_text_names_the_file_and_what_to_do(sound, tmp_path):
 
 @pytest.mark.parametrize("name", ["{}/pwn", "../../../pwn", "a/b", ".."])
 @pytest.mark.parametrize("kind", ["case", "varied", "finding"])
-def test_no_name_in_a_record_leads_out_of_the_folder(sound, tmp_path, name, kind):
+def test_no_name_in_a_record_leads_out_of_the_folder(valid, tmp_path, name, kind):
     """With such a name of a scene, a report wrote its picture wherever that led."""
     folder = tmp_path / "a" / "b" / "results"
-    shutil.copytree(sound, folder)
+    shutil.copytree(valid, folder)
     name = name.format(tmp_path)
     field = {"finding": "family", "varied": "varied_from"}.get(kind, "scene")
     part = folder / ("stress" if kind == "finding" else ".")
@@ -326,16 +326,16 @@ def test_limits_of_another_shape_are_refused(tmp_path, text):
 
 
 def test_settings_of_another_shape_are_refused(tmp_path, monkeypatch):
-    sound = {"engines": ["pymunk"], "scenes": ["smoke"], "baselines": "baselines", "out": "out"}
+    valid = {"engines": ["pymunk"], "scenes": ["smoke"], "baselines": "baselines", "out": "out"}
     values = [value for value in VALUES if value is not None and value != "\ud800"]
     every = ["[tool.ghostball]\na = " + DEEP, "[tool.ghostball", "tool = 3"]
-    every += [tomli_w.dumps({"tool": {"ghostball": one}}) for one in faults(sound, values)]
+    every += [tomli_w.dumps({"tool": {"ghostball": one}}) for one in faults(valid, values)]
     file = tmp_path / "pyproject.toml"
 
     def read(path):
         load_config(path.parent)
 
-    assert reads(read, file, tomli_w.dumps({"tool": {"ghostball": sound}}))
+    assert reads(read, file, tomli_w.dumps({"tool": {"ghostball": valid}}))
     assert sum(reads(read, file, one) for one in every) < len(every) / 2
     monkeypatch.chdir(tmp_path)
     file.write_text("[tool.ghostball]\nscenes = " + DEEP)

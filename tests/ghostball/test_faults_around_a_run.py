@@ -1,6 +1,6 @@
-"""Faults around a run: engines that crash or hang, kills, a full disk. The harness goes on.
+"""Faults around a run: engines that crash or hang, kills, a full disk. The harness continues.
 
-Commands are run for real, in processes of their own, beside an engine that fails as it is told.
+Commands are run for real, in processes of their own, beside an engine that fails as it is asked to.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ SAYS = {
 }
 """What is said of each fault."""
 
-SOUND = {"validate": "ran", "stress": "survived"}
+INTACT = {"validate": "ran", "stress": "survived"}
 """Outcome where nothing failed."""
 
 FAILED = {"validate": "failed", "stress": "broken"}
@@ -128,14 +128,14 @@ class Asked:
             return set()
 
     def assert_outcomes(self, found):
-        """Assert that each engine fails as it is told, and is said to; and that no other does."""
+        """Assert that each engine fails as asked, and is said to; and that no other does."""
         for (name, label), (outcome, reason) in found.items():
             does = label.partition("does=")[2]
-            expected = FAILED if does else SOUND
+            expected = FAILED if does else INTACT
             assert outcome == expected[self.command], (name, label, reason)
             assert SAYS.get(does, "") in reason
 
-    def assert_goes_on(self, least):
+    def assert_continues(self, least):
         """Assert that what was cut short holds so many results, and a next run does the rest."""
         left = self.outcomes()
         assert len(left) >= least
@@ -172,7 +172,7 @@ def test_an_engine_that_crashes_or_hangs_costs_its_own_results_alone(command):
 @pytest.mark.slow
 @COMMANDS
 @pytest.mark.usefixtures("here")
-def test_a_run_that_is_killed_leaves_its_results_and_a_next_one_goes_on_from_there(command):
+def test_a_run_that_is_killed_leaves_its_results_and_a_next_one_continues_from_there(command):
     asked = Asked(command, ["ghostball", "faulty:slow=0.5"], count=2)
     with asked.start() as process:
         deadline = time.monotonic() + PATIENCE
@@ -182,21 +182,21 @@ def test_a_run_that_is_killed_leaves_its_results_and_a_next_one_goes_on_from_the
         process.kill()  # it alone: what it had started ends by itself, without a word
         _, errors = process.communicate(timeout=PATIENCE)
     assert "Traceback" not in errors
-    asked.assert_goes_on(least=there)
+    asked.assert_continues(least=there)
 
 
 @pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="limits of files are POSIX")
 @COMMANDS
 @pytest.mark.usefixtures("here")
-def test_a_full_disk_is_said_and_a_next_run_goes_on_from_there(command):
+def test_a_full_disk_is_said_and_a_next_run_continues_from_there(command):
     asked = Asked(command, ["ghostball", *(f"faulty:slow={k}e-9" for k in range(1, 9))], count=4)
     limit = f"({FILE_SIZE}, {FILE_SIZE})"
     full = f"import resource\nresource.setrlimit(resource.RLIMIT_FSIZE, {limit})"
     status, errors = asked.run(first=full)
     assert status in (2, 3), errors
     assert "can't" in errors
-    asked.assert_goes_on(least=1)
+    asked.assert_continues(least=1)
 
 
 class OnCluster:

@@ -161,6 +161,6 @@ def test_titles_ids_and_reasons_are_no_markup_and_no_escapes_in_a_report(faulty)
     for forbidden in ("<script>alert", "</script><", "<svg onload", "\x1b", "\0"):
         assert forbidden not in text
     for form in ("github", "text"):
-        told = run("report", "out", "--format", form).stdout
-        assert "in red" in told
-        assert "\0" not in told
+        printed = run("report", "out", "--format", form).stdout
+        assert "in red" in printed
+        assert "\0" not in printed

@@ -52,11 +52,11 @@ def test_both_are_imported(project):
 
 
 def test_the_plugin_of_pytest_finds_an_engine_in_a_package_called_engine(project):
-    told = run(
+    printed = run(
         project, "-m", "pytest", "-q", "--rootdir", ".", "--collect-only",
         "--ghostball", "--ghostball-engine", "engine.mine:Mine",
     )  # fmt: skip
-    assert "stop" in told
+    assert "stop" in printed
 
 
 @pytest.mark.checkout

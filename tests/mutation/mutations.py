@@ -174,7 +174,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "graded/pool-break-9",
     ),
     Mutation(
-        "plastic ties",
+        "inelastic ties",
         "impacts/simultaneous.py",
         "    scale(contacts, count, 1.0 + restitution)",
         "    scale(contacts, count, 1.0)",
@@ -249,7 +249,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "resting_contact/forces.py",
         "        change = forces[c].force - forces[c].force_before\n",
         "        change = max(0.0, forces[c].force - forces[c].force_before)\n",
-        "The force of a contact never lessens: it goes on pushing when nothing presses any more.",
+        "The force of a contact never lessens: it still pushes when nothing pushes it any more.",
         "tests/engine/resting_contact/test_step.py"
         "::test_a_shot_ends_as_its_closed_form_says[push-1e-06-5e-06]",
     ),
@@ -258,16 +258,16 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "resting_contact/friction.py",
         "        contacts.motion[b].load_x += fx\n",
         "        contacts.motion[b].load_x += 0.5 * fx\n",
-        "Of two balls pressed together, one feels along x only half of the force.",
+        "Of two balls in resting contact, one feels along x only half of the force.",
         "tests/engine/resting_contact/test_step.py"
         "::test_a_shot_ends_as_its_closed_form_says[push-1e-06-5e-06]",
     ),
     Mutation(
-        "pressed balls lose energy",
+        "resting contacts lose energy",
         "resting_contact/capture.py",
         "        balls.state[k].vx += x",
         "        balls.state[k].vx += 2.0 * x",
-        "Where balls start to press each other, what ends their approach acts twice along x.",
+        "Where a resting contact starts, what ends their approach acts twice along x.",
         "tests/engine/resting_contact/test_capture.py"
         "::test_it_leaves_the_cushion_as_rebounds_of_vanishing_speed_make_it[0.02-0.1-spin1-0.0357]",
     ),
@@ -308,7 +308,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "::test_contacts_that_are_held_in_steps_rub_by_coulombs_law[too_many_to_integrate]",
     ),
     Mutation(
-        "forces go on backwards",
+        "forces continue backwards",
         "resting_contact/extrapolation.py",
         "        load(contacts, a, b, more * one.nx, more * one.ny)\n",
         "        load(contacts, a, b, -more * one.nx, -more * one.ny)\n",
@@ -355,11 +355,11 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "::test_a_shot_ends_as_its_closed_form_says[push-1e-06-5e-06]",
     ),
     Mutation(
-        "pressed without air",
+        "resting contact without air",
         "resting_contact/rates.py",
         "        ax, ay = slowed_by_air(balls.air, laws, vx, vy, ax, ay)\n",
         "",
-        "A ball that slides and presses another feels no air.",
+        "A ball that slides and pushes another feels no air.",
         "tests/engine/resting_contact/test_integrate.py::"
         "test_a_ball_that_slides_and_pushes_another_follows_the_constrained_motion[0.5]",
     ),
@@ -377,7 +377,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "event_loop/play.py",
         "        for k in range(len(untouched[1])):\n            room[1][k] = untouched[1][k]\n",
         "",
-        "Balls that pressed each other as a shot of a sweep ended are held in the next one, too.",
+        "Balls in resting contact as a shot of a sweep ended are held in the next one, too.",
         "tests/engine/test_batch.py::test_a_sweep_of_frozen_balls_is_as_shot_by_shot_in_any_order",
     ),
     # What a run says of itself.
@@ -386,7 +386,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "event_loop/record.py",
         "    return bool(_with_height(balls.height, i, size) < math.inf)",
         "    return True",
-        "A motion that is no number any more goes on.",
+        "A motion that is no number any more continues.",
         "tests/engine/event_loop/test_record.py::test_the_ball_and_the_instant_are_named[0-X-rolling]",
     ),
     Mutation(
@@ -422,7 +422,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "core/tolerances.py",
         "CAPTURE_HEIGHT = 2.0**-18",
         "CAPTURE_HEIGHT = 1000.0 * 2.0**-18",
-        "Hops of 0.2 mm are taken for a contact.",
+        "Bounces of 0.2 mm are taken for a contact.",
         "extremes/radius-ratio-rolling-1e+06",
     ),
     # The truth: proofs.
@@ -600,7 +600,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "motion/air.py",
         "    return 5.0 / 7.0 if laws.slides else 1.0\n",
         "    return 1.0\n",
-        "A ball that rolls feels all of the air's drag: the cloth's grip takes none of it.",
+        "A ball that rolls feels all of the air's drag: the cloth's friction takes none of it.",
         "tests/engine/motion/test_drag.py::test_a_roll_is_where_the_closed_form_says",
     ),
     Mutation(

@@ -12,7 +12,7 @@ from pathlib import Path
 # Nothing of ours, which is to come from the copy: see `try_all`.
 
 MAX_EVENTS = 20_000
-"""Events after which a shot of a copy is given up: a bug may make it go on for ever."""
+"""Events after which a shot of a copy is given up: a bug may make it continue for ever."""
 
 
 def try_all(

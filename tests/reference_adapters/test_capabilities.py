@@ -49,7 +49,7 @@ def cushion_shot(law: str, **physics: Any) -> Scene:
     return scene_of(ball((0.9, 0.5), (1.0, 0.2)), table=TABLE, t_max=0.1, cushion=law, **physics)
 
 
-def hit(other: dict[str, Any] = OBJECT, **physics: Any) -> Scene:
+def collision(other: dict[str, Any] = OBJECT, **physics: Any) -> Scene:
     return scene_of(CUE, other, t_max=0.1, **physics)
 
 
@@ -57,18 +57,18 @@ SLIDING = {"motion": "sliding"}
 
 # The least scene that needs each feature.
 SCENES = {
-    Feature.ROLLING: hit(),
-    Feature.SLIDING: hit(**SLIDING),
-    Feature.FRICTIONLESS_CLOTH: hit(rolling_friction=0.0),
-    Feature.VERTICAL_SPIN: hit(ball((0.6, 0.51), angular_velocity=(0, 0, 9)), **SLIDING),
-    Feature.BALL_RESTITUTION: hit(ball_restitution=0.9),
-    Feature.BALL_FRICTION: hit(ball_friction=0.05, **SLIDING),
-    Feature.SPEED_DEPENDENT_FRICTION: hit(ball_friction="alciatore", **SLIDING),
-    Feature.MATHAVAN_BALL: hit(ball_impact="mathavan2014", ball_friction=0.05, **SLIDING),
-    Feature.UNEQUAL_MASSES: hit({**OBJECT, "mass": 0.3}),
-    Feature.UNEQUAL_RADII: hit({**OBJECT, "radius": 0.9 * R}),
-    Feature.PER_BALL_FRICTION: hit({**OBJECT, "rolling_friction": 0.1}),
-    Feature.UNBOUNDED_CLOTH: hit(),
+    Feature.ROLLING: collision(),
+    Feature.SLIDING: collision(**SLIDING),
+    Feature.FRICTIONLESS_CLOTH: collision(rolling_friction=0.0),
+    Feature.VERTICAL_SPIN: collision(ball((0.6, 0.51), angular_velocity=(0, 0, 9)), **SLIDING),
+    Feature.BALL_RESTITUTION: collision(ball_restitution=0.9),
+    Feature.BALL_FRICTION: collision(ball_friction=0.05, **SLIDING),
+    Feature.SPEED_DEPENDENT_FRICTION: collision(ball_friction="alciatore", **SLIDING),
+    Feature.MATHAVAN_BALL: collision(ball_impact="mathavan2014", ball_friction=0.05, **SLIDING),
+    Feature.UNEQUAL_MASSES: collision({**OBJECT, "mass": 0.3}),
+    Feature.UNEQUAL_RADII: collision({**OBJECT, "radius": 0.9 * R}),
+    Feature.PER_BALL_FRICTION: collision({**OBJECT, "rolling_friction": 0.1}),
+    Feature.UNBOUNDED_CLOTH: collision(),
     Feature.OPEN_SIDES: scene_of(
         CUE, table=Table(length=1.0, width=1.0, cushions=("left",)), t_max=0.1
     ),
@@ -78,9 +78,9 @@ SCENES = {
     Feature.FRICTIONAL_CUSHION: cushion_shot("frictional", **SLIDING),
     Feature.HAN_CUSHION: cushion_shot("han2005", **SLIDING),
     Feature.MATHAVAN_CUSHION: cushion_shot("mathavan2010", **SLIDING),
-    Feature.AIR_DRAG: hit(air_drag=0.004),
-    Feature.QUADRATIC_ROLLING: hit(rolling_friction_quadratic=0.004),
-    Feature.FLIGHT: hit(airborne=True, **SLIDING),
+    Feature.AIR_DRAG: collision(air_drag=0.004),
+    Feature.QUADRATIC_ROLLING: collision(rolling_friction_quadratic=0.004),
+    Feature.FLIGHT: collision(airborne=True, **SLIDING),
 }
 
 
@@ -109,7 +109,7 @@ def test_an_engine_says_of_every_feature_how_or_why_not_and_how_far_off_it_may_b
     assert set(engine.capabilities) == set(Feature)
     for capability in engine.capabilities.values():
         assert capability.support == "exact" or capability.how
-    stated = resolution_of(engine, hit())
+    stated = resolution_of(engine, collision())
     assert (stated == "proved") == (name == "certified")
     if stated != "proved":
         assert stated is not None
@@ -125,8 +125,8 @@ def test_a_scene_runs_or_is_refused_as_the_capabilities_say(spec: str) -> None:
         if not lacks:
             result = engine.simulate(scene)
             assert result.status is Status.T_MAX, feature
-            hits = sum(result.collision_counts.values())
-            assert hits == (feature is not Feature.OPEN_SIDES), feature
+            collisions = sum(result.collision_counts.values())
+            assert collisions == (feature is not Feature.OPEN_SIDES), feature
             continue
         with pytest.raises(UnsupportedSceneError, match="can't represent") as caught:
             engine.simulate(scene)
@@ -153,5 +153,5 @@ def test_impacts_one_after_another_are_refused_by_solvers_that_take_them_togethe
 ) -> None:
     engine = engine_of(spec)
     with pytest.raises(UnsupportedSceneError, match='no impacts = "sequential"'):
-        engine.simulate(hit(impacts="sequential"))
+        engine.simulate(collision(impacts="sequential"))
     assert engine.simulate(scene_of(CUE, impacts="sequential", t_max=0.1)).status is Status.T_MAX

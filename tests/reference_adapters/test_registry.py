@@ -242,7 +242,7 @@ def test_a_wrong_setting_names_setting_rule_value_and_the_known_ones(packages, s
 
 
 def test_a_setting_that_is_left_to_the_engine_is_called_unset():
-    # Breaks where a user is told to write `dt=None`, which is refused.
+    # Breaks where a user is advised to write `dt=None`, which is refused.
     with pytest.raises(EngineError, match="`dtt` is not a setting") as caught:
         make_engine("pymunk:dtt=1e-3")
     assert "dt unset" in str(caught.value)
@@ -256,7 +256,7 @@ def test_a_package_that_exits_when_imported_is_named(packages):
 
 
 def test_an_interrupt_before_what_is_printed_is_caught_stays_one(packages, monkeypatch):
-    """It was told as the engine's own failure, and the run went on."""
+    """It was reported as the engine's own failure, and the run continued."""
 
     def interrupted(**_):
         raise KeyboardInterrupt

@@ -101,7 +101,7 @@ def test_a_sheet_counts_collisions_as_they_come_and_marks_those_that_are_not_tru
     assert cells.count("7 of 2 ≠") == 1
 
 
-def test_a_sheet_shows_how_far_each_engine_is_from_ours_as_time_goes_on(results):
+def test_a_sheet_shows_how_far_each_engine_is_from_ours_as_time_continues(results):
     shot = load_shot(results, "wall-bounce")
     with style.drawing():
         lines = axes_titled(draw_sheet(shot), "Largest distance").lines

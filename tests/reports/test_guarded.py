@@ -1,4 +1,4 @@
-"""A part of a report that can't be made costs itself: the rest is written, and that is told."""
+"""A part of a report that can't be made costs itself: the rest is written, and that is said."""
 
 import pickle
 

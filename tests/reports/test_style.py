@@ -54,7 +54,7 @@ def lab(colour: str, sight: str) -> np.ndarray:
 
 
 @pytest.mark.parametrize("sight", SIGHT)
-def test_the_certified_engine_is_told_from_every_other_one(sight):
+def test_the_certified_engine_is_distinguished_from_every_other_one(sight):
     # A difference of 2.3 is just seen; in grey, lightness alone is left.
     certified = style.engine_style("certified")
     assert certified.colour == style.FAMILY_COLOURS["certified"]

@@ -39,8 +39,8 @@ class Touch:
 def constrained_motion(scene: Scene, touches: Sequence[Touch]) -> Numbers:
     """Return positions, velocities and angular velocities at `t_max`, to some 1e-12 of each.
 
-    All balls have one radius, and go on to slide or to roll; every contact presses all the time,
-    and goes on to slip or to stick. In the paper's motion a ball is a point that rolling friction
+    All balls have one radius, and continue to slide or to roll; every contact pushes all the time,
+    and continues to slip or to stick. In the paper's motion a ball is a point that rolling friction
     slows, and no contact rubs.
     """
     first = np.array([scene.positions, scene.velocities, scene.angular_velocities])
@@ -68,7 +68,7 @@ def _rates(scene: Scene, touches: Sequence[Touch], z: Numbers) -> Numbers:
     # What resists rolling leaves a ball rolling.
     pull = np.where(rolls, 1.0 / radius, -turn)[:, None] * np.cross(UP, push)
     pull[:, 2] -= scene.spinning_friction_rates * np.sign(w[:, 2])
-    # The air acts on the centre. So that a ball goes on rolling, the cloth takes 2/7 of that.
+    # The air acts on the centre. So that a ball continues rolling, the cloth takes 2/7 of that.
     drag = -scene.physics.air_drag * np.linalg.norm(v, axis=1)[:, None] * v
     drag[rolls] *= 5.0 / 7.0
     push += drag
@@ -108,7 +108,7 @@ def _rates(scene: Scene, touches: Sequence[Touch], z: Numbers) -> Numbers:
         if touch.b is not None:
             a[touch.b] += flat / masses[touch.b]
             b[touch.b] -= turn * twist / masses[touch.b]
-        # What the cloth does so that a ball goes on rolling.
+        # What the cloth does so that a ball continues rolling.
         hold = -(a - radius * np.cross(b, UP)) * [1.0, 1.0, 0.0] / 3.5
         hold[of_paper | ~rolls] = 0.0
         return a + hold, b - turn * np.cross(UP, hold), hold

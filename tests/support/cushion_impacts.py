@@ -232,7 +232,7 @@ def _rates_in_plane(down: float, skid: float, setting: Setting) -> tuple[float, 
         cloth_agrees = skid or (skid_rate * on_cloth > 0.0 if on_cloth else abs(g) <= cloth * load)
         if nose_agrees and cloth_agrees and (at_nose or on_cloth):
             return vn_rate, down_rate
-    raise AssertionError("no way to go on")
+    raise AssertionError("no way to continue")
 
 
 def _ways(slip: float) -> tuple[int, ...]:

@@ -30,7 +30,7 @@ def half_ball(start: float = 0.5, physics: Physics = FREE, speed: float = SPEED)
 
 
 def head_on(speed: float = SPEED, restitution: float = 1.0) -> Scene:
-    """Return a straight hit: of the speed the balls have (1 - e) / 2 and (1 + e) / 2 after it.
+    """Return a straight collision: of the speed, (1 - e) / 2 and (1 + e) / 2 are left after it.
 
     The balls begin 43 mm apart; below 0.43 m/s a tenth of a second, but 2 mm at least: who steps in
     time would need a hundred thousand steps for the way at 1 mm/s.

@@ -71,11 +71,11 @@ def _with_physics(**change: Callable[[float], float]) -> Callable[[Scene], Resul
 
 
 def _makes_energy(scene: Scene) -> Result:
-    """Give the balls 5 % of energy more at their first hit."""
+    """Give the balls 5 % of energy more at their first collision."""
     whole = simulate(scene, record="trajectory")
     assert whole.events is not None
-    hit = float(whole.events["t"][whole.events["kind"] < 2][0])
-    before, after = framed(whole), whole.sample([hit])
+    collision = float(whole.events["t"][whole.events["kind"] < 2][0])
+    before, after = framed(whole), whole.sample([collision])
     balls = tuple(
         ball.model_copy(update={"position": tuple(x), "velocity": tuple(1.05**0.5 * v)})
         for ball, x, v in zip(
@@ -86,20 +86,20 @@ def _makes_energy(scene: Scene) -> Result:
     first, second = before.trajectory, rest.trajectory
     assert isinstance(first, SampledTrajectory)
     assert isinstance(second, SampledTrajectory)
-    early = first.times < hit
+    early = first.times < collision
     assert rest.events is not None
     later = rest.events.copy()
-    later["t"] += hit
+    later["t"] += collision
     parts = (
         np.concatenate([getattr(first, name)[early], getattr(second, name)])
         for name in ("positions", "velocities", "angular_velocities")
     )
-    times = np.concatenate([first.times[early], hit + second.times])
+    times = np.concatenate([first.times[early], collision + second.times])
     return replace(
         rest,
-        events=np.concatenate([whole.events[whole.events["t"] <= hit], later]),
+        events=np.concatenate([whole.events[whole.events["t"] <= collision], later]),
         collision_counts=whole.collision_counts,
-        rest_time=rest.rest_time + hit,
+        rest_time=rest.rest_time + collision,
         trajectory=SampledTrajectory(times, *parts),
     )
 
@@ -124,7 +124,7 @@ def _misses(scene: Scene) -> Result:
 
 
 def _late(scene: Scene) -> Result:
-    """See a hit when the balls are half a millimetre into each other."""
+    """See a collision when the balls are half a millimetre into each other."""
     less = 0.25e-3
     shorter = np.full((len(scene.balls), 1), -less) * np.array([0.0, 0.0, 1.0])
     return _moved(scene, shorter, radius=lambda radius: radius - less)
@@ -181,8 +181,8 @@ def _hangs(scene: Scene) -> Result:
 WAYS: Mapping[str, Callable[[Scene], Result]] = {
     "energy": _makes_energy,
     "overlap": _overlaps,
-    "missed-hit": _misses,
-    "late-hit": _late,
+    "missed-collision": _misses,
+    "late-collision": _late,
     "friction": _with_physics(rolling_friction=lambda friction: 1.05 * friction),
     "restitution": _with_physics(ball_restitution=lambda e: min(e, 0.9) ** 2),
     "not-finite": _not_finite,

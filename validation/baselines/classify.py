@@ -81,7 +81,7 @@ def classify(
         elif math.isfinite(explained.map_end):
             words += (
                 f"; {account}, up to {explained.map_end:.3g} s only, where collisions tie, balls "
-                "press each other, or that account isn't the proof's"
+                "are in resting contact, or that account isn't the proof's"
             )
     # Where the truth is another one, it says nothing of which side is nearer.
     directions = [direction(one) for one in metrics if base.truth == head.truth]

@@ -264,6 +264,6 @@ def load(path: Path) -> Board | None:
     except (OSError, ValidationError) as error:
         why = describe_validation_error(error) if isinstance(error, ValidationError) else error
         raise GhostballError(
-            f"{path} is no board that this version can go on from: {why}. Move it away, or choose "
+            f"{path} is no board that this version can continue: {why}. Move it away, or choose "
             "another `--out`"
         ) from None

@@ -28,10 +28,10 @@ from ghostball.validation.grading.horizon import extent_of
 from ghostball.validation.grading.tolerances import ROUNDINGS, TIE, UNIT_ROUNDOFF
 from ghostball.validation.results.records import CERTIFIED, Accuracy, AccuracyKind, BrokenBy
 from ghostball.validation.runs.sampling import (
-    deepest_overlap,
     energy_series,
     events_of,
     first_not_finite,
+    largest_overlap,
 )
 from ghostball.validation.truth.scene_truth import Truth
 
@@ -146,7 +146,7 @@ def _broken(result: Result, resolution: Resolution) -> tuple[BrokenBy, float | N
     if gain > BROKEN_SHARE * float(energy[0]):
         return "energy", gain / float(energy[0]) if energy[0] > 0.0 else math.inf
     if len(result.scene.balls) > 1:
-        overlap = deepest_overlap(result)
+        overlap = largest_overlap(result)
         if overlap > THROUGH * float(np.min(result.scene.radii)):
             return "overlap", overlap
     return None

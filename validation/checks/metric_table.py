@@ -172,7 +172,7 @@ METRICS: dict[str, Metric] = {
             "largest rise of energy above the least before it, at each impact and each frame, over "
             "the initial energy; in a step with an impact, above what the cloth leaves",
         ),
-        Metric("overlap_max", "m", "deepest overlap of two balls in the recorded motion"),
+        Metric("overlap_max", "m", "largest overlap of two balls in the recorded motion"),
         Metric("wall_time", "s", "run time of the simulation alone, one sample"),
         Metric(
             "accuracy",

@@ -22,7 +22,7 @@ from ghostball.validation.grading.event_logs import Agreement, compare_collision
 from ghostball.validation.grading.grading import Grade, grade
 from ghostball.validation.grading.tolerances import TOLERANCE
 from ghostball.validation.results.records import ACCURACY_KINDS, Accuracy
-from ghostball.validation.runs.sampling import deepest_overlap, energy_at, energy_series, events_of
+from ghostball.validation.runs.sampling import energy_at, energy_series, events_of, largest_overlap
 from ghostball.validation.truth.scene_truth import Truth, TruthPart
 
 FloatArray = NDArray[np.float64]
@@ -300,7 +300,7 @@ def _energy_rise(result: Result, _: Truth, resolution: Resolution = 0.0) -> floa
 def _overlap_max(result: Result, _: Truth) -> float:
     if len(result.scene.balls) == 1:
         raise NotMeasuredError("there is one ball only")
-    return deepest_overlap(result)
+    return largest_overlap(result)
 
 
 _COMPUTE: dict[str, Compute] = {

@@ -1,19 +1,20 @@
 """What an engine's step allows: limits that are computed, shot by shot.
 
 An engine that steps sees an event late, by up to its step: balls have overlapped by then, a ball is
-past the cushion, a slide has gone on. To first order that moves the end of the shot by
+past the cushion, a slide has continued. To first order that moves the end of the shot by
 
     sum over its events k of |dX / d delay_k| delay_k,     0 <= delay_k <= dt,
 
 X where a ball ends. The derivatives are those of the proved motion (`CertifiedGrowth.lateness`), so
 that nothing of the engine that is judged is in its limit but its step. An engine that stops its
 steps where balls touch is late by its resolution r, over the speed of approach; it may end a step r
-short of the contact and see it r deep: delay_k <= 2 r / approach_k, and never more than the step.
+short of the contact and see it with an overlap of r: delay_k <= 2 r / approach_k, and never more
+than the step.
 
-A contact that is seen r deep turns the line of centres by r / 2R more than its derivative says,
-which adds about this share of itself to the sum. The motion between contacts adds r once, which is
-v dt for an engine that steps; and so much for one that finds contacts in time, but drifts. So, R
-the radius of the smallest ball,
+A contact that is seen with an overlap of r turns the line of centres by r / 2R more than its
+derivative says, which adds about this share of itself to the sum. The motion between contacts adds
+r once, which is v dt for an engine that steps; and so much for one that finds contacts in time, but
+drifts. So, R the radius of the smallest ball,
 
     rest error <= r + (1 + r / 2R) sum_k |dX / d delay_k| delay_k.
 
@@ -68,7 +69,7 @@ LEAST = 1e-12
 SLIDING_NOISE = 1e-6
 """Energy that may be made where balls slide, over the first: a table contact in space is noisy."""
 
-DEEPER = 10.0
+OVERLAP_MARGIN = 10.0
 """Overlap, in resolutions, that a contact where a step ends may come to: the engine steps on from
 it.
 
@@ -173,13 +174,13 @@ def _of_motion(rule: StepRule, scene: Scene, resolution: float, longest: float) 
     if len(scene.balls) == 1 or EventKind.BALL_BALL not in rule.kinds:
         return
     closing = _closing(scene)
-    deepest = longest * closing
+    overlap = longest * closing
     reason = f"Balls close in at no more than {closing:.3g} m/s, for one step."
     if 2.0 * resolution < longest * resolution_of_step(1.0, scene):
-        deepest = DEEPER * resolution
-        reason = f"Steps end within {resolution:.3g} m of touching, and the next one goes on."
-    if deepest < float(np.min(scene.radii)):
-        yield "overlap_max", {"at_most": deepest}, reason
+        overlap = OVERLAP_MARGIN * resolution
+        reason = f"Steps end within {resolution:.3g} m of touching, and the next one continues."
+    if overlap < float(np.min(scene.radii)):
+        yield "overlap_max", {"at_most": overlap}, reason
 
 
 def _step_of(

@@ -122,8 +122,8 @@ def _entries(scene: Scene, motion: Motion, energy: FloatArray) -> dict[str, floa
     of_phase = np.concatenate([phases[:1], phases[:-1]])
     lost: dict[str, float] = defaultdict(float)
     on_the_way = np.ones(drops.shape, dtype=bool)
-    for row, at_once, hits in _instants(motion):
-        for balls, kinds in _groups(hits):
+    for row, at_once, collisions in _instants(motion):
+        for balls, kinds in _groups(collisions):
             entry = next(iter(kinds)).label if len(kinds) == 1 else SEVERAL
             lost[entry if at_once else UNSTORED] += float(np.sum(drops[row, balls]))
             on_the_way[row, balls] = False
@@ -139,24 +139,28 @@ def _instants(motion: Motion) -> list[tuple[int, bool, Events]]:
 
     With whether they are all of one instant, whose last instant before is stored.
     """
-    hits = motion.events[np.isin(motion.events["kind"], COLLISION_KINDS)]
-    rows = np.searchsorted(motion.times, hits["t"], side="left")
+    collisions = motion.events[np.isin(motion.events["kind"], COLLISION_KINDS)]
+    rows = np.searchsorted(motion.times, collisions["t"], side="left")
     inside = rows < len(motion.times)
     found = []
     for row in np.unique(rows[inside]):
-        here = hits[rows == row]
+        here = collisions[rows == row]
         t = motion.times[row]
         stored = row == 0 or motion.times[row - 1] == np.nextafter(t, 0.0)
         found.append((int(row), bool(stored and np.all(here["t"] == t)), here))
     return found
 
 
-def _groups(hits: Events) -> list[tuple[list[int], set[EventKind]]]:
+def _groups(collisions: Events) -> list[tuple[list[int], set[EventKind]]]:
     """Return balls that collide with each other, directly or through others, and in what kinds."""
     groups: list[tuple[set[int], set[EventKind]]] = []
-    for hit in hits:
-        kind = EventKind(int(hit["kind"]))
-        balls = {int(hit["a"]), int(hit["b"])} if kind is EventKind.BALL_BALL else {int(hit["a"])}
+    for collision in collisions:
+        kind = EventKind(int(collision["kind"]))
+        balls = (
+            {int(collision["a"]), int(collision["b"])}
+            if kind is EventKind.BALL_BALL
+            else {int(collision["a"])}
+        )
         kinds = {kind}
         apart = []
         for group in groups:

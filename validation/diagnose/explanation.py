@@ -39,12 +39,12 @@ from ghostball.validation.truth.known_shot import KnownShot, known_shot
 
 FloatArray = NDArray[np.float64]
 
-SCHEMA: Final = 3
+SCHEMA: Final = 4
 """Version of `Explanation.to_dict`."""
 
 
 Side = Literal["truth", "engine"]
-What = Literal["miss", "hit", "order"]
+What = Literal["miss", "collision", "order"]
 
 
 class ExplanationError(GhostballError, ValueError):
@@ -59,10 +59,10 @@ class Margin:
     ----------
     run : "truth" or "engine"
         In whose shot it was measured.
-    what : "miss", "hit" or "order"
-        The collision would be missed, were it this much less deep. It would happen, were the gap at
-        nearest approach this much smaller. It would come after what the other run has instead, did
-        it come later by the time that this length takes at the speed of approach.
+    what : "miss", "collision" or "order"
+        The collision would be missed, were it of this much less overlap. It would happen, were the
+        gap at nearest approach this much smaller. It would come after what the other run has
+        instead, did it come later by the time that this length takes at the speed of approach.
     event : Event
         As it is, or as the other run has it where it doesn't happen here.
     length : float [m]
@@ -306,7 +306,7 @@ def _margins_in(
     end = run.rest_time if own is None else min(own.t, 2.0 * others.t - start + late)
     gap, _ = nearest_approach(run, others, start, end)
     if gap > 0.0:
-        yield _margin(name, "hit", run, others, gap)
+        yield _margin(name, "collision", run, others, gap)
 
 
 def _next_of(run: Result, own: Event, others: Event) -> Event | None:

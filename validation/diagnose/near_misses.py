@@ -35,9 +35,9 @@ def state_before(result: Result, t: float) -> tuple[float, Samples]:
 
 
 def overlap_of(result: Result, collision: Event) -> float | None:
-    """Return how deep a collision of a run is [m]: by how much it would have to be missed.
+    """Return the overlap of a collision of a run [m]: by how much it would have to be missed.
 
-    Two balls that went on as they were would come to overlap by this much at most, or a ball to
+    Two balls that continued as they were would come to overlap by this much at most, or a ball to
     reach so far into the cushion, before the cloth stops them. None where the last known state
     doesn't lead to the collision: an engine had several in one step.
     """
@@ -94,7 +94,7 @@ def gaps(scene: Scene, collision: Event, centres: FloatArray) -> FloatArray:
 
 
 def _coast(scene: Scene, state: Samples, ball: int) -> Result:
-    """Let a ball go on alone from a state, on a cloth without end."""
+    """Let a ball continue alone from a state, on a cloth without end."""
     old = scene.balls[ball]
     rolling = scene.physics.motion == "rolling"
     alone = Ball(

@@ -14,7 +14,7 @@ import { Circle, Edge, Settings, World } from "planck";
 
 const DT = 1e-3; // [s]
 const UNITS = 100; // in a metre: planck's constants are meant for things of the size of a metre
-Settings.velocityThreshold = 0; // else hits slower than 1 unit/s are plastic
+Settings.velocityThreshold = 0; // else collisions slower than 1 unit/s are inelastic
 
 function play(scene) {
   const { physics, table, balls } = scene;
@@ -102,7 +102,7 @@ function play(scene) {
     events,
     samples,
     wall_time: (performance.now() - began) / 1000,
-    resolution: 0.015 / UNITS, // bullets meet 3 slops deep
+    resolution: 0.015 / UNITS, // bullets meet with an overlap of 3 slops
   };
 }
 

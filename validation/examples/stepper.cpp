@@ -58,7 +58,7 @@ struct Run {
         return false;
     }
 
-    // The cloth takes its part of the speed; the ball goes on by the mean of both speeds.
+    // The cloth takes its part of the speed; the ball continues by the mean of both speeds.
     void roll(Ball& ball) {
         const double speed = std::hypot(ball.vx, ball.vy);
         if (speed == 0.0) return;
@@ -70,7 +70,7 @@ struct Run {
         ball.vy *= factor;
     }
 
-    void hit(size_t a, size_t b, double restitution) {
+    void collide(size_t a, size_t b, double restitution) {
         Ball &one = balls[a], &other = balls[b];
         const double dx = other.x - one.x, dy = other.y - one.y, distance = std::hypot(dx, dy);
         if (distance >= one.radius + other.radius) return;
@@ -118,7 +118,7 @@ json play(const json& scene) {
         for (Ball& ball : run.balls) run.roll(ball);
         run.t = step * DT;
         for (size_t a = 0; a < run.balls.size(); ++a) {
-            for (size_t b = a + 1; b < run.balls.size(); ++b) run.hit(a, b, physics["ball_restitution"]);
+            for (size_t b = a + 1; b < run.balls.size(); ++b) run.collide(a, b, physics["ball_restitution"]);
             if (!table.is_null())
                 for (const json& cushion : table["cushions"]) run.bounce(a, cushion, table);
         }

@@ -35,7 +35,7 @@ class EventChange(NamedTuple):
     matrix: FloatArray | None  # (7 b, 7 b), from those of the segments before; None: no derivative
     late: FloatArray | None  # (7 b,) what seeing it late changes of the balls, per second
     approach: float  # [m/s] along the line of contact; 0 where nothing collides
-    lasts: float  # [s] for which what collides would overlap if it went on; inf of no two balls
+    lasts: float  # [s] for which what collides would overlap if it continued; inf of no two balls
     noise: tuple[FloatArray, ...]  # (7, 7) of each ball: covariance of one rounding of its state
 
 
@@ -106,7 +106,7 @@ class _Passage:
     approach : float [m/s]
         At which speed what collides meets.
     lasts : float [s]
-        For how long two balls that collide would overlap if they went on as before; else inf.
+        For how long two balls that collide would overlap if they continued as before; else inf.
     """
 
     def __init__(

@@ -155,7 +155,7 @@ class ProvedBall:
         return self.starts[place] if place < len(self.starts) else len(self._rows)
 
     def along(self, k: int) -> Iterator[tuple[int, FloatArray]]:
-        """Yield the rows after a start that go on with its motion, each with the flow to it."""
+        """Yield the rows after a start that continue with its motion, each with the flow to it."""
         for row in range(k + 1, self._next_start(k)):
             yield row, self._over(row - 1)
 
@@ -180,13 +180,13 @@ class ProvedBall:
     def _parabola(self, row: int, s: float) -> _Moved:
         _, _, _, vx, vy, ax, ay, *_ = self._rows[row]
         slip_x, slip_y = self._slip(row)
-        grip = SLIP_RATE if self.slides(row) else 0.0
+        rate = SLIP_RATE if self.slides(row) else 0.0
         return (
             (s * (vx + 0.5 * s * ax), s * (vy + 0.5 * s * ay)),
             (vx + s * ax, vy + s * ay),
-            (slip_x + s * (grip * ax), slip_y + s * (grip * ay)),
+            (slip_x + s * (rate * ax), slip_y + s * (rate * ay)),
             (ax, ay),
-            (grip * ax, grip * ay),
+            (rate * ax, rate * ay),
         )
 
     def _line(self, row: int, s: float) -> _Moved:
@@ -212,9 +212,9 @@ class ProvedBall:
         size = math.hypot(*slip)
         sure = size > _SURE * math.hypot(*self._slip(row))
         x, y = (slip[0] / size, slip[1] / size) if sure else self._slips_to(row).tolist()
-        drag, grip = self.drag * math.hypot(vx, vy), self.slides_by
-        pull = (-grip * x - drag * vx, -grip * y - drag * vy)
-        slip_pull = (pull[0] - 2.5 * grip * x, pull[1] - 2.5 * grip * y)
+        drag, rate = self.drag * math.hypot(vx, vy), self.slides_by
+        pull = (-rate * x - drag * vx, -rate * y - drag * vy)
+        slip_pull = (pull[0] - 2.5 * rate * x, pull[1] - 2.5 * rate * y)
         return (float(place[0]), float(place[1])), (vx, vy), (slip[0], slip[1]), pull, slip_pull
 
     def _slowed_by(self, row: int) -> float:

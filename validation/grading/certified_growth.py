@@ -43,7 +43,7 @@ class Lateness:
     approach : (events,) float64 [m/s]
         At which speed what collides meets; 0 for events that are no collision.
     lasts : (events,) float64 [s]
-        For how long two balls that collide would overlap if they went on; inf for other events.
+        For how long two balls that collide would overlap if they continued; inf for other events.
     places : (events, n) float64 [m/s]
         How far each ball ends from where it should; NaN where no derivative exists.
     """
@@ -133,7 +133,7 @@ def growth_of_proof(scene: Scene, certificate: Certificate) -> CertifiedGrowth:
     gravity = scene.physics.gravity
     slides = scene.physics.motion == "sliding"
     physics = scene.physics
-    # Of the air's drag the cloth's grip takes 2/7, but none where balls always roll.
+    # Of the air's drag the cloth's friction takes 2/7, but none where balls always roll.
     felt = physics.air_drag * (5.0 / 7.0 if slides else 1.0)
     balls = tuple(
         ProvedBall(
@@ -206,6 +206,6 @@ def _covariances(
 
 
 def _spread(ball: ProvedBall, kept: FloatArray, k: int) -> None:
-    """Carry the covariance at a start, (7, 7), to the segments that go on with its motion."""
+    """Carry the covariance at a start, (7, 7), to the segments that continue with its motion."""
     for row, flow in ball.along(k):
         kept[row] = flow @ kept[row - 1] @ flow.T

@@ -144,7 +144,7 @@ def grade(result: Result, certificate: Certificate, within: Gradable | None = No
     A slide or a roll is negligible where all that it slows is below `LEAST_SLIP` of the fastest
     speed at the start, or where it lasts no longer than two roundings of the clock: the slip of
     1e-17 m/s of a stunned ball is a slip to the proof, and nothing in double precision. So is a
-    flight that lasts no longer than what counts as one instant (`TIE`): a ball that is pressed back
+    flight that lasts no longer than what counts as one instant (`TIE`): a ball that is pushed back
     to the table within a rounding of its own bounce. The lowest bounce takes far longer.
     """
     scene = result.scene

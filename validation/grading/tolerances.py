@@ -17,8 +17,8 @@ The limit of the common criterion on `quality_factor`: up to the horizon, such e
 TOLERANCE = 1e-3
 """Displacement [m] by such errors at which a shot can't be predicted any further.
 
-A thirtieth of a pool ball's radius: the next hit may be turned by two degrees, and the one after it
-may be missed.
+A thirtieth of a pool ball's radius: the next collision may be turned by two degrees, and the one
+after it may be missed.
 """
 
 TIE = 2.0**-40

@@ -248,7 +248,7 @@ class Cluster:
     def _lost(self, why: str) -> str:
         return (
             f"lost the cluster at {self._address}: {why}. What is done is kept: the same command "
-            "goes on from there"
+            "continues from there"
         )
 
 

@@ -2,7 +2,7 @@
 
 A record is committed before the run says that it is done, and what earlier runs found stays until a
 record of this one takes its place: so a run that is interrupted or killed, or finds the disk full,
-leaves a folder that reads back, and a next one goes on from there.
+leaves a folder that reads back, and a next one continues from there.
 """
 
 from __future__ import annotations

@@ -156,7 +156,7 @@ class Accuracy:
     agree, of : int or None
         Another shot: how many collisions agree, of how many true ones.
     amount : float or None
-        By how much: energy made over the first energy, or the deepest overlap [m].
+        By how much: energy made over the first energy, or the largest overlap [m].
     """
 
     kind: AccuracyKind

@@ -1,4 +1,4 @@
-"""The spin of a ball that goes on rolling when its velocity is changed."""
+"""The spin of a ball that continues rolling when its velocity is changed."""
 
 from __future__ import annotations
 

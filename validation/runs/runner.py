@@ -124,7 +124,7 @@ def run(
     Notes
     -----
     Earlier records give way when the first of this run is done. Ctrl-C ends it, and is said in what
-    is returned; a next run goes on from there.
+    is returned; a next run continues from there.
     """
     with store.reserved():
         reused = _reuse(keys, store) if reuse else Reuse[R]()

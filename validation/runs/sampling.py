@@ -105,8 +105,8 @@ def energy_series(result: Result) -> FloatArray:
     )
 
 
-def deepest_overlap(result: Result) -> float:
-    """Return how deep any two balls overlap in the recorded motion at most [m]; 0 if never.
+def largest_overlap(result: Result) -> float:
+    """Return the largest overlap of any two balls in the recorded motion [m]; 0 if never.
 
     Searched at every frame of a stepping engine, at `DENSE_TIMES` and all events of an exact one.
     """
@@ -185,7 +185,7 @@ def _starts(rows: FloatArray) -> range:
 
 
 def _overlap(scene: Scene, positions: FloatArray) -> float:
-    """Deepest overlap in a few states, positions (k, n, 3) [m]; 0 where there is none."""
+    """Largest overlap in a few states, positions (k, n, 3) [m]; 0 where there is none."""
     # On the cloth balls touch in the plane of their centres; see "Geometry" in engine/__init__.py.
     centres = positions[:, :, : 3 if scene.physics.airborne else 2]
     first, second = np.triu_indices(len(scene.balls), k=1)

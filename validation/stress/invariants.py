@@ -44,7 +44,7 @@ holds a gap closed isn't made of rounding.
 """
 
 BOUNCE_SLOP = 4.0 * LOWEST_BOUNCE
-"""The same of balls that fly: what is pressed together there bounces instead of being held."""
+"""The same of balls that fly: what is in resting contact there bounces instead of being held."""
 
 LAW_ERROR = 1e-7
 """Of the speeds, what a law may be off by that integrates over an impact: twice that of the energy,
@@ -100,7 +100,7 @@ def _depths_on_cloth(result: Result, times: FloatArray, states: Samples, random:
     depths = overlaps(result.scene, states.positions)
     limit = overlap_limit(result, states.positions)
     ways = np.zeros(len(times))
-    if random:  # the instant of an impact is rounded, and two balls go on for that long
+    if random:  # the instant of an impact is rounded, and two balls continue for that long
         speeds = np.linalg.norm(states.velocities, axis=2).max(axis=1)
         ways = 2.0 * speeds * np.spacing(times)
     found: Measured = {}

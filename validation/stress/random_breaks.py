@@ -1,4 +1,4 @@
-"""Random breaks, each from its number alone: crowded shots over the whole physics of the cloth."""
+"""Random breaks, each from its number alone: many-ball shots, the cloth's whole physics."""
 
 from __future__ import annotations
 

@@ -88,7 +88,7 @@ class StressOutcome:
     reused : int
         Findings of an earlier run, by the same code, that stood.
     interrupted : bool
-        By Ctrl-C: what was found is kept, and a next run goes on from there.
+        By Ctrl-C: what was found is kept, and a next run continues from there.
     wall_time : float [s]
         Of this run, from its start to its last finding; kernels that had to be compiled included.
     jobs : int

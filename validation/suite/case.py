@@ -156,5 +156,5 @@ def truth_or_failure(
     """Return the truth of a scene, or why it could not be computed."""
     try:
         return truth_of(scene, criteria.truth, parts, least=criteria.least_proved)
-    except Exception as error:  # a fault of ours; the run goes on and reports it
+    except Exception as error:  # a fault of ours; the run continues and reports it
         return TruthFailure(f"{type(error).__name__}: {error}", traceback.format_exc())

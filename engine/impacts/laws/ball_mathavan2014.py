@@ -3,11 +3,11 @@
 Mathavan, Jackson and Parkin (2014), "Numerical simulations of the frictional collisions of solid
 balls on a rough surface", Sports Engineering 17, doi 10.1007/s12283-014-0158-y.
 
-Friction between the balls presses one of them on the cloth, the one whose surface goes up against
+Friction between the balls pushes one of them onto the cloth, the one whose surface goes up against
 the other's; the cloth's friction then acts on that ball while the impact lasts. The other ball is
-lifted, and its vertical velocity counts in the slip between the balls. Which ball is pressed can't
+lifted, and its vertical velocity counts in the slip between the balls. Which ball that is can't
 change during an impact: the vertical slip shrinks in proportion to itself. So the equations are
-written once, for b as the pressed ball.
+written once, for b as the ball on the cloth.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ NEGLIGIBLE = 2.0**-56
 
 @kernel
 def mathavan2014(impact: BallImpact, laws: Laws) -> BallImpulse:
-    """Return the impulses of an impact during which the pressed ball rubs on the cloth.
+    """Return the impulses of an impact during which the ball on the cloth rubs on it.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ def mathavan2014(impact: BallImpact, laws: Laws) -> BallImpulse:
     -----
     Mathavan, Jackson and Parkin (2014), generalised to balls of different radii and masses. Over
     each element of the normal impulse friction acts against the slip between the balls, and the
-    cloth against the slip of the pressed ball. Compression ends when the balls no longer approach;
+    cloth against the slip of the ball on it. Compression ends when the balls no longer approach;
     restitution ends when the normal force has returned e^2 of the work that it stored (Stronge).
 
     As in the paper, the slip between the balls has the vertical velocity of the lifted one in it.
@@ -61,7 +61,7 @@ def mathavan2014(impact: BallImpact, laws: Laws) -> BallImpulse:
     - A coefficient between the balls that depends on the speed is that of the slip before the
       impact, for which the curve was fitted.
 
-    The cloth keeps the pressed ball from moving down, so that between equal masses vertical slip
+    The cloth keeps the ball on it from moving down, so that between equal masses vertical slip
     ends after an impulse of 1/3 of it, not 2/7. What the lifted ball has of vertical velocity is
     dropped after the impact, as in `frictional`, which takes energy and never gives any. Without
     vertical slip, or without friction, the cloth takes no part: this is then `frictional`.
@@ -111,7 +111,7 @@ def _turned(impact: BallImpact) -> BallImpact:
 
 @kernel
 def _press_b(impact: BallImpact, friction: float, restitution: float) -> BallImpulse:
-    """Return the impulses of an impact in which b is the pressed ball.
+    """Return the impulses of an impact in which b is the ball on the cloth.
 
     Across the cloth's plane, the slip of a's surface over b's is down. b alone is moved along by
     the cloth, and a alone is moved up.

@@ -50,7 +50,7 @@ def han2005(impact: CushionImpact, cushion: Cushion) -> CushionBounce:
     nose is far from mid-ball (without friction: where sin^2 > e / (1 + e), a sine of 0.68 for
     e = 0.85), or where backspin under a high nose (or topspin against a low one) pulls the ball in.
     Dropping the vertical velocity has then closed the contact again, ball and nose are wedged
-    against the cloth, and the impact goes on. Repeated without friction it stops the ball, in a
+    against the cloth, and the impact continues. Repeated without friction it stops the ball, in a
     geometric series. That limit is the bound here: vn is at most 0. The further impulse acts
     through the centre and turns nothing, the cloth bears its vertical part, and it takes energy.
     """

@@ -30,7 +30,7 @@ from ghostball.engine.impacts.laws.two_contacts import (
 
 STILL = 4e-9
 """A slip below this is held, by friction in proportion to it: so a contact sticks, yields and slips
-without anybody having to decide it. A held contact creeps by less than this."""
+without anybody having to decide it. A held contact moves by less than this."""
 
 _STEP_ERROR = 1e-9  # of the slips in one step, as estimated, where one of them is short
 _LONG = 16.0  # how much more per length of the shorter: neither is then near its end

@@ -139,7 +139,7 @@ def run(
             only=[(scene.name, label) for scene in chosen for label in labels],
         )
     if outcome.interrupted:
-        say("[bold]Interrupted:[/] nothing was compared. The same command goes on from there")
+        say("[bold]Interrupted:[/] nothing was compared. The same command continues from there")
         return ExitStatus.INTERRUPTED
     results = Results.open(place)
     # Of other scenes the folder may hold what another run found.
@@ -240,7 +240,7 @@ def _show(
             f"{seconds:.0f} s",
             soft_wrap=True,
         )
-        say(f"To keep what they did, and be told what changes: `{escape(advice)}`")
+        say(f"To keep what they did, and see what changes: `{escape(advice)}`")
         return
     parts = [f"{counts[name]} {words}" for name, words in _WORDS.items() if counts[name]]
     if unfinished:

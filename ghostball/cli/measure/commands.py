@@ -176,7 +176,7 @@ def stress(
         Path | None,
         out_option(
             "out/stress-quick or out/stress-full",
-            "Folder of what is found. A run goes on where an earlier one by the same code ended",
+            "Folder of what is found. A run continues where an earlier one by the same code ended",
         ),
     ] = None,
     jobs: Jobs = AUTO,

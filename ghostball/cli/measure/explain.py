@@ -182,7 +182,7 @@ def _margin_text(explanation: Explanation, margin: Margin) -> str:
         length += f" ({margin.ulps:.2g} roundings of a position)"
     if margin.what == "miss":
         return f"{where}, {event}: a path would have to be {length} off for it to be missed"
-    if margin.what == "hit":
+    if margin.what == "collision":
         first, what = event.split(" hits ", 1)
         return f"{where}, {first} comes no nearer to {what} than {length}"
     assert margin.seconds is not None

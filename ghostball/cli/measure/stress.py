@@ -129,7 +129,7 @@ def run(
         say(
             f"[bold]Interrupted:[/] {len(outcome.folder.findings)} of "
             f"{outcome.folder.planned} trials are done and kept in {escape(str(folder))}. The "
-            "same command goes on from there."
+            "same command continues from there."
         )
     return outcome.exit_status
 

@@ -128,7 +128,7 @@ def run(
         say(
             f"[bold]Interrupted:[/] {len(outcome.cases)} of {outcome.planned} cases are done and "
             f"kept in {folder}; `ghostball report {folder}` reports on them, and "
-            "`validate` without --rerun goes on from there"
+            "`validate` without --rerun continues from there"
         )
         return ExitStatus.INTERRUPTED
     if form is not Format.TEXT:

@@ -128,8 +128,8 @@ class Ball(Part):
 class Table(Part):
     """A rectangle between cushion noses, from (0, 0) to (length, width) [m].
 
-    `cushions` names the sides that have one; a side without is open and the cloth goes on. Where a
-    neighbouring side is open, a cushion's line goes on too, without end.
+    `cushions` names the sides that have one; a side without is open and the cloth continues. Where
+    a neighbouring side is open, a cushion's line continues too, without end.
     """
 
     length: Positive = Field(description="along x, between the noses of the cushions [m]")

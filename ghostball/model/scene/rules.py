@@ -162,7 +162,7 @@ _MOST_OVERLAPS = 100_000
 def overlapping_pairs(
     centres: NDArray[np.float64], radii: NDArray[np.float64]
 ) -> list[tuple[int, int, float]]:
-    """Return the pairs i > j that overlap, and by how much [m]: in order of i, the deepest first.
+    """Return the pairs i > j that overlap, and by how much [m]: in order of i, the largest first.
 
     Not all of them where there are hundreds of thousands.
 

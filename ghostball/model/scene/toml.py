@@ -17,7 +17,7 @@ from ghostball.model.scene.messages import refusal
 from ghostball.model.scene.parts import Ball, Part
 
 LARGEST_FILE = 2**26
-"""Most bytes of a scene file: those of half a million balls. A device may go on for ever."""
+"""Most bytes of a scene file: those of half a million balls. A device may continue for ever."""
 
 
 def read(path: Path) -> str:

@@ -90,7 +90,7 @@ def pieces_of(
     decay = np.where(flies, 0.0, spin_deceleration * np.sign(vertical))
     spin[:, 0, 2], spin[:, 1, 2] = vertical, added - decay
 
-    # Once its vertical spin has decayed, a segment goes on as a piece of its own.
+    # Once its vertical spin has decayed, a segment continues as a piece of its own.
     lasts = np.full(len(segments), np.inf)
     np.divide(np.abs(vertical), spin_deceleration, out=lasts, where=decay != 0.0)
     ends = np.flatnonzero(lasts < duration)

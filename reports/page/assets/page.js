@@ -29,7 +29,7 @@
     return observer;
   };
 
-  /** A replay that is read once it comes into view; it looks where it is told, and can be closed. */
+  /** A replay that is read once it comes into view; it looks where it is asked to, and can be closed. */
   const replayIn = (element, view, options) => {
     const mine = {
       mounted: null,
@@ -145,7 +145,7 @@
       const at = open ? names.indexOf(open.dataset.scene) : -1;
       const name = names[at < 0 ? 0 : at + Number(button.dataset.step)];
       if (!name) return;
-      // The button keeps the focus, so that one can go on stepping.
+      // The button keeps the focus, so that one can continue stepping.
       history.replaceState(null, "", PREFIX + name);
       show(name);
     });

@@ -8,7 +8,7 @@ globalThis.Ghostball ??= {};
     legend, make, tick, timeWords,
   } = Ghostball;
   const SPEEDS = [0.01, 0.03, 0.1, 0.25, 0.5, 1, 2, 4];
-  const CROWD = 5; // from this many balls on, paths of all engines over each other are a scribble
+  const MANY_BALLS = 5; // from this many balls on, paths of all engines over each other are a scribble
   const TAIL = 1; // [s]
   const QUIET = 600; // [ms] that nothing changes before the status is said
   const READOUT_EVERY = 100; // [ms] while it plays: nobody reads faster
@@ -23,7 +23,7 @@ globalThis.Ghostball ??= {};
       this.ran = scene.engines.filter((engine) => engine.motion);
       this.player = new Player(scene.duration, () => this.update());
       this.ball = 0;
-      this.trails = scene.balls.length < CROWD ? "all" : "tails";
+      this.trails = scene.balls.length < MANY_BALLS ? "all" : "tails";
       this.names = true;
       this.stripes = true;
       this.reference = this.ran.find((engine) => engine.ours) ?? this.ran[0];

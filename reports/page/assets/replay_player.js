@@ -17,7 +17,7 @@ globalThis.Ghostball ??= {};
       this.button.classList.add("gb-play");
     }
 
-    /** Goes to an instant [s]; what plays goes on from there. */
+    /** Goes to an instant [s]; what plays continues from there. */
     seek(t) {
       this.time = Math.min(Math.max(Number(t) || 0, 0), this.duration);
       this.onchange();

@@ -31,8 +31,8 @@ def test_the_papers_figures(results, tmp_path, name):
 def test_overlaps_are_found_deepest_first(results):
     shot = load_shot(results, "break-7")
     found = overlaps(shot, shot.ours.motion)
-    assert [o.depth for o in found] == sorted((o.depth for o in found), reverse=True)
+    assert [o.length for o in found] == sorted((o.length for o in found), reverse=True)
     worst = found[0]
     at = np.flatnonzero(shot.ours.motion.times == worst.t)[0]
     a, b = shot.ours.motion.positions[at, [worst.a, worst.b]]
-    assert worst.depth == pytest.approx(2 * 0.028575 - np.linalg.norm(a - b))
+    assert worst.length == pytest.approx(2 * 0.028575 - np.linalg.norm(a - b))

@@ -62,7 +62,7 @@ def test_where_a_ball_flies_its_height_is_drawn(wishes):
     landed = simulate(find_scene("flight-jump"), record="trajectory")
     assert part_in_flight(jump) == pytest.approx(0.7, abs=0.05)
     high = landed.sample(np.linspace(part_in_flight(jump), landed.rest_time, 50)).positions
-    assert np.ptp(high[:, :, 2]) < 1e-4  # a hop that nobody sees
+    assert np.ptp(high[:, :, 2]) < 1e-4  # a bounce that nobody sees
     for draw, narrow in ((draw_sheet, False), (draw_single, True)):
         counts = []
         for shot in (jump, roll):

@@ -61,7 +61,7 @@ def run_copy(folder, cache, module="ghostball.engine._caller"):
 
 @pytest.mark.compiled
 def test_an_edited_callee_in_another_file_is_seen(copy):
-    """numba alone would go on using the caller's old machine code."""
+    """numba alone would continue using the caller's old machine code."""
     cache = copy / "cache"
     first, compiling = run_copy(copy, cache)
     assert first == 7.0

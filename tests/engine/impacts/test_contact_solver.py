@@ -149,7 +149,7 @@ def test_what_rests_stays_between_balls_that_must_not_move_it():
     assert after == pytest.approx(np.array([(0.0, 0.5), (0.0, 0.0), (0.0, 0.0)]), abs=1e-15)
 
 
-def test_a_ball_all_but_wedged_goes_on_along_the_gap():
+def test_a_ball_all_but_wedged_continues_along_the_gap():
     """Between a ball that stays and a cushion, off the line by rounding: no force would stop it."""
     group = Group([(0.0, 0.0), (1e-14, 1.0)], [1.0, math.inf], [(1e-3, 2e-6), (0.0, 0.0)], -0.5)
     solved, after = group.solve()

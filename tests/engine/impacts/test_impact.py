@@ -16,7 +16,7 @@ from shots import POOL_TABLE, R, ball, scene_of
 from ghostball.engine import simulate
 from ghostball.model import EventKind, Scene, Status, Table
 
-HIT, CUSHION = EventKind.BALL_BALL, EventKind.BALL_CUSHION
+BALL_BALL, CUSHION = EventKind.BALL_BALL, EventKind.BALL_CUSHION
 
 
 @pytest.fixture(autouse=True)
@@ -40,11 +40,11 @@ def assert_close(value: float, exact, ulps: float) -> None:
 
 
 @pytest.mark.parametrize("distance", [0.06, 0.5, 2.0])
-def test_a_full_elastic_hit_hands_the_motion_over(distance):
+def test_a_full_elastic_collision_hands_the_motion_over(distance):
     scene = scene_of(ball((0, 0), (1, 0)), ball((distance, 0)))
     result = simulate(scene, record="events")
     a, path = deceleration(scene), mpf(distance) - 2 * mpf(R)
-    assert collisions(result) == [(HIT, 0, 1)]
+    assert collisions(result) == [(BALL_BALL, 0, 1)]
     # The time has the condition number v / (v - a t) <= 3 here.
     assert_close(result.events["t"][0], time_to_roll(path, mpf(1), a), 32)
     # Together they roll as far as one would have alone.
@@ -55,7 +55,7 @@ def test_a_full_elastic_hit_hands_the_motion_over(distance):
 @pytest.mark.parametrize(
     ("masses", "e"), [((1.0, 3.0), 0.5), ((5.0, 1.0), 1.0), ((1.0, 1.0), 0.0), ((1e-6, 1), 1.0)]
 )
-def test_masses_and_restitution_of_a_full_hit(masses, e):
+def test_masses_and_restitution_of_a_full_collision(masses, e):
     scene = scene_of(
         ball((0, 0), (1, 0), mass=masses[0]),
         ball((1, 0), (-0.5, 0), mass=masses[1]),
@@ -71,13 +71,13 @@ def test_masses_and_restitution_of_a_full_hit(masses, e):
         centre - mpf(e) * relative * m2 / (m1 + m2),
         centre + mpf(e) * relative * m1 / (m1 + m2),
     )
-    assert collisions(result) == [(HIT, 0, 1)]
+    assert collisions(result) == [(BALL_BALL, 0, 1)]
     for i in range(2):
         error = abs(mpf(float(result.final_state.velocities[0, i, 0])) - exact[i])
         assert error <= 8 * EPS * 1.5
 
 
-def test_a_half_ball_hit_leaves_at_30_and_60_degrees():
+def test_a_half_ball_collision_leaves_at_30_and_60_degrees():
     scene = scene_of(ball((0, 0), (1, 0)), ball((0.6, R)), rolling_friction=0.0, t_max=1.0)
     velocities = simulate(scene).final_state.velocities[0]
     # The line of centres is found from positions: eps of 0.6 m over 2 R cos 30.
@@ -103,7 +103,7 @@ def test_a_ball_that_stops_short_does_not_hit():
     short = scene_of(ball((0, 0), (1, 0)), ball((reach + 1e-9, 0)))
     far_enough = scene_of(ball((0, 0), (1, 0)), ball((reach - 1e-9, 0)))
     assert collisions(simulate(short, record="events")) == []
-    assert collisions(simulate(far_enough, record="events")) == [(HIT, 0, 1)]
+    assert collisions(simulate(far_enough, record="events")) == [(BALL_BALL, 0, 1)]
 
 
 @pytest.mark.parametrize(

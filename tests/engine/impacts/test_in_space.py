@@ -122,8 +122,8 @@ def test_a_ball_that_comes_up_from_the_table_yields_to_one_that_falls_on_it():
     assert np.diff(energy).max() <= 1e-13 * energy[0]
 
 
-def test_a_ball_on_the_cloth_meets_the_nose_where_it_is_and_hops():
-    """At sqrt(h (2 R - h)), along the normal in space: pressed down, it comes up again."""
+def test_a_ball_on_the_cloth_meets_the_nose_where_it_is_and_bounces():
+    """At sqrt(h (2 R - h)), along the normal in space: pushed down, it comes up again."""
     h, e = 0.0357, 0.85
     scene = scene_of(
         ball((0.3, 0.5), (-2, 0)),

@@ -20,7 +20,7 @@ from shots import R, ball, scene_of
 from ghostball.engine import simulate
 from ghostball.model import EventKind, Samples, energy_of
 
-HIT = EventKind.BALL_BALL
+BALL_BALL = EventKind.BALL_BALL
 ROOT3 = math.sqrt(3)
 
 ROLLING = {"motion": "rolling"}
@@ -59,7 +59,7 @@ def test_a_joint_impact_keeps_momentum_gains_no_energy_and_leaves_no_approach(ph
         **physics,
     )
     result = simulate(scene, record="events")
-    t = times_of(result, HIT)[0]
+    t = times_of(result, BALL_BALL)[0]
     assert t <= EPS
     before, after = state_before(result, 0.0), state_at(result, t)
     momenta = [scene.masses @ state.velocities[:, :2] for state in (before, after)]
@@ -97,7 +97,7 @@ def test_friction_acts_against_the_mean_slip_of_a_joint_impact(restitution, fric
         ball_friction=friction,
     )
     result = simulate(scene, record="events")
-    assert list(result.events["kind"]) == [HIT, HIT]
+    assert list(result.events["kind"]) == [BALL_BALL, BALL_BALL]
     assert result.work["joint_impacts"] == 1
     # Impulses of each contact over the mass of a ball, by symmetry the same at both.
     sine, cosine = 0.5, math.sqrt(0.75)
@@ -116,16 +116,16 @@ def test_friction_acts_against_the_mean_slip_of_a_joint_impact(restitution, fric
 
 
 def velocities_after(**physics) -> np.ndarray:
-    """Return the velocities that a hit on two touching balls leaves, over that before it."""
+    """Return the velocities that a collision with two touching balls leaves, over that before."""
     scene = scene_of(
         ball((-0.25, 0.0), (1.0, 0.0)), *PAIR, **{"rolling_friction": 0.0, "t_max": 1.0, **physics}
     )
     result = simulate(scene, record="events")
-    return state_at(result, times_of(result, HIT)[1]).velocities[:, :2]
+    return state_at(result, times_of(result, BALL_BALL)[1]).velocities[:, :2]
 
 
 @pytest.mark.parametrize("e", [1.0, 0.5, 0.0])
-def test_a_hit_on_two_touching_balls_is_as_published(e):
+def test_a_collision_with_two_touching_balls_is_as_published(e):
     """Impacts one after the other let them leave at 1.65 and 0.83 m/s, in another engine."""
     cue, *struck = velocities_after(ball_restitution=e, motion="sliding")
     assert cue == pytest.approx([(2 - 3 * e) / 5, 0.0], abs=1e-13)
@@ -152,7 +152,7 @@ def test_a_cradle_hands_on_the_whole_velocity(impacts):
         ball((-2 * R, 0.0), (1.0, 0.0)), *line, impacts=impacts, rolling_friction=0.0, t_max=1.0
     )
     result = simulate(scene, record="events")
-    after = state_at(result, times_of(result, HIT)[1]).velocities[:, 0]
+    after = state_at(result, times_of(result, BALL_BALL)[1]).velocities[:, 0]
     assert after == pytest.approx([0.0, 0.0, 1.0], abs=4 * EPS)
 
 
@@ -174,7 +174,7 @@ def test_without_a_tie_simultaneous_and_sequential_are_the_same_bits(physics):
 
 
 @every_physics
-def test_a_ball_that_rolled_before_it_hits_two_hits_with_the_spin_of_the_moment(physics):
+def test_a_ball_that_rolled_before_it_meets_two_collides_with_the_spin_of_the_moment(physics):
     """Not with that of its last slide."""
     there, physics = 1.0, {**physics, "motion": "sliding"}
     pair = [ball((there + ROOT3 * R, R)), ball((there + ROOT3 * R, -R))]
@@ -182,13 +182,13 @@ def test_a_ball_that_rolled_before_it_hits_two_hits_with_the_spin_of_the_moment(
         ball((0.0, 0.0), (2.0, 0.0), angular_velocity=(0.0, -100.0, 0.0)), *pair, **physics
     )
     result = simulate(far, record="events")
-    t = times_of(result, HIT)[0]
+    t = times_of(result, BALL_BALL)[0]
     before, after = state_before(result, t), state_at(result, t)
     near = ball(
         before.positions[0, :2],
         before.velocities[0, :2],
         angular_velocity=before.angular_velocities[0],
     )
-    hit = state_at(simulate(scene_of(near, *pair, **physics), record="events"), EPS)
-    assert after.velocities == pytest.approx(hit.velocities, abs=1e-12)
-    assert after.angular_velocities == pytest.approx(hit.angular_velocities, abs=1e-10)
+    at_once = state_at(simulate(scene_of(near, *pair, **physics), record="events"), EPS)
+    assert after.velocities == pytest.approx(at_once.velocities, abs=1e-12)
+    assert after.angular_velocities == pytest.approx(at_once.angular_velocities, abs=1e-10)

@@ -183,8 +183,8 @@ def test_two_that_touch_and_go_along_together_in_air_roll_as_one_alone():
     assert result.work["advancement_steps"] < 20
 
 
-def test_what_an_inelastic_hit_leaves_together_goes_on_where_only_air_slows():
-    """No cloth could press the balls together, so that a step of a contact had no length."""
+def test_what_an_inelastic_collision_leaves_together_continues_where_only_air_slows():
+    """No cloth could push the balls together, so that a step of a contact had no length."""
     scene = scene_of(
         ball((0.9736669107529253, 0.0), (-5.626838330323487, 0.0)),
         ball((0.31768120373487063, 0.0)),
@@ -192,8 +192,8 @@ def test_what_an_inelastic_hit_leaves_together_goes_on_where_only_air_slows():
     )  # fmt: skip
     result = simulate(scene, record="events")
     assert result.status is Status.T_MAX
-    hit = result.events["t"][0]
-    velocities = result.sample([hit, hit + 0.2]).velocities[:, :, 0]
+    collision = result.events["t"][0]
+    velocities = result.sample([collision, collision + 0.2]).velocities[:, :, 0]
     assert velocities[:, 0] == pytest.approx(velocities[:, 1], rel=1e-15)
     slowed = velocities[0, 0] / (1.0 - 0.023679174653121488 * velocities[0, 0] * 0.2)
     assert velocities[1, 0] == pytest.approx(slowed, rel=1e-13)

@@ -109,7 +109,7 @@ def test_a_ball_dropped_exactly_on_another_falls_off():
     assert result.rest_positions[0, 1] == 0.0
 
 
-def test_a_ball_over_an_open_side_comes_down_on_the_cloth_that_goes_on():
+def test_a_ball_over_an_open_side_comes_down_on_the_cloth_that_continues():
     table = Table(length=2.0, width=1.0, cushions=("left", "bottom", "top"))
     scene = scene_of(ball((1.8, 0.5), (3, 0, 1.5)), table=table, **FLIES)
     result = simulate(scene, record="events")

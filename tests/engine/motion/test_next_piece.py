@@ -100,12 +100,12 @@ def test_a_slide_and_the_roll_after_it_are_on_their_parabolas():
 
 
 def rolling_velocities(cut: float, v: float = 1.5) -> tuple[float, list[np.ndarray]]:
-    """Return when both balls roll after a hit, `cut` [rad] off, and how fast over the cue ball."""
+    """Return when both roll after a collision `cut` [rad] off, and velocities over the old one."""
     target = (2 * R * math.cos(cut), 2 * R * math.sin(cut))
     result = simulate(scene_of(ball((-0.3, 0.0), (v, 0.0)), ball(target), **CLOTH), record="events")
-    hit = times_of(result, EventKind.BALL_BALL)[0]
-    before = speed(state_before(result, hit).velocities[0])
-    (cue_rolls, cue), (rolls, struck) = (once_rolling(result, i, since=hit) for i in (0, 1))
+    collision = times_of(result, EventKind.BALL_BALL)[0]
+    before = speed(state_before(result, collision).velocities[0])
+    (cue_rolls, cue), (rolls, struck) = (once_rolling(result, i, since=collision) for i in (0, 1))
     assert cue_rolls == pytest.approx(rolls, rel=1e-13)
     return rolls, [cue / before, struck / before]
 

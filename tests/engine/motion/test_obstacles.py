@@ -72,7 +72,7 @@ def test_a_ball_bounces_off_a_circular_nose(played: Play, offset: float, slowing
     contact = 2.0 * way / (speed + math.sqrt(speed * speed - 2.0 * a * way))
     ((t, index),) = cushion_collisions(result)
     assert index == 4
-    # At a grazing hit the instant errs by what rounding of the gap does to it.
+    # At a grazing collision the instant errs by what rounding of the gap does to it.
     assert t == pytest.approx(contact, rel=1e-14 / (1.0 - offset * offset))
     before = speed - a * contact
     nx, ny = (way - far) / reach, height / reach

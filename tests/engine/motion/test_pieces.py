@@ -177,13 +177,15 @@ def test_a_motion_of_the_fourth_degree_misses_no_contact(moves, monkeypatch, see
     expected, history = _simulated(seed)
     result = simulate(scene, record="trajectory")
     kinds = result.events["kind"]
-    hit = result.events[(kinds == EventKind.BALL_BALL) | (kinds == EventKind.BALL_CUSHION)]
-    cushion = hit["kind"] == EventKind.BALL_CUSHION
-    found = list(zip(hit["a"], np.where(cushion, -1 - hit["b"], hit["b"]), strict=True))
+    collision = result.events[(kinds == EventKind.BALL_BALL) | (kinds == EventKind.BALL_CUSHION)]
+    cushion = collision["kind"] == EventKind.BALL_CUSHION
+    found = list(
+        zip(collision["a"], np.where(cushion, -1 - collision["b"], collision["b"]), strict=True)
+    )
     assert found == [(i, j) for _, i, j in expected]
     assert len(found) > 10
     assert np.any(cushion)
-    np.testing.assert_allclose(hit["t"], [t for t, _, _ in expected], atol=1e-9)
+    np.testing.assert_allclose(collision["t"], [t for t, _, _ in expected], atol=1e-9)
     assert result.work["cell_moves"] > 0 or not many
     for t in np.linspace(0.0, scene.t_max, 40):
         states = result.sample([t])

@@ -100,7 +100,7 @@ def sticks_to_cushion(mass: float = 0.2) -> Line:
 
 
 def sticks_before_a_heavy_ball() -> Line:
-    """Forces are found in so many rounds that they are taken to go on as in the last."""
+    """Forces are found in so many rounds that they are taken to continue as in the last."""
     return sticks_to_cushion(170.0)
 
 

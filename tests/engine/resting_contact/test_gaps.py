@@ -1,4 +1,4 @@
-"""A gap that is held stays closed: what a spinning ball presses into a corner overlaps nothing."""
+"""A gap that is held stays closed: what a spinning ball pushes into a corner overlaps nothing."""
 
 from __future__ import annotations
 

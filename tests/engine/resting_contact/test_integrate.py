@@ -94,5 +94,5 @@ def test_a_motion_that_is_followed_in_air_keeps_its_gap():
     times = (ends[:-1, None] + np.diff(ends)[:, None] * np.linspace(0.0, 1.0, 9)).ravel()
     apart = np.diff(result.sample(times).positions[:, :, :2], axis=1)[:, 0]
     reach = float(np.sum(scene.radii))
-    deepest = reach - np.min(np.hypot(*apart.T))
-    assert deepest <= CONTACT_TOLERANCE * reach + 8.0 * EPS * 3.0
+    largest_overlap = reach - np.min(np.hypot(*apart.T))
+    assert largest_overlap <= CONTACT_TOLERANCE * reach + 8.0 * EPS * 3.0

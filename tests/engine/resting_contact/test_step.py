@@ -42,7 +42,7 @@ def driven_into_a_cushion():
     ],
     ids=lambda scene: scene.name,
 )
-def test_a_run_that_comes_to_contacts_goes_on_as_with_them_from_the_first(scene, monkeypatch):
+def test_a_run_that_comes_to_contacts_continues_as_with_them_from_the_first(scene, monkeypatch):
     """Under bounds checks these alone begin without contacts (`kernels`)."""
     with_them = simulate(scene, record="events", no_skip=["contacts"])
     begin_without_contacts(monkeypatch)
@@ -53,7 +53,7 @@ def test_a_run_that_comes_to_contacts_goes_on_as_with_them_from_the_first(scene,
     assert fingerprint(simulate(scene, record="events")) == fingerprint(with_them)
 
 
-def deepest_overlap(scene, result, samples=20_001):
+def largest_overlap(scene, result, samples=20_001):
     positions = result.sample(np.linspace(0.0, result.rest_time, samples)).positions[:, :, :2]
     radii = scene.radii
     return max(
@@ -65,7 +65,7 @@ def deepest_overlap(scene, result, samples=20_001):
 
 @pytest.mark.parametrize("n", [5, 7])
 def test_a_gap_that_opens_before_it_closes_stays_within_the_tolerance(n):
-    """Its gap is deepest at four fifths of a step; looked at no later, it was off by 8 % more."""
+    """Its overlap is largest at four fifths of a step; looked at no later, it was 8 % more."""
     radius = 2.0**-5
     line = [Ball(id=f"b{k}", radius=radius, position=(2 * radius * k, 0.0)) for k in range(n)]
     cue = Ball(id="cue", radius=radius, position=(-0.125, 0.25 * radius), velocity=(1.5, 0.0))
@@ -86,7 +86,7 @@ def test_a_slow_ball_that_is_pushed_is_not_stopped_again_and_again():
     result = simulate(scene, record="events")
     assert result.status is Status.REST
     assert np.count_nonzero(result.events["kind"] == EventKind.ROLL_TO_REST) <= len(scene.balls)
-    assert deepest_overlap(scene, result) < 1e-12
+    assert largest_overlap(scene, result) < 1e-12
 
 
 def test_the_run_ends_when_the_last_ball_stops_also_where_a_contact_stops_it():

@@ -134,17 +134,17 @@ def assert_refused(
         del owner[at[-1]]
     else:
         owner[at[-1]] = value
-    assert_told(refusal_of(lambda: Scene.model_validate(data)), tells)
-    assert_told(refusal_of(lambda: Scene(**data)), tells)
+    assert_described(refusal_of(lambda: Scene.model_validate(data)), tells)
+    assert_described(refusal_of(lambda: Scene(**data)), tells)
     if plain:
         text, line = written(data, at)
-        assert_told(loading(text), tells, f"shot.toml:{line}: " if line else "shot.toml: ")
+        assert_described(loading(text), tells, f"shot.toml:{line}: " if line else "shot.toml: ")
 
 
 LEFT_OUT = object()
 
 
-def assert_told(message: str, tells: tuple[str, ...], place: str = "") -> None:
+def assert_described(message: str, tells: tuple[str, ...], place: str = "") -> None:
     lines = [line for line in message.splitlines() if line.startswith(place)]
     assert any(all(part in line for part in tells) for line in lines), (place, tells, message)
 
@@ -215,7 +215,7 @@ def test_a_field_that_is_no_number_as_it_should_be(part, field):
         assert_refused(scene, at, value, f"`{name_of(at)}`", rule, shown(value), plain=plain)
         if part:
             message = refusal_of(lambda value=value: PARTS[part](**{**NEEDED[part], field: value}))
-            assert_told(message, (f"`{field}`", rule, shown(value)))
+            assert_described(message, (f"`{field}`", rule, shown(value)))
 
 
 @pytest.mark.parametrize("axis", range(3))

@@ -77,7 +77,7 @@ def test_what_is_broken_below_is_valid():
         (edited("= 0.01", "= 0"), 14, ["`t_max` must be given", "`balls[0]`"]),
     ],
 )
-def test_a_mistake_is_told_with_file_line_field_and_value(text, line, parts):
+def test_a_mistake_is_described_with_file_line_field_and_value(text, line, parts):
     place = f"shot.toml:{line}: "
     problems = refusal(text).replace("greater than", ">").splitlines()
     assert any(
@@ -86,7 +86,7 @@ def test_a_mistake_is_told_with_file_line_field_and_value(text, line, parts):
     assert all(problem.startswith("shot.toml:") for problem in problems)
 
 
-def test_every_mistake_of_a_file_is_told_at_once():
+def test_every_mistake_of_a_file_is_described_at_once():
     text = edited("length = 2.54", "length = 0").replace("[2.0, 0.0]", "[nan, 0.0]")
     assert [line.split(": ")[0] for line in refusal(text).splitlines()] == [
         "shot.toml:11",
@@ -119,7 +119,7 @@ SPOILT = [
 
 
 @pytest.mark.parametrize("spoilt", SPOILT)
-def test_a_syntax_error_is_told_with_its_line(spoilt):
+def test_a_syntax_error_is_described_with_its_line(spoilt):
     for n, line in enumerate(VALID_LINES):
         key, _, value = line.partition(" = ")
         if not value:

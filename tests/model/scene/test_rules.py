@@ -16,7 +16,7 @@ class TestBallsTogether:
         message = refusal(ball((0, 0), id="cue"), ball((1, 0)), ball((2, 0), id="cue"))
         assert '`balls[2].id` must be unique, but `balls[0]` is called "cue" too' in message
 
-    def test_overlap_names_both_balls_and_the_depth(self):
+    def test_overlap_names_both_balls_and_its_size(self):
         message = refusal(ball((0, 0), id="cue"), ball((1, 0)), ball((0.05, 0), id="eight"))
         assert '`balls[0]` ("cue") and `balls[2]` ("eight")' in message
         assert f"{2 * R - 0.05:.6g} m" in message
@@ -44,8 +44,8 @@ def test_every_overlap_is_found_and_no_other():
         for _ in range(40):
             centres = chance.uniform(0.0, 1.0, (count, 2))
             radii = chance.uniform(0.01, 0.2, count)
-            depth = radii[:, None] + radii - np.linalg.norm(centres[:, None] - centres, axis=2)
-            expected = np.argwhere(np.tril(depth > 0.0, -1)).tolist()
+            overlap = radii[:, None] + radii - np.linalg.norm(centres[:, None] - centres, axis=2)
+            expected = np.argwhere(np.tril(overlap > 0.0, -1)).tolist()
             found = overlapping_pairs(centres, radii)
             assert sorted([i, j] for i, j, _ in found) == expected
             assert [i for i, _, _ in found] == sorted(i for i, _, _ in found)

@@ -161,7 +161,7 @@ def test_a_ball_that_rolls_with_vertical_spin_turns_as_the_closed_form_says():
 
 
 def test_vertical_spin_ends_within_a_segment():
-    """Breaks where the spin goes on past 0, or its end is stepped over."""
+    """Breaks where the spin continues past 0, or its end is stepped over."""
     ends, after = 0.3, 0.25
     segment, _ = slide(0.0, (0.0, 0.0), (4.0, 0.0), (30.0, -50.0, -SPIN_DECELERATION * ends))
     change = np.array([segment[10], segment[11], SPIN_DECELERATION])
@@ -176,7 +176,7 @@ def test_vertical_spin_ends_within_a_segment():
 
 
 def test_a_contact_step_changes_the_vertical_spin_besides_its_decay():
-    """The decay stops where the segment's own spin is used up; what is added goes on."""
+    """The decay stops where the segment's own spin is used up; what is added continues."""
     segment, _ = slide(0.0, (0.0, 0.0), (4.0, 0.0), (30.0, -50.0, 2.0))
     segment[12] = 7.0
     change = np.array([segment[10], segment[11], 7.0 - SPIN_DECELERATION])

@@ -26,7 +26,7 @@ pytestmark = needs("box2d")
 
 @pytest.mark.parametrize("spec", ["box2d", "box2d:bullet=no", "box2d:contact_steps=exact"])
 @pytest.mark.parametrize("restitution", [0.0, 0.5, 1.0])
-def test_a_single_hit_is_right_to_single_precision(spec: str, restitution: float) -> None:
+def test_a_single_collision_is_right_to_single_precision(spec: str, restitution: float) -> None:
     wanted = np.array([1.0 - restitution, 1.0 + restitution]) / 2.0
     assert shares(spec, head_on(restitution=restitution)) == pytest.approx(wanted, abs=1e-6)
     x, y = play(spec, to_the_wall(restitution)).final_state.velocities[0, 0, :2]
@@ -69,7 +69,7 @@ def test_a_speed_that_box2d_would_cut_is_refused() -> None:
     assert play("box2d:dt=1e-2", half_ball()).final_state.velocities[0, 1, 0] > 1.1
 
 
-def test_a_frozen_line_is_hit_at_once_and_a_break_keeps_its_energy() -> None:
+def test_a_frozen_line_collides_at_once_and_a_break_keeps_its_energy() -> None:
     wanted = [-1.0 / 3.0, 2.0 / 3.0, 2.0 / 3.0]
     assert shares("box2d", frozen_line()) == pytest.approx(wanted, abs=1e-3)
     assert np.abs(energy_ratios("box2d:bullet=no", rack()) - 1.0).max() < 3e-5

@@ -1,4 +1,4 @@
-"""What is proved: closed forms, the oracle and our engine agree; what can't be told is named."""
+"""What is proved: closed forms, the oracle and our engine agree; what can't be decided is named."""
 
 from __future__ import annotations
 
@@ -202,10 +202,10 @@ def test_our_engine_finds_the_proved_events(name):
             assert abs(float(enclosure.mid - Fraction(float(x)))) < 1e-14
 
 
-# -- what can't be told --------------------------------------------------------------------------
+# -- what can't be decided -------------------------------------------------------------------------
 
 
-def test_two_hits_at_one_instant_are_ambiguous():
+def test_two_collisions_at_one_instant_are_ambiguous():
     certificate = certify(find_scene("three-ball-symmetric"))
     assert certificate.ending == "ambiguous"
     assert certificate.events == ()
@@ -224,7 +224,7 @@ def test_a_corner_is_ambiguous():
     assert set(certificate.choices) == {Choice(BALL_CUSHION, 0, 0), Choice(BALL_CUSHION, 0, 2)}
 
 
-def test_a_frozen_rack_is_ambiguous_from_its_first_hit():
+def test_a_frozen_rack_is_ambiguous_from_its_first_collision():
     certificate = certify(find_scene("frozen-break"))
     assert certificate.ending == "ambiguous"
     assert [e.key for e in certificate.events] == [(BALL_BALL, 0, 1)]
@@ -245,7 +245,7 @@ def test_an_exact_graze_is_ambiguous():
     assert "at t = 1 s" in certificate.reason or "at t = 0.99999" in certificate.reason
 
 
-def test_a_thinner_graze_than_doubles_can_say_is_told():
+def test_a_thinner_graze_than_doubles_can_say_is_reported():
     # 1e-40 m too far: the miss is decided by 2^-133 of the radius, beyond double precision. A ball
     # that starts with a y of 2 R less a slope does that.
     slope = 2.0**-70
@@ -270,13 +270,13 @@ def test_an_event_at_t_max_is_still_one():
     assert keys(proved(scene)) == [(1, 0, 0)] == engine_keys(scene)
 
 
-def test_an_end_near_t_max_is_told_from_it():
+def test_an_end_near_t_max_is_distinguished_from_it():
     scene = scene_of(ball((0.0, 0.0), (1.0, 0.0)), rolling_friction=0.5, gravity=2.0, t_max=1.0)
     assert keys(proved(scene)) == [(3, 0, -1)]
     scene = scene_of(
         ball((0.0, 0.0), (0.6, 0.8)), rolling_friction=0.5, gravity=2.0, t_max=math.hypot(0.6, 0.8)
     )
-    assert certify(scene).proved  # off by a rounding, which is told
+    assert certify(scene).proved  # off by a rounding, which is resolved
 
 
 def test_independent_events_of_one_instant_pass_as_a_tie():
@@ -308,7 +308,7 @@ def test_mirrored_pairs_are_proved_with_the_same_enclosures():
 
 
 def test_a_tie_near_a_third_ball_is_ambiguous():
-    # Both hits come at one instant, and the two balls that are hit touch each other.
+    # Both collisions come at one instant, and the two balls that are hit touch each other.
     scene = scene_of(
         ball((-0.5, 0.0), (1.0, 0.0), radius=0.03125),
         ball((0.0, 0.0), radius=0.03125),
@@ -345,8 +345,8 @@ def test_a_ball_that_begins_beyond_a_cushion_by_a_rounding():
     back = proved(rail(0.3, angular_velocity=(0.0, -120.0, 0.0)))
     assert keys(back)[0] == (1, 0, 0)
     assert float(back.events[0].t) > 0.1
-    pressed = certify(rail(0.0, angular_velocity=(0.0, -60.0, 0.0)))
-    assert (pressed.ending, pressed.events) == ("sustained contact", ())
+    certificate = certify(rail(0.0, angular_velocity=(0.0, -60.0, 0.0)))
+    assert (certificate.ending, certificate.events) == ("sustained contact", ())
 
 
 def test_overlapping_balls_that_come_back_meet_again():
@@ -384,7 +384,7 @@ def test_a_ball_on_a_cushion_bounces_or_rolls_along_it():
 # -- sustained contact ---------------------------------------------------------------------------
 
 
-def test_balls_pressed_from_the_start_are_certified_up_to_it():
+def test_balls_in_contact_from_the_start_are_certified_up_to_it():
     scene = scene_of(
         ball((0.0, 0.0), angular_velocity=(0.0, 100.0, 0.0)),
         ball((2 * R, 0.0)),
@@ -399,7 +399,7 @@ def test_balls_pressed_from_the_start_are_certified_up_to_it():
     )
 
 
-def test_a_ball_pressed_into_a_cushion_is_certified_up_to_it():
+def test_a_ball_pushed_into_a_cushion_is_certified_up_to_it():
     scene = scene_of(
         ball((0.5, R), angular_velocity=(50.0, 0.0, 0.0)),
         table=Table(length=2.0, width=1.0),
@@ -420,8 +420,8 @@ def test_bounces_under_topspin_end_in_sustained_contact():
     )
     certificate = certify(scene)
     assert certificate.ending == "sustained contact"
-    hits = [e for e in certificate.events if e.kind is BALL_BALL]
-    assert len(hits) > 2
+    collisions = [e for e in certificate.events if e.kind is BALL_BALL]
+    assert len(collisions) > 2
     assert widest(certificate) <= CertifiedSettings().width
 
 

@@ -36,7 +36,7 @@ def test_a_roll_ends_where_worked_numbers_say(physics: dict, time: float, way: f
     assert float(certificate.positions[0][0]) == pytest.approx(way, rel=1e-15)
 
 
-def test_a_roll_that_nothing_stops_goes_on() -> None:
+def test_a_roll_that_nothing_stops_continues() -> None:
     scene = scene_of(ball((0, 0), (2.0, 0.0)), air_drag=0.5, rolling_friction=0.0, t_max=3.0)
     certificate = certify(scene, cached=False)
     assert float(certificate.positions[0][0]) == pytest.approx(np.log1p(3.0) / 0.5, rel=1e-15)

@@ -1,4 +1,4 @@
-"""Proofs of flight: worked numbers and series, our engine on random jumps, and what isn't told."""
+"""Proofs of flight: worked numbers and series, our engine on random jumps; what is undecided."""
 
 from __future__ import annotations
 
@@ -165,9 +165,9 @@ def test_bounces_that_are_not_followed_come_to_what_each_of_them_does(e, slip) -
         left, way, lasts, speed = size, mpf(0), mpf(0), mpf(up)
         taken = mpf(0)
         while speed > mpf(10) ** -55:
-            hop = 2 * speed / mpf(G)
-            way -= taken * hop
-            lasts += hop
+            duration = 2 * speed / mpf(G)
+            way -= taken * duration
+            lasts += duration
             impulse = min(mpf(mu) * (1 + mpf(e)) * speed, 2 * left / 7)
             taken += impulse
             left -= 7 * impulse / 2
@@ -184,7 +184,7 @@ def test_bounces_that_are_not_followed_come_to_what_each_of_them_does(e, slip) -
 
 @pytest.mark.parametrize(
     ("rise", "up", "what"),
-    [(arb(0, 1e-9), 1.0, "on the table"), (arb(0), arb(0, 1e-9), "presses the table")],
+    [(arb(0, 1e-9), 1.0, "on the table"), (arb(0), arb(0, 1e-9), "pushed onto the table")],
 )
 def test_what_the_table_does_is_not_guessed(rise, up, what) -> None:
     with working_precision(53):
@@ -320,7 +320,7 @@ def check_against_the_engine(number: int) -> Certificate:
     found = result.events[:known]
     assert keys(certificate) == [tuple(row) for row in found[["kind", "a", "b"]].tolist()]
     t = np.array([float(e.t) for e in certificate.events])
-    # Bounces off a cushion that friction presses a ball to amplify rounding by a thousand and more.
+    # Bounces off a cushion that friction pushes a ball to amplify rounding by a thousand and more.
     assert found["t"] == pytest.approx(t, rel=1e-5, abs=1e-11)
     if certificate.proved:
         proof = result_of(scene, certificate, CertifiedSettings(), "trajectory")
@@ -353,7 +353,7 @@ def test_a_search_in_doubles_changes_nothing_in_flight(number, monkeypatch) -> N
     )
 
 
-# -- what isn't told -----------------------------------------------------------------------------
+# -- what isn't decided ----------------------------------------------------------------------------
 
 
 def test_a_ball_that_comes_to_lie_on_another_is_named() -> None:

@@ -54,10 +54,10 @@ class TestFirstEntry:
         assert first_entry(self.expanded(1, 2), mpf("0.99")) is None
         assert first_entry(self.expanded(1, 2), mpf("1.01")) is not None
 
-    def test_two_roots_a_hair_apart_are_a_hit_and_a_hair_less_is_a_miss(self):
+    def test_two_roots_a_hair_apart_are_a_collision_and_a_hair_less_is_a_miss(self):
         hair = mpf(10) ** -20
-        hit = first_entry([1 - hair, mpf(-2), mpf(1)], mpf(10))
-        assert abs(hit - (1 - mp.sqrt(hair))) < TINY
+        root = first_entry([1 - hair, mpf(-2), mpf(1)], mpf(10))
+        assert abs(root - (1 - mp.sqrt(hair))) < TINY
         assert first_entry([1 + hair, mpf(-2), mpf(1)], mpf(10)) is None
 
     def test_a_vanishing_leading_coefficient_changes_nothing(self):

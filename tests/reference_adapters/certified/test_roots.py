@@ -66,7 +66,7 @@ def test_a_double_root_stays_unsure(bits):
     assert 1.0 - float(found.low) < 2.0 ** (4 - bits / 2)
 
 
-def test_nearly_a_double_root_is_told_in_enough_precision():
+def test_nearly_a_double_root_is_decided_in_enough_precision():
     for sign, verdict in ((1, NONE), (-1, ROOT)):
         with working_precision(212):
             gap = [arb(1) + sign * arb((1, -60)), arb(-2), arb(1)]

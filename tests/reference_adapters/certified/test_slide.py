@@ -213,7 +213,7 @@ def test_a_piece_whose_speed_is_another_fails_by_no_more_than_is_said(factor: fl
     assert drag * speed * abs(taken - speed) <= float(said)
 
 
-def test_a_slip_that_may_be_nothing_is_not_told() -> None:
+def test_a_slip_that_may_be_nothing_is_not_decided() -> None:
     with pytest.raises(UndecidedError, match="whether it slides or rolls"):
         Slide((arb(1), arb(0)), (arb("1e-9", 1e-9), arb(0)), arb(A), arb(K))
     state = State.of((arb(1), arb(0)), (arb(0, 1e-9), arb("1e-9")))
@@ -302,7 +302,7 @@ def test_a_slip_that_ends_at_a_speed_too_high_to_roll_at_is_refused_by_name() ->
 
 
 def test_the_time_limit_ends_a_proof_between_pieces() -> None:
-    """An exact tie goes on to the last precision, where one slide would take an hour."""
+    """An exact tie continues to the last precision, where one slide would take an hour."""
     scene = scene_of(
         ball((0.5, 0.5), (-1.0, -1.0), angular_velocity=(0.0, 0.0, 0.0)),
         table=POOL_TABLE.model_copy(update={"width": 2.54}),

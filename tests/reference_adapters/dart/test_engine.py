@@ -27,7 +27,7 @@ MIXING = 3e-5  # of the speeds
 
 @pytest.mark.parametrize("spec", ["dart", "dart:contact_steps=exact"])
 @pytest.mark.parametrize("restitution", [0.5, 0.9, 1.0])
-def test_a_single_hit_is_right_but_for_the_mixing(spec: str, restitution: float) -> None:
+def test_a_single_collision_is_right_but_for_the_mixing(spec: str, restitution: float) -> None:
     # Breaks where the two factors don't multiply to the scene's restitution.
     wanted = np.array([1.0 - restitution, 1.0 + restitution]) / 2.0
     assert shares(spec, head_on(restitution=restitution)) == pytest.approx(wanted, abs=MIXING)
@@ -97,7 +97,7 @@ def test_what_it_cannot_do_is_refused() -> None:
 
 
 def test_a_wrong_factor_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
-    # The planted error: 0.1 % too little of what a hit gives back.
+    # The planted error: 0.1 % too little of what a collision gives back.
     from ghostball.reference_adapters.dart.world import World
 
     right = World._shape

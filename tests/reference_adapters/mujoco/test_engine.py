@@ -24,7 +24,7 @@ pytestmark = needs("mujoco")
 
 @pytest.mark.parametrize("spec", ["mujoco", "mujoco:contact_steps=exact"])
 @pytest.mark.parametrize("restitution", [0.0, 0.5, 0.9, 1.0])
-def test_a_single_hit_is_exact_at_any_restitution(spec: str, restitution: float) -> None:
+def test_a_single_collision_is_exact_at_any_restitution(spec: str, restitution: float) -> None:
     # Breaks where the damper isn't (1 + e) / dt, or isn't set anew with the step.
     wanted = np.array([1.0 - restitution, 1.0 + restitution]) / 2.0
     assert shares(spec, head_on(restitution=restitution)) == pytest.approx(wanted, abs=2e-9)
@@ -49,7 +49,7 @@ def test_a_cut_in_exact_steps_is_the_closed_form() -> None:
         np.testing.assert_allclose(result.rest_positions, truth, rtol=0.0, atol=1e-6)
 
 
-def test_a_frozen_line_is_hit_at_once() -> None:
+def test_a_frozen_line_collides_at_once() -> None:
     # Moreau's law; with a margin of 0 the balls would be hit one after another, (0, 0, 1).
     wanted = [-1.0 / 3.0, 2.0 / 3.0, 2.0 / 3.0]
     for spec in ("mujoco", "mujoco:contact_steps=exact"):

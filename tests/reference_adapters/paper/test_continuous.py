@@ -79,12 +79,12 @@ def gaps(result: Result) -> np.ndarray:
 
 def test_without_friction_a_collision_is_found_at_its_instant():
     result = engine().simulate(head_on(2.0, t_max=1.0, physics=FRICTIONLESS), record="events")
-    hit, rest = result.events
+    collision, rest = result.events
     t_contact = (0.7 - 2 * R) / 2.0
-    assert hit["t"] == pytest.approx(t_contact, abs=1e-14)
-    assert (hit["kind"], hit["a"], hit["b"]) == (EventKind.BALL_BALL, 0, 1)
+    assert collision["t"] == pytest.approx(t_contact, abs=1e-14)
+    assert (collision["kind"], collision["a"], collision["b"]) == (EventKind.BALL_BALL, 0, 1)
     # A collision that stops the ball brings it to rest at that instant.
-    assert (rest["kind"], rest["t"], rest["a"]) == (EventKind.ROLL_TO_REST, hit["t"], 0)
+    assert (rest["kind"], rest["t"], rest["a"]) == (EventKind.ROLL_TO_REST, collision["t"], 0)
     assert result.final_state.velocities[0].tolist() == [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0]]
     expected = [1.2 - 2 * R, 1.2 + 2.0 * (1.0 - t_contact)]
     assert result.rest_positions[:, 0] == pytest.approx(expected, abs=1e-13)
@@ -183,18 +183,18 @@ def test_sixteen_balls_miss_collisions_here_and_there_and_eight_fewer():
         results = [engine().simulate(break_shot(count, seed)) for seed in range(10)]
         assert all(result.status is Status.REST for result in results)
         missed[count] = [result.work["overlaps"] for result in results]
-        hits = sum(result.collision_counts["ball-ball"] for result in results)
-        assert sum(missed[count]) < 0.06 * hits
+        collisions = sum(result.collision_counts["ball-ball"] for result in results)
+        assert sum(missed[count]) < 0.06 * collisions
     assert sum(missed[16]) > 1.3 * sum(missed[8]) > 0
     assert sum(m > 0 for m in missed[16]) >= 6
 
 
 def test_the_misses_are_clipping_and_without_friction_there_are_none():
-    """Deepest overlap from the recorded frames; the counter and the trajectory must agree."""
+    """Largest overlap in the recorded frames; the counter and the trajectory must agree."""
     results = [engine().simulate(break_shot(16, seed), record="trajectory") for seed in range(4)]
     for result in results:
-        deep = gaps(result) < -engine().settings.tolerance
-        assert np.any(deep) == (result.work["overlaps"] > 0)
+        overlapping = gaps(result) < -engine().settings.tolerance
+        assert np.any(overlapping) == (result.work["overlaps"] > 0)
     assert min(gaps(result).min() for result in results) < -5e-3
     # The rule of the paper's source, that overlapping balls collide now, leaves what friction makes
     # of one frame.

@@ -57,13 +57,13 @@ def test_head_on_balls_swap_velocities():
 
 
 def test_overlapping_balls_are_pulled_apart_by_half_each():
-    """Contact 3/4 into a step: found 1/4 step too deep, so each ball is moved back by half that."""
+    """Contact 3/4 into a step: found 1/4 step too late, so each ball is moved back by half that."""
     distance = 1.2 - 0.5 - 2 * R
     speed = distance / (0.02 * 10.75)
     result = engine().simulate(head_on(speed, t_max=0.22, physics=FRICTIONLESS))
-    depth = speed * 0.02 * 0.25
+    overlap = speed * 0.02 * 0.25
     assert result.rest_positions[:, 0] == pytest.approx(
-        [1.2 - 2 * R - depth / 2 + depth, 1.2 + depth / 2], abs=1e-12
+        [1.2 - 2 * R - overlap / 2 + overlap, 1.2 + overlap / 2], abs=1e-12
     )
 
 
@@ -121,8 +121,8 @@ def test_a_cushion_mirrors_and_puts_the_ball_back(cushion, position, velocity, e
     normal = 0 if cushion < 2 else 1
     assert result.final_state.velocities[0, 0, normal] == -velocity[normal]
     assert result.final_state.velocities[0, 0, 1 - normal] == velocity[1 - normal]
-    (hit,) = result.events
-    assert hit.tolist() == (0.06, EventKind.BALL_CUSHION, 0, cushion)
+    (collision,) = result.events
+    assert collision.tolist() == (0.06, EventKind.BALL_CUSHION, 0, cushion)
     assert result.rest_positions[0, :2] == pytest.approx(end)
 
 

@@ -24,7 +24,7 @@ pytestmark = needs("physx")
 
 @pytest.mark.parametrize("spec", ["physx", "physx:contact_steps=exact"])
 @pytest.mark.parametrize("restitution", [0.0, 0.5, 0.9, 1.0])
-def test_a_single_hit_is_right_to_single_precision(spec: str, restitution: float) -> None:
+def test_a_single_collision_is_right_to_single_precision(spec: str, restitution: float) -> None:
     wanted = np.array([1.0 - restitution, 1.0 + restitution]) / 2.0
     assert shares(spec, head_on(restitution=restitution)) == pytest.approx(wanted, abs=1e-6)
     x, y = play(spec, to_the_wall(restitution)).final_state.velocities[0, 0, :2]
@@ -46,7 +46,7 @@ def test_shots_in_exact_steps_are_right_to_single_precision() -> None:
         assert np.abs(error).max() < 1e-4, name
 
 
-def test_a_frozen_line_is_hit_at_once() -> None:
+def test_a_frozen_line_collides_at_once() -> None:
     wanted = [-1.0 / 3.0, 2.0 / 3.0, 2.0 / 3.0]
     assert shares("physx", frozen_line()) == pytest.approx(wanted, abs=1e-4)
 

@@ -47,7 +47,7 @@ def log(result: Result) -> list[tuple[str, int, int]]:
     return [(EventKind(e["kind"]).label, int(e["a"]), int(e["b"])) for e in result.events]
 
 
-def after_one_hit(scene: Scene) -> tuple[np.ndarray, float]:
+def after_one_collision(scene: Scene) -> tuple[np.ndarray, float]:
     """Rest positions (2, 2) of a ball rolling along +x into a resting one; its speed there."""
     cue, other = scene.balls
     deceleration = scene.physics.rolling_friction * scene.physics.gravity
@@ -86,7 +86,7 @@ def test_a_ball_stops_where_the_closed_form_says_at_any_step(dt: float) -> None:
 def test_native_error_is_first_order_in_the_step(dt: float) -> None:
     # Bullet sees the contact after up to v dt of overlap, which turns the line of centres by up to
     # v dt tan(phi)/2R. Both bounds shrink with the step; a solver that loses energy breaks them.
-    expected, speed = after_one_hit(HALF_BALL)
+    expected, speed = after_one_collision(HALF_BALL)
     result = run(HALF_BALL, dt=dt)
     late = speed * dt
     distances = np.linalg.norm(expected - [[0.3, 0.0]], axis=1)
@@ -141,11 +141,11 @@ def test_only_the_cushions_that_exist_are_hit_and_each_by_its_index(cushion: Any
 
 
 def test_balls_that_stay_in_contact_collide_once() -> None:
-    # e = 0, head-on: they roll on together, pressed by rounding alone, and the run must end.
+    # e = 0, head-on: they roll on together, in contact by rounding alone, and the run must end.
     scene = shot(
         {"position": (0, 0), "velocity": (1, 0)}, {"position": (0.3, 0)}, ball_restitution=0.0
     )
-    expected, _ = after_one_hit(scene)
+    expected, _ = after_one_collision(scene)
     for settings in ({}, {"contact_steps": "exact"}):
         result = run(scene, **settings)
         assert result.collision_counts["ball-ball"] == 1
@@ -162,7 +162,7 @@ def test_a_ball_that_only_rolls_along_a_cushion_does_not_hit_it() -> None:
 @pytest.mark.parametrize(
     "settings", [{}, {"contact_steps": "exact"}, {"dt": 0.3}, {"config": "default"}]
 )
-def test_t_max_is_hit_exactly(settings: dict[str, Any]) -> None:
+def test_t_max_is_reached_exactly(settings: dict[str, Any]) -> None:
     result = run(shot({"position": (0, 0), "velocity": (1, 0)}, t_max=0.7654321), **settings)
     assert result.status is Status.T_MAX
     assert result.rest_time == 0.7654321
@@ -214,7 +214,7 @@ def test_exact_steps_at_speeds_that_close_a_gap_sooner_than_bullet_steps(speed: 
 
 @pytest.mark.parametrize("steps", ["fixed", "exact"])
 def test_the_hardest_impulses_are_bullets(steps: str) -> None:
-    """Fails where Bullet is given an impulse beyond its bound: the balls go on into each other."""
+    """Fails where Bullet is given an impulse beyond its bound: they continue into each other."""
     scene = shot(
         {"position": (0, 0), "velocity": (4000, 0), "mass": 1e6},
         {"position": (0.3, 0), "mass": 1e6},

@@ -52,7 +52,7 @@ def cut_shot(
     of: dict[str, Any] | None = None,
     **physics: Any,
 ) -> Scene:
-    """A hit at an angle of `cut` [rad], half of `TINY` from the start, and a few steps more."""
+    """A collision at an angle of `cut` [rad], half of `TINY` ahead, and a few steps more."""
     of = of or {}
     reach = 2 * of.get("radius", R) * (1 + 1e-12)
     return scene_of(
@@ -97,7 +97,7 @@ def test_a_stun_shot_slides_then_rolls() -> None:
 
 
 def test_ball_friction_throws_by_its_coefficient() -> None:
-    # A stunned hit whose surfaces slip is thrown by atan(mu) [Alciatore A.14].
+    # A stunned collision whose surfaces slip is thrown by atan(mu) [Alciatore A.14].
     mu, cut = 0.05, math.radians(30)
     result = run(cut_shot(cut, 1.0, ball_friction=mu), dt=TINY)
     direction = result.final_state.velocities[0, 1]
@@ -105,7 +105,7 @@ def test_ball_friction_throws_by_its_coefficient() -> None:
     assert thrown == pytest.approx(math.atan(mu), abs=3 * LATE)
 
 
-def test_a_ball_that_friction_lifts_hops() -> None:
+def test_a_ball_that_friction_lifts_bounces() -> None:
     # A rolling cue ball that hits another full leaves the cloth at mu (1 + e) v / 2 [B.5].
     scene = cut_shot(0.0, 1.0, (0, 1 / R, 0), ball_friction=0.05, ball_restitution=0.9)
     lifted = run(scene, dt=TINY).final_state.velocities[0, :, 2]

@@ -130,7 +130,7 @@ def test_cushion_and_corner(steps):
 
 @pytest.mark.parametrize("restitution", [0.0, 0.6, 1.0])
 def test_unequal_balls_with_restitution(restitution):
-    """Closed form of a straight hit: v_a = (m_a - e m_b) v / M, v_b = (1 + e) m_a v / M."""
+    """Closed form of a straight collision: v_a = (m_a - e m_b) v / M, v_b = (1 + e) m_a v / M."""
     small = Ball(id="a", position=(0, 0), velocity=(1, 0), radius=0.02, mass=0.1)
     large = Ball(id="b", position=(0.3, 0), radius=0.05, mass=0.3)
     physics = Physics(ball_restitution=restitution, rolling_friction=0.0)
@@ -189,7 +189,7 @@ def test_impacts_of_one_instant_are_resolved_together(restitution):
 @pytest.mark.parametrize(
     "settings", [{}, {"contact_steps": "exact"}, {"config": "default"}, {"dt": 7.7e-4}]
 )
-def test_t_max_is_hit_exactly(t_max, settings):
+def test_t_max_is_reached_exactly(t_max, settings):
     ball = Ball(id="cue", position=(0, 0), velocity=(1, 0))
     result = run(scene_of(ball, t_max=t_max), **settings)
     assert result.status is Status.T_MAX

@@ -1,4 +1,4 @@
-"""Rapier against closed forms: single hits to single precision, and what it makes of a break."""
+"""Rapier against closed forms: collisions to single precision, and what it makes of a break."""
 
 import numpy as np
 import pytest
@@ -23,7 +23,7 @@ pytestmark = needs("rapier")
 
 @pytest.mark.parametrize("spec", ["rapier", "rapier:contact_steps=exact"])
 @pytest.mark.parametrize("restitution", [0.0, 0.5, 0.9, 1.0])
-def test_a_single_hit_is_right_to_single_precision(spec: str, restitution: float) -> None:
+def test_a_single_collision_is_right_to_single_precision(spec: str, restitution: float) -> None:
     wanted = [(1.0 - restitution) / 2.0, (1.0 + restitution) / 2.0]
     assert shares(spec, head_on(restitution=restitution)) == pytest.approx(wanted, abs=1e-6)
     x, y = play(spec, to_the_wall(restitution)).final_state.velocities[0, 0, :2]

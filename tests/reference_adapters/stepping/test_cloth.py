@@ -117,7 +117,7 @@ SLIDES_WITH_A_SPIN_OF_MINUS_ZERO = scene_of(
 
 
 @pytest.mark.parametrize("steps", ["fixed", "exact"])
-def test_a_kick_without_a_hit_may_leave_out_what_it_does(steps, monkeypatch):
+def test_a_kick_without_a_collision_may_leave_out_what_it_does(steps, monkeypatch):
     """To the bit, over shots whose balls slide, roll, are hit and spin.
 
     Breaks where anything reads the spin that a rolling ball had before its velocity last changed.
@@ -136,7 +136,7 @@ def test_a_kick_without_a_hit_may_leave_out_what_it_does(steps, monkeypatch):
 
 @pytest.mark.parametrize(("ending", "spins"), [("slide-to-roll", True), ("roll-to-rest", False)])
 def test_mirrored_balls_end_together_whatever_rounding_leaves(ending: str, spins: bool) -> None:
-    """Breaks where what has no slip, or speed, left goes on for the rest of the step.
+    """Breaks where what has no slip, or speed, left continues for the rest of the step.
 
     Mirrored at a line that isn't along an axis, durations differ by a few ulps: the step ends with
     one ball, and rounding alone says whether the other has exactly 0 left.

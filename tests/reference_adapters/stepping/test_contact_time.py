@@ -50,7 +50,7 @@ def test_no_earlier_contact_and_an_end_on_the_gap():
     """Fails where a contact is missed, or found late, early, or between the wrong balls."""
     rng = np.random.default_rng(2009)
     table = Table(length=1.0, width=1.0, cushions=("left", "right", "top"))
-    hits = 0
+    touching = 0
     for _ in range(300):
         x, v, a, radii, horizon = random_motion(rng)
         dt = time_to_contact(x, v, a, radii, table, horizon=horizon)
@@ -58,20 +58,20 @@ def test_no_earlier_contact_and_an_end_on_the_gap():
         gaps = gaps_at(x + v * times + 0.5 * a * times**2, radii, table)
         assert gaps.min() >= CONTACT_GAP - ROUNDING
         if dt < math.inf:
-            hits += 1
+            touching += 1
             assert gaps[:, -1].min() == pytest.approx(CONTACT_GAP, abs=ROUNDING)
-    assert 100 < hits < 280
+    assert 100 < touching < 280
 
 
-@pytest.mark.parametrize("depth", [1e-3, 1e-6, 1e-9, 1e-11, 1e-12])
-def test_grazing(depth):
+@pytest.mark.parametrize("overlap", [1e-3, 1e-6, 1e-9, 1e-11, 1e-12])
+def test_grazing(overlap):
     """Fails where a graze is missed or a miss taken for one: only their sign tells them apart."""
     reach = 2 * R + CONTACT_GAP
-    for offset, hit in ((reach - depth, True), (reach + depth, False)):
+    for offset, touches in ((reach - overlap, True), (reach + overlap, False)):
         x = np.array([[0.0, 0.0], [0.5, offset]])
         v = np.array([[1.0, 0.0], [0.0, 0.0]])
         dt = time_to_contact(x, v, np.zeros((2, 2)), np.full(2, R), None, horizon=10.0)
-        if hit:
+        if touches:
             # Half the chord, (reach - offset)(reach + offset); its rounding grows as it shrinks.
             chord = math.sqrt((reach - offset) * (reach + offset))
             assert dt == pytest.approx(0.5 - chord, abs=1e-15 / chord + 1e-14)
@@ -118,10 +118,10 @@ def test_a_ball_that_turns_before_the_cushion_misses_it():
     """The turning point is v^2 / 2a from the start: 1e-9 m short of the cushion, or beyond it."""
     v, a = np.array([[1.0, 0.0]]), np.array([[-2.0, 0.0]])
     table = Table(length=1.0, width=1.0)
-    for beyond, hit in ((1e-9, True), (-1e-9, False)):
+    for beyond, touches in ((1e-9, True), (-1e-9, False)):
         x = np.array([[1.0 - R - CONTACT_GAP - 0.25 + beyond, 0.5]])
         dt = time_to_contact(x, v, a, np.array([R]), table, horizon=0.9)
-        assert (dt < math.inf) is hit
+        assert (dt < math.inf) is touches
 
 
 @pytest.mark.parametrize("speed", [5e-324, 1e-310, 1e-302])

@@ -23,7 +23,7 @@ def exact(scene: Scene) -> Result:
 def cut_shot(
     cut: float, speed: float, spin: tuple[float, float, float], **physics: object
 ) -> Scene:
-    """A hit at an angle of `cut` [rad] at once, on ice, so that nothing follows."""
+    """A collision at an angle of `cut` [rad] at once, on ice, so that nothing follows."""
     return scene_of(
         ball((0, 0), (speed, 0), angular_velocity=spin),
         ball((TOUCHING * math.cos(cut), TOUCHING * math.sin(cut))),
@@ -42,7 +42,7 @@ def throw(result: Result, cut: float) -> float:
 @pytest.mark.parametrize("cut", [0.2, 0.6, 1.1])
 @pytest.mark.parametrize("friction", [0.02, 0.06, "alciatore"])
 @pytest.mark.parametrize("side", [0.0, 0.4, -0.4])
-def test_throw_of_a_hit_without_follow(
+def test_throw_of_a_collision_without_topspin(
     speed: float, cut: float, friction: float | str, side: float
 ) -> None:
     """Alciatore, proof A.14: tan = min(mu v cos / slip, 1/7) slip / (v cos), mu that of the slip.
@@ -74,8 +74,8 @@ def test_exact_steps_play_the_game_that_our_engine_plays(seed: int) -> None:
     """
     scene = random_cloth_shot(seed)
     whole = simulate(scene, record="events")
-    hits = whole.events["t"][whole.events["b"] >= 0]
-    few = float(hits[3]) if len(hits) > 3 else whole.rest_time
+    collisions = whole.events["t"][whole.events["b"] >= 0]
+    few = float(collisions[3]) if len(collisions) > 3 else whole.rest_time
     scene = scene.model_copy(update={"t_max": min(few * (1 - 1e-3), 1.0)})
     ours, theirs = simulate(scene, record="events"), exact(scene)
     assert theirs.collision_counts == ours.collision_counts

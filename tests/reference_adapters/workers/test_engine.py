@@ -92,7 +92,7 @@ def served(tmp_path: Path) -> Iterator[Callable[..., dict]]:
     one.close()
 
 
-def test_a_crash_is_told_with_its_last_words_and_the_next_scene_starts_anew(served) -> None:
+def test_a_crash_is_reported_with_its_last_words_and_the_next_scene_starts_anew(served) -> None:
     assert served() == {"rest_time": 0.25}
     with pytest.raises(WorkerFailedError, match="ended without an answer: out of chalk"):
         served("crash")

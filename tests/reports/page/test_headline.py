@@ -22,7 +22,7 @@ def test_verdicts_are_counted_and_what_is_wrong_is_named_with_its_reason(module_
     assert "left unsolved" not in html
 
 
-def test_an_unsolved_contact_step_is_told_at_the_top(small_folder):
+def test_an_unsolved_contact_step_is_reported_at_the_top(small_folder):
     edit_records(
         small_folder, lambda text: text.replace('"steps":50', '"unsolved_contact_steps":1')
     )

@@ -172,7 +172,7 @@ def test_a_scene_holds_every_engine_that_was_asked_for(results_folder):
     assert data["horizon"] is None
     assert data["truth"]["rest"][0] == pytest.approx([1.25715 - 0.0, 0.635], abs=1)
     looks = {(e["colour"], tuple(e["dash"]), e["marker"]) for e in data["engines"]}
-    assert len(looks) == len(engines)  # told apart without knowing their order
+    assert len(looks) == len(engines)  # distinguished without knowing their order
 
 
 def test_what_an_engine_lost_far_off_leaves_the_view_on_the_table():

@@ -71,7 +71,7 @@ def test_a_run_that_is_not_whole_says_so_and_one_without_breaks_too(shown):
     assert "Nothing broke." in text
 
 
-def test_what_could_not_be_judged_is_told(shown):
+def test_what_could_not_be_judged_is_reported(shown):
     text = shown([finding("grazing", "hit-9", outcome="failed")])
     assert "0/0, 1 not judged" in text
     assert "hit-9 : &lt;/script&gt;" in text

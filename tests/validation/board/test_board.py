@@ -134,7 +134,7 @@ def test_a_cell_that_dies_costs_itself_alone(tmp_path):
 
 
 @pytest.mark.usefixtures("in_this_process")
-def test_a_later_run_goes_on_where_an_earlier_one_ended(tmp_path, ran):
+def test_a_later_run_continues_where_an_earlier_one_ended(tmp_path, ran):
     ask(tmp_path, ["ghostball"], "line")
     board, _ = ask(tmp_path, ["ghostball", SLOWING], "line", "throw")
     # Nobody knows the code of a stranger's engine: it is measured anew.

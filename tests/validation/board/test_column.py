@@ -11,7 +11,7 @@ from ghostball.validation.results.records import INDEPENDENT
 from ghostball.validation.scenes.library import scene_names
 from ghostball.validation.truth.scene_truth import truth_of
 
-GOOD = 'id = "cut"\ntitle = "single hit"\nquestion = "How far off"\nmetric = "energy_drift"\n'
+GOOD = 'id = "cut"\ntitle = "single collision"\nquestion = "How far off"\nmetric = "energy_drift"\n'
 SCENES, LIMITS = 'scenes = ["throw"]\n', "good = 1e-4\nfair = 1e-2\n"
 
 

@@ -45,8 +45,8 @@ def rise_of(result: Result, resolution: float | None = 0.0) -> float | None:
 def instants_of_impacts(result: Result) -> np.ndarray:
     """Return when balls collide, the first instant and the last [s]."""
     assert result.events is not None
-    hits = result.events["t"][result.events["kind"] == EventKind.BALL_BALL]
-    return np.unique(hits[[0, -1]])
+    collisions = result.events["t"][result.events["kind"] == EventKind.BALL_BALL]
+    return np.unique(collisions[[0, -1]])
 
 
 def with_gain_at(result: Result, t: float, gain: float) -> Result:
@@ -58,7 +58,7 @@ def with_gain_at(result: Result, t: float, gain: float) -> Result:
         segments = []
         for one in motion.segments:
             k = int(np.searchsorted(one[:, 0], t, side="right")) - 1
-            # The ball goes on as it was, but faster, from a segment of its own at that instant.
+            # The ball continues as it was, but faster, from a segment of its own at that instant.
             state, after = motion.sample(np.array([t])), one[k].copy()
             place = len(segments)
             after[0] = t

@@ -308,7 +308,7 @@ def test_where_cushions_hold_energy(physics: dict[str, Any], holds: bool) -> Non
 
 
 def test_overlap_is_the_deepest_of_any_frame() -> None:
-    # Centres 0.05 m apart in the middle frame, radii of 0.03 m: 0.01 m deep.
+    # Centres 0.05 m apart in the middle frame, radii of 0.03 m: an overlap of 0.01 m.
     run = result(scene(), [[0.0, 1.0], [0.5, 0.55], [0.0, 1.0]], [1.0, 0.0, 0.0])
     assert measure(run, truth()).values["overlap_max"] == pytest.approx(0.01, rel=1e-12)
 
@@ -366,7 +366,7 @@ def test_what_nobody_asks_for_is_not_computed(monkeypatch: pytest.MonkeyPatch) -
     truth = Truth("closed form", PARTS, rest_positions=np.array([[2.0, 0.0, R]]))
     run = result(scene(balls=1), [[0.0], [1.0], [2.5]], [1.0, 1.0, 0.0])
     whole = measure(run, truth)
-    for name in ("energy_at", "energy_series", "deepest_overlap", "compare_collisions"):
+    for name in ("energy_at", "energy_series", "largest_overlap", "compare_collisions"):
         monkeypatch.setattr(ghostball.validation.checks.metrics, name, refuse)
     some = measure(run, truth, ("wall_time", "rest_error_max"))
     assert list(some.values) == ["rest_error_max", "wall_time"]

@@ -25,12 +25,12 @@ def test_the_entries_add_up_to_what_was_lost(name):
     assert sum(ledger.entries.values()) == pytest.approx(ledger.lost, abs=1e-13 * ledger.initial)
 
 
-def test_an_inelastic_hit_costs_what_the_formula_says():
+def test_an_inelastic_collision_costs_what_the_formula_says():
     # Head-on at v, masses alike: (1 - e^2) m v^2 / 4, v from the rolling until then.
     scene = find_scene("restitution-head-on")
     stored = motion(scene)
-    hit = stored.events[0]["t"]
-    before = int(np.searchsorted(stored.times, hit)) - 1
+    collision = stored.events[0]["t"]
+    before = int(np.searchsorted(stored.times, collision)) - 1
     speed = np.linalg.norm(stored.velocities[before, 0])
     e, m = scene.physics.ball_restitution, scene.masses[0]
     ledger = ledger_of(scene, stored)
@@ -43,8 +43,8 @@ def test_an_inelastic_hit_costs_what_the_formula_says():
 def test_friction_on_the_way_is_not_taken_for_the_cushion():
     scene = find_scene("restitution-bounce")
     stored = motion(scene)
-    hit = stored.events["t"][stored.events["kind"] == 1][0]
-    at = int(np.searchsorted(stored.times, hit))
+    collision = stored.events["t"][stored.events["kind"] == 1][0]
+    at = int(np.searchsorted(stored.times, collision))
     ledger = ledger_of(scene, stored)
     assert ledger.entries["ball-cushion"] == pytest.approx(
         stored.energy[at - 1] - stored.energy[at]
@@ -53,7 +53,7 @@ def test_friction_on_the_way_is_not_taken_for_the_cushion():
     assert ledger.final == 0.0
 
 
-def test_an_elastic_hit_costs_nothing_though_each_ball_changes():
+def test_an_elastic_collision_costs_nothing_though_each_ball_changes():
     scene = find_scene("half-ball-cut")
     ledger = ledger_of(scene, motion(scene))
     assert abs(ledger.entries["ball-ball"]) < 1e-15 * ledger.initial * 10

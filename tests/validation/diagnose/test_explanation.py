@@ -51,7 +51,7 @@ def replace_ball(scene, index, position):
     return Scene(**{**dict(scene), "balls": balls})
 
 
-def test_a_planted_miss_is_named_with_its_depth_and_its_competitor():
+def test_a_planted_miss_is_named_with_its_overlap_and_its_competitor():
     scene = triangle()
     found = explain(scene, BlindEngine(), attributed=False)
     parting = found.parting
@@ -66,7 +66,7 @@ def test_a_planted_miss_is_named_with_its_depth_and_its_competitor():
     assert {one.ball for one in found.states} == {"cue", "a", "b"}
 
 
-def test_a_planted_hit_is_named_with_the_gap_that_truth_leaves():
+def test_a_planted_collision_is_named_with_the_gap_that_truth_leaves():
     scene = replace_ball(triangle(), 1, (0.8, 0.5 + 0.05715 + 0.002))
 
     class Seeing(BlindEngine):
@@ -77,7 +77,7 @@ def test_a_planted_hit_is_named_with_the_gap_that_truth_leaves():
     found = explain(scene, Seeing(), attributed=False)
     assert found.parting.other.key == (EventKind.BALL_BALL, 0, 1)
     assert found.parting.true.key == (EventKind.BALL_BALL, 0, 2)
-    gap = next(one for one in found.margins if (one.run, one.what) == ("truth", "hit"))
+    gap = next(one for one in found.margins if (one.run, one.what) == ("truth", "collision"))
     assert gap.length == pytest.approx(2e-3, rel=1e-3)
 
 

@@ -1,4 +1,4 @@
-"""Depths, gaps and speeds of approach against what geometry says."""
+"""Overlaps, gaps and speeds of approach against what geometry says."""
 
 import math
 
@@ -20,17 +20,17 @@ R = 0.028575
 
 
 @pytest.mark.parametrize("aside", [0.0, 0.03, 0.0571])
-def test_the_depth_of_a_hit_is_what_is_left_of_two_radii_beside_the_aim(aside):
+def test_the_overlap_of_a_collision_is_what_is_left_of_two_radii_beside_the_aim(aside):
     balls = [
         Ball(id="cue", position=(0.0, aside), velocity=(1.0, 0.0)),
         Ball(id="object", position=(0.6, 0.0)),
     ]
     run = simulate(Scene(name="aim", balls=balls), record="trajectory")
-    (hit,) = events_in(run.events)
-    assert overlap_of(run, hit) == pytest.approx(2 * R - aside, rel=1e-6)
+    (collision,) = events_in(run.events)
+    assert overlap_of(run, collision) == pytest.approx(2 * R - aside, rel=1e-6)
 
 
-def test_a_ball_that_would_stop_is_as_deep_as_it_would_still_go():
+def test_the_overlap_with_a_ball_that_would_stop_is_what_it_would_still_go():
     # It gets 1 mm farther than to touch.
     way = 0.5 + 1e-3
     speed = math.sqrt(2.0 * 0.02 * 9.81 * way)
@@ -42,15 +42,15 @@ def test_a_ball_that_would_stop_is_as_deep_as_it_would_still_go():
     assert overlap_of(run, events_in(run.events)[0]) == pytest.approx(1e-3, rel=1e-6)
 
 
-def test_a_cushion_is_as_deep_as_the_ball_would_go_on():
+def test_the_overlap_with_a_cushion_is_what_the_ball_would_still_go():
     ball = Ball(id="cue", position=(0.5, 0.5), velocity=(0.6, 0.0))
     run = simulate(
         Scene(name="bank", balls=[ball], table=Table(length=1.2, width=1.0)), record="trajectory"
     )
-    hit = events_in(run.events)[0]
+    collision = events_in(run.events)[0]
     way = 0.36 / (2.0 * 0.02 * 9.81) - (1.2 - R - 0.5)
-    assert overlap_of(run, hit) == pytest.approx(way, rel=1e-9)
-    assert approach_speed(run, hit) == pytest.approx(
+    assert overlap_of(run, collision) == pytest.approx(way, rel=1e-9)
+    assert approach_speed(run, collision) == pytest.approx(
         math.sqrt(0.36 - 2.0 * 0.02 * 9.81 * (1.2 - R - 0.5)), rel=1e-9
     )
 
@@ -69,10 +69,12 @@ def test_a_miss_is_as_wide_as_its_gap():
 def test_frames_of_a_stepping_engine_give_the_same_to_a_step():
     exact = simulate(cut(), record="trajectory")
     stepped = make_engine("pymunk").simulate(cut(), record="trajectory")
-    hits = [events_in(run.events)[0] for run in (exact, stepped)]
-    assert overlap_of(stepped, hits[1]) == pytest.approx(overlap_of(exact, hits[0]), rel=1e-3)
-    assert approach_speed(stepped, hits[1]) == pytest.approx(
-        approach_speed(exact, hits[0]), rel=0.02
+    collisions = [events_in(run.events)[0] for run in (exact, stepped)]
+    assert overlap_of(stepped, collisions[1]) == pytest.approx(
+        overlap_of(exact, collisions[0]), rel=1e-3
+    )
+    assert approach_speed(stepped, collisions[1]) == pytest.approx(
+        approach_speed(exact, collisions[0]), rel=0.02
     )
 
 

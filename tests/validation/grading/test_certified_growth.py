@@ -205,7 +205,7 @@ def test_our_engines_sample_of_roundings_is_as_near_as_it_says() -> None:
     assert np.abs(off).max() < 0.6
 
 
-def test_in_air_growth_goes_on_through_every_piece_of_the_motion() -> None:
+def test_in_air_growth_continues_through_every_piece_of_the_motion() -> None:
     """Breaks where what is known at an event is lost at the pieces of series that follow it."""
     scene = IN_AIR["a cut of sliding balls"]
     proof = certify(scene, motion=True)

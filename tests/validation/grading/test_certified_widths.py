@@ -109,7 +109,8 @@ def test_the_truth_of_a_flight_without_a_closed_form_is_its_proof() -> None:
     assert truth.certificate is not None
     assert truth.certificate.proved
     assert truth.lateness is None
-    # Up to the one hit of two balls, errors of rounding are no matter; those of a step may be.
+    # Up to the one collision of two balls, errors of rounding are no matter; those of a step may
+    # be.
     assert truth.horizon_of(1e-9) == math.inf
     assert truth.horizon_of(1e-2) == pytest.approx(0.690024583668587)
     rest = truth_of(find_scene("flight-throw"))

@@ -23,15 +23,15 @@ BALLS = EventKind.BALL_BALL
 CUSHION = EventKind.BALL_CUSHION
 
 
-def hits(*rows):
+def collisions(*rows):
     return [Event(BALLS, a, b, t) for t, a, b in rows]
 
 
-TRUE = hits((1.0, 0, 1), (1.5, 2, 3), (2.0, 1, 2), (3.0, 0, 3))
+TRUE = collisions((1.0, 0, 1), (1.5, 2, 3), (2.0, 1, 2), (3.0, 0, 3))
 
 
 def test_a_log_agrees_with_itself_and_with_late_times():
-    late = hits((1.1, 0, 1), (1.6, 2, 3), (2.2, 1, 2), (3.4, 0, 3))
+    late = collisions((1.1, 0, 1), (1.6, 2, 3), (2.2, 1, 2), (3.4, 0, 3))
     for other in (TRUE, late):
         found = compare_logs(TRUE, other)
         assert found.parting is None
@@ -41,12 +41,13 @@ def test_a_log_agrees_with_itself_and_with_late_times():
 
 def test_collisions_without_a_ball_in_common_may_swap():
     assert (
-        compare_logs(TRUE, hits((1.0, 2, 3), (1.2, 0, 1), (2.0, 1, 2), (3.0, 0, 3))).parting is None
+        compare_logs(TRUE, collisions((1.0, 2, 3), (1.2, 0, 1), (2.0, 1, 2), (3.0, 0, 3))).parting
+        is None
     )
 
 
 def test_collisions_that_share_a_ball_may_not():
-    found = compare_logs(TRUE, hits((1.0, 0, 1), (1.5, 1, 2), (2.0, 2, 3), (3.0, 0, 3)))
+    found = compare_logs(TRUE, collisions((1.0, 0, 1), (1.5, 1, 2), (2.0, 2, 3), (3.0, 0, 3)))
     assert found.parting.true == TRUE[1]
     assert found.parting.other == Event(BALLS, 1, 2, 1.5)
     assert found.parting.t == 1.5
@@ -54,7 +55,7 @@ def test_collisions_that_share_a_ball_may_not():
 
 
 def test_unless_they_are_at_one_instant_in_either_log():
-    stepped = hits((1.0, 0, 1), (1.5, 1, 2), (1.5, 2, 3), (3.0, 0, 3))
+    stepped = collisions((1.0, 0, 1), (1.5, 1, 2), (1.5, 2, 3), (3.0, 0, 3))
     assert compare_logs(TRUE, stepped).parting is None
     assert compare_logs(stepped, TRUE).parting is None
 
@@ -98,7 +99,7 @@ def test_any_order_that_keeps_each_ball_s_own_agrees_and_no_other(log, random):
 
 @pytest.mark.parametrize("count", [3])
 def test_what_comes_after_a_parting_of_other_balls_still_pairs(count):
-    true = hits((1.0, 0, 1), (2.0, 2, 3), (3.0, 2, 3), (4.0, 2, 3))
+    true = collisions((1.0, 0, 1), (2.0, 2, 3), (3.0, 2, 3), (4.0, 2, 3))
     found = compare_logs(true, true[1:])
     assert len(found.pairs) == count
     assert found.before == ()

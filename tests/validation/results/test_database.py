@@ -89,8 +89,8 @@ def test_a_killed_process_loses_nothing_that_it_had_committed(tmp_path: Path) ->
     command = [sys.executable, "-c", script, str(tmp_path)]
     assert subprocess.run(command, env=environment, check=False).returncode == 9
     assert got(tmp_path) == "committed"
-    put(tmp_path, "goes on")
-    assert got(tmp_path) == "goes on"
+    put(tmp_path, "continues")
+    assert got(tmp_path) == "continues"
 
 
 # --- what can't be used

@@ -87,7 +87,7 @@ def test_a_process_that_dies_costs_its_task_which_is_done_again(tmp_path):
     assert multiprocessing.active_children() == []
 
 
-def test_an_interrupt_keeps_what_is_done_and_the_next_run_goes_on(tmp_path):
+def test_an_interrupt_keeps_what_is_done_and_the_next_run_continues(tmp_path):
     def interrupt(done, planned, last):
         if done == 2:
             raise KeyboardInterrupt

@@ -26,7 +26,7 @@ from ghostball.validation.truth.proof import proof_of
 NAMES = scene_names()
 SCHEMA_LINE = "#:schema ./scene.schema.json"
 
-PRESSED = {"push", "wedged"}
+RESTING_CONTACT = {"push", "wedged"}
 """Scenes with a closed form in which balls stay in contact under a force."""
 
 PROBES = {
@@ -159,8 +159,8 @@ def test_shared_criteria_name_scenes_that_there_are() -> None:
 
 @pytest.mark.parametrize("name", sorted(FORMS))
 def test_our_engine_is_held_to_rounding_where_there_is_a_closed_form(name: str) -> None:
-    # Where balls press each other it follows them in steps, whose tolerance is in metres.
-    rest = "rest_error_max" if name in PRESSED else "rest_error_ulps"
+    # Resting contacts it integrates in steps, whose tolerance is in metres.
+    rest = "rest_error_max" if name in RESTING_CONTACT else "rest_error_ulps"
     criteria = criteria_beside(FOLDER / f"{name}.toml")
     metrics = {criterion.metric for criterion in criteria.applying_to("ghostball", {})}
     assert {rest, "matching_events", "ball_ball_count", "ball_cushion_count"} <= metrics

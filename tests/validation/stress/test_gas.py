@@ -1,4 +1,4 @@
-"""The gas: how it goes on, what its collisions say, and the literature that it is held against."""
+"""The gas: how it moves, what its collisions say, and the literature that it is held against."""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ from ghostball.validation.stress.same.trials import OFTEN, SELDOM, SameScenes
 
 FOUND = {
     "a first nose lifts a ball off the second of a corner": (575, {"flight": "low"}),
-    "a cloth without friction turns no ball that is pressed": (224, {}),
+    "a cloth without friction turns no ball in resting contact": (224, {}),
     "two noses at one instant": (330, {}),
     "a ball pushed into a rack is deeper at each bounce": (2736, {}),
     "a slide with its slip ends within the clock's rounding": (
@@ -190,7 +190,7 @@ def test_trials_of_a_suite_have_numbers_of_their_own(name):
     assert set(SELDOM) < set(CHECKS)
 
 
-def test_a_result_of_balls_that_go_on_spinning_is_at_rest():
+def test_a_result_of_balls_that_continue_spinning_is_at_rest():
     scene = Scene(
         name="spins",
         physics=Physics(motion="sliding", spinning_friction_rate=0.0),

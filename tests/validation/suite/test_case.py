@@ -33,7 +33,7 @@ def test_what_an_engine_cannot_do_is_said_with_the_reason(tmp_path: Path) -> Non
     assert outcome.exit_status == 4  # nothing was judged: that is no pass
 
 
-def test_a_failure_is_kept_and_the_run_goes_on(tmp_path: Path) -> None:
+def test_a_failure_is_kept_and_the_run_continues(tmp_path: Path) -> None:
     outcome = run_suite([scene()], ["fake:does=raise", "fake"], tmp_path)
     failed, fine = Results.open(tmp_path).cases
     assert (failed.outcome, failed.fault) == ("failed", "engine")

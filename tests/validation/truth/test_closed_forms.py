@@ -32,7 +32,7 @@ def as_array(vectors: Any) -> FloatArray:
 
 # --- conservation, from the rest positions alone
 
-ELASTIC_HITS = [
+ELASTIC_COLLISIONS = [
     "head-on",
     "half-ball-cut",
     "thin-cut",
@@ -43,7 +43,7 @@ ELASTIC_HITS = [
 ]
 
 
-@pytest.mark.parametrize("name", ELASTIC_HITS)
+@pytest.mark.parametrize("name", ELASTIC_COLLISIONS)
 def test_friction_work_equals_the_initial_energy(name: str) -> None:
     # The object ball leaves along the line of centres, so its rest position gives the contact, and
     # friction mu m g over all paths must use up the energy: to 45 digits, not to a tolerance.

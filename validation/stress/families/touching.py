@@ -50,7 +50,7 @@ A test holds that against all of them; a ball that is stuck takes thousands."""
 STEPS_PER_BALL = 51
 """The same of contact steps: 17, of a row of 8.
 
-Where balls neither rub nor slow down, nothing presses them, and none is permitted."""
+Where balls neither rub nor slow down, nothing pushes them, and none is permitted."""
 
 T_MAX = 0.02
 """How long what is proved is followed [s]."""

@@ -1,7 +1,7 @@
 """Balls that roll or slide along a line in air, each alone: where and when they come to rest.
 
 A ball that rolls is slowed by a + b v^2, a = mu_r g, b = (5/7) k + b': of the air's k v^2 the
-cloth's grip takes 2/7, but for the paper's point. With q = v sqrt(b / a) it stops after
+cloth's friction takes 2/7, but for the paper's point. With q = v sqrt(b / a) it stops after
 atan(q) / sqrt(a b), having gone ln(1 + q^2) / 2b. One that slides along its slip is slowed, or sped
 up, by mu_s g and slowed by k v^2, and its spin changes as without air, until v = R w.
 """

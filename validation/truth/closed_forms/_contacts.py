@@ -1,4 +1,4 @@
-"""Closed forms of balls that touch: two hit at one instant, and balls pressed together for a while.
+"""Closed forms of balls that touch: two collide at once, and balls stay in contact for a while.
 
 Mirror symmetry, or motion along one line, settles what pairwise formulas leave open.
 """
@@ -11,7 +11,7 @@ from ghostball.validation.truth.closed_forms._motion import State, cloth_of, pat
 from ghostball.validation.truth.closed_forms._setup import OrderError, Outcome, Setup
 
 
-def hit_on_two(setup: Setup) -> Outcome:
+def collision_with_two(setup: Setup) -> Outcome:
     """Let ball 0 roll along +x and hit balls 1 and 2 at once, mirror images in its path.
 
     With c the cosine between the path and a line of centres, each object ball leaves along its line
@@ -60,7 +60,7 @@ def pushed_along(setup: Setup) -> Outcome:
         lambda = (7/5) m (a + mu_r g),  m a = mu_s m g - lambda  =>  a = (5 mu_s - 7 mu_r) g / 12
 
     The slide ends where a t = R w0 - (5/2) mu_s g t. From there both roll at one speed and slow at
-    one rate: they touch, and press no more, until they rest. There is no impact.
+    one rate: they touch, and push no more, until they rest. There is no impact.
     """
     (back, front), (spin, _), (radius, _) = setup.positions, setup.spins, setup.radii
     if setup.verify:
@@ -84,7 +84,7 @@ def pushed_along(setup: Setup) -> Outcome:
 
 
 def wedged(setup: Setup) -> Outcome:
-    """Let a ball with topspin press the ball in front of it against the left cushion.
+    """Let a ball with topspin push the ball in front of it against the left cushion.
 
     Nothing can move: cushion and ball answer the friction mu_s m g until it has used up the spin,
     which takes R w / ((5/2) mu_s g).

@@ -11,7 +11,11 @@ from typing import Literal, NamedTuple
 from mpmath import mpf
 
 from ghostball.validation.truth.closed_forms._air import alone_in_air
-from ghostball.validation.truth.closed_forms._contacts import hit_on_two, pushed_along, wedged
+from ghostball.validation.truth.closed_forms._contacts import (
+    collision_with_two,
+    pushed_along,
+    wedged,
+)
 from ghostball.validation.truth.closed_forms._flight import alone_in_flight
 from ghostball.validation.truth.closed_forms._setup import Collision, OrderError, Outcome, Setup
 from ghostball.validation.truth.closed_forms._shot import Shot
@@ -32,9 +36,9 @@ def _undisturbed(setup: Setup) -> Outcome:
     return Shot(setup).end()
 
 
-def _one_hit(setup: Setup) -> Outcome:
+def _one_collision(setup: Setup) -> Outcome:
     """Let balls 0 and 1 collide once; then both come to rest."""
-    return Shot(setup).hit(0, 1).end()
+    return Shot(setup).collide(0, 1).end()
 
 
 def _chain(setup: Setup) -> Outcome:
@@ -44,13 +48,13 @@ def _chain(setup: Setup) -> Outcome:
     """
     shot = Shot(setup)
     for ball in range(len(setup.positions) - 1):
-        shot.hit(ball, ball + 1)
+        shot.collide(ball, ball + 1)
     return shot.end()
 
 
-def _hit_of_the_last(setup: Setup) -> Outcome:
+def _collision_of_the_last(setup: Setup) -> Outcome:
     """Let the first ball pass the second and hit the third."""
-    return Shot(setup).hit(0, 2).end()
+    return Shot(setup).collide(0, 2).end()
 
 
 def _bounce_right(setup: Setup) -> Outcome:
@@ -60,7 +64,7 @@ def _bounce_right(setup: Setup) -> Outcome:
 
 def _squeezed_out(setup: Setup) -> Outcome:
     """Let the first ball hit the second, which lies on the left cushion, bounces, and hits back."""
-    return Shot(setup).hit(0, 1).bounce(1, "left").hit(0, 1).end()
+    return Shot(setup).collide(0, 1).bounce(1, "left").collide(0, 1).end()
 
 
 class _Pair(NamedTuple):
@@ -94,7 +98,7 @@ def _pairs_apart(setup: Setup) -> Outcome:
 
 @lru_cache(maxsize=256)  # a nudge for the conditioning changes one pair, or all by one number
 def _solve_pair(setup: Setup) -> _Pair:
-    shot = Shot(setup).hit(0, 1)
+    shot = Shot(setup).collide(0, 1)
     contact, outcome, reach = shot.time, shot.end(), max(setup.radii)
     if not setup.verify:
         return _Pair(contact, outcome, (reach, reach), (reach, reach))
@@ -169,32 +173,32 @@ FORMS: Mapping[str, Form] = {
     "rail-along": Form(_undisturbed),
     "rail-into": Form(unfolded_bounces),
     "restitution-bounce": Form(_bounce_right),
-    "head-on": Form(_one_hit),
-    "half-ball-cut": Form(_one_hit),
-    "thin-cut": Form(_one_hit),
-    "unequal-balls": Form(_one_hit),
-    "unbounded-cut": Form(_one_hit),
-    "catch-up": Form(_one_hit),
-    "moving-moving": Form(_one_hit),
-    "figure4-head-on": Form(_one_hit),
-    "figure4-skewed": Form(_one_hit),
-    "restitution-head-on": Form(_one_hit),
-    "restitution-cut": Form(_one_hit),
+    "head-on": Form(_one_collision),
+    "half-ball-cut": Form(_one_collision),
+    "thin-cut": Form(_one_collision),
+    "unequal-balls": Form(_one_collision),
+    "unbounded-cut": Form(_one_collision),
+    "catch-up": Form(_one_collision),
+    "moving-moving": Form(_one_collision),
+    "figure4-head-on": Form(_one_collision),
+    "figure4-skewed": Form(_one_collision),
+    "restitution-head-on": Form(_one_collision),
+    "restitution-cut": Form(_one_collision),
     "three-ball-chain": Form(_chain),
     "cradle": Form(_chain),
-    "three-ball-symmetric": Form(hit_on_two),
+    "three-ball-symmetric": Form(collision_with_two),
     "frozen-to-cushion": Form(_squeezed_out),
     "sliding-stun": Form(_undisturbed, motion="sliding"),
     "sliding-swerve": Form(_undisturbed, motion="sliding"),
-    "stun-shot": Form(_one_hit, motion="sliding"),
-    "draw-shot": Form(_one_hit, motion="sliding"),
-    "follow-shot": Form(_one_hit, motion="sliding"),
-    "half-ball-rolling": Form(_one_hit, motion="sliding"),
-    "masse": Form(_hit_of_the_last, motion="sliding"),
-    "throw-slip": Form(_one_hit, motion="sliding"),
-    "throw-stick": Form(_one_hit, motion="sliding"),
-    "throw-alciatore": Form(_one_hit, motion="sliding"),
-    "gearing": Form(_one_hit, motion="sliding"),
+    "stun-shot": Form(_one_collision, motion="sliding"),
+    "draw-shot": Form(_one_collision, motion="sliding"),
+    "follow-shot": Form(_one_collision, motion="sliding"),
+    "half-ball-rolling": Form(_one_collision, motion="sliding"),
+    "masse": Form(_collision_of_the_last, motion="sliding"),
+    "throw-slip": Form(_one_collision, motion="sliding"),
+    "throw-stick": Form(_one_collision, motion="sliding"),
+    "throw-alciatore": Form(_one_collision, motion="sliding"),
+    "gearing": Form(_one_collision, motion="sliding"),
     "english-running": Form(_bounce_right, motion="sliding"),
     "english-check": Form(_bounce_right, motion="sliding"),
     "han-running": Form(_bounce_right, motion="sliding"),

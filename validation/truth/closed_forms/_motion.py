@@ -100,7 +100,7 @@ def slip_of(state: State, radius: mpf) -> Vector:
 
 
 def path_of(state: State, cloth: Cloth) -> list[Segment]:
-    """Return how a ball goes on if nothing hits it: a slide, a roll and a rest, or some of them.
+    """Return how a ball continues if nothing hits it: a slide, a roll and a rest, or some of them.
 
     Sliding friction acts against the slip u and never turns it, so the path is a parabola for
     T = 2 |u0| / (7 mu_s g), ends with v = v0 - (2/7) u0, and a straight line of v^2 / (2 mu g)

@@ -63,7 +63,7 @@ class Shot:
         self._states = [starting_state(setup, i) for i in balls]
         self._paths = [path_of(self._states[i], self._cloths[i]) for i in balls]
 
-    def hit(self, a: int, b: int) -> Shot:
+    def collide(self, a: int, b: int) -> Shot:
         """Move until balls `a` and `b` touch, and let them collide."""
         self._advance(self._time_of_contact(a, b), ("ball-ball", a, b))
         self._states[a], self._states[b] = ball_impact(
@@ -83,7 +83,7 @@ class Shot:
         """Move until a collision, and let it happen."""
         kind, ball, other = collision
         if kind == "ball-ball":
-            return self.hit(ball, int(other))
+            return self.collide(ball, int(other))
         return self.bounce(ball, str(other))
 
     def next_collision(self) -> Collision | None:

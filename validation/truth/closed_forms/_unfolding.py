@@ -44,7 +44,7 @@ def unfolded_masses(setup: Setup) -> Outcome:
     """Two balls and one cushion, without friction, by unfolding their configuration space.
 
     Galperin 2003, Regular and Chaotic Dynamics 8(4) 375. Let q1 be the small ball's gap to the
-    left cushion and q2 the large ball's gap to where both would be pressed together. In the plane
+    left cushion and q2 the large ball's gap to where both would touch. In the plane
     (X, Y) = (sqrt(M) q2, sqrt(m) q1) the energy is that of one free point, and 0 <= q1 <= q2 is a
     wedge of angle theta = atan(sqrt(m / M)). Unfolded, the point moves on a straight line; it
     crosses the angle k theta at the k-th collision (odd: ball-ball, even: cushion), so their

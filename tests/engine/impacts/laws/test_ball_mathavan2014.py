@@ -50,7 +50,7 @@ def stepped(v: float, cut: float, steps: int, *, lands: bool) -> list[Plane]:
     they should, and the rest of the error goes with the step.
 
     Inside, velocities are (n, t, z), n along the line of centres; the surface speeds R w too. The
-    resting ball b is pressed on the cloth all the time: a's front goes down.
+    resting ball b is pushed onto the cloth all the time: a's front goes down.
     """
     n, t = v * math.cos(cut), v * math.sin(cut)
     a, spin_a = [n, t, 0.0], [-t, n, 0.0]
@@ -146,8 +146,8 @@ def test_a_rolling_ball_onto_a_resting_one_is_as_published(
 # --- the cloth's part ---------------------------------------------------------------------------
 
 
-def test_follow_presses_the_object_ball_and_draw_the_cue_ball():
-    """The cloth then rubs against the pressed ball's own slip, and leaves the other alone."""
+def test_follow_pushes_down_the_object_ball_and_draw_the_cue_ball():
+    """The cloth then rubs against the slip of the ball on it, and leaves the other alone."""
     follow = mathavan2014(impact_of(shot(0.0, 1.0, 1.0)), laws(0.95, 0.06))
     assert follow.up < 0.0
     assert follow.b_cloth_n < 0.0  # it slips forward as soon as it is hit
@@ -190,7 +190,7 @@ def test_however_slow_the_approach_beside_the_spin(approach):
 
 
 @given(i=impacts, e=restitutions, mu=frictions)
-def test_the_cloth_rubs_one_ball_no_more_than_it_is_pressed(i: BallImpact, e: float, mu):
+def test_the_cloth_rubs_one_ball_no_more_than_its_load_permits(i: BallImpact, e: float, mu):
     """The total is bounded by the coefficient times the vertical impulse on that ball."""
     p = mathavan2014(i, laws(e, mu))
     rounding = 1e-7 * (i.a_vn - i.b_vn) + 8.0 * EPS * (abs(p.up) + R * (abs(i.a_wt) + abs(i.b_wt)))

@@ -39,9 +39,9 @@ def test_every_law_of_the_registry_is_called():
         obstacles=cushions if COMPILED else rows_of(matrix, ObstacleRow),
     )  # fmt: skip
     ball = (0.028, 0.17, 0.2)
-    hit = BallImpact(1.0, 0.3, 5.0, 20.0, 30.0, *ball, -0.5, 0.2, 1.0, 2.0, 3.0, *ball)
+    impact = BallImpact(1.0, 0.3, 5.0, 20.0, 30.0, *ball, -0.5, 0.2, 1.0, 2.0, 3.0, *ball)
     bounce = CushionImpact(1.0, 0.4, 3.0, 20.0, 10.0, *ball)
-    kernels = {"ball": (entry_to(ball_law), hit), "cushion": (entry_to(cushion_law), bounce)}
+    kernels = {"ball": (entry_to(ball_law), impact), "cushion": (entry_to(cushion_law), bounce)}
     for kind, registry in (("ball", BALL_LAWS), ("cushion", CUSHION_LAWS)):
         kernel, impact = kernels[kind]
         found = set()

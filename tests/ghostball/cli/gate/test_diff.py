@@ -45,7 +45,7 @@ def test_the_same_run_twice_is_alike(here):
     assert result.stdout.startswith("6 of 6 cases are alike: a -> a\n")
 
 
-def test_what_is_only_on_one_side_is_told(here):
+def test_what_is_only_on_one_side_is_described(here):
     result = cli("diff", "a", "b")
     assert result.exit_code == 0, result.output
     assert "3 of 6 cases are alike" in result.stdout

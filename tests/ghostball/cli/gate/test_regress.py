@@ -118,7 +118,7 @@ def test_no_baseline_then_accepted_then_passed(here):
     assert "accept" not in second.stderr
 
 
-def test_what_moved_is_told_and_fails(accepted, planted):
+def test_what_moved_is_reported_and_fails(accepted, planted):
     result = regress("--rerun")
     assert result.exit_code == 1, result.output
     assert re.search(r"cut +worse against truth +.*rests 1\.\d+e-09 m", result.stdout)

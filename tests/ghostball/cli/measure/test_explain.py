@@ -58,7 +58,7 @@ def test_json_is_one_object(cli):
     found = cli("stop", "--engine", "paper-continuous", "--format=json")
     assert found.exit_code == 0, found.output
     data = json.loads(found.stdout)
-    assert data["schema"] == 3
+    assert data["schema"] == 4
     assert data["parting"] is None
     assert data["attribution"]["outcome"] == "step"
     assert [one["step"] for one in data["attribution"]["ladder"]] == [0.02, 0.005, 0.00125]

@@ -11,7 +11,7 @@ from ghostball.cli.shared.progress import COMPILING, Pace, Steps, counting, in_w
 
 
 class Clock:
-    """Stands still until it is told."""
+    """Stands still until it is asked to end."""
 
     now = 100.0
 

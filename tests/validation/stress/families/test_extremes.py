@@ -23,7 +23,7 @@ def test_what_is_proved_has_a_collision_wherever_a_ball_can_get_to_one():
         assert proof.events
 
 
-def test_steps_are_not_asked_to_go_on_for_years():
+def test_steps_are_not_asked_to_continue_for_years():
     with pytest.raises(Exception, match="more than the 2 s"):
         TRIALS["speed-elastic-1e-09"].run(make_engine("paper-continuous"))
 

@@ -42,7 +42,7 @@ def test_a_proof_says_the_same(kind: str, power: str, word: str):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_miss_a_phantom_and_a_double_hit_are_seen(kind: str):
+def test_a_miss_a_phantom_and_a_double_collision_are_seen(kind: str):
     hit, miss = judged(f"{kind}-hit-1e-01"), judged(f"{kind}-miss-1e-01")
     runs = [simulate(trial.scene, record="events") for trial, _ in (hit, miss)]
     assert not hit[1](runs[0]).faults

@@ -26,7 +26,7 @@ from ghostball.validation.stress.families.tunnelling import (
 )
 
 
-def test_the_half_chord_of_a_full_hit_is_a_diameter():
+def test_the_half_chord_of_a_full_collision_is_a_diameter():
     assert crossing(1.0) == pytest.approx(DIAMETER)
     assert crossing(0.5) == pytest.approx(DIAMETER * math.sqrt(0.75))
 

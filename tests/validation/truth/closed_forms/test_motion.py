@@ -49,7 +49,7 @@ def test_a_stunned_cue_ball_stops_where_it_hits() -> None:
 
 @pytest.mark.parametrize(("name", "sign"), [("draw-shot", -1.0), ("follow-shot", 1.0)])
 def test_draw_and_follow_go_as_far_as_their_formula_says(name: str, sign: float) -> None:
-    # (2 (R w)^2 / 49 g) (1 / mu_s + 1 / mu_r), with the spin that is left at the hit.
+    # (2 (R w)^2 / 49 g) (1 / mu_s + 1 / mu_r), with the spin that is left at the collision.
     scene, form = solved(name)
     g, mu_s, mu_r = physics_of(scene)
     run = scene.positions[1, 0] - 2 * R - scene.positions[0, 0]
@@ -106,14 +106,14 @@ def test_deflections_are_the_published_ones(cut: float, deflection: float) -> No
 def test_speeds_after_the_slide_are_the_published_ones(
     cut: float, cue: float, target: float
 ) -> None:
-    # Alciatore TP A.16, of the speed at the hit; both have rolled for a while by t_max.
+    # Alciatore TP A.16, of the speed at the collision; both have rolled for a while by t_max.
     form = closed_form(cut_shot(cut))
     assert form is not None
     speeds = np.linalg.norm(as_array(form.final_velocities), axis=1)
-    # v0 t - a t^2 / 2 = 0.1 m until the hit; from 1 m/s each slides for 2 |u| / (7 mu_s g).
-    hit = (math.sqrt(1.0 + 0.04 * 9.81 * 0.1) - 1.0) / (0.02 * 9.81)
+    # v0 t - a t^2 / 2 = 0.1 m until the collision; from 1 m/s each slides for 2 |u| / (7 mu_s g).
+    collision = (math.sqrt(1.0 + 0.04 * 9.81 * 0.1) - 1.0) / (0.02 * 9.81)
     slip = math.cos(math.radians(cut))
-    rolled = 0.7 - hit - 2 * slip / (7 * 0.2 * 9.81)
+    rolled = 0.7 - collision - 2 * slip / (7 * 0.2 * 9.81)
     np.testing.assert_allclose(speeds + 0.02 * 9.81 * rolled, [cue, target], rtol=0, atol=1e-5)
 
 
@@ -141,7 +141,7 @@ def test_roll_distance_is_the_published_one() -> None:
     assert feet == pytest.approx(7.522, abs=5e-4)
 
 
-def test_symmetric_hit_leaves_the_speeds_of_its_formula() -> None:
+def test_symmetric_collision_leaves_the_speeds_of_its_formula() -> None:
     # (2 - 3 e) / 5 and (sqrt(3) / 5)(1 + e): stopping distances go with speeds squared.
     scene, form = solved("three-ball-symmetric")
     contact = scene.positions[1, 0] - R * math.sqrt(3)
