@@ -96,7 +96,7 @@ def _draw_panel(axes: Axes, points: Sequence[PrecisionPoint]) -> None:
             label=engine,
             zorder=3 if look.ours else 2,
         )
-        wrong = [k for k, point in enumerate(mine) if not point.true_course]
+        wrong = [k for k, point in enumerate(mine) if not point.same_events]
         axes.plot(
             [x[k] for k in wrong],
             [y[k] for k in wrong],

@@ -48,8 +48,8 @@ and with them the errors, differ from machine to machine."""
 class Place:
     """One point to be measured: each turn begins the shot at another part of a step.
 
-    `samples` are the least seconds, the largest error [m] and whether the course was true, turn by
-    turn; `why_not` says what went wrong, and then there is no point.
+    `samples` are the least seconds, the largest error [m] and whether the events were those of the
+    truth, turn by turn; `why_not` says what went wrong, and then there is no point.
     """
 
     scene: Scene
@@ -85,7 +85,7 @@ class Place:
             results.append(result)
         seconds = min(one.wall_time for one in results)
         error = float(np.max(ball_errors(results[0], self.truth)))
-        self.samples.append((seconds, error, _took_course(results[0], self.truth)))
+        self.samples.append((seconds, error, _has_same_events(results[0], self.truth)))
         return {"seconds": seconds}
 
     def _run(self, scene: Scene) -> Result | None:
@@ -109,7 +109,7 @@ class Place:
             return LeftOut(
                 scene=self.scene.name, engine=rung.family, why=self.why_not, step=rung.step
             )
-        seconds, errors, true_courses = zip(*self.samples, strict=True)
+        seconds, errors, all_same = zip(*self.samples, strict=True)
         return PrecisionPoint(
             scene=self.scene.name,
             title=self.scene.title,
@@ -122,11 +122,11 @@ class Place:
             error=median(errors),
             error_low=min(errors),
             error_high=max(errors),
-            true_course=all(true_courses),
+            same_events=all(all_same),
         )
 
 
-def _took_course(result: Result, truth: Truth) -> bool:
+def _has_same_events(result: Result, truth: Truth) -> bool:
     """Whether those met that meet in truth.
 
     Not how often, of a run with its events: in a row of balls that touch, an engine that steps may
@@ -176,7 +176,7 @@ def measure_precision(
                 for rung in ladder_of(label, engine, truth.rest_time):
                     horizon = truth.horizon_of(resolution_of(rung.engine, scene))
                     if horizon < truth.rest_time:
-                        past = f"past its horizon, {horizon:.3g} s: errors may change its course"
+                        past = f"past its horizon, {horizon:.3g} s: errors may change its events"
                         left_out.append(LeftOut(scene=scene.name, engine=rung.label, why=past))
                     else:
                         places.append(Place(scene, truth, rung, level))

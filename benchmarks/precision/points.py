@@ -40,7 +40,7 @@ class PrecisionPoint(Record):
     error, error_low, error_high : float [m]
         The largest distance of a ball from where it truly ends: median, least and greatest over
         the samples, each of which begins the shot at another part of a step.
-    true_course : bool
+    same_events : bool
         Whether those balls and cushions met that meet in truth, from every phase.
     """
 
@@ -55,7 +55,7 @@ class PrecisionPoint(Record):
     error: float
     error_low: float
     error_high: float
-    true_course: bool = True
+    same_events: bool = True
 
 
 class LeftOut(Record):

@@ -39,10 +39,10 @@ def numbers_of_contacts(n: int, m: int) -> int:
     return n * (MEMBER_COLUMNS + _PATH + _SPIN) + m * (CONTACT_COLUMNS + _HISTORY) + _AT_ONCE
 
 
-def contacts_in(marks: BoolArray, places: IntArray, numbers: FloatArray) -> Contacts:
+def contacts_in(marks: BoolArray, integers: IntArray, numbers: FloatArray) -> Contacts:
     """Return the `Contacts` whose arrays are parts of these three."""
     n = len(marks) // 3
-    m = (len(places) - 5 * n - 3) // 8
+    m = (len(integers) - 5 * n - 3) // 8
     held = 5 * n + 2 + 2 * m
     paths = n * MEMBER_COLUMNS
     spins = paths + n * _PATH
@@ -62,20 +62,20 @@ def contacts_in(marks: BoolArray, places: IntArray, numbers: FloatArray) -> Cont
     by_side = sides.reshape(2 * MOST_DIRECT, ANSWER_COLUMNS)
     by_state = states.reshape(MOST_DIRECT, STAGE_COLUMNS)
     return Contacts(
-        places[:n],
-        places[n : 2 * n],
+        integers[:n],
+        integers[n : 2 * n],
         marks[:n],
-        places[2 * n : 3 * n + 1],
+        integers[2 * n : 3 * n + 1],
         marks[n : 2 * n],
         marks[2 * n :],
-        places[3 * n + 1 : 4 * n + 1],
-        places[4 * n + 1 : 5 * n + 1],
-        places[held : held + 4 * m].reshape(2 * m, 2),
-        places[5 * n + 1 : held],
+        integers[3 * n + 1 : 4 * n + 1],
+        integers[4 * n + 1 : 5 * n + 1],
+        integers[held : held + 4 * m].reshape(2 * m, 2),
+        integers[5 * n + 1 : held],
         members.view(MEMBER) if COMPILED else rows_of(by_member, MemberRow),
         numbers[paths:spins].reshape(n, 2, 6),
         numbers[spins:forces].reshape(n, 3, 4),
-        places[held + 4 * m : held + 6 * m].reshape(m, 2),
+        integers[held + 4 * m : held + 6 * m].reshape(m, 2),
         contacts.view(CONTACT) if COMPILED else rows_of(by_contact, ContactRow),
         by_contact,
         numbers[history:matrix].reshape(m, REMEMBERED + 1, PER_ROUND),
@@ -85,5 +85,5 @@ def contacts_in(marks: BoolArray, places: IntArray, numbers: FloatArray) -> Cont
         by_state,
         numbers[start:slopes].reshape(MOST_DIRECT, NUMBERS),
         numbers[slopes:].reshape(MOST_DIRECT, STAGES, NUMBERS),
-        places[held + 6 * m :],
+        integers[held + 6 * m :],
     )

@@ -147,7 +147,7 @@ class MemberRow(_ContactRow):
     impulse_y: float
     small_x: float  # the second part
     small_y: float
-    place: float  # its place in `Contacts.member`
+    index: float  # its index in `Contacts.member`
     pieces_left: float  # of the motion in `Contacts.paths`, which an island has found for it
     piece_time: float  # how long each is [s]
     whole_time: float  # how long the whole motion is [s]
@@ -218,8 +218,8 @@ class StageRow(_ContactRow):
     bx: float
     by: float
     bz: float
-    way_x: float  # how far it has come in the step [m]: its place less that of before would round
-    way_y: float
+    displacement_x: float  # in the step so far [m]: its place less that of before would round
+    displacement_y: float
     hold_x: float  # what the cloth does so that it continues rolling [m/s^2]
     hold_y: float
     sense: float  # 1 or -1: that of its spin about the vertical, which the cloth slows; 0: held

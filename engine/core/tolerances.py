@@ -84,7 +84,7 @@ together over this distance bounce as high. So a tenth of a second on top of ano
 thousand impacts, and not one for each rounding of a speed.
 """
 
-STOP_WAY = 2.0**-28
+STOP_DISTANCE = 2.0**-28
 """Distance, in diameters, within which the cloth can end a slip in contact that counts as ended.
 
 2e-10 m for pool balls, were it slowed by mu g; slip is slowed 7/2 times that. Slower slip asks for

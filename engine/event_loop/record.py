@@ -171,8 +171,8 @@ def _with_height(height: FloatArray | None, i: int, size: float) -> float:
 def _sort_touched(balls: Balls) -> None:
     """Put the balls that the event touched in the order of their numbers."""
     for m in range(2, balls.touched[0] + 1):
-        k, place = balls.touched[m], m
-        while place > 1 and balls.touched[place - 1] > k:
-            balls.touched[place] = balls.touched[place - 1]
-            place -= 1
-        balls.touched[place] = k
+        k, index = balls.touched[m], m
+        while index > 1 and balls.touched[index - 1] > k:
+            balls.touched[index] = balls.touched[index - 1]
+            index -= 1
+        balls.touched[index] = k

@@ -43,7 +43,7 @@ def collide_balls(balls: Balls, i: int, j: int, laws: Laws) -> None:
     keep_spin(balls, i)
     keep_spin(balls, j)
     nx, ny = contact_normal(balls, i, j)
-    impulse = ball_law(_seen_along(balls, i, j, nx, ny), laws)
+    impulse = ball_law(_to_contact_frame(balls, i, j, nx, ny), laws)
     longer = excess_length(nx, ny)
     _push_apart(balls, i, j, nx, ny, impulse.normal - impulse.normal * longer)
     if impulse.along != 0.0 or impulse.up != 0.0:
@@ -137,7 +137,7 @@ def _push_apart(balls: Balls, i: int, j: int, nx: float, ny: float, exchange: fl
 
 
 @kernel(inline=True)
-def _seen_along(balls: Balls, i: int, j: int, nx: float, ny: float) -> BallImpact:
+def _to_contact_frame(balls: Balls, i: int, j: int, nx: float, ny: float) -> BallImpact:
     """Return both balls in the frame of their contact: n = (nx, ny), t = (-ny, nx), z."""
     return BallImpact(
         nx * balls.state[i].vx + ny * balls.state[i].vy,

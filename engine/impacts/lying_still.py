@@ -19,7 +19,7 @@ from ghostball.engine.motion.next_piece import mark, predict_again
 from ghostball.engine.motion.position import advance, pair_reach, relative_motion
 
 _STILL = 2.0 * CAPTURE_HEIGHT
-"""Way, in diameters, by which a ball that lies still may have gone."""
+"""Distance, in diameters, by which a ball that lies still may have gone."""
 
 _LONG = 4.0
 """How long it has to, in units of the time in which a ball that is out of balance on another one
@@ -99,9 +99,9 @@ def lies_still(height: FloatArray, balls: Balls, k: int, laws: Laws, reach: floa
     height[k, st.SLOW_IMPACTS] += 1.0
     if height[k, st.SLOW_IMPACTS] > _MOST_SLOW_IMPACTS:
         balls.counters[st.ENDLESS] = k + 1
-    way = max(abs(ball.x - height[k, st.STILL_X]), abs(ball.y - height[k, st.STILL_Y]))
-    way = max(way, abs(height[k, st.RISE] - height[k, st.STILL_RISE]))
-    if way > _STILL * 2.0 * ball.radius:
+    distance = max(abs(ball.x - height[k, st.STILL_X]), abs(ball.y - height[k, st.STILL_Y]))
+    distance = max(distance, abs(height[k, st.RISE] - height[k, st.STILL_RISE]))
+    if distance > _STILL * 2.0 * ball.radius:
         height[k, st.STILL_X], height[k, st.STILL_Y] = ball.x, ball.y
         height[k, st.STILL_RISE], height[k, st.STILL_SINCE] = height[k, st.RISE], ball.epoch
         return False

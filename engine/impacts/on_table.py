@@ -2,7 +2,7 @@
 
 The speed downwards is returned `table_restitution` times, with the cloth's friction; at the instant
 of the impact that pushed the ball down, after it (that order is a choice; a joint law would give
-the ball that can't yield downwards another mass).
+the ball that can't move downwards another mass).
 
 Bounces on the table that would rise less than `LOWEST_BOUNCE` aren't followed one by one. They are
 a geometric series: how long they take, which velocity their friction takes, and how far the ball
@@ -101,24 +101,24 @@ def _find_end_of_bounces(
     e, friction = laws.table_restitution, ball.cloth_friction
     ux, uy = ball.vx - ball.radius * ball.wy, ball.vy + ball.radius * ball.wx
     slip = math.sqrt(ux * ux + uy * uy)
-    taken, way = 0.0, 0.0
+    taken, displacement = 0.0, 0.0
     if slip > 0.0:
         if STICKING * slip >= friction * (1.0 + e) * up / (1.0 - e):
             taken = friction * (1.0 + e) * up / (1.0 - e)
-            way = 2.0 * friction * e * up * up / (laws.gravity * (1.0 - e) * (1.0 - e))
+            displacement = 2.0 * friction * e * up * up / (laws.gravity * (1.0 - e) * (1.0 - e))
         else:
             speed, left = up, e * lasts
             while taken < STICKING * slip and speed > 0.0:
                 impulse = min(friction * (1.0 + e) * speed, STICKING * slip - taken)
                 taken += impulse
-                way += impulse * left
+                displacement += impulse * left
                 speed, left = e * speed, e * left
-        taken, way = taken / slip, way / slip
+        taken, displacement = taken / slip, displacement / slip
     height[i, st.LASTS] = lasts
     turn = 2.5 * taken / ball.radius
     height[i, st.END_VX], height[i, st.END_VY] = ball.vx - taken * ux, ball.vy - taken * uy
     height[i, st.END_WX], height[i, st.END_WY] = ball.wx - turn * uy, ball.wy + turn * ux
-    _rub(balls, i, -way / lasts * ux, -way / lasts * uy)
+    _rub(balls, i, -displacement / lasts * ux, -displacement / lasts * uy)
 
 
 @kernel

@@ -2,7 +2,7 @@
 
 An impact is slow whose rebound would rise less than `CAPTURE_HEIGHT`. It takes no energy and knows
 no friction: else a ball that lies on others would bounce ever faster before it slides off. One on
-the table that is loaded from above doesn't yield downwards then, by the joint law.
+the table that is loaded from above doesn't move downwards then, by the joint law.
 
 What other balls take from such bounces comes back from the slip, so that they stay as high as that:
 lower ones are more, of a motion that is the same. The balls below are loaded meanwhile: what a
@@ -68,7 +68,7 @@ def part_slowly(
 ) -> None:
     """Let two balls, of which one flies, part as fast as they approach, without friction.
 
-    One on the table that is loaded from above yields across only, and along a cushion that it
+    One on the table that is loaded from above moves across only, and along a cushion that it
     touches: it continues rolling if it rolls. A ball exactly above another falls off along x. Then
     the table answers. One that lies still is held instead, and the other left alone.
 
@@ -77,7 +77,7 @@ def part_slowly(
     Where they overlap by `overlap` [m], and would come less than half out again, they part fast
     enough to come out, and higher by `LOWEST_BOUNCE`; where one lies on the other, as fast as a
     slow impact may be. What is missing for that comes from the slip. The impulse along it acts as a
-    friction does, and no energy comes in. One on the cloth that is pushed into others yields as
+    friction does, and no energy comes in. One on the cloth that is pushed into others moves as
     heavily as all of them: they take its part of the impulse as the bounce ends, and would else
     press it back, with more overlap at each bounce.
     """
@@ -122,8 +122,8 @@ def part_slowly(
     loaded = (height[j, st.FALL] - height[i, st.FALL]) * nz > across / reach
     missing = _missing(laws, reach, overlap, speed, loaded) / compliance
     if missing > 0.0:
-        # An impulse P gives the relative velocity v the change -Y P, Y how both yield, and the
-        # energy -P.v + P.Y P / 2. With P = part d and n.Y d = 0 the normal speed stays, and the
+        # An impulse P gives the relative velocity v the change -Y P, Y the compliance of both, and
+        # the energy -P.v + P.Y P / 2. With P = part d and n.Y d = 0 the normal speed stays, and the
         # energy given is -part q + part^2 r / 2.
         dx, dy, dz = vx - speed * nx, vy - speed * ny, vz - speed * nz
         tilt = ((xx * nx + xy * ny) * dx + (xy * nx + yy * ny) * dy + zz * nz * dz) / compliance
@@ -240,8 +240,8 @@ def _compliance(
 
     Of the matrix xx, xy, yy and zz [1/kg], of the velocity x and y [m/s]; as if it were so many
     times heavier. One on the table that is
-    loaded from above doesn't yield downwards, nor, where cushions have `held` it, into one that it
-    touches; in a corner it yields not at all.
+    loaded from above doesn't move downwards, nor, where cushions have `held` it, into one that it
+    touches; in a corner it moves not at all.
     """
     ball = balls.state[k]
     over = 1.0 / (heavier * ball.mass)

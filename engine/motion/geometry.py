@@ -17,7 +17,7 @@ from ghostball.engine.core.tolerances import (
     CONTACT_TOLERANCE,
     EPS,
     GAP_ULPS,
-    STOP_WAY,
+    STOP_DISTANCE,
 )
 from ghostball.engine.motion.obstacles import facing, nose_reach
 from ghostball.engine.motion.position import pair_reach, relative_motion
@@ -124,10 +124,10 @@ def capture_height(balls: Balls, i: int, j: int) -> float:
 
 
 @kernel
-def stop_way(balls: Balls, i: int) -> float:
-    """Way [m] in which the cloth can end a slip that counts as ended; see `STOP_WAY`."""
-    way: float = STOP_WAY * 2.0 * balls.state[i].radius
-    return way
+def stop_distance(balls: Balls, i: int) -> float:
+    """Distance [m] in which the cloth can end a slip that counts as ended; see `STOP_DISTANCE`."""
+    distance: float = STOP_DISTANCE * 2.0 * balls.state[i].radius
+    return distance
 
 
 @kernel
@@ -210,11 +210,11 @@ def list_near(balls: Balls, cells: Cells | None, i: int) -> int:
             while k != st.NOWHERE:
                 if k != i:
                     # In the order of their numbers, as without cells.
-                    place = count
-                    while place > 0 and balls.near[place - 1] > k:
-                        balls.near[place] = balls.near[place - 1]
-                        place -= 1
-                    balls.near[place] = k
+                    index = count
+                    while index > 0 and balls.near[index - 1] > k:
+                        balls.near[index] = balls.near[index - 1]
+                        index -= 1
+                    balls.near[index] = k
                     count += 1
                 k = cells.link[k, st.AFTER]
     return count

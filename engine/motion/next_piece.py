@@ -58,7 +58,7 @@ def start_rolling(balls: Balls, laws: Laws, i: int, t: float) -> None:
     """Move ball i to where its slip is gone, at the instant t [s]; from there it rolls.
 
     The cloth has then taken 2/7 of the slip from the velocity, whatever the friction. As above, the
-    mean of both velocities gives the way without cancelling.
+    mean of both velocities gives the displacement without cancelling.
     """
     if in_air(balls.air, laws):
         advance(balls, i, t)
@@ -135,7 +135,7 @@ def predict_motion(balls: Balls, i: int, laws: Laws) -> None:
     """
     balls.state[i].bz = 0.0
     straighten(balls, i)
-    if _goes_its_own_way(balls.height, balls, i, laws):
+    if _moves_by_itself(balls.height, balls, i, laws):
         return
     duration = _start_slide(balls, i, laws) if balls.state[i].phase == st.SLIDING else _NO_MOTION
     if duration == _NO_MOTION:
@@ -146,7 +146,7 @@ def predict_motion(balls: Balls, i: int, laws: Laws) -> None:
 
 
 @kernel(inline=True)
-def _goes_its_own_way(height: FloatArray | None, balls: Balls, i: int, laws: Laws) -> bool:
+def _moves_by_itself(height: FloatArray | None, balls: Balls, i: int, laws: Laws) -> bool:
     """Begin the motion of a ball that flies, or bounces lower than can be followed, if it does."""
     if height is None:
         return False

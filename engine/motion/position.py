@@ -21,17 +21,17 @@ from ghostball.model.trajectory import polynomial
 FOR_EVER = 1e100
 """A duration that nothing lasts [s]."""
 
-way = kernel(inline=True)(polynomial.way)
+displacement = kernel(inline=True)(polynomial.displacement)
 speed = kernel(inline=True)(polynomial.speed)
 _tails = kernel(polynomial.tails)
 
 
 @kernel(inline=True)
-def place(balls: Balls, i: int, t: float) -> tuple[float, float]:
+def position_at(balls: Balls, i: int, t: float) -> tuple[float, float]:
     """Return where the centre of ball i is at the instant t [s], x and y [m]."""
     ball = balls.state[i]
     s = t - ball.epoch
-    x, y = ball.x + way(ball.vx, ball.ax, s), ball.y + way(ball.vy, ball.ay, s)
+    x, y = ball.x + displacement(ball.vx, ball.ax, s), ball.y + displacement(ball.vy, ball.ay, s)
     return _with_tail(balls.higher, i, s, 0, x, y)
 
 
@@ -196,14 +196,14 @@ def _whole_motion(
 ) -> tuple[float, float, float, float, float, float]:
     if higher is None:
         (x, y), (vx, vy), (ax, ay) = (
-            place(balls, i, t),
+            position_at(balls, i, t),
             velocity(balls, i, t),
             acceleration(balls, i, t),
         )
         return x, y, vx, vy, ax, ay
     ball = balls.state[i]
     s, count = t - ball.epoch, int(higher[i, st.POWERS])
-    x, y = ball.x + way(ball.vx, ball.ax, s), ball.y + way(ball.vy, ball.ay, s)
+    x, y = ball.x + displacement(ball.vx, ball.ax, s), ball.y + displacement(ball.vy, ball.ay, s)
     vx, vy = speed(ball.vx, ball.ax, s), speed(ball.vy, ball.ay, s)
     if count == 0 or s == 0.0:
         return x, y, vx, vy, ball.ax, ball.ay

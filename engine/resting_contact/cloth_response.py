@@ -21,7 +21,7 @@ from ghostball.engine.motion.geometry import (
     negligible_bounce,
     rolls_on,
     speed_of,
-    stop_way,
+    stop_distance,
 )
 from ghostball.engine.motion.next_piece import friction_against, slip
 
@@ -32,8 +32,8 @@ _LEFT_OVER = 2.0**-6
 """And in units of what the cloth's own force, the whole step long, would make of a gap."""
 
 _BEYOND_INTEGRATION = 2.0**-10
-"""Way, in units of `STOP_WAY`, in which the cloth can end a slip that is integrated no further:
-what contacts do meanwhile is left out, and was 1e-5 of the speeds along a cushion."""
+"""Distance, in units of `STOP_DISTANCE`, in which the cloth can end a slip that is integrated no
+further: what contacts do meanwhile is left out, and was 1e-5 of the speeds along a cushion."""
 
 _TURN = 0.125
 """Largest change in a step of the velocity that gives friction its direction, over its size."""
@@ -156,17 +156,17 @@ def keep_still(world: World, k: int, duration: float) -> None:
 
 @kernel
 def slip_ends(world: World, k: int) -> bool:
-    """Whether the cloth alone would end ball k's slip within `STOP_WAY`.
+    """Whether the cloth alone would end ball k's slip within `STOP_DISTANCE`.
 
     A slip that is integrated is so nearly to the end.
     """
     balls = world.balls
     ux, uy = slip(balls, k)
     size = speed_of(ux, uy)
-    way = stop_way(balls, k)
+    distance = stop_distance(balls, k)
     if world.contacts.motion[k].ahead > 0.0:
-        way *= _BEYOND_INTEGRATION
-    return size > 0.0 and negligible_bounce(size, balls.state[k].slide_slowing, way)
+        distance *= _BEYOND_INTEGRATION
+    return size > 0.0 and negligible_bounce(size, balls.state[k].slide_slowing, distance)
 
 
 @kernel

@@ -17,7 +17,7 @@ from ghostball.engine.motion.geometry import friction_limit, speed_of
 from ghostball.engine.motion.position import advance
 from ghostball.engine.resting_contact.cloth_response import slip_ends, time_to_change
 from ghostball.engine.resting_contact.integrate import integrate
-from ghostball.engine.resting_contact.islands import sort_by_place
+from ghostball.engine.resting_contact.islands import sort_by_position
 from ghostball.engine.resting_contact.paths import start_piece
 from ghostball.engine.scheduling.contact_time import holds
 
@@ -102,7 +102,7 @@ def _start_next_motion(world: World, i: int, t: float) -> bool:
             break
     if members > st.MOST_DIRECT:
         return False
-    sort_by_place(world, members)
+    sort_by_position(world, members)
     count = 0
     for m in range(members):
         k = contacts.member[m]

@@ -34,9 +34,9 @@ new, and is left out."""
 @kernel
 def remember(contacts: Contacts, count: int, turn: int) -> None:
     """Keep the forces after the round of number `turn`, and by how much it changed them."""
-    place = _place(turn)
+    history = _history_of(turn)
     for c in range(count):
-        one, kept = contacts.forces[c], contacts.history[c, place]
+        one, kept = contacts.forces[c], contacts.history[c, history]
         kept[0], kept[1], kept[2] = one.force, one.along, one.up
         kept[3], kept[4], kept[5] = one.force_change, one.along_change, one.up_change
     contacts.turns[0] += count
@@ -50,11 +50,11 @@ def extrapolate(world: World, count: int, turn: int, duration: float) -> None:
     """
     contacts = world.contacts
     history, weights = contacts.history, contacts.matrix
-    last = _place(turn)
+    last = _history_of(turn)
     for j in range(REMEMBERED):
-        other = _place(turn - 1 - j)
+        other = _history_of(turn - 1 - j)
         for i in range(j + 1):
-            third = _place(turn - 1 - i)
+            third = _history_of(turn - 1 - i)
             product = 0.0
             for c in range(count):
                 for part in range(3, PER_ROUND):
@@ -89,10 +89,10 @@ def extrapolate(world: World, count: int, turn: int, duration: float) -> None:
 @kernel
 def _mixed(contacts: Contacts, c: int, turn: int, part: int) -> float:
     """Return a force of contact c: what the rounds made of it, each with its weight."""
-    history, last = contacts.history, _place(turn)
+    history, last = contacts.history, _history_of(turn)
     force: float = history[c, last, part]
     for j in range(REMEMBERED):
-        change = history[c, last, part] - history[c, _place(turn - 1 - j), part]
+        change = history[c, last, part] - history[c, _history_of(turn - 1 - j), part]
         force -= contacts.matrix[j, _RIGHT] * change
     return force
 
@@ -123,6 +123,6 @@ def _solve(contacts: Contacts) -> None:
 
 
 @kernel(inline=True)
-def _place(turn: int) -> int:
+def _history_of(turn: int) -> int:
     """Return where in `Contacts.history` a round is remembered."""
     return turn % (REMEMBERED + 1)

@@ -1,7 +1,7 @@
 """Finds the forces that hold an island's gaps closed over one contact step.
 
 Between its balls and with cushions: normal forces by `impacts.contact_solver`, and friction
-(`resting_contact.friction`), in turns until both fit. How the cloth answers is in
+(`resting_contact.friction`), interleaved until both fit. How the cloth answers is in
 `resting_contact.cloth_response`; `resting_contact.step` has the whole.
 """
 

@@ -87,7 +87,7 @@ def _rub(world: World, c: int, duration: float) -> None:
         mid_along, mid_up = new_along + mid * along, new_up + mid * up
         if _within(mid_along, mid_up, limit):
             along, up = new_along - mid_along, new_up - mid_up
-            part = way_to_limit(mid_along, mid_up, along, up, limit)
+            part = part_to_limit(mid_along, mid_up, along, up, limit)
             new_along, new_up = mid_along + part * along, mid_up + part * up
         else:
             size = math.sqrt(mid_along * mid_along + mid_up * mid_up)
@@ -136,7 +136,7 @@ def sticks(contacts: Contacts, c: int) -> bool:
 
 
 @kernel
-def way_to_limit(x: float, y: float, more_x: float, more_y: float, limit: float) -> float:
+def part_to_limit(x: float, y: float, more_x: float, more_y: float, limit: float) -> float:
     """Return how often friction (x, y) can be changed by (more_x, more_y) until its limit."""
     square = more_x * more_x + more_y * more_y
     if square == 0.0:

@@ -9,7 +9,7 @@ from ghostball.engine.core.kernel import kernel
 from ghostball.engine.core.state import Balls, Contacts, Laws, World
 from ghostball.engine.motion.geometry import contact_tolerance, friction_limit, gap_rounding
 from ghostball.engine.motion.obstacles import facing, nose_reach
-from ghostball.engine.motion.position import pair_reach, way
+from ghostball.engine.motion.position import displacement, pair_reach
 from ghostball.engine.resting_contact.cloth_response import permitted_gap, stopping
 
 DEEP_OVERLAP = 0.75
@@ -51,11 +51,11 @@ def normal_after(world: World, c: int, s: float) -> tuple[float, float]:
     """Return contact c's normal in s seconds, by the accelerations that a step gives its balls."""
     balls = world.balls
     a, b = world.contacts.ends[c, st.FIRST], world.contacts.ends[c, st.SECOND]
-    x, y = _way_of(world, a, s)
+    x, y = _displacement_of(world, a, s)
     x, y = balls.state[a].x + x, balls.state[a].y + y
     to_x, to_y = 0.0, 0.0
     if b >= 0:
-        to_x, to_y = _way_of(world, b, s)
+        to_x, to_y = _displacement_of(world, b, s)
         to_x, to_y = balls.state[b].x + to_x, balls.state[b].y + to_y
     nx, ny, _ = gap_between(balls, world.laws, a, b, x, y, to_x, to_y)
     return nx, ny
@@ -65,13 +65,13 @@ def normal_after(world: World, c: int, s: float) -> tuple[float, float]:
 def gap_after(world: World, c: int, s: float) -> float:
     """Return contact c's gap [m] in s seconds, as `normal_after`; GAP is what it is now.
 
-    What changes it is found from the balls' ways, not from their places: over a short step the
-    rounding of those, another one for every force tried, was more than what forces do.
+    What changes it is found from the balls' displacements, not from their places: over a short step
+    the rounding of those, another one for every force tried, was more than what forces do.
     """
     laws, contacts = world.laws, world.contacts
     a, b = contacts.ends[c, st.FIRST], contacts.ends[c, st.SECOND]
     gap: float = contacts.forces[c].gap
-    wx, wy = _way_of(world, a, s)
+    wx, wy = _displacement_of(world, a, s)
     ball = world.balls.state[a]
     if b < 0:
         inward_x, inward_y, distance = facing(laws, -1 - b, ball.x, ball.y)
@@ -83,7 +83,7 @@ def gap_after(world: World, c: int, s: float) -> float:
         return gap
     other = world.balls.state[b]
     rx, ry = other.x - ball.x, other.y - ball.y
-    to_x, to_y = _way_of(world, b, s)
+    to_x, to_y = _displacement_of(world, b, s)
     wx, wy = to_x - wx, to_y - wy
     x, y = rx + wx, ry + wy
     both = math.sqrt(x * x + y * y) + math.sqrt(rx * rx + ry * ry)
@@ -92,10 +92,10 @@ def gap_after(world: World, c: int, s: float) -> float:
 
 
 @kernel(inline=True)
-def _way_of(world: World, k: int, s: float) -> tuple[float, float]:
+def _displacement_of(world: World, k: int, s: float) -> tuple[float, float]:
     """Return how far ball k goes in s seconds by the acceleration that the step gives it [m]."""
     ball, new = world.balls.state[k], world.contacts.motion
-    return way(ball.vx, new[k].new_ax, s), way(ball.vy, new[k].new_ay, s)
+    return displacement(ball.vx, new[k].new_ax, s), displacement(ball.vy, new[k].new_ay, s)
 
 
 @kernel

@@ -28,7 +28,7 @@ from ghostball.engine.motion.geometry import (
 from ghostball.engine.resting_contact.cloth_response import answering_mass, stopping
 from ghostball.engine.resting_contact.gaps import balls_of, gap_between, gap_now
 from ghostball.engine.resting_contact.paths import (
-    WAY_X,
+    DISPLACEMENT_X,
     find_paths,
     find_pieces,
     gap_along,
@@ -103,7 +103,7 @@ def integrate(
         if stopping(world.balls, k) and not is_still:
             return 0.0
         contacts.stage[m].is_still = 1.0 if is_still else 0.0
-        contacts.motion[k].place = m
+        contacts.motion[k].index = m
         moves = moves or not is_still
     if not moves:
         return 0.0
@@ -233,7 +233,7 @@ def _least_force(world: World, count: int) -> float:
 @kernel(inline=True)
 def _turning_force(world: World, k: int) -> float:
     """Force [N] that would keep ball k, as fast as it begins, on a circle of its own radius."""
-    ball, speed = world.balls.state[k], _speed(world.contacts, int(world.contacts.motion[k].place))
+    ball, speed = world.balls.state[k], _speed(world.contacts, int(world.contacts.motion[k].index))
     force: float = ball.mass * speed * speed / ball.radius
     return force
 
@@ -279,7 +279,7 @@ def _try(world: World, members: int, count: int, duration: float) -> float:
                     slope += weight * contacts.slopes[m, earlier, number]
                 contacts.numbers[m, number] = contacts.start[m, number] + duration * slope
                 if number < 2:
-                    contacts.numbers[m, WAY_X + number] = duration * slope
+                    contacts.numbers[m, DISPLACEMENT_X + number] = duration * slope
         if not find_rates(world, members, count):
             return math.inf
         _keep_slopes(contacts, members, step)
@@ -321,11 +321,11 @@ def _gap_at(world: World, c: int) -> tuple[float, float, float, float]:
     """Return contact c's normal, gap [m] and its rate [m/s], of the states in `contacts.stage`."""
     contacts = world.contacts
     a, b = contacts.ends[c, st.FIRST], contacts.ends[c, st.SECOND]
-    stage, i = contacts.stage, int(contacts.motion[a].place)
+    stage, i = contacts.stage, int(contacts.motion[a].index)
     x, y, vx, vy = stage[i].x, stage[i].y, -stage[i].vx, -stage[i].vy
     to_x, to_y = 0.0, 0.0
     if b >= 0:
-        j = int(contacts.motion[b].place)
+        j = int(contacts.motion[b].index)
         to_x, to_y = stage[j].x, stage[j].y
         vx, vy = stage[j].vx + vx, stage[j].vy + vy
     nx, ny, gap = gap_between(world.balls, world.laws, a, b, x, y, to_x, to_y)
@@ -365,14 +365,14 @@ def _end_rates(world: World, count: int, gaps: bool) -> None:
                     answering_mass(balls, world.laws, b),
                 )
                 share = mass_b / (mass_a + mass_b)
-                if stage[int(contacts.motion[b].place)].is_still == 1.0:
+                if stage[int(contacts.motion[b].index)].is_still == 1.0:
                     share = 1.0
-            if stage[int(contacts.motion[a].place)].is_still == 1.0:
+            if stage[int(contacts.motion[a].index)].is_still == 1.0:
                 share = 0.0
             for k, part in ((a, share), (b, share - 1.0)):
                 if k < 0:
                     continue
-                m = int(contacts.motion[k].place)
+                m = int(contacts.motion[k].index)
                 if stage[m].is_still == 1.0:
                     continue
                 stage[m].vx += part * rate * nx
@@ -380,5 +380,5 @@ def _end_rates(world: World, count: int, gaps: bool) -> None:
                 if seen:
                     stage[m].x += part * gap * nx
                     stage[m].y += part * gap * ny
-                    stage[m].way_x += part * gap * nx
-                    stage[m].way_y += part * gap * ny
+                    stage[m].displacement_x += part * gap * nx
+                    stage[m].displacement_y += part * gap * ny

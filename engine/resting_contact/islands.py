@@ -91,7 +91,7 @@ def gather_members(world: World, i: int, listed: int, t: float) -> int:
                 contacts.member[members] = other
                 members += 1
         m += 1
-    sort_by_place(world, members)
+    sort_by_position(world, members)
     return members
 
 
@@ -106,15 +106,15 @@ def _is_listed(balls: Balls, listed: int, i: int, j: int) -> bool:
 
 
 @kernel
-def sort_by_place(world: World, members: int) -> None:
+def sort_by_position(world: World, members: int) -> None:
     """Put the members in the order of their places, so that their numbering doesn't matter."""
     contacts = world.contacts
     for m in range(1, members):
-        k, place = contacts.member[m], m
-        while place > 0 and stands_before(world.balls, k, contacts.member[place - 1]):
-            contacts.member[place] = contacts.member[place - 1]
-            place -= 1
-        contacts.member[place] = k
+        k, index = contacts.member[m], m
+        while index > 0 and stands_before(world.balls, k, contacts.member[index - 1]):
+            contacts.member[index] = contacts.member[index - 1]
+            index -= 1
+        contacts.member[index] = k
 
 
 @kernel

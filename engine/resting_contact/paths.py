@@ -17,7 +17,7 @@ from ghostball.engine.motion.next_piece import mark, predict_obstacles
 from ghostball.engine.motion.position import slowed_spin, straighten
 from ghostball.engine.resting_contact.gaps import balls_of, gap_between
 
-WAY_X = column_of(StageRow, "way_x")
+DISPLACEMENT_X = column_of(StageRow, "displacement_x")
 
 _SHARE_OF_GAP = 0.25
 """Error, in units of what is left of the tolerance of a gap, of the motion's end before it is taken
@@ -30,7 +30,7 @@ _PIECE_ERROR = 1.0 / 40.5
 """Largest difference of two pieces from a motion whose acceleration changes at a constant rate, in
 units of that rate times the cube of a piece's time."""
 
-_PLACE_ERROR = 2.0**-26
+_POSITION_ERROR = 2.0**-26
 """Largest error [radii] of places within a piece that no gap asks for: 4e-10 m; its ends have none.
 """
 
@@ -49,7 +49,7 @@ def find_paths(contacts: Contacts, members: int, duration: float) -> None:
             path = contacts.paths[k, axis]
             x, v = start[m, axis], duration * start[m, 2 + axis]
             a = duration * duration * first[m, 2 + axis]
-            end = end_state[m, WAY_X + axis] - v - 0.5 * a
+            end = end_state[m, DISPLACEMENT_X + axis] - v - 0.5 * a
             end_v = duration * end_state[m, 2 + axis] - v - a
             end_a = duration * duration * last[m, 2 + axis] - a
             path[0], path[1], path[2] = x, v, 0.5 * a
@@ -68,10 +68,10 @@ def find_paths(contacts: Contacts, members: int, duration: float) -> None:
 
 
 @kernel(inline=True)
-def _way_at(contacts: Contacts, k: int, axis: int, part: float) -> tuple[float, float]:
+def _displacement_at(contacts: Contacts, k: int, axis: int, part: float) -> tuple[float, float]:
     """Return how far ball k has come along an axis after a part of its whole motion, and how fast.
 
-    Both [m], the latter as a way in the whole time.
+    Both [m], the latter as a displacement in the whole time.
     """
     path = contacts.paths[k, axis]
     c1, c2, c3, c4, c5 = path[1], path[2], path[3], path[4], path[5]
@@ -83,8 +83,8 @@ def _way_at(contacts: Contacts, k: int, axis: int, part: float) -> tuple[float, 
 @kernel(inline=True)
 def _place_at(contacts: Contacts, k: int, part: float) -> tuple[float, float]:
     """Return where ball k is after a part of its whole motion [m]."""
-    x, _ = _way_at(contacts, k, 0, part)
-    y, _ = _way_at(contacts, k, 1, part)
+    x, _ = _displacement_at(contacts, k, 0, part)
+    y, _ = _displacement_at(contacts, k, 1, part)
     return contacts.paths[k, 0, 0] + x, contacts.paths[k, 1, 0] + y
 
 
@@ -107,7 +107,7 @@ def _jerk_at(contacts: Contacts, k: int, axis: int, part: float) -> float:
 def gap_along(world: World, c: int, part: float) -> tuple[float, float]:
     """Return contact c's gap [m] after a part of the motion found.
 
-    And how fast its acceleration changes, as a way in the whole time [m].
+    And how fast its acceleration changes, as a displacement in the whole time [m].
     """
     contacts = world.contacts
     a, b = contacts.ends[c, st.FIRST], contacts.ends[c, st.SECOND]
@@ -152,7 +152,7 @@ def find_pieces(world: World, members: int, count: int, duration: float) -> bool
             k = contacts.member[m]
             jerk = abs(_jerk_at(contacts, k, 0, 0.5 * part))
             jerk += abs(_jerk_at(contacts, k, 1, 0.5 * part))
-            permitted = _PLACE_ERROR * balls.state[k].radius
+            permitted = _POSITION_ERROR * balls.state[k].radius
             most = max(most, _PIECE_ERROR * jerk / permitted)
     if not most <= float(_MOST_PIECES * _MOST_PIECES * _MOST_PIECES):
         return False
@@ -184,8 +184,8 @@ def held_obstacles(contacts: Contacts, count: int, k: int) -> int:
 def start_piece(world: World, k: int) -> None:
     """Let ball k move along the next piece of its motion, from its epoch on.
 
-    The first of two takes it half of the way to the place where the second ends; a way, not a
-    place: the rounding of places over the square of a short time was a large acceleration.
+    The first of two takes it half of the way to the place where the second ends; a displacement,
+    not a place: the rounding of places over the square of a short time was a large acceleration.
     """
     balls, contacts = world.balls, world.contacts
     straighten(balls, k)  # alone in air, it would have gone along a piece of a higher degree
@@ -194,13 +194,13 @@ def start_piece(world: World, k: int) -> None:
     done = pieces - row.pieces_left
     is_first = int(done) % 2 == 0
     part = (done + 2.0) / pieces if is_first else (done + 1.0) / pieces
-    x, fast_x = _way_at(contacts, k, 0, part)
-    y, fast_y = _way_at(contacts, k, 1, part)
+    x, fast_x = _displacement_at(contacts, k, 0, part)
+    y, fast_y = _displacement_at(contacts, k, 1, part)
     ax = (fast_x / row.whole_time - ball.vx) / time
     ay = (fast_y / row.whole_time - ball.vy) / time
     if is_first:
-        from_x, _ = _way_at(contacts, k, 0, done / pieces)
-        from_y, _ = _way_at(contacts, k, 1, done / pieces)
+        from_x, _ = _displacement_at(contacts, k, 0, done / pieces)
+        from_y, _ = _displacement_at(contacts, k, 1, done / pieces)
         ax = ((x - from_x) - 2.0 * time * ball.vx) / (time * time) - 0.5 * ax
         ay = ((y - from_y) - 2.0 * time * ball.vy) / (time * time) - 0.5 * ay
     ball.ax, ball.ay = ax, ay

@@ -99,8 +99,8 @@ def _pose(world: World, c: int) -> bool:
     """Find contact c's normal, its gap's acceleration without forces, what a force of 1 does."""
     laws, contacts = world.laws, world.contacts
     a, b = contacts.ends[c, st.FIRST], contacts.ends[c, st.SECOND]
-    i = int(contacts.motion[a].place)
-    j = int(contacts.motion[b].place) if b >= 0 else i
+    i = int(contacts.motion[a].index)
+    j = int(contacts.motion[b].index) if b >= 0 else i
     stage, forces = contacts.stage, contacts.forces
     radius, sine, cosine = world.balls.state[a].radius, 0.0, 1.0
     if b >= 0:
@@ -170,7 +170,7 @@ def _answer(world: World, c: int, k: int, push_x: float, push_y: float, end: int
         turn = 2.5 / ball.mass
         cx = -(fx - turn * contacts.forces[c].turn_y) / 3.5
         cy = -(fy + turn * contacts.forces[c].turn_x) / 3.5
-    is_still = contacts.stage[int(contacts.motion[k].place)].is_still == 1.0
+    is_still = contacts.stage[int(contacts.motion[k].index)].is_still == 1.0
     answer = contacts.answers[2 * c + end]
     answer.x = 0.0 if is_still else fx + cx
     answer.y = 0.0 if is_still else fy + cy
@@ -236,7 +236,7 @@ def _push(world: World, c: int) -> None:
     for k, end in ((a, st.FIRST), (b, st.SECOND)):
         if k < 0:
             continue
-        m = int(contacts.motion[k].place)
+        m = int(contacts.motion[k].index)
         answer = contacts.answers[2 * c + end]
         turn = 2.5 * force / (world.balls.state[k].mass * world.balls.state[k].radius)
         stage[m].ax += force * answer.x

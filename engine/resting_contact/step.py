@@ -84,7 +84,7 @@ def start_steps(world: World, listed: int, t: float) -> None:
     Islands are judged as wholes, and all of them that an event changed at once: in a chain, the
     ball behind may be all that pushes the two in front together, so that no pair of free balls
     would show it; and of two balls that hit each other, both may belong to an island. What one
-    island does may bring another in contact: so they take turns by place, not by number.
+    island does may bring another in contact: so they are interleaved by place, not by number.
 
     Contract: as `_start_step`, for every ball that is marked or listed.
     """

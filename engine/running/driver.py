@@ -111,7 +111,7 @@ class Run:
         elif self.status is Status.ENDLESS:
             self.reason = f"{self._endless(code)}. Done were {self._done()} by t = {now:.9g} s"
         elif self.status is Status.FAILED:
-            self.reason = f"{self._unsound(code)} at t = {now:.9g} s"
+            self.reason = f"{self._invalid(code)} at t = {now:.9g} s"
         self._check_resolved()
 
     def _endless(self, code: int) -> str:
@@ -137,7 +137,7 @@ class Run:
             f"(work {done[st.WORK]})"
         )
 
-    def _unsound(self, code: int) -> str:
+    def _invalid(self, code: int) -> str:
         """Say what isn't finite where a run failed, or what it had no room for."""
         if code == st.RUN_NO_ROOM:
             return (
@@ -239,9 +239,9 @@ class Run:
             "contact_steps": counters[st.CONTACT_STEPS],
             "unsolved_contact_steps": counters[st.UNSOLVED_STEPS],
         }
-        for name, place in (("contact_pieces", st.CONTACT_PIECES), ("balls_gone", st.BALLS_GONE)):
-            if counters[place]:
-                work[name] = counters[place]
+        for name, column in (("contact_pieces", st.CONTACT_PIECES), ("balls_gone", st.BALLS_GONE)):
+            if counters[column]:
+                work[name] = counters[column]
         return work
 
     def events(self) -> Events | None:

@@ -23,12 +23,12 @@ from ghostball.engine.core.state import Contacts, FloatArray, Pairs, World
 from ghostball.engine.motion.crossings import first_crossing, first_meeting
 from ghostball.engine.motion.position import (
     FOR_EVER,
+    displacement,
     jerk,
     meets_until,
-    place,
+    position_at,
     speed,
     velocity,
-    way,
 )
 from ghostball.engine.scheduling.contact_time import first_bound, time_to_bent_bound
 from ghostball.engine.scheduling.ties import takes_precedence
@@ -102,7 +102,7 @@ def _bound_row(
         _bound_each(world, i, t)
         return
     radius, own_time = balls.state[i].radius, meets_until(balls, i)
-    (x, y), (vx, vy) = place(balls, i, t), velocity(balls, i, t)
+    (x, y), (vx, vy) = position_at(balls, i, t), velocity(balls, i, t)
     ax, ay = balls.state[i].ax, balls.state[i].ay
     for block in range(0, n, st.TRACK_BALLS):
         track = world.pairs.track[block * st.TRACKS : (block + st.TRACK_BALLS) * st.TRACKS]
@@ -152,8 +152,8 @@ def _bound_block(
         s = t - track[st.TRACK_EPOCH + j]
         ax_j, ay_j = track[st.TRACK_AX + j], track[st.TRACK_AY + j]
         vx_j, vy_j = track[st.TRACK_VX + j], track[st.TRACK_VY + j]
-        rx = track[st.TRACK_X + j] + way(vx_j, ax_j, s) - x
-        ry = track[st.TRACK_Y + j] + way(vy_j, ay_j, s) - y
+        rx = track[st.TRACK_X + j] + displacement(vx_j, ax_j, s) - x
+        ry = track[st.TRACK_Y + j] + displacement(vy_j, ay_j, s) - y
         ux, uy = speed(vx_j, ax_j, s) - vx, speed(vy_j, ay_j, s) - vy
         distance = math.sqrt(rx * rx + ry * ry)
         # All three scaled by the distance, which saves dividing by it.
@@ -192,8 +192,8 @@ def _bent_block(
         left_j = left_j if left_j > 0.0 else 0.0
         bent_j = track[st.TRACK_JERK + j]
         bound = t + time_to_bent_bound(
-            track[st.TRACK_X + j] + way(vx_j, ax_j, s) - x,
-            track[st.TRACK_Y + j] + way(vy_j, ay_j, s) - y,
+            track[st.TRACK_X + j] + displacement(vx_j, ax_j, s) - x,
+            track[st.TRACK_Y + j] + displacement(vy_j, ay_j, s) - y,
             speed(vx_j, ax_j, s) - vx,
             speed(vy_j, ay_j, s) - vy,
             ax_j - ax,

@@ -255,13 +255,13 @@ def _move_on(world: World, i: int, t: float) -> None:
         enter_next(world, i)
         return
     world.log.counters[st.CELL_MOVES] += 1
-    way = cells.link[i, st.LEAVES_BY]
+    side = cells.link[i, st.LEAVES_BY]
     step_on(cells, i)
     cells.slot[i, st.LEAVES] = time_in_cell(world, i, t)
     column, row = cells.link[i, st.CELL_COLUMN], cells.link[i, st.CELL_ROW]
-    step = -1 if way % 2 == 0 else 1
+    step = -1 if side % 2 == 0 else 1
     for k in range(-1, 2):
-        x, y = (column + step, row + k) if way < 2 else (column + k, row + step)
+        x, y = (column + step, row + k) if side < 2 else (column + k, row + step)
         cell = cell_number(cells, x, y)
         _meet_cell(world, world.contacts, i, cell, t, False)
     enter_next(world, i)

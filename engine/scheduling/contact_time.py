@@ -23,13 +23,13 @@ from ghostball.engine.motion.geometry import at_rest, capture_height, negligible
 from ghostball.engine.motion.position import (
     acceleration,
     both_last,
+    displacement,
     jerk,
     pair_reach,
     relative_jerk,
     relative_motion,
     speed,
     velocity,
-    way,
 )
 
 NOT_YET = 0
@@ -73,8 +73,8 @@ def _bent_bound(balls: Balls, i: int, j: int, start: float) -> float:
     """
     a, b = balls.state[i], balls.state[j]
     s_a, s_b = start - a.epoch, start - b.epoch
-    rx = (b.x + way(b.vx, b.ax, s_b)) - (a.x + way(a.vx, a.ax, s_a))
-    ry = (b.y + way(b.vy, b.ay, s_b)) - (a.y + way(a.vy, a.ay, s_a))
+    rx = (b.x + displacement(b.vx, b.ax, s_b)) - (a.x + displacement(a.vx, a.ax, s_a))
+    ry = (b.y + displacement(b.vy, b.ay, s_b)) - (a.y + displacement(a.vy, a.ay, s_a))
     vx = speed(b.vx, b.ax, s_b) - speed(a.vx, a.ax, s_a)
     vy = speed(b.vy, b.ay, s_b) - speed(a.vy, a.ay, s_a)
     bent_a, bent_b = jerk(balls, i), jerk(balls, j)

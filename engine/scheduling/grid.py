@@ -13,7 +13,7 @@ from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
 from ghostball.engine.core.state import Cells, World
 from ghostball.engine.motion.crossings import first_crossing
-from ghostball.engine.motion.position import acceleration, bend, place, velocity
+from ghostball.engine.motion.position import acceleration, bend, position_at, velocity
 
 _LATE = 2.0**-24
 """How far beyond its cell's side a ball may be whose motion bends, in units of that: less than the
@@ -64,10 +64,10 @@ def _leave(cells: Cells, i: int) -> None:
 def step_on(cells: Cells, i: int) -> None:
     """Move ball i to the next cell on its way."""
     _leave(cells, i)
-    way = cells.link[i, st.LEAVES_BY]
-    step = -1 if way % 2 == 0 else 1
+    side = cells.link[i, st.LEAVES_BY]
+    step = -1 if side % 2 == 0 else 1
     column, row = cells.link[i, st.CELL_COLUMN], cells.link[i, st.CELL_ROW]
-    _enter(cells, i, column + (step if way < 2 else 0), row + (0 if way < 2 else step))
+    _enter(cells, i, column + (step if side < 2 else 0), row + (0 if side < 2 else step))
 
 
 @kernel(inline=True)
@@ -79,7 +79,7 @@ def time_in_cell(world: World, i: int, t: float) -> float:
     balls, cells = world.balls, world.cells
     side = cells.frame[2]
     column, row = cells.link[i, st.CELL_COLUMN], cells.link[i, st.CELL_ROW]
-    (x, y), (vx, vy) = place(balls, i, t), velocity(balls, i, t)
+    (x, y), (vx, vy) = position_at(balls, i, t), velocity(balls, i, t)
     x, y = x - cells.frame[0], y - cells.frame[1]
     ax, ay = acceleration(balls, i, t)
     left = balls.state[i].own_time - t
@@ -88,26 +88,26 @@ def time_in_cell(world: World, i: int, t: float) -> float:
     # there in a few looks, and is beyond its own side when it leaves.
     nearer = -_LATE * side if bx + by > 0.0 else 0.0
     # Left, right, down, up: there is no way out of the outermost.
-    least, way = math.inf, 0
+    least, side = math.inf, 0
     if column > 1:
         least = _time_to(x - (column - 1) * side - nearer, vx, ax - bx)
     if column < cells.size[0]:
         leaves = _time_to(column * side - x - nearer, -vx, -ax - bx)
         if leaves < least:
-            least, way = leaves, 1
+            least, side = leaves, 1
     if row > 1:
         leaves = _time_to(y - (row - 1) * side - nearer, vy, ay - by)
         if leaves < least:
-            least, way = leaves, 2
+            least, side = leaves, 2
     if row < cells.size[1]:
         leaves = _time_to(row * side - y - nearer, -vy, -ay - by)
         if leaves < least:
-            least, way = leaves, 3
+            least, side = leaves, 3
     if nearer < 0.0:
         gaps = (x - (column - 1) * side, column * side - x, y - (row - 1) * side, row * side - y)
-        if gaps[way] > 0.5 * nearer:
-            way = st.NOWHERE
-    cells.link[i, st.LEAVES_BY] = way
+        if gaps[side] > 0.5 * nearer:
+            side = st.NOWHERE
+    cells.link[i, st.LEAVES_BY] = side
     return t + least
 
 

@@ -12,25 +12,25 @@ from ghostball.engine.core.state import FloatArray
 @kernel(inline=True)
 def enter_instant(tree: FloatArray, i: int, t: float) -> None:
     """Note that ball i's next instant is t [s], as far up the tree as it changes anything."""
-    place = len(tree) // 2 + i
-    tree[place] = t
-    place >>= 1
-    while place > 0:
-        value = min(tree[2 * place], tree[2 * place + 1])
-        if tree[place] == value:
+    node = len(tree) // 2 + i
+    tree[node] = t
+    node >>= 1
+    while node > 0:
+        value = min(tree[2 * node], tree[2 * node + 1])
+        if tree[node] == value:
             return
-        tree[place] = value
-        place >>= 1
+        tree[node] = value
+        node >>= 1
 
 
 @kernel(inline=True)
 def least_of_others(tree: FloatArray, i: int) -> float:
     """Return the earliest instant of all balls but ball i [s]."""
     least = math.inf
-    place = len(tree) // 2 + i
-    while place > 1:
-        least = min(least, tree[place ^ 1])
-        place >>= 1
+    node = len(tree) // 2 + i
+    while node > 1:
+        least = min(least, tree[node ^ 1])
+        node >>= 1
     return least
 
 
@@ -40,14 +40,14 @@ def first_due(tree: FloatArray, t: float, start: int) -> int:
     leaves = len(tree) // 2
     if start >= leaves:
         return st.NOWHERE
-    place = leaves + start
-    if not tree[place] <= t:
+    node = leaves + start
+    if not tree[node] <= t:
         # Up, until a subtree to the right has it.
-        while place & 1 or not tree[place + 1] <= t:
-            place >>= 1
-            if place <= 1:
+        while node & 1 or not tree[node + 1] <= t:
+            node >>= 1
+            if node <= 1:
                 return st.NOWHERE
-        place += 1
-    while place < leaves:
-        place = 2 * place if tree[2 * place] <= t else 2 * place + 1
-    return place - leaves
+        node += 1
+    while node < leaves:
+        node = 2 * node if tree[2 * node] <= t else 2 * node + 1
+    return node - leaves

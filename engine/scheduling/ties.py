@@ -8,7 +8,7 @@ from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
 from ghostball.engine.core.state import Balls, World
 from ghostball.engine.motion.geometry import capture_height, tie_rounding
-from ghostball.engine.motion.position import pair_reach, place, relative_motion
+from ghostball.engine.motion.position import pair_reach, position_at, relative_motion
 
 
 @kernel
@@ -45,7 +45,7 @@ def comes_before(
 @kernel
 def _sum_of_places(balls: Balls, i: int, j: int, t: float) -> tuple[float, float]:
     """Return the sum of both balls' coordinates at the instant t [s], x and y [m]."""
-    (xi, yi), (xj, yj) = place(balls, i, t), place(balls, j, t)
+    (xi, yi), (xj, yj) = position_at(balls, i, t), position_at(balls, j, t)
     return xi + xj, yi + yj
 
 
@@ -106,16 +106,16 @@ def when_tied(balls: Balls, listed: int, t: float, speed: float) -> float:
 def sort_pairs(balls: Balls, count: int) -> None:
     """Put the first `count` pairs of `balls.touching` in the order of their indices."""
     for c in range(1, count):
-        a, b, place = balls.touching[c, st.FIRST], balls.touching[c, st.SECOND], c
-        while place > 0 and _is_after(balls, place - 1, a, b):
+        a, b, index = balls.touching[c, st.FIRST], balls.touching[c, st.SECOND], c
+        while index > 0 and _is_after(balls, index - 1, a, b):
             list_pair(
                 balls,
-                place,
-                balls.touching[place - 1, st.FIRST],
-                balls.touching[place - 1, st.SECOND],
+                index,
+                balls.touching[index - 1, st.FIRST],
+                balls.touching[index - 1, st.SECOND],
             )
-            place -= 1
-        list_pair(balls, place, a, b)
+            index -= 1
+        list_pair(balls, index, a, b)
 
 
 @kernel

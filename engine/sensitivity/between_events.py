@@ -27,8 +27,8 @@ def carry(run: Tangents, ball: int, k: int, t: float, row: FloatArray) -> None:
     """
     # Indices into slices are never below 0: the compiler sees that, and makes vectors.
     start = run.tangent[k * ts.ROW_LENGTH : (k + 1) * ts.ROW_LENGTH]
-    for place in range(ts.ROW_LENGTH):
-        row[place] = start[place]
+    for index in range(ts.ROW_LENGTH):
+        row[index] = start[index]
     s = t - run.segments[k, st.EPOCH]
     radius = run.state[ball, st.RADIUS]
     dx, dy = run.segments[k, st.VX], run.segments[k, st.VY]
@@ -89,52 +89,52 @@ def _continue(
 
 
 @kernel(inline=True)
-def arrive(run: Tangents, ball: int, t: float, place: int) -> None:
-    """Bring a ball, and its perturbation, to the event at t: row `place` of `motion`, of `work`."""
+def arrive(run: Tangents, ball: int, t: float, index: int) -> None:
+    """Bring a ball, and its perturbation, to the event at t: row `index` of `motion`, of `work`."""
     k = run.at[ball]
-    carry(run, ball, k, t, run.work[place * ts.ROW_LENGTH : (place + 1) * ts.ROW_LENGTH])
+    carry(run, ball, k, t, run.work[index * ts.ROW_LENGTH : (index + 1) * ts.ROW_LENGTH])
     s = t - run.segments[k, st.EPOCH]
     vx = run.segments[k, st.VX] + s * run.segments[k, st.AX]
     vy = run.segments[k, st.VY] + s * run.segments[k, st.AY]
-    run.motion[place, ts.PRE_VX] = vx
-    run.motion[place, ts.PRE_VY] = vy
-    run.motion[place, ts.PRE_AX] = run.segments[k, st.AX]
-    run.motion[place, ts.PRE_AY] = run.segments[k, st.AY]
+    run.motion[index, ts.PRE_VX] = vx
+    run.motion[index, ts.PRE_VY] = vy
+    run.motion[index, ts.PRE_AX] = run.segments[k, st.AX]
+    run.motion[index, ts.PRE_AY] = run.segments[k, st.AY]
     if run.segments[k, st.PHASE] == st.SLIDING:
-        run.motion[place, ts.PRE_BX] = run.segments[k, st.BX]
-        run.motion[place, ts.PRE_BY] = run.segments[k, st.BY]
-        run.motion[place, ts.PRE_WX] = run.segments[k, st.WX] + s * run.segments[k, st.BX]
-        run.motion[place, ts.PRE_WY] = run.segments[k, st.WY] + s * run.segments[k, st.BY]
+        run.motion[index, ts.PRE_BX] = run.segments[k, st.BX]
+        run.motion[index, ts.PRE_BY] = run.segments[k, st.BY]
+        run.motion[index, ts.PRE_WX] = run.segments[k, st.WX] + s * run.segments[k, st.BX]
+        run.motion[index, ts.PRE_WY] = run.segments[k, st.WY] + s * run.segments[k, st.BY]
     else:
         over = 1.0 / run.state[ball, st.RADIUS]
-        run.motion[place, ts.PRE_BX] = -run.segments[k, st.AY] * over
-        run.motion[place, ts.PRE_BY] = run.segments[k, st.AX] * over
-        run.motion[place, ts.PRE_WX] = -vy * over
-        run.motion[place, ts.PRE_WY] = vx * over
+        run.motion[index, ts.PRE_BX] = -run.segments[k, st.AY] * over
+        run.motion[index, ts.PRE_BY] = run.segments[k, st.AX] * over
+        run.motion[index, ts.PRE_WX] = -vy * over
+        run.motion[index, ts.PRE_WY] = vx * over
     spin, rate = run.segments[k, st.WZ], run.state[ball, st.SPIN_SLOWING]
     left = max(abs(spin) - s * rate, 0.0)
-    run.motion[place, ts.PRE_WZ] = left if spin > 0.0 else -left
+    run.motion[index, ts.PRE_WZ] = left if spin > 0.0 else -left
     slowing = rate if left > 0.0 else 0.0
-    run.motion[place, ts.PRE_BZ] = (-slowing if spin > 0.0 else slowing) + run.segments[k, st.BZ]
+    run.motion[index, ts.PRE_BZ] = (-slowing if spin > 0.0 else slowing) + run.segments[k, st.BZ]
 
 
 @kernel(inline=True)
-def shift_before(run: Tangents, place: int) -> None:
+def shift_before(run: Tangents, index: int) -> None:
     """Bring a perturbation from the event's instant to where the event is for it: + f- dtau."""
-    row, at = run.work[place * ts.ROW_LENGTH :], ts.TAU - place * ts.ROW_LENGTH
+    row, at = run.work[index * ts.ROW_LENGTH :], ts.TAU - index * ts.ROW_LENGTH
     _shift(
         run.lanes,
         row,
         at,
         1.0,
-        run.motion[place, ts.PRE_VX],
-        run.motion[place, ts.PRE_VY],
-        run.motion[place, ts.PRE_AX],
-        run.motion[place, ts.PRE_AY],
+        run.motion[index, ts.PRE_VX],
+        run.motion[index, ts.PRE_VY],
+        run.motion[index, ts.PRE_AX],
+        run.motion[index, ts.PRE_AY],
     )
     if run.laws.slides:
-        bx, by = run.motion[place, ts.PRE_BX], run.motion[place, ts.PRE_BY]
-        _shift_turning(run.lanes, row, at, 1.0, bx, by, run.motion[place, ts.PRE_BZ])
+        bx, by = run.motion[index, ts.PRE_BX], run.motion[index, ts.PRE_BY]
+        _shift_turning(run.lanes, row, at, 1.0, bx, by, run.motion[index, ts.PRE_BZ])
 
 
 @kernel(inline=True)
@@ -170,7 +170,7 @@ def _shift_turning(
 
 
 @kernel(inline=True)
-def depart(run: Tangents, ball: int, t: float, place: int, rows: int) -> None:
+def depart(run: Tangents, ball: int, t: float, index: int, rows: int) -> None:
     """Take a perturbation back to the event's instant, - f+ dtau; the next segment starts with it.
 
     `rows` balls are in the event.
@@ -180,7 +180,7 @@ def depart(run: Tangents, ball: int, t: float, place: int, rows: int) -> None:
     that is left at rest stops again at once, where the cloth slows it.
     """
     k = run.at[ball] + 1
-    row = run.work[place * ts.ROW_LENGTH : (place + 1) * ts.ROW_LENGTH]
+    row = run.work[index * ts.ROW_LENGTH : (index + 1) * ts.ROW_LENGTH]
     phase = run.segments[k, st.PHASE]
     if phase != st.SLIDING and run.laws.slides:
         _end_slip(run.lanes, row, run.state[ball, st.RADIUS])
@@ -194,16 +194,16 @@ def depart(run: Tangents, ball: int, t: float, place: int, rows: int) -> None:
         run.segments[k, st.AX],
         run.segments[k, st.AY],
     )
-    at = ts.TAU - place * ts.ROW_LENGTH
-    _shift(run.lanes, run.work[place * ts.ROW_LENGTH :], at, -1.0, vx, vy, ax, ay)
+    at = ts.TAU - index * ts.ROW_LENGTH
+    _shift(run.lanes, run.work[index * ts.ROW_LENGTH :], at, -1.0, vx, vy, ax, ay)
     if run.laws.slides:
         bx = run.segments[k, st.BX] if phase == st.SLIDING else 0.0
         by = run.segments[k, st.BY] if phase == st.SLIDING else 0.0
         bz = run.state[ball, st.SPIN_SLOWING] if run.segments[k, st.WZ] != 0.0 else 0.0
         bz = -bz if run.segments[k, st.WZ] > 0.0 else bz
-        _shift_turning(run.lanes, run.work[place * ts.ROW_LENGTH :], at, -1.0, bx, by, bz)
+        _shift_turning(run.lanes, run.work[index * ts.ROW_LENGTH :], at, -1.0, bx, by, bz)
     if run.rounding > 0.0:
-        add_rounding(run, ball, k, t, place, rows)
+        add_rounding(run, ball, k, t, index, rows)
     kept = run.tangent[k * ts.ROW_LENGTH : (k + 1) * ts.ROW_LENGTH]
     for one in range(ts.ROW_LENGTH):
         kept[one] = row[one]
@@ -219,8 +219,8 @@ def _end_slip(lanes: int, row: FloatArray, radius: float) -> None:
 
 
 @kernel(inline=True)
-def add_rounding(run: Tangents, ball: int, k: int, t: float, place: int, rows: int) -> None:
-    """Add to the perturbation in row `place` what rounding the state at segment k's start might.
+def add_rounding(run: Tangents, ball: int, k: int, t: float, index: int, rows: int) -> None:
+    """Add to the perturbation in row `index` what rounding the state at segment k's start might.
 
     Each number gets, with a random sign in each lane, the largest size that it, or what it was made
     of, has at the event, in which `rows` balls are. A number that is exactly 0 there stays so, and
@@ -254,7 +254,7 @@ def add_rounding(run: Tangents, ball: int, k: int, t: float, place: int, rows: i
         turn_x, turn_y = 0.0, 0.0
     size = run.rounding
     signs = _mixed((int(run.signs) << 56) + (int(run.rank[ball]) << 32) + int(k - run.first[ball]))
-    row = run.work[place * ts.ROW_LENGTH : (place + 1) * ts.ROW_LENGTH]
+    row = run.work[index * ts.ROW_LENGTH : (index + 1) * ts.ROW_LENGTH]
     _add_signed(run.lanes, row, signs, size * x, size * y, size * speed_x, size * speed_y)
     if run.laws.slides:
         _add_signed_turns(run.lanes, row, signs, size * turn_x, size * turn_y, size * spin)
@@ -284,8 +284,8 @@ def _add_signed_turns(
 
 
 @kernel(inline=True)
-def _sign(signs: int, place: int) -> float:
-    return 1.0 - 2.0 * ((signs >> place) & 1)
+def _sign(signs: int, index: int) -> float:
+    return 1.0 - 2.0 * ((signs >> index) & 1)
 
 
 @kernel(inline=True)

@@ -122,8 +122,8 @@ def _give_up_event(run: Tangents, e: int) -> None:
     """Leave no perturbation of first order to the balls of event e."""
     t = run.time[e]
     count = 2 if run.what[e, 0] == _BALL_BALL else 1
-    for place in range(count):
-        ball = run.what[e, 1 + place]
+    for index in range(count):
+        ball = run.what[e, 1 + index]
         if _reach(run, ball, t):
             run.at[ball] += 1
         _give_up(run, run.at[ball])
@@ -133,8 +133,8 @@ def _give_up_event(run: Tangents, e: int) -> None:
 
 @kernel
 def _give_up(run: Tangents, k: int) -> None:
-    for place in range(ts.ROW_LENGTH):
-        run.tangent[k * ts.ROW_LENGTH + place] = math.nan
+    for index in range(ts.ROW_LENGTH):
+        run.tangent[k * ts.ROW_LENGTH + index] = math.nan
 
 
 @kernel(inline=True)
@@ -177,8 +177,8 @@ def sample_tangent(run: Tangents, times: FloatArray, out: FloatArray) -> None:
             while k + 1 < run.first[ball + 1] and run.segments[k + 1, st.EPOCH] <= times[m]:
                 k += 1
             carry(run, ball, k, times[m], row)
-            for place in range(ts.ROW_LENGTH):
-                out[m, ball, place] = row[place]
+            for index in range(ts.ROW_LENGTH):
+                out[m, ball, index] = row[index]
 
 
 @kernel(entry=True)

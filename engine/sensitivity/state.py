@@ -27,8 +27,8 @@ FIRST_BALL = 0 * ROW_LENGTH  # perturbation of the first ball of the event at ha
 SECOND_BALL = 1 * ROW_LENGTH
 TAU = 2 * ROW_LENGTH  # how much later the event comes [s]
 THETA = TAU + LANES  # by what angle the normal of the contact is turned
-SEEN = THETA + LANES  # perturbations of what a law is given, in the frame of the contact
-GIVEN = SEEN + 10 * LANES  # and of what it gives
+FRAME = THETA + LANES  # perturbations of what a law is given, in the frame of the contact
+GIVEN = FRAME + 10 * LANES  # and of what it gives
 WORK = GIVEN + 7 * LANES
 
 LAW_IN = 10  # numbers that a law is given: velocity and angular velocity of two balls

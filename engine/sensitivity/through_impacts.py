@@ -46,12 +46,12 @@ def pass_impact(run: Tangents, i: int, j: int) -> None:
     _meet(run.lanes, run.work, nx / along_n, ny / along_n, nx, ny, 1.0 / distance, along_t)
     shift_before(run, 0)
     shift_before(run, 1)
-    impact = _seen_along(run, i, j, nx, ny)
+    impact = _to_contact_frame(run, i, j, nx, ny)
     _see(
         run.lanes,
         run.work[ts.FIRST_BALL :],
         ts.THETA,
-        ts.SEEN,
+        ts.FRAME,
         nx,
         ny,
         impact.a_vn,
@@ -63,7 +63,7 @@ def pass_impact(run: Tangents, i: int, j: int) -> None:
         run.lanes,
         run.work[ts.SECOND_BALL :],
         ts.THETA - ts.ROW_LENGTH,
-        ts.SEEN + 5 * ts.LANES - ts.ROW_LENGTH,
+        ts.FRAME + 5 * ts.LANES - ts.ROW_LENGTH,
         nx,
         ny,
         impact.b_vn,
@@ -95,7 +95,7 @@ def _meet(
 
 
 @kernel(inline=True)
-def _seen_along(run: Tangents, i: int, j: int, nx: float, ny: float) -> BallImpact:
+def _to_contact_frame(run: Tangents, i: int, j: int, nx: float, ny: float) -> BallImpact:
     """Return both balls just before the impact in the frame of their contact."""
     motion, state = run.motion, run.state
     return BallImpact(
@@ -203,11 +203,11 @@ def _push(
 
 @kernel
 def _rub_cloth(
-    run: Tangents, k: int, place: int, nx: float, ny: float, cloth_n: float, cloth_t: float
+    run: Tangents, k: int, index: int, nx: float, ny: float, cloth_n: float, cloth_t: float
 ) -> None:
     """Add to the perturbation of ball k that of the cloth's impulse on it."""
     turn = 2.5 / run.state[k, st.RADIUS]
-    at, row = ts.GIVEN + (3 + 2 * place) * ts.LANES, place * ts.ROW_LENGTH
+    at, row = ts.GIVEN + (3 + 2 * index) * ts.LANES, index * ts.ROW_LENGTH
     for lane in range(run.lanes):
         theta = run.work[ts.THETA + lane]
         cn = run.work[at + lane] - cloth_t * theta
@@ -221,7 +221,7 @@ def _rub_cloth(
 
 @kernel
 def _apply_law(run: Tangents, rows: int, columns: int) -> None:
-    """Put at GIVEN what the law makes of what is at SEEN, to first order."""
+    """Put at GIVEN what the law makes of what is at FRAME, to first order."""
     for row in range(rows):
         at = ts.GIVEN + row * ts.LANES
         for lane in range(run.lanes):
@@ -229,7 +229,7 @@ def _apply_law(run: Tangents, rows: int, columns: int) -> None:
         for column in range(columns):
             factor = run.law[row, column]
             for lane in range(run.lanes):
-                run.work[at + lane] += factor * run.work[ts.SEEN + column * ts.LANES + lane]
+                run.work[at + lane] += factor * run.work[ts.FRAME + column * ts.LANES + lane]
 
 
 @kernel(inline=True)
@@ -251,7 +251,7 @@ def pass_cushion(run: Tangents, ball: int, cushion: int) -> None:
         work[ts.THETA + lane] = 0.0
     shift_before(run, 0)
     put_cushion_law(run, ball, row, nx, ny)
-    _see(run.lanes, work, ts.THETA, ts.SEEN, nx, ny, 0.0, 0.0, 0.0, 0.0)
+    _see(run.lanes, work, ts.THETA, ts.FRAME, nx, ny, 0.0, 0.0, 0.0, 0.0)
     _apply_law(run, ts.B_VN, ts.B_VN)
     for lane in range(run.lanes):
         vn, vt = (

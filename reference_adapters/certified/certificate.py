@@ -47,14 +47,15 @@ def segment_columns(powers: int = 2, *, lifts: bool = False) -> tuple[str, ...]:
     Parameters
     ----------
     powers : int
-        The highest power of the time in the way of a ball; of the angular velocity, one less.
+        The highest power of the time in the displacement of a ball; of the angular velocity, one
+        less.
     lifts : bool
         Whether balls may be in the air.
     """
     names = segment.NAMES + (_RISES if lifts else ())
-    ways = tuple(f"{axis}{n}" for n in range(3, powers + 1) for axis in "xy")
+    displacements = tuple(f"{axis}{n}" for n in range(3, powers + 1) for axis in "xy")
     turns = tuple(f"w{axis}{n}" for n in range(2, powers) for axis in "xy")
-    return names + ways + turns
+    return names + displacements + turns
 
 
 @dataclass(frozen=True)

@@ -50,9 +50,9 @@ class Roll:
             self.duration = self._q.atan() / self._w
             self.distance = (self._q * self._q).log1p() / (2 * quadratic)
 
-    def way(self, s: arb) -> arb:
+    def displacement(self, s: arb) -> arb:
         """Return how far the ball has come after a time s; of a ball of times, the range [m]."""
-        return self._way(s.upper()) if s.is_exact() else self._range(self._way, s)
+        return self._displacement(s.upper()) if s.is_exact() else self._range(self._displacement, s)
 
     def speed(self, s: arb) -> arb:
         """Return how fast it is after a time s [m/s]."""
@@ -64,7 +64,7 @@ class Roll:
         return self._a + self._b * v * v
 
     def series(self, s: arb, powers: int) -> list[arb]:
-        """Return the way after a time s in powers of the time since then, from the first on.
+        """Return the displacement after a time s in powers of the time since, from the first on.
 
         (n + 1) v_{n+1} = -(a [n = 0] + b sum of v_i v_{n-i}).
         """
@@ -86,7 +86,7 @@ class Roll:
         # The ball never turns back: both only rise, or only fall.
         return function(s.lower()).union(function(s.upper()))
 
-    def _way(self, s: arb) -> arb:
+    def _displacement(self, s: arb) -> arb:
         if self.duration is None:
             return (self._b * self._v * s).log1p() / self._b
         assert self.distance is not None

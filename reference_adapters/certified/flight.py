@@ -291,16 +291,16 @@ def _loss_in_bounces(constants: Constants, up: arb, lasts: arb, slip: arb) -> _L
     e, friction = constants.table_restitution, constants.cloth_friction
     whole = friction * (1 + e) * up / (1 - e)
     if not _sticks(whole, slip):
-        way = 2 * friction * e * up * up / (constants.gravity * (1 - e) * (1 - e))
-        return _Loss(whole / slip, way / (lasts * slip), all=False)
-    left, speed, share, way = 2 * slip / 7, up, e, ZERO
+        displacement = 2 * friction * e * up * up / (constants.gravity * (1 - e) * (1 - e))
+        return _Loss(whole / slip, displacement / (lasts * slip), all=False)
+    left, speed, share, displacement = 2 * slip / 7, up, e, ZERO
     while True:
         impulse = friction * (1 + e) * speed
         if not (impulse >= left or impulse < left):
             raise UndecidedError("at which bounce it sticks")
-        way += share * (left if impulse >= left else impulse)
+        displacement += share * (left if impulse >= left else impulse)
         if impulse >= left:
-            return _Loss(2 * ONE / 7, way / slip, all=True)
+            return _Loss(2 * ONE / 7, displacement / slip, all=True)
         left, speed, share = left - impulse, e * speed, e * share
 
 

@@ -22,7 +22,7 @@ from ghostball.reference_adapters.certified.arithmetic import (
 from ghostball.reference_adapters.certified.problem import Problem
 
 STICKING = fmpq(2, 7)
-"""Share of a slip, over the mass, that ends it: a sphere's surface yields 7/2 times as easily."""
+"""Share of a slip, over the mass, that ends it: a sphere's surface is 7/2 times as compliant."""
 
 # Alciatore's fit to Marlow's measurements, technical proof A.14: a + b exp(-c v), [1], [1], [s/m].
 ALCIATORE = tuple(exactly(number) for number in (9.951e-3, 0.108, 1.088))

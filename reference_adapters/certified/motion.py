@@ -216,9 +216,9 @@ class Body:
         if s.is_zero():
             return (self.x, self.y)
         if self.roll is not None:
-            return self._along(self.roll.way(s))
+            return self._along(self.roll.displacement(s))
         if self.slide is not None:
-            return self._beyond(self.slide.way(s))
+            return self._beyond(self.slide.displacement(s))
         return (
             self.x + s * (self.vx + s * self.ax / 2),
             self.y + s * (self.vy + s * self.ay / 2),
@@ -248,14 +248,14 @@ class Body:
         slowed = self.roll.deceleration(s)
         return (-slowed * x, -slowed * y)
 
-    def _along(self, way: arb) -> Vector:
+    def _along(self, displacement: arb) -> Vector:
         """Return the centre of a ball that has rolled so far [m]."""
         x, y = unit(self.vx, self.vy, "whether it moves or rests")
-        return (self.x + way * x, self.y + way * y)
+        return (self.x + displacement * x, self.y + displacement * y)
 
-    def _beyond(self, way: Vector) -> Vector:
-        """Return the centre of a ball that has gone this way [m]."""
-        return (self.x + way[0], self.y + way[1])
+    def _beyond(self, displacement: Vector) -> Vector:
+        """Return the centre of a ball that has moved by this [m]."""
+        return (self.x + displacement[0], self.y + displacement[1])
 
     def slip_after(self, s: arb) -> Vector:
         """Return the slip after a time s of this phase [m/s]."""
@@ -290,7 +290,7 @@ class Body:
     def after_phase(self, t: arb, order: int) -> Body:
         """Return the ball as it is once its phase has ended by itself, at the instant t.
 
-        The mean of both velocities times the duration is the way.
+        The mean of both velocities times the duration is the displacement.
         """
         assert self.duration is not None
         s = self.duration

@@ -18,13 +18,13 @@ from ghostball.reference_adapters.certified.run import Run
 from ghostball.reference_adapters.certified.slide_piece import Piece
 
 POWERS = 20
-"""Powers of the time in the way of a ball that air slows."""
+"""Powers of the time in the displacement of a ball that air slows."""
 
 PIECES_IN_REACH = 6.0
 """How many pieces of a roll in air its series could reach.
 
-What is left out is 6^-20 of the way or less: its rounding. Of a slide it is 4^-20 of what the air
-changes in a piece.
+What is left out is 6^-20 of the displacement or less: its rounding. Of a slide it is 4^-20 of what
+the air changes in a piece.
 """
 
 _NO_LONGER = 2.0**-30
@@ -81,8 +81,8 @@ def _parabola(body: Body) -> Row:
     slides = body.phase is Phase.SLIDING
     pull = (5 * body.ax / 2, 5 * body.ay / 2) if slides else (ZERO, ZERO)
     q = (body.ux - body.vx, body.uy - body.vy)
-    way = [(body.x, body.y), (body.vx, body.vy), (body.ax / 2, body.ay / 2)]
-    return _row(body, ZERO, way, [q, pull])
+    displacement = [(body.x, body.y), (body.vx, body.vy), (body.ax / 2, body.ay / 2)]
+    return _row(body, ZERO, displacement, [q, pull])
 
 
 def _in_a_line(body: Body, lasts: float) -> list[Row]:
@@ -94,8 +94,8 @@ def _in_a_line(body: Body, lasts: float) -> list[Row]:
     while not rows or float(s) < lasts:
         along = body.roll.series(s, POWERS)
         (vx, vy), (ux, uy) = body.velocity_after(s), body.slip_after(s)
-        way = [body.position_after(s), *((part * x, part * y) for part in along)]
-        rows.append(_row(body, s, way, [(ux - vx, uy - vy)]))
+        displacement = [body.position_after(s), *((part * x, part * y) for part in along)]
+        rows.append(_row(body, s, displacement, [(ux - vx, uy - vy)]))
         s = (s + body.roll.reach(s) / PIECES_IN_REACH).mid()
     return rows
 
@@ -114,28 +114,32 @@ def _sliding(body: Body, lasts: float) -> list[Row]:
 
 def _slid(body: Body, piece: Piece) -> Row:
     spin = (piece.slip[0] - piece.velocity[0], piece.slip[1] - piece.velocity[1])
-    way = [(piece.way[0][n], piece.way[1][n]) for n in range(POWERS + 1)]
-    way[0] = (body.x + way[0][0], body.y + way[0][1])
-    return _row(body, piece.start.t, way, [(spin[0][n], spin[1][n]) for n in range(POWERS)])
+    displacement = [(piece.displacement[0][n], piece.displacement[1][n]) for n in range(POWERS + 1)]
+    displacement[0] = (body.x + displacement[0][0], body.y + displacement[0][1])
+    return _row(
+        body, piece.start.t, displacement, [(spin[0][n], spin[1][n]) for n in range(POWERS)]
+    )
 
 
-def _row(body: Body, s: arb, way: Sequence[tuple[arb, arb]], q: Sequence[tuple[arb, arb]]) -> Row:
+def _row(
+    body: Body, s: arb, displacement: Sequence[tuple[arb, arb]], q: Sequence[tuple[arb, arb]]
+) -> Row:
     """Return a segment a time s after the body's instant.
 
     Parameters
     ----------
-    way : (x, y) by power of the time since
+    displacement : (x, y) by power of the time since
     q : slip less velocity, the same; a roll has none that changes
         From u = (vx - R wy, vy + R wx).
     """
     radius = body.constants.radius
     turns = [(float(y / radius), float(-x / radius)) for x, y in q]
     turns += [(0.0, 0.0)] * (POWERS - len(turns))
-    place, v, a = ((float(x), float(y)) for x, y in way[:3])
+    place, v, a = ((float(x), float(y)) for x, y in displacement[:3])
     spin = float(body.spin_after(s))
     row = [float(body.t + s), *place, *v, 2.0 * a[0], 2.0 * a[1], *turns[0], spin]
     row += [*turns[1], 0.0, float(body.phase)]
-    if len(way) > 3:
-        row += [float(c) for pair in way[3:] for c in pair]
+    if len(displacement) > 3:
+        row += [float(c) for pair in displacement[3:] for c in pair]
         row += [c for pair in turns[2:] for c in pair]
     return tuple(row)

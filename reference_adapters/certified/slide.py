@@ -112,15 +112,15 @@ class Slide:
             state = piece.end
         self._starts = [*(piece.start.t for piece in self.pieces), state.t]
         self._hulls: dict[tuple[int, int, int], Vector] = {}
-        way = self._blurred(state.way, state.way_error)
+        displacement = self._blurred(state.displacement, state.displacement_error)
         v = self._blurred(state.v, state.error)
         u = self._blurred(state.slip, SLIP_WEIGHT * state.error)
-        self._tail = _Tail.after(way, v, u, friction, drag)
+        self._tail = _Tail.after(displacement, v, u, friction, drag)
         self.duration = state.t + self._tail.lasts
         self.end = self._on_axes(self._tail.end)
         self.final_velocity = self._on_axes(self._tail.final)
 
-    def way(self, s: arb) -> Vector:
+    def displacement(self, s: arb) -> Vector:
         """Return how far the ball has come after a time s; of a ball of times, the range [m]."""
         return self._over(s, 0)
 
@@ -146,7 +146,7 @@ class Slide:
         return (-self._friction * e[0] - drag * v[0], -self._friction * e[1] - drag * v[1])
 
     def _over(self, s: arb, what: int) -> Vector:
-        """Return the range of the way, the velocity or the slip over a ball of times."""
+        """Return the range of the displacement, the velocity or the slip over a ball of times."""
         low, high = s.lower(), s.upper()
         count = len(self.pieces)
         first = max(bisect_right(self._starts, low) - 1, 0)
@@ -219,7 +219,7 @@ class Slide:
 
     @staticmethod
     def _error(state: State, what: int) -> arb:
-        return (state.way_error, state.error, SLIP_WEIGHT * state.error)[what]
+        return (state.displacement_error, state.error, SLIP_WEIGHT * state.error)[what]
 
     def _blurred(self, value: Vector, error: arb) -> Vector:
         blur = _within(error)
@@ -252,7 +252,7 @@ class _Tail(NamedTuple):
     final: Vector
 
     @classmethod
-    def after(cls, way: Vector, v: Vector, u: Vector, friction: arb, drag: arb) -> _Tail:
+    def after(cls, displacement: Vector, v: Vector, u: Vector, friction: arb, drag: arb) -> _Tail:
         """Bound it. The air slows the ball by D(t), which changes by `change` at most.
 
         u' = -c e - D; so (c |u| - D(0).u)' = D(0)^2 - c^2 + (D(0) - c e).(D - D(0)), whatever way
@@ -280,10 +280,10 @@ class _Tail(NamedTuple):
         rolls = [(7 * a - 2 * b) / 7 for a, b in zip(v, u, strict=True)]
         return cls(
             lasts,
-            way,
+            displacement,
             (
-                way[0] + lasts * rolls[0] + _within(reach),
-                way[1] + lasts * rolls[1] + _within(reach),
+                displacement[0] + lasts * rolls[0] + _within(reach),
+                displacement[1] + lasts * rolls[1] + _within(reach),
             ),
             (v[0] + _within(spread), v[1] + _within(spread)),
             (_within(slip), _within(slip)),

@@ -56,19 +56,19 @@ class State(NamedTuple):
     ----------
     t : arb [s], exact
         Since the slide began.
-    way : (x, y) [m], exact
+    displacement : (x, y) [m], exact
     v, q : Vector [m/s], exact
         Velocity, and what the spin adds to it in the slip.
-    error, way_error : arb [m/s], [m], exact
+    error, displacement_error : arb [m/s], [m], exact
         How far the true slide is off at most, in the metric of the energy, and in its place.
     """
 
     t: arb
-    way: Vector
+    displacement: Vector
     v: Vector
     q: Vector
     error: arb
-    way_error: arb
+    displacement_error: arb
 
     @classmethod
     def of(cls, velocity: Vector, slip: Vector) -> State:
@@ -85,17 +85,17 @@ class State(NamedTuple):
 
 
 class Piece(NamedTuple):
-    """Polynomials of the time since `start`, up to `end`: way, velocity and slip, x and y."""
+    """Polynomials of the time since `start`, up to `end`: displacement, velocity, slip; x and y."""
 
     start: State
     end: State
-    way: tuple[arb_poly, arb_poly]
+    displacement: tuple[arb_poly, arb_poly]
     velocity: tuple[arb_poly, arb_poly]
     slip: tuple[arb_poly, arb_poly]
 
     def at(self, s: arb, what: int) -> Vector:
-        """Return the way (0), the velocity (1) or the slip (2) after a time s."""
-        x, y = (self.way, self.velocity, self.slip)[what]
+        """Return the displacement (0), the velocity (1) or the slip (2) after a time s."""
+        x, y = (self.displacement, self.velocity, self.slip)[what]
         return (x(s), y(s))
 
 
@@ -133,18 +133,21 @@ def next_piece(start: State, friction: arb, drag: arb, noise: arb) -> Piece:
     error = (start.error + failure * h).upper()
     if not least > SLIP_WEIGHT * error:
         raise UndecidedError("whether it slides or rolls")
-    way_error = (start.way_error + error * h).upper()
-    way = (v[0].integral() + start.way[0], v[1].integral() + start.way[1])
-    places, speeds, spins = ((p[0](h), p[1](h)) for p in (way, v, q))
+    displacement_error = (start.displacement_error + error * h).upper()
+    displacement = (
+        v[0].integral() + start.displacement[0],
+        v[1].integral() + start.displacement[1],
+    )
+    places, speeds, spins = ((p[0](h), p[1](h)) for p in (displacement, v, q))
     end = State(
         t,
         (places[0].mid(), places[1].mid()),
         (speeds[0].mid(), speeds[1].mid()),
         (spins[0].mid(), spins[1].mid()),
         (error + _off(speeds, spins)).upper(),
-        (way_error + places[0].rad() + places[1].rad()).upper(),
+        (displacement_error + places[0].rad() + places[1].rad()).upper(),
     )
-    return Piece(start, end, way, v, u)
+    return Piece(start, end, displacement, v, u)
 
 
 def _off(v: Vector, q: Vector) -> arb:

@@ -165,8 +165,8 @@ def _spins_of(path: _Path, track: Track, radius: float) -> IntArray:
     along = np.diff(track.ends, axis=0) * QUANTUM
     spins = []
     for at, sign in ((first, 1.0), (np.array(before, dtype=np.int64), -1.0)):
-        way = along + sign * 4.0 * track.bulges * QUANTUM
-        v = np.divide(way, dt, out=np.zeros_like(way), where=dt > 0.0)
+        displacement = along + sign * 4.0 * track.bulges * QUANTUM
+        v = np.divide(displacement, dt, out=np.zeros_like(displacement), where=dt > 0.0)
         rolling = np.column_stack((-v[:, 1], v[:, 0], np.zeros(len(v)))) / radius
         spins.append(path.spins[:, at].T - rolling)
     return np.rint(np.hstack(spins) / SPIN_QUANTUM).astype(np.int64)

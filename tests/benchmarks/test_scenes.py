@@ -41,7 +41,7 @@ def gaps_of(scene):
 
 
 @pytest.mark.parametrize("number", range(20))
-def test_random_racks_are_loose_and_frozen_by_turns(number):
+def test_random_racks_are_loose_and_frozen_alternately(number):
     scene = scenes.random_rack(number)
     assert scene == scenes.random_rack(number)
     assert len(scene.balls) == 16

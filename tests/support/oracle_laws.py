@@ -180,7 +180,7 @@ def contact_impulse(
 
     `velocity` is that of the first one's point of contact over the second's, `normal` points to the
     second, and `mass` is the reduced one. Friction acts against the slip, until it is used up or
-    the slip is gone: a sphere's point of contact yields 7/2 times as easily along the surface as
+    the slip is gone: a sphere's point of contact is 7/2 times as compliant along the surface as
     its centre does.
     """
     approach_speed = velocity @ normal

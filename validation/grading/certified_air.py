@@ -52,15 +52,15 @@ class Straight(NamedTuple):
     Attributes
     ----------
     speed : float [m/s]
-    way : float [m]
-    speed_by_speed, way_by_speed : float [1], [s]
+    displacement : float [m]
+    speed_by_speed, displacement_by_speed : float [1], [s]
         Derivatives by the first speed.
     """
 
     speed: float
-    way: float
+    displacement: float
     speed_by_speed: float
-    way_by_speed: float
+    displacement_by_speed: float
 
 
 def straight(v: float, a: float, b: float, t: float) -> Straight:
@@ -83,7 +83,7 @@ def straight_flow(
     x, y = vx / v, vy / v
     along = np.array([[x * x, x * y], [x * y, y * y]])
     across = np.eye(2) - along
-    place = after.way_by_speed * along + (after.way / v) * across
+    place = after.displacement_by_speed * along + (after.displacement / v) * across
     velocity = after.speed_by_speed * along + (after.speed / v) * across
     return place, velocity
 

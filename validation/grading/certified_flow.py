@@ -31,12 +31,12 @@ PLACE, VELOCITY, SLIP, SPIN = slice(0, 2), slice(2, 4), slice(4, 6), 6
 
 _SLIDING, _RESTING = float(Phase.SLIDING), float(Phase.RESTING)
 
-_Way = Literal["parabola", "line", "slide"]
+_Form = Literal["parabola", "line", "slide"]
 
 _Vector = tuple[float, float]
 
 _Moved = tuple[_Vector, _Vector, _Vector, _Vector, _Vector]
-"""Way, velocity, slip, and the rates of change of the latter two."""
+"""Displacement, velocity, slip, and the rates of change of the latter two."""
 
 _SURE = 2.0**-10
 """What must be left of a slip, in parts of that at its start, for its series to say its direction.
@@ -100,7 +100,7 @@ class ProvedBall:
         _, _, _, vx, vy, _, _, wx, wy, *_ = self._rows[k]
         return vx - self.radius * wy, vy + self.radius * wx
 
-    def _way(self, k: int) -> _Way:
+    def _form(self, k: int) -> _Form:
         """Return what kind of motion a segment is."""
         phase, slides = self._rows[k][13], self.slides(k)
         _, _, _, vx, vy, *_ = self._rows[k]
@@ -173,7 +173,7 @@ class ProvedBall:
         left = max(abs(spin) - s * self.spins_by, 0.0)
         slowing = -math.copysign(self.spins_by, spin) if left > 0.0 else 0.0
         moves = {"parabola": self._parabola, "line": self._line, "slide": self._sliding}
-        place, velocity, slip, pull, slip_pull = moves[self._way(row)](row, s)
+        place, velocity, slip, pull, slip_pull = moves[self._form(row)](row, s)
         now = (x + place[0], y + place[1], *velocity, *slip, math.copysign(left, spin))
         return np.array(now), np.array((*velocity, *pull, *slip_pull, slowing))
 
@@ -197,7 +197,7 @@ class ProvedBall:
         velocity = (after.speed * x, after.speed * y)
         slowed = a + b * after.speed**2
         pull = (-slowed * x, -slowed * y)
-        place = (after.way * x, after.way * y)
+        place = (after.displacement * x, after.displacement * y)
         if not self.slides(row):
             return place, velocity, (0.0, 0.0), pull, (0.0, 0.0)
         # Without friction of the cloth the spin stays, and the slip changes as the velocity.
@@ -237,14 +237,14 @@ class ProvedBall:
         """Return the same within a segment."""
         flow = _DRIFT.copy()
         flow[0, 2] = flow[1, 3] = s
-        way = self._way(k)
-        if way == "line":
+        form = self._form(k)
+        if form == "line":
             _, _, _, vx, vy, *_ = self._rows[k]
             place, velocity = straight_flow(vx, vy, self._slowed_by(k), self._squared(k), s)
             flow[PLACE, VELOCITY], flow[VELOCITY, VELOCITY] = place, velocity
             if self.slides(k):
                 flow[SLIP, VELOCITY] = velocity - np.eye(2)
-        elif way == "slide":
+        elif form == "slide":
             flow[:6, 2:6] = self._slide(k).flow(s)
         else:
             of, turn, slips = self._turn(k)
@@ -276,7 +276,7 @@ class ProvedBall:
         """
         later = np.zeros(PARTS)
         last, in_piece = self._piece(k, s)
-        if self._way(last) == "slide":
+        if self._form(last) == "slide":
             flow = self._flow_in(last, in_piece)
             flow[:6, 2:6], later[2:6] = self._slide(last).end(in_piece)
             for row in reversed(range(k, last)):
@@ -289,7 +289,7 @@ class ProvedBall:
         later[of] = -pull / (slowing * np.hypot(*pull))
         flow = self.flow(k, s)
         # What is across the way doesn't count, and without air what is along it stays as it is.
-        return flow, later if self._way(last) == "parabola" else later @ flow
+        return flow, later if self._form(last) == "parabola" else later @ flow
 
     def displacement(self, times: FloatArray) -> tuple[NDArray[np.intp], FloatArray]:
         """Return the segment of each instant, and the derivative of the place there.
@@ -303,7 +303,7 @@ class ProvedBall:
         turns = np.zeros((len(self.segments), 2, PARTS))
         curved = np.zeros(len(times), dtype=bool)
         for k in np.unique(rows).tolist():
-            if self._way(k) != "parabola":
+            if self._form(k) != "parabola":
                 curved |= rows == k
                 continue
             of, turn, _ = self._turn(k)

@@ -237,7 +237,7 @@ def overlap_limit(result: Result, positions: FloatArray) -> float:
     """
     scene = result.scene
     slop = CONTACT_SLOP * 2.0 * float(scene.radii.max())
-    return gap_rounding(scene, positions) + (slop if is_exact(result) else way_of_a_step(result))
+    return gap_rounding(scene, positions) + (slop if is_exact(result) else travel_in_a_step(result))
 
 
 @cache
@@ -295,7 +295,7 @@ def gap_rounding(scene: Scene, positions: FloatArray) -> float:
     return 8.0 * EPS * max(largest, float(scene.radii.max()))
 
 
-def way_of_a_step(result: Result) -> float:
+def travel_in_a_step(result: Result) -> float:
     """Return how far the fastest ball goes at first in a step of the engine [m].
 
     Infinite where the result doesn't say how long its steps are. Its speed is that of the centre or

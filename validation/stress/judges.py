@@ -20,7 +20,7 @@ from ghostball.validation.stress.invariants import (
     is_exact,
     measured,
     solver_noise,
-    way_of_a_step,
+    travel_in_a_step,
 )
 from ghostball.validation.stress.trial import Judge, Verdict
 
@@ -96,7 +96,7 @@ class Invariants:
             if exact:
                 limit = self.skew if steps else 0.0
             else:
-                limit = max(self.skew, way_of_a_step(result) / diameter)
+                limit = max(self.skew, travel_in_a_step(result) / diameter)
             found["asymmetry [diameters]"] = (skew, limit)
         if self.still:
             kept = scene.positions[list(self.still)]
@@ -152,7 +152,7 @@ class Ends:
         if self.positions:
             size = max(np.abs(self.positions).max(), np.abs(scene.positions).max())
             away = np.abs(result.rest_positions[:, :2] - self.positions).max(axis=1)
-            limit = self.roundings * EPS * float(size) if exact else way_of_a_step(result)
+            limit = self.roundings * EPS * float(size) if exact else travel_in_a_step(result)
             ball = int(np.argmax(away))
             if not away[ball] <= limit:
                 faults.append(

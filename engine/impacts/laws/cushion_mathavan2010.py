@@ -61,7 +61,7 @@ def mathavan2010(impact: CushionImpact, cushion: Cushion) -> CushionBounce:
 
     Accuracy: 1e-7 of the sum of all speeds, and mostly 1e-8 of the speed of approach. Not where the
     cloth's coefficient is above 1: the friction that would hold the nose then loads the cloth so
-    much that the slip grows instead, and what happens depends on how the contacts yield.
+    much that the slip grows instead, and what happens depends on the compliance of the contacts.
     """
     radius, vn = impact.radius, impact.vn
     speeds = vn + abs(impact.vt) + radius * (abs(impact.wn) + abs(impact.wt) + abs(impact.wz))

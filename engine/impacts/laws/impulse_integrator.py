@@ -29,8 +29,8 @@ from ghostball.engine.impacts.laws.two_contacts import (
 )
 
 STILL = 4e-9
-"""A slip below this is held, by friction in proportion to it: so a contact sticks, yields and slips
-without anybody having to decide it. A held contact moves by less than this."""
+"""A slip below this is held, by friction in proportion to it: so a contact sticks, gives way and
+slips without anybody having to decide it. A held contact moves by less than this."""
 
 _STEP_ERROR = 1e-9  # of the slips in one step, as estimated, where one of them is short
 _LONG = 16.0  # how much more per length of the shorter: neither is then near its end
@@ -41,8 +41,8 @@ _WORK_ROUNDING = 1e-15  # of what was stored: as a speed, 3e-8 where all else is
 _FIRST_STEP = 1e-3
 _STANDS = 1e-2  # a rate of the speed of approach below this is none, where both contacts hold
 # Most impacts take 20 to 200 steps. Where a contact stays at the limit of what it can hold, it may
-# yield and be held in turns: then a longer slip is held. Beyond all steps the outcome is NaN, which
-# fails the run.
+# alternately slip and be held: then a longer slip is held. Beyond all steps the outcome is NaN,
+# which fails the run.
 _WIDEN_AFTER = 500
 _MOST_STEPS = 10_000
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 Number = TypeVar("Number", float, NDArray[np.float64])
 
 
-def way(velocity: Number, acceleration: Number, s: Number) -> Number:
+def displacement(velocity: Number, acceleration: Number, s: Number) -> Number:
     """Return how far a piece takes a coordinate in the time s [s] since it began [m]."""
     return s * (velocity + 0.5 * acceleration * s)
 

@@ -15,7 +15,7 @@ from ghostball.model.scene.parts import rolling_angular_velocity
 from ghostball.model.scene.scene import Scene
 from ghostball.model.trajectory import segment
 from ghostball.model.trajectory.orientation import Pieces, orientation_at, pieces_of
-from ghostball.model.trajectory.polynomial import speed, tails, way
+from ghostball.model.trajectory.polynomial import displacement, speed, tails
 from ghostball.model.trajectory.segment import Phase
 from ghostball.model.trajectory.tangent_map import TangentMap
 
@@ -113,7 +113,7 @@ class ExactTrajectory:
             now = segments[_at_or_before(segments, t)]
             s = (t - now[:, segment.EPOCH])[:, np.newaxis]
             r, v, a = now[:, _PLACE], now[:, _VELOCITY], now[:, _ACCELERATION]
-            positions[:, i, :2] = r + way(v, a, s)
+            positions[:, i, :2] = r + displacement(v, a, s)
             velocities[:, i, :2] = speed(v, a, s)
             powers, turning = self.powers(now)
             if len(powers) > 0:
@@ -135,7 +135,7 @@ class ExactTrajectory:
             positions[:, i, 2] = self.radii[i]
             if self.lifts:
                 rise, up, fall = now[:, segment.COLUMNS : segment.COLUMNS + 3].T
-                positions[:, i, 2] += rise + way(up, -fall, s)
+                positions[:, i, 2] += rise + displacement(up, -fall, s)
                 velocities[:, i, 2] = speed(up, -fall, s)
         return Samples(positions, velocities, spins)
 

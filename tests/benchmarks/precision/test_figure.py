@@ -13,7 +13,7 @@ from benchmarks.precision.points import (
 from ghostball.reports import style
 
 
-def point(engine, seconds, error, *, step=None, scene="cut", true_course=True):
+def point(engine, seconds, error, *, step=None, scene="cut", same_events=True):
     return PrecisionPoint(
         scene=scene,
         title="A cut",
@@ -26,14 +26,14 @@ def point(engine, seconds, error, *, step=None, scene="cut", true_course=True):
         error=error,
         error_low=0.5 * error,
         error_high=2.0 * error,
-        true_course=true_course,
+        same_events=same_events,
     )
 
 
 MEASURED = PrecisionMeasurement(
     points=[
         point("ghostball", 4e-6, 0.0),
-        point("pymunk", 1e-2, 2e-2, step=0.01, true_course=False),
+        point("pymunk", 1e-2, 2e-2, step=0.01, same_events=False),
         point("pymunk", 2e-2, 1e-2, step=0.005),
         point("ghostball", 5e-6, 1e-15, scene="bounce"),
     ],

@@ -74,7 +74,7 @@ def test_our_engine_is_a_point_beside_the_ladders(engines):
 def test_an_engine_that_plays_another_shot_has_a_point_that_says_so(engines):
     engines["other"] = other_shot(turn=0.5)
     (point,) = measure(["other"], [cut()]).points
-    assert not point.true_course
+    assert not point.same_events
 
 
 class _Lacks(EngineBase):

@@ -26,7 +26,7 @@ def along_a_cushion(**physics) -> Scene:
     return scene_of(ball((0.5, R), (1.0, 0.0)), table=POOL_TABLE, air_drag=K, **physics)
 
 
-def way_in_air(speed: float) -> float:
+def displacement_in_air(speed: float) -> float:
     """Return how far a ball of the paper's rolls in air [m]: v dv/dx = -(mu g + k v^2)."""
     return math.log1p(K * speed * speed / (0.02 * 9.81)) / (2.0 * K)
 
@@ -34,7 +34,7 @@ def way_in_air(speed: float) -> float:
 def test_a_ball_in_air_along_a_cushion_that_it_touches_rolls_as_one_in_the_middle():
     """The bound took the jerk along the cushion, too: the kernel never returned."""
     result = simulate(along_a_cushion(), max_work=10**5)
-    far = 0.5 + way_in_air(1.0)
+    far = 0.5 + displacement_in_air(1.0)
     mirrored = 2.0 * (POOL_TABLE.length - R) - far
     assert result.status is Status.REST
     assert result.rest_positions[0] == pytest.approx([mirrored, R, R], abs=1e-13)

@@ -212,7 +212,7 @@ def test_a_ball_stays_in_its_cell_until_it_is_said_to_leave(moves, monkeypatch, 
         cell = cells.link[i, st.CELL_COLUMN], cells.link[i, st.CELL_ROW]
         until = min(leaves, balls.state[i].own_time, t + LASTS)  # a ball at rest stays for ever
         for instant in np.linspace(t, until, 20):
-            for k, x in enumerate(position.place(balls, i, instant)):
+            for k, x in enumerate(position.position_at(balls, i, instant)):
                 inside = x - cells.frame[k] - (cell[k] - 1) * side
                 if cell[k] > 1:
                     beyond.append(-inside / side)

@@ -238,7 +238,7 @@ def test_a_pushed_ball_parts_where_the_other_is_slowed_more():
     ball, as in the shipped scene `push`; the slide ends where a t = R w - (5/2) mu_s g t. From
     there each rolls out alone.
 
-    Our engine ends a slip at once that the cloth would end within `STOP_WAY`: one of up to
+    Our engine ends a slip at once that the cloth would end within `STOP_DISTANCE`: one of up to
     sqrt(2 mu_s g 2e-10 m) = 3e-5 m/s, of which 2/7 come off the rear ball alone instead of off
     both: 8e-6 m/s, worth v dv / (mu_r g) = 8 um in its roll out.
     """

@@ -28,12 +28,14 @@ def in_air(scene: Scene) -> Scene:
         ({"rolling_friction": 0.01, "motion": "sliding"}, 19.629465424815389, 19.259093295102175),
     ],
 )
-def test_a_roll_ends_where_worked_numbers_say(physics: dict, time: float, way: float) -> None:
+def test_a_roll_ends_where_worked_numbers_say(
+    physics: dict, time: float, displacement: float
+) -> None:
     scene = scene_of(ball((0, 0), (2.0, 0.0)), air_drag=0.0041, gravity=9.81, **physics)
     certificate = certify(scene, cached=False)
     assert certificate.proved
     assert float(certificate.t_end) == pytest.approx(time, rel=1e-15)
-    assert float(certificate.positions[0][0]) == pytest.approx(way, rel=1e-15)
+    assert float(certificate.positions[0][0]) == pytest.approx(displacement, rel=1e-15)
 
 
 def test_a_roll_that_nothing_stops_continues() -> None:
@@ -74,7 +76,7 @@ def test_ranges_of_a_roll_hold_its_values() -> None:
         roll = Roll(arb(2), arb("0.2"), arb("0.01"))
         span = arb("1.5").union(arb("2.5"))
         for s in ("1.5", "1.7", "2.2", "2.5"):
-            assert roll.way(span).contains(roll.way(arb(s)).mid())
+            assert roll.displacement(span).contains(roll.displacement(arb(s)).mid())
             assert roll.speed(span).contains(roll.speed(arb(s)).mid())
         assert roll.speed(arb(1000)) == 0
 

@@ -162,11 +162,11 @@ def test_bounces_that_are_not_followed_come_to_what_each_of_them_does(e, slip) -
         # Impact by impact, until nothing is left: the slip is along y, but for rounding.
         ux, uy = (mpf(str(u.mid().str(60, radius=False))) for u in start.slip)
         size = mp.sqrt(ux * ux + uy * uy)
-        left, way, lasts, speed = size, mpf(0), mpf(0), mpf(up)
+        left, displacement, lasts, speed = size, mpf(0), mpf(0), mpf(up)
         taken = mpf(0)
         while speed > mpf(10) ** -55:
             duration = 2 * speed / mpf(G)
-            way -= taken * duration
+            displacement -= taken * duration
             lasts += duration
             impulse = min(mpf(mu) * (1 + mpf(e)) * speed, 2 * left / 7)
             taken += impulse
@@ -176,7 +176,7 @@ def test_bounces_that_are_not_followed_come_to_what_each_of_them_does(e, slip) -
                 break
         assert abs(mpf(float(body.duration)) - lasts) < 1e-18
         assert float(ended.vy) == pytest.approx(slip - float(taken * uy / size), abs=1e-17)
-        expected = float(mpf(slip) * lasts + way * uy / size)
+        expected = float(mpf(slip) * lasts + displacement * uy / size)
         assert float(ended.y) == pytest.approx(expected, abs=1e-20)
         assert float(ended.uy) == pytest.approx(float(left * uy / size), abs=1e-16)
         assert (left == 0 or left < mpf(10) ** -40) == (ended.uy.is_zero() and ended.ux.is_zero())

@@ -132,7 +132,7 @@ def test_a_slide_that_begins_in_balls_holds_all_that_begin_in_them() -> None:
                 for outer, inner in zip(getattr(wide, name), getattr(one, name), strict=True):
                     assert outer.contains(inner)
             s = arb(one.duration.mid() / 2)
-            for outer, inner in zip(wide.way(s), one.way(s), strict=True):
+            for outer, inner in zip(wide.displacement(s), one.displacement(s), strict=True):
                 assert outer.contains(inner)
 
 

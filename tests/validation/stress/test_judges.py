@@ -19,7 +19,7 @@ from ghostball.model import (
     Scene,
     Table,
 )
-from ghostball.validation.stress.invariants import way_of_a_step
+from ghostball.validation.stress.invariants import travel_in_a_step
 from ghostball.validation.stress.judges import Both, Ends, Invariants, asymmetry, momentum_change
 
 R = 2.0**-5
@@ -101,9 +101,9 @@ def test_an_engine_that_steps_may_go_into_a_cushion_by_the_way_of_a_step(run):
     (fault,) = Invariants(most_events=1)(replace(stepped, settings={"dt": 1e-4})).faults
     assert "overlap of ball and cushion" in fault
     slow = replace(stepped, settings={"dt": 1e-3})
-    assert way_of_a_step(slow) == 1e-3
+    assert travel_in_a_step(slow) == 1e-3
     assert Invariants(most_events=1)(slow).faults == ()
-    assert way_of_a_step(stepped) == math.inf  # nobody says how long its steps are
+    assert travel_in_a_step(stepped) == math.inf  # nobody says how long its steps are
 
 
 def test_what_the_law_says_of_an_engine_that_steps_is_not_said_twice(run):

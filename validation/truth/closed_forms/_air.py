@@ -52,9 +52,9 @@ def _end_of(setup: Setup, ball: int) -> tuple[Vector, mpf]:
     speed = length_of(state.velocity)
     if negligible(speed):
         return state.position, time
-    way, lasts = _rolled(setup, speed, cloth)
+    displacement, lasts = _rolled(setup, speed, cloth)
     spin = abs(state.spin[2]) / cloth.spinning if cloth.spinning else mp.mpf(0)
-    x, y = scaled(way / speed, state.velocity)
+    x, y = scaled(displacement / speed, state.velocity)
     return (state.position[0] + x, state.position[1] + y), max(time + lasts, spin)
 
 
@@ -87,14 +87,14 @@ def _slid(setup: Setup, state: State, cloth: Cloth) -> tuple[State, mpf]:
             return fast * mp.tan(rate * (turn - t))
         return -fast * mp.tanh(rate * (t - turn) + back)
 
-    def way(t: mpf) -> mpf:
+    def displacement(t: mpf) -> mpf:
         if t <= turn:
             return way_there + mp.log(mp.cos(rate * (turn - t))) / k
         return way_there - mp.log(mp.cosh(rate * (t - turn) + back) / mp.cosh(back)) / k
 
     lasts = size / (mp.mpf(7) / 2 * f)
     end = mp.findroot(lambda t: velocity(t) - start + size - mp.mpf(5) / 2 * f * t, lasts)
-    x, y = scaled(way(end), along)
+    x, y = scaled(displacement(end), along)
     return state._replace(
         position=(state.position[0] + x, state.position[1] + y),
         velocity=scaled(velocity(end), along),

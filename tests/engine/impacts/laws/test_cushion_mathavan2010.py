@@ -86,7 +86,7 @@ def test_slips_that_turn_follow_the_published_equations(impact, cushion):
 @pytest.mark.parametrize(
     ("impact", "cushion"),
     [
-        # The slip at the nose turns, ends and sticks in compression, and yields in the rebound.
+        # The slip at the nose turns, ends and sticks in compression, and slips in the rebound.
         (impact_of(1.0, 0.2), cushion_of()),
         (impact_of(1.0, 0.3, 0.7 / R, -0.5 / R, 0.2 / R), cushion_of(0.98, 0.3)),
         # Pool.
