@@ -146,7 +146,7 @@ check: lint docs test test-nojit stress test-slow test-boundscheck  ## all check
 WHEEL := $(OUT)/wheel
 OF_WHEEL := $(abspath .venv-wheel)/bin
 
-wheel: $(READY)  ## build the source archive, the wheel from it, install that apart in .venv-wheel, validate and test with it there
+wheel: $(READY)  ## build the source archive, the wheel from it, install that in an environment of its own, .venv-wheel, validate and test with it there
 	rm -rf $(WHEEL)
 	$(BIN)/python -m build --outdir $(WHEEL) . >/dev/null
 	$(BIN)/python -m venv --clear .venv-wheel

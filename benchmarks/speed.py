@@ -264,15 +264,15 @@ def _sampler_of(scenes: Sequence[Scene], runs: int = 1) -> Sampler:
     return sample
 
 
-def _prepare_breaks(physics: dict[str, Any], quick: bool) -> Sampler:
-    return _sampler_of([racked_break(seed, physics) for seed in range(2 if quick else 100)])
+def _prepare_breaks(physics: dict[str, Any], fast: bool) -> Sampler:
+    return _sampler_of([racked_break(seed, physics) for seed in range(2 if fast else 100)])
 
 
-def _prepare_table_gas(quick: bool) -> Sampler:
-    return _sampler_of([table_gas(16, 2.0 if quick else 500.0)])
+def _prepare_table_gas(fast: bool) -> Sampler:
+    return _sampler_of([table_gas(16, 2.0 if fast else 500.0)])
 
 
-def _prepare_gas(count: int, quick: bool) -> Sampler:
+def _prepare_gas(count: int, fast: bool) -> Sampler:
     """Prepare a melted elastic gas.
 
     Notes
@@ -283,17 +283,17 @@ def _prepare_gas(count: int, quick: bool) -> Sampler:
     """
     contact = (1.0 - 7.0 * GAS_PACKING / 16.0) / (1.0 - GAS_PACKING) ** 2
     rate = 4.0 * GAS_PACKING * contact / (math.sqrt(math.pi) * POOL_BALL_RADIUS)  # [1/s]
-    lasts = (2.0 if quick else MELTING) / rate
-    gas = packed_gas(min(count, 20) if quick else count, GAS_PACKING, FRICTIONLESS, t_max=lasts)
+    lasts = (2.0 if fast else MELTING) / rate
+    gas = packed_gas(min(count, 20) if fast else count, GAS_PACKING, FRICTIONLESS, t_max=lasts)
     return _sampler_of([continued(gas)])
 
 
-def _prepare_cloth(quick: bool) -> Sampler:
-    return _sampler_of([packed_gas(20 if quick else 10_000, CLOTH_PACKING, FULL_CLOTH)])
+def _prepare_cloth(fast: bool) -> Sampler:
+    return _sampler_of([packed_gas(20 if fast else 10_000, CLOTH_PACKING, FULL_CLOTH)])
 
 
-def _prepare_sweep(quick: bool) -> Sampler:
-    scene, shots = find_scene(SWEPT), 20 if quick else 100_000
+def _prepare_sweep(fast: bool) -> Sampler:
+    scene, shots = find_scene(SWEPT), 20 if fast else 100_000
     chance = np.random.default_rng(0)
     cue, target = scene.positions[:2, :2]
     across, along = target[1] - cue[1], target[0] - cue[0]
@@ -317,8 +317,8 @@ def _prepare_sweep(quick: bool) -> Sampler:
     return sample
 
 
-def _prepare_shipped(name: str, quick: bool) -> Sampler:
-    return _sampler_of([shipped_scene(name)], 1 if quick else RUNS)
+def _prepare_shipped(name: str, fast: bool) -> Sampler:
+    return _sampler_of([shipped_scene(name)], 1 if fast else RUNS)
 
 
 def _gas(count: int, most: int | None = None) -> Workload:

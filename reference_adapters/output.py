@@ -1,4 +1,4 @@
-"""What engines print: kept apart from our own output, and made harmless where it is shown.
+"""What engines print: kept separate from our own output, and made harmless where it is shown.
 
 An engine may print whatever it likes, also from C code that writes to file descriptor 1 itself.
 None of that is a result, and a terminal would obey the control characters in it.

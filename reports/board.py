@@ -132,7 +132,7 @@ def draw_board(board: Board, columns: Collection[Column] | None = None) -> Figur
         for look in looks_of(board, columns)
     ]
     figure.legend(handles=legend, loc="outside lower center", ncols=2, fontsize=7.5)
-    style.set_title(figure, f"Engines on the questions that tell them apart ({about(board)})")
+    style.set_title(figure, f"Engines on the questions that distinguish them ({about(board)})")
     return figure
 
 

@@ -59,7 +59,7 @@ def distance_from(reference: Motion, motion: Motion) -> FloatArray:
     last bit but for rounding.
     """
     if len(reference.times) == 1:  # nothing moves in the exact motion
-        return _apart(motion, reference.positions[:, :, :2])
+        return _distances(motion, reference.positions[:, :, :2])
     at, span = reference.times, np.diff(reference.times)
     t = np.minimum(motion.times, at[-1])
     row = np.clip(np.searchsorted(at, t, side="right") - 1, 0, len(span) - 1)
@@ -74,10 +74,12 @@ def distance_from(reference: Motion, motion: Motion) -> FloatArray:
             + s**2 * (3.0 - 2.0 * s) * p[row + 1]
             - s**2 * (1.0 - s) * h * v[row + 1]
         )
-    return _apart(motion, place)
+    return _distances(motion, place)
 
 
-def _apart(motion: Motion, places: FloatArray) -> FloatArray:
+def _distances(motion: Motion, places: FloatArray) -> FloatArray:
     with np.errstate(invalid="ignore", over="ignore"):  # where a motion isn't finite
-        apart: FloatArray = np.linalg.norm(motion.positions[:, :, :2] - places, axis=2).max(axis=1)
-    return apart
+        distance: FloatArray = np.linalg.norm(motion.positions[:, :, :2] - places, axis=2).max(
+            axis=1
+        )
+    return distance

@@ -168,8 +168,8 @@ def _name_balls(axes: Axes, explanation: Explanation, trails: list[FloatArray], 
     for ball, one in enumerate(explanation.scene.balls):
         ends = [trail[-1, ball, :2] for trail in trails]
         # Where both are at one place, one name is enough.
-        apart = float(np.hypot(*(ends[1] - ends[0]))) > one.radius
-        for (x, y), colour in zip(ends if apart else ends[:1], colours, strict=False):
+        separate = float(np.hypot(*(ends[1] - ends[0]))) > one.radius
+        for (x, y), colour in zip(ends if separate else ends[:1], colours, strict=False):
             if left < x < right and bottom < y < top:
                 text = axes.text(
                     x, y, one.id, fontsize=8.5, color=colour, ha="center", va="center", zorder=7

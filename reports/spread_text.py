@@ -42,9 +42,9 @@ def _cell(found: Spread | None) -> str:
     if found is None:
         return "–"
     text = f"{found.mean:.4g} ± {found.deviation:.2g}"
-    if found.apart is None:
+    if found.standard_errors is None:
         return text
-    return f"{'≠ ' * found.differs}{text} ({found.apart:+.1f})"
+    return f"{'≠ ' * found.differs}{text} ({found.standard_errors:+.1f})"
 
 
 def _wrong(one: SceneSpread) -> str:

@@ -47,7 +47,7 @@ class Neighbours:
     times : (k,) float64 [s]
     growth : (k,) float64 [m]
         The largest `Result.sensitivity` of a ball; nan where no derivative exists.
-    apart : (sizes, k) float64 [m]
+    distance : (sizes, k) float64 [m]
         The largest distance of a ball in a neighbour from where it is in the shot.
     predicted : (sizes, k) float64 [m]
         That by the tangent map of the shot; nan where no derivative exists.
@@ -55,7 +55,7 @@ class Neighbours:
 
     times: FloatArray
     growth: FloatArray
-    apart: FloatArray
+    distance: FloatArray
     predicted: FloatArray
 
 
@@ -124,11 +124,11 @@ def draw_chaos(results: Results) -> Figure:
 
 
 def _draw_panel(axes: Axes, shot: Neighbours, horizon: float | None) -> None:
-    for size, apart, predicted, colour in zip(
-        SIZES, shot.apart, shot.predicted, COLOURS, strict=True
+    for size, distance, predicted, colour in zip(
+        SIZES, shot.distance, shot.predicted, COLOURS, strict=True
     ):
         label = f"{size:g} m/s faster"
-        axes.plot(shot.times, _shown(apart), color=colour, linewidth=1.5, label=label)
+        axes.plot(shot.times, _shown(distance), color=colour, linewidth=1.5, label=label)
         axes.plot(shot.times, _shown(predicted), color=colour, linewidth=1.1, linestyle=":")
     noise = 32.0 * 2.0**-53 * shot.growth
     axes.fill_between(
@@ -152,7 +152,7 @@ def _draw_panel(axes: Axes, shot: Neighbours, horizon: float | None) -> None:
             fontsize=8,
         )
     axes.set(yscale="log", xlabel="time [s]", xlim=(0.0, shot.times[-1]))
-    axes.set_ylim(_LOWEST, max(30.0, 2.0 * float(shot.apart[:, -1].max())))
+    axes.set_ylim(_LOWEST, max(30.0, 2.0 * float(shot.distance[:, -1].max())))
     axes.grid(visible=True)
 
 

@@ -178,8 +178,8 @@ def overlaps(shot: Shot, motion: Motion) -> list[Overlap]:
 def _overlaps_at(radii: FloatArray, centres: FloatArray) -> Iterator[tuple[int, int, float]]:
     """Yield each two balls that are inside each other, and by how much [m]."""
     first, second = np.triu_indices(len(radii), k=1)
-    apart = np.linalg.norm(centres[first] - centres[second], axis=1)
-    length = radii[first] + radii[second] - apart
+    distance = np.linalg.norm(centres[first] - centres[second], axis=1)
+    length = radii[first] + radii[second] - distance
     for pair in np.flatnonzero(length > 0.0):
         yield int(first[pair]), int(second[pair]), float(length[pair])
 

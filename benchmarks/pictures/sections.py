@@ -159,8 +159,8 @@ def draw_flight(results: Results) -> Figure:
             continue
         motion = motion_of_run(run)
         place = _recorded(ours).sample(motion.times).positions
-        apart = np.linalg.norm(motion.positions - place, axis=2).max(axis=1)
-        off.plot(motion.times, np.maximum(apart, 1e-7), **_look(run))
+        distance = np.linalg.norm(motion.positions - place, axis=2).max(axis=1)
+        off.plot(motion.times, np.maximum(distance, 1e-7), **_look(run))
     off.set(yscale="log", xlabel="time [s]", ylabel="from ours, in space [m]")
     off.axvspan(0.0, end, color=style.FAINT, alpha=0.5)
     off.set_title("largest distance of a ball; grey: while one flies", fontsize=9)

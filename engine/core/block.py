@@ -3,7 +3,7 @@
 A block is packed once from a scene's arrays. Each shot begins with a copy of the whole of its first
 part, so that no array can be forgotten: not by a sweep that plays one shot after another, and not
 when an array is added. The second part is scratch: nothing in it is read before it is written.
-Kernels take a block apart again in `event_loop.unpack`.
+Kernels split a block again in `event_loop.unpack`.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Takes the three arrays apart that hold all of `Contacts`: quicker to hand over than each."""
+"""Splits the three arrays that hold all of `Contacts`: faster to hand over than each."""
 
 from __future__ import annotations
 

@@ -89,7 +89,7 @@ class _InnerCode(JITCodeLibrary):
 
     numba optimises each kernel with all that it calls, and makes machine code of it; so a kernel is
     done as often as there are kernels above it. That took two thirds of the time to compile. Here
-    both are done once, for the entry; the bits are the same, and the code is quicker by a few per
+    both are done once, for the entry; the bits are the same, and the code is faster by a few per
     cent, since the optimiser sees the whole.
     """
 
@@ -176,7 +176,8 @@ def kernel(function: Any = None, *, inline: bool = False, entry: bool = False) -
     dispatcher = numba.njit(**options)(function)
     directory = cache_directory()
     if directory is not None:
-        # Entries lie apart: numba finds what it kept by the function alone, not by its options.
+        # Entries lie in folders of their own: numba finds what it kept by the function alone, not
+        # by its options.
         dispatcher._cache = KernelCache(function, directory, "entries" if entry else "inner")
     dispatcher.__class__ = _EntryKernel if entry else _InnerKernel
     return _without_literals(dispatcher)
@@ -198,7 +199,7 @@ def _without_literals(dispatcher: Any) -> Any:
 
 
 def compiled(variant: str = "") -> bool:
-    """Whether a variant of these very kernels is in the cache, so that it starts quickly.
+    """Whether a variant of these very kernels is in the cache, so that it starts fast.
 
     "" is any variant.
     """

@@ -23,7 +23,7 @@ class Row:
     __slots__ = ("_numbers",)
 
     def __init__(self, numbers: NDArray[np.float64]) -> None:
-        self._numbers: Any = memoryview(numbers.data)  # twice as quick to read as the array
+        self._numbers: Any = memoryview(numbers.data)  # twice as fast to read as the array
 
     def __init_subclass__(cls) -> None:
         """Make each field that the class lists read and write its place in the row."""

@@ -25,7 +25,7 @@ from ghostball.engine.event_loop.finish import finish
 from ghostball.engine.event_loop.loop import run
 from ghostball.engine.event_loop.unpack import balls_in, cells_in, pairs_in, start_from
 
-# Columns of the motions that tell the shots of a sweep apart.
+# Columns of the motions that distinguish the shots of a sweep.
 SHOT_VX = 0  # velocity of the ball that is shot [m/s]
 SHOT_VY = 1
 SHOT_UP = 2

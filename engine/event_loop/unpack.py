@@ -1,4 +1,4 @@
-"""Takes a block of arrays apart in the kernels; `core.block` says what lies where in it."""
+"""Splits a block of arrays in the kernels; `core.block` says what lies where in it."""
 
 from __future__ import annotations
 

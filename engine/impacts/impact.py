@@ -38,19 +38,19 @@ def collide_balls(balls: Balls, i: int, j: int, laws: Laws) -> None:
         nx, ny = contact_normal(balls, i, j)
         vx, vy = balls.state[j].vx - balls.state[i].vx, balls.state[j].vy - balls.state[i].vy
         exchange = -(1.0 + laws.ball_restitution) * (nx * vx + ny * vy)
-        _push_apart(balls, i, j, nx, ny, exchange - exchange * excess_length(nx, ny))
+        _exchange(balls, i, j, nx, ny, exchange - exchange * excess_length(nx, ny))
         return
     keep_spin(balls, i)
     keep_spin(balls, j)
     nx, ny = contact_normal(balls, i, j)
     impulse = ball_law(_to_contact_frame(balls, i, j, nx, ny), laws)
     longer = excess_length(nx, ny)
-    _push_apart(balls, i, j, nx, ny, impulse.normal - impulse.normal * longer)
+    _exchange(balls, i, j, nx, ny, impulse.normal - impulse.normal * longer)
     if impulse.along != 0.0 or impulse.up != 0.0:
         # The same impulse along the contact, to and fro, and the turn that it gives: R / I is
         # 5 / (2 m R), so that a turn is 5/2 of the velocity over the radius.
         tx, ty = -ny, nx
-        _push_apart(balls, i, j, tx, ty, impulse.along - impulse.along * longer)
+        _exchange(balls, i, j, tx, ty, impulse.along - impulse.along * longer)
         to_i, to_j = _shares(balls, i, j)
         for k, share in ((i, to_i), (j, to_j)):
             turn = 2.5 * share / balls.state[k].radius
@@ -114,7 +114,7 @@ def _shares(balls: Balls, i: int, j: int) -> tuple[float, float]:
 
 
 @kernel
-def _push_apart(balls: Balls, i: int, j: int, nx: float, ny: float, exchange: float) -> None:
+def _exchange(balls: Balls, i: int, j: int, nx: float, ny: float, exchange: float) -> None:
     """Change the velocity of ball j relative to ball i by `exchange` [m/s] along (nx, ny).
 
     Notes

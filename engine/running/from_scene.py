@@ -51,7 +51,7 @@ class Layout:
 
     block: Block  # balls, and what their scheduler keeps, as each shot begins with them
     parts: tuple[int | None, int | None, int | None, int | None]  # see `event_loop.play`
-    laws: FloatArray  # the numbers of its `Laws`, in their order: quicker to hand over
+    laws: FloatArray  # the numbers of its `Laws`, in their order: faster to hand over
     obstacles: FloatArray
     integrated: int | None
     radii: FloatArray

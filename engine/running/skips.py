@@ -24,7 +24,7 @@ from ghostball.model.errors import GhostballError
 from ghostball.model.impact_laws import any_integrated
 
 MOST_PAIRED = 100
-"""Balls up to which a bound for every pair is quicker than cells; the results are the same.
+"""Balls up to which a bound for every pair is faster than cells; the results are the same.
 
 Cells took over between 64 balls (gas of packing 0.6) and 100 (cloth, packing 0.1)."""
 
@@ -186,7 +186,7 @@ def _use_of(skip: Skip, scene: Scene, record: str, off: Collection[Skip]) -> tup
     if skip is Skip.FAR_CELLS:
         if uses_cells(scene, off):
             return True, f"{n} balls, more than {MOST_PAIRED}"
-        return False, f"up to {MOST_PAIRED} balls a bound for every pair is quicker; here {n}"
+        return False, f"up to {MOST_PAIRED} balls a bound for every pair is faster; here {n}"
     if skip is Skip.ADVANCEMENT:
         used = is_uniform(scene)
         return used, "nothing slows a ball" if used else "friction slows balls"

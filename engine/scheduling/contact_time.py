@@ -246,8 +246,8 @@ def _jerk_between(higher: FloatArray, balls: Balls, i: int, j: int, t: float, le
     if began == balls.state[j].epoch:
         same: float = relative_jerk(higher, i, j, left + (t - began))
         return same
-    apart: float = jerk(balls, i) + jerk(balls, j)
-    return apart
+    total: float = jerk(balls, i) + jerk(balls, j)
+    return total
 
 
 @kernel

@@ -20,8 +20,8 @@ def takes_precedence(balls: Balls, i: int, j: int) -> bool:
         return False
     dx, dy, _, _, _, _ = relative_motion(balls, i, j, balls.state[i].own_time)
     gap = math.sqrt(dx * dx + dy * dy) - pair_reach(balls, i, j)
-    apart = gap > capture_height(balls, i, j)
-    return bool(not apart and (dx > 0.0 or (dx == 0.0 and dy > 0.0)))
+    open_gap = gap > capture_height(balls, i, j)
+    return bool(not open_gap and (dx > 0.0 or (dx == 0.0 and dy > 0.0)))
 
 
 @kernel

@@ -84,10 +84,10 @@ def _count_due(run: Tangents, e: int, end: int, step: int) -> None:
 def _pass_event(run: Tangents, e: int) -> None:
     """Take the perturbations of the balls of event e through it, each to its next segment."""
     t, kind, i, j = run.time[e], run.what[e, 0], run.what[e, 1], run.what[e, 2]
-    apart = _reach(run, i, t) and run.due[i] < 2
+    alone = _reach(run, i, t) and run.due[i] < 2
     if kind == _BALL_BALL:
-        apart = _reach(run, j, t) and run.due[j] < 2 and apart
-    if not apart or kind == _BALL_GONE:
+        alone = _reach(run, j, t) and run.due[j] < 2 and alone
+    if not alone or kind == _BALL_GONE:
         _give_up_event(run, e)
         return
     arrive(run, i, t, 0)

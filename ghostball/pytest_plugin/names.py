@@ -1,4 +1,4 @@
-"""What the plugin's modules share; apart, so that none of them imports the plugin."""
+"""What the plugin's modules share, in a module of its own: so none of them imports the plugin."""
 
 PREFIX = "ghostball::"
 """What the ids of all these tests begin with."""

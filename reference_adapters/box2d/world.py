@@ -91,8 +91,8 @@ class World(ContactWorld):
             other = self._bodies[parts.b]
             line = tuple(other.position - one.position)
             velocity = velocity - other.linearVelocity
-        apart = velocity[0] / self._units, velocity[1] / self._units
-        contact.friction = self._friction.prepare(parts, line, apart)
+        velocity = velocity[0] / self._units, velocity[1] / self._units
+        contact.friction = self._friction.prepare(parts, line, velocity)
 
     def note(self, contact: Any, impulse: float) -> None:
         """Note a contact that was solved with a normal impulse [kg units/s]."""

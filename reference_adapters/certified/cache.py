@@ -109,7 +109,7 @@ def write(key: str, certificate: Certificate) -> None:
 def _prune(folder: Path) -> None:
     kept = sorted(folder.glob("certificate-*.json"), key=_last_used, reverse=True)
     for path in kept[KEPT:]:
-        path.unlink(missing_ok=True)  # another process may have been quicker
+        path.unlink(missing_ok=True)  # another process may have been faster
 
 
 def _last_used(path: Path) -> float:

@@ -95,12 +95,12 @@ def _meeting_again_in_air(gap: Gap, high: arb, bits: int, *, still: bool) -> Mee
             return None  # it goes along the cushion
         if pull < 0:
             raise SustainedContactError("in resting contact", (gap.choice,), gap.t)
-    apart = parting(opens, high, bits) if opens(ZERO) > 0 else None
-    if apart is None:
+    parted = parting(opens, high, bits) if opens(ZERO) > 0 else None
+    if parted is None:
         raise UndecidedError("whether they part or stay in contact", (gap.choice,), gap.t)
-    if apart >= high:
+    if parted >= high:
         return None
-    found = first_entry_of(gap.value, gap.slope, apart, high, bits)
+    found = first_entry_of(gap.value, gap.slope, parted, high, bits)
     return _narrowed(gap.t, gap.value, gap.slope, found)
 
 

@@ -230,10 +230,10 @@ def _failure(
     """
     r, ex, ey = arb_poly(found.size), arb_poly(found.ex), arb_poly(found.ey)
     least = length(u[0][0], u[1][0]) - _size(u[0] - u[0][0], h) - _size(u[1] - u[1][0], h)
-    apart = _size(u[0] - r * ex, h) + _size(u[1] - r * ey, h)
-    if not least > apart:
+    difference = _size(u[0] - r * ex, h) + _size(u[1] - r * ey, h)
+    if not least > difference:
         raise UndecidedError("whether it slides or rolls")
-    turned = 2 * apart / least + _size(ex * ex + ey * ey - 1, h)
+    turned = 2 * difference / least + _size(ex * ex + ey * ey - 1, h)
     miss_v = [v[0].derivative() + friction * ex, v[1].derivative() + friction * ey]
     fastest = _size(v[0], h) + _size(v[1], h)
     if found.speed:

@@ -133,12 +133,12 @@ class _Run(PaperRun):
                 if balls.x[i] == balls.x[j] and balls.y[i] == balls.y[j]:
                     self._counts["coincident_pairs"] += 1
                     continue
-                self._pull_apart(i, j, -gap)
+                self._separate(i, j, -gap)
                 if self._react == "always" or balls.approaching(i, j):
                     balls.collide(i, j)
                     self.recorder.event(self.t, EventKind.BALL_BALL, i, j)
 
-    def _pull_apart(self, i: int, j: int, overlap: float) -> None:
+    def _separate(self, i: int, j: int, overlap: float) -> None:
         balls = self.balls
         sx, sy = balls.x[i] - balls.x[j], balls.y[i] - balls.y[j]
         half = 0.5 * overlap / math.hypot(sx, sy)

@@ -209,11 +209,11 @@ class World:
         if self.friction is not None:
             contact = self._parts(arbiter)
             one = self._bodies[contact.a]
-            line, apart = (0.0, 0.0), one.velocity
+            line, velocity = (0.0, 0.0), one.velocity
             if not contact.cushion:
                 other = self._bodies[contact.b]
-                line, apart = other.position - one.position, one.velocity - other.velocity
-            arbiter.friction = self.friction.prepare(contact, line, apart)
+                line, velocity = other.position - one.position, one.velocity - other.velocity
+            arbiter.friction = self.friction.prepare(contact, line, velocity)
 
     def _note(self, arbiter: pymunk.Arbiter, _space: pymunk.Space, _data: object) -> None:
         self.contacts_solved += 1

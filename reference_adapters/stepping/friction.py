@@ -88,7 +88,7 @@ class ContactFriction:
         return turns
 
     def prepare(
-        self, contact: Collision, line: tuple[float, float], apart: tuple[float, float]
+        self, contact: Collision, line: tuple[float, float], velocity: tuple[float, float]
     ) -> float:
         """Return the coefficient of friction that a contact must have in the engine [1].
 
@@ -96,10 +96,10 @@ class ContactFriction:
         ----------
         line : two floats
             From ball a to ball b, of any length; not needed at a cushion.
-        apart : two floats [m/s]
+        velocity : two floats [m/s]
             The velocity of ball a, less that of ball b.
         """
-        slip = (self._cushion_slip if contact.cushion else self._ball_slip)(contact, line, apart)
+        slip = (self._cushion_slip if contact.cushion else self._ball_slip)(contact, line, velocity)
         self._slips[contact] = slip
         return slip.friction * (abs(slip.along) / slip.speed if slip.speed > 0.0 else 1.0)
 
@@ -128,14 +128,14 @@ class ContactFriction:
         return abs(slip.nx * x + slip.ny * y)
 
     def _ball_slip(
-        self, contact: Collision, line: tuple[float, float], apart: tuple[float, float]
+        self, contact: Collision, line: tuple[float, float], velocity: tuple[float, float]
     ) -> _Slip:
         a, b, _ = contact
         length = math.sqrt(line[0] * line[0] + line[1] * line[1])
         normal = line[0] / length, line[1] / length
         spin = self._radii[a] * self._spins[a] + self._radii[b] * self._spins[b]
         mass = self._masses[a] * self._masses[b] / (self._masses[a] + self._masses[b])
-        return self._slip(normal, apart, spin, mass, cushion=False)
+        return self._slip(normal, velocity, spin, mass, cushion=False)
 
     def _cushion_slip(
         self, contact: Collision, _: tuple[float, float], velocity: tuple[float, float]

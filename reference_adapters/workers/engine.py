@@ -84,8 +84,8 @@ _ONE_AFTER_ANOTHER = (
 def _frozen(scene: Scene) -> bool:
     """Whether two balls of a scene touch as it begins."""
     n = len(scene.balls)
-    apart = np.linalg.norm(scene.positions[:, np.newaxis] - scene.positions, axis=2)
-    gaps = apart - (scene.radii[:, np.newaxis] + scene.radii)
+    distances = np.linalg.norm(scene.positions[:, np.newaxis] - scene.positions, axis=2)
+    gaps = distances - (scene.radii[:, np.newaxis] + scene.radii)
     return bool(np.any(gaps[np.triu_indices(n, 1)] < 1e-9))
 
 
@@ -99,7 +99,7 @@ class PooltoolEngine(WorkerEngine):
     @property
     def capabilities(self) -> Capabilities:
         """How each feature of a scene is represented."""
-        apart = Capability(
+        moved = Capability(
             "approximate", "exact, but that balls are moved 1 um apart at each impact"
         )
         one = none("pooltool has one number of each kind for all balls here")
@@ -111,20 +111,20 @@ class PooltoolEngine(WorkerEngine):
                 "approximate", "its frictions must be more than 0: 1e-9 stands for none"
             ),
             Feature.VERTICAL_SPIN: EXACT,
-            Feature.BALL_RESTITUTION: apart,
-            Feature.BALL_FRICTION: apart,
-            Feature.SPEED_DEPENDENT_FRICTION: apart,
+            Feature.BALL_RESTITUTION: moved,
+            Feature.BALL_FRICTION: moved,
+            Feature.SPEED_DEPENDENT_FRICTION: moved,
             Feature.MATHAVAN_BALL: none("driven here with its frictional, inelastic impacts"),
             Feature.UNEQUAL_MASSES: one,
             Feature.UNEQUAL_RADII: one,
             Feature.PER_BALL_FRICTION: one,
             Feature.UNBOUNDED_CLOTH: Capability("approximate", "on a table of 1 km"),
             Feature.OPEN_SIDES: none("its tables have all four cushions here"),
-            Feature.MIRROR_CUSHION: apart,
+            Feature.MIRROR_CUSHION: moved,
             Feature.CUSHION_RESTITUTION: no_law,
             Feature.CUSHION_TANGENTIAL: no_law,
             Feature.FRICTIONAL_CUSHION: no_law,
-            Feature.HAN_CUSHION: apart,
+            Feature.HAN_CUSHION: moved,
             Feature.MATHAVAN_CUSHION: no_law,
             Feature.AIR_DRAG: none("pooltool has no air"),
             Feature.QUADRATIC_ROLLING: none("pooltool's rolling friction is one at any speed"),

@@ -185,9 +185,9 @@ def _draw_errors(axes: Axes, shot: Shot) -> None:
     most = 10.0 * ERROR_FLOOR
     for order, run in enumerate(others):
         motion = motion_of_run(run)
-        apart = distance_from(motion_of_run(shot.ours), motion)
-        most = max(most, largest(apart))
-        axes.plot(motion.times, np.maximum(apart, ERROR_FLOOR), **_thin(run, order))
+        distance = distance_from(motion_of_run(shot.ours), motion)
+        most = max(most, largest(distance))
+        axes.plot(motion.times, np.maximum(distance, ERROR_FLOOR), **_thin(run, order))
     axes.set_yscale("log")
     top = min(2.0 * most, 1e3)
     axes.set_ylim(0.7 * ERROR_FLOOR, top)

@@ -105,13 +105,13 @@ def _draw_on_table(axes: Axes, shot: Shot, view: View, height: float) -> None:
         beside = [
             (name, centre, radii[ball])
             for ball, name in enumerate(names)
-            for centre in _apart(starts[ball], ends[ball], radii[ball])
+            for centre in _separate(starts[ball], ends[ball], radii[ball])
         ]
         label_balls(axes, beside, scale_of(view, height), run.motion.positions)
 
 
 def ball_colours(count: int) -> list[str]:
-    """Return a colour for each ball; of more balls than colours, names tell some apart."""
+    """Return a colour for each ball; of more balls than colours, names distinguish some."""
     return [BALL_COLOURS[ball % len(BALL_COLOURS)] for ball in range(count)]
 
 
@@ -140,7 +140,7 @@ def _outside(shot: Shot, view: View) -> str:
     return f"Outside: {', '.join(gone)}." if gone else ""
 
 
-def _apart(start: FloatArray, end: FloatArray, radius: float) -> list[FloatArray]:
+def _separate(start: FloatArray, end: FloatArray, radius: float) -> list[FloatArray]:
     """Return the places to write a name at: one where a ball ends where it started."""
     return [start] if float(np.hypot(*(end - start)[:2])) < 2.0 * radius else [start, end]
 

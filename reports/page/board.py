@@ -25,7 +25,7 @@ from ghostball.validation.results.database import has_database
 from ghostball.validation.results.motions import motion_of_case
 
 _CAPTIONS: Final = {
-    False: "Engines on the questions that tell them apart",
+    False: "Engines on the questions that distinguish them",
     True: "Engines on the faults that people reported",
 }
 

@@ -185,9 +185,9 @@ def thinned(points: FloatArray, deviation: float) -> FloatArray:
         if length2 > 0.0:
             part = np.clip((x * dx + y * dy) / length2, 0.0, 1.0)
             x, y = x - part * dx, y - part * dy
-        apart2 = x * x + y * y
-        worst = int(np.argmax(apart2))
-        if apart2[worst] > deviation * deviation:
+        squares = x * x + y * y
+        worst = int(np.argmax(squares))
+        if squares[worst] > deviation * deviation:
             keep[first + 1 + worst] = True
             open_spans += [(first, first + 1 + worst), (first + 1 + worst, last)]
     return points[keep]

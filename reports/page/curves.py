@@ -65,10 +65,10 @@ def error_chart(shot: Shot, horizon: float | None = None) -> Markup:
     series, partings, most = [], [], 10.0 * ERROR_FLOOR
     for run in others:
         motion = motion_of_run(run)
-        apart = distance_from(reference, motion)
-        most = max(most, largest(apart))
+        distance = distance_from(reference, motion)
+        most = max(most, largest(distance))
         colour = colour_of(shot, run)
-        drawn = np.maximum(apart, ERROR_FLOOR)
+        drawn = np.maximum(distance, ERROR_FLOOR)
         series.append(Series(run.style.name, colour, motion.times, drawn, dash_of(run.style)))
         parted = run.metric("first_divergence_time")
         if parted is not None:

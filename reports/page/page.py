@@ -122,7 +122,7 @@ def page_text(
         section(
             "board",
             "Board",
-            "Engines on the questions that tell them apart",
+            "Engines on the questions that distinguish them",
             Part(lambda: board_html(results.path)),
         ),
         section("stress", "Stress", "Stress survival", Part(lambda: stress_html(results))),

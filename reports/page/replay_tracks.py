@@ -105,7 +105,7 @@ def track_of(motion: Motion, ball: int, tick: float, radius: float) -> Track:
         nothing = np.zeros((0, 6), dtype=np.int64)
         three = nothing[:, :3]
         return Track(nothing[:, 0], three, three, nothing, nothing[:, 0], lost)
-    # Coordinates apart, each contiguous: the fits below are many and short.
+    # One row for each coordinate, contiguous: the fits below are many and short.
     places = np.ascontiguousarray(xyz[:known].T)
     times = np.round(motion.times[:known] / tick) * tick
     ends = np.rint(places / QUANTUM)

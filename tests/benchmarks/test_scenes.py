@@ -36,8 +36,8 @@ NEIGHBOURS = 30
 def gaps_of(scene):
     """Return the gaps of all pairs of the scene's racked balls, the narrowest first [m]."""
     racked = scene.positions[1:, :2]
-    apart = np.linalg.norm(racked[:, None] - racked[None], axis=2)[np.triu_indices(15, 1)]
-    return np.sort(apart - 2 * R)
+    between = np.linalg.norm(racked[:, None] - racked[None], axis=2)[np.triu_indices(15, 1)]
+    return np.sort(between - 2 * R)
 
 
 @pytest.mark.parametrize("number", range(20))

@@ -97,8 +97,8 @@ def middle_of(result: Result, begin: float, end: float) -> tuple[float, float, f
     a, va = places_of(result, collisions["a"].astype(np.int64), collisions["t"])
     b, vb = places_of(result, collisions["b"].astype(np.int64), collisions["t"])
     inside = np.all((0.5 * (a + b) > low) & (0.5 * (a + b) < high), axis=1)
-    apart = (b - a)[inside]
-    speeds = np.sum((vb - va)[inside] * apart, axis=1) / np.hypot(*apart.T)
+    between = (b - a)[inside]
+    speeds = np.sum((vb - va)[inside] * between, axis=1) / np.hypot(*between.T)
     temperature = 0.5 * float(np.mean(np.sum(states.velocities**2, axis=2)))  # of 1 kg
     seconds = end - begin
     return (

@@ -23,14 +23,14 @@ from ghostball.validation.stress import StressFolder
 pytest_plugins = ["pytester"]
 
 SCENE = "restitution-cut"
-APART = ("crash", "hang")
+IN_ANOTHER_PROCESS = ("crash", "hang")
 """Ways that need a process of their own."""
 
-QUICK = "energy"
+FAST_WAY = "energy"
 IN_THIS_PROCESS = [
-    pytest.param(way, marks=[] if way == QUICK else pytest.mark.slow)
+    pytest.param(way, marks=[] if way == FAST_WAY else pytest.mark.slow)
     for way in WAYS
-    if way not in APART
+    if way not in IN_ANOTHER_PROCESS
 ]
 CACHES = str(cache_folder("kernels").parent)
 
@@ -197,7 +197,7 @@ LEFT_BEHIND = {
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("way", APART)
+@pytest.mark.parametrize("way", IN_ANOTHER_PROCESS)
 def test_an_engine_that_crashes_or_hangs_did_not_finish_whatever_the_command(here, way):
     limit = ("--time-limit", "10" if way == "hang" else "120")
     engine = ("-e", label(way))

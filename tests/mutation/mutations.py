@@ -466,8 +466,8 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "proof: half a bound",
         "certified/slide_piece.py",
-        "    turned = 2 * apart / least + ",
-        "    turned = apart / least + ",
+        "    turned = 2 * difference / least + ",
+        "    turned = difference / least + ",
         "The bound of how far a slide in air is off is half of one, and bounds nothing.",
         "tests/reference_adapters/certified/test_slide.py::"
         "test_a_piece_whose_slip_points_elsewhere_fails_by_no_more_than_is_said[89]",

@@ -107,10 +107,10 @@ def test_a_sheet_shows_how_far_each_engine_is_from_ours_as_time_continues(result
         lines = axes_titled(draw_sheet(shot), "Largest distance").lines
     others = [run for run in shot.drawn if run is not shot.ours]
     for run, line in zip(others, lines, strict=True):
-        apart = np.linalg.norm(run.motion.positions - shot.ours.motion.positions, axis=2).max(
+        distance = np.linalg.norm(run.motion.positions - shot.ours.motion.positions, axis=2).max(
             axis=1
         )
-        assert line.get_ydata() == pytest.approx(np.maximum(apart, 1e-5), abs=1e-12)
+        assert line.get_ydata() == pytest.approx(np.maximum(distance, 1e-5), abs=1e-12)
 
 
 @pytest.mark.parametrize(

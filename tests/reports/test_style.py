@@ -62,8 +62,8 @@ def test_the_certified_engine_is_distinguished_from_every_other_one(sight):
         if family == "certified":
             continue
         other = style.engine_style(family)
-        apart = np.linalg.norm(lab(certified.colour, sight) - lab(other.colour, sight))
-        assert apart > 8.0, family
+        distance = np.linalg.norm(lab(certified.colour, sight) - lab(other.colour, sight))
+        assert distance > 8.0, family
         assert (certified.line, certified.marker) != (other.line, other.marker)
 
 

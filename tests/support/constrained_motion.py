@@ -145,10 +145,10 @@ def _normal(scene: Scene, touch: Touch, x: Numbers, v: Numbers) -> tuple[Numbers
         assert scene.table is not None
         n = OUTWARD[scene.table.cushions[0]]
         return n, np.sqrt(1.0 - sine**2) * n + sine * UP, np.zeros(3)
-    apart = x[touch.b] - x[touch.a]
-    n = apart / np.linalg.norm(apart)
+    between = x[touch.b] - x[touch.a]
+    n = between / np.linalg.norm(between)
     change = v[touch.b] - v[touch.a]
-    return n, n, (change - np.dot(change, n) * n) / np.linalg.norm(apart)
+    return n, n, (change - np.dot(change, n) * n) / np.linalg.norm(between)
 
 
 def _relative(touch: Touch, of: Numbers, sign: float) -> Numbers:

@@ -1,4 +1,4 @@
-"""Shots that tell engines apart, for the tests of adapters, and what engines make of them."""
+"""Shots that distinguish engines, for the tests of adapters, and what engines make of them."""
 
 from __future__ import annotations
 

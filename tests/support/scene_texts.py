@@ -49,8 +49,8 @@ def written(scene: dict[str, Any], at: Location = ()) -> tuple[str, int]:
     tables = {key for key in ("physics", "table") if isinstance(scene.get(key), dict)}
     balls = scene.get("balls")
     listed = balls if isinstance(balls, list) and all(isinstance(b, dict) for b in balls) else []
-    apart = tables | {"balls"} if listed else tables
-    put_all({key: value for key, value in scene.items() if key not in apart})
+    nested = tables | {"balls"} if listed else tables
+    put_all({key: value for key, value in scene.items() if key not in nested})
     for key in sorted(tables):
         put(f"[{key}]", key)
         put_all(scene[key], key)

@@ -119,8 +119,8 @@ def _overlaps(scene: Scene) -> Result:
 def _misses(scene: Scene) -> Result:
     """Let the balls pass through each other: they are played 50 m apart."""
     away = np.array([0.0, 50.0, 0.0])
-    apart = np.arange(len(scene.balls))[:, np.newaxis] * away
-    return _moved(scene.model_copy(update={"table": None}), apart)
+    offsets = np.arange(len(scene.balls))[:, np.newaxis] * away
+    return _moved(scene.model_copy(update={"table": None}), offsets)
 
 
 def _late(scene: Scene) -> Result:

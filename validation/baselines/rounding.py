@@ -29,7 +29,7 @@ FloatArray = NDArray[np.float64]
 ERROR = ROUNDINGS * UNIT_ROUNDOFF
 """Relative error at every event that our engine stays within."""
 
-APART = 2.0 * ERROR
+LEAST_DIFFERENCE = 2.0 * ERROR
 """Two runs, each within it of the true shot, on both its sides."""
 
 UNAMPLIFIED = 64.0 * 2.0 * UNIT_ROUNDOFF
@@ -90,11 +90,13 @@ def allowance_of(scene: Scene) -> Allowance:
         map_end = min(map_end, _believed_until(own, growth, within))
     plain = UNAMPLIFIED * np.maximum(times, extent_of(scene))
     known = np.isfinite(shifts) & (times < map_end)
-    tolerances = np.where(known, APART * np.where(known, shifts, 0.0) + UNAMPLIFIED * times, plain)
+    tolerances = np.where(
+        known, LEAST_DIFFERENCE * np.where(known, shifts, 0.0) + UNAMPLIFIED * times, plain
+    )
     rest = None
     if math.isinf(predictable):
         smallest, sizes = UNAMPLIFIED * extent_of(scene), growth.sizes([result.rest_time])[0]
-        rest = APART * np.where(np.isfinite(sizes), sizes, 0.0) + smallest
+        rest = LEAST_DIFFERENCE * np.where(np.isfinite(sizes), sizes, 0.0) + smallest
     return Allowance(
         predictable,
         map_end,

@@ -1,1 +1,1 @@
-"""The board: every engine and configuration on the questions that tell engines apart."""
+"""The board: every engine and configuration on the questions that distinguish engines."""

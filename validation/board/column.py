@@ -1,6 +1,6 @@
 """The columns of the board, as TOML lists them: each a question, its scenes, a metric, thresholds.
 
-`columns.toml` has those that tell engines apart, `reported.toml` the faults that people reported.
+`columns.toml` has those that distinguish engines, `reported.toml` the faults that people reported.
 """
 
 from __future__ import annotations
@@ -135,7 +135,7 @@ def load_columns(path: Path) -> dict[str, Column]:
 
 
 QUESTIONS: Final = load_columns(FOLDER / "columns.toml")
-"""What tells engines apart, in the order of the board."""
+"""What distinguishes engines, in the order of the board."""
 
 FAULTS: Final = load_columns(FOLDER / "reported.toml")
 """What people reported of engines, by the repository and the number of the thread."""

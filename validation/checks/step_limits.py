@@ -136,10 +136,10 @@ def _outcome(
         return
     step = _step_of(rule, scene, lateness, resolution, longest)
     smallest = float(np.min(scene.radii))
-    apart = _apart(lateness, step, smallest)
-    if apart is None:
+    separate = _separate(lateness, step, smallest)
+    if separate is None:
         return
-    own, all_apart = apart
+    own, all_separate = separate
     more = 1.0 + resolution / (2.0 * smallest)
     late = _spoken(step)
     moved = float(np.max(step.delays @ lateness.places))
@@ -156,7 +156,7 @@ def _outcome(
         reason = f"{late}: no collision of this shot can be missed, or come twice, by that."
         yield "ball_ball_count_error", {"equals": 0}, reason
         yield "ball_cushion_count_error", {"equals": 0}, reason
-    if all_apart:
+    if all_separate:
         reason = f"{late}: the collisions of this shot are farther apart than that."
         yield "matching_events", {"equals": len(truth.collisions)}, reason
 
@@ -196,7 +196,7 @@ def _step_of(
     return _Step(resolution, longest, np.where(seen_late, delays, 0.0))
 
 
-def _apart(lateness: Lateness, step: _Step, smallest: float) -> tuple[bool, bool] | None:
+def _separate(lateness: Lateness, step: _Step, smallest: float) -> tuple[bool, bool] | None:
     """Return whether a ball's collisions, and whether all collisions, come one at a time.
 
     None where a step may hold what makes another shot of it: a second collision of a ball that
@@ -207,7 +207,7 @@ def _apart(lateness: Lateness, step: _Step, smallest: float) -> tuple[bool, bool
         return None
     if np.any(step.delays > lateness.lasts):
         return None
-    own, all_apart = True, True
+    own, all_separate = True, True
     before: dict[int, int] = {}
     last: int | None = None
     for k in np.flatnonzero(np.isin(lateness.kinds, COLLISION_KINDS)).tolist():
@@ -222,10 +222,10 @@ def _apart(lateness: Lateness, step: _Step, smallest: float) -> tuple[bool, bool
             ):
                 return None
         if last is not None and t - float(lateness.times[last]) <= delay and last not in previous:
-            all_apart = False
+            all_separate = False
         before |= dict.fromkeys(lateness.balls[k], k)
         last = k
-    return own, own and all_apart
+    return own, own and all_separate
 
 
 def _closing(scene: Scene) -> float:

@@ -162,12 +162,12 @@ def _groups(collisions: Events) -> list[tuple[list[int], set[EventKind]]]:
             else {int(collision["a"])}
         )
         kinds = {kind}
-        apart = []
+        others = []
         for group in groups:
             if group[0] & balls:
                 balls |= group[0]
                 kinds |= group[1]
             else:
-                apart.append(group)
-        groups = [*apart, (balls, kinds)]
+                others.append(group)
+        groups = [*others, (balls, kinds)]
     return [(sorted(balls), kinds) for balls, kinds in groups]

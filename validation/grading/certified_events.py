@@ -134,13 +134,13 @@ class _Passage:
 
     def collide(self, laws: Laws, a: int, b: int) -> None:
         """Pass an impact of two balls."""
-        apart = self.states[1][PLACE] - self.states[0][PLACE]
-        normal = apart / np.hypot(*apart)
+        between = self.states[1][PLACE] - self.states[0][PLACE]
+        normal = between / np.hypot(*between)
         parting = self.states[1][VELOCITY] - self.states[0][VELOCITY]
         opening = float(normal @ parting)
         gap = normal @ (self.change[PARTS : PARTS + 2] - self.change[PLACE])
         self.approach = -opening
-        self.lasts = 2.0 * float(np.hypot(*apart)) * self.approach / float(parting @ parting)
+        self.lasts = 2.0 * float(np.hypot(*between)) * self.approach / float(parting @ parting)
         self._come_later(-gap / opening)
         first, second = self._slopes(0), self._slopes(1)
         x, y = (q - p for p, q in zip(first[:2], second[:2], strict=True))

@@ -279,7 +279,7 @@ class RecordStore(Generic[W, R]):
             # Killed between the two, a run must not leave what the next takes for a user's file.
             probe = self.path / _PROBE
             probe.touch()
-            probe.unlink(missing_ok=True)  # another run may have been quicker
+            probe.unlink(missing_ok=True)  # another run may have been faster
         except OSError as error:
             raise cannot_write(self.path, error) from error
 

@@ -190,5 +190,5 @@ def _overlap(scene: Scene, positions: FloatArray) -> float:
     centres = positions[:, :, : 3 if scene.physics.airborne else 2]
     first, second = np.triu_indices(len(scene.balls), k=1)
     reach = scene.radii[first] + scene.radii[second]
-    apart = np.linalg.norm(centres[:, first] - centres[:, second], axis=2)
-    return float(np.max(reach - apart, initial=0.0))
+    distance = np.linalg.norm(centres[:, first] - centres[:, second], axis=2)
+    return float(np.max(reach - distance, initial=0.0))

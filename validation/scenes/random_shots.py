@@ -19,7 +19,7 @@ TABLES = (
 MOST_BALLS = 6
 
 FASTEST = 5.0
-"""Speed of the quickest ball at the start [m/s]."""
+"""Speed of the fastest ball at the start [m/s]."""
 
 _ELASTIC_PATH = 6.0
 """Way of the fastest ball where nothing slows it [m]: some tens of collisions."""

@@ -153,9 +153,9 @@ def self_reported_growth(result: Result, proof: Certificate, until: float = math
     t = float(np.mean(marks[longest : longest + 2]))
     right, claimed = growth.sizes([t])[0], result.sensitivity([t])[0]
     agree = (claimed <= OFF_BY * right) & (right <= OFF_BY * claimed)
-    apart = ~agree & (right > 0.0)
-    if np.any(apart):
-        k = int(np.argmax(apart))
+    differing = ~agree & (right > 0.0)
+    if np.any(differing):
+        k = int(np.argmax(differing))
         faults.append(
             f"`sensitivity` of ball {k} at t = {t:.6g} s is {claimed[k]:.4g} m, the proved "
             f"motion's {right[k]:.4g} m"

@@ -41,19 +41,19 @@ class Spread:
     ----------
     mean, deviation : float
         The standard deviation is that of a single shot.
-    apart : float or None
+    standard_errors : float or None
         Standard errors between the mean and that on our engine, positive where it is larger; None
         of our engine, or where that has nothing to compare with.
     """
 
     mean: float
     deviation: float
-    apart: float | None = None
+    standard_errors: float | None = None
 
     @property
     def differs(self) -> bool:
         """Whether the mean differs from that on our engine by more than chance explains."""
-        return self.apart is not None and abs(self.apart) > DIFFERS
+        return self.standard_errors is not None and abs(self.standard_errors) > DIFFERS
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,7 +117,9 @@ def _spread(
             name: Spread(
                 float(np.mean(found)),
                 float(np.std(found, ddof=1)),
-                _apart(found, ours[name]) if name in ours and len(ours[name]) >= 2 else None,
+                _standard_errors_between(found, ours[name])
+                if name in ours and len(ours[name]) >= 2
+                else None,
             )
             for name, found in values.items()
         }
@@ -133,7 +135,7 @@ def _spread(
     )
 
 
-def _apart(one: FloatArray, other: FloatArray) -> float:
+def _standard_errors_between(one: FloatArray, other: FloatArray) -> float:
     """Return how many standard errors two means are apart; inf where neither varies."""
     difference = float(np.mean(one) - np.mean(other))
     error = math.hypot(*(float(np.std(x, ddof=1)) / math.sqrt(len(x)) for x in (one, other)))

@@ -256,9 +256,9 @@ class _Room:
         self.boxes = [_box(ball, scene.table, size) for ball in scene.balls]
         # On the cloth balls touch in the plane of their centres; see "Geometry" in engine/__init__.
         heights = centres[:, 2] if scene.physics.airborne else np.zeros(len(radii))
-        apart = np.hypot(*(centres[:, np.newaxis, :2] - centres[:, :2]).T)
+        distance = np.hypot(*(centres[:, np.newaxis, :2] - centres[:, :2]).T)
         reach = np.add.outer(radii, radii)
-        near = apart <= reach + 2.0 * math.sqrt(2.0) * size
+        near = distance <= reach + 2.0 * math.sqrt(2.0) * size
         np.fill_diagonal(near, False)
         self.neighbours = [
             [(int(j), float(reach[i, j] ** 2 - (heights[i] - heights[j]) ** 2)) for j in found]

@@ -56,7 +56,7 @@ def mathavan2014(impact: BallImpact, laws: Laws) -> BallImpulse:
 
     - The slip on the cloth is that of the lowest point, v + w x (-R z). The algorithm is usually
       written with the slip of the highest, (v_x + R w_y, v_y - R w_x), on which friction could feed
-      the ball. The printed numbers can't tell the two apart.
+      the ball. The printed numbers can't distinguish the two.
     - Slip between the balls that reaches zero stays zero.
     - A coefficient between the balls that depends on the speed is that of the slip before the
       impact, for which the curve was fitted.

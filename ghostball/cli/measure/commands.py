@@ -240,7 +240,7 @@ def leaderboard(
     plot: Annotated[Path | None, plot_option("Draw the board")] = None,
     form: PlainFormat = Plain.TEXT,
 ) -> None:
-    """Put engines on one board: how right each is in what tells engines apart, and how fast.
+    """Put engines on one board: how right each is in what distinguishes engines, and how fast.
 
     Cells are cases of the suite: what earlier runs measured with the same code is reused, and exit
     statuses are those of `validate`. An engine that crashes or hangs costs its own cells.

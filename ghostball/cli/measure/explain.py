@@ -88,7 +88,7 @@ def parts_of(explanation: Explanation) -> Iterator[RenderableType]:
     if explanation.parting is None:
         yield from _together(explanation)
     else:
-        yield from _apart(explanation)
+        yield from _parting(explanation)
     if explanation.attribution is not None:
         yield Text()
         yield Text("Where the difference comes from", style="bold")
@@ -145,7 +145,7 @@ def _together(explanation: Explanation) -> Iterator[RenderableType]:
         )
 
 
-def _apart(explanation: Explanation) -> Iterator[RenderableType]:
+def _parting(explanation: Explanation) -> Iterator[RenderableType]:
     parting = explanation.parting
     assert parting is not None
     yield Text(f"{_agreed(explanation)}.")
@@ -195,7 +195,7 @@ def _margin_text(explanation: Explanation, margin: Margin) -> str:
 def _balls_table(explanation: Explanation) -> Table:
     heads = (
         "ball",
-        "apart",
+        "distance",
         *(
             escape(f"{what} in {where} {unit}")
             for what, unit in (("x, y", "[m]"), ("velocity", "[m/s]"))

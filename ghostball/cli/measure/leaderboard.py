@@ -90,7 +90,7 @@ def run(
 
 
 def _chosen(option: str, names: Sequence[str]) -> list[Column]:
-    """Return the columns of these names, or those that tell engines apart where there is none."""
+    """Return the columns of these names, or those that distinguish engines where there is none."""
     for name in names:
         if name not in COLUMNS:
             raise GhostballError(f"`{option}` must be one of {', '.join(COLUMNS)}, got {name!r}")

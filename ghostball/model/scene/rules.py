@@ -174,10 +174,10 @@ def overlapping_pairs(
     reach = 2.0 * float(np.max(radii, initial=0.0))
     found: list[tuple[int, int, float]] = []
     for lag in range(1, len(order)):
-        apart = sorted_centres[lag:] - sorted_centres[:-lag]
-        if np.min(apart[:, 0]) > reach:
+        between = sorted_centres[lag:] - sorted_centres[:-lag]
+        if np.min(between[:, 0]) > reach:
             break
-        overlap = sorted_radii[lag:] + sorted_radii[:-lag] - np.sqrt(np.sum(apart**2, axis=1))
+        overlap = sorted_radii[lag:] + sorted_radii[:-lag] - np.sqrt(np.sum(between**2, axis=1))
         for k in np.flatnonzero(overlap > 0.0):
             i, j = int(order[k]), int(order[k + lag])
             found.append((max(i, j), min(i, j), float(overlap[k])))

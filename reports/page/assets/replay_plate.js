@@ -80,9 +80,9 @@ globalThis.Ghostball ??= {};
       const others = [...this.pointers.values()].filter((one) => one.pointerId !== event.pointerId);
       this.pointers.set(event.pointerId, event);
       if (others.length === 1) {
-        const apart = (one) => Math.hypot(
+        const distance = (one) => Math.hypot(
           one.clientX - others[0].clientX, one.clientY - others[0].clientY);
-        this.zoom(apart(event) / Math.max(apart(before), 1), this.placeOf(event));
+        this.zoom(distance(event) / Math.max(distance(before), 1), this.placeOf(event));
       } else if (others.length === 0 && (event.pointerType === "mouse" || !this.fitted)) {
         this.view.x -= (event.clientX - before.clientX) / this.view.scale;
         this.view.y += (event.clientY - before.clientY) / this.view.scale;

@@ -9,7 +9,7 @@ globalThis.Ghostball ??= {};
   const ON_CLOTH = 4; // lanes of a scene in which no ball flies
   const LANE_HEIGHT = 11; // [px]
   const FLAGS_HEIGHT = 16; // [px]
-  const APART = 3; // [px]: marks nearer than this are one
+  const LEAST_DISTANCE = 3; // [px]: marks nearer than this are one
 
   /** Draws the sign of a kind of event. */
   function drawKind(context, lane, x, y) {
@@ -150,7 +150,7 @@ globalThis.Ghostball ??= {};
       for (let i = 0; i < log.count; i++) {
         const lane = this.lanes.indexOf(this.kinds[log.kind[i]]);
         const x = this.placeOf(log.t[i]);
-        if (lane < 0 || x - last[lane] < APART) continue;
+        if (lane < 0 || x - last[lane] < LEAST_DISTANCE) continue;
         last[lane] = x;
         drawKind(context, lane, x, FLAGS_HEIGHT + (lane + 0.5) * LANE_HEIGHT);
       }

@@ -35,7 +35,7 @@ def test_a_kernel_without_a_wrapper_refuses_a_call_from_python():
     # Without the refusal the process ends here with a segmentation fault.
     with pytest.raises(TypeError, match="kernel `run` can be called by other kernels only"):
         loop.run()
-    # What is called instead does the same, and is kept apart from what other kernels call.
+    # What is called instead does the same, and is kept separate from what other kernels call.
     doubled = jit.kernel(twice)
     with pytest.raises(TypeError, match="kernel `twice`"):
         doubled(1.5)

@@ -34,10 +34,10 @@ class Group:
         self.masses, self.velocities = np.array(masses), np.array(velocities, dtype=float)
         self.ends, self.normals = [], []
         for i, j in itertools.combinations(range(len(places)), 2):
-            apart = np.subtract(places[j], places[i])
-            if abs(math.hypot(*apart) - 1.0) < 1e-9:
+            between = np.subtract(places[j], places[i])
+            if abs(math.hypot(*between) - 1.0) < 1e-9:
                 self.ends.append((i, j))
-                self.normals.append(apart / math.hypot(*apart))
+                self.normals.append(between / math.hypot(*between))
         for i, (_, y) in enumerate(places):
             for line, cushion, normal in ((low, BOTTOM, (0, -1)), (high, TOP, (0, 1))):
                 if line is not None and abs(abs(y - line) - 0.5) < 1e-9:

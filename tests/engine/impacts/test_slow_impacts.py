@@ -114,12 +114,12 @@ def test_bounces_are_kept_up_by_the_slip() -> None:
     energy = energies(result)
     assert np.diff(energy).max() <= 1e-13 * energy[0]
     places = result.sample(np.unique(result.events["t"])).positions
-    apart = min(
+    distance = min(
         np.linalg.norm(places[:, i] - places[:, j], axis=1).min()
         for i in range(3)
         for j in range(i)
     )
-    assert apart > 2.0 * R * (1.0 - 4.0 * LOWEST_BOUNCE)
+    assert distance > 2.0 * R * (1.0 - 4.0 * LOWEST_BOUNCE)
 
 
 def test_a_ball_out_of_balance_is_not_held() -> None:

@@ -84,7 +84,7 @@ def line_of(
 
 
 def sticks_to_cushion(mass: float = 0.2) -> Line:
-    """Between the balls is so little slip that its direction turns quickly."""
+    """Between the balls is so little slip that its direction turns fast."""
     sine, speed, turn = (NOSE - R) / R, 0.1, 20.0
     spin = (turn, 0.0, (sine * turn - speed / R) / np.sqrt(1.0 - sine**2))
     little = (0.02 + speed / np.cos(TURN)) / R - spin[2]

@@ -92,7 +92,7 @@ def test_a_motion_that_is_followed_in_air_keeps_its_gap():
     segments = result.trajectory.segments
     ends = np.unique(np.concatenate([segments[0][:, 0], segments[1][:, 0]]))
     times = (ends[:-1, None] + np.diff(ends)[:, None] * np.linspace(0.0, 1.0, 9)).ravel()
-    apart = np.diff(result.sample(times).positions[:, :, :2], axis=1)[:, 0]
+    between = np.diff(result.sample(times).positions[:, :, :2], axis=1)[:, 0]
     reach = float(np.sum(scene.radii))
-    largest_overlap = reach - np.min(np.hypot(*apart.T))
+    largest_overlap = reach - np.min(np.hypot(*between.T))
     assert largest_overlap <= CONTACT_TOLERANCE * reach + 8.0 * EPS * 3.0

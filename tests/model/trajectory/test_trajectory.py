@@ -182,12 +182,12 @@ def test_energy_falls_by_what_friction_and_spin_take():
     energy = energy_of(scene, samples)
     assert energy.rotation[0] == pytest.approx(inertia / 2 * (20**2 + 50**2 + 150**2), rel=1e-14)
     wz = samples.angular_velocities[:, 0, 2]
-    apart = energy.total - inertia / 2 * wz**2
+    excess = energy.total - inertia / 2 * wz**2
     slip = slip_of(samples)[0, 0]
-    assert apart[0] - apart[1] == pytest.approx(2.0 * slip @ slip / 7.0, rel=1e-13)
+    assert excess[0] - excess[1] == pytest.approx(2.0 * slip @ slip / 7.0, rel=1e-13)
     v = samples.velocities[1, 0]
-    assert apart[1] == pytest.approx(0.7 * 2.0 * v @ v, rel=1e-14)
-    assert apart[2] == pytest.approx(0.0, abs=1e-15)
+    assert excess[1] == pytest.approx(0.7 * 2.0 * v @ v, rel=1e-14)
+    assert excess[2] == pytest.approx(0.0, abs=1e-15)
     assert energy.total[3] == pytest.approx(0.0, abs=1e-15)
     assert wz[2] > 0.0
 

@@ -1,4 +1,4 @@
-"""Certificates of the tests are kept apart: each test computes its own."""
+"""Certificates of the tests are kept in a folder of their own: each test computes its own."""
 
 import pytest
 

@@ -43,7 +43,7 @@ SLOW_FORMS = {"galperin-3", "galperin-4"}
 BY_HAND = {"cradle", "frozen-to-cushion", "stun-shot"}
 """Forms that take gaps and slips of a rounding for 0."""
 
-QUICK_FORMS = sorted(set(FORMS) - NO_FORM_TO_COMPARE - SLOW_FORMS)
+FAST_FORMS = sorted(set(FORMS) - NO_FORM_TO_COMPARE - SLOW_FORMS)
 
 
 def mp_of(value: Fraction) -> mpf:
@@ -81,7 +81,7 @@ def engine_keys(scene) -> list[tuple[int, int, int]]:
 # -- closed forms --------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", QUICK_FORMS)
+@pytest.mark.parametrize("name", FAST_FORMS)
 def test_closed_forms_lie_within_the_enclosures(name):
     check_form(name)
 
@@ -150,14 +150,14 @@ def test_positions_are_as_narrow_as_asked():
 
 @pytest.mark.parametrize("name", SHOTS)
 def test_a_search_in_doubles_changes_nothing(name, monkeypatch):
-    quick = proved(SHOTS[name])
+    fast = proved(SHOTS[name])
     # With a margin that nothing passes every gap is searched in balls.
     monkeypatch.setattr(gaps_module, "DOUBLES_ERROR", math.inf)
     thorough = certify(SHOTS[name], cached=False)
-    assert keys(quick) == keys(thorough)
+    assert keys(fast) == keys(thorough)
     assert all(
         one.t.lower <= other.t.upper and other.t.lower <= one.t.upper
-        for one, other in zip(quick.events, thorough.events, strict=True)
+        for one, other in zip(fast.events, thorough.events, strict=True)
     )
 
 
@@ -513,9 +513,9 @@ def test_what_has_no_closed_form_is_refused(physics, reason):
         certify(scene)
 
 
-@pytest.mark.parametrize(("speed", "apart"), [(1.0, True), (1e28, True), (1e32, False)])
-def test_a_tie_passes_only_where_no_ball_is_fast_enough_to_reach_it(speed, apart):
+@pytest.mark.parametrize(("speed", "separate"), [(1.0, True), (1e28, True), (1e32, False)])
+def test_a_tie_passes_only_where_no_ball_is_fast_enough_to_reach_it(speed, separate):
     """Breaks where balls are taken to be slower than scenes may have them: here 1 m is left."""
     scene = scene_of(ball((0.0, 0.0)), ball((1.0, 0.0), (0.0, speed)), t_max=1.0)
     one = SimpleNamespace(balls=(0,))
-    assert Run(problem_of(scene), 200)._isolated(one, arb(0), 2.0**-TIE_BITS) is apart
+    assert Run(problem_of(scene), 200)._isolated(one, arb(0), 2.0**-TIE_BITS) is separate

@@ -342,14 +342,14 @@ def test_random_jumps_agree_with_our_engine(number) -> None:
 @pytest.mark.parametrize("number", [0, 3, 5])
 def test_a_search_in_doubles_changes_nothing_in_flight(number, monkeypatch) -> None:
     scene = random_jump(number)
-    quick = certify(scene, cached=False)
+    fast = certify(scene, cached=False)
     # With a margin that nothing passes every gap is searched in balls.
     monkeypatch.setattr(gaps, "DOUBLES_ERROR", math.inf)
     thorough = certify(scene, cached=False)
-    assert keys(quick) == keys(thorough)
+    assert keys(fast) == keys(thorough)
     assert all(
         one.t.lower <= other.t.upper and other.t.lower <= one.t.upper
-        for one, other in zip(quick.events, thorough.events, strict=True)
+        for one, other in zip(fast.events, thorough.events, strict=True)
     )
 
 

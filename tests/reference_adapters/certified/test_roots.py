@@ -85,7 +85,7 @@ def test_wide_coefficients_are_unsure_where_the_sign_is():
 
 
 @given(st.lists(st.floats(-10.0, 10.0), min_size=5, max_size=5), st.floats(0.1, 10.0))
-def test_a_quick_search_never_contradicts_an_exact_one(gap, high):
+def test_a_fast_search_never_contradicts_an_exact_one(gap, high):
     size = sum(abs(c) * high**k for k, c in enumerate(gap))
     gap[0] = abs(gap[0]) + 1e-3
     found = first_entry_in_doubles(gap, 0.0, high, lambda s: 1e-10 * (size + 1.0))
@@ -104,7 +104,7 @@ def test_a_quick_search_never_contradicts_an_exact_one(gap, high):
         assert found.verdict == proved.verdict
 
 
-def test_quick_search_of_a_cushion():
+def test_fast_search_of_a_cushion():
     found = first_entry_in_doubles(padded(QUADRATIC), 0.0, 10.0, lambda s: 1e-12)
     assert found.verdict == ROOT
     assert found.low <= 1.0 <= found.high < 2.0

@@ -17,7 +17,7 @@ from ghostball.reference_adapters.stepping.cloth import ClosedFormCloth
 from ghostball.validation.scenes.library import find_scene
 
 
-def far_apart(seed: int, **physics: object) -> Scene:
+def distant(seed: int, **physics: object) -> Scene:
     """Return five balls that never meet: slides, rolls and spins of all kinds."""
     chance = random.Random(seed)
 
@@ -39,7 +39,7 @@ def far_apart(seed: int, **physics: object) -> Scene:
 @pytest.mark.parametrize("dt", [0.013, 0.3, 100.0])
 def test_the_cloth_is_that_of_our_engine_at_any_step(seed: int, dt: float) -> None:
     """Breaks with any wrong deceleration, turn, duration or order of what ends within a step."""
-    scene = far_apart(seed)
+    scene = distant(seed)
     ours = simulate(scene, record="events")
     cloth = ClosedFormCloth(scene)
     positions, t = scene.positions[:, :2], 0.0
@@ -62,7 +62,7 @@ def test_the_cloth_is_that_of_our_engine_at_any_step(seed: int, dt: float) -> No
 
 
 def test_a_cloth_without_friction_changes_nothing() -> None:
-    scene = far_apart(
+    scene = distant(
         7, sliding_friction=0.0, rolling_friction=0.0, spinning_friction_rate=0.0, t_max=1.0
     )
     cloth = ClosedFormCloth(scene)

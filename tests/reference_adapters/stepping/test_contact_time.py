@@ -36,8 +36,8 @@ def random_motion(rng):
     radii = rng.uniform(0.5 * R, 2 * R, n)
     while True:
         x = rng.uniform(0.06, 0.94, (n, 2))
-        apart = np.linalg.norm(x[:, None] - x[None], axis=2) - radii[:, None] - radii
-        if np.all(apart[~np.eye(n, dtype=bool)] > 1e-6):
+        distance = np.linalg.norm(x[:, None] - x[None], axis=2) - radii[:, None] - radii
+        if np.all(distance[~np.eye(n, dtype=bool)] > 1e-6):
             break
     v = rng.normal(size=(n, 2)) * rng.choice([0.0, 1.0, 1.0], size=(n, 1))
     deceleration = float(rng.choice([0.0, 0.2, 2.0]))
@@ -65,7 +65,7 @@ def test_no_earlier_contact_and_an_end_on_the_gap():
 
 @pytest.mark.parametrize("overlap", [1e-3, 1e-6, 1e-9, 1e-11, 1e-12])
 def test_grazing(overlap):
-    """Fails where a graze is missed or a miss taken for one: only their sign tells them apart."""
+    """Fails where a graze is missed or a miss taken for one: only their sign distinguishes them."""
     reach = 2 * R + CONTACT_GAP
     for offset, touches in ((reach - overlap, True), (reach + overlap, False)):
         x = np.array([[0.0, 0.0], [0.5, offset]])

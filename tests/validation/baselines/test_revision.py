@@ -1,4 +1,4 @@
-"""Other revisions: found by any name that git knows, checked out once, kept apart from the work."""
+"""Other revisions: found by any name that git knows, checked out once, kept outside of the work."""
 
 from __future__ import annotations
 

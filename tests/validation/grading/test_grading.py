@@ -36,11 +36,11 @@ def test_an_exact_run_of_a_whole_shot() -> None:
     error = abs(Fraction(float(result.events["t"][0])) - t.mid) - t.rad
     assert made.time_errors[0] == pytest.approx(float(max(error, 0)) / math.ulp(float(t)))
     x, y = certificate.positions[0]
-    apart = [
+    between = [
         float(Fraction(float(a)) - e.mid)
         for a, e in zip(result.rest_positions[0], (x, y), strict=False)
     ]
-    assert made.position_errors[0] == pytest.approx(math.hypot(*apart), abs=1e-18)
+    assert made.position_errors[0] == pytest.approx(math.hypot(*between), abs=1e-18)
     assert made.quality_factor == pytest.approx(made.position_errors.max() / UNIT_ROUNDOFF)
     assert made.time_error_max == made.time_errors.max()
 
@@ -220,6 +220,6 @@ def test_all_kinds_of_events_are_compared() -> None:
 def test_the_distance_of_a_double_from_an_enclosure_is_that_of_rationals(
     value: float, enclosure: Enclosure
 ) -> None:
-    apart = abs(Fraction(value) - enclosure.mid) - enclosure.rad
-    assert _distance(value, enclosure) == float(max(apart, Fraction(0)))
+    between = abs(Fraction(value) - enclosure.mid) - enclosure.rad
+    assert _distance(value, enclosure) == float(max(between, Fraction(0)))
     assert _distance(math.inf, enclosure) == _distance(math.nan, enclosure) == math.inf

@@ -44,7 +44,7 @@ def test_varied_starts_are_cases_and_the_scenes_stay_as_they_are(tmp_path: Path)
     times = [c.rest_time for c in results.varied if c.label == "ghostball"]
     assert ours.quantities[REST_TIME].mean == pytest.approx(np.mean(times))
     assert ours.quantities[REST_TIME].deviation == pytest.approx(np.std(times, ddof=1))
-    assert ours.quantities[REST_TIME].apart is None
+    assert ours.quantities[REST_TIME].standard_errors is None
     # It steps 20 ms at a time, so that all starts rest at one instant, late.
     assert stepped.quantities[REST_TIME].differs
     assert not stepped.quantities["ball-ball collisions"].differs

@@ -57,7 +57,7 @@ PARTLY_PROVED = {"frozen-triangle": 1}
 """Events that are proved of the shipped scenes here whose proof ends early, in a tie."""
 
 CALM = range(10, 90)
-"""Random shots none of which has thousands of steps of sustained contact: quick, interpreted too.
+"""Random shots none of which has thousands of steps of sustained contact: fast, interpreted too.
 
 Of the first hundred, shots 1 and 97 do have them.
 """

@@ -66,7 +66,7 @@ def sampled(scene: Scene) -> str | None:
         off = np.abs(one - wanted[0])
         if np.any(off > 16.0 * EPS * (1.0 + np.abs(wanted[0]))):
             return f"{name} sampled at the end are off by {float(off.max()):.3g}"
-    return _apart_at_events(result) or _jump(result)
+    return _gap_at_events(result) or _jump(result)
 
 
 def invariants(scene: Scene) -> str | None:
@@ -76,7 +76,7 @@ def invariants(scene: Scene) -> str | None:
     return "; ".join(faults_in(measured(result, times, random=True))) or None
 
 
-def _apart_at_events(result: Result) -> str | None:
+def _gap_at_events(result: Result) -> str | None:
     """Return a collision of two balls that don't touch then."""
     scene, events = result.scene, result.events
     assert events is not None

@@ -31,7 +31,7 @@ def alone_in_air(setup: Setup) -> Outcome:
     balls = range(len(setup.positions))
     ends = [_end_of(setup, ball) for ball in balls]
     if setup.verify and any(
-        not _stay_apart(setup, i, j, ends[i][0], ends[j][0]) for i in balls for j in range(i)
+        not _stay_separate(setup, i, j, ends[i][0], ends[j][0]) for i in balls for j in range(i)
     ):
         raise OrderError("two balls come too close to each other")
     zero = mp.mpf(0)
@@ -102,7 +102,7 @@ def _slid(setup: Setup, state: State, cloth: Cloth) -> tuple[State, mpf]:
     ), end
 
 
-def _stay_apart(setup: Setup, i: int, j: int, end_i: Vector, end_j: Vector) -> bool:
+def _stay_separate(setup: Setup, i: int, j: int, end_i: Vector, end_j: Vector) -> bool:
     """Whether boxes around the straight ways of two balls are apart by more than their radii."""
     reach = setup.radii[i] + setup.radii[j]
     gaps = []

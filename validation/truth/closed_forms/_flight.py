@@ -44,7 +44,7 @@ def alone_in_flight(setup: Setup) -> Outcome:
     balls = range(len(setup.positions))
     ends = [_end_of(setup, ball) for ball in balls]
     if setup.verify and any(
-        not _stay_apart(ends[i].hull, ends[j].hull, setup.radii[i] + setup.radii[j])
+        not _stay_separate(ends[i].hull, ends[j].hull, setup.radii[i] + setup.radii[j])
         for i in balls
         for j in range(i)
     ):
@@ -109,7 +109,7 @@ def _rubbed(state: State, radius: mpf, push: mpf, setup: Setup, ball: int) -> St
     )
 
 
-def _stay_apart(one: list[Vector], other: list[Vector], reach: mpf) -> bool:
+def _stay_separate(one: list[Vector], other: list[Vector], reach: mpf) -> bool:
     """Whether boxes around two hulls are apart by more than `reach` [m]."""
     gaps = []
     for axis in range(2):

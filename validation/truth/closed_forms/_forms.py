@@ -76,7 +76,7 @@ class _Pair(NamedTuple):
     high: tuple[mpf, mpf]
 
 
-def _pairs_apart(setup: Setup) -> Outcome:
+def _separate_pairs(setup: Setup) -> Outcome:
     """Many shots on one cloth: balls 0 and 1, balls 2 and 3, ... each pair collides once.
 
     No pair comes into the box around another's paths, so that each is a shot of its own.
@@ -203,9 +203,9 @@ FORMS: Mapping[str, Form] = {
     "english-check": Form(_bounce_right, motion="sliding"),
     "han-running": Form(_bounce_right, motion="sliding"),
     "han-check": Form(_bounce_right, motion="sliding"),
-    "thirty-degree-rule": Form(_pairs_apart, motion="sliding"),
-    "throw-by-angle": Form(_pairs_apart, motion="sliding"),
-    "throw-by-spin": Form(_pairs_apart, motion="sliding"),
+    "thirty-degree-rule": Form(_separate_pairs, motion="sliding"),
+    "throw-by-angle": Form(_separate_pairs, motion="sliding"),
+    "throw-by-spin": Form(_separate_pairs, motion="sliding"),
     "push": Form(pushed_along, motion="sliding"),
     "wedged": Form(wedged, motion="sliding"),
     "air-rolls": Form(alone_in_air, motion="sliding", air=True),

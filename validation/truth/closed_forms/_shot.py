@@ -33,7 +33,7 @@ TOUCHING = mp.mpf(2) ** -46
 Such balls touch as soon as they approach.
 """
 
-APART = mp.mpf(10) ** -30
+LEAST_DIFFERENCE = mp.mpf(10) ** -30
 """Collisions that come so soon after each other [s] are taken to be at one instant."""
 
 
@@ -100,7 +100,7 @@ class Shot:
             return None
         found.sort(key=lambda pair: pair[0])
         instants = [mp.mpf(0), *(when for when, _ in found[:2])]
-        if any(b - a <= APART for a, b in pairwise(instants)):
+        if any(b - a <= LEAST_DIFFERENCE for a, b in pairwise(instants)):
             raise OrderError(f"{found[0][1]} comes at once, or together with another")
         return found[0][1]
 
