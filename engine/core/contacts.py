@@ -6,8 +6,8 @@ from typing import Any
 
 from ghostball.engine.core.kernel import COMPILED
 from ghostball.engine.core.rows import (
-    ANSWER,
-    ANSWER_COLUMNS,
+    COMPLIANCE,
+    COMPLIANCE_COLUMNS,
     CONTACT,
     CONTACT_COLUMNS,
     MEMBER,
@@ -18,7 +18,7 @@ from ghostball.engine.core.rows import (
     STAGE,
     STAGE_COLUMNS,
     STAGES,
-    AnswerRow,
+    ComplianceRow,
     ContactRow,
     MemberRow,
     StageRow,
@@ -30,7 +30,7 @@ _PATH = 2 * 6
 _SPIN = 3 * 4
 _HISTORY = (REMEMBERED + 1) * PER_ROUND
 _AT_ONCE = MOST_DIRECT * (
-    MOST_DIRECT + 2 * ANSWER_COLUMNS + STAGE_COLUMNS + NUMBERS + STAGES * NUMBERS
+    MOST_DIRECT + 2 * COMPLIANCE_COLUMNS + STAGE_COLUMNS + NUMBERS + STAGES * NUMBERS
 )
 
 
@@ -49,17 +49,17 @@ def contacts_in(marks: BoolArray, integers: IntArray, numbers: FloatArray) -> Co
     forces = spins + n * _SPIN
     history = forces + m * CONTACT_COLUMNS
     matrix = history + m * _HISTORY
-    answers = matrix + MOST_DIRECT * MOST_DIRECT
-    stage = answers + 2 * MOST_DIRECT * ANSWER_COLUMNS
+    compliances = matrix + MOST_DIRECT * MOST_DIRECT
+    stage = compliances + 2 * MOST_DIRECT * COMPLIANCE_COLUMNS
     start = stage + MOST_DIRECT * STAGE_COLUMNS
     slopes = start + MOST_DIRECT * NUMBERS
     members: Any = numbers[:paths]
     contacts: Any = numbers[forces:history]
-    sides: Any = numbers[answers:stage]
+    sides: Any = numbers[compliances:stage]
     states: Any = numbers[stage:start]
     by_member = members.reshape(n, MEMBER_COLUMNS)
     by_contact = contacts.reshape(m, CONTACT_COLUMNS)
-    by_side = sides.reshape(2 * MOST_DIRECT, ANSWER_COLUMNS)
+    by_side = sides.reshape(2 * MOST_DIRECT, COMPLIANCE_COLUMNS)
     by_state = states.reshape(MOST_DIRECT, STAGE_COLUMNS)
     return Contacts(
         integers[:n],
@@ -79,8 +79,8 @@ def contacts_in(marks: BoolArray, integers: IntArray, numbers: FloatArray) -> Co
         contacts.view(CONTACT) if COMPILED else rows_of(by_contact, ContactRow),
         by_contact,
         numbers[history:matrix].reshape(m, REMEMBERED + 1, PER_ROUND),
-        numbers[matrix:answers].reshape(MOST_DIRECT, MOST_DIRECT),
-        sides.view(ANSWER) if COMPILED else rows_of(by_side, AnswerRow),
+        numbers[matrix:compliances].reshape(MOST_DIRECT, MOST_DIRECT),
+        sides.view(COMPLIANCE) if COMPILED else rows_of(by_side, ComplianceRow),
         states.view(STAGE) if COMPILED else rows_of(by_state, StageRow),
         by_state,
         numbers[start:slopes].reshape(MOST_DIRECT, NUMBERS),

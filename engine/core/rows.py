@@ -142,7 +142,7 @@ class MemberRow(_ContactRow):
     new_by: float
     compliance: float  # its acceleration over a force on it [1/kg]; 0: the cloth holds it
     overlaps: float  # 1: it overlaps another by most of the tolerance
-    answering_mass: float  # with which it answers to an impulse [kg]; inf: it stays
+    effective_mass: float  # with which it answers to an impulse [kg]; inf: it stays
     impulse_x: float  # what impulses on it add up to [N s], or forces [N]: the sum of two parts
     impulse_y: float
     small_x: float  # the second part
@@ -238,7 +238,7 @@ STAGES = 7
 """Stages of a step of the integration."""
 
 
-class AnswerRow(_ContactRow):
+class ComplianceRow(_ContactRow):
     """How a force of 1 at a contact accelerates one of its balls."""
 
     x: float  # [1/kg]
@@ -247,5 +247,5 @@ class AnswerRow(_ContactRow):
     hold_y: float
 
 
-ANSWER = dtype_of(AnswerRow)
-ANSWER_COLUMNS = len(ANSWER)
+COMPLIANCE = dtype_of(ComplianceRow)
+COMPLIANCE_COLUMNS = len(COMPLIANCE)

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ghostball.engine.core.rows import (
-    AnswerRow,
     BallRow,
+    ComplianceRow,
     ContactRow,
     MemberRow,
     StageRow,
@@ -253,7 +253,9 @@ class Contacts(NamedTuple):
     columns: FloatArray  # (m, CONTACT_COLUMNS) the same
     history: FloatArray  # (m, REMEMBERED + 1, PER_ROUND) the last rounds of forces
     matrix: FloatArray  # (MOST_DIRECT, MOST_DIRECT) room for the contacts' equations
-    answers: Sequence[AnswerRow]  # (2 MOST_DIRECT,) of each contact's first ball, and second
+    compliances: Sequence[
+        ComplianceRow
+    ]  # (2 MOST_DIRECT,) of each contact's first ball, and second
     stage: Sequence[StageRow]  # (MOST_DIRECT,)
     numbers: FloatArray  # (MOST_DIRECT, STAGE_COLUMNS) the same
     start: FloatArray  # (MOST_DIRECT, NUMBERS) the state at the start of the step

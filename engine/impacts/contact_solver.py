@@ -65,7 +65,7 @@ def end_approach(contacts: Contacts, count: int) -> bool:
     the impulses then take energy, as far as they can.
 
     Contract: the contacts are the first `count` of `contacts.ends`, with NX, NY and RATE set, and
-    ANSWERING of each of their balls.
+    EFFECTIVE_MASS of each of their balls.
     """
     if count == 1:
         _end_one(contacts)
@@ -282,7 +282,7 @@ def impulse_on(contacts: Contacts, k: int) -> tuple[float, float]:
 def gain_of(contacts: Contacts, k: int) -> tuple[float, float]:
     """Return the velocity that these impulses give ball k [m/s], along x and y."""
     x, y = impulse_on(contacts, k)
-    mass = contacts.motion[k].answering_mass
+    mass = contacts.motion[k].effective_mass
     return x / mass, y / mass
 
 
@@ -307,8 +307,8 @@ def _rounded(term: float, large: float) -> float:
 def _reduced_mass(contacts: Contacts, c: int) -> float:
     """Reduced mass [kg] of what answers at contact c; 0 where nothing does."""
     a, b = contacts.ends[c, st.FIRST], contacts.ends[c, st.SECOND]
-    mass_a = contacts.motion[a].answering_mass
-    mass_b = contacts.motion[b].answering_mass if b >= 0 else math.inf
+    mass_a = contacts.motion[a].effective_mass
+    mass_b = contacts.motion[b].effective_mass if b >= 0 else math.inf
     if math.isinf(mass_a):
         mass_a, mass_b = mass_b, mass_a
     if math.isinf(mass_a):

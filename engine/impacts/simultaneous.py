@@ -61,7 +61,7 @@ def collide_together(world: World, count: int) -> bool:
     for m in range(1, balls.touched[0] + 1):
         k = balls.touched[m]
         if contacts.motion[k].degree > 0.0:
-            contacts.motion[k].answering_mass = balls.state[k].mass
+            contacts.motion[k].effective_mass = balls.state[k].mass
             if laws.slides:
                 keep_spin(balls, k)  # before anything asks how it turns
     for c in range(count):

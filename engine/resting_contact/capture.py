@@ -23,7 +23,7 @@ from ghostball.engine.motion.geometry import (
     speed_of,
 )
 from ghostball.engine.motion.next_piece import keep_spin
-from ghostball.engine.resting_contact.cloth_response import answering_mass
+from ghostball.engine.resting_contact.cloth_response import effective_mass
 from ghostball.engine.resting_contact.gaps import gap_now
 
 _RESIDUE = 2.0**-20
@@ -48,8 +48,8 @@ def stop_approach(world: World, members: int, count: int) -> bool:
         for m in range(members):
             k = contacts.member[m]
             firm = at_rest(balls, k)
-            contacts.motion[k].answering_mass = (
-                math.inf if firm else answering_mass(balls, world.laws, k)
+            contacts.motion[k].effective_mass = (
+                math.inf if firm else effective_mass(balls, world.laws, k)
             )
         solved = end_approach(contacts, count)
         for _ in range(members):
@@ -155,13 +155,13 @@ def _free_pushed(world: World, members: int, count: int, solved: bool) -> bool:
     found = False
     for m in range(members):
         k = contacts.member[m]
-        if not math.isinf(contacts.motion[k].answering_mass):
+        if not math.isinf(contacts.motion[k].effective_mass):
             continue
         pushed = _push_at(contacts, count, k)
-        mass = answering_mass(balls, world.laws, k)
+        mass = effective_mass(balls, world.laws, k)
         height = capture_height(balls, k, k)
         if not (solved and negligible_bounce(pushed / mass, balls.state[k].roll_slowing, height)):
-            contacts.motion[k].answering_mass = mass
+            contacts.motion[k].effective_mass = mass
             found = True
     return found
 

@@ -219,7 +219,7 @@ def turns_little(world: World, k: int, duration: float) -> bool:
 
 
 @kernel
-def answering_mass(balls: Balls, laws: Laws, k: int) -> float:
+def effective_mass(balls: Balls, laws: Laws, k: int) -> float:
     """Mass [kg] with which member k answers to a negligible impulse.
 
     One that rolls, or rests, rolls on: the cloth ends so small a slip within part of

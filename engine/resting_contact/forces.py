@@ -40,7 +40,7 @@ _FROM = 7
 before every second. Before each round it took a third more of them."""
 
 _PART_OF_ANSWER = 0.25
-"""Part of its answer that a member counts with while the cloth holds it, in case it gives way."""
+"""Part of its compliance that a member counts with while the cloth holds it: it may give way."""
 
 
 @kernel
@@ -88,12 +88,12 @@ def _hold(world: World, members: int, count: int, duration: float) -> None:
     forces = contacts.forces
     for m in range(members):
         k = contacts.member[m]
-        # A member that the cloth holds may give way: with a part of its answer then.
+        # A member that the cloth holds may give way: with a part of its compliance then.
         held = contacts.motion[k].compliance == 0.0
-        answer = (
+        compliance = (
             _PART_OF_ANSWER / world.balls.state[k].mass if held else contacts.motion[k].compliance
         )
-        contacts.motion[k].answering_mass = 1.0 / answer
+        contacts.motion[k].effective_mass = 1.0 / compliance
     for c in range(count):
         over = excess(world, c, duration)
         force = forces[c].force

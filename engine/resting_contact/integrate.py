@@ -25,7 +25,7 @@ from ghostball.engine.motion.geometry import (
     gap_rounding,
     negligible_bounce,
 )
-from ghostball.engine.resting_contact.cloth_response import answering_mass, stopping
+from ghostball.engine.resting_contact.cloth_response import effective_mass, stopping
 from ghostball.engine.resting_contact.gaps import balls_of, gap_between, gap_now
 from ghostball.engine.resting_contact.paths import (
     DISPLACEMENT_X,
@@ -361,8 +361,8 @@ def _end_rates(world: World, count: int, gaps: bool) -> None:
             share = 1.0
             if b >= 0:
                 mass_a, mass_b = (
-                    answering_mass(balls, world.laws, a),
-                    answering_mass(balls, world.laws, b),
+                    effective_mass(balls, world.laws, a),
+                    effective_mass(balls, world.laws, b),
                 )
                 share = mass_b / (mass_a + mass_b)
                 if stage[int(contacts.motion[b].index)].is_still == 1.0:

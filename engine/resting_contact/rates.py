@@ -24,7 +24,7 @@ from ghostball.engine.motion.geometry import friction_limit, speed_of
 from ghostball.engine.motion.obstacles import facing
 
 _DEPENDENT = 2.0**-40
-"""What other contacts leave of a contact's own answer, in units of that, that is rounding."""
+"""What other contacts leave of a contact's own compliance, in units of that, that is rounding."""
 
 _STUCK = 2.0**-20
 """Slip of a contact, in units of the speeds, below which its friction may hold it."""
@@ -171,11 +171,11 @@ def _answer(world: World, c: int, k: int, push_x: float, push_y: float, end: int
         cx = -(fx - turn * contacts.forces[c].turn_y) / 3.5
         cy = -(fy + turn * contacts.forces[c].turn_x) / 3.5
     is_still = contacts.stage[int(contacts.motion[k].index)].is_still == 1.0
-    answer = contacts.answers[2 * c + end]
-    answer.x = 0.0 if is_still else fx + cx
-    answer.y = 0.0 if is_still else fy + cy
-    answer.hold_x = fx + cx if is_still else cx
-    answer.hold_y = fy + cy if is_still else cy
+    compliance = contacts.compliances[2 * c + end]
+    compliance.x = 0.0 if is_still else fx + cx
+    compliance.y = 0.0 if is_still else fy + cy
+    compliance.hold_x = fx + cx if is_still else cx
+    compliance.hold_y = fy + cy if is_still else cy
 
 
 @kernel(inline=True)
@@ -188,13 +188,13 @@ def _couple(contacts: Contacts, count: int) -> None:
             i, j = contacts.ends[other, st.FIRST], contacts.ends[other, st.SECOND]
             x, y = 0.0, 0.0
             for end, ball in ((st.FIRST, i), (st.SECOND, j)):
-                answer = contacts.answers[2 * other + end]
+                compliance = contacts.compliances[2 * other + end]
                 if ball == a:
-                    x -= answer.x
-                    y -= answer.y
+                    x -= compliance.x
+                    y -= compliance.y
                 elif ball >= 0 and ball == b:
-                    x += answer.x
-                    y += answer.y
+                    x += compliance.x
+                    y += compliance.y
             contacts.matrix[c, other] = nx * x + ny * y
 
 
@@ -237,12 +237,12 @@ def _push(world: World, c: int) -> None:
         if k < 0:
             continue
         m = int(contacts.motion[k].index)
-        answer = contacts.answers[2 * c + end]
+        compliance = contacts.compliances[2 * c + end]
         turn = 2.5 * force / (world.balls.state[k].mass * world.balls.state[k].radius)
-        stage[m].ax += force * answer.x
-        stage[m].ay += force * answer.y
-        stage[m].hold_x += force * answer.hold_x
-        stage[m].hold_y += force * answer.hold_y
+        stage[m].ax += force * compliance.x
+        stage[m].ay += force * compliance.y
+        stage[m].hold_x += force * compliance.hold_x
+        stage[m].hold_y += force * compliance.hold_y
         if world.laws.slides:
             stage[m].bx += turn * contacts.forces[c].turn_x
             stage[m].by += turn * contacts.forces[c].turn_y

@@ -56,9 +56,9 @@ class Group:
         contacts = contacts_of(len(self.masses))
         for row, mass in zip(contacts.motion, self.masses, strict=True):
             if COMPILED:
-                row["answering_mass"] = mass
+                row["effective_mass"] = mass
             else:
-                row.answering_mass = mass
+                row.effective_mass = mass
         count = len(self.ends)
         contacts.ends[:count, st.FIRST : st.SECOND + 1] = self.ends
         contacts.columns[:count, NX : NX + 2] = self.normals

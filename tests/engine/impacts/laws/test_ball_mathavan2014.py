@@ -118,7 +118,7 @@ def as_printed(value: float, published: str) -> None:
 def test_a_rolling_ball_onto_a_resting_one_is_as_published(
     v, cut, cue_speed, object_speed, cue_angle, object_angle
 ):
-    """[M14], tables 1 and 2: speeds, and by how much they are off the cue ball's old course.
+    """[M14], tables 1 and 2: speeds, and by how much they are off the cue ball's old line.
 
     The printed numbers are those of 5000 equal steps of the impulse, the last of which goes past
     the end of the rebound. That turns the cue ball by up to 0.012 degrees, and changes speeds by up
