@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from ghostball.engine.core.state import Balls, Cells, FloatArray, IntArray, Pairs
 
-# Places in `Block.places`: how many balls there are, then where each array begins, in doubles. The
-# first SCRATCH arrays are what a shot begins with.
+# Indices of `Block.offsets`: how many balls there are, then where each array begins, in doubles.
+# The first SCRATCH arrays are what a shot begins with.
 COUNT = 0
 STATE = 1
 OWN_KIND = 2
@@ -49,7 +49,7 @@ class Block:
     ----------
     numbers : (k,) float64
         All of them, each from a whole double on.
-    places : (END + 1,) int64
+    offsets : (END + 1,) int64
         COUNT ... END above.
     """
 
@@ -73,9 +73,9 @@ class Block:
             pairs.track,
         ]
         sizes = [0 if array is None else -(-array.nbytes // 8) for array in arrays]
-        self.places: IntArray = np.array([len(balls.own_kind), *np.cumsum([0, *sizes])])
-        self.numbers: FloatArray = np.zeros(self.places[END])
-        for start, array in zip(self.places[1:], arrays, strict=False):
+        self.offsets: IntArray = np.array([len(balls.own_kind), *np.cumsum([0, *sizes])])
+        self.numbers: FloatArray = np.zeros(self.offsets[END])
+        for start, array in zip(self.offsets[1:], arrays, strict=False):
             if array is not None:
                 bytes_of = self.numbers[start:].view(np.uint8)
                 bytes_of[: array.nbytes] = np.ascontiguousarray(array).reshape(-1).view(np.uint8)

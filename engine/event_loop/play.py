@@ -40,12 +40,12 @@ SHOT_COLUMNS = 7
 def play(
     which: IntArray,
     first: int,
-    goes_on: bool,
+    continues: bool,
     cue: int,
     motions: FloatArray,
     start: FloatArray,
     numbers: FloatArray,
-    places: IntArray,
+    offsets: IntArray,
     bends: int | None,
     drags: int | None,
     flies: int | None,
@@ -72,12 +72,12 @@ def play(
     ----------
     which : (m,) int64
         Rows of the next four, the shots to be played.
-    goes_on : bool
+    continues : bool
         Whether the shot `which[first]` continues from where it was left; else it begins.
     cue : int
     motions : (k, SHOT_COLUMNS) float64
         What differs between the shots: how ball `cue` is shot. Where k is 0 nothing does.
-    start, numbers, places
+    start, numbers, offsets
         A block of arrays as each shot begins with, the same to work in, and what lies where in
         them: `core.block`. `bends`, `drags` and `flies` are None where `Balls` has no `higher`,
         `air` or `height`, `many` where `Pairs` schedule and not `Cells`.
@@ -109,17 +109,17 @@ def play(
     rules = laws_from(laws, lines, integrated)
     # Each is None in some runs: see `World`.
     contacts: Any = None if room is None else contacts_from(*room)
-    pairs: Any = pairs_in(numbers, places) if many is None else None
-    cells: Any = None if many is None else cells_in(numbers, places)
+    pairs: Any = pairs_in(numbers, offsets) if many is None else None
+    cells: Any = None if many is None else cells_in(numbers, offsets)
     left = budget
     for m in range(first, len(which)):
         k = which[m]
         counters = counts[k]
-        balls = balls_in(numbers, places, counters, bends, drags, flies)
+        balls = balls_in(numbers, offsets, counters, bends, drags, flies)
         log = Log(clocks[k], counters, time, what, ball, motion)
         world = World(balls, rules, pairs, cells, contacts, log)
-        if m > first or not goes_on:
-            start_from(numbers, start, places)
+        if m > first or not continues:
+            start_from(numbers, start, offsets)
             _start_contacts(room, untouched)
             log.clock[:] = 0.0
             counters[:] = 0

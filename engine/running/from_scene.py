@@ -295,8 +295,8 @@ def cells_of(scene: Scene) -> Cells:
 
     Also where the balls are spread along a line.
     """
-    n, places = len(scene.balls), scene.positions[:, :2]
-    low, high = np.min(places, axis=0), np.max(places, axis=0)
+    n, positions = len(scene.balls), scene.positions[:, :2]
+    low, high = np.min(positions, axis=0), np.max(positions, axis=0)
     if scene.table is not None and scene.table.cushions:
         low, high = np.zeros(2), np.array([scene.table.length, scene.table.width])
     extent = np.maximum(high - low, 2.0 * float(np.max(scene.radii)))
@@ -317,8 +317,8 @@ def cells_of(scene: Scene) -> Cells:
 
 def room_for_contacts(n: int) -> tuple[BoolArray, IntArray, FloatArray]:
     """Room for the contacts of n balls; `core.contacts` says what lies where in it."""
-    marks, places, numbers = no_contacts(n)
-    return marks.copy(), places.copy(), numbers.copy()
+    marks, integers, numbers = no_contacts(n)
+    return marks.copy(), integers.copy(), numbers.copy()
 
 
 @lru_cache(maxsize=8)
@@ -338,8 +338,8 @@ def no_contacts(n: int) -> tuple[BoolArray, IntArray, FloatArray]:
         [2 * m],
         free,
     )
-    places = np.concatenate((*kept, np.zeros(6 * m + 1, dtype=np.int64)))
-    return np.zeros(3 * n, dtype=np.bool_), places, np.zeros(numbers_of_contacts(n, m))
+    integers = np.concatenate((*kept, np.zeros(6 * m + 1, dtype=np.int64)))
+    return np.zeros(3 * n, dtype=np.bool_), integers, np.zeros(numbers_of_contacts(n, m))
 
 
 def contacts_of(n: int) -> Contacts:

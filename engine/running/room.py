@@ -77,7 +77,7 @@ class Room:
         self._given = (
             layout.block.numbers,
             self.numbers,
-            layout.block.places,
+            layout.block.offsets,
             *layout.parts,
             layout.laws,
             layout.obstacles,
@@ -90,7 +90,7 @@ class Room:
         shots: Shots,
         which: st.IntArray,
         first: int,
-        goes_on: bool,
+        continues: bool,
         log: Log,
         limits: Limits,
         *,
@@ -100,6 +100,6 @@ class Room:
         """Play shots, as `event_loop.play.play`; return which element of `which` is next."""
         motions, clocks, counts, ends = shots
         return play(
-            which, first, goes_on, cue, motions, *self._given, self.contacts,
+            which, first, continues, cue, motions, *self._given, self.contacts,
             *log, clocks, counts, ends, *limits, budget,
         )  # fmt: skip

@@ -30,10 +30,10 @@ def run_sweep(scene: Scene, cue: int, shots: Shots, limits: Limits, threads: int
 
     def play_part(part: st.IntArray, with_contacts: bool) -> None:
         room, log = Room(layout, with_contacts), log_of(0, layout.count)
-        first, goes_on = 0, False
+        first, continues = 0, False
         while first < len(part) and not stop.is_set():
-            first = room.play(shots, part, first, goes_on, log, limits, cue=cue)
-            goes_on = first < len(part) and shots.counts[part[first], st.STATUS] == st.RUN_PAUSED
+            first = room.play(shots, part, first, continues, log, limits, cue=cue)
+            continues = first < len(part) and shots.counts[part[first], st.STATUS] == st.RUN_PAUSED
 
     for with_contacts in (layout.variant.contacts, True):
         if len(pending) == 0:

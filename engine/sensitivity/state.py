@@ -9,7 +9,7 @@ from ghostball.engine.core.state import FloatArray, IntArray, Laws
 LANES = 8
 """Perturbations that are carried at once: two vector registers of doubles."""
 
-# Parts of a perturbation of a ball, as places of their first lane in a row.
+# Parts of a perturbation of a ball, as offsets of their first lane in a row.
 DX = 0 * LANES  # position [m]
 DY = 1 * LANES
 DVX = 2 * LANES  # velocity [m/s]
@@ -82,5 +82,5 @@ class Tangents(NamedTuple):
     at: IntArray  # (n,) the segment that each ball has come to
     due: IntArray  # (n,) collisions that a ball has at one instant
     motion: FloatArray  # (2, PRE_COLUMNS): columns PRE_VX ... above, of the balls of the event
-    work: FloatArray  # (WORK,): places FIRST_BALL ... above
+    work: FloatArray  # (WORK,): offsets FIRST_BALL ... above
     law: FloatArray  # (LAW_OUT, LAW_IN) derivative of the law of the impact at hand
