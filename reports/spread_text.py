@@ -26,9 +26,11 @@ def rows_of(results: Results) -> Iterator[list[str]]:
     last = ""
     for one in spreads_of(results):
         scene, last = "" if one.scene == last else one.scene, one.scene
-        places = "–" if one.places is None else style.format_length(one.places)
+        position_spread = (
+            "–" if one.position_spread is None else style.format_length(one.position_spread)
+        )
         cells = [_cell(one.quantities.get(name)) for name in QUANTITIES]
-        yield [scene, one.label, f"{one.ended} of {one.planned}", places, *cells]
+        yield [scene, one.label, f"{one.ended} of {one.planned}", position_spread, *cells]
 
 
 def remarks_of(results: Results) -> Iterator[str]:

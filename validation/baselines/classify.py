@@ -168,7 +168,7 @@ def _parted(base: Observed, head: Observed, explained: Allowance) -> FirstDiffer
     for j in compared.invented:
         if theirs["t"][j] < ours_end:
             found.append((float(theirs["t"][j]), None, j))
-    for i, j in compared.places:
+    for i, j in compared.index_pairs:
         if abs(ours["t"][i] - theirs["t"][j]) > explained.event_times[j]:
             found.append((float(min(ours["t"][i], theirs["t"][j])), i, j))
     found = [one for one in found if one[0] <= explained.horizon]

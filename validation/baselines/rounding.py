@@ -123,7 +123,7 @@ def allowance_of_other(scene: Scene, head: Observed) -> Allowance:
         rest = np.full(len(scene.balls), smallest)
         return Allowance(math.inf, math.inf, allowed, rest, "nothing")
     compared = compare_logs(events_in(events, ALL_KINDS), events_in(head.events, ALL_KINDS))
-    for i, j in compared.places:
+    for i, j in compared.index_pairs:
         allowed[j] = max(allowed[j], ours.event_times[i])
     return replace(ours, event_times=allowed)
 

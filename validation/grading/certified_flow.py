@@ -151,8 +151,8 @@ class ProvedBall:
         return row, s if row == k else t - self._rows[row][0]
 
     def _next_start(self, k: int) -> int:
-        place = bisect_right(self.starts, k)
-        return self.starts[place] if place < len(self.starts) else len(self._rows)
+        following = bisect_right(self.starts, k)
+        return self.starts[following] if following < len(self.starts) else len(self._rows)
 
     def along(self, k: int) -> Iterator[tuple[int, FloatArray]]:
         """Yield the rows after a start that continue with its motion, each with the flow to it."""

@@ -112,7 +112,7 @@ class Agreement:
     ----------
     pairs : tuple of (Event, Event)
         The events that both have, the true one first, in the order of the true log.
-    places : tuple of (int, int)
+    index_pairs : tuple of (int, int)
         Where each is among the events that were given.
     missing : tuple of int
         Where the true log has events that the other one lacks.
@@ -123,7 +123,7 @@ class Agreement:
     """
 
     pairs: tuple[tuple[Event, Event], ...]
-    places: tuple[tuple[int, int], ...]
+    index_pairs: tuple[tuple[int, int], ...]
     missing: tuple[int, ...]
     invented: tuple[int, ...]
     parting: Parting | None
@@ -133,7 +133,7 @@ class Agreement:
         """How many events both have before the first that only one of them has."""
         first_missing = min(self.missing, default=math.inf)
         first_invented = min(self.invented, default=math.inf)
-        return sum(i < first_missing and j < first_invented for i, j in self.places)
+        return sum(i < first_missing and j < first_invented for i, j in self.index_pairs)
 
     def parts_at(self, *, timed: bool = True) -> float | None:
         """Return when the logs part [s]; inf: never; None where no log says when.
@@ -202,29 +202,29 @@ def compare_logs(
         An exact engine has one; one that steps reports one time for all collisions of a step.
     """
     queues: dict[int, deque[int]] = defaultdict(deque)
-    for position, one in enumerate(other):
+    for found, one in enumerate(other):
         for ball in one.balls:
-            queues[ball].append(position)
+            queues[ball].append(found)
     stuck: set[int] = set()
-    places: list[tuple[int, int]] = []
+    index_pairs: list[tuple[int, int]] = []
     missing: list[int] = []
-    for place, one in enumerate(true):
+    for at, one in enumerate(true):
         index: int | None = None
         if stuck.isdisjoint(one.balls):
             index = _next(one, other, queues)
             if index is None and not strict:
-                index = _next_at_one_instant(true, place, other, queues)
+                index = _next_at_one_instant(true, at, other, queues)
         if index is None:
             stuck.update(one.balls)
-            missing.append(place)
+            missing.append(at)
             continue
-        places.append((place, index))
+        index_pairs.append((at, index))
         for ball in one.balls:
             queues[ball].remove(index)
-    invented = sorted({position for queue in queues.values() for position in queue})
+    invented = sorted({found for queue in queues.values() for found in queue})
     return Agreement(
-        tuple((true[i], other[j]) for i, j in places),
-        tuple(places),
+        tuple((true[i], other[j]) for i, j in index_pairs),
+        tuple(index_pairs),
         tuple(missing),
         tuple(invented),
         _first_parting([true[i] for i in missing], [other[j] for j in invented]),
@@ -246,14 +246,14 @@ def _next(one: Event, other: Sequence[Event], queues: dict[int, deque[int]]) -> 
 
 
 def _next_at_one_instant(
-    true: Sequence[Event], place: int, other: Sequence[Event], queues: dict[int, deque[int]]
+    true: Sequence[Event], at: int, other: Sequence[Event], queues: dict[int, deque[int]]
 ) -> int | None:
     """Return the index in the other log of what only events of one instant come before."""
-    one = true[place]
+    one = true[at]
     index = next((i for i in queues[one.a] if other[i].key == one.key), None)
     if index is None:
         return None
-    tied = {two.key for two in _tied_with(true, place)}
+    tied = {two.key for two in _tied_with(true, at)}
     for ball in one.balls:
         for earlier in queues[ball]:
             if earlier == index:
@@ -264,11 +264,11 @@ def _next_at_one_instant(
     return index
 
 
-def _tied_with(log: Sequence[Event], place: int) -> list[Event]:
-    """Return the later events of a log at the same instant as the one at `place`."""
+def _tied_with(log: Sequence[Event], at: int) -> list[Event]:
+    """Return the later events of a log at the same instant as the one with the index `at`."""
     tied = []
-    for one in log[place + 1 :]:
-        if not _one_instant(log[place].t, one.t):
+    for one in log[at + 1 :]:
+        if not _one_instant(log[at].t, one.t):
             break
         tied.append(one)
     return tied

@@ -68,7 +68,7 @@ class SceneSpread:
         How many that came to their end break a limit that any engine must keep.
     reasons : tuple of str
         Why the others did not come to their end, each once.
-    places : float or None [m]
+    position_spread : float or None [m]
         How far a ball rests from where it does on average, root mean square over all balls.
     quantities : dict of str to Spread
         By the names of `QUANTITIES`; empty where fewer than two came to their end.
@@ -80,7 +80,7 @@ class SceneSpread:
     ended: int
     broken: int
     reasons: tuple[str, ...]
-    places: float | None
+    position_spread: float | None
     quantities: dict[str, Spread]
 
 
@@ -109,10 +109,10 @@ def _spread(
     scene: str, label: str, cases: list[CaseRecord], ours: dict[str, FloatArray]
 ) -> SceneSpread:
     ended, values = _ended(cases), _values(cases)
-    places, quantities = None, {}
+    position_spread, quantities = None, {}
     if len(ended) >= 2:
         rest = np.array([case.rest_positions for case in ended])
-        places = float(np.sqrt(np.mean(np.sum((rest - rest.mean(axis=0)) ** 2, axis=2))))
+        position_spread = float(np.sqrt(np.mean(np.sum((rest - rest.mean(axis=0)) ** 2, axis=2))))
         quantities = {
             name: Spread(
                 float(np.mean(found)),
@@ -130,7 +130,7 @@ def _spread(
         len(ended),
         sum(case.passed is False for case in ended),
         tuple(dict.fromkeys(case.reason for case in cases if case not in ended)),
-        places,
+        position_spread,
         quantities,
     )
 

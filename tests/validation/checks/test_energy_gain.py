@@ -60,11 +60,11 @@ def with_gain_at(result: Result, t: float, gain: float) -> Result:
             k = int(np.searchsorted(one[:, 0], t, side="right")) - 1
             # The ball continues as it was, but faster, from a segment of its own at that instant.
             state, after = motion.sample(np.array([t])), one[k].copy()
-            place = len(segments)
+            ball = len(segments)
             after[0] = t
-            after[1:3] = state.positions[0, place, :2]
-            after[3:5] = state.velocities[0, place, :2]
-            after[7:10] = state.angular_velocities[0, place]
+            after[1:3] = state.positions[0, ball, :2]
+            after[3:5] = state.velocities[0, ball, :2]
+            after[7:10] = state.angular_velocities[0, ball]
             grown = np.vstack([one[: k + (one[k, 0] < t)], after, one[k + 1 :]])
             rows = grown[:, 0] >= t
             grown[np.ix_(rows, [3, 4, 7, 8, 9])] *= factor

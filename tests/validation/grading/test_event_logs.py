@@ -213,7 +213,7 @@ def test_our_engine_finds_what_is_proved(name):
     events = simulate(scene, record="events").events
     found = compare_logs(proved, events_in(events, ALL_KINDS), strict=True)
     assert found.parting is None
-    assert found.places == tuple((k, k) for k in range(len(events)))
+    assert found.index_pairs == tuple((k, k) for k in range(len(events)))
     without = compare_logs(proved, events_in(np.delete(events, 2), ALL_KINDS), strict=True)
     assert without.parting.true == proved[2]
     assert without.missing[0] == 2
@@ -239,10 +239,10 @@ def test_random_logs_are_paired_alike_each_once_and_in_the_order_of_each_ball():
     for _ in range(400):
         one, other = (log("".join(chance.choices("ABCX", k=chance.randrange(12)))) for _ in "12")
         found = compare_logs(one, other, strict=True)
-        assert all(one[i].key == other[j].key for i, j in found.places)
-        assert sorted([*(i for i, _ in found.places), *found.missing]) == [*range(len(one))]
-        assert sorted([*(j for _, j in found.places), *found.invented]) == [*range(len(other))]
-        for k, (i, j) in enumerate(found.places):
-            for p, q in found.places[:k]:
+        assert all(one[i].key == other[j].key for i, j in found.index_pairs)
+        assert sorted([*(i for i, _ in found.index_pairs), *found.missing]) == [*range(len(one))]
+        assert sorted([*(j for _, j in found.index_pairs), *found.invented]) == [*range(len(other))]
+        for k, (i, j) in enumerate(found.index_pairs):
+            for p, q in found.index_pairs[:k]:
                 if set(one[i].balls) & set(one[p].balls):
                     assert (p < i) == (q < j)

@@ -40,7 +40,7 @@ def test_varied_starts_are_cases_and_the_scenes_stay_as_they_are(tmp_path: Path)
     assert (ours.label, ours.planned, ours.ended, ours.broken) == ("ghostball", 6, 6, 0)
     # By hand: of one ball, whose way is as the square of its speed.
     rest = np.array([c.rest_positions[0] for c in results.varied if c.label == "ghostball"])
-    assert ours.places == pytest.approx(math.sqrt(rest.var(axis=0).sum()))
+    assert ours.position_spread == pytest.approx(math.sqrt(rest.var(axis=0).sum()))
     times = [c.rest_time for c in results.varied if c.label == "ghostball"]
     assert ours.quantities[REST_TIME].mean == pytest.approx(np.mean(times))
     assert ours.quantities[REST_TIME].deviation == pytest.approx(np.std(times, ddof=1))
