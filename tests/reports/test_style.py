@@ -5,8 +5,12 @@ import sys
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from ghostball.reports import style
+from ghostball.reports.figures import draw_sheet
+from ghostball.reports.shots import load_shot
+from ghostball.validation.results.store import Results
 from ghostball.validation.suite.suite import DEFAULT_ENGINES
 
 
@@ -86,3 +90,23 @@ def test_any_label_gets_a_look_that_is_the_same_in_every_process():
     assert other == [str(look) for look in looks]
     # Breaks where the command line waits for it without drawing anything.
     assert matplotlib_is_loaded == "False"
+
+
+def test_the_same_figure_gives_the_same_bytes(results_folder, tmp_path):
+    for name in ("first", "second"):
+        with style.drawing():
+            style.save_figure(
+                draw_sheet(load_shot(Results.open(results_folder), "head-on")), tmp_path / name
+            )
+    for ending in style.FORMATS:
+        first, second = (tmp_path / f"{name}.{ending}" for name in ("first", "second"))
+        assert first.read_bytes() == second.read_bytes()
+    assert "dc:date" not in first.read_text()
+
+
+def test_a_figure_carries_what_it_was_drawn_from(results_folder, tmp_path):
+    with style.drawing():
+        figure = draw_sheet(load_shot(Results.open(results_folder), "head-on"))
+        png, svg = style.save_figure(figure, tmp_path / "figure", "0123abc")
+    assert Image.open(png).text["Description"] == "0123abc"
+    assert "<dc:description>0123abc</dc:description>" in svg.read_text()

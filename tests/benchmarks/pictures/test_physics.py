@@ -4,6 +4,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from figure_texts import texts_of
 
 from benchmarks.pictures.physics import (
     DEFLECTION,
@@ -12,6 +13,7 @@ from benchmarks.pictures.physics import (
     THROW_BY_ANGLE,
     THROW_BY_SPIN,
     cuts_of,
+    draw_deflection,
     natural_deflection,
     throw_angle,
 )
@@ -28,12 +30,6 @@ from ghostball.validation.truth.closed_forms import closed_form
 def run(name: str) -> tuple[Scene, Motion]:
     scene = find_scene(name)
     return scene, motion_of(simulate(scene, record="trajectory"))
-
-
-def texts_of(figure) -> str:
-    from matplotlib.text import Text
-
-    return "\n".join(text.get_text() for text in figure.findobj(Text))
 
 
 @pytest.mark.parametrize(("cut", "deflection"), PUBLISHED_DEFLECTIONS)
@@ -88,3 +84,12 @@ def test_a_figure_is_written_with_every_engine_that_ran(results_folder, tmp_path
     for part in ("closed form", "ghostball", "pymunk, exact steps", "paper-discrete", "[deg]"):
         assert part in text
     assert "pybullet" not in text  # it ran none of them
+
+
+def test_every_deflection_is_within_the_axes(results_folder):
+    with style.drawing():
+        above = draw_deflection(Results.open(results_folder)).axes[0]
+    low, high = above.get_ylim()
+    for line in above.lines:
+        y = np.asarray(line.get_ydata(), dtype=float)
+        assert np.all((low <= y) & (y <= high))

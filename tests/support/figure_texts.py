@@ -1,0 +1,8 @@
+"""What a figure says."""
+
+
+def texts_of(figure) -> str:
+    """Return all texts of a figure, one a line."""
+    from matplotlib.text import Text
+
+    return "\n".join(text.get_text() for text in figure.findobj(Text))
