@@ -129,7 +129,7 @@ class Place:
 def _has_same_events(result: Result, truth: Truth) -> bool:
     """Whether those met that meet in truth.
 
-    Not how often, of a run with its events: in a row of balls that touch, an engine that steps may
+    Not how often, of a run with its events: in a line of balls that touch, an engine that steps may
     report a contact again at the next step.
     """
     if result.events is None or truth.collisions is None:

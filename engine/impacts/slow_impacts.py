@@ -156,7 +156,7 @@ def part_slowly(
 
 @kernel
 def _mass_behind(world: World, k: int, nx: float, ny: float) -> float:
-    """Return the mass of ball k and of a row of balls that it is pushed into, over its own."""
+    """Return the mass of ball k and of a line of balls that it is pushed into, over its own."""
     balls = world.balls
     mass: float = balls.state[k].mass
     last = k

@@ -58,7 +58,7 @@ def test_a_shot_that_breaks_a_limit_is_named_with_its_scene(
     assert Scene.model_validate(row.scene) == random_shot(row.number)
 
 
-def test_a_process_that_dies_names_the_shot(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_process_that_crashes_names_the_shot(monkeypatch: pytest.MonkeyPatch) -> None:
     def dying(tasks: Any, jobs: int, work: Any) -> Any:
         yield Done(tasks[0], None, "its process ended with signal 9", "")
 

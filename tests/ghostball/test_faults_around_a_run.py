@@ -31,7 +31,7 @@ FILE_SIZE = 128 * 1024
 SAYS = {
     "raise": "RuntimeError: lost the balls",
     "exit": "SystemExit: 0",
-    "die": "exit code 7",
+    "crash": "exit code 7",
     "abort": "exit code -9",
     "hang": "took longer than",
     "deaf": "took longer than",
@@ -241,7 +241,7 @@ def numbers():
 
 @pytest.mark.slow
 def test_a_cluster_finds_what_one_machine_finds_though_a_worker_is_killed(here, tmp_path):
-    asked = Asked("validate", ["ghostball", "faulty:slow=1.0", "faulty:does=die"], count=2)
+    asked = Asked("validate", ["ghostball", "faulty:slow=1.0", "faulty:does=crash"], count=2)
     status, _ = OnCluster(asked, tmp_path).run(lambda cluster: cluster.workers[0].kill())
     found = numbers()
     assert set(found) == asked.results

@@ -27,7 +27,7 @@ def drastic(text: str) -> Mutation:
         ("time.sleep(600)", 5.0, "no answer in 5 s"),  # without its start
     ],
 )
-def test_a_shot_that_raises_dies_or_hangs_is_a_fault(text, limit, reason):
+def test_a_shot_that_raises_crashes_or_hangs_is_a_fault(text, limit, reason):
     with planted(drastic(text)) as folder:
         found = faults_on(folder, ["graded/head-on", "graded/stop"], time_limit=limit)
     assert found["graded/head-on"] == ()

@@ -3,7 +3,7 @@
 import pickle
 
 import pytest
-from pool_tasks import die_of_one_scene
+from pool_tasks import crash_in_one_scene
 
 from ghostball.model import GhostballError
 from ghostball.reports import PAGE, IncompleteReportError, report, style, write_report
@@ -102,8 +102,8 @@ def test_a_figure_costs_itself_alone(module_folder, monkeypatch):
 
 
 @pytest.mark.usefixtures("without_run_figures")
-def test_a_process_that_dies_costs_its_part_alone(module_folder, monkeypatch):
-    monkeypatch.setattr(report, "_make", die_of_one_scene)
+def test_a_process_that_crashes_costs_its_part_alone(module_folder, monkeypatch):
+    monkeypatch.setattr(report, "_make", crash_in_one_scene)
     failed, html = written(module_folder, jobs=2)
     assert failed == ["part of report.html on scene stop"]
     assert "the process running it crashed (exit code 7)" in html

@@ -22,7 +22,7 @@ Fault = Literal[
     "none",
     "raise",
     "exit",
-    "die",
+    "crash",
     "abort",
     "hang",
     "deaf",
@@ -92,7 +92,7 @@ def fail(does: Fault) -> None:
         raise RuntimeError("lost the balls")
     if does == "exit":
         raise SystemExit(0)
-    if does == "die":
+    if does == "crash":
         os._exit(7)  # as where C code calls `exit`
     if does == "abort":
         os.kill(os.getpid(), signal.SIGKILL)  # as by the system, where memory runs out

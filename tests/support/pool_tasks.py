@@ -15,7 +15,7 @@ from pathlib import Path
 def work(task: str) -> str:
     """Do what the task says."""
     word, _, rest = task.partition(" ")
-    if word == "die":
+    if word == "crash":
         os._exit(int(rest))
     if word == "sleep":
         time.sleep(float(rest))
@@ -24,7 +24,7 @@ def work(task: str) -> str:
     if word == "deaf":
         signal.signal(signal.SIGTERM, signal.SIG_IGN)
         time.sleep(600.0)
-    if word == "later":  # dies once it is idle
+    if word == "later":  # crashes once it is idle
         signal.signal(signal.SIGALRM, lambda *_: os._exit(9))
         signal.setitimer(signal.ITIMER_REAL, 0.05)
     if word == "raise":
@@ -94,8 +94,8 @@ class Part:
             file.write(f"{self.names[0]} {os.getpid()}\n")
 
 
-def die_of_one_scene(path, figures, task):
-    """Make a part of the report, but die of one scene."""
+def crash_in_one_scene(path, figures, task):
+    """Make a part of the report, but crash in one scene."""
     from ghostball.reports import report
 
     if task == report.PART + "stop":

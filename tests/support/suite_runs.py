@@ -46,7 +46,7 @@ class Fake(EngineBase):
         does = self.settings.does
         if does == "raise":
             raise RuntimeError("lost the \\x1b[31mballs")
-        if does == "die":
+        if does == "crash":
             os._exit(7)
         if does == "hang":
             time.sleep(600)

@@ -1,7 +1,7 @@
 """Work in several processes: a crash costs one task, an interrupt leaves no process behind.
 
 A task that hangs costs no more than itself either, where it has a limit of time. A process has one
-pipe of its own, so that one that dies in the midst of its answer spoils no other's.
+pipe of its own, so that one that crashes in the midst of its answer spoils no other's.
 
 Nothing of what the tasks do is imported here: a process imports what its own tasks need.
 """
@@ -200,7 +200,7 @@ def run_tasks(
 
 
 class Process:
-    """Another process, which does one task after another until it is closed, or dies.
+    """Another process, which does one task after another until it is closed, or crashes.
 
     Parameters
     ----------
@@ -244,7 +244,7 @@ class Process:
 
     def answer(self) -> Done[None, bytes] | None:
         """Return what came of the task, given pickled; None while it is being done."""
-        is_alive = self._process.is_alive()  # what it answers before it dies is there afterwards
+        is_alive = self._process.is_alive()  # what it answers before it crashes is there afterwards
         try:
             if not self._is_ready and self._pipe.poll():
                 self._pipe.recv_bytes()

@@ -124,7 +124,7 @@ def test_what_is_wrong_is_not_taken_for_another_law(tmp_path):
     assert board.cell(SLOWING, "cut").kind == "centimetres"
 
 
-def test_a_cell_that_dies_costs_itself_alone(tmp_path):
+def test_a_cell_that_crashes_costs_itself_alone(tmp_path):
     board, outcome = ask(tmp_path, ["ghostball", DYING], "line", "throw")
     assert board.cell(DYING, "line").kind == "failed"
     assert "crashed" in board.cell(DYING, "line").note

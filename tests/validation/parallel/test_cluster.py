@@ -1,4 +1,4 @@
-"""Tasks on a Dask cluster: the same answers as on one machine, whatever dies on the way."""
+"""Tasks on a Dask cluster: the same answers as on one machine, whatever crashes on the way."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def test_an_address_where_nothing_answers_as_it_should_is_refused(monkeypatch):
 
 @pytest.mark.slow
 def test_what_each_task_comes_to_is_as_on_one_machine(cluster):
-    tasks = ["a", "die 0", "die 7", "raise no luck", "print hello", "sleep 600", "b"]
+    tasks = ["a", "crash 0", "crash 7", "raise no luck", "print hello", "sleep 600", "b"]
 
     def limit(task: str) -> float:
         return 1.0 if task == "sleep 600" else 60.0

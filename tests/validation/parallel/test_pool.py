@@ -33,19 +33,19 @@ def test_without_a_limit_one_job_is_this_process():
 
 
 def test_with_a_limit_one_job_is_another_process_and_a_crash_costs_its_task():
-    assert results(["die 7", "a", "die 3", "b"]) == [
-        "die 7: the process running it crashed (exit code 7)",
+    assert results(["crash 7", "a", "crash 3", "b"]) == [
+        "crash 7: the process running it crashed (exit code 7)",
         "done a",
-        "die 3: the process running it crashed (exit code 3)",
+        "crash 3: the process running it crashed (exit code 3)",
         "done b",
     ]
 
 
 def test_a_process_that_ends_as_if_all_were_well_has_crashed_too():
     # Without a limit of time nothing else would end the wait for it.
-    found = results(["die 0", "a", "b"], jobs=2, limit=None)
+    found = results(["crash 0", "a", "b"], jobs=2, limit=None)
     assert sorted(found) == [
-        "die 0: the process running it crashed (exit code 0)",
+        "crash 0: the process running it crashed (exit code 0)",
         "done a",
         "done b",
     ]
@@ -91,7 +91,7 @@ def test_one_that_lets_no_handler_run_or_ignores_its_end_is_ended_at_once(task):
 
 
 @pytest.mark.skipif(os.name == "nt", reason="POSIX signals")
-def test_a_process_that_dies_while_idle_costs_no_task():
+def test_a_process_that_crashes_while_idle_costs_no_task():
     # Breaks where the next task is blamed for what the one before left behind.
     def tasks():
         yield "later"
@@ -102,7 +102,7 @@ def test_a_process_that_dies_while_idle_costs_no_task():
 
 
 @pytest.mark.skipif(not Path("/proc/self/fd").exists(), reason="needs /proc")
-def test_a_process_that_dies_in_the_midst_of_its_answer_costs_its_task():
+def test_a_process_that_crashes_in_the_midst_of_its_answer_costs_its_task():
     # Breaks where half a message ends the whole run with an OSError.
     found = results(["half", "a"])
     assert found == ["half: the process running it crashed (exit code 3)", "done a"]
@@ -237,7 +237,7 @@ if __name__ == "__main__":
 
 @pytest.mark.parametrize("limit", [LIMIT, None], ids=["other process", "this process"])
 def test_what_a_task_prints_is_kept_with_it_and_goes_nowhere_else(capfd, limit):
-    tasks = ["a", "b", "die 3", "c"] if limit else ["a", "b"]
+    tasks = ["a", "b", "crash 3", "c"] if limit else ["a", "b"]
     with closing(run_tasks(tasks, 1, say, limit)) as found:
         heard = [(done.task, done.printed) for done in found]
     assert [task for task, _ in heard] == tasks  # also of the one that crashed

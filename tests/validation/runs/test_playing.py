@@ -53,7 +53,7 @@ class Evil(EngineBase):
             raise UnsupportedSceneError(self.name, ("no balls",))
         if does == "refuse oddly":
             raise OwnError("no", "such", "thing")
-        if does == "die":
+        if does == "crash":
             print("last words")
             os.kill(os.getpid(), signal.SIGKILL)
         while does == "hang":
@@ -122,7 +122,7 @@ def test_another_engine_of_our_name_runs_in_another_process_too(evil):
 
 
 def test_another_process_costs_the_shot_alone(evil, capfd):
-    # One process plays shot after shot; where it dies or hangs, the next one is as good.
+    # One process plays shot after shot; where it crashes or hangs, the next one is as good.
     printed = []
     with in_other_process(evil, 60.0, printed.append) as player:
 
@@ -149,7 +149,7 @@ def test_another_process_costs_the_shot_alone(evil, capfd):
             "to standard error",
         ]
         with pytest.raises(EngineFailedError, match=r"crashed \(exit code -9\)"):
-            play("die")
+            play("crash")
         assert printed.pop() == "last words"
         assert play("play").engine == "evil"
         assert not printed

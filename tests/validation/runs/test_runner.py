@@ -75,14 +75,14 @@ def test_other_code_and_who_asks_for_it_do_all_again(tmp_path):
         assert ran(tmp_path, keys, code="").reused == 0
 
 
-def test_a_process_that_dies_costs_its_task_which_is_done_again(tmp_path):
-    keys = {"die 3": "1", "a": "2"}
+def test_a_process_that_crashes_costs_its_task_which_is_done_again(tmp_path):
+    keys = {"crash 3": "1", "a": "2"}
     for reused in (0, 1):
         outcome = ran(tmp_path, keys, jobs=2, limit=limit_of(60.0))
         assert outcome.reused == reused
         assert sorted(outcome.records.values()) == [
             ("a", "done a"),
-            ("die 3", "die 3: the process running it crashed (exit code 3)"),
+            ("crash 3", "crash 3: the process running it crashed (exit code 3)"),
         ]
     assert multiprocessing.active_children() == []
 

@@ -207,7 +207,7 @@ def test_an_engine_that_crashes_or_hangs_costs_its_trial(tmp_path, monkeypatch):
         return lambda task: 0.5 if "hang" in task.label else limit(task)
 
     monkeypatch.setattr("ghostball.validation.parallel.pool.limit_of", impatient)
-    labels = ["faulty:does=die", "faulty:does=hang", "faulty:does=exit", "faulty"]
+    labels = ["faulty:does=crash", "faulty:does=hang", "faulty:does=exit", "faulty"]
     outcome = run_stress(labels, tmp_path / "out", only=ONE)
     found = {one.label: one for one in outcome.folder.findings}
     assert found["faulty"].outcome == "survived"
@@ -216,7 +216,7 @@ def test_an_engine_that_crashes_or_hangs_costs_its_trial(tmp_path, monkeypatch):
     ):
         assert found[label].outcome == "broken"
         assert says in found[label].faults[0]
-    assert found["faulty:does=die"].scene is not None  # the shot of which it crashed
+    assert found["faulty:does=crash"].scene is not None  # the shot of which it crashed
     assert outcome.exit_status == 1
     assert multiprocessing.active_children() == []
 

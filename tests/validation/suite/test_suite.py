@@ -196,10 +196,10 @@ def test_with_a_limit_of_time_a_crash_and_a_hang_cost_one_case_each(
         return lambda case: 0.5 if "hang" in case.label else seconds
 
     monkeypatch.setattr("ghostball.validation.parallel.pool.limit_of", limit_of)
-    engines = ["fake:does=die", "fake:does=hang", "fake"]
+    engines = ["fake:does=crash", "fake:does=hang", "fake"]
     outcome = run_suite([scene()], engines, tmp_path, time_limit=300.0)
     cases = by_label(Results.open(tmp_path).cases)
-    assert "exit code 7" in cases["fake:does=die"].reason
+    assert "exit code 7" in cases["fake:does=crash"].reason
     assert "longer than 0.5 s" in cases["fake:does=hang"].reason
     assert cases["fake"].outcome == "ran"
     assert outcome.exit_status == 1
