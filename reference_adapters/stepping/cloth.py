@@ -1,7 +1,7 @@
 """What the cloth does to balls between contacts, in closed form: rolling, and sliding before it.
 
 Pymunk sees the table from above and has no cloth. Its own way to slow a ball is a joint (see
-`pymunk.world`); where that isn't enough, when steps land on contacts or balls slide, the cloth is
+`pymunk.world`); where that isn't enough, when steps end at contacts or balls slide, the cloth is
 applied from here, between the steps.
 """
 

@@ -84,7 +84,7 @@ def test_a_step_ten_times_coarser_than_declared_is_seen(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["head-on", "rail-into", "thin-cut", "catch-up", "break-7"])
-def test_who_says_that_it_lands_must(name: str) -> None:
+def test_who_says_that_steps_end_at_contacts_must(name: str) -> None:
     exact = PymunkEngine.Settings(contact_steps="exact")
     assert verdict_of(judged(name, PymunkEngine(exact))) is Verdict.PASS
     assert "rest_error_max" in broken(judged(name, FixedEngine(exact)))

@@ -90,7 +90,7 @@ def test_what_all_but_happens_leaves_a_shot_predictable():
     assert horizon_of("break-7", "pymunk") == math.inf
 
 
-def test_a_contact_at_which_steps_end_is_off_by_the_landing_gap():
+def test_a_contact_at_which_steps_end_is_off_by_its_gap():
     scene = find_scene("break-7")
     assert resolution_of(make_engine("pymunk:contact_steps=exact"), scene) == 1e-10
     assert resolution_of(make_engine("pymunk:dt=1e-4"), scene) == pytest.approx(2e-4)
