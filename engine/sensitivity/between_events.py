@@ -170,10 +170,10 @@ def _shift_turning(
 
 
 @kernel(inline=True)
-def depart(run: Tangents, ball: int, t: float, index: int, rows: int) -> None:
+def depart(run: Tangents, ball: int, t: float, index: int, balls: int) -> None:
     """Take a perturbation back to the event's instant, - f+ dtau; the next segment starts with it.
 
-    `rows` balls are in the event.
+    `balls` balls are in the event.
 
     A ball that an impact leaves without slip rolls at once; a perturbed one slides first, for a
     time of the order of the perturbation, in which the cloth takes 2/7 of the slip. Likewise one
@@ -203,7 +203,7 @@ def depart(run: Tangents, ball: int, t: float, index: int, rows: int) -> None:
         bz = -bz if run.segments[k, st.WZ] > 0.0 else bz
         _shift_turning(run.lanes, run.work[index * ts.ROW_LENGTH :], at, -1.0, bx, by, bz)
     if run.rounding > 0.0:
-        add_rounding(run, ball, k, t, index, rows)
+        add_rounding(run, ball, k, t, index, balls)
     kept = run.tangent[k * ts.ROW_LENGTH : (k + 1) * ts.ROW_LENGTH]
     for one in range(ts.ROW_LENGTH):
         kept[one] = row[one]
@@ -219,11 +219,11 @@ def _end_slip(lanes: int, row: FloatArray, radius: float) -> None:
 
 
 @kernel(inline=True)
-def add_rounding(run: Tangents, ball: int, k: int, t: float, index: int, rows: int) -> None:
+def add_rounding(run: Tangents, ball: int, k: int, t: float, index: int, balls: int) -> None:
     """Add to the perturbation in row `index` what rounding the state at segment k's start might.
 
     Each number gets, with a random sign in each lane, the largest size that it, or what it was made
-    of, has at the event, in which `rows` balls are. A number that is exactly 0 there stays so, and
+    of, has at the event, in which `balls` balls are. A number that is exactly 0 there stays so, and
     a ball's place along an axis changes only where it moves along it: what is symmetric about an
     axis is so to the last bit in our engine. A place is as uncertain as its gaps, which are
     compared with radii, and as what the ball covers while the clock, at t, rounds.
@@ -240,7 +240,7 @@ def add_rounding(run: Tangents, ball: int, k: int, t: float, index: int, rows: i
         (abs(run.segments[k, st.WX]), abs(run.segments[k, st.WY])) if slides else (0.0, 0.0)
     )
     spin = abs(run.segments[k, st.WZ])
-    for other in range(rows):
+    for other in range(balls):
         speed_x = max(speed_x, abs(run.motion[other, ts.PRE_VX]))
         speed_y = max(speed_y, abs(run.motion[other, ts.PRE_VY]))
         turn_x = max(turn_x, abs(run.motion[other, ts.PRE_WX]))
