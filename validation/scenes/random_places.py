@@ -9,9 +9,10 @@ from __future__ import annotations
 import itertools
 import math
 import random
+from collections.abc import Sequence
 from typing import Final
 
-from ghostball.model import Ball, Table
+from ghostball.model import Ball, Side, Table
 from ghostball.validation.scenes.random_parts import SPREAD, Draft, Options, reach, sized
 
 _SPEEDS: Final = {"slow": (-20, -5), "usual": (-2, 2), "fast": (3, 4)}
@@ -130,6 +131,7 @@ class _Places:
         self.physics = physics
         self.balls: list[Draft] = []
         self.room = SPREAD if table is None else (table.length, table.width)
+        self.sides = () if table is None else table.sides
 
     def anywhere(self, ball: Draft) -> None:
         """Lay a ball where there is room, if some is found."""
@@ -142,7 +144,7 @@ class _Places:
     def at_rail(self, balls: list[Draft], *, corner: bool) -> list[Draft]:
         """Lay balls at a rail, or in a corner, so that they touch it and each other."""
         for _ in range(50):
-            sides = self._corner() if corner else [self.chance.choice(self._sides())]
+            sides = self._corner() if corner else [self.chance.choice(self.sides)]
             laid = self._row(balls, sides)
             if laid:
                 return laid
@@ -216,12 +218,11 @@ class _Places:
 
     def rail_of(self, ball: Draft) -> tuple[float, float] | None:
         """Return the direction along the rail that a ball touches; None where it touches none."""
-        edge, (x, y) = reach(ball, self.physics), ball["position"][:2]
+        edge = reach(ball, self.physics)
         sign = self.chance.choice((1.0, -1.0))
-        for side in self._sides():
-            at, along = self._line(side, edge)
-            if (x if along[0] == 0.0 else y) == at:
-                return (sign * along[0], sign * along[1])
+        for side in self.sides:
+            if ball["position"][side.across] == side.inside(edge):
+                return (sign * side.across, sign * (1 - side.across))
         return None
 
     def within(self, ball: Draft, x: float, y: float) -> tuple[float, float]:
@@ -247,47 +248,35 @@ class _Places:
                 z = max(z, other["radius"] + math.sqrt(left))
         ball["position"] = (x, y, z)
 
-    def _sides(self) -> list[str]:
-        return [] if self.table is None else list(self.table.cushions)
-
-    def _corner(self) -> list[str]:
-        sides = self._sides()
+    def _corner(self) -> list[Side]:
         return [
-            self.chance.choice([side for side in pair if side in sides])
-            for pair in (("left", "right"), ("bottom", "top"))
+            self.chance.choice([side for side in self.sides if side.across == across])
+            for across in (0, 1)
         ]
 
-    def _line(self, side: str, edge: float) -> tuple[float, tuple[float, float]]:
-        """Return where a ball touches a side, in the coordinate across it, and the way along it."""
-        length, width = self.room
-        at = {"left": edge, "right": length - edge, "bottom": edge, "top": width - edge}[side]
-        return at, (0.0, 1.0) if side in ("left", "right") else (1.0, 0.0)
-
-    def _row(self, balls: list[Draft], sides: list[str]) -> list[Draft]:
+    def _row(self, balls: list[Draft], sides: Sequence[Side]) -> list[Draft]:
         """Lay balls in a row along the last of the sides, from the first on where there are two."""
         edges = [reach(ball, self.physics) for ball in balls]
-        along_x = sides[-1] in ("bottom", "top")
+        first, last = sides[0], sides[-1]
         if len(sides) == 2:
-            at, _ = self._line(sides[0], edges[0])
-            sign = 1.0 if sides[0] in ("left", "bottom") else -1.0
+            at, sign = first.inside(edges[0]), first.normal[first.across]
         else:
-            side = self.room[0 if along_x else 1]
-            at, sign = self.chance.uniform(edges[0], max(side - edges[0], edges[0])), 1.0
+            room = self.room[1 - last.across]
+            at, sign = self.chance.uniform(edges[0], max(room - edges[0], edges[0])), 1.0
         spots = []
-        across = [self._line(sides[-1], edge)[0] for edge in edges]
+        across = [last.inside(edge) for edge in edges]
         for k, ball in enumerate(balls):
             if k > 0:
                 d, aside = self._apart(balls[k - 1], ball), across[k] - across[k - 1]
                 at += sign * math.sqrt(max(d * d - aside * aside, 0.0))
-            spots.append((at, across[k]) if along_x else (across[k], at))
+            spots.append((at, across[k]) if last.across else (across[k], at))
         return balls if self._lay_all(balls, spots) else []
 
     def _beside_rail(self, spot: tuple[float, float]) -> tuple[float, float]:
-        """Return a place beside the bottom rail as one beside the first rail that there is."""
-        length, width = self.room
-        x, y = spot
-        places = {"bottom": (x, y), "top": (x, width - y), "left": (y, x), "right": (length - y, x)}
-        return places[self._sides()[-1]]
+        """Return a place beside the bottom rail as one beside the last rail that there is."""
+        along, side = spot[0], self.sides[-1]
+        away = side.inside(spot[1])
+        return (along, away) if side.across else (away, along)
 
     def _apart(self, one: Draft, other: Draft) -> float:
         """Return how far apart, in plan, balls on the cloth are that touch [m]."""
@@ -309,9 +298,7 @@ class _Places:
         Those that touch may overlap by rounding.
         """
         edge = reach(ball, self.physics)
-        gaps = {"left": x, "right": self.room[0] - x, "bottom": y, "top": self.room[1] - y}
-        bounded = self.table is not None
-        if bounded and any(gaps[side] < edge - 1e-15 for side in self._sides()):
+        if any(side.distance(x, y) < edge - 1e-15 for side in self.sides):
             return False
         for other in self.balls:
             dx, dy = x - other["position"][0], y - other["position"][1]

@@ -284,11 +284,10 @@ class _Room:
 def _box(ball: Ball, table: Table | None, size: float) -> tuple[float, float, float, float]:
     """Return left, right, bottom, top of where a centre may be [m]."""
     x, y, _ = ball.position
-    left, right, bottom, top = x - size, x + size, y - size, y + size
-    if table is not None:
-        radius, cushions = ball.radius, table.cushions
-        left = max(left, radius) if "left" in cushions else left
-        right = min(right, table.length - radius) if "right" in cushions else right
-        bottom = max(bottom, radius) if "bottom" in cushions else bottom
-        top = min(top, table.width - radius) if "top" in cushions else top
+    box = [x - size, x + size, y - size, y + size]
+    for side in () if table is None else table.sides:
+        nearest = side.inside(ball.radius)
+        most = max if side.normal[side.across] > 0.0 else min
+        box[side.cushion] = most(box[side.cushion], nearest)
+    left, right, bottom, top = box
     return left, right, bottom, top

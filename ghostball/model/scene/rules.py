@@ -109,20 +109,15 @@ def _check_inside(scene: SceneContents) -> None:
     for i, ball in enumerate(scene.balls):
         x, y = ball.position[0], ball.position[1]
         reach = _reach_of_nose(scene, ball)
-        gaps = {
-            "left": x - reach,
-            "right": table.length - reach - x,
-            "bottom": y - reach,
-            "top": table.width - reach - y,
-        }
         permitted = position_rounding(x, y, table.length, table.width)
-        for name in table.cushions:
-            if gaps[name] < -permitted:
+        for side in table.sides:
+            gap = side.distance(x, y) - reach
+            if gap < -permitted:
                 far = "its radius" if reach == ball.radius else "so far at this height"
                 raise problem(
                     "outside",
                     f'`balls[{i}].position` must be inside the table: ball "{ball.id}" at '
-                    f"({x}, {y}) m reaches {-gaps[name]:.6g} m beyond the {name} cushion. Its "
+                    f"({x}, {y}) m reaches {-gap:.6g} m beyond the {side.name} cushion. Its "
                     f"centre must be at least {far}, {reach} m, from each cushion",
                     at=("balls", i, "position"),
                 )

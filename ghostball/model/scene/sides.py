@@ -54,6 +54,10 @@ class Side(NamedTuple):
         """Return how far a point is inside [m], elementwise; as exact as one subtraction."""
         return self.normal[self.across] * ((x, y)[self.across] - self.point[self.across])
 
+    def inside(self, distance: float) -> float:
+        """Return the coordinate across it, so far inside [m]: what `distance` is the inverse of."""
+        return self.point[self.across] + self.normal[self.across] * distance
+
     def ends(self, beyond: float = 0.0, outward: float = 0.0) -> tuple[Point, Point]:
         """Return the ends of a part of the line that goes `beyond` both corners [m].
 
