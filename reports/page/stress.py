@@ -11,9 +11,10 @@ from ghostball.reports.page.rendering import render
 from ghostball.reports.words import many
 from ghostball.validation.results.store import Results
 from ghostball.validation.stress import FAMILIES, StressFolder
+from ghostball.validation.stress.families.tunnelling import DEPTH, SPEED
 from ghostball.validation.stress.findings import is_stress_folder
 from ghostball.validation.stress.survival import Survival, all_survival, trying_again
-from ghostball.validation.stress.tracked import COUNTS, DEPTH, QUANTILES, SPEED, tracked_numbers
+from ghostball.validation.stress.tracked import tracked_numbers
 
 STRESS_FOLDERS = ("stress", "stress-quick", "stress-full")
 """Where in a results folder a stress run may lie."""
@@ -25,9 +26,7 @@ def stress_html(results: Results) -> Markup:
     if not folders:
         return Markup()
     shot = f"{SPEED:g} m/s, {DEPTH:g} diameters of overlap"
-    return render(
-        "stress.html", runs=map(_run, folders), shot=shot, counts=COUNTS, quantiles=QUANTILES
-    )
+    return render("stress.html", runs=map(_run, folders), shot=shot)
 
 
 def stress_folders(path: Path) -> list[StressFolder]:

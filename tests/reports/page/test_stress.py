@@ -24,8 +24,7 @@ FOUND = [
     finding("grazing", "hit-1"),
     finding("grazing", "hit-2", "pymunk", "broken", shots=4, broken=3, severity=2.0),
     finding("grazing", "hit-3", "pymunk"),
-    finding("storms", "breaks", values={"events": [1, 5, 900], "contact_steps": [0, 0, 7],
-                                        "seconds": [1e-4, 2e-4, 0.3]}),
+    finding("storms", "breaks"),
     finding("tunnelling", "a", "pymunk", values={
         "speed": 2.0, "depth": 0.1, "step": 1e-3, "largest_step": 1e-2,
         "ladder": [{"dt": 1e-3, "missed": 0}, {"dt": 1e-2, "missed": 0}]}),
@@ -59,7 +58,6 @@ def test_it_has_every_count_break_command_and_tracked_number(shown, tmp_path):
     folder = tmp_path / "stress-quick"
     assert f"ghostball run {folder}/worst/grazing-pymunk.toml --engine pymunk" in text
     assert "ghostball stress grazing/hit-2 --engine pymunk --rerun --out " in text
-    assert "ghostball 3 events 5 882 898 900" in text
     assert "pymunk 1 ms at least 10 ms" in text
     assert "Random breaks ( storms ) Whatever the break" in text
 

@@ -1,11 +1,8 @@
 """The numbers by which engines are tracked, from findings made by hand."""
 
-import json
-
-import pytest
-
+from ghostball.validation.stress.families.tunnelling import DEPTH, SPEED
 from ghostball.validation.stress.findings import Finding, StressFolder, StressRun
-from ghostball.validation.stress.tracked import DEPTH, SPEED, tracked_numbers
+from ghostball.validation.stress.tracked import tracked_numbers
 
 
 def folder_of(tmp_path, *findings):
@@ -29,27 +26,6 @@ def test_one_shot_tells_the_largest_step(tmp_path):
     one, two = tracked_numbers(folder)
     assert (one["own_step"], one["largest_step_without_a_miss"]) == (1e-3, 1e-3)
     assert (one["larger_steps_miss"], two["larger_steps_miss"]) == (True, False)
-
-
-def test_needs_of_breaks_are_quantiles_over_all_their_trials(tmp_path):
-    halves = [
-        finding(
-            "one",
-            trial=name,
-            events=list(range(first, first + 50)),
-            contact_steps=[0] * 50,
-            seconds=[0.25] * 50,
-        )
-        for name, first in (("a", 0), ("b", 50))
-    ]
-    (row,) = tracked_numbers(folder_of(tmp_path, *halves))
-    assert row["engine"] == "one"
-    assert row["breaks"] == 100
-    assert row["needs"]["events"] == pytest.approx(
-        {"p50": 49.5, "p99": 98.01, "p99.9": 98.901, "max": 99.0}
-    )
-    assert set(row["needs"]["seconds"].values()) == {0.25}
-    json.dumps(row)
 
 
 def test_an_engine_of_which_nothing_is_known_has_no_row(tmp_path):

@@ -37,7 +37,14 @@ from ghostball.validation.grading.tolerances import EPS
 from ghostball.validation.runs.playing import run_engine
 from ghostball.validation.runs.steps import step_setting, with_step
 from ghostball.validation.stress.invariants import is_exact
-from ghostball.validation.stress.trial import Family, Suite, Trial, Verdict, play
+from ghostball.validation.stress.trial import (
+    Family,
+    SceneTrial,
+    Suite,
+    Trial,
+    Verdict,
+    play,
+)
 
 DIAMETER = 2.0 * POOL_BALL_RADIUS
 
@@ -87,7 +94,7 @@ def passing(depth: float, speed: float, step: float, phase: float) -> Scene:
 
 @dataclass(frozen=True)
 class Passing(Trial):
-    """One ball shot across another, at an engine's own step and at those of a ladder.
+    """One ball shot across another, at an engine's own step, and maybe at those of a ladder.
 
     It survives where it misses from no start phase at its own step, or whatever its settings where
     it has none. The ladder is measured, not judged.
@@ -98,7 +105,7 @@ class Passing(Trial):
     depth : float
         Of the impact, in diameters.
     halves : int
-        Rungs of the ladder for each factor 2.
+        Rungs of the ladder for each factor 2; 0 for none.
     phases : int
         Start phases at each rung; at the engine's own step there are `PHASES`.
     """
@@ -106,7 +113,7 @@ class Passing(Trial):
     name: str
     speed: float
     depth: float
-    halves: int = 2
+    halves: int = 0
     phases: int = PHASES
     limit: ClassVar[float] = 300.0
 
@@ -122,7 +129,7 @@ class Passing(Trial):
             "missed": len(missed),
             "phases": PHASES,
         }
-        if setting is not None:
+        if setting is not None and self.halves:
             values |= self._ladder(engine)
         if missed:
             at_step = "" if own is None else f" at a step of {own:.3g} s"
@@ -170,50 +177,27 @@ class Passing(Trial):
 
 
 @dataclass(frozen=True)
-class Energy(Trial):
-    """The energy of a shot at its end, at an engine's own step and at those of a ladder.
-
-    It survives where the energy at its own step is right; the ladder is measured, not judged.
+class EndEnergy:
+    """Whether the energy at the end of a shot is right.
 
     Attributes
     ----------
     energy : float [J]
-        What is left at the end.
-    steps : tuple of float [s]
+        What is left.
     """
 
-    name: str
-    scene: Scene
     energy: float
-    steps: tuple[float, ...]
-    limit: ClassVar[float] = 300.0
 
-    def run(self, engine: ReferenceEngine) -> Verdict:
-        """Play the shot, then down the ladder."""
-        played = play(engine, self.scene)
-        if isinstance(played, Verdict):
-            return played
-        error = self._error(played)
-        setting = step_setting(engine)
-        values: dict[str, Any] = {"energy_error": error}
-        if setting is not None:
-            values["dt"] = float(played.settings[setting])
-            values["ladder"] = [
-                {"dt": step, "energy_error": self._error(at_step)}
-                for step in self.steps
-                if isinstance(at_step := play(with_step(engine, step), self.scene), Result)
-            ]
-        limit = energy_limit(played)
+    def __call__(self, result: Result) -> Verdict:
+        """Judge a run, recorded as a trajectory."""
+        first, last = result.energy(np.array([0.0, result.rest_time])).total
+        error, limit = float(abs(last - self.energy) / first), energy_limit(result)
         faults = []
         if not error <= limit:
             faults.append(
                 f"the energy at the end is off by {error:.3g} of the first, at most {limit:.3g}"
             )
-        return Verdict.of(self.scene, faults, error / limit, values)
-
-    def _error(self, result: Result) -> float:
-        first, last = result.energy(np.array([0.0, result.rest_time])).total
-        return float(abs(last - self.energy) / first)
+        return Verdict.of(result.scene, faults, error / limit, {"energy_error": error})
 
 
 def energy_limit(result: Result) -> float:
@@ -289,6 +273,9 @@ def own_step(engine: ReferenceEngine, scene: Scene) -> float:
     return float(value)
 
 
+SPEED, DEPTH = 2.0, 0.1
+"""The shot that tells the largest step of an engine in one number: [m/s], and in diameters."""
+
 SPEEDS = {"quick": (2.0, 10.0), "full": (0.5, 1.0, 2.0, 5.0, 10.0)}
 DEPTHS = {"quick": (0.1, 0.01), "full": (0.5, 0.1, 0.05, 0.02, 0.01)}
 """What a pool game has: up to the hardest break [m/s], and cuts of up to 82 degrees; in diameters
@@ -296,14 +283,13 @@ of depth."""
 
 
 def _trials(suite: Suite) -> Iterator[Trial]:
-    halves, ladder_phases = (1, 4) if suite == "quick" else (2, PHASES)
+    halves, phases = (1, 4) if suite == "quick" else (2, PHASES)
     for speed in SPEEDS[suite]:
         for depth in DEPTHS[suite]:
-            yield Passing(f"speed-{speed:g}-depth-{depth:g}", speed, depth, halves, ladder_phases)
-    finest = 2 if suite == "quick" else 6
-    steps = tuple(0.004 * 2.0**-k for k in range(-2, finest))
-    yield Energy("energy-of-elastic-break", *elastic_break(), steps)
-    yield Energy("energy-of-bounces", *bounces(), steps)
+            rungs = halves if (speed, depth) == (SPEED, DEPTH) else 0
+            yield Passing(f"speed-{speed:g}-depth-{depth:g}", speed, depth, rungs, phases)
+    for name, (scene, energy) in (("elastic-break", elastic_break()), ("bounces", bounces())):
+        yield SceneTrial(f"energy-of-{name}", scene, EndEnergy(energy))
 
 
 FAMILY = Family(
@@ -313,7 +299,7 @@ FAMILY = Family(
     f"counted: {PHASES} of them for each speed of a pool game, 0.5 to 10 m/s, and each depth of "
     "impact, 0.5 to 0.01 diameters; and the energy at the end is right, to rounding where motion "
     "is exact and else to 1e-3 of the first, in an elastic break of frozen balls and of a ball "
-    "that bounces to and fro. How large steps might be is measured for engines that have any; ours "
-    "has none, so it has no such limit.",
+    "that bounces to and fro. How large steps might be is measured of one shot for engines that "
+    "have any; ours has none, so it has no such limit.",
     _trials,
 )

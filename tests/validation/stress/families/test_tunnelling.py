@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 from ghostball.engine import simulate
-from ghostball.model import EventKind, UnsupportedSceneError
+from ghostball.model import EventKind, Scene, UnsupportedSceneError
 from ghostball.reference_adapters.registry import make_engine
 from ghostball.validation.runs.steps import with_step
 from ghostball.validation.stress.families.tunnelling import (
     DIAMETER,
     FAMILY,
     PHASES,
-    Energy,
+    EndEnergy,
     Passing,
     bounces,
     crossing,
@@ -24,6 +24,7 @@ from ghostball.validation.stress.families.tunnelling import (
     own_step,
     passing,
 )
+from ghostball.validation.stress.trial import SceneTrial
 
 
 def test_the_half_chord_of_a_full_collision_is_a_diameter():
@@ -83,15 +84,19 @@ def test_the_own_step_is_what_the_engine_runs_with():
     assert own_step(make_engine("paper-continuous:frame=0.01"), scene) == 0.01
 
 
+def energy_of(scene: Scene, energy: float) -> SceneTrial:
+    return SceneTrial("some", scene, EndEnergy(energy))
+
+
 @pytest.mark.parametrize("shot", [elastic_break, bounces])
 def test_a_wrong_energy_breaks_an_engine(shot):
     scene, energy = shot()
     first = simulate(scene, record="trajectory").energy(np.array([0.0])).total[0]
     for off, breaks in ((1e-14, "ghostball"), (2e-3, "pymunk")):
-        verdict = Energy("some", scene, energy + off * first, ()).run(make_engine(breaks))
+        verdict = energy_of(scene, energy + off * first).run(make_engine(breaks))
         assert "energy at the end is off" in verdict.faults[0]
     # What rounding can't do, an engine that steps may.
-    assert Energy("some", *elastic_break(), ()).run(make_engine("pymunk")).faults == ()
+    assert energy_of(*elastic_break()).run(make_engine("pymunk")).faults == ()
 
 
 def test_what_our_engine_may_be_off_by_is_rounding():
@@ -105,14 +110,6 @@ def test_each_trial_has_examples_to_compile(suite):
     assert all(list(trial.examples()) for trial in FAMILY.trials(suite))
 
 
-def test_the_energy_that_steps_cost_is_measured_at_each_of_them():
-    steps = (0.016, 0.004, 0.001)
-    verdict = Energy("some", *bounces(), steps).run(make_engine("pymunk"))
-    ladder = verdict.values["ladder"]
-    assert [rung["dt"] for rung in ladder] == list(steps)
-    assert ladder[0]["energy_error"] > 4.0 * ladder[2]["energy_error"] > 0.0
-
-
 def test_what_cushions_take_is_not_asked_of_engines_without():
     with pytest.raises(UnsupportedSceneError):
-        Energy("some", *bounces(), ()).run(make_engine("paper-discrete"))
+        energy_of(*bounces()).run(make_engine("paper-discrete"))
