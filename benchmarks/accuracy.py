@@ -14,13 +14,13 @@ from rich.text import Text
 
 from benchmarks.measurements import BenchError, Measurement, Record, table_of
 from ghostball.engine import simulate
-from ghostball.model import Status
+from ghostball.model import Scene, Status
 from ghostball.reference_adapters.certified import CertifiedSettings, certify
 from ghostball.validation.checks.violations import faults_of
 from ghostball.validation.grading.grading import grade
 from ghostball.validation.parallel.compiling import compile_kernels
 from ghostball.validation.parallel.pool import Progress, run_tasks
-from ghostball.validation.scenes.random_shots import random_shot
+from ghostball.validation.scenes.random_scenes import PROVABLE, random_scene
 
 SHOTS = 10_000
 """Shots of a whole measurement: some two minutes in two processes."""
@@ -67,7 +67,7 @@ class Shot(Record):
     @computed_field
     def scene(self) -> dict[str, Any]:
         """Return the scene, as its file has it."""
-        return random_shot(self.number).model_dump(mode="json", by_alias=True)
+        return shot_of(self.number).model_dump(mode="json", by_alias=True)
 
 
 class Distribution(Record):
@@ -172,14 +172,14 @@ def measure_accuracy(
     shots : int
         How many.
     first : int
-        The number of the first one; see `random_shot`.
+        The number of the first one; see `shot_of`.
     jobs : int
         Processes; 1 runs everything in this one.
     progress : callable, optional
         Called with how many shots are done.
     """
     numbers = range(first, first + shots)
-    compile_kernels((random_shot(number) for number in numbers[:_VARIED]), jobs)
+    compile_kernels((shot_of(number) for number in numbers[:_VARIED]), jobs)
     graded = []
     with closing(run_tasks(numbers, jobs, _grade_shot)) as answers:
         for count, done in enumerate(answers, start=1):
@@ -189,12 +189,17 @@ def measure_accuracy(
     return AccuracyMeasurement.of(first, sorted(graded, key=lambda shot: shot.number))
 
 
+def shot_of(number: int) -> Scene:
+    """Return the random shot of a number."""
+    return random_scene(number, **PROVABLE)
+
+
 def _crashed(number: int, reason: str) -> Never:
     raise BenchError(f"the measurement of shot {number}: {reason}")
 
 
 def _grade_shot(number: int) -> Shot:
-    scene = random_shot(number)
+    scene = shot_of(number)
     result = simulate(scene, record="trajectory", max_events=MAX_EVENTS)
     if result.status is Status.INTERRUPTED:
         raise KeyboardInterrupt

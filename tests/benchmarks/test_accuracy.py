@@ -8,12 +8,11 @@ import numpy as np
 import pytest
 
 import benchmarks.accuracy
-from benchmarks.accuracy import AccuracyMeasurement, Distribution, measure_accuracy
+from benchmarks.accuracy import AccuracyMeasurement, Distribution, measure_accuracy, shot_of
 from benchmarks.measurements import BenchError
 from ghostball.engine import simulate
 from ghostball.model import Scene
 from ghostball.validation.parallel.pool import Done
-from ghostball.validation.scenes.random_shots import random_shot
 
 
 @pytest.fixture(scope="module")
@@ -39,7 +38,7 @@ def test_shots_are_graded_and_counted(
     number = measured.worst[0].number
     again = measure_accuracy(1, first=number, jobs=1)
     assert again.worst == measured.worst[:1]
-    assert Scene.model_validate(measured.worst[0].scene) == random_shot(number)
+    assert Scene.model_validate(measured.worst[0].scene) == shot_of(number)
 
 
 def test_a_shot_that_breaks_a_limit_is_named_with_its_scene(
@@ -55,7 +54,7 @@ def test_a_shot_that_breaks_a_limit_is_named_with_its_scene(
     row = measured.faulty[0]
     assert any("events_missing" in fault for fault in row.faults)
     assert any("stopped early" in fault for fault in row.faults)
-    assert Scene.model_validate(row.scene) == random_shot(row.number)
+    assert Scene.model_validate(row.scene) == shot_of(row.number)
 
 
 def test_a_process_that_crashes_names_the_shot(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 from ghostball.model import Ball, Physics, Scene, Table
@@ -25,6 +26,11 @@ FLIES = {
 
 JUST_ABOVE = R * (1 + 2.0**-50)
 """A height from which a ball comes down at once."""
+
+
+def kept_scene(name: str) -> Scene:
+    """Return a scene that once showed what was wrong, and is kept in `scenes`."""
+    return Scene.load(Path(__file__).with_name("scenes") / f"{name}.toml")
 
 
 def ball(

@@ -35,8 +35,9 @@ def placed(
     layout, group = options["layout"], []
     if layout in ("rail", "corner"):
         group = place.at_rail(sizes[: 1 + (len(sizes) > 2)], corner=layout == "corner")
-    elif layout in ("rack", "rack-at-rail"):
-        group = place.rack(sizes, at_rail=layout == "rack-at-rail")
+    elif "rack" in layout:
+        gap = sized(chance, -30, -8) if layout == "loose-rack" else 0.0
+        group = place.rack(sizes, gap, at_rail=layout == "rack-at-rail")
     elif layout == "touching":
         group = place.cluster(sizes[: max(2, len(sizes) - 1)])
     free = [ball for ball in sizes if ball not in group]
@@ -150,13 +151,16 @@ class _Places:
                 return laid
         return []
 
-    def rack(self, balls: list[Draft], *, at_rail: bool) -> list[Draft]:
-        """Rack as many balls as a triangle takes; with a rail, so that its long side touches it."""
+    def rack(self, balls: list[Draft], gap: float, *, at_rail: bool) -> list[Draft]:
+        """Rack as many balls as a triangle takes, with these gaps [m], as if all were the largest.
+
+        With a rail, so that its long side touches it.
+        """
         rows = next(rows for rows in (5, 4, 3, 2) if rows * (rows + 1) // 2 < len(balls))
-        radius = balls[0]["radius"]
-        step = math.sqrt(0.75) * 2.0 * radius
+        apart = 2.0 * max(ball["radius"] for ball in balls) + gap
+        step = math.sqrt(0.75) * apart
         triangle = [
-            (2.0 * radius * (place - row / 2.0), (rows - 1 - row) * step)
+            (apart * (place - row / 2.0), (rows - 1 - row) * step)
             for row in range(rows)
             for place in range(row + 1)
         ][: len(balls)]

@@ -31,6 +31,9 @@ from ghostball.validation.scenes.random_places import placed
 Option = tuple[str, str]
 """An aspect's name and what it is."""
 
+Wanted = str | tuple[str, ...]
+"""The option that a scene must have of an aspect, or several of which it must have one."""
+
 ASPECTS: Final[Mapping[str, Mapping[str, int]]] = {
     "preset": {"paper": 1, "pool": 1, "pool-coulomb": 1},
     "motion": {"rolling": 1, "sliding": 1},
@@ -57,13 +60,22 @@ ASPECTS: Final[Mapping[str, Mapping[str, int]]] = {
     "quadratic": {"no": 3, "yes": 1},
     "flight": {"no": 5, "low": 1, "jump": 1, "drop": 1, "on-top": 1},
     "count": {"one": 1, "few": 5, "many": 1},
-    "layout": {"apart": 3, "touching": 2, "rack": 1, "rail": 2, "corner": 1, "rack-at-rail": 1},
+    "layout": {
+        "apart": 3,
+        "touching": 2,
+        "rack": 1,
+        "rail": 2,
+        "corner": 1,
+        "rack-at-rail": 1,
+        "loose-rack": 0,
+    },
     "along-rail": {"no": 3, "yes": 1},
     "speed": {"usual": 4, "slow": 1, "fast": 1},
     "stop": {"rest": 3, "t-max": 1},
 }
 """Every aspect: its options, each with its weight where another pair's turn doesn't choose it.
 
+One of weight 0 is drawn where it is asked for alone, so that it changes no scene of a number.
 "tangential" is the law "restitution" with a factor along the cushion, too; "low" is flight of balls
 that all begin on the cloth; "on-top" is a ball that lies, or falls, on another."""
 
@@ -99,6 +111,7 @@ def _all(aspect: str, but: str) -> tuple[Option, ...]:
 
 
 _INTEGRATED = (("ball-law", "mathavan2014"), ("cushion", "mathavan2010"))
+_RACKS = ("rack", "rack-at-rail", "loose-rack")
 _AT_RAILS = (("layout", "rail"), ("layout", "corner"), ("layout", "rack-at-rail"))
 
 _NEVER: Final[tuple[tuple[tuple[Option, ...], tuple[Option, ...]], ...]] = (
@@ -127,13 +140,14 @@ _NEVER: Final[tuple[tuple[tuple[Option, ...], tuple[Option, ...]], ...]] = (
             *_all("friction", "none"),
             *_all("masses", "equal"),
             *_all("radii", "equal"),
-            *(("layout", how) for how in ("touching", "rack", "rack-at-rail")),
+            *(("layout", how) for how in ("touching", *_RACKS)),
             ("ball-law", "mathavan2014"),
             ("flight", "on-top"),
         ),
     ),
-    # A triangle of balls of all sizes has gaps, and has no room in a narrow table.
-    ((("layout", "rack"), ("layout", "rack-at-rail")), (("table", "narrow"), ("radii", "unequal"))),
+    # A triangle has no room in a narrow table; one of balls of all sizes has gaps.
+    (tuple(("layout", rack) for rack in _RACKS), (("table", "narrow"),)),
+    ((("layout", "rack"), ("layout", "rack-at-rail")), (("radii", "unequal"),)),
     # Where nothing slows balls, a run is stopped.
     ((("cloth", "frictionless"),), (("stop", "rest"),)),
 )
@@ -146,7 +160,13 @@ _FORBIDDEN: Final = frozenset(
 PAIRS: Final[tuple[tuple[Option, Option], ...]] = tuple(
     (one, other)
     for one, other in itertools.combinations(
-        [(aspect, option) for aspect, options in ASPECTS.items() for option in options], 2
+        [
+            (aspect, option)
+            for aspect, options in ASPECTS.items()
+            for option, weight in options.items()
+            if weight
+        ],
+        2,
     )
     if one[0] != other[0] and frozenset((one, other)) not in _FORBIDDEN
 )
@@ -156,14 +176,32 @@ _STRIDE: Final = 719
 """Prime, and no divisor of the number of pairs: neighbours in number have little in common."""
 
 
-def random_scene(number: int, **having: str) -> Scene:
+PROVABLE: Final[Mapping[str, Wanted]] = {
+    "ball_law": "frictional",
+    "cushion": tuple(law for law in ASPECTS["cushion"] if law != "mathavan2010"),
+    "count": ("one", "few"),
+    "layout": "apart",
+    "along_rail": "no",
+    "table": ("none", "pool", "small", "open"),
+    "speed": "usual",
+    "air": "no",
+    "quadratic": "no",
+}
+"""What scenes have whose proofs take no minutes, and say something of nearly all."""
+
+_ATTEMPTS: Final = 1000
+"""How often all options are chosen anew, where some that were chosen leave none for others."""
+
+
+def random_scene(number: int, **having: Wanted) -> Scene:
     """Return the scene of this number: the same on every machine, and in every process.
 
     Parameters
     ----------
-    having : str
-        Options that the scene must have, by aspect, "-" written as "_": `along_rail="yes"`. A pair
-        whose turn it is and that can't be with them is left out.
+    having : str or tuple of str
+        Options that the scene must have, by aspect, "-" written as "_": `along_rail="yes"`; or
+        several of which it must have one. A pair whose turn it is and that can't be with them is
+        left out.
 
     Notes
     -----
@@ -189,7 +227,7 @@ def random_scene(number: int, **having: str) -> Scene:
     )
 
 
-def options_of(number: int, **having: str) -> dict[str, str]:
+def options_of(number: int, **having: Wanted) -> dict[str, str]:
     """Return what the scene of this number is, aspect by aspect; see `random_scene`.
 
     Raises
@@ -199,34 +237,42 @@ def options_of(number: int, **having: str) -> dict[str, str]:
     ValueError
         Where what it must have can't be together.
     """
-    asked = {aspect.replace("_", "-"): option for aspect, option in having.items()}
-    for aspect, option in asked.items():
-        ASPECTS[aspect][option]
+    wanted = {
+        aspect.replace("_", "-"): (option,) if isinstance(option, str) else option
+        for aspect, option in having.items()
+    }
+    weights: dict[str, Mapping[str, int]] = {
+        aspect: {option: ASPECTS[aspect][option] or 1 for option in options}
+        for aspect, options in wanted.items()
+    }
+    weights = {**ASPECTS, **weights}
+    asked = {aspect: options[0] for aspect, options in wanted.items() if len(options) == 1}
     chance = random.Random(f"ghostball options {number} {sorted(having.items())}")
     pair = dict(PAIRS[number * _STRIDE % len(PAIRS)])
-    first = {**pair, **asked}
-    if not _can_be(first):
-        first = asked
-    if not _can_be(first):
-        raise ValueError(f"no scene has all of {asked}")
-    while True:
-        found = dict(first)
-        aspects = [aspect for aspect in ASPECTS if aspect not in first]
-        chance.shuffle(aspects)
-        if all(_choose(chance, found, aspect) for aspect in aspects):
-            return {aspect: found[aspect] for aspect in ASPECTS}
+    for first in ({**pair, **asked}, asked):
+        if not _can_be(first) or not all(first[aspect] in weights[aspect] for aspect in first):
+            continue
+        for _ in range(_ATTEMPTS):
+            found = dict(first)
+            aspects = [aspect for aspect in ASPECTS if aspect not in first]
+            chance.shuffle(aspects)
+            if all(_choose(chance, found, aspect, weights[aspect]) for aspect in aspects):
+                return {aspect: found[aspect] for aspect in ASPECTS}
+    raise ValueError(f"no scene has all of {wanted}")
 
 
-def _choose(chance: random.Random, found: dict[str, str], aspect: str) -> bool:
+def _choose(
+    chance: random.Random, found: dict[str, str], aspect: str, weights: Mapping[str, int]
+) -> bool:
     """Choose an option that can be with all others; return whether there is one."""
     options = [
         option
-        for option in ASPECTS[aspect]
-        if all(frozenset(((aspect, option), other)) not in _FORBIDDEN for other in found.items())
+        for option, weight in weights.items()
+        if weight
+        and all(frozenset(((aspect, option), other)) not in _FORBIDDEN for other in found.items())
     ]
     if options:
-        weights = [ASPECTS[aspect][option] for option in options]
-        found[aspect] = chance.choices(options, weights)[0]
+        found[aspect] = chance.choices(options, [weights[option] for option in options])[0]
     return bool(options)
 
 

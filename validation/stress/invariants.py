@@ -57,7 +57,7 @@ MOST_DISTANCES = 4_000_000
 """Distances of two balls that are computed in one run: of more instants, some are left out."""
 
 
-def measured(result: Result, times: FloatArray, *, random: bool = False) -> Measured:
+def measured(result: Result, times: FloatArray, random: bool = False) -> Measured:
     """Return what no run may do, how much of it this one does, and the most that it may.
 
     Parameters
@@ -67,8 +67,7 @@ def measured(result: Result, times: FloatArray, *, random: bool = False) -> Meas
     times : (k,) float64 [s]
         Instants at which it is looked at.
     random : bool
-        Whether the shot is a random one of any features. Such a one may have thousands of events,
-        last for days, or have a law that is integrated: their roundings are permitted.
+        See `judges.Invariants`.
     """
     scene, states = result.scene, result.sample(times)
     in_space = scene.physics.airborne
@@ -168,7 +167,7 @@ def overlaps(scene: Scene, positions: FloatArray) -> FloatArray:
     return deepest
 
 
-def instants(result: Result, between: int = 7) -> FloatArray:
+def instants(result: Result, between: int = 3, most: int = MOST_DISTANCES) -> FloatArray:
     """Return the instants at which a run is looked at, (k,) [s], sorted.
 
     Parameters
@@ -176,7 +175,11 @@ def instants(result: Result, between: int = 7) -> FloatArray:
     result : Result
         Recorded with "events" or "trajectory".
     between : int
-        Instants from each event to the next, beside those of the events themselves.
+        Instants from each event to the next, beside those of the events themselves; and, in exact
+        motion, beside those at which a ball's motion changes, and just before.
+    most : int
+        Of instants: where there are more, or more than `MOST_DISTANCES` allows, some of them,
+        evenly taken, and the end.
 
     Notes
     -----
@@ -184,25 +187,18 @@ def instants(result: Result, between: int = 7) -> FloatArray:
     never claimed, and a mean of the velocities before and after an impact has lost energy.
     """
     if isinstance(result.trajectory, SampledTrajectory):
-        return np.unique(result.trajectory.times)
-    assert result.events is not None
-    marks = np.unique(np.concatenate(([0.0], result.events["t"], [result.rest_time])))
-    parts = np.arange(between + 1) / (between + 1)
-    inner = marks[:-1, np.newaxis] + np.diff(marks)[:, np.newaxis] * parts
-    return np.append(inner.ravel(), marks[-1])
-
-
-def instants_of_change(result: Result, between: int = 3) -> FloatArray:
-    """Return `instants`, and in exact motion whenever a ball's motion changes, and just before.
-
-    Where that is more than `MOST_DISTANCES` allows: some of them, evenly taken, and the end.
-    """
-    times = instants(result, between)
+        times = np.unique(result.trajectory.times)
+    else:
+        assert result.events is not None
+        marks = np.unique(np.concatenate(([0.0], result.events["t"], [result.rest_time])))
+        parts = np.arange(between + 1) / (between + 1)
+        inner = marks[:-1, np.newaxis] + np.diff(marks)[:, np.newaxis] * parts
+        times = np.append(inner.ravel(), marks[-1])
     if isinstance(result.trajectory, ExactTrajectory):
         changes = np.concatenate([segments[:, 0] for segments in result.trajectory.segments])
         changes = changes[(changes > 0.0) & (changes <= result.rest_time)]
         times = np.unique(np.concatenate((times, changes, np.nextafter(changes, 0.0))))
-    most = max(MOST_DISTANCES // len(result.scene.balls) ** 2, 2)
+    most = min(most, max(MOST_DISTANCES // len(result.scene.balls) ** 2, 2))
     if len(times) > most:
         times = times[np.linspace(0, len(times) - 1, most).round().astype(np.int64)]
     return times
@@ -233,11 +229,15 @@ def is_exact(result: Result) -> bool:
 def overlap_limit(result: Result, positions: FloatArray) -> float:
     """Return the deepest overlap that a run may have at these places, (k, n, 3) [m]; in metres.
 
-    Of an engine that steps that is with a cushion; the law says how deep balls may overlap.
+    Of an engine that steps that is with a cushion, and less than any ball's radius, beyond which it
+    has left the table; the law says how deep balls may overlap.
     """
     scene = result.scene
-    slop = CONTACT_SLOP * 2.0 * float(scene.radii.max())
-    return gap_rounding(scene, positions) + (slop if is_exact(result) else travel_in_a_step(result))
+    if not is_exact(result):
+        return gap_rounding(scene, positions) + min(
+            travel_in_a_step(result), float(scene.radii.min())
+        )
+    return gap_rounding(scene, positions) + CONTACT_SLOP * 2.0 * float(scene.radii.max())
 
 
 @cache

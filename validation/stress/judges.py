@@ -13,10 +13,11 @@ import numpy as np
 from ghostball.model import EventKind, Result, Samples, Scene
 from ghostball.validation.grading.tolerances import EPS
 from ghostball.validation.stress.invariants import (
+    MOST_DISTANCES,
     FloatArray,
     Measured,
     faults_in,
-    instants_of_change,
+    instants,
     is_exact,
     measured,
     solver_noise,
@@ -54,6 +55,11 @@ class Invariants:
         Balls that nothing moves, and that must stay where they are: to the bit, if motion is exact.
     meets : bool or None
         Whether two balls meet; None where that isn't asked.
+    random : bool
+        Whether the shot is a random one of any features. Such a one may have thousands of events,
+        last for days, or have a law that is integrated: their roundings are permitted.
+    looks : int
+        Instants at which it is looked at, at most.
     """
 
     most_events: int | None = None
@@ -64,11 +70,13 @@ class Invariants:
     skew: float = MIRROR_OF_CONTACT
     still: tuple[int, ...] = ()
     meets: bool | None = None
+    random: bool = False
+    looks: int = MOST_DISTANCES
 
     def __call__(self, result: Result) -> Verdict:
         """Judge a run, recorded as a trajectory."""
-        times = instants_of_change(result)
-        found = measured(result, times) | self._more(result, result.sample(times))
+        times = instants(result, most=self.looks)
+        found = measured(result, times, self.random) | self._more(result, result.sample(times))
         faults = faults_in(found)
         assert result.events is not None
         met = bool(np.any(result.events["kind"] == EventKind.BALL_BALL))

@@ -6,6 +6,7 @@ import math
 from dataclasses import replace
 
 import pytest
+from shots import kept_scene
 
 from ghostball.engine import simulate
 from ghostball.model import Ball, Scene
@@ -20,7 +21,7 @@ from ghostball.validation.grading.grading import grade
 from ghostball.validation.grading.horizon import horizon
 from ghostball.validation.grading.tolerances import ROUNDINGS, TOLERANCE, UNIT_ROUNDOFF
 from ghostball.validation.scenes.library import find_scene
-from ghostball.validation.stress.random_jumps import random_jump
+from ghostball.validation.scenes.random_scenes import PROVABLE, random_scene
 from ghostball.validation.truth.scene_truth import truth_of
 
 
@@ -97,7 +98,7 @@ def test_what_is_amplified_too_far_is_past_a_horizon() -> None:
 
 def test_a_landing_within_a_rounding_of_a_bounce_is_negligible() -> None:
     """Ball 0 is hit twice at one instant, and the second time a rounding above the table."""
-    scene = random_jump(276)
+    scene = kept_scene("landing-at-a-bounce")
     result = simulate(scene, record="trajectory")
     found = grade(result, certify(scene, motion=True, cached=False))
     assert (found.missing, found.invented) == ((), ())
@@ -119,7 +120,7 @@ def test_the_truth_of_a_flight_without_a_closed_form_is_its_proof() -> None:
 
 
 def test_a_flight_that_is_proved_in_part_is_graded_in_part() -> None:
-    scene = random_jump(4)
+    scene = random_scene(20, **PROVABLE, flight=("low", "jump", "drop", "on-top"))
     proof = certify(scene, motion=True, cached=False)
     assert proof.ending == "sustained contact"
     found = grade(simulate(scene, record="trajectory"), proof)

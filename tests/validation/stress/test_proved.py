@@ -9,20 +9,16 @@ import pytest
 
 from ghostball.engine import simulate
 from ghostball.model import Ball, GhostballError, Physics, Result, Scene
-from ghostball.reference_adapters.certified import CertifiedSettings, certify
+from ghostball.reference_adapters.certified import CertifiedSettings
 from ghostball.reference_adapters.registry import make_engine
 from ghostball.validation.scenes.library import find_scene
-from ghostball.validation.scenes.random_shots import random_shot
 from ghostball.validation.stress.families import graded, touching
 from ghostball.validation.stress.families.extremes import ICE, cut
-from ghostball.validation.stress.families.graded import FULL_SHOTS, PROOF
 from ghostball.validation.stress.proved import (
     MatchesProof,
     ProvedTrial,
-    partly_proved,
     quality_limit,
 )
-from ghostball.validation.stress.trial import SceneTrial
 
 R = 2.0**-5
 
@@ -123,8 +119,6 @@ def proved():
         for trial in family.FAMILY.trials("quick"):
             if isinstance(trial, ProvedTrial):
                 yield trial.scene, MatchesProof(least=trial.least, cached=trial.cached)
-            elif isinstance(trial, SceneTrial) and isinstance(trial.judge, MatchesProof):
-                yield trial.scene, trial.judge
 
 
 def test_of_each_shot_that_is_judged_so_something_is_proved():
@@ -146,13 +140,3 @@ def test_a_proof_that_ends_before_it_must_fails_whatever_the_run() -> None:
     (fault,) = MatchesProof(settings=gave_up, least=2)(result).faults
     assert ", 2 must be: event limit" in fault
     assert MatchesProof(least=7)(result).faults == ()  # all of its three are proved
-
-
-def test_partly_proved_shots_are_listed_and_no_others() -> None:
-    listed = partly_proved()
-    assert listed == dict(sorted(listed.items()))
-    assert max(listed) < FULL_SHOTS
-    for number in (1, 2, 12, 13):
-        proof = certify(random_shot(number), PROOF, motion=True)
-        assert proof.proved == (number not in listed)
-        assert proof.proved or len(proof.events) == listed[number]

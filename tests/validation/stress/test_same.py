@@ -17,9 +17,17 @@ from ghostball.reference_adapters.registry import make_engine
 from ghostball.validation.baselines.baseline import Accepted, Baseline, baseline_of
 from ghostball.validation.baselines.observed import Observed
 from ghostball.validation.scenes.random_scenes import random_scene
-from ghostball.validation.stress.families import FAMILIES
-from ghostball.validation.stress.same import CHECKS, differences, images, motion, plays, stored
-from ghostball.validation.stress.same.trials import OFTEN, SELDOM, SameScenes
+from ghostball.validation.stress.random_trials import random_trials
+from ghostball.validation.stress.same import (
+    CHECKS,
+    OFTEN,
+    Same,
+    differences,
+    images,
+    motion,
+    plays,
+    stored,
+)
 
 FOUND = {
     "a first nose lifts a ball off the second of a corner": (575, {"flight": "low"}),
@@ -175,19 +183,12 @@ def test_a_baseline_of_a_random_scene_reads_back_the_same():
 def test_what_breaks_is_reported_with_its_scene(monkeypatch):
     engine = make_engine("ghostball")
     monkeypatch.setattr(plays, "MOST_EVENTS", 3)
-    verdict = SameScenes("few", 0, 3, checks=("ends",)).run(engine)
+    (trial,) = random_trials("few", Same(("ends",)), 3, 1)
+    verdict = trial.run(engine)
     assert verdict.broken == len(verdict.faults) > 0
     assert verdict.scene is not None
     assert "random-" in verdict.faults[0]
     assert "ends: it stops" in verdict.faults[0]
-
-
-@pytest.mark.parametrize("name", ["air", "combined", "flight"])
-def test_trials_of_a_suite_have_numbers_of_their_own(name):
-    for suite in ("quick", "full"):
-        trials = list(FAMILIES[name].trials(suite))
-        assert any(isinstance(trial, SameScenes) for trial in trials)
-    assert set(SELDOM) < set(CHECKS)
 
 
 def test_a_result_of_balls_that_continue_spinning_is_at_rest():

@@ -11,7 +11,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Final
 
 from ghostball.validation.stress.families import (
-    air,
     combined,
     extremes,
     flight,
@@ -35,7 +34,6 @@ _MODULES: Final = (
     storms,
     tunnelling,
     flight,
-    air,
     combined,
     graded,
     shipped,

@@ -9,8 +9,9 @@ from typing import ClassVar
 from ghostball.model import Scene
 from ghostball.reference_adapters import ReferenceEngine
 from ghostball.validation.scenes.random_scenes import ASPECTS, random_scene
+from ghostball.validation.stress.random_trials import random_trials
+from ghostball.validation.stress.same import OFTEN, SELDOM, Same
 from ghostball.validation.stress.same.plays import sweep
-from ghostball.validation.stress.same.trials import trials_of
 from ghostball.validation.stress.trial import Family, Suite, Trial, Verdict
 
 LONG_SWEEP = 600
@@ -32,9 +33,11 @@ class LongSweep(Trial):
 
 
 def _trials(suite: Suite) -> Iterator[Trial]:
-    yield from trials_of("all", *((50, 4) if suite == "quick" else (200, 100)))
+    quick = suite == "quick"
+    yield from random_trials("all", Same(OFTEN), *((50, 8) if quick else (200, 100)))
+    yield from random_trials("stored", Same(SELDOM), *((4, 1) if quick else (10, 10)))
     for flight in ASPECTS["flight"]:
-        for number in range(1 if suite == "quick" else 20):
+        for number in range(1 if quick else 20):
             scene = random_scene(number, flight=flight, count="few", speed="usual")
             yield LongSweep(f"sweep-flight-{flight}-{number:02d}", scene)
 

@@ -9,11 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ghostball.model import Ball, EventKind, Physics, Result, Scene
-from ghostball.validation.stress.families.graded import BATCH, ProvedShots
 from ghostball.validation.stress.judges import Invariants
-from ghostball.validation.stress.random_jumps import random_jump
-from ghostball.validation.stress.same.plays import MOST_EVENTS
-from ghostball.validation.stress.same.trials import trials_of
 from ghostball.validation.stress.trial import Family, SceneTrial, Suite, Trial, Verdict
 
 R = Ball(id="any", position=(0.0, 0.0)).radius
@@ -115,36 +111,15 @@ def _trials(suite: Suite) -> Iterator[Trial]:
             first = math.sqrt(2.0 * 0.1 / G)
             ends = first * (1.0 + restitution) / (1.0 - restitution)
             yield SceneTrial(scene.name, scene, Lands(ends))
-    size, chunks = (40, 1) if suite == "quick" else (500, 5)
-    for flight in ("low", "jump", "drop", "on-top"):
-        yield from trials_of(flight, size, chunks, ("ends", "invariants"), flight=flight)
-    count = 30 if suite == "quick" else 300
-    for start in range(0, count, BATCH):
-        yield ProvedJumps(f"proved-jumps-{start:03d}-{start + BATCH - 1:03d}", start, BATCH)
-
-
-@dataclass(frozen=True)
-class ProvedJumps(ProvedShots):
-    """Random jumps from one number on, each graded against its proof, as far as that goes."""
-
-    def shot(self, number: int) -> Scene:
-        """Return the jump of a number."""
-        return random_jump(number)
-
-    def least(self, scene: Scene) -> int | None:  # noqa: ARG002 - the same for all
-        """Return how many events must be proved: one. Where balls come to lie, proofs end."""
-        return 1
 
 
 FAMILY = Family(
     "flight",
     "Balls that fly",
-    "A jump clears a ball or clips its top, down to 1e-10 of a diameter; a ball "
-    "that falls on another, however near to its middle, comes off it; endless bounces end when "
-    "their series does, of balls that land at one instant too; and random jumps, drops and breaks "
-    f"come to rest within {MOST_EVENTS} events and contact steps, through no ball, nose or table, "
-    "and gain no energy. Others have the events that are proved, and no others, as far as that "
-    "goes.",
+    "A jump clears a ball or clips its top, down to 1e-10 of a diameter; a ball that falls on "
+    "another, however near to its middle, comes off it; endless bounces end when their series "
+    "does, of balls that land at one instant too. Random shots that fly are in `combined` and "
+    "`graded`.",
     _trials,
     ours_alone=True,
 )

@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-import random
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import ClassVar
 
 from ghostball.model import Ball, Physics, Scene, Table
 from ghostball.reference_adapters import ReferenceEngine
 from ghostball.reference_adapters.certified import CertifiedSettings
+from ghostball.validation.scenes.gases import FRICTIONLESS, FULL_CLOTH, packed_gas
 from ghostball.validation.scenes.library import find_scene
-from ghostball.validation.scenes.random_shots import random_shot
-from ghostball.validation.stress.proved import MatchesProof, partly_proved
-from ghostball.validation.stress.trial import Family, SceneTrial, Suite, Trial, Verdict, play
+from ghostball.validation.scenes.random_scenes import PROVABLE
+from ghostball.validation.stress.proved import MatchesProof, ProvedTrial
+from ghostball.validation.stress.random_trials import RandomScenes
+from ghostball.validation.stress.trial import Family, Suite, Trial, Verdict
 
-PROOF = CertifiedSettings(max_events=5_000)
-"""How far a shot is proved: a few elastic ones have thousands of events."""
+PROOF = CertifiedSettings(max_events=500, max_precision=848)
+"""How far a random shot is proved: a few have thousands of events, or bits."""
 
 SHIPPED = (
     "stop",
@@ -53,88 +53,29 @@ BATCH = 10
 
 QUICK_SHOTS, FULL_SHOTS = 100, 3_000
 
+LEAST_PROVED = 5
+"""Of the random shots in a trial, how many must be proved to their ends.
+
+Others are proved up to a contact that lasts, a tie, or bounces that no precision follows.
+"""
+
 PARTLY_PROVED = {"frozen-triangle": 1}
 """Events that are proved of the shipped scenes here whose proof ends early, in a tie."""
 
-CALM = range(10, 90)
-"""Random shots none of which has thousands of steps of sustained contact: fast, interpreted too.
-
-Of the first hundred, shots 1 and 97 do have them.
-"""
-
-MATCHES_PROOF = MatchesProof(settings=PROOF)
-
 
 @dataclass(frozen=True)
-class ProvedShot(SceneTrial):
-    """A shot of a name, graded against its proof."""
-
-    limit: ClassVar[float] = 300.0  # the first one compiles the tangent map
-
-
-@dataclass(frozen=True)
-class ProvedShots(Trial):
-    """Random shots from one number on, each graded against its proof.
-
-    Attributes
-    ----------
-    first, count : int
-        See `random_shot`.
-    """
-
-    name: str
-    first: int
-    count: int
-    limit: ClassVar[float] = 300.0
-    cached: ClassVar[bool] = False  # there are more than are kept
+class ProvedScenes(RandomScenes):
+    """Random shots, each graded against its proof, of which `LEAST_PROVED` must go to the end."""
 
     def run(self, engine: ReferenceEngine) -> Verdict:
         """Play and judge them; the verdict shows the shot that came off worst."""
-        return Verdict.of_all([self._judge(engine, self.shot(n)) for n in self._numbers()])
-
-    def examples(self) -> Iterable[Scene]:
-        """Yield the shots."""
-        return map(self.shot, self._numbers())
-
-    def shot(self, number: int) -> Scene:
-        """Return the shot of a number."""
-        return random_shot(number)
-
-    def least(self, scene: Scene) -> int | None:
-        """Return how many events must be proved of a shot; None: all."""
-        return partly_proved().get(int(scene.name.removeprefix("shot-")))
-
-    def _numbers(self) -> range:
-        return range(self.first, self.first + self.count)
-
-    def _judge(self, engine: ReferenceEngine, scene: Scene) -> Verdict:
-        result = play(engine, scene)
-        if isinstance(result, Verdict):
-            return result
-        return replace(MATCHES_PROOF, cached=self.cached, least=self.least(scene))(result)
-
-
-@dataclass(frozen=True)
-class CalmShots(ProvedShots):
-    """The same, where all of them are in `CALM`."""
-
-    cached: ClassVar[bool] = True
-
-
-def many_balls(name: str, physics: Physics, number: int) -> Scene:
-    """Return a fifth of a second of 110 balls, so many that only neighbours are looked at.
-
-    In rows, but for chance; every tenth or so moves.
-    """
-    chance = random.Random(f"ghostball crowd {number}")
-    balls = []
-    for k in range(110):
-        place = tuple(0.09 * row + 0.08 + chance.uniform(-0.015, 0.015) for row in divmod(k, 10))
-        moves = k % 11 == 3
-        velocity = (chance.uniform(-2.0, 2.0), chance.uniform(-2.0, 2.0)) if moves else (0.0, 0.0)
-        balls.append(Ball(id=f"b{k}", position=place, velocity=velocity))
-    table = Table(length=1.06, width=0.97)
-    return Scene(name=name, table=table, physics=physics, balls=balls, t_max=0.2)
+        found = [self._judged(engine, scene) for scene in self.examples()]
+        verdict = Verdict.of_all(found)
+        whole = sum(bool(one.values.get("proved")) for one in found)
+        if whole >= LEAST_PROVED or verdict.broken:
+            return verdict
+        few = f"only {whole} of these shots are proved to their ends, {LEAST_PROVED} must be"
+        return replace(verdict, faults=(few,), severity=1.0, broken=1)
 
 
 def _odd_shots() -> Iterator[Scene]:
@@ -168,21 +109,19 @@ def _odd_shots() -> Iterator[Scene]:
 
 def _trials(suite: Suite) -> Iterator[Trial]:
     for name in SHIPPED:
-        as_proved = replace(MATCHES_PROOF, least=PARTLY_PROVED.get(name))
-        yield ProvedShot(name, find_scene(name), as_proved)
+        yield ProvedTrial(name, find_scene(name), PARTLY_PROVED.get(name))
     for scene in _odd_shots():
-        yield ProvedShot(scene.name, scene, MATCHES_PROOF)
-    for kind, physics in (
-        ("elastic", Physics(rolling_friction=0.0)),
-        ("sliding", Physics(preset="pool")),
-    ):
+        yield ProvedTrial(scene.name, scene)
+    for kind, physics in (("elastic", FRICTIONLESS), ("sliding", FULL_CLOTH)):
         for number in range(1 if suite == "quick" else 10):
-            name = f"many-balls-{kind}-{number}"
-            yield ProvedShot(name, many_balls(name, physics, number), MATCHES_PROOF)
+            # So many that only neighbours are looked at.
+            scene = packed_gas(110, 0.3, physics, t_max=0.03, seed=number)
+            yield ProvedTrial(f"many-balls-{kind}-{number}", scene)
     for first in range(0, QUICK_SHOTS if suite == "quick" else FULL_SHOTS, BATCH):
-        calm = first in CALM and first + BATCH - 1 in CALM
-        batch = CalmShots if calm else ProvedShots
-        yield batch(f"shots-{first:04d}+{BATCH}", first, BATCH)
+        judge = MatchesProof(PROOF, least=0, cached=first < QUICK_SHOTS)
+        yield ProvedScenes(
+            f"shots-{first:04d}+{BATCH}", judge, first, BATCH, tuple(PROVABLE.items())
+        )
 
 
 FAMILY = Family(

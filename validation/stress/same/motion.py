@@ -6,18 +6,9 @@ import numpy as np
 
 from ghostball.model import EventKind, ExactTrajectory, Phase, Result, Scene, Status
 from ghostball.validation.grading.tolerances import EPS
-from ghostball.validation.stress.invariants import (
-    BOUNCE_SLOP,
-    CONTACT_SLOP,
-    faults_in,
-    gap_rounding,
-    instants_of_change,
-    measured,
-)
+from ghostball.validation.stress.invariants import BOUNCE_SLOP, CONTACT_SLOP, gap_rounding
+from ghostball.validation.stress.judges import Invariants
 from ghostball.validation.stress.same.plays import played
-
-BETWEEN = 1
-"""Instants between two events at which a run is looked at, beside these."""
 
 MOST_PIECES = 4_000
 """Pieces of motion whose joints are looked at: some of them, evenly taken, where there are more."""
@@ -71,9 +62,7 @@ def sampled(scene: Scene) -> str | None:
 
 def invariants(scene: Scene) -> str | None:
     """Return what no shot may do: overlaps, a rise of the energy, contacts left unsolved."""
-    result = played(scene)
-    times = instants_of_change(result, BETWEEN)
-    return "; ".join(faults_in(measured(result, times, random=True))) or None
+    return "; ".join(Invariants(random=True)(played(scene)).faults) or None
 
 
 def _gap_at_events(result: Result) -> str | None:

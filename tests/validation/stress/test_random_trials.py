@@ -1,0 +1,55 @@
+"""Random scenes in a row: all are played by ours, one by others, and the worst is shown."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from shots import kept_scene
+from stress_trials import trials_of
+
+from ghostball.engine import simulate
+from ghostball.model import UnsupportedSceneError
+from ghostball.reference_adapters.registry import make_engine
+from ghostball.validation.stress.families import storms
+from ghostball.validation.stress.random_trials import FOREIGN_T_MAX
+
+BREAKS = next(iter(trials_of(storms.FAMILY, "quick").values()))
+
+
+@pytest.mark.compiled
+def test_our_engine_plays_all_and_the_busiest_comes_nearest():
+    trial = replace(BREAKS, count=10)
+    verdict = trial.run(make_engine("ghostball"))
+    assert (verdict.faults, verdict.shots, verdict.broken) == ((), 10, 0)
+    work = {scene.name: simulate(scene).work for scene in trial.examples()}
+    assert verdict.scene is not None
+    counts = ("events", "contact_steps")
+    most = max(work, key=lambda name: max(work[name][count] for count in counts))
+    assert verdict.scene.name == most
+
+
+@pytest.mark.compiled
+def test_a_scene_that_does_not_end_is_a_fault():
+    verdict = replace(BREAKS, count=10).run(make_engine("ghostball:max_events=20"))
+    assert verdict.broken > 0
+    assert "event limit" in verdict.faults[0]
+    assert verdict.scene is not None
+
+
+@pytest.mark.compiled
+def test_the_longest_break_known_needs_a_quarter_of_what_is_allowed():
+    work = simulate(kept_scene("break-of-most-events")).work
+    needed = work["events"] + work["contact_steps"]
+    assert 4 * needed <= storms.MOST < 5 * needed
+
+
+def test_another_engine_plays_one_and_says_what_it_lacks():
+    verdict = BREAKS.run(make_engine("paper-continuous"))
+    assert verdict.shots == 1
+    assert verdict.scene is not None
+    assert verdict.scene.t_max == FOREIGN_T_MAX
+    sliding = replace(BREAKS, count=1, having=(*BREAKS.having, ("motion", "sliding")))
+    with pytest.raises(UnsupportedSceneError) as caught:
+        sliding.run(make_engine("paper-continuous"))
+    assert caught.value.features
