@@ -4,23 +4,21 @@ from __future__ import annotations
 
 import itertools
 import random
-from pathlib import Path
 
 import numpy as np
 import pytest
 from recorded import same_log
+from shots import kept_scene
 
 from ghostball.engine import simulate
 from ghostball.engine.core.kernel import COMPILED
 from ghostball.engine.resting_contact import paths
-from ghostball.model import Result, Scene, Status
+from ghostball.model import Result, Status
 from ghostball.validation.stress.same.images import shuffled
-
-SCENES = Path(__file__).parents[2] / "support" / "scenes"
 
 
 def shot(name: str) -> Result:
-    result = simulate(Scene.load(SCENES / f"{name}.toml"), record="events", max_events=100_000)
+    result = simulate(kept_scene(name), record="events", max_events=100_000)
     assert result.status is Status.REST, result.reason
     return result
 

@@ -1,12 +1,12 @@
 """Sustained contact: its ends in closed form, and what a step of it must keep to."""
 
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
 from kernels import begin_without_contacts
 from recorded import fingerprint
+from shots import kept_scene
 
 from ghostball.engine import simulate
 from ghostball.engine.core import state as st
@@ -20,8 +20,6 @@ from ghostball.model import Ball, EventKind, Physics, Scene, Status, Table
 from ghostball.validation.scenes.library import FOLDER, find_scene
 from ghostball.validation.stress.invariants import overlaps
 from ghostball.validation.truth.closed_forms import closed_form
-
-SCENES = Path(__file__).parents[2] / "support" / "scenes"
 
 R = 0.028575
 
@@ -82,7 +80,7 @@ def test_a_gap_that_opens_before_it_closes_stays_within_the_tolerance(n):
 
 def test_a_slow_ball_that_is_pushed_is_not_stopped_again_and_again():
     """Stopping it each step moved it off the motion that its neighbours' forces were made for."""
-    scene = Scene.load(SCENES / "pushed-slow-ball.toml")
+    scene = kept_scene("pushed-slow-ball")
     result = simulate(scene, record="events")
     assert result.status is Status.REST
     assert np.count_nonzero(result.events["kind"] == EventKind.ROLL_TO_REST) <= len(scene.balls)
@@ -90,7 +88,7 @@ def test_a_slow_ball_that_is_pushed_is_not_stopped_again_and_again():
 
 
 def test_the_run_ends_when_the_last_ball_stops_also_where_a_contact_stops_it():
-    scene = Scene.load(SCENES / "stopped-by-contact.toml")
+    scene = kept_scene("stopped-by-contact")
     result = simulate(scene, record="events")
     assert result.status is Status.REST
     end = result.sample([result.rest_time])
@@ -101,7 +99,7 @@ def test_the_run_ends_when_the_last_ball_stops_also_where_a_contact_stops_it():
 @pytest.mark.parametrize("first_log", range(1, 24))
 def test_an_instant_with_several_events_fits_in_any_log(first_log, monkeypatch):
     """A contact that stops balls logs an event for each; the log must have room for all."""
-    scene = Scene.load(SCENES / "stopped-by-contact.toml")
+    scene = kept_scene("stopped-by-contact")
     whole = simulate(scene, record="events")
     monkeypatch.setattr(driver, "_FIRST_LOG", first_log)
     again = simulate(scene, record="events")

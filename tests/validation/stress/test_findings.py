@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import json
-import sqlite3
-
 import pytest
 
-from ghostball.validation.results.database import DATABASE, transaction, writing
+from ghostball.validation.results.database import transaction, writing
 from ghostball.validation.results.files import ResultsError
 from ghostball.validation.stress.findings import (
     RUN,
@@ -73,10 +70,3 @@ def test_the_worst_case_of_what_broke_is_never_a_survivor(tmp_path):
     folder = StressFolder(tmp_path, run, found)
     assert folder.worst(broken.family, broken.label) is None
     assert StressFolder(tmp_path, run, found[:1]).worst(broken.family, broken.label) == found[0]
-
-
-def test_records_are_json_without_nan(folder):
-    database = sqlite3.connect(folder / DATABASE)
-    for (record,) in database.execute("SELECT record FROM records").fetchall():
-        json.loads(record, parse_constant=pytest.fail)
-    database.close()

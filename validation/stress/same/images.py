@@ -18,17 +18,12 @@ from ghostball.validation.stress.same.plays import play, played, with_balls
 Plane = Callable[[Any, Any], tuple[Any, Any]]
 """A map of the plane onto itself that takes the axes onto the axes."""
 
-REFLECTIONS: Final[Mapping[str, Plane]] = {
-    "left-right": lambda x, y: (-x, y),
-    "up-down": lambda x, y: (x, -y),
-    "diagonal": lambda x, y: (y, x),
+MAPS: Final[Mapping[str, tuple[Plane, float]]] = {
+    "diagonal": (lambda x, y: (y, x), -1.0),
+    "left-right": (lambda x, y: (-x, y), -1.0),
+    "quarter turn": (lambda x, y: (-y, x), 1.0),
 }
-ROTATIONS: Final[Mapping[str, Plane]] = {
-    "quarter turn": lambda x, y: (-y, x),
-    "half turn": lambda x, y: (-x, -y),
-    "three quarters": lambda x, y: (y, -x),
-}
-MAPS: Final[Mapping[str, Plane]] = {**REFLECTIONS, **ROTATIONS}
+"""Maps, and by what they multiply an angular velocity: an axial vector, which mirrors reverse."""
 
 _SWAPPED: Final = {"left": "bottom", "right": "top", "bottom": "left", "top": "right"}
 
@@ -56,10 +51,10 @@ def mirrored(scene: Scene) -> str | None:
     places = {ball.position[:2] for ball in scene.balls}
     if len(places) < len(scene.balls):
         return None
-    for name in ("diagonal",) if bounded else ("diagonal", "left-right", "quarter turn"):
+    for name in ("diagonal",) if bounded else MAPS:
         other = play(image(scene, name), "events")
         order = list(range(len(scene.balls)))
-        found = _difference(played(scene), other, order, MAPS[name], f"image in {name}")
+        found = _difference(played(scene), other, order, MAPS[name][0], f"image in {name}")
         if found is not None:
             return found
     return None
@@ -96,21 +91,16 @@ def image(scene: Scene, name: str) -> Scene:
 
 def image_of_ball(one: Ball, name: str) -> Ball:
     """Return one ball under the map of that name."""
-    plane = MAPS[name]
+    plane, sign = MAPS[name]
     fields = one.model_dump(exclude_none=True)
     for field in ("position", "velocity"):
         x, y, z = fields[field]
         fields[field] = (*plane(x, y), z)
     if one.angular_velocity is not None:
-        fields["angular_velocity"] = spin_under(name, one.angular_velocity)
+        x, y, z = one.angular_velocity
+        wx, wy = plane(x, y)
+        fields["angular_velocity"] = (sign * wx, sign * wy, sign * z)
     return Ball(**fields)
-
-
-def spin_under(name: str, spin: Sequence[float]) -> tuple[float, float, float]:
-    """Return the angular velocity under a map: an axial vector, so a reflection turns its sign."""
-    sign = -1.0 if name in REFLECTIONS else 1.0
-    wx, wy = MAPS[name](spin[0], spin[1])
-    return (sign * wx, sign * wy, sign * spin[2])
 
 
 def shuffled(scene: Scene, order: Sequence[int]) -> Scene:
