@@ -76,8 +76,8 @@ COVER := --cov --cov-report= --cov-fail-under=0
 with_coverage = $(if $(COVERAGE),COVERAGE_FILE=.coverage.$(1) $(PYTEST) $(COVER),\
 	rm -f .coverage.$(1) && $(PYTEST))
 
-# Compiling takes minutes. Each variant of the kernels is compiled once, before the tests: workers
-# would do the same at the same time, and coverage makes the compiler slower by half.
+# Compiling takes minutes: each variant of the kernels that changed since is compiled once, before the
+# tests, whose workers would else wait for each other.
 COMPILE := $(BIN)/python tests/support/compile_kernels.py $(JOBS)
 
 kernels: $(READY)
@@ -141,19 +141,22 @@ docs: $(READY)  ## the documentation, into out/site; its commands are run, and a
 
 check: lint docs test test-nojit stress test-slow test-boundscheck  ## all checks, but coverage
 
-# What a user installs, without the extras, in an empty folder; then the tests, where no file of the
-# checkout is imported by accident: what the wheel lacks fails here.
+# What a user installs, without the extras, in an empty folder: with the kernels that came in the
+# wheel, and no compiler. Then the tests, where no file of the checkout is imported by accident: what
+# the wheel lacks fails here.
 WHEEL := $(OUT)/wheel
 OF_WHEEL := $(abspath .venv-wheel)/bin
 
 wheel: $(READY)  ## build the source archive, the wheel from it, install that in an environment of its own, .venv-wheel, validate and test with it there
 	rm -rf $(WHEEL)
-	$(BIN)/python -m build --outdir $(WHEEL) . >/dev/null
+	GHOSTBALL_BUILD_KERNELS=1 $(BIN)/python -m build --outdir $(WHEEL) . >/dev/null
 	$(BIN)/python -m venv --clear .venv-wheel
 	$(OF_WHEEL)/python -m pip install --quiet --disable-pip-version-check $(WHEEL)/*.whl
-	empty=$$(mktemp -d) && cd $$empty && $(OF_WHEEL)/ghostball validate smoke --jobs $(JOBS) && rm -rf $$empty
+	! $(OF_WHEEL)/python -c 'import numba' 2>/dev/null
+	empty=$$(mktemp -d) && cd $$empty && GHOSTBALL_CACHE_DIR=$$empty/cache $(OF_WHEEL)/ghostball validate smoke --jobs $(JOBS) && \
+		test ! -e cache/libraries && rm -rf $$empty
 	$(OF_WHEEL)/python -m pip install --quiet --disable-pip-version-check "$$(echo $(WHEEL)/*.whl)[dev]"
-	cp -R tests benchmarks docs .github .ci Makefile *.md pyproject.toml constraints.txt $(WHEEL)
+	cp -R tests benchmarks docs .github .ci Makefile *.md pyproject.toml hatch_build.py constraints.txt $(WHEEL)
 	cd $(WHEEL) && $(OF_WHEEL)/python tests/support/compile_kernels.py $(JOBS)
 	cd $(WHEEL) && $(OF_WHEEL)/python -m pytest --quiet --numprocesses $(JOBS) -m "not slow and not checkout"
 

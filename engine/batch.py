@@ -13,6 +13,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic_core import PydanticCustomError
 
+from ghostball.engine.core import state as st
+from ghostball.engine.running import room, sweep_driver
+from ghostball.engine.running.driver import Run, warm_up
 from ghostball.engine.running.from_scene import layout_of, phases_of
 from ghostball.engine.shot import MAX_EVENTS, MAX_WORK, check_request
 from ghostball.model import Ball, Scene, rolling_angular_velocity
@@ -86,10 +89,7 @@ def simulate_many(
     scenes = tuple(scenes)
     for scene in scenes:
         check_request(scene, "rest", max_events, max_work)
-    from ghostball.engine.running.driver import Run, warm_up  # noqa: PLC0415 - loads the compiler
-    from ghostball.engine.running.room import Limits  # noqa: PLC0415
-
-    limits = Limits(max_events, max_work)
+    limits = room.Limits(max_events, max_work)
 
     for variant in {layout_of(scene).variant for scene in scenes}:
         warm_up(variant)  # with contacts when a scene turns out to need them
@@ -159,9 +159,6 @@ def simulate_sweep(
     with np.errstate(over="ignore", invalid="ignore"):  # what isn't finite is refused by the rules
         velocity, spin = _cue_motions(scene, speeds, angles, ball)
     _check_shots(scene, ball, velocity, spin)
-    from ghostball.engine.core import state as s  # noqa: PLC0415 - they load the compiler
-    from ghostball.engine.running import room, sweep_driver  # noqa: PLC0415
-
     layout, shot = layout_of(scene), scene.balls[ball]
     rises = (velocity[:, 2] > 0.0) | (shot.position[2] > shot.radius)
     phases = phases_of(scene.rolls[ball], rises, scene.physics.motion == "sliding")
@@ -169,16 +166,16 @@ def simulate_sweep(
         motions=np.column_stack((velocity, spin, phases))
     )
     sweep_driver.run_sweep(scene, ball, shots, room.Limits(max_events, max_work), workers)
-    resolved = position_rounding(1.0) * shots.clocks[:, s.FARTHEST] < layout.smallest_radius
+    resolved = position_rounding(1.0) * shots.clocks[:, st.FARTHEST] < layout.smallest_radius
     codes = np.empty(max(room.STATUS) + 1, dtype=np.int8)
     for code, status in room.STATUS.items():
         codes[code] = STATUSES.index(status)
     failed = np.int8(STATUSES.index(Status.FAILED))
     return Batch(
-        np.where(resolved, codes[shots.counts[:, s.STATUS]], failed),
-        shots.clocks[:, s.END].copy(),
+        np.where(resolved, codes[shots.counts[:, st.STATUS]], failed),
+        shots.clocks[:, st.END].copy(),
         shots.ends[:, 0],
-        *(shots.counts[:, [s.BALL_BALL, s.BALL_CUSHION, s.EVENTS]].T.copy()),
+        *(shots.counts[:, [st.BALL_BALL, st.BALL_CUSHION, st.EVENTS]].T.copy()),
     )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import replace
 
+from ghostball.engine.running import driver, room
 from ghostball.engine.running.from_scene import admit
 from ghostball.engine.running.skips import Skip, chosen_skips
 from ghostball.engine.tangents import tangents_of
@@ -74,10 +75,6 @@ def simulate(
     spin that nothing slows isn't waited for.
     """
     check_request(scene, record, max_events, max_work)
-    # The compiler is loaded here and no sooner: importing the package, or asking for help on the
-    # command line, must not wait for it.
-    from ghostball.engine.running import driver, room  # noqa: PLC0415
-
     off = frozenset() if no_skip == () else chosen_skips(no_skip, scene)
     run = driver.Run(scene, record != "rest" or Skip.RECORDS in off, off)
     driver.warm_up(run.variant)

@@ -4,9 +4,10 @@ import signal
 import sys
 from pathlib import Path
 
-import numba
 import pytest
 from hypothesis import HealthCheck, settings
+
+from ghostball.engine.library.entry import COMPILED
 
 # For `benchmarks` and `docs`. Last, so that `ghostball` is the one that the tests are run on: the
 # wheel's, or a copy with a planted bug.
@@ -18,7 +19,7 @@ settings.register_profile(
     deadline=None,  # the first example compiles; without JIT every example is slow
     derandomize=True,
     database=None,
-    max_examples=8 if numba.config.DISABLE_JIT else 40,  # the same first ones
+    max_examples=40 if COMPILED else 8,  # the same first ones
     suppress_health_check=[HealthCheck.too_slow],
 )
 settings.load_profile("repeatable")

@@ -8,8 +8,12 @@ import yaml
 ROOT = Path(__file__).parent.parent
 WORKFLOW = yaml.safe_load((ROOT / ".github/workflows/ghostball.yml").read_text(encoding="utf-8"))
 SETUP = yaml.safe_load((ROOT / ".github/actions/setup/action.yml").read_text(encoding="utf-8"))
+RELEASE = yaml.safe_load((ROOT / ".github/workflows/release.yml").read_text(encoding="utf-8"))
 JOBS = WORKFLOW["jobs"]
-STEPS = [step for job in JOBS.values() for step in job["steps"]] + SETUP["runs"]["steps"]
+STEPS = [
+    *(step for job in (JOBS | RELEASE["jobs"]).values() for step in job["steps"]),
+    *SETUP["runs"]["steps"],
+]
 
 
 def test_it_may_read_and_nothing_else():
@@ -35,3 +39,21 @@ def test_all_that_is_checked_is_checked():
     assert "engines" in needed["coverage"].split()
     parts[at : at + 1] = [part for part in needed["coverage"].split() if part != "engines"]
     assert sorted(parts) == sorted(needed["check"].split())
+
+
+def test_a_release_is_published_from_wheels_of_every_platform_that_were_tried():
+    assert RELEASE["permissions"] == {"contents": "read"}
+    jobs = RELEASE["jobs"]
+    systems = jobs["wheel"]["strategy"]["matrix"]["system"]
+    linux, macos, windows = systems[:2], systems[2:4], systems[4:]
+    assert linux == ["ubuntu-24.04", "ubuntu-24.04-arm"]
+    assert macos == ["macos-15-intel", "macos-15"]
+    assert windows == ["windows-2025", "windows-11-arm"]
+    (build,) = (step for step in jobs["wheel"]["steps"] if "pip wheel" in step.get("run", ""))
+    assert build["env"]["GHOSTBALL_BUILD_KERNELS"] == "1"
+    assert jobs["publish"]["needs"] == ["sdist", "wheel"]
+    assert jobs["publish"]["if"] == "${{ github.event_name == 'release' }}"
+    # The one job with a right, that to say who it is, runs no code of ours.
+    assert [name for name in jobs if "permissions" in jobs[name]] == ["publish"]
+    assert jobs["publish"]["permissions"] == {"id-token": "write"}
+    assert not [step for step in jobs["publish"]["steps"] if "run" in step]

@@ -1,7 +1,7 @@
 """The one kernel that Python calls to simulate: it plays k shots of one scene, be it one or many.
 
-It takes plain arrays and unpacks them, since named tuples would cost a call from Python
-microseconds.
+It takes plain arrays and unpacks them: named tuples would cost a call from Python microseconds.
+What differs from call to call comes first, see `running.room`.
 """
 
 from __future__ import annotations
@@ -39,12 +39,23 @@ SHOT_COLUMNS = 7
 @kernel(entry=True)
 def play(
     which: IntArray,
+    motions: FloatArray,
+    clocks: FloatArray,
+    counts: IntArray,
+    ends: FloatArray,
+    time: FloatArray,
+    what: IntArray,
+    ball: IntArray,
+    motion: FloatArray,
+    numbers: FloatArray,
+    room: tuple[BoolArray, IntArray, FloatArray] | None,
     first: int,
     continues: bool,
     cue: int,
-    motions: FloatArray,
+    max_events: int,
+    max_work: int,
+    budget: int,
     start: FloatArray,
-    numbers: FloatArray,
     offsets: IntArray,
     bends: int | None,
     drags: int | None,
@@ -54,17 +65,6 @@ def play(
     obstacles: FloatArray,
     integrated: int | None,
     untouched: tuple[BoolArray, IntArray, FloatArray],
-    room: tuple[BoolArray, IntArray, FloatArray] | None,
-    time: FloatArray,
-    what: IntArray,
-    ball: IntArray,
-    motion: FloatArray,
-    clocks: FloatArray,
-    counts: IntArray,
-    ends: FloatArray,
-    max_events: int,
-    max_work: int,
-    budget: int,
 ) -> int:
     """Play the shots `which`, from its element `first` on; return which element is next.
 
@@ -72,33 +72,33 @@ def play(
     ----------
     which : (m,) int64
         Rows of the next four, the shots to be played.
-    continues : bool
-        Whether the shot `which[first]` continues from where it was left; else it begins.
-    cue : int
     motions : (k, SHOT_COLUMNS) float64
         What differs between the shots: how ball `cue` is shot. Where k is 0 nothing does.
-    start, numbers, offsets
-        A block of arrays as each shot begins with, the same to work in, and what lies where in
-        them: `core.block`. `bends`, `drags` and `flies` are None where `Balls` has no `higher`,
-        `air` or `height`, `many` where `Pairs` schedule and not `Cells`.
-    laws, obstacles, integrated
-        The `Laws`.
-    untouched, room
-        Arrays of `Contacts` of which nothing is used yet, and the same to work in; None: a shot
-        that needs contacts is left with the status RUN_CONTACTS.
-    time, what, ball, motion
-        The `Log`, of the one shot there is then; empty where none is kept.
     clocks : (k, CLOCKS) float64
     counts : (k, COUNTERS) int64
         Of each shot; STATUS says how it ended.
     ends : (k, p, n, 3) float64
         Of each shot: positions at its end; velocities where p > 1, angular velocities where p > 2.
+    time, what, ball, motion
+        The `Log`, of the one shot there is then; empty where none is kept.
+    numbers, start, offsets
+        A block of arrays to work in, the same as each shot begins with, and what lies where in
+        them: `core.block`. `bends`, `drags` and `flies` are None where `Balls` has no `higher`,
+        `air` or `height`, `many` where `Pairs` schedule and not `Cells`.
+    room, untouched
+        Arrays of `Contacts` to work in, and the same of which nothing is used yet. No room: a shot
+        that needs contacts is left with the status RUN_CONTACTS.
+    continues : bool
+        Whether the shot `which[first]` continues from where it was left; else it begins.
+    cue : int
     max_events, max_work : int
         How many events and contact steps a shot may have; how much WORK.
     budget : int
         WORK after which the kernel returns, so that an interrupt is heard. A shot that has the
         status RUN_PAUSED, RUN_LOG_FULL or, if it is alone, RUN_CONTACTS continues when called
         again.
+    laws, obstacles, integrated
+        The `Laws`.
 
     Notes
     -----

@@ -10,8 +10,9 @@ from threading import Event
 import numpy as np
 
 from ghostball.engine.core import state as st
-from ghostball.engine.core.kernel import compiling
 from ghostball.engine.core.rows import STATE_COLUMNS
+from ghostball.engine.library.entry import Needed
+from ghostball.engine.running import room
 from ghostball.engine.running.from_scene import layout_of, log_of, room_for_contacts
 from ghostball.engine.running.room import STATUS, WORK_AT_ONCE, Limits, Log, Room, shots_of
 from ghostball.engine.running.skips import Skip
@@ -43,14 +44,15 @@ _MOTION = {
 @cache
 def warm_up(variant: Variant) -> None:
     """Compile a variant of the kernels, or load it, so that no run's `wall_time` includes that."""
-    with compiling(variant.name("shots")):
-        off = frozenset({Skip.INTEGRATED_LAWS}) if variant.integrated else frozenset[Skip]()
-        run = Run(still_scene(variant), True, off)
-        if variant.contacts:
-            run.take_contacts()
-        run.go(Limits(events=1, work=WORK_AT_ONCE))
-        if run.status is Status.INTERRUPTED:
-            raise KeyboardInterrupt
+    needed(variant).load()
+
+
+@cache
+def needed(variant: Variant) -> Needed:
+    """Return a variant of the kernels, to be compiled or loaded."""
+    off = frozenset({Skip.INTEGRATED_LAWS}) if variant.integrated else frozenset[Skip]()
+    layout = layout_of(still_scene(variant), off)
+    return room.needed(layout, variant.contacts, variant.name("shots"))
 
 
 class Run:

@@ -7,14 +7,16 @@ from __future__ import annotations
 
 import math
 import weakref
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
 from ghostball.engine.capabilities import CAPABILITIES
 from ghostball.engine.core import state as st
 from ghostball.engine.core.block import Block
+from ghostball.engine.core.contacts import contacts_in, numbers_of_contacts
 from ghostball.engine.core.rows import OBSTACLE_COLUMNS, STATE_COLUMNS
 from ghostball.engine.core.state import (
     Air,
@@ -47,7 +49,7 @@ _CELL_ROOM = 2.0**-20
 
 @dataclass(frozen=True, eq=False)
 class Layout:
-    """What a scene is to the kernels when it begins. Nobody writes into it."""
+    """What a scene is to the kernels when it begins. Nobody writes into it, but into `calls`."""
 
     block: Block  # balls, and what their scheduler keeps, as each shot begins with them
     parts: tuple[int | None, int | None, int | None, int | None]  # see `event_loop.play`
@@ -58,6 +60,7 @@ class Layout:
     smallest_radius: float
     variant: Variant  # of the kernels that it begins with
     columns: int  # how many numbers say how a ball moves on
+    calls: dict[bool, Any] = field(default_factory=dict)  # of the kernel, see `running.room`
 
     @property
     def count(self) -> int:
@@ -324,8 +327,6 @@ def room_for_contacts(n: int) -> tuple[BoolArray, IntArray, FloatArray]:
 @lru_cache(maxsize=8)
 def no_contacts(n: int) -> tuple[BoolArray, IntArray, FloatArray]:
     """Arrays of the contacts of n balls of which there are none yet; nobody writes into them."""
-    from ghostball.engine.core.contacts import numbers_of_contacts  # noqa: PLC0415 - loads numba
-
     m = _most_pairs(n) + len(CUSHIONS) * n
     none, free = np.zeros(n, dtype=np.int64), np.arange(2 * m)
     kept = (
@@ -344,8 +345,6 @@ def no_contacts(n: int) -> tuple[BoolArray, IntArray, FloatArray]:
 
 def contacts_of(n: int) -> Contacts:
     """Room for the contacts of n balls, divided."""
-    from ghostball.engine.core.contacts import contacts_in  # noqa: PLC0415 - loads numba
-
     return contacts_in(*room_for_contacts(n))
 
 

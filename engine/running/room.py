@@ -5,12 +5,13 @@ One shot, a batch and a sweep differ in who makes the shots and who asks for the
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ghostball.engine.core import state as st
 from ghostball.engine.event_loop.play import SHOT_COLUMNS, play
+from ghostball.engine.library.entry import COMPILED, Call, Needed
 from ghostball.engine.running.from_scene import Layout, no_contacts, room_for_contacts
 from ghostball.model.events import Status
 
@@ -74,16 +75,7 @@ class Room:
     def __init__(self, layout: Layout, with_contacts: bool) -> None:
         self.numbers = np.empty_like(layout.block.numbers)
         self.contacts = room_for_contacts(layout.count) if with_contacts else None
-        self._given = (
-            layout.block.numbers,
-            self.numbers,
-            layout.block.offsets,
-            *layout.parts,
-            layout.laws,
-            layout.obstacles,
-            layout.integrated,
-            no_contacts(layout.count),
-        )
+        self._layout = layout
 
     def play(
         self,
@@ -98,8 +90,53 @@ class Room:
         budget: int = WORK_AT_ONCE,
     ) -> int:
         """Play shots, as `event_loop.play.play`; return which element of `which` is next."""
-        motions, clocks, counts, ends = shots
-        return play(
-            which, first, continues, cue, motions, *self._given, self.contacts,
-            *log, clocks, counts, ends, *limits, budget,
-        )  # fmt: skip
+        arrays = (which, *shots, *log, self.numbers)
+        numbers = (first, continues, cue, *limits, budget)
+        if not COMPILED:
+            return int(play(*arrays, self.contacts, *numbers, *_fixed(self._layout)))
+        contacts = self.contacts or ()
+        call = _call(self._layout, self.contacts is not None)
+        return int(call.with_first((*arrays, *contacts), numbers)())
+
+
+def needed(layout: Layout, with_contacts: bool, name: str) -> Needed:
+    """Return what is needed of kernels to play shots of a scene; a message calls it `name`."""
+    contacts = (np.empty(0, dtype=np.bool_), _NO_INTEGERS, _NO_NUMBERS) if with_contacts else None
+    arrays = (
+        _NO_INTEGERS,
+        _NO_MOTIONS,
+        np.empty((0, st.CLOCKS)),
+        np.empty((0, st.COUNTERS), dtype=np.int64),
+        np.empty((0, 0, 0, 3)),
+        _NO_NUMBERS,
+        np.empty((3, 0), dtype=np.int64),
+        _NO_INTEGERS,
+        np.empty((0, 0)),
+        _NO_NUMBERS,
+    )
+    numbers = (0, False, 0, 0, 0, 0)
+    return Needed(play, (*arrays, contacts, *numbers, *_fixed(layout)), name)
+
+
+_NO_INTEGERS, _NO_NUMBERS = np.empty(0, dtype=np.int64), np.empty(0)
+
+
+def _call(layout: Layout, with_contacts: bool) -> Call:
+    """Return a call of the kernel with all that is the same in each call for a scene."""
+    call: Call | None = layout.calls.get(with_contacts)
+    if call is None:
+        call = layout.calls[with_contacts] = needed(layout, with_contacts, "shots").load()
+    return call
+
+
+def _fixed(layout: Layout) -> tuple[Any, ...]:
+    """Return the last arguments: those that are the same in each call for a scene."""
+    return (
+        layout.block.numbers,
+        layout.block.offsets,
+        *layout.parts,
+        layout.laws,
+        layout.obstacles,
+        layout.integrated,
+        no_contacts(layout.count),
+    )

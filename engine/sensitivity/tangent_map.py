@@ -23,8 +23,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ghostball.engine.core import state as st
-from ghostball.engine.core.kernel import COMPILED, compiling
+from ghostball.engine.core.kernel import COMPILED
 from ghostball.engine.core.rows import OBSTACLE, ObstacleRow, rows_of
+from ghostball.engine.library.entry import Needed
 from ghostball.engine.running.from_scene import laws_of, layout_of
 from ghostball.engine.running.skips import has_drag, is_integrated
 from ghostball.engine.running.variants import Variant, still_scene
@@ -347,30 +348,27 @@ def warm_up(scene: Scene) -> None:
 
     Contract: `has_derivative(scene)`; no other scene has a tangent map that needs any.
     """
-    _warm_up(is_integrated(scene))
-
-
-def variant_name(scene: Scene) -> str:
-    """Return the name of the variant of the kernels that a scene's tangent map needs."""
-    return _variant_name(is_integrated(scene))
-
-
-def _variant_name(integrated: bool) -> str:
-    return "sensitivity" + ", integrated laws" * integrated
+    for one in needed(is_integrated(scene)):
+        one.load()
 
 
 @cache
-def _warm_up(integrated: bool) -> None:
+def needed(integrated: bool) -> tuple[Needed, ...]:
+    """Return the kernels of tangent maps, to be compiled or loaded.
+
+    `integrated` says whether the laws that integrate are in them.
+    """
+    name = "sensitivity" + " with integrated laws" * integrated
     scene = still_scene(Variant(False, integrated, False))
     segments = (np.zeros((1, st.SEGMENT_COLUMNS)),) * len(scene.balls)
-    spins = np.zeros(len(scene.balls))
-    trajectory = ExactTrajectory(scene.radii, segments, 1.0, spins)
-    with compiling(_variant_name(integrated)):
-        run = _arrays(scene, trajectory, np.empty(0, dtype=EVENT_DTYPE), 1.0)
-        run.tangent[:] = 0.0
-        run_tangent(run)
-        sample_tangent(run, np.zeros(1), np.empty((1, len(scene.balls), ts.ROW_LENGTH)))
-        sample_growth(run, np.zeros(1), np.empty((1, len(scene.balls))))
+    trajectory = ExactTrajectory(scene.radii, segments, 1.0, np.zeros(len(scene.balls)))
+    run = _arrays(scene, trajectory, np.empty(0, dtype=EVENT_DTYPE), 1.0)
+    samples, growth = np.empty((1, 1, ts.ROW_LENGTH)), np.empty((1, 1))
+    return (
+        Needed(run_tangent, (run,), name),
+        Needed(sample_tangent, (run, np.zeros(1), samples), f"{name}, samples"),
+        Needed(sample_growth, (run, np.zeros(1), growth), f"{name}, growth"),
+    )
 
 
 def _increasing(times: ArrayLike, t_end: float) -> tuple[FloatArray, NDArray[np.intp]]:

@@ -17,7 +17,7 @@ from pathlib import Path
 
 import flint
 
-from ghostball.engine.core.cache_folder import cache_folder
+from ghostball.engine.library.cache_folder import cache_folder
 from ghostball.model import GhostballError
 from ghostball.reference_adapters.certified.certificate import Certificate
 from ghostball.reference_adapters.certified.problem import Problem

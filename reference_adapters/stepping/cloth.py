@@ -12,8 +12,8 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine.core.kernel import compiling
-from ghostball.model import Ball, EventKind, Physics, Samples, Scene, rolling_angular_velocity
+from ghostball.engine.library.entry import Needed
+from ghostball.model import EventKind, Samples, Scene, rolling_angular_velocity
 from ghostball.reference_adapters.stepping.laws import slips_of
 from ghostball.reference_adapters.stepping.slowing import accelerate, last, move, turn
 
@@ -213,13 +213,22 @@ class ClosedFormCloth:
 
 @cache
 def warm_up() -> None:
-    """Compile all that is compiled here, once in a process: no run's time should hold it."""
-    ball = Ball(
-        id="cue", position=(0.0, 0.0), velocity=(1.0, 0.0), angular_velocity=(0.0, 0.0, 1.0)
+    """Load all that is compiled here, once in a process: no run's time should hold it."""
+    for one in needed():
+        one.load()
+
+
+def needed() -> tuple[Needed, ...]:
+    """Return the kernels that are called here, to be compiled or loaded."""
+    name, numbers, flags = "cloth between steps", np.ones(1), np.zeros(1, dtype=np.bool_)
+    v, w = np.zeros((1, 2)), np.zeros((1, 3))
+    motion, slowing = (v, w, numbers, flags), (numbers, numbers)
+    return (
+        Needed(accelerate, (*motion, *slowing, v), f"{name}: accelerations"),
+        Needed(last, (*motion, *slowing, numbers, v), f"{name}: durations"),
+        Needed(move, (0.0, v, v, v), f"{name}: motion"),
+        Needed(turn, (0.0, w, v, numbers, flags, numbers, flags), f"{name}: spins"),
     )
-    sliding = Scene(name="warm-up", balls=[ball], physics=Physics(preset="pool"))
-    with compiling("cloth between steps"):
-        ClosedFormCloth(sliding).advance(1e-3)
 
 
 def _in_space(vectors: FloatArray) -> FloatArray:

@@ -14,7 +14,8 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine.core.kernel import compiling, kernel
+from ghostball.engine.core.kernel import kernel
+from ghostball.engine.library.entry import Needed
 from ghostball.model import Table
 from ghostball.reference_adapters.stepping.slowing import slow, stop
 
@@ -134,14 +135,21 @@ def time_to_rest(velocities: FloatArray, decelerations: FloatArray) -> FloatArra
 
 @cache
 def warm_up() -> None:
-    """Compile all that is compiled here, once in a process: no run's time should hold it."""
-    places, velocities = np.array([[0.1, 0.1], [0.2, 0.1]]), np.array([[1.0, 0.0], [0.0, 0.0]])
-    radii, decelerations = np.full(2, 0.03), np.full(2, 0.2)
-    with compiling("contact times"):
-        accelerations = rolling_accelerations(velocities, decelerations)
-        horizon = float(np.max(time_to_rest(velocities, decelerations)))
-        table = Table(length=1.0, width=1.0)
-        time_to_contact(places, velocities, accelerations, radii, table, horizon=horizon)
+    """Load all that is compiled here, once in a process: no run's time should hold it."""
+    for one in needed():
+        one.load()
+
+
+def needed() -> tuple[Needed, ...]:
+    """Return the kernels that are called here, to be compiled or loaded."""
+    name, numbers, vectors = "contact times", np.ones(1), np.zeros((1, 2))
+    motion = (vectors, vectors, vectors, numbers)
+    return (
+        Needed(slow, (vectors, numbers, vectors), f"{name}: accelerations"),
+        Needed(stop, (vectors, numbers, numbers), f"{name}: durations"),
+        Needed(_to_cushion, (*motion, 0, 1.0, 0.0, CONTACT_GAP), f"{name}: cushions"),
+        Needed(_to_ball, (*motion, CONTACT_GAP, math.inf), f"{name}: balls"),
+    )
 
 
 @kernel

@@ -1,45 +1,21 @@
-"""The kernels that adapters run between the steps of their engines: what compiles them, by name."""
+"""The kernels that adapters run between the steps of their engines, by the names in settings."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable
 
-from ghostball.engine.core.kernel import compiled
+from ghostball.engine.library.entry import Needed
 from ghostball.reference_adapters.registry import EngineUnavailableError, make_engine
+from ghostball.reference_adapters.stepping import cloth, contact_time
+
+KERNELS: dict[str, Callable[[], tuple[Needed, ...]]] = {
+    "cloth between steps": cloth.needed,
+    "contact times": contact_time.needed,
+}
+"""What each name in `SteppingSettings.kernels` stands for."""
 
 
-@dataclass(frozen=True)
-class AdapterKernels:
-    """Kernels that are compiled together, as `engine.compilation.Variants` are.
-
-    Attributes
-    ----------
-    name : str
-        What messages, and the cache, call them: one of `SteppingSettings.kernels`.
-    """
-
-    name: str
-    contacts = False
-
-    @property
-    def names(self) -> list[str]:
-        """Their name."""
-        return [self.name]
-
-    @property
-    def are_compiled(self) -> bool:
-        """Whether they are in the cache."""
-        return compiled(self.name)
-
-    def compile(self) -> None:
-        """Compile them, or load what is in the cache."""
-        from ghostball.reference_adapters.stepping import cloth, contact_time  # noqa: PLC0415
-
-        {"cloth between steps": cloth.warm_up, "contact times": contact_time.warm_up}[self.name]()
-
-
-def adapter_kernels(labels: Iterable[str]) -> list[AdapterKernels]:
+def adapter_kernels(labels: Iterable[str]) -> list[Needed]:
     """Return what these engines need of such kernels; one that can't run here needs none."""
     names: dict[str, None] = {}
     for label in labels:
@@ -48,4 +24,4 @@ def adapter_kernels(labels: Iterable[str]) -> list[AdapterKernels]:
         except EngineUnavailableError:
             continue
         names |= dict.fromkeys(getattr(settings, "kernels", ()))
-    return [AdapterKernels(name) for name in names]
+    return [one for name in names for one in KERNELS[name]()]

@@ -6,7 +6,7 @@ import pytest
 from shots import ball, scene_of
 
 from ghostball.engine import simulate, warm_up
-from ghostball.engine.compilation import MANY, variants_of
+from ghostball.engine.compilation import MANY, every_kernel, kernels_of
 
 ONE = scene_of(ball((0.0, 0.0), (1.0, 0.0)))
 TWO = scene_of(ball((0.0, 0.0), (1.0, 0.0)), ball((1.0, 0.0)))
@@ -22,7 +22,7 @@ INTEGRATED = scene_of(
 
 
 def names(*scenes, **options):
-    return [name for variants in variants_of(scenes, **options) for name in variants.names]
+    return [needed.name for needed in kernels_of(scenes, **options)]
 
 
 def test_one_ball_has_no_contacts_and_several_may():
@@ -37,12 +37,12 @@ def test_who_has_few_balls_may_be_taken_to_need_none():
 
 def test_each_kind_of_laws_and_the_tangent_map_is_a_part_of_its_own():
     found = names(THREE, INTEGRATED, tangents=True, contacts_from=MANY)
+    maps = ("sensitivity", "sensitivity with integrated laws")
     assert found == [
         "shots",
         "shots with contacts",
         "shots with integrated laws",
-        "sensitivity",
-        "sensitivity, integrated laws",
+        *(f"{one}{part}" for one in maps for part in ("", ", samples", ", growth")),
     ]
 
 
@@ -52,17 +52,25 @@ BEYOND = {"motion": "sliding", "airborne": True, "air_drag": 0.004}
 
 def test_a_scene_that_is_not_played_needs_nothing():
     flies = scene_of(ball((0.0, 0.0), (1.0, 0.0)), **BEYOND)
-    assert variants_of([flies, "no scene"]) == []
+    assert kernels_of([flies, "no scene"]) == []
 
 
 def test_a_scene_that_breaks_a_rule_needs_nothing():
     invalid = ONE.model_copy(update={"t_max": math.nan})
-    assert variants_of([invalid]) == []
+    assert kernels_of([invalid]) == []
     warm_up([invalid])
 
 
 @pytest.mark.compiled
 def test_what_is_warm_is_compiled():
     simulate(ONE)
-    (variants,) = variants_of([ONE])
-    assert variants.are_compiled
+    (needed,) = kernels_of([ONE])
+    assert needed.is_made
+
+
+def test_every_kernel_is_each_of_those_of_scenes():
+    every = every_kernel()
+    assert len({one.name for one in every}) == len(every) == 24 + 6
+    some = kernels_of([ONE, TWO, INTEGRATED], tangents=True)
+    assert {one.name for one in some} < {one.name for one in every}
+    assert every[0].name.startswith("shots with contacts, cells")

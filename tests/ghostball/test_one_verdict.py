@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 from wrong_engines import WAYS, Wrong
 
 from ghostball.cli import app
-from ghostball.engine.core.cache_folder import cache_folder
+from ghostball.engine.library.cache_folder import cache_folder
 from ghostball.model import SampledTrajectory
 from ghostball.validation.results.store import Results
 from ghostball.validation.scenes.library import find_scene

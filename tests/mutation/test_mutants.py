@@ -8,7 +8,7 @@ from mutants import MutantError, Mutation, faults_on, planted
 FEW = ["graded/head-on", "graded/draw-shot", "graded/stop"]
 """Trials that take no time."""
 
-START = "    check_request(scene, record, max_events, max_work)\n    # The compiler"
+START = "    check_request(scene, record, max_events, max_work)\n    off ="
 
 
 def drastic(text: str) -> Mutation:

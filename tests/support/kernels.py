@@ -9,14 +9,13 @@ begin as they do elsewhere.
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Collection
 from functools import cache, wraps
 from typing import TYPE_CHECKING, Any
 
-import numba
-
-from ghostball.engine.core.kernel import kernel
+from ghostball.engine.library.entry import COMPILED, Entry
 from ghostball.engine.running import driver
 from ghostball.engine.running.driver import Run
 from ghostball.engine.running.skips import Skip
@@ -28,14 +27,8 @@ if TYPE_CHECKING:
 
 @cache
 def entry_to(inner: Any) -> Any:
-    """Return a kernel that does what `inner` does, and that Python can call.
-
-    An entry, or what isn't compiled, is returned as it is.
-    """
-    function = getattr(inner, "py_func", None)
-    if function is None or not inner.targetoptions["no_cpython_wrapper"]:
-        return inner
-    return kernel(entry=True)(function)
+    """Return a kernel that does what `inner` does, compiled; where none are it is that itself."""
+    return Entry(inner) if COMPILED and not isinstance(inner, Entry) else inner
 
 
 PARTS = frozenset((Skip.CONTACTS, Skip.INTEGRATED_LAWS))
@@ -44,7 +37,7 @@ PARTS = frozenset((Skip.CONTACTS, Skip.INTEGRATED_LAWS))
 
 def checks_bounds() -> bool:
     """Whether kernels are compiled with every access to an array checked."""
-    return bool(numba.config.BOUNDSCHECK) and not numba.config.DISABLE_JIT
+    return COMPILED and os.environ.get("NUMBA_BOUNDSCHECK", "0") not in ("", "0")
 
 
 def begin_without_contacts(monkeypatch: pytest.MonkeyPatch) -> None:

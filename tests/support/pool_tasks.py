@@ -78,22 +78,6 @@ def hangs(*_):
     time.sleep(600.0)
 
 
-class Part:
-    """Stands for variants of the kernels: says where it is compiled, or ends its process."""
-
-    contacts = False
-
-    def __init__(self, name, note, *, compiled=False, dies=False):
-        self.names, self.note, self.dies = [name], note, dies
-        self.are_compiled = compiled
-
-    def compile(self):
-        if self.dies:
-            os._exit(7)
-        with open(self.note, "a") as file:
-            file.write(f"{self.names[0]} {os.getpid()}\n")
-
-
 def crash_in_one_scene(path, figures, task):
     """Make a part of the report, but crash in one scene."""
     from ghostball.reports import report

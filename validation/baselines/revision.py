@@ -12,7 +12,7 @@ from pathlib import Path
 
 from filelock import FileLock, Timeout
 
-from ghostball.engine.core.cache_folder import cache_folder
+from ghostball.engine.library.cache_folder import cache_folder
 from ghostball.model import GhostballError
 from ghostball.validation.results.git import GitError, run_git
 

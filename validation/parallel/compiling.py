@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Iterable
-from contextlib import closing
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from functools import partial
 
-from ghostball.engine.compilation import Variants, variants_of
-from ghostball.model import GhostballError, Scene
-from ghostball.reference_adapters.stepping.kernels import AdapterKernels, adapter_kernels
-from ghostball.validation.parallel.pool import Progress, run_tasks
+from ghostball.engine.compilation import kernels_of
+from ghostball.engine.library.entry import Needed, make_all
+from ghostball.model import Scene
+from ghostball.reference_adapters.stepping.kernels import adapter_kernels
+from ghostball.validation.parallel.pool import Progress
 
 _LOGGER = logging.getLogger("ghostball.validation")
-
-_Kernels = Variants | AdapterKernels
 
 
 def compile_kernels(
@@ -26,14 +26,14 @@ def compile_kernels(
     contacts_from: int = 2,
     compiling: Progress[str] | None = None,
 ) -> Callable[[], None]:
-    """Compile in `jobs` processes what `scenes` need of kernels, then load ours into this one.
+    """Compile in `jobs` processes what `scenes` need of kernels.
 
     Parameters
     ----------
     labels : iterable of str
         Engines that are run, whose adapters may have kernels too.
     tangents, contacts_from
-        See `engine.compilation.variants_of`.
+        See `engine.compilation.kernels_of`.
     compiling : callable, optional
         Called with how many variants are compiled, of how many, and the last one; first before the
         first of them. Left out, a log says it.
@@ -41,36 +41,33 @@ def compile_kernels(
     Returns
     -------
     callable
-        Compiles the same on another machine, where it isn't yet; it can be pickled.
+        Loads the same on another machine, made where it isn't yet; it can be pickled.
 
     Raises
     ------
     GhostballError
-        Where a process that compiles dies.
+        Where one can't be compiled.
     """
-    ours = variants_of(scenes, tangents=tangents, contacts_from=contacts_from)
-    needed: list[_Kernels] = [*ours, *adapter_kernels(labels)]
-    # Those with contacts take longest, so they come first.
-    missing = sorted(
-        (variants for variants in needed if not variants.are_compiled),
-        key=lambda variants: not variants.contacts,
-    )
+    needed = kernels_of(scenes, tangents=tangents, contacts_from=contacts_from)
+    needed += adapter_kernels(labels)
+    missing = [one for one in needed if not one.is_made]
     if missing:
         count = _log if compiling is None else compiling
-        total, done = sum(len(variants.names) for variants in missing), 0
-        count(done, total, "")
-        with closing(run_tasks(missing, jobs, _compile)) as finished:
-            for one in finished:
-                names = one.task.names
-                if one.crashed:
-                    raise GhostballError(
-                        f"the kernels ({', '.join(names)}) could not be compiled: {one.crashed}"
-                    )
-                done += len(names)
-                count(done, total, "; ".join(names))
-    for variants in ours:
-        variants.compile()
-    return partial(_compile_missing, needed)
+        done = Counter[str]()
+        count(0, len(missing), "")
+
+        def finished(name: str) -> None:
+            done[name] += 1
+            count(done.total(), len(missing), name)
+
+        make_all(missing, jobs, finished)
+    return partial(_load_all, needed)
+
+
+def _load_all(needed: Iterable[Needed]) -> None:
+    with _quiet():
+        for one in needed:
+            one.load()
 
 
 def _log(done: int, total: int, last: str) -> None:
@@ -78,17 +75,13 @@ def _log(done: int, total: int, last: str) -> None:
     _LOGGER.warning("compiling: %d of %d are done%s", done, total, what)
 
 
-def _compile_missing(needed: Iterable[_Kernels]) -> None:
-    for variants in needed:
-        if not variants.are_compiled:
-            _compile(variants)
-
-
-def _compile(variants: _Kernels) -> None:
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Say nothing of each kernel that is compiled: the caller has announced all."""
     logger = logging.getLogger("ghostball.engine")
     level = logger.level
-    logger.setLevel(logging.ERROR)  # it was announced by the caller
+    logger.setLevel(logging.ERROR)
     try:
-        variants.compile()
+        yield
     finally:
         logger.setLevel(level)

@@ -53,7 +53,7 @@ _PR_SET_PDEATHSIG = 1
 """What `prctl` sets: which signal a process gets when its parent ends."""
 
 _SPAWN = multiprocessing.get_context("spawn")
-"""Not fork: pybullet's and numba's threads and locks don't survive it."""
+"""Not fork: pybullet's threads and locks don't survive it."""
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ import re
 import sys
 from collections.abc import Callable, Iterator
 from importlib.metadata import PackageNotFoundError, requires, version
+from importlib.util import find_spec
 from typing import NamedTuple
 
 from rich import box
@@ -16,7 +17,9 @@ from rich.markup import escape
 from rich.table import Table
 
 from ghostball.cli.shared.terminal import say, stdout
-from ghostball.engine.core.cache_folder import cache_folder
+from ghostball.engine.library import cache, shipped
+from ghostball.engine.library.cache_folder import cache_folder
+from ghostball.engine.library.entry import COMPILED
 from ghostball.model import GhostballError
 from ghostball.reference_adapters import EngineError, engine_class, engine_names
 from ghostball.validation.exit_status import ExitStatus
@@ -81,31 +84,32 @@ def _versions() -> Iterator[Finding]:
 
 
 def _kernels() -> Iterator[Finding]:
-    try:
-        # A compiler that can't be loaded is a finding.
-        from ghostball.engine.core import kernel, kernel_cache  # noqa: PLC0415
-    except ImportError as error:
-        yield Finding("kernels", State.BROKEN, f"no compiler: {error}. Reinstall numba")
-        return
-    if os.environ.get("NUMBA_DISABLE_JIT", "0") != "0":
+    if not COMPILED:
         yield Finding("kernels", State.NOTE, "interpreted: NUMBA_DISABLE_JIT is set; runs are slow")
         return
-    directory = kernel_cache.cache_directory()
+    files = shipped.files()  # where it sets some aside, a message says why
+    if files:
+        yield Finding("kernels", State.GOOD, f"{len(files)} compiled ones came with ghostball")
+        return
+    if find_spec("numba") is None:
+        detail = "none fit, and no compiler. Run `pip install 'ghostball[compiler]'`"
+        yield Finding("kernels", State.BROKEN, detail)
+        return
+    directory = cache.directory()
     if directory is None:
         yield Finding(
             "kernels",
             State.BROKEN,
-            f"{cache_folder('kernels')}: can't be written, so every run compiles again. Set "
+            f"{cache_folder('libraries')}: can't be written, so every run compiles again. Set "
             "GHOSTBALL_CACHE_DIR to a folder that can",
         )
         return
-    size = sum(path.stat().st_size for path in directory.rglob("*") if path.is_file())
-    if kernel.compiled():
-        detail = f"compiled, {size / 1e6:.1f} MB in {directory}"
-        yield Finding("kernels", State.GOOD, detail)
-    else:
-        detail = f"not compiled yet; the first run does it and keeps them in {directory}"
-        yield Finding("kernels", State.NOTE, detail)
+    kept = [path for path in directory.iterdir() if path.suffix in {".so", ".o"}]
+    size = sum(path.stat().st_size for path in kept)
+    detail = (
+        f"compiled where they are first needed; {len(kept)}, {size / 1e6:.1f} MB, in {directory}"
+    )
+    yield Finding("kernels", State.GOOD, detail)
 
 
 def _engines() -> Iterator[Finding]:

@@ -11,7 +11,7 @@ import pytest
 from shots import R, ball, scene_of
 
 from ghostball.engine import simulate
-from ghostball.engine.compilation import variants_of
+from ghostball.engine.compilation import kernels_of
 from ghostball.engine.sensitivity import QUALITY, ROUNDING, tangent_map, tangent_of
 from ghostball.model import EventKind, GhostballError, Scene
 from ghostball.validation.scenes.library import find_scene
@@ -230,7 +230,7 @@ def test_where_nothing_is_known_nothing_is_compiled(name, monkeypatch):
     assert not np.isfinite(tangent.sample([0.0, 0.1])).any()
     assert tangent.event_shifts.shape == (m, 3)
     assert np.isnan(tangent.event_shifts).all()
-    assert variants_of([result.scene], tangents=True) == variants_of([result.scene])
+    assert kernels_of([result.scene], tangents=True) == kernels_of([result.scene])
 
 
 def test_what_is_exact_by_symmetry_is_not_taken_for_chaos():

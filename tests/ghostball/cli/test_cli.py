@@ -491,7 +491,7 @@ def test_a_broken_foreign_engine_is_named_and_hides_no_other(cli, tmp_path, monk
 def test_doctor_names_versions_kernels_engines_and_scenes(cli):
     result = cli("doctor")
     assert result.exit_code == 0, result.output
-    for part in ("python", "numba", "kernels", "engine ghostball", f"{len(scene_names())} shipped"):
+    for part in ("python", "numpy", "kernels", "engine ghostball", f"{len(scene_names())} shipped"):
         assert part in result.stdout
 
 

@@ -1,68 +1,71 @@
 """Variants of the kernels are compiled side by side, once each."""
 
-import os
+import pickle
 
 import pytest
-from pool_tasks import Part
 
-from ghostball.model import GhostballError
 from ghostball.validation.parallel import compiling
 from ghostball.validation.scenes.library import find_scene
 
 SCENES = [find_scene(name) for name in ("stop", "half-ball-cut", "mathavan-cut")]
 
 
+class Part:
+    """Stands for a kernel."""
+
+    def __init__(self, name, *, made=False):
+        self.name, self.is_made = name, made
+
+    def load(self):
+        assert self.is_made
+
+
 @pytest.fixture
-def parts(monkeypatch, tmp_path):
-    """Have these parts asked for; return the lines that say what was compiled where."""
+def parts(monkeypatch):
+    """Have these parts asked for; return the list of those that were made, and by how many."""
 
     def asked(*given):
-        made = [Part(name, tmp_path / "note", **options) for name, options in given]
-        monkeypatch.setattr(compiling, "variants_of", lambda *_, **__: made)
+        asked_for = [Part(name, **options) for name, options in given]
+        monkeypatch.setattr(compiling, "kernels_of", lambda *_, **__: asked_for)
+        made = []
 
-        def read():
-            lines = (tmp_path / "note").read_text().splitlines()
-            return [(name, int(process)) for name, process in map(str.split, lines)]
+        def make_all(missing, jobs, finished):
+            for one in missing:
+                one.is_made = True
+                made.append((one.name, jobs))
+                finished(one.name)
 
-        return read
+        monkeypatch.setattr(compiling, "make_all", make_all)
+        return made
 
     return asked
 
 
-def test_what_is_missing_is_compiled_in_processes_and_then_loaded_here(parts, caplog):
-    read = parts(("a", {}), ("b", {}), ("c", {"compiled": True}))
-    compiling.compile_kernels(SCENES, 2)
-    elsewhere, here = read()[:2], read()[2:]
-    assert sorted(name for name, _ in elsewhere) == ["a", "b"]
-    assert os.getpid() not in {process for _, process in elsewhere}
-    assert here == [(name, os.getpid()) for name in "abc"]
+def test_what_is_missing_is_made_side_by_side_and_can_be_loaded_then(parts, caplog):
+    made = parts(("a", {}), ("b", {}), ("c", {"made": True}))
+    load_all = compiling.compile_kernels(SCENES, 2)
+    assert made == [("a", 2), ("b", 2)]
     assert "compiling: 0 of 2 are done of the engine's kernels" in caplog.text
     assert "compiling: 2 of 2 are done" in caplog.text
+    load_all()
 
 
-@pytest.mark.parametrize("jobs", [1, 2])
-def test_what_is_compiled_is_counted_from_the_start(parts, jobs, caplog):
-    parts(("a", {}), ("b", {"compiled": True}), ("c", {}))
+def test_what_is_compiled_is_counted_from_the_start(parts, caplog):
+    parts(("a", {}), ("b", {"made": True}), ("c", {}))
     said = []
-    compiling.compile_kernels(SCENES, jobs, compiling=lambda *one: said.append(one))
-    assert [one[:2] for one in said] == [(0, 2), (1, 2), (2, 2)]
-    assert {one[2] for one in said} == {"", "a", "c"}
+    compiling.compile_kernels(SCENES, 1, compiling=lambda *one: said.append(one))
+    assert said == [(0, 2, ""), (1, 2, "a"), (2, 2, "c")]
     assert caplog.text == ""  # who counts, says it
 
 
-def test_what_is_compiled_is_not_counted_again(parts):
-    parts(("a", {"compiled": True}))
+def test_what_is_made_is_not_counted_again(parts):
+    parts(("a", {"made": True}))
     compiling.compile_kernels(SCENES, 2, compiling=lambda *_: pytest.fail("nothing was missing"))
 
 
-def test_a_process_that_crashes_is_named_with_what_it_compiled(parts):
-    parts(("a", {}), ("b", {"dies": True}))
-    with pytest.raises(GhostballError, match=r"kernels \(b\) could not be compiled: .*code 7"):
-        compiling.compile_kernels(SCENES, 2)
-
-
-def test_what_scenes_need_is_ready_afterwards():
-    compiling.compile_kernels(SCENES, 1)
-    needed = compiling.variants_of(SCENES)
-    assert len(needed) == 2
-    assert all(variants.are_compiled for variants in needed)
+def test_what_scenes_need_is_ready_afterwards_and_can_be_loaded_elsewhere():
+    load_all = compiling.compile_kernels(SCENES, 1)
+    needed = compiling.kernels_of(SCENES)
+    assert len(needed) == 4
+    assert all(one.is_made for one in needed)
+    pickle.loads(pickle.dumps(load_all))()

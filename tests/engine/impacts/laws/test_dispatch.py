@@ -22,7 +22,7 @@ NOTHING = Laws(*(0.0,) * len(NUMBERS), obstacles=np.empty(0, dtype=OBSTACLE), in
 def test_laws_come_out_of_the_kernels_numbers_as_they_went_in(name):
     """Breaks where a field is added to `Laws` and `laws_from` counts as before."""
     laws = NOTHING._replace(**{name: 1.0})
-    found = entry_to(laws_from)(np.array(laws[:-2], dtype=np.float64), laws.obstacles, 1)
+    found = laws_from(np.array(laws[:-2], dtype=np.float64), laws.obstacles, 1)
     assert [field for field in NUMBERS if getattr(found, field) != 0.0] == [name]
     assert len(found) == len(Laws._fields)
 
@@ -49,7 +49,7 @@ def test_every_law_of_the_registry_is_called():
             if law.name == "mirror":
                 continue  # the law `restitution`, with factors of 1
             one = laws._replace(ball_law=float(code))
-            numbers = entry_to(laws_from)(np.array(one[:-2], dtype=np.float64), one.obstacles, 1)
+            numbers = laws_from(np.array(one[:-2], dtype=np.float64), one.obstacles, 1)
             more = () if kind == "ball" else (code,)
             found.add(tuple(kernel(impact, numbers, *more)))
         assert len(found) == len(registry) - (kind == "cushion")

@@ -1,0 +1,225 @@
+"""Compiles a kernel into a shared library; loaded only where that is done, with numba.
+
+Numba compiles the kernel with all that it calls, LLVM makes an object file for the target, and the
+system's linker makes the library of that. Where there is none the object file is kept.
+"""
+
+from __future__ import annotations
+
+import gc
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from types import FunctionType, ModuleType
+from typing import Any
+
+import llvmlite.binding as llvm
+import numba
+from numba.core import types
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler
+from numba.core.compiler_lock import global_compiler_lock
+
+from ghostball.engine.library import generated, table
+from ghostball.engine.library.load import SYMBOL
+from ghostball.engine.library.reached import is_inline, is_ours, kernel_in, names_in, reached_by
+
+OPTIONS: dict[str, Any] = {
+    "error_model": "numpy",  # no raising: a division by zero gives inf, as the arithmetic says
+    "fastmath": False,  # no fused multiply-add, no reordering: the same bits on every machine
+    # No reference counts: kernels allocate nothing, and counting the arrays of each call took more
+    # than half of the time.
+    "_nrt": False,
+    "no_cpython_wrapper": True,
+    "no_cfunc_wrapper": True,
+}
+
+OF_OTHERS = ("numba_", "NRT_", "Py", "_Py", "_ZN")
+"""How names begin of functions of numba or of Python: none of these is there when it is called."""
+
+LINKERS = ("cc", "clang", "gcc")
+
+LINKED_WITH = {
+    # No library is needed: what is left to find is a few functions of C's that every process has.
+    "linux": ["-s", "-nostdlib", "-Wl,--gc-sections,--build-id=none"],
+    "darwin": ["-Wl,-dead_strip", "-Wl,-x"],
+    "win32": ["-fuse-ld=lld", f"-Wl,-export:{SYMBOL}"],
+}
+"""What the linker is told besides, on each system."""
+
+
+def build(order: dict[str, Any]) -> None:
+    """Compile what `load.build` orders, and put the library, or the object file, in its place."""
+    gc.disable()  # the compiler makes millions of objects and keeps them
+    kernel = kernel_in(table.named(order["kernel"]))
+    assert kernel is not None
+    code = _in_one_piece(object_code, kernel, order["kinds"], order["result"], order["target"])
+    place = Path(order["out"])
+    with tempfile.TemporaryDirectory(dir=place.parent) as folder:
+        made = Path(folder, "kernel.o")
+        made.write_bytes(code)
+        linker = os.environ.get("CC") or next(filter(shutil.which, LINKERS), None)
+        if linker is not None:
+            linked = Path(folder, "kernel.so")
+            _link(linker, made, linked)
+            made = linked
+        made.replace(place.with_suffix(made.suffix))
+
+
+def _link(linker: str, code: Path, library: Path) -> None:
+    more = LINKED_WITH.get(sys.platform, [])
+    subprocess.run([linker, "-shared", *more, "-o", str(library), str(code)], check=True)
+
+
+def _in_one_piece(function: Callable[..., Any], *arguments: Any) -> Any:
+    """Return `function(*arguments)`, called from a frame of more than a megabyte.
+
+    CPython keeps a thread's frames in pieces of 16 kB, and asks the system for the next one, or
+    gives it back, whenever a call crosses an end. Some of numba's longest loops happened to call
+    across one: 420 000 times for one variant, a third of the time to compile. A frame that no such
+    piece can hold gets one of 2 MB, and what it calls has the rest.
+    """
+    return function(*arguments)
+
+
+_in_one_piece.__code__ = _in_one_piece.__code__.replace(co_stacksize=140_000)  # words
+
+
+def object_code(
+    kernel: FunctionType, kinds: list[table.Kind], result: table.Kind, target: str
+) -> bytes:
+    """Return the object file of a kernel for some kinds of arguments."""
+    fits = _dispatcher(generated.fits, vars(generated))
+    whole = generated.unpacking(_compilable(kernel), fits, kinds, result)
+    options = {**OPTIONS, "pipeline_class": _EntryCompiler}
+    compiled = numba.njit(**options)(whole)
+    compiled.compile((types.int64,))
+    made = compiled.overloads[(types.int64,)]
+    with global_compiler_lock:
+        whole_module = made.library._get_module_for_linking()
+    module = llvm.parse_bitcode(whole_module.as_bitcode())
+    module.link_in(llvm.parse_assembly(generated.reshape_module()))
+    for each in (*module.functions, *module.global_variables):
+        if not each.is_declaration:
+            each.linkage = "internal"
+    entry = module.get_function(made.fndesc.llvm_func_name)
+    entry.linkage, entry.name = "external", SYMBOL
+    wanted = [one.name for one in module.functions if one.is_declaration]
+    unknown = [name for name in wanted if name.startswith(OF_OTHERS)]
+    if unknown:
+        raise TypeError(f"the kernel `{kernel.__name__}` calls {unknown}, which no library has")
+    machine = llvm.Target.from_default_triple().create_target_machine(
+        cpu=target, opt=3, reloc="pic", codemodel="default"
+    )
+    return bytes(machine.emit_object(module))
+
+
+_COMPILABLE: dict[FunctionType, Any] = {}
+"""The kernels that numba knows: what one is compiled into is there for the next, too."""
+
+
+def _compilable(kernel: FunctionType) -> Any:
+    """Return a kernel as numba's, and with it all that it calls."""
+    new = [one for one in reached_by(kernel).functions if one not in _COMPILABLE]
+    spaces = {one: dict(one.__globals__) for one in new}
+    _COMPILABLE.update({one: _dispatcher(one, spaces[one]) for one in new})
+    for one in new:
+        for name, value in names_in(one):
+            below = kernel_in(value)
+            if below is None:
+                if is_ours(value):
+                    spaces[one][name] = _Module(value)
+                continue
+            module, _, last = name.rpartition(".")
+            space = vars(spaces[one][module]) if module else spaces[one]
+            space[last] = _COMPILABLE[below]
+    return _COMPILABLE[kernel]
+
+
+class _Module(ModuleType):
+    """A module with what another has; some of it is then replaced here, and not there."""
+
+    def __init__(self, module: ModuleType) -> None:
+        super().__init__(module.__name__)
+        vars(self).update(vars(module))
+
+
+def _dispatcher(kernel: Any, space: dict[str, Any]) -> Any:
+    copy = FunctionType(kernel.__code__, space, kernel.__name__, kernel.__defaults__)
+    copy.__module__, copy.__qualname__ = kernel.__module__, kernel.__qualname__
+    options = {**OPTIONS, "forceinline": is_inline(kernel), "pipeline_class": _InnerCompiler}
+    return _without_literals(numba.njit(**options)(copy))
+
+
+def _without_literals(dispatcher: Any) -> Any:
+    """Let a caller's constant be an argument like any other.
+
+    numba would compile a kernel anew for each constant that a caller passes, and all that it calls:
+    twice the time for nothing.
+    """
+    resolve = dispatcher.get_call_template
+    unliteral: Any = types.unliteral
+    dispatcher.get_call_template = lambda args, kws: resolve(
+        tuple(unliteral(kind) for kind in args),
+        {name: unliteral(kind) for name, kind in kws.items()},
+    )
+    return dispatcher
+
+
+class _InnerCode(JITCodeLibrary):
+    """Code of a kernel that only other kernels call: it becomes part of theirs.
+
+    numba optimises each kernel with all that it calls, and makes machine code of it; so a kernel is
+    done as often as there are kernels above it. That took two thirds of the time to compile. Here
+    both are done once, for the entry; the bits are the same, and the code is quicker by a few per
+    cent, since the optimiser sees the whole.
+    """
+
+    def _optimize_final_module(self) -> None:
+        """Leave it to the entry."""
+
+    def _finalize_final_module(self) -> None:
+        """Make no machine code, and keep once what is linked into callers: it is long."""
+        self._finalized = True
+        self._final_module = self._get_module_for_linking()  # type: ignore[no-untyped-call]
+
+
+class _EntryCode(JITCodeLibrary):
+    """Code of the kernel that Python calls, with that of all kernels below it."""
+
+    def _optimize_final_module(self) -> None:
+        """Optimise it, as one whose kernels nobody else calls.
+
+        Then what a kernel doesn't use of what it is passed isn't passed: of some 200 words, which a
+        few named tuples of arrays are, all but a dozen, in half of the calls.
+        """
+        for function in self._final_module.functions:
+            if function.linkage == llvm.Linkage.linkonce_odr:
+                function.linkage = "internal"
+        super()._optimize_final_module()  # type: ignore[no-untyped-call]
+
+    def _finalize_final_module(self) -> None:
+        """Leave the machine code to `object_code`."""
+        self._finalized = True
+
+
+class _EntryCompiler(Compiler):
+    library: Any = _EntryCode
+
+    def compile_extra(self, function: Callable[..., Any]) -> Any:
+        """Compile, as numba does, but into a library of another kind, which isn't run here."""
+        self.state.flags.no_compile = True
+        self.state.library = self.library(self.state.targetctx.codegen(), function.__qualname__)
+        made: Any = super().compile_extra(function)  # type: ignore[no-untyped-call]
+        # By which numba knows it: a builtin function, another for each; nobody calls it.
+        key = object().__sizeof__
+        self.state.targetctx.insert_user_function(key, made.fndesc, [made.library])
+        return made._replace(entry_point=key)
+
+
+class _InnerCompiler(_EntryCompiler):
+    library: Any = _InnerCode

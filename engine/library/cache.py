@@ -1,0 +1,108 @@
+"""The folder of libraries that were made on this machine, each under a hash of what it is made of.
+
+So nothing stale can be found, and several checkouts share what is the same in them.
+"""
+
+from __future__ import annotations
+
+import logging
+import os
+import re
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from functools import cache
+from pathlib import Path
+
+from filelock import FileLock, Timeout
+
+from ghostball.engine.library.cache_folder import cache_folder
+
+logger = logging.getLogger("ghostball.engine")
+
+KEPT = 400
+"""Libraries that are kept, each of some 0.1 MB: a dozen versions of sources or of flags."""
+
+UNUSED = 86_400.0
+"""Time after its last use before which no library is removed [s]: a day."""
+
+_OURS = re.compile(r"\w+-[0-9a-f]{20}\.(so|o|lock)")
+
+_MARKER = "CACHEDIR.TAG"
+_MARKED = b"""Signature: 8a477f597d28d172789f06886806bc55
+# Compiled kernels of Ghostball, which removes those that have not been used for long.
+"""
+"""The file by which backups leave the folder out.
+
+It is that of the Cache Directory Tagging Specification (bford.info/cachedir).
+"""
+
+
+@cache
+def directory() -> Path | None:
+    """Return the folder; made, and old libraries removed, on first use.
+
+    None where it can't be written: kernels are then compiled in each process anew, and a warning
+    says so.
+    """
+    folder = cache_folder("libraries")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        if not (folder / _MARKER).exists():
+            (folder / _MARKER).write_bytes(_MARKED)
+        tempfile.TemporaryFile(dir=folder).close()
+    except OSError as error:
+        logger.warning(
+            "compiled kernels can't be kept in %s: %s. Every run will compile them again; set "
+            "GHOSTBALL_CACHE_DIR to a directory that can be written",
+            folder,
+            error.strerror or type(error).__name__,
+        )
+        return None
+    return folder
+
+
+def use(path: Path) -> None:
+    """Note that a library is used."""
+    with suppress(OSError):  # that of someone else, who may have made it for all
+        os.utime(path)
+
+
+@contextmanager
+def alone(path: Path) -> Iterator[None]:
+    """Let nobody else make this library meanwhile."""
+    path.parent.mkdir(parents=True, exist_ok=True)  # it may have been removed since
+    with FileLock(path.with_suffix(".lock")):
+        yield
+
+
+def prune(folder: Path) -> None:
+    """Remove the libraries that are not among those used last, nor were used within a day.
+
+    Only what we made: a file that is named as one is, in a folder that has our marker.
+    """
+    if not _is_ours(folder):
+        return
+    ours = [path for path in folder.iterdir() if _OURS.fullmatch(path.name)]
+    libraries = [path for path in ours if path.suffix != ".lock" and not path.is_symlink()]
+    libraries.sort(key=_last_use, reverse=True)
+    for path in libraries[KEPT:]:
+        lock = FileLock(path.with_suffix(".lock"))
+        with suppress(OSError, Timeout), lock.acquire(timeout=0):
+            if _last_use(path) < time.time() - UNUSED:
+                path.unlink()
+
+
+def _is_ours(folder: Path) -> bool:
+    try:
+        return (folder / _MARKER).read_bytes() == _MARKED
+    except OSError:
+        return False
+
+
+def _last_use(path: Path) -> float:
+    try:
+        return path.stat().st_mtime
+    except OSError:
+        return 0.0

@@ -1,0 +1,222 @@
+"""A kernel that Python calls, compiled or interpreted: its arguments, and the call itself."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+from types import FunctionType
+from typing import Any, NamedTuple
+
+from numpy import ndarray
+
+from ghostball.engine.library import cache, load, table
+from ghostball.engine.library.load import Order
+from ghostball.engine.library.table import (
+    AT_STATUS,
+    ENTERED,
+    REFUSED,
+    Layout,
+    flat,
+    kind_of,
+    kind_of_result,
+)
+
+COMPILED: bool = os.environ.get("NUMBA_DISABLE_JIT", "0") in ("", "0")
+"""Whether kernels are compiled; else they run as the Python that they are."""
+
+# Where the machine code of numba's puts what nobody reads: a result, which is in the table, and
+# what it raises.
+_UNREAD = ctypes.c_int64(), ctypes.c_void_p()
+_UNREAD_AT = tuple(ctypes.byref(one) for one in _UNREAD)
+
+
+class WrongArgumentError(TypeError):
+    """A compiled kernel was given what it isn't compiled for."""
+
+
+class Entry:
+    """A kernel that Python can call.
+
+    Attributes
+    ----------
+    function : callable
+        As it was written.
+    """
+
+    def __init__(self, function: FunctionType) -> None:
+        self.function = function
+        self.__name__, self.__doc__ = function.__name__, function.__doc__
+        self._by_types: dict[tuple[type, ...], _Code] = {}
+        self._by_kinds: dict[str, _Code] = {}
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Call it."""
+        try:
+            return self.bind(*arguments)()
+        except WrongArgumentError:  # they are arrays, but others than those of these types before
+            return Call.of(self._code_for(arguments, ""), flat(arguments))()
+
+    def bind(self, *arguments: Any, what: str = "") -> Callable[[], Any]:
+        """Return a call with these arguments, which can be made often.
+
+        What has to be compiled for it is compiled now, and `what` is what a message calls that.
+        """
+        if not COMPILED:
+            return partial(self.function, *arguments)
+        leaves = flat(arguments)
+        types = tuple(map(type, leaves))
+        code = self._by_types.get(types)
+        if code is None:
+            code = self._by_types[types] = self._code_for(arguments, what)
+        return Call.of(code, leaves)
+
+    def __reduce__(self) -> tuple[Callable[[str], Any], tuple[str]]:
+        """Pickle it by its name."""
+        return table.named, (f"{self.function.__module__}:{self.__name__}",)
+
+    def _code_for(self, arguments: tuple[Any, ...], what: str) -> _Code:
+        kinds = [kind_of(one) for one in arguments]
+        text = table.text_of(kinds)
+        if text not in self._by_kinds:
+            path = load.find(self.function, kinds)
+            path = path or load.make(self.function, kinds, what or self.__name__)
+            self._by_kinds[text] = _Code(self.function, kinds, load.entry_of(path))
+        return self._by_kinds[text]
+
+
+class Needed(NamedTuple):
+    """A kernel and what it will be called with, or the like of it: so it can be made before."""
+
+    kernel: Entry
+    arguments: tuple[Any, ...]
+    name: str  # what a message calls it
+
+    @property
+    def is_made(self) -> bool:
+        """Whether nothing has to be compiled."""
+        return not COMPILED or load.find(self.kernel.function, self.kinds) is not None
+
+    @property
+    def kinds(self) -> list[table.Kind]:
+        """What the arguments are."""
+        return [kind_of(one) for one in self.arguments]
+
+    def load(self) -> Any:
+        """Load its library, made where it isn't yet; return a call with the arguments."""
+        return self.kernel.bind(*self.arguments, what=self.name)
+
+
+IN_ONE_PROCESS = 6
+"""Kernels that one process compiles at most: each adds to the memory that it takes."""
+
+
+def make_all(
+    needed: Iterable[Needed], jobs: int, finished: Callable[[str], None] = lambda _: None
+) -> None:
+    """Have the libraries made that aren't yet, by so many processes side by side.
+
+    Parameters
+    ----------
+    finished : callable
+        Called with the name of each, in any thread.
+
+    Raises
+    ------
+    GhostballError
+        Where one can't be compiled.
+    """
+    missing = sorted((one for one in needed if not one.is_made), key=lambda one: one.name)
+    folder = cache.directory()
+    if folder is None:
+        return  # nobody else could load them
+    count = max(1, min(IN_ONE_PROCESS, -(-len(missing) // jobs)))
+    # Those with contacts take longest, and come first.
+    groups = [missing[k : k + count] for k in range(0, len(missing), count)]
+    groups.sort(key=lambda group: -sum("contacts" in one.name for one in group))
+
+    def make(group: list[Needed]) -> None:
+        orders = []
+        for one in group:
+            kernel = one.kernel.function
+            orders.append(Order(kernel, one.kinds, folder / load.name_of(kernel, one.kinds)))
+        load.build(orders, lambda place: finished(group[place].name))
+
+    with ThreadPoolExecutor(jobs) as pool:
+        for _ in pool.map(make, groups):
+            pass
+
+
+class _Code:
+    """A kernel's machine code for some kinds of arguments."""
+
+    def __init__(
+        self, function: FunctionType, kinds: list[table.Kind], entry: Callable[..., int]
+    ) -> None:
+        self.name = function.__name__
+        self.words = list(table.words_in(kinds))
+        self.layout = Layout(kinds, kind_of_result(function))
+        self.table_type = ctypes.c_int64 * self.layout.length
+        self.entry = entry
+
+
+class Call:
+    """A call of a compiled kernel: its table, and what the table points to."""
+
+    __slots__ = ("_address", "_code", "_leaves", "_table")
+
+    def __init__(self, code: _Code, leaves: Sequence[Any], table: Any) -> None:
+        self._code, self._leaves, self._table = code, leaves, table
+        self._address = ctypes.c_void_p(ctypes.addressof(table))
+
+    @classmethod
+    def of(cls, code: _Code, leaves: list[Any]) -> Call:
+        """Return a call with these arguments, tuples taken apart."""
+        leaves = [one for one in leaves if one is not None]
+        words = [id(one) if isinstance(one, ndarray) else one for one in leaves]
+        made = code.table_type()
+        code.layout.pack(made, 0, *code.layout.head, *words)
+        return cls(code, leaves, made)
+
+    def with_first(self, arrays: tuple[ndarray[Any, Any], ...], numbers: tuple[int, ...]) -> Call:
+        """Return such a call whose first arguments are others, quicker than making it anew.
+
+        First arrays, then integers or truth values; None is left out.
+        """
+        code, first = self._code, (*arrays, *numbers)
+        made = code.table_type.from_buffer_copy(self._table)
+        place = code.layout.first
+        made[place : place + len(first)] = [*map(id, arrays), *numbers]
+        return Call(code, (*first, *self._leaves[len(first) :]), made)
+
+    def __call__(self) -> Any:
+        """Make it, and return what the kernel returns.
+
+        Raises
+        ------
+        WrongArgumentError
+            Where the kernel refuses its table; then it has done nothing.
+        IndexError
+            Where arrays are checked, and it came to a place beyond one.
+        """
+        raised = self._code.entry(*_UNREAD_AT, self._address)
+        if self._table[AT_STATUS] != ENTERED:
+            raise self._refusal(self._table[AT_STATUS])
+        if raised:
+            raise IndexError(f"the kernel `{self._code.name}` came to a place beyond an array")
+        return self._code.layout.result(self._table)
+
+    def _refusal(self, status: int) -> WrongArgumentError:
+        if status == REFUSED:
+            return WrongArgumentError(
+                f"the library of the kernel `{self._code.name}` is called by another table than "
+                f"version {table.VERSION} of {self._code.layout.length} words"
+            )
+        value = self._leaves[status - 1]
+        return WrongArgumentError(
+            f"argument {status} of the kernel `{self._code.name}`, tuples taken apart and None "
+            f"left out, must be {self._code.words[status - 1]} in one piece, got "
+            f"{kind_of(value)} with strides {value.strides}"
+        )

@@ -1,0 +1,233 @@
+"""Writes the kernel that unpacks a table and calls another; loads numba, so only who compiles does.
+
+It is made from the kinds of arguments alone. Its arrays are those that the words point to: nothing
+of them is copied, and nothing is counted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numba
+from llvmlite import ir
+from numba.core import cgutils, types
+from numba.extending import intrinsic
+from numba.np.arrayobj import populate_array
+
+from ghostball.engine.library import table
+from ghostball.engine.library.reached import mark
+from ghostball.engine.library.table import Kind, dtype_of, named
+
+# Where numpy keeps what, in bytes after the head of an object of Python's: `PyArrayObject_fields`
+# and `PyArray_Descr` of numpy/ndarraytypes.h. Programs compiled for any numpy since 1.7 rely on it.
+DATA, DIMENSIONS, LENGTHS, DESCRIPTION, FLAGS = 0, 8, 16, 40, 48
+NUMBER_OF_TYPE = 12
+IN_ONE_PIECE = 0x101
+"""Of an array's flags: C_CONTIGUOUS and ALIGNED."""
+
+
+WORD, HALF_WORD, FLOAT = ir.IntType(64), ir.IntType(32), ir.DoubleType()
+
+
+def _loaded(builder: Any, address: Any, kind: Any) -> Any:
+    return builder.load(builder.inttoptr(address, kind.as_pointer()))
+
+
+@intrinsic
+def _word_at(_: Any, _address: Any) -> Any:
+    def code(_: Any, builder: Any, __: Any, arguments: Any) -> Any:
+        return _loaded(builder, arguments[0], WORD)
+
+    return types.int64(types.int64), code
+
+
+@intrinsic
+def _half_word_at(_: Any, _address: Any) -> Any:
+    def code(_: Any, builder: Any, __: Any, arguments: Any) -> Any:
+        return builder.sext(_loaded(builder, arguments[0], HALF_WORD), WORD)
+
+    return types.int64(types.int64), code
+
+
+@intrinsic
+def _float_at(_: Any, _address: Any) -> Any:
+    def code(_: Any, builder: Any, __: Any, arguments: Any) -> Any:
+        return _loaded(builder, arguments[0], FLOAT)
+
+    return types.float64(types.int64), code
+
+
+@intrinsic
+def _put_at(_: Any, _address: Any, value: Any) -> Any:
+    """Write a number at an address, as an integer where it is one or a truth value."""
+    if not isinstance(value, types.Integer | types.Float | types.Boolean):
+        return None
+
+    def code(context: Any, builder: Any, _: Any, arguments: Any) -> Any:
+        kind = types.float64 if isinstance(value, types.Float) else types.int64
+        word = context.cast(builder, arguments[1], value, kind)
+        builder.store(word, builder.inttoptr(arguments[0], word.type.as_pointer()))
+        return context.get_dummy_value()
+
+    return types.none(types.int64, value), code
+
+
+word_at: Any = _word_at
+"""Read the integer of 64 bits at an address; the next two, one of 32 bits and a float of 64."""
+half_word_at: Any = _half_word_at
+float_at: Any = _float_at
+put_at: Any = _put_at
+
+
+def array_maker(element: Any, dimensions: int) -> Any:
+    """Return what makes an array of numba's of the numpy array at an address."""
+    array = types.Array(element, dimensions, "C")
+
+    @intrinsic
+    def array_at(_: Any, _address: Any) -> Any:
+        def code(context: Any, builder: Any, _: Any, arguments: Any) -> Any:
+            def field(offset: int, base: Any = arguments[0]) -> Any:
+                return _loaded(builder, builder.add(base, WORD(offset)), WORD)
+
+            made = context.make_array(array)(context, builder)
+            size = WORD(context.get_abi_sizeof(context.get_data_type(element)))
+            shape = [field(8 * k, field(LENGTHS)) for k in range(dimensions)]
+            strides: list[Any] = []
+            step: Any = size
+            for length in reversed(shape):
+                strides.insert(0, step)
+                step = builder.mul(step, length)
+            data = builder.inttoptr(field(DATA), made.data.type)
+            populate: Any = populate_array
+            populate(made, data, shape, strides, size, meminfo=None)
+            return made._getvalue()
+
+        return array(types.int64), code
+
+    return array_at
+
+
+def fits(address: int, head: int, dimensions: int, number: int) -> bool:
+    """Whether what is at an address is an array of these dimensions and type, in one piece."""
+    fields = address + head
+    return bool(
+        half_word_at(fields + DIMENSIONS) == dimensions
+        and half_word_at(fields + FLAGS) & IN_ONE_PIECE == IN_ONE_PIECE
+        and half_word_at(word_at(fields + DESCRIPTION) + head + NUMBER_OF_TYPE) == number
+    )
+
+
+mark(fits, inline=True)
+
+
+class _Source:
+    """The text of the kernel, and what its names stand for."""
+
+    def __init__(self, first: int) -> None:
+        self.space: dict[str, Any] = {}
+        self.checks: list[str] = []
+        self._first = self._word = first
+
+    def argument(self, kind: Kind) -> str:
+        """Return the expression for an argument, from the next words on."""
+        if kind == "none":
+            return "None"
+        if kind[0] in ("tuple", "named"):
+            parts = "".join(f"{self.argument(part)}, " for part in kind[-1])
+            if kind[0] == "tuple":
+                return f"({parts})"
+            return f"{self._name(named(kind[1]))}({parts})"
+        at, place = f"table + {8 * self._word}", self._word - self._first
+        self._word += 1
+        if kind == "float":
+            return f"float_at({at})"
+        if kind == "int":
+            return f"word_at({at})"
+        if kind == "bool":
+            return f"word_at({at}) != 0"
+        dtype, dimensions = dtype_of(kind[1]), kind[2]
+        self.checks += [
+            f"    if not fits(word_at({at}), head, {dimensions}, {dtype.num}):",
+            f"        put_at(table + {8 * table.AT_STATUS}, {place + 1})",
+            "        return 0",
+        ]
+        maker = array_maker(numba.from_dtype(dtype), dimensions)
+        return f"{self._name(maker)}(word_at({at}) + head)"
+
+    def _name(self, value: Any) -> str:
+        name = f"name_{len(self.space)}"
+        self.space[name] = value
+        return name
+
+
+def _puts(result: Kind, value: str, word: int) -> tuple[list[str], int]:
+    """Return the lines that put a result into the table, and the next word."""
+    if result == "none":
+        return [], word
+    if isinstance(result, str):
+        return [f"    put_at(table + {8 * word}, {value})"], word + 1
+    lines: list[str] = []
+    for k, part in enumerate(result[-1]):
+        more, word = _puts(part, f"{value}[{k}]", word)
+        lines += more
+    return lines, word
+
+
+def unpacking(kernel: Any, fitting: Any, kinds: list[Kind], result: Kind) -> Callable[..., Any]:
+    """Return a function of the address of a table that calls `kernel` with what is in it.
+
+    `kernel`, and `fits`, are what numba makes of them.
+    """
+    layout = table.Layout(kinds, result)
+    source = _Source(layout.first)
+    arguments = ", ".join([source.argument(kind) for kind in kinds])
+    lines = [
+        "def unpacked(table):",
+        f"    if word_at(table + {8 * table.AT_VERSION}) != {table.VERSION}:",
+        "        return 0",
+        f"    if word_at(table + {8 * table.AT_LENGTH}) != {layout.length}:",
+        "        return 0",
+        f"    head = word_at(table + {8 * table.AT_HEAD})",
+        *source.checks,
+        f"    put_at(table + {8 * table.AT_STATUS}, {table.ENTERED})",
+        f"    result = kernel({arguments})",
+        *_puts(result, "result", table.AT_RESULT)[0],
+        "    return 0",
+    ]
+    space = {
+        **source.space,
+        "word_at": word_at,
+        "float_at": float_at,
+        "put_at": put_at,
+        "fits": fitting,
+        "kernel": kernel,
+    }
+    exec("\n".join(lines), space)
+    function: Callable[..., Any] = space["unpacked"]
+    return function
+
+
+def reshape_module() -> str:
+    """Return the one function that numba's machine code calls of numba's own, in LLVM's words.
+
+    Numba would copy an array's lengths where a reshaped one isn't in one piece; kernels reshape
+    none but those that are, so that the strides follow from the lengths.
+    """
+    words = WORD.as_pointer()
+    kinds = [WORD, words, words, WORD, words, words, WORD, HALF_WORD]
+    module = ir.Module()
+    function = ir.Function(
+        module, ir.FunctionType(HALF_WORD, kinds), name="numba_attempt_nocopy_reshape"
+    )
+    builder = ir.IRBuilder(function.append_basic_block())
+    _, _, _, count, lengths, strides, size, _ = function.args
+    made: Any = cgutils.alloca_once_value
+    step = made(builder, size)
+    with cgutils.for_range(builder, count) as loop:
+        place = builder.sub(builder.sub(count, WORD(1)), loop.index)
+        builder.store(builder.load(step), builder.gep(strides, [place]))
+        length = builder.load(builder.gep(lengths, [place]))
+        builder.store(builder.mul(builder.load(step), length), step)
+    builder.ret(HALF_WORD(1))
+    return str(module)

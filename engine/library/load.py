@@ -1,0 +1,220 @@
+"""Finds the library of a kernel: among those shipped, in the cache, or by having it compiled."""
+
+from __future__ import annotations
+
+import ctypes
+import hashlib
+import json
+import logging
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable
+from functools import cache
+from importlib.metadata import PackageNotFoundError, version
+from importlib.util import find_spec
+from pathlib import Path
+from types import FunctionType
+from typing import Any, NamedTuple
+
+from ghostball.engine.library import cache as kept, processor, shipped, table
+from ghostball.engine.library.reached import kernel_in, reached_by
+from ghostball.model.errors import GhostballError
+
+logger = logging.getLogger("ghostball.engine")
+
+SYMBOL = "ghostball_kernel"
+"""What the kernel is called in its library."""
+
+_IN_MEMORY: list[Any] = []
+"""What was loaded by LLVM: it has to live as long as its code may be called."""
+
+
+class NoCompilerError(GhostballError):
+    """A kernel has to be compiled, and there is nothing to compile it with."""
+
+
+def find(function: FunctionType, kinds: table.Kind) -> Path | None:
+    """Return the library of a kernel for some kinds of arguments, or None: it has to be made."""
+    path = shipped.files().get(shipped.key_of(function, kinds))
+    if path is not None:
+        return path
+    folder = kept.directory()
+    return None if folder is None else _made_at(folder / name_of(function, kinds))
+
+
+def _made_at(path: Path) -> Path | None:
+    """Return a library, or the object file of one where no linker was found, if there is one."""
+    for one in (path, path.with_suffix(".o")):
+        if one.exists():
+            return one
+    return None
+
+
+def make(function: FunctionType, kinds: table.Kind, what: str) -> Path:
+    """Compile a kernel, and return its library. Say so.
+
+    At warning level: a program that never configured logging still shows it on stderr. Of several
+    processes that need the same one compiles it; the others wait for it.
+    """
+    folder = kept.directory()
+    if folder is None:
+        # Nobody else may load from it: where it is removed under a process, Windows refuses.
+        return _compiled(function, kinds, what, Path(tempfile.mkdtemp(prefix="ghostball-")))
+    with kept.alone(folder / name_of(function, kinds)):
+        path = _made_at(folder / name_of(function, kinds))
+        if path is None:
+            path = _compiled(function, kinds, what, folder)
+            kept.prune(folder)
+    return path
+
+
+def _compiled(function: FunctionType, kinds: table.Kind, what: str, folder: Path) -> Path:
+    logger.warning("compiling the engine's kernels (%s), once; it may take half a minute ...", what)
+    path = folder / name_of(function, kinds)
+    build([Order(function, kinds, path)])
+    return _made_at(path) or path
+
+
+class Order(NamedTuple):
+    """A library that is to be made."""
+
+    function: FunctionType
+    kinds: table.Kind
+    path: Path
+
+
+def build(orders: list[Order], finished: Callable[[int], None] = lambda _: None) -> None:
+    """Compile kernels into libraries, all in one process of their own.
+
+    There numba can be told what to compile for, which is one setting for all of a process, and what
+    it takes of memory, a gigabyte or two, is given back. Kernels that have much in common are
+    compiled in half of the time where that is done in one process.
+
+    Parameters
+    ----------
+    finished : callable
+        Called with the place of each order that is done.
+
+    Raises
+    ------
+    GhostballError
+        Where one can't be compiled, or there is no compiler.
+    """
+    if find_spec("numba") is None:
+        raise NoCompilerError(
+            "kernels have to be compiled, and numba, which does that, isn't installed. Run "
+            "`pip install 'ghostball[compiler]'`"
+        )
+    told = [
+        {
+            "kernel": f"{one.function.__module__}:{one.function.__qualname__}",
+            "kinds": one.kinds,
+            "result": table.kind_of_result(one.function),
+            "target": processor.target(),
+            "out": str(one.path),
+            "digest": _digest(one.function),
+        }
+        for one in orders
+    ]
+    settings = {"NUMBA_CPU_NAME": processor.target(), "NUMBA_CPU_FEATURES": ""}
+    with tempfile.TemporaryFile("w+") as failure:
+        process = subprocess.Popen(
+            [sys.executable, "-c", _ORDERED],
+            env={**os.environ, **settings},
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=failure,
+            text=True,
+        )
+        with process:
+            assert process.stdin is not None
+            assert process.stdout is not None
+            try:
+                json.dump({"path": sys.path, "orders": told}, process.stdin)
+                process.stdin.close()
+                for line in process.stdout:
+                    finished(int(line))
+            finally:
+                if sys.exc_info()[0] is not None:
+                    process.kill()
+        if process.returncode != 0:
+            failure.seek(0)
+            raise GhostballError(
+                f"the kernels {sorted({one['kernel'] for one in told})} could not be compiled "
+                f"(exit status {process.returncode}): {failure.read()}"
+            )
+
+
+_ORDERED = """
+import json, sys
+told = json.load(sys.stdin)
+sys.path[:] = told["path"]
+from ghostball.engine.library.build import build
+from ghostball.engine.library.load import check_sources
+for place, order in enumerate(told["orders"]):
+    check_sources(order)
+    build(order)
+    print(place, flush=True)
+"""
+
+
+def check_sources(order: dict[str, Any]) -> None:
+    """Refuse an order whose kernel isn't what it was to the process that gave it.
+
+    Its library would have the name of what it was, and whoever has that again would load it.
+    """
+    function = kernel_in(table.named(order["kernel"]))
+    if function is None or _digest(function) != order["digest"]:
+        raise GhostballError("its sources were changed since the program began; start it again")
+
+
+def name_of(function: FunctionType, kinds: table.Kind) -> str:
+    """Return the name of a library that is made here: a hash of all that it is made of."""
+    parts = (_digest(function), table.text_of(kinds), processor.target(), shipped.flags())
+    digest = hashlib.sha256(repr((parts, _compiler(), processor.system())).encode())
+    return f"{function.__name__.strip('_')}-{digest.hexdigest()[:20]}.so"
+
+
+@cache
+def _digest(function: FunctionType) -> str:
+    return reached_by(function).digest
+
+
+@cache
+def _compiler() -> str:
+    """Return what compiles: numba's version, and a hash of what is done with it here."""
+    try:
+        numba = version("numba")
+    except PackageNotFoundError:
+        numba = ""
+    beside = Path(__file__).parent
+    own = [(beside / name).read_bytes() for name in ("build.py", "generated.py")]
+    return f"{numba} {table.VERSION} {hashlib.sha256(b''.join(own)).hexdigest()}"
+
+
+def entry_of(path: Path) -> Any:
+    """Load a library, and return its kernel: a function that is called with addresses."""
+    if path.suffix == ".o":
+        address = _load_object(path)
+        made = ctypes.CFUNCTYPE(ctypes.c_int32, *[ctypes.c_void_p] * 3)
+        return made(address)
+    kept.use(path)
+    function = getattr(ctypes.CDLL(str(path)), SYMBOL)
+    function.restype = ctypes.c_int32
+    return function
+
+
+def _load_object(path: Path) -> int:
+    """Link an object file into this process, where no linker could make a library of it."""
+    import llvmlite.binding as llvm  # noqa: PLC0415 - where there is no other way
+
+    llvm.initialize_native_target()
+    llvm.initialize_native_asmprinter()
+    machine = llvm.Target.from_default_triple().create_target_machine()
+    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine)
+    engine.add_object_file(str(path))
+    engine.finalize_object()
+    _IN_MEMORY.append(engine)
+    return int(engine.get_function_address(SYMBOL))

@@ -1,0 +1,62 @@
+"""Which processors libraries are compiled for, and which of them this one is."""
+
+from __future__ import annotations
+
+import ctypes
+import platform
+import subprocess
+import sys
+from functools import cache
+from pathlib import Path
+
+WIDE = "x86-64-v3"
+"""Processors of the last ten years, with vectors of four doubles (AVX2)."""
+
+GENERIC = {"x86_64": "x86-64", "arm64": "generic"}
+"""What LLVM calls any processor of a machine."""
+
+NEEDED = frozenset(("avx2", "bmi1", "bmi2", "f16c", "fma", "movbe"))
+"""What Linux, and in capitals macOS, calls what `WIDE` has beyond `x86-64`."""
+
+_AVX2 = 40
+"""What Windows calls it: PF_AVX2_INSTRUCTIONS_AVAILABLE. The others came with it."""
+
+
+def machine() -> str:
+    """Return the machine's name: one for each of x86-64 and arm64, whatever a system calls it."""
+    name = platform.machine().lower()
+    return {"amd64": "x86_64", "aarch64": "arm64"}.get(name, name)
+
+
+def system() -> str:
+    """Return what a library runs on, by name: a system and a machine."""
+    return f"{sys.platform}-{machine()}"
+
+
+@cache
+def target() -> str:
+    """Return the name by which LLVM knows what to compile for, on this machine."""
+    if machine() == "x86_64" and has_wide_vectors():
+        return WIDE
+    return GENERIC.get(machine(), "generic")
+
+
+def has_wide_vectors() -> bool:
+    """Whether this processor is a `WIDE` one."""
+    if sys.platform == "win32":
+        return bool(ctypes.windll.kernel32.IsProcessorFeaturePresent(_AVX2))
+    return features() >= NEEDED
+
+
+def features() -> frozenset[str]:
+    """Return what the system says that the processor can do; empty where it can't be asked."""
+    try:
+        if sys.platform == "darwin":
+            names = ["machdep.cpu.features", "machdep.cpu.leaf7_features"]
+            command = ["sysctl", "-n", *names]
+            asked = subprocess.run(command, capture_output=True, text=True, check=False)
+            return frozenset(asked.stdout.lower().split())
+        told = Path("/proc/cpuinfo").read_text(encoding="utf-8")
+    except OSError:
+        return frozenset()
+    return frozenset(told.partition("\nflags")[2].partition("\n")[0].split())

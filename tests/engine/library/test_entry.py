@@ -1,0 +1,126 @@
+"""Python's calls of a kernel: the same as of the function, and never a write to a wrong place."""
+
+import pickle
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from ghostball.engine.library import load, table
+from ghostball.engine.library.entry import COMPILED, Entry, Needed, WrongArgumentError
+from ghostball.engine.library.table import kind_of
+from ghostball.reference_adapters.stepping import slowing
+
+compiled = pytest.mark.skipif(not COMPILED, reason="interpreted kernels take any argument")
+
+V = np.array([[1.0, 0.0], [0.0, 2.0], [0.0, 0.0]])
+SLOWING = np.array([0.2, 0.4, 0.3])
+
+
+def test_a_call_does_what_the_function_does():
+    found, expected = np.empty(3), np.empty(3)
+    slowing.stop(V, SLOWING, found)
+    slowing.stop.function(V, SLOWING, expected)
+    np.testing.assert_array_equal(found, expected)
+
+
+def test_a_bound_call_can_be_made_again():
+    times = np.zeros(3)
+    call = slowing.stop.bind(V, SLOWING, times)
+    for _ in range(2):
+        times[:] = 7.0
+        call()
+        np.testing.assert_array_equal(times, [5.0, 5.0, 0.0])
+
+
+def test_an_entry_is_pickled_by_its_name():
+    assert pickle.loads(pickle.dumps(slowing.stop)) is slowing.stop
+
+
+@compiled
+@pytest.mark.parametrize(
+    ("arguments", "place"),
+    [
+        ((V[:, ::-1], SLOWING, np.empty(3)), 1),
+        ((V.T.copy().T, SLOWING, np.empty(3)), 1),
+        ((V, np.empty(6)[::2], np.empty(3)), 2),
+        ((V, SLOWING, np.frombuffer(bytes(25), np.uint8)[1:].view(np.float64)), 3),
+    ],
+)
+def test_an_array_that_is_not_in_one_piece_is_refused(arguments, place):
+    with pytest.raises(WrongArgumentError, match=f"argument {place} of the kernel `stop`"):
+        slowing.stop(*arguments)
+
+
+@compiled
+@pytest.mark.parametrize(
+    "changed",
+    [
+        lambda times: times.astype(np.int64),
+        lambda times: times[:, np.newaxis],
+        lambda times: times.view(np.dtype([("t", np.float64)])),
+    ],
+)
+def test_a_bound_kernel_refuses_arrays_of_another_type_and_writes_nothing(changed):
+    times = np.full(3, 7.0)
+    other = changed(times)
+    call = slowing.stop.bind(V, SLOWING, times)
+    table_of = call._table
+    table_of[len(table_of) - 1] = id(other)
+    call._leaves[2] = other
+    with pytest.raises(WrongArgumentError, match="argument 3 of the kernel `stop`"):
+        call()
+    assert np.all(np.asarray(times) == 7.0)
+
+
+@compiled
+@pytest.mark.parametrize("place", [table.AT_VERSION, table.AT_LENGTH])
+def test_another_version_or_length_of_the_table_is_refused_and_nothing_written(place):
+    """Else a library of another version would read addresses where there are none."""
+    times = np.full(3, 7.0)
+    call = slowing.stop.bind(V, SLOWING, times)
+    call._table[place] += 1
+    with pytest.raises(WrongArgumentError, match="called by another table than version"):
+        call()
+    assert np.all(times == 7.0)
+
+
+@compiled
+def test_the_same_types_of_other_dimensions_are_another_variant(monkeypatch):
+    """Only the kernel sees that; then what it is compiled for is looked for again."""
+    asked = []
+    monkeypatch.setattr(
+        Entry, "_code_for", lambda self, arguments, what: asked.append(arguments) or CODE
+    )
+    one = Entry(slowing.stop.function)
+    one._by_types[(np.ndarray,) * 3] = CODE = slowing.stop.bind(V, SLOWING, np.empty(3))._code
+    with pytest.raises(WrongArgumentError):
+        one(V, SLOWING, V)
+    assert [[a.ndim for a in arguments] for arguments in asked] == [[2, 1, 2]]
+
+
+def test_what_is_needed_is_made_or_not(monkeypatch):
+    one = Needed(slowing.stop, (V, SLOWING, np.empty(3)), "durations")
+    one.load()
+    assert one.is_made
+    monkeypatch.setattr(load, "find", lambda *_: None)
+    assert one.is_made == (not COMPILED)
+    assert one.kinds == [kind_of(V), kind_of(SLOWING), kind_of(SLOWING)]
+
+
+WITHOUT_NUMBA = """
+import sys
+sys.modules["numba"] = sys.modules["llvmlite"] = None
+from ghostball import Ball, Scene, simulate
+balls = [Ball(id="cue", position=(0, 0), velocity=(1, 0)), Ball(id="1", position=(1, 0))]
+result = simulate(Scene(name="roll", balls=balls), record="trajectory")
+result.sensitivity(result.rest_time)
+print(result.status.name)
+"""
+
+
+def test_a_run_imports_no_numba():
+    command = [sys.executable, "-c", WITHOUT_NUMBA]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.stdout == "REST\n", done.stderr

@@ -1,0 +1,257 @@
+"""How a library is found or made: nothing stale is ever used, and each is compiled once."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from copies import copy_packages
+
+from ghostball.engine.library import build, cache, entry, load, processor, shipped
+from ghostball.engine.library.entry import COMPILED, Entry, Needed, make_all
+from ghostball.engine.library.table import kind_of
+from ghostball.model import GhostballError
+from ghostball.reference_adapters.stepping import cloth, slowing
+
+pytestmark = pytest.mark.skipif(not COMPILED, reason="interpreted kernels have no libraries")
+
+V, SLOWING = np.array([[1.0, 0.0]]), np.array([0.2])
+STOP = slowing.stop.function
+KINDS = [kind_of(one) for one in (V, SLOWING, SLOWING)]
+
+# Two kernels in files of their own beside the engine's, which would take far longer to compile.
+CALLEE = """
+from ghostball.engine.core.kernel import kernel
+
+@kernel
+def grown(x):
+    return 2.0 * x
+"""
+CALLER = """
+from ghostball.engine._callee import grown
+from ghostball.engine.core.kernel import kernel
+
+@kernel(entry=True)
+def called(x) -> float:
+    return grown(x) + 1.0
+"""
+CALL = "from ghostball.engine._caller import called; print(called(3.0))"
+
+
+@pytest.fixture
+def copy(tmp_path):
+    """A copy of the engine with the two kernels."""
+    sources = copy_packages(tmp_path, "engine") / "engine"
+    (sources / "_callee.py").write_text(CALLEE)
+    (sources / "_caller.py").write_text(CALLER)
+    return tmp_path
+
+
+def in_copy(folder, cache_folder, **environment):
+    """What makes a process that calls the kernel."""
+    here = {"PYTHONPATH": str(folder), "GHOSTBALL_CACHE_DIR": str(cache_folder)}
+    return {
+        "args": [sys.executable, "-c", CALL],
+        "env": {**os.environ, **here, **environment},
+        "cwd": folder,
+        "stdout": subprocess.PIPE,
+        "stderr": subprocess.PIPE,
+        "text": True,
+    }
+
+
+def run_copy(folder, cache_folder, **environment):
+    done = subprocess.run(**in_copy(folder, cache_folder, **environment), check=False)
+    assert done.returncode == 0, done.stderr
+    return float(done.stdout), done.stderr
+
+
+def test_an_edited_callee_in_another_file_is_seen_and_a_comment_is_not(copy):
+    found, messages = run_copy(copy, copy / "cache")
+    assert found == 7.0
+    assert "compiling the engine's kernels (called), once" in messages
+    assert run_copy(copy, copy / "cache") == (7.0, "")
+    callee = copy / "ghostball/engine/_callee.py"
+    callee.write_text(CALLEE.replace("2.0 * x", "2.0 * x  # twice"))
+    assert run_copy(copy, copy / "cache") == (7.0, "")
+    callee.write_text(CALLEE.replace("2.0 * x", "3.0 * x"))
+    assert run_copy(copy, copy / "cache")[0] == 10.0
+
+
+def test_sources_that_are_changed_while_a_program_runs_are_not_compiled(copy):
+    """They would be kept under the name of what they were."""
+    process = in_copy(copy, copy / "cache")
+    edit = "import pathlib; file = pathlib.Path('ghostball/engine/_callee.py');"
+    edit += "file.write_text(file.read_text().replace('2.0', '3.0'));"
+    process["args"][2] = CALL.replace(";", f"; {edit}", 1)
+    done = subprocess.run(**process, check=False)
+    assert done.returncode == 1
+    assert "its sources were changed since the program began" in done.stderr
+    assert not [*(copy / "cache" / "libraries").glob("*.so")]
+    assert run_copy(copy, copy / "cache")[0] == 10.0
+
+
+def test_of_two_processes_one_compiles_and_the_other_waits(copy):
+    both = [subprocess.Popen(**in_copy(copy, copy / "cache")) for _ in range(2)]
+    said = [process.communicate() for process in both]
+    assert [out for out, _ in said] == ["7.0\n", "7.0\n"]
+    assert sum("compiling" in messages for _, messages in said) == 1
+
+
+def test_a_cache_that_cannot_be_written_is_said_and_does_not_stop_the_run(copy):
+    blocked = copy / "file"
+    blocked.write_text("")
+    found, messages = run_copy(copy, blocked / "cache")
+    assert found == 7.0
+    assert "GHOSTBALL_CACHE_DIR" in messages
+    assert "Traceback" not in messages
+
+
+def test_without_a_linker_the_object_file_is_loaded(copy):
+    empty = copy / "no programs"
+    empty.mkdir()
+    for compiling in (True, False):
+        found, messages = run_copy(copy, copy / "cache", PATH=str(empty), CC="")
+        assert found == 7.0
+        assert ("compiling" in messages) == compiling
+    (made,) = (copy / "cache" / "libraries").glob("called-*.o")
+    assert not made.with_suffix(".so").exists()
+
+
+def test_without_a_compiler_a_message_names_what_to_install(copy):
+    (copy / "numba.py").write_text("")  # found by nobody: the loader is asked for a package
+    code = (
+        "import importlib.util as util; found = util.find_spec;"
+        "util.find_spec = lambda name, *more: None if name == 'numba' else found(name, *more);"
+    )
+    process = in_copy(copy, copy / "cache")
+    process["args"] = [sys.executable, "-c", code + CALL]
+    done = subprocess.run(**process, check=False)
+    assert done.returncode == 1
+    assert "NoCompilerError" in done.stderr
+    assert "pip install 'ghostball[compiler]'" in done.stderr
+
+
+def test_what_cannot_be_compiled_is_said_with_the_reason(copy):
+    callee = copy / "ghostball/engine/_callee.py"
+    callee.write_text(CALLEE.replace("2.0 * x", "x.nothing"))
+    done = subprocess.run(**in_copy(copy, copy / "cache"), check=False)
+    assert "kernels ['ghostball.engine._caller:called'] could not be compiled" in done.stderr
+    assert "Unknown attribute 'nothing'" in done.stderr
+
+
+def test_with_bounds_checked_a_place_beyond_an_array_is_an_error(copy):
+    callee = copy / "ghostball/engine/_callee.py"
+    callee.write_text(CALLEE.replace("2.0 * x", "x[7]"))
+    process = in_copy(copy, copy / "cache", NUMBA_BOUNDSCHECK="1")
+    process["args"][2] = CALL.replace("3.0", "__import__('numpy').zeros(3)")
+    done = subprocess.run(**process, check=False)
+    assert done.returncode == 1
+    assert "IndexError: the kernel `called` came to a place beyond an array" in done.stderr
+
+
+def test_many_are_made_at_once_and_those_that_are_there_not_again(monkeypatch, tmp_path):
+    monkeypatch.setattr(cache, "directory", lambda: tmp_path)
+    monkeypatch.setattr(entry, "IN_ONE_PROCESS", 2)
+    needed, names = cloth.needed()[1:], []
+    make_all(needed, 2, names.append)
+    assert sorted(names) == sorted(one.name for one in needed)
+    assert all(one.is_made for one in needed)
+    monkeypatch.setattr(load, "build", lambda *_: pytest.fail("they were there"))
+    make_all(needed, 2)
+
+
+def test_of_many_one_that_cannot_be_compiled_is_named(monkeypatch, tmp_path):
+    monkeypatch.setattr(cache, "directory", lambda: tmp_path)
+    wrong = Needed(slowing.stop, (V, SLOWING, 1.0), "durations")
+    with pytest.raises(GhostballError, match=r"slowing:stop'\] could not be compiled"):
+        make_all([wrong], 1)
+
+
+@pytest.fixture
+def anew(monkeypatch, tmp_path):
+    """An entry of which nothing is loaded, and an empty cache."""
+    monkeypatch.setattr(cache, "directory", lambda: tmp_path)
+    monkeypatch.setattr(shipped, "files", dict)
+    return Entry(STOP)
+
+
+def durations(kernel):
+    times = np.empty(1)
+    kernel(V, SLOWING, times)
+    return times[0]
+
+
+def test_shipped_libraries_come_before_those_of_the_cache(anew, monkeypatch, tmp_path):
+    """Nothing is compiled, and numba need not be there."""
+    path = load.find(STOP, KINDS) or tmp_path / "none"
+    load.build([load.Order(STOP, KINDS, tmp_path / "shipped.so")])
+    files = {shipped.key_of(STOP, KINDS): tmp_path / "shipped.so"}
+    monkeypatch.setattr(shipped, "files", lambda: files)
+    monkeypatch.setattr(load, "find_spec", lambda name: None)
+    assert load.find(STOP, KINDS) == tmp_path / "shipped.so" != path
+    assert durations(anew) == 5.0
+    monkeypatch.setattr(shipped, "files", dict)
+    with pytest.raises(load.NoCompilerError):
+        durations(Entry(STOP))
+
+
+def test_another_processor_has_another_library(monkeypatch):
+    names = {load.name_of(STOP, KINDS)}
+    monkeypatch.setattr(processor, "target", lambda: "x86-64")
+    names.add(load.name_of(STOP, KINDS))
+    monkeypatch.setattr(processor, "system", lambda: "plan9-x86_64")
+    names.add(load.name_of(STOP, KINDS))
+    monkeypatch.setattr(load, "_compiler", lambda: "another")
+    names.add(load.name_of(STOP, KINDS))
+    names.add(load.name_of(STOP, KINDS[:2]))
+    assert len(names) == 5
+
+
+@pytest.mark.parametrize("flag", shipped.FLAGS)
+def test_settings_of_numba_have_another_library(monkeypatch, flag):
+    monkeypatch.delenv(f"NUMBA_{flag}", raising=False)
+    name = load.name_of(STOP, KINDS)
+    monkeypatch.setenv(f"NUMBA_{flag}", "17")
+    assert load.name_of(STOP, KINDS) != name
+
+
+def test_code_for_any_processor_has_the_same_bits(anew, monkeypatch, tmp_path):
+    expected = durations(slowing.stop)
+    monkeypatch.setattr(processor, "target", lambda: processor.GENERIC[processor.machine()])
+    assert durations(anew) == expected
+
+
+def test_a_kernel_that_needs_what_is_numbas_alone_is_refused(monkeypatch):
+    monkeypatch.setattr(build, "OF_OTHERS", ("hypot",))
+    with pytest.raises(TypeError, match=r"the kernel `stop` calls \['hypot'\]"):
+        build.object_code(STOP, KINDS, "none", processor.target())
+
+
+def test_calls_while_compiling_ask_the_system_for_no_memory():
+    # At some depth of the stack every call crosses the end of a piece of it. Without the large
+    # frame, one of these loops needs a new page for each call.
+    resource = pytest.importorskip("resource", reason="counts pages by `getrusage`")
+
+    def pages_of_calls(depth):
+        if depth:
+            return pages_of_calls(depth - 1)
+        before = resource.getrusage(resource.RUSAGE_SELF).ru_minflt
+        for _ in range(1000):
+            nothing(*range(10))
+        return resource.getrusage(resource.RUSAGE_SELF).ru_minflt - before
+
+    def nothing(*_):
+        pass
+
+    most = max(build._in_one_piece(pages_of_calls, depth) for depth in range(200))
+    assert most < 100
+
+
+def test_the_digest_says_which_compiler_it_is(monkeypatch):
+    assert load._compiler.__wrapped__() == load._compiler()
+    monkeypatch.setattr(load, "version", lambda name: "0.1")
+    assert load._compiler.__wrapped__() != load._compiler()
+    assert Path(build.__file__).parent == Path(load.__file__).parent

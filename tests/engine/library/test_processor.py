@@ -1,0 +1,53 @@
+"""Which processor a library is for."""
+
+import pytest
+
+from ghostball.engine.library import processor
+
+
+@pytest.fixture(autouse=True)
+def asked_anew(monkeypatch):
+    monkeypatch.setattr(processor, "target", processor.target.__wrapped__)
+
+
+@pytest.mark.parametrize(
+    ("name", "machine", "generic"),
+    [
+        ("x86_64", "x86_64", "x86-64"),
+        ("AMD64", "x86_64", "x86-64"),
+        ("aarch64", "arm64", "generic"),
+        ("arm64", "arm64", "generic"),
+        ("riscv64", "riscv64", "generic"),
+    ],
+)
+def test_one_without_wide_vectors_has_code_for_any(monkeypatch, name, machine, generic):
+    monkeypatch.setattr(processor.platform, "machine", lambda: name)
+    monkeypatch.setattr(processor, "has_wide_vectors", lambda: False)
+    assert processor.machine() == machine
+    assert processor.target() == generic
+
+
+def test_one_with_wide_vectors_has_code_for_those(monkeypatch):
+    monkeypatch.setattr(processor.platform, "machine", lambda: "x86_64")
+    monkeypatch.setattr(processor.sys, "platform", "linux")
+    told = frozenset(("sse2", *processor.NEEDED))
+    monkeypatch.setattr(processor, "features", lambda: told)
+    assert processor.target() == processor.WIDE
+    for one in processor.NEEDED:
+        monkeypatch.setattr(processor, "features", lambda one=one: told - {one})
+        assert processor.target() == "x86-64"
+
+
+def test_where_a_system_says_nothing_there_are_none(monkeypatch, tmp_path):
+    monkeypatch.setattr(processor, "Path", lambda name: tmp_path / "none")
+    monkeypatch.setattr(processor.sys, "platform", "linux")
+    assert processor.features() == frozenset()
+    assert not processor.has_wide_vectors()
+
+
+def test_features_are_read_from_what_linux_tells(monkeypatch, tmp_path):
+    (tmp_path / "cpuinfo").write_text("processor\t: 0\nflags\t\t: fpu sse2 avx2\nbugs\t: none\n")
+    monkeypatch.setattr(processor, "Path", lambda name: tmp_path / "cpuinfo")
+    monkeypatch.setattr(processor.sys, "platform", "linux")
+    assert processor.features() >= {"fpu", "sse2", "avx2"}
+    assert "none" not in processor.features()
