@@ -19,7 +19,7 @@ def _trials(suite: Suite) -> Iterator[Trial]:
     yield from random_trials(
         "racks",
         Invariants(most_events=MOST, most_steps=MOST, random=True, looks=LOOKS),
-        *((250, 2) if suite == "quick" else (1000, 50)),
+        *((250, 2) if suite == "quick" else (500, 100)),
         layout=("rack", "loose-rack"),
         count="many",
         table=("pool", "small"),
