@@ -49,8 +49,8 @@ class Entry:
     def __init__(self, function: FunctionType) -> None:
         self.function = function
         self.__name__, self.__doc__ = function.__name__, function.__doc__
-        self._by_types: dict[tuple[type, ...], _Code] = {}
-        self._by_kinds: dict[str, _Code] = {}
+        self._by_types: dict[tuple[type, ...], Code] = {}
+        self._by_kinds: dict[str, Code] = {}
 
     def __call__(self, *arguments: Any) -> Any:
         """Call it."""
@@ -77,13 +77,13 @@ class Entry:
         """Pickle it by its name."""
         return table.named, (f"{self.function.__module__}:{self.__name__}",)
 
-    def _code_for(self, arguments: tuple[Any, ...], what: str) -> _Code:
+    def _code_for(self, arguments: tuple[Any, ...], what: str) -> Code:
         kinds = [kind_of(one) for one in arguments]
         text = table.text_of(kinds)
         if text not in self._by_kinds:
             path = load.find(self.function, kinds)
             path = path or load.make(self.function, kinds, what or self.__name__)
-            self._by_kinds[text] = _Code(self.function, kinds, load.entry_of(path))
+            self._by_kinds[text] = Code(self.function, kinds, load.entry_of(path))
         return self._by_kinds[text]
 
 
@@ -149,7 +149,7 @@ def make_all(
             pass
 
 
-class _Code:
+class Code:
     """A kernel's machine code for some kinds of arguments."""
 
     def __init__(
@@ -161,35 +161,46 @@ class _Code:
         self.table_type = ctypes.c_int64 * self.layout.length
         self.entry = entry
 
+    def call(self, arrays: Sequence[ndarray[Any, Any]], numbers: Sequence[int], last: Last) -> Call:
+        """Return a call with these arguments, of the types that it is for: quicker than to bind.
+
+        First arrays, then integers or truth values, then others; None is left out.
+        """
+        made = self.table_type()
+        layout = self.layout
+        layout.pack(made, 0, *layout.head, *map(id, arrays), *numbers, *last.words)
+        return Call(self, (*arrays, *numbers, *last.values), made)
+
+
+class Last:
+    """The last arguments of calls that differ in the first ones only.
+
+    Attributes
+    ----------
+    values, words : list
+        Without tuples and None, and what is in a table for each.
+    """
+
+    def __init__(self, *arguments: Any) -> None:
+        self.values = [one for one in flat(arguments) if one is not None]
+        self.words = [id(one) if isinstance(one, ndarray) else one for one in self.values]
+
 
 class Call:
     """A call of a compiled kernel: its table, and what the table points to."""
 
-    __slots__ = ("_address", "_code", "_leaves", "_table")
+    __slots__ = ("_address", "_leaves", "_table", "code")
 
-    def __init__(self, code: _Code, leaves: Sequence[Any], table: Any) -> None:
-        self._code, self._leaves, self._table = code, leaves, table
+    def __init__(self, code: Code, leaves: Sequence[Any], table: Any) -> None:
+        self.code, self._leaves, self._table = code, leaves, table
         self._address = ctypes.c_void_p(ctypes.addressof(table))
 
     @classmethod
-    def of(cls, code: _Code, leaves: list[Any]) -> Call:
+    def of(cls, code: Code, leaves: list[Any]) -> Call:
         """Return a call with these arguments, tuples taken apart."""
-        leaves = [one for one in leaves if one is not None]
-        words = [id(one) if isinstance(one, ndarray) else one for one in leaves]
-        made = code.table_type()
-        code.layout.pack(made, 0, *code.layout.head, *words)
-        return cls(code, leaves, made)
-
-    def with_first(self, arrays: tuple[ndarray[Any, Any], ...], numbers: tuple[int, ...]) -> Call:
-        """Return such a call whose first arguments are others, quicker than making it anew.
-
-        First arrays, then integers or truth values; None is left out.
-        """
-        code, first = self._code, (*arrays, *numbers)
-        made = code.table_type.from_buffer_copy(self._table)
-        place = code.layout.first
-        made[place : place + len(first)] = [*map(id, arrays), *numbers]
-        return Call(code, (*first, *self._leaves[len(first) :]), made)
+        made, last = code.table_type(), Last(*leaves)
+        code.layout.pack(made, 0, *code.layout.head, *last.words)
+        return cls(code, last.values, made)
 
     def __call__(self) -> Any:
         """Make it, and return what the kernel returns.
@@ -201,22 +212,22 @@ class Call:
         IndexError
             Where arrays are checked, and it came to a place beyond one.
         """
-        raised = self._code.entry(*_UNREAD_AT, self._address)
+        raised = self.code.entry(*_UNREAD_AT, self._address)
         if self._table[AT_STATUS] != ENTERED:
             raise self._refusal(self._table[AT_STATUS])
         if raised:
-            raise IndexError(f"the kernel `{self._code.name}` came to a place beyond an array")
-        return self._code.layout.result(self._table)
+            raise IndexError(f"the kernel `{self.code.name}` came to a place beyond an array")
+        return self.code.layout.result(self._table)
 
     def _refusal(self, status: int) -> WrongArgumentError:
         if status == REFUSED:
             return WrongArgumentError(
-                f"the library of the kernel `{self._code.name}` is called by another table than "
-                f"version {table.VERSION} of {self._code.layout.length} words"
+                f"the library of the kernel `{self.code.name}` is called by another table than "
+                f"version {table.VERSION} of {self.code.layout.length} words"
             )
         value = self._leaves[status - 1]
         return WrongArgumentError(
-            f"argument {status} of the kernel `{self._code.name}`, tuples taken apart and None "
-            f"left out, must be {self._code.words[status - 1]} in one piece, got "
+            f"argument {status} of the kernel `{self.code.name}`, tuples taken apart and None "
+            f"left out, must be {self.code.words[status - 1]} in one piece, got "
             f"{kind_of(value)} with strides {value.strides}"
         )

@@ -153,11 +153,11 @@ class Layout:
         self.first = AT_RESULT + len(results)
         numbers = [_FORMATS.get(kind, "q") for kind in map(str, words_in(kinds))]
         self.length = self.first + len(numbers)
-        self.pack = struct.Struct(f"={self.first}q{''.join(numbers)}").pack_into
+        self.pack = struct.Struct(f"{self.first}q{''.join(numbers)}").pack_into
         self.head = (VERSION, self.length, OBJECT_HEAD, REFUSED, *(0 for _ in results))
         self._result = result
         self._unpack = struct.Struct(
-            "=" + "".join("d" if kind == "float" else "q" for kind in results)
+            "".join("d" if kind == "float" else "q" for kind in results)
         ).unpack_from
 
     def result(self, table: Any) -> Any:

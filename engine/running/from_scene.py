@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import math
 import weakref
-from dataclasses import dataclass, field
-from functools import lru_cache
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -29,6 +29,7 @@ from ghostball.engine.core.state import (
     Laws,
     Pairs,
 )
+from ghostball.engine.library.entry import Last
 from ghostball.engine.running.skips import (
     Skip,
     balls_rub,
@@ -49,7 +50,7 @@ _CELL_ROOM = 2.0**-20
 
 @dataclass(frozen=True, eq=False)
 class Layout:
-    """What a scene is to the kernels when it begins. Nobody writes into it, but into `calls`."""
+    """What a scene is to the kernels when it begins. Nobody writes into it."""
 
     block: Block  # balls, and what their scheduler keeps, as each shot begins with them
     parts: tuple[int | None, int | None, int | None, int | None]  # see `event_loop.play`
@@ -60,7 +61,24 @@ class Layout:
     smallest_radius: float
     variant: Variant  # of the kernels that it begins with
     columns: int  # how many numbers say how a ball moves on
-    calls: dict[bool, Any] = field(default_factory=dict)  # of the kernel, see `running.room`
+
+    @cached_property
+    def fixed(self) -> Last:
+        """The last arguments of the kernel: those that are the same in each call for a scene."""
+        return Last(*self.arguments)
+
+    @property
+    def arguments(self) -> tuple[Any, ...]:
+        """The same as they are."""
+        return (
+            self.block.numbers,
+            self.block.offsets,
+            *self.parts,
+            self.laws,
+            self.obstacles,
+            self.integrated,
+            no_contacts(self.count),
+        )
 
     @property
     def count(self) -> int:

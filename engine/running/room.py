@@ -5,14 +5,15 @@ One shot, a batch and a sweep differ in who makes the shots and who asks for the
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from ghostball.engine.core import state as st
 from ghostball.engine.event_loop.play import SHOT_COLUMNS, play
-from ghostball.engine.library.entry import COMPILED, Call, Needed
-from ghostball.engine.running.from_scene import Layout, no_contacts, room_for_contacts
+from ghostball.engine.library.entry import COMPILED, Code, Needed
+from ghostball.engine.running.from_scene import Layout, room_for_contacts
+from ghostball.engine.running.variants import Variant
 from ghostball.model.events import Status
 
 WORK_AT_ONCE = 5_000_000
@@ -93,10 +94,10 @@ class Room:
         arrays = (which, *shots, *log, self.numbers)
         numbers = (first, continues, cue, *limits, budget)
         if not COMPILED:
-            return int(play(*arrays, self.contacts, *numbers, *_fixed(self._layout)))
-        contacts = self.contacts or ()
-        call = _call(self._layout, self.contacts is not None)
-        return int(call.with_first((*arrays, *contacts), numbers)())
+            return int(play(*arrays, self.contacts, *numbers, *self._layout.arguments))
+        code = _code_of(self._layout, self.contacts is not None)
+        every = (*arrays, *(self.contacts or ()))
+        return int(code.call(every, numbers, self._layout.fixed)())
 
 
 def needed(layout: Layout, with_contacts: bool, name: str) -> Needed:
@@ -115,28 +116,19 @@ def needed(layout: Layout, with_contacts: bool, name: str) -> Needed:
         _NO_NUMBERS,
     )
     numbers = (0, False, 0, 0, 0, 0)
-    return Needed(play, (*arrays, contacts, *numbers, *_fixed(layout)), name)
+    return Needed(play, (*arrays, contacts, *numbers, *layout.arguments), name)
 
 
 _NO_INTEGERS, _NO_NUMBERS = np.empty(0, dtype=np.int64), np.empty(0)
 
 
-def _call(layout: Layout, with_contacts: bool) -> Call:
-    """Return a call of the kernel with all that is the same in each call for a scene."""
-    call: Call | None = layout.calls.get(with_contacts)
-    if call is None:
-        call = layout.calls[with_contacts] = needed(layout, with_contacts, "shots").load()
-    return call
+def _code_of(layout: Layout, with_contacts: bool) -> Code:
+    """Return the variant of the kernel that plays a scene."""
+    variant = layout.variant, with_contacts
+    code = _CODES.get(variant)
+    if code is None:
+        code = _CODES[variant] = needed(layout, with_contacts, "shots").load().code
+    return code
 
 
-def _fixed(layout: Layout) -> tuple[Any, ...]:
-    """Return the last arguments: those that are the same in each call for a scene."""
-    return (
-        layout.block.numbers,
-        layout.block.offsets,
-        *layout.parts,
-        layout.laws,
-        layout.obstacles,
-        layout.integrated,
-        no_contacts(layout.count),
-    )
+_CODES: dict[tuple[Variant, bool], Code] = {}

@@ -68,6 +68,7 @@ def run_copy(folder, cache_folder, **environment):
     return float(done.stdout), done.stderr
 
 
+@pytest.mark.slow
 def test_an_edited_callee_in_another_file_is_seen_and_a_comment_is_not(copy):
     found, messages = run_copy(copy, copy / "cache")
     assert found == 7.0
@@ -80,6 +81,7 @@ def test_an_edited_callee_in_another_file_is_seen_and_a_comment_is_not(copy):
     assert run_copy(copy, copy / "cache")[0] == 10.0
 
 
+@pytest.mark.slow
 def test_sources_that_are_changed_while_a_program_runs_are_not_compiled(copy):
     """They would be kept under the name of what they were."""
     process = in_copy(copy, copy / "cache")
@@ -93,6 +95,7 @@ def test_sources_that_are_changed_while_a_program_runs_are_not_compiled(copy):
     assert run_copy(copy, copy / "cache")[0] == 10.0
 
 
+@pytest.mark.slow
 def test_of_two_processes_one_compiles_and_the_other_waits(copy):
     both = [subprocess.Popen(**in_copy(copy, copy / "cache")) for _ in range(2)]
     said = [process.communicate() for process in both]
@@ -109,6 +112,7 @@ def test_a_cache_that_cannot_be_written_is_said_and_does_not_stop_the_run(copy):
     assert "Traceback" not in messages
 
 
+@pytest.mark.slow
 def test_without_a_linker_the_object_file_is_loaded(copy):
     empty = copy / "no programs"
     empty.mkdir()
@@ -142,6 +146,7 @@ def test_what_cannot_be_compiled_is_said_with_the_reason(copy):
     assert "Unknown attribute 'nothing'" in done.stderr
 
 
+@pytest.mark.slow
 def test_with_bounds_checked_a_place_beyond_an_array_is_an_error(copy):
     callee = copy / "ghostball/engine/_callee.py"
     callee.write_text(CALLEE.replace("2.0 * x", "x[7]"))
@@ -152,6 +157,7 @@ def test_with_bounds_checked_a_place_beyond_an_array_is_an_error(copy):
     assert "IndexError: the kernel `called` came to a place beyond an array" in done.stderr
 
 
+@pytest.mark.slow
 def test_many_are_made_at_once_and_those_that_are_there_not_again(monkeypatch, tmp_path):
     monkeypatch.setattr(cache, "directory", lambda: tmp_path)
     monkeypatch.setattr(entry, "IN_ONE_PROCESS", 2)
@@ -218,6 +224,7 @@ def test_settings_of_numba_have_another_library(monkeypatch, flag):
     assert load.name_of(STOP, KINDS) != name
 
 
+@pytest.mark.slow
 def test_code_for_any_processor_has_the_same_bits(anew, monkeypatch, tmp_path):
     expected = durations(slowing.stop)
     monkeypatch.setattr(processor, "target", lambda: processor.GENERIC[processor.machine()])
