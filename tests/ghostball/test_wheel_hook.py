@@ -1,0 +1,85 @@
+"""The hook that compiles kernels into a wheel: only where that is asked for."""
+
+import importlib.util
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+pytest.importorskip("hatchling")
+pytestmark = pytest.mark.checkout
+
+ROOT = Path(__file__).parents[2]
+NEEDS = ["numpy>=1.26", "matplotlib>=3.8", "pydantic>=2.12"]
+
+
+@pytest.fixture
+def hook(monkeypatch, tmp_path):
+    specification = importlib.util.spec_from_file_location("hatch_build", ROOT / "hatch_build.py")
+    module = importlib.util.module_from_spec(specification)
+    monkeypatch.setitem(sys.modules, "hatch_build", module)
+    specification.loader.exec_module(module)
+    monkeypatch.setattr(sys, "path", [*sys.path])
+
+    def compile_into(folder):
+        (folder / "manifest.json").write_text("{}")
+        (folder / "play.so").write_bytes(b"code")
+
+    monkeypatch.setattr(module, "compile_into", compile_into)
+    extras = {"compiler": ["numba>=0.61,<0.69"]}
+    core = SimpleNamespace(dependencies=NEEDS, optional_dependencies=extras)
+    metadata = SimpleNamespace(core=core)
+    return module.KernelHook(str(ROOT), {}, None, metadata, str(tmp_path), "wheel", None)
+
+
+def built(hook, version="standard"):
+    data = {"pure_python": True, "force_include": {}}
+    hook.initialize(version, data)
+    return data
+
+
+def test_a_wheel_that_is_not_asked_for_kernels_has_none_and_needs_no_compiler(hook, monkeypatch):
+    for value in (None, "", "0"):
+        if value is None:
+            monkeypatch.delenv("GHOSTBALL_BUILD_KERNELS", raising=False)
+        else:
+            monkeypatch.setenv("GHOSTBALL_BUILD_KERNELS", value)
+        assert hook.dependencies() == []
+        assert built(hook) == {"pure_python": True, "force_include": {}}
+
+
+def test_a_wheel_with_kernels_is_for_a_platform_and_every_python(hook, monkeypatch, tmp_path):
+    monkeypatch.setenv("GHOSTBALL_BUILD_KERNELS", "1")
+    assert hook.dependencies() == ["numpy>=1.26", "pydantic>=2.12", "numba>=0.61,<0.69"]
+    monkeypatch.setattr(sys.modules["hatch_build"].sysconfig, "get_platform", lambda: PLATFORM)
+    data = built(hook)
+    assert data["tag"] == "py3-none-manylinux_2_17_x86_64"
+    assert not data["pure_python"]
+    inside = "ghostball/engine/library/shipped"
+    assert data["force_include"] == {
+        str(tmp_path / "kernels" / name): f"{inside}/{name}"
+        for name in ("manifest.json", "play.so")
+    }
+
+
+PLATFORM = "linux-x86_64"
+
+
+def test_an_editable_installation_compiles_nothing(hook, monkeypatch):
+    monkeypatch.setenv("GHOSTBALL_BUILD_KERNELS", "1")
+    assert built(hook, "editable") == {"pure_python": True, "force_include": {}}
+
+
+@pytest.mark.parametrize(
+    ("platform", "tag"),
+    [
+        ("linux-aarch64", "manylinux_2_17_aarch64"),
+        ("macosx-11.0-arm64", "macosx_11_0_arm64"),
+        ("win-amd64", "win_amd64"),
+    ],
+)
+def test_the_platform_is_named_as_wheels_name_it(hook, monkeypatch, platform, tag):
+    module = sys.modules["hatch_build"]
+    monkeypatch.setattr(module.sysconfig, "get_platform", lambda: platform)
+    assert module.platform_tag() == tag
