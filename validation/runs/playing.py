@@ -19,12 +19,21 @@ from functools import partial
 from importlib import import_module
 from typing import Any, Final
 
+from ghostball.engine.library.load import NoCompilerError
 from ghostball.model import EngineFailedError, Record, Result, Scene, Status, UnsupportedSceneError
 from ghostball.reference_adapters.base import EngineSettings, ReferenceEngine
 from ghostball.reference_adapters.ghostball import GhostballEngine
 from ghostball.reference_adapters.registry import OURS, EngineUnavailableError
 from ghostball.validation.parallel.pool import Done, run_tasks
 from ghostball.validation.runs.returned import ResultRefusedError, check_result
+
+NOT_BLAMED = (
+    UnsupportedSceneError,
+    EngineUnavailableError,
+    EngineFailedError,
+    NoCompilerError,  # what it says is what to install
+)
+"""What says of itself what is the matter, so that it is no engine's failure."""
 
 
 @contextmanager
@@ -35,7 +44,7 @@ def blamed_on_engine(name: str) -> Iterator[None]:
     """
     try:
         yield
-    except (UnsupportedSceneError, EngineUnavailableError, EngineFailedError):
+    except NOT_BLAMED:
         raise
     except (Exception, SystemExit) as error:
         raise failure_of(name, error) from error
@@ -202,7 +211,7 @@ def _play(shot: _Shot) -> _Answer:
         with blamed_on_engine(name):
             engine = make(shot.settings)
             return _Answer(pickle.dumps(run_engine(engine, shot.scene, shot.record)))
-    except (UnsupportedSceneError, EngineUnavailableError, EngineFailedError) as error:
+    except NOT_BLAMED as error:
         return _Answer(error=_sendable(name, error))
 
 

@@ -5,6 +5,7 @@ from textwrap import dedent
 
 import pytest
 
+from ghostball.engine.library.load import NoCompilerError
 from ghostball.model import EngineFailedError, GhostballError, UnsupportedSceneError
 from ghostball.reference_adapters import make_engine
 from ghostball.reference_adapters.registry import OURS
@@ -172,3 +173,16 @@ def test_without_a_limit_it_runs_in_this_process_and_prints_nothing(evil, capfd)
 
 def test_an_engine_that_fails_is_an_error_of_ghostballs_kind():
     assert issubclass(EngineFailedError, GhostballError)
+
+
+def test_where_a_compiler_lacks_no_engine_is_blamed(monkeypatch):
+    """The message says what to install; as a failure it asked to report a bug."""
+    lacks = NoCompilerError("numba isn't installed")
+
+    def simulate(*_, **__):
+        raise lacks
+
+    engine = make_engine(OURS)
+    monkeypatch.setattr(type(engine), "simulate", simulate)
+    with pytest.raises(NoCompilerError, match=r"^numba isn't installed$"):
+        run_engine(engine, find_scene("stop"))
