@@ -88,26 +88,26 @@ def time_in_cell(world: World, i: int, t: float) -> float:
     # there in a few looks, and is beyond its own side when it leaves.
     nearer = -_LATE * side if bx + by > 0.0 else 0.0
     # Left, right, down, up: there is no way out of the outermost.
-    least, side = math.inf, 0
+    least, leaves_by = math.inf, 0
     if column > 1:
         least = _time_to(x - (column - 1) * side - nearer, vx, ax - bx)
     if column < cells.size[0]:
         leaves = _time_to(column * side - x - nearer, -vx, -ax - bx)
         if leaves < least:
-            least, side = leaves, 1
+            least, leaves_by = leaves, 1
     if row > 1:
         leaves = _time_to(y - (row - 1) * side - nearer, vy, ay - by)
         if leaves < least:
-            least, side = leaves, 2
+            least, leaves_by = leaves, 2
     if row < cells.size[1]:
         leaves = _time_to(row * side - y - nearer, -vy, -ay - by)
         if leaves < least:
-            least, side = leaves, 3
+            least, leaves_by = leaves, 3
     if nearer < 0.0:
         gaps = (x - (column - 1) * side, column * side - x, y - (row - 1) * side, row * side - y)
-        if gaps[side] > 0.5 * nearer:
-            side = st.NOWHERE
-    cells.link[i, st.LEAVES_BY] = side
+        if gaps[leaves_by] > 0.5 * nearer:
+            leaves_by = st.NOWHERE
+    cells.link[i, st.LEAVES_BY] = leaves_by
     return t + least
 
 
