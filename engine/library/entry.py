@@ -54,6 +54,14 @@ class Entry:
 
     def __call__(self, *arguments: Any) -> Any:
         """Call it."""
+        # Adapters do so at each step: where no argument is a tuple or None, the table is made here.
+        code = self._by_types.get(tuple(map(type, arguments)))
+        if code is not None and code.words_of is not None:
+            made = code.table_type()
+            code.layout.pack(made, 0, *code.layout.head, *code.words_of(*arguments))
+            raised = code.entry(*_UNREAD_AT, ctypes.byref(made))
+            if made[AT_STATUS] == ENTERED and not raised:
+                return code.layout.result(made)
         try:
             return self.bind(*arguments)()
         except WrongArgumentError:  # they are arrays, but others than those of these types before
@@ -160,6 +168,7 @@ class Code:
         self.layout = Layout(kinds, kind_of_result(function))
         self.table_type = ctypes.c_int64 * self.layout.length
         self.entry = entry
+        self.words_of = None if any(_is_apart(kind) for kind in kinds) else _words_of(kinds)
 
     def call(self, arrays: Sequence[ndarray[Any, Any]], numbers: Sequence[int], last: Last) -> Call:
         """Return a call with these arguments, of the types that it is for: quicker than to bind.
@@ -170,6 +179,22 @@ class Code:
         layout = self.layout
         layout.pack(made, 0, *layout.head, *map(id, arrays), *numbers, *last.words)
         return Call(self, (*arrays, *numbers, *last.values), made)
+
+
+def _is_apart(kind: table.Kind) -> bool:
+    """Whether an argument isn't one word."""
+    return kind == "none" or kind[0] in ("tuple", "named")
+
+
+def _words_of(kinds: list[table.Kind]) -> Callable[..., tuple[Any, ...]]:
+    """Return what takes arguments of these kinds, one word each, and returns the words."""
+    names = [f"a{k}" for k in range(len(kinds))]
+    words = [
+        name if isinstance(kind, str) else f"id({name})"
+        for name, kind in zip(names, kinds, strict=True)
+    ]
+    made: Callable[..., tuple[Any, ...]] = eval(f"lambda {', '.join(names)}: ({', '.join(words)},)")
+    return made
 
 
 class Last:
