@@ -5,11 +5,11 @@ The page is whole without the pictures: a sheet for each scene (`NAME-sheet`).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import closing
 from functools import lru_cache, partial
 from pathlib import Path, PurePosixPath
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 from ghostball.model import GhostballError
 from ghostball.reference_adapters.output import harmless
@@ -17,14 +17,12 @@ from ghostball.reports import style
 from ghostball.reports.figures import draw_sheet
 from ghostball.reports.guarded import FailedPart, IncompleteReportError, attempt
 from ghostball.reports.page import ScenePart, failed_scene_part, page_text, scene_part
-from ghostball.reports.shots import load_shot
+from ghostball.reports.reuse import drawn_from, is_drawn
+from ghostball.reports.shots import Shot, load_shot
 from ghostball.validation.baselines import Regression, load_regression
 from ghostball.validation.parallel.pool import Progress, run_tasks
 from ghostball.validation.results.files import write_whole
 from ghostball.validation.results.store import Results
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 FIGURES = "figures"
 PAGE = "report.html"
@@ -154,32 +152,35 @@ def _scene_part(path: Path, figures: Pictures, name: str, failed: list[FailedPar
     sheet = None
     if figures != "none":
         endings = style.FORMATS if figures == "svg" else style.FORMATS[:1]
-        sheet = _drawn(
-            path / FIGURES / f"{name}{SHEET}", partial(draw_sheet, shot), endings, failed
-        )
+        sheet = _drawn(path / FIGURES / f"{name}{SHEET}", shot, endings, failed)
     change = None if regression is None else regression.scene(name)
     return scene_part(shot, change, sheet)
 
 
 def _drawn(
-    stem: Path, draw: Callable[[], Figure | None], endings: Sequence[str], failed: list[FailedPart]
+    stem: Path, shot: Shot, endings: Sequence[str], failed: list[FailedPart]
 ) -> PurePosixPath | None:
-    """Draw a figure and write it; return its PNG, relative to the page, or None without one."""
+    """Draw a sheet and write it; return its PNG, relative to the page, or None without one.
+
+    One that is there already, of the same shot and by the same code, stays.
+    """
+    source = drawn_from(shot)
 
     def drawn() -> bool:
-        figure = draw()
+        figure = draw_sheet(shot)
         if figure is None:
             return False
         try:
-            style.save_figure(figure, stem, endings=endings)
+            style.save_figure(figure, stem, source, endings=endings)
         except OSError as error:
             raise _cannot_write(stem, error) from error
         return True
 
+    picture = PurePosixPath(FIGURES, f"{stem.name}.{endings[0]}")
+    if is_drawn(stem, endings, source):
+        return picture
     with style.drawing():
-        if not attempt(FIGURE + stem.name, drawn, failed):
-            return None
-    return PurePosixPath(FIGURES, f"{stem.name}.{endings[0]}")
+        return picture if attempt(FIGURE + stem.name, drawn, failed) else None
 
 
 def _remove_stale(folder: Path, drawn: Iterable[PurePosixPath], figures: Pictures) -> None:
