@@ -23,10 +23,8 @@ from ghostball.model import Scene
 from ghostball.model.errors import GhostballError
 from ghostball.model.impact_laws import any_integrated
 
-MOST_PAIRED = 100
-"""Balls up to which a bound for every pair is faster than cells; the results are the same.
-
-Cells took over between 64 balls (gas of packing 0.6) and 100 (cloth, packing 0.1)."""
+MOST_PAIRED = 60
+"""Balls up to which a bound for every pair is faster than cells; the results are the same."""
 
 MOST_IN_MATRIX = 8_000
 """Balls up to which a bound for every pair may be asked for: half a gigabyte of them."""

@@ -100,3 +100,15 @@ def test_a_few_balls_in_cells_without_a_compiler(monkeypatch):
     paired, celled = both(scene, monkeypatch)
     assert celled.work["cell_moves"] > 0
     assert fingerprint(paired) == fingerprint(celled)
+
+
+def test_a_dense_rack_on_a_large_table_needs_few_bounds():
+    """Cells that are sized by the whole table alone have hundreds of its balls within reach."""
+    balls = [ball((2.0, 3.6), (8.0, 0.0))]
+    gap = 2.0 * R + 5e-4
+    for row in range(32):
+        for k in range(row + 1):
+            balls.append(ball((7.0 + row * gap * math.sqrt(0.75), 3.59 + (k - row / 2.0) * gap)))
+    scene = scene_of(*balls[:512], table=Table(length=14.4, width=7.2))
+    work = simulate(scene, record="rest", max_events=200).work
+    assert work["bounds"] < 30 * (work["events"] + work["contact_steps"])
