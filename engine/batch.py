@@ -29,8 +29,7 @@ STATUSES = tuple(Status)
 """What the numbers in `Batch.status` mean: indices of this."""
 
 _SCENES_AT_ONCE = 64
-"""Most scenes that a thread takes at a time: to hand over each by itself took as long as to play it.
-"""
+"""Most scenes that a thread takes at a time: to hand over each alone took as long as to play it."""
 
 
 @dataclass(frozen=True, eq=False)
