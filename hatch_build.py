@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import os
+import platform
 import shutil
 import sys
 import sysconfig
@@ -85,7 +86,13 @@ def platform_tag() -> str:
     """Return the platform of the wheel, in the words of wheels.
 
     The libraries take nothing of Linux's C library but functions of mathematics that any version
-    has, so that no older one is too old.
+    has, so that no older one is too old; of another C library than glibc nothing is promised. A
+    Python for both machines of macOS compiles for one of them.
     """
-    name = sysconfig.get_platform().replace("-", "_").replace(".", "_")
-    return name.replace("linux_", "manylinux_2_17_")
+    system, _, rest = sysconfig.get_platform().partition("-")
+    if system == "macosx":
+        oldest = os.environ.get("MACOSX_DEPLOYMENT_TARGET", "11.0")
+        rest = f"{oldest}-{platform.machine()}"
+    elif system == "linux" and platform.libc_ver()[0] == "glibc":
+        system = "manylinux_2_17"
+    return f"{system}-{rest}".replace("-", "_").replace(".", "_")

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from enum import Enum
 from functools import cache
-from importlib.metadata import version
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
@@ -63,7 +63,14 @@ def _code() -> str:
         sources = hash_sources((*source_folders(), Path(__file__).parent))
     except SourcesError:
         return ""
-    return " ".join([sources, *(f"{name} {version(name)}" for name in _LIBRARIES)])
+    return " ".join([sources, *(f"{name} {_version(name)}" for name in _LIBRARIES)])
+
+
+def _version(name: str) -> str:
+    try:
+        return version(name)
+    except PackageNotFoundError:  # such as in an archive of everything
+        return "?"
 
 
 def _add(digest: Any, value: Any) -> None:

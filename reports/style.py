@@ -13,8 +13,11 @@ import threading
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeVar
+
+from ghostball.validation.results.files import write_whole
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure, FigureBase
@@ -283,7 +286,7 @@ def save_figure(
 
 
 def save_one(figure: Figure, path: Path, description: str | None = None) -> None:
-    """Write a figure in the format that the ending of `path` says, without dates.
+    """Write a figure in the format that the ending of `path` says, without dates; whole or not.
 
     Notes
     -----
@@ -293,15 +296,18 @@ def save_one(figure: Figure, path: Path, description: str | None = None) -> None
     from matplotlib.backends.backend_pdf import FigureCanvasPdf  # noqa: PLC0415
     from matplotlib.backends.backend_svg import FigureCanvasSVG  # noqa: PLC0415
 
-    dpi = figure.dpi
+    dpi, drawn = figure.dpi, BytesIO()
     canvas: Any  # its print_ methods have no types
     if path.suffix.lower() == ".svg":
         canvas = FigureCanvasSVG(figure)
-        canvas.print_svg(path, metadata={"Date": None, "Creator": None, "Description": description})
+        canvas.print_svg(
+            drawn, metadata={"Date": None, "Creator": None, "Description": description}
+        )
     elif path.suffix.lower() == ".pdf":
         canvas = FigureCanvasPdf(figure)
-        canvas.print_pdf(path, metadata={"CreationDate": None, "Producer": None})
+        canvas.print_pdf(drawn, metadata={"CreationDate": None, "Producer": None})
     else:
         canvas = FigureCanvasAgg(figure)
-        canvas.print_png(path, metadata={"Software": None, "Description": description})
+        canvas.print_png(drawn, metadata={"Software": None, "Description": description})
     figure.dpi = dpi  # some formats leave their own
+    write_whole(path, drawn.getvalue())

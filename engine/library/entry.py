@@ -60,12 +60,12 @@ class Entry:
             made = code.table_type()
             code.layout.pack(made, 0, *code.layout.head, *code.words_of(*arguments))
             raised = code.entry(*_UNREAD_AT, ctypes.byref(made))
-            if made[AT_STATUS] == ENTERED and not raised:
-                return code.layout.result(made)
+            if made[AT_STATUS] == ENTERED:  # it has run, and must not run again
+                return code.result(made, raised)
         try:
             return self.bind(*arguments)()
         except WrongArgumentError:  # they are arrays, but others than those of these types before
-            return Call.of(self._code_for(arguments, ""), flat(arguments))()
+            return self.bind_kinds(*arguments, what="")()
 
     def bind(self, *arguments: Any, what: str = "") -> Callable[[], Any]:
         """Return a call with these arguments, which can be made often.
@@ -80,6 +80,12 @@ class Entry:
         if code is None:
             code = self._by_types[types] = self._code_for(arguments, what)
         return Call.of(code, leaves)
+
+    def bind_kinds(self, *arguments: Any, what: str) -> Callable[[], Any]:
+        """Return the same, by the kinds of the arguments, where their types have had others."""
+        if not COMPILED:
+            return partial(self.function, *arguments)
+        return Call.of(self._code_for(arguments, what), flat(arguments))
 
     def __reduce__(self) -> tuple[Callable[[str], Any], tuple[str]]:
         """Pickle it by its name."""
@@ -114,7 +120,7 @@ class Needed(NamedTuple):
 
     def load(self) -> Any:
         """Load its library, made where it isn't yet; return a call with the arguments."""
-        return self.kernel.bind(*self.arguments, what=self.name)
+        return self.kernel.bind_kinds(*self.arguments, what=self.name)
 
 
 IN_ONE_PROCESS = 6
@@ -155,6 +161,8 @@ def make_all(
     with ThreadPoolExecutor(jobs) as pool:
         for _ in pool.map(make, groups):
             pass
+    if groups:
+        cache.prune(folder)
 
 
 class Code:
@@ -169,6 +177,18 @@ class Code:
         self.table_type = ctypes.c_int64 * self.layout.length
         self.entry = entry
         self.words_of = None if any(_is_apart(kind) for kind in kinds) else _words_of(kinds)
+
+    def result(self, made: Any, raised: int) -> Any:
+        """Return what the kernel has put in a table.
+
+        Raises
+        ------
+        IndexError
+            Where it came to a place beyond an array.
+        """
+        if raised:
+            raise IndexError(f"the kernel `{self.name}` came to a place beyond an array")
+        return self.layout.result(made)
 
     def call(self, arrays: Sequence[ndarray[Any, Any]], numbers: Sequence[int], last: Last) -> Call:
         """Return a call with these arguments, of the types that it is for: quicker than to bind.
@@ -240,9 +260,7 @@ class Call:
         raised = self.code.entry(*_UNREAD_AT, self._address)
         if self._table[AT_STATUS] != ENTERED:
             raise self._refusal(self._table[AT_STATUS])
-        if raised:
-            raise IndexError(f"the kernel `{self.code.name}` came to a place beyond an array")
-        return self.code.layout.result(self._table)
+        return self.code.result(self._table, raised)
 
     def _refusal(self, status: int) -> WrongArgumentError:
         if status == REFUSED:

@@ -1,8 +1,5 @@
 """What the cloth does to balls in closed form, compiled: with so few, numpy would cost its calls.
 
-All kernels are in this one file: numba looks at the file of a kernel alone to see whether what it
-has compiled is stale, not at those that the kernel calls.
-
 Arguments are, of n balls: v, velocities (n, 2) [m/s]; w, angular velocities (n, 3) [rad/s]; radii
 (n,) [m]; decelerations, `rolls_by` and `slides_by` (n,) [m/s^2], `spins_by` (n,) [rad/s^2]; `dt`
 [s]. The last argument is written; `move` also changes v, and `turn` changes w.

@@ -72,14 +72,19 @@ def test_an_editable_installation_compiles_nothing(hook, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("platform", "tag"),
+    ("platform", "machine", "libc", "tag"),
     [
-        ("linux-aarch64", "manylinux_2_17_aarch64"),
-        ("macosx-11.0-arm64", "macosx_11_0_arm64"),
-        ("win-amd64", "win_amd64"),
+        ("linux-aarch64", "aarch64", "glibc", "manylinux_2_17_aarch64"),
+        ("linux-x86_64", "x86_64", "", "linux_x86_64"),  # such as Alpine's
+        ("macosx-10.13-universal2", "arm64", "", "macosx_11_0_arm64"),
+        ("macosx-10.13-universal2", "x86_64", "", "macosx_11_0_x86_64"),
+        ("win-amd64", "AMD64", "", "win_amd64"),
     ],
 )
-def test_the_platform_is_named_as_wheels_name_it(hook, monkeypatch, platform, tag):
+def test_the_platform_is_named_as_wheels_name_it(hook, monkeypatch, platform, machine, libc, tag):
     module = sys.modules["hatch_build"]
+    monkeypatch.delenv("MACOSX_DEPLOYMENT_TARGET", raising=False)
     monkeypatch.setattr(module.sysconfig, "get_platform", lambda: platform)
+    monkeypatch.setattr(module.platform, "machine", lambda: machine)
+    monkeypatch.setattr(module.platform, "libc_ver", lambda: (libc, ""))
     assert module.platform_tag() == tag

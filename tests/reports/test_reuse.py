@@ -80,6 +80,16 @@ def test_whatever_is_shown_changes_the_hash(shot):
     assert len(set(hashes)) == len(hashes)
 
 
+def test_what_is_cut_off_while_it_is_written_leaves_no_picture(small_folder, monkeypatch):
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("ghostball.validation.results.files.Path.replace", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        write_report(small_folder)
+    assert not list((small_folder / "figures").iterdir())
+
+
 def test_a_picture_that_says_nothing_is_no_picture_of_it(tmp_path):
     (tmp_path / "sheet.png").write_bytes(b"anything")
     assert not reuse.is_drawn(tmp_path / "sheet", ["png"], "")

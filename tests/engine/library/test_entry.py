@@ -43,6 +43,23 @@ def test_a_call_with_others_of_the_same_types_takes_those():
     np.testing.assert_array_equal(others, [5.0, 0.0])
 
 
+@compiled
+def test_a_kernel_that_comes_to_a_place_beyond_an_array_is_not_run_again(monkeypatch):
+    slowing.stop(V, SLOWING, np.empty(3))
+    calls = []
+
+    def goes_beyond(_status, _raised, made):
+        made._obj[table.AT_STATUS] = table.ENTERED
+        calls.append(made)
+        return 1
+
+    (code,) = {id(one): one for one in slowing.stop._by_types.values()}.values()
+    monkeypatch.setattr(code, "entry", goes_beyond)
+    with pytest.raises(IndexError, match="kernel `stop` came to a place beyond an array"):
+        slowing.stop(V, SLOWING, np.empty(3))
+    assert len(calls) == 1
+
+
 def test_an_entry_is_pickled_by_its_name():
     assert pickle.loads(pickle.dumps(slowing.stop)) is slowing.stop
 
