@@ -536,11 +536,11 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "second part of a sweep",
         "running/sweep_driver.py",
-        "            parts = np.array_split(pending, -(-len(pending) // _SHOTS_AT_ONCE))\n",
-        "            parts = np.array_split(pending, -(-len(pending) // _SHOTS_AT_ONCE))\n"
+        "            parts = np.array_split(pending, -(-len(pending) // share))\n",
+        "            parts = np.array_split(pending, -(-len(pending) // share))\n"
         "            for part in parts[1:]:\n"
         "                shots.motions[part, :2] *= 1.0 + 2.0**-52\n",
-        "Of a sweep of more than 256 shots, those after the first part are off by an ulp.",
+        "Of a sweep, the shots after the first part are off by an ulp.",
         "tests/engine/test_batch.py::test_every_part_of_a_long_sweep_is_as_shot_by_shot",
     ),
     *(

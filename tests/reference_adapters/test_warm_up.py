@@ -8,6 +8,7 @@ import pytest
 # In a process of its own, where no earlier test has compiled what this one is about.
 CODE = """
 import sys
+from ghostball.engine.library.entry import Entry
 from ghostball.reference_adapters.stepping import contact_time
 from ghostball.reference_adapters.stepping import slowing as slowing_kernels
 from ghostball.reference_adapters.recording import Recorder
@@ -18,20 +19,20 @@ kernels = {
     f"{module.__name__}.{name}": kernel
     for module in (contact_time, slowing_kernels)
     for name, kernel in vars(module).items()
-    if hasattr(kernel, "signatures")
+    if isinstance(kernel, Entry)
 }
 assert len(kernels) > 8
 before = {}
 start, result = Recorder.start, Recorder.result
 
 def started(self):
-    before.update({name: set(kernel.signatures) for name, kernel in kernels.items()})
+    before.update({name: set(kernel._by_kinds) for name, kernel in kernels.items()})
     start(self)
 
 def ended(self, **arguments):
     for name, kernel in kernels.items():
-        for signature in set(kernel.signatures) - before[name]:
-            print(f"{scene} compiles {name} for {signature}")
+        for kinds in set(kernel._by_kinds) - before[name]:
+            print(f"{scene} compiles or loads {name} for {kinds}")
     return result(self, **arguments)
 
 Recorder.start, Recorder.result = started, ended

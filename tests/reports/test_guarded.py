@@ -147,7 +147,7 @@ def test_a_figure_that_lacks_a_file_costs_itself_alone(small_folder, monkeypatch
 
 
 def test_a_disk_that_is_full_is_no_fault_of_a_figure(small_folder, monkeypatch):
-    def save(figure, path, **_):
+    def save(figure, path, *_, **__):
         raise OSError(28, "No space left on device", str(path))
 
     monkeypatch.setattr(report, "draw_sheet", draw_something)

@@ -22,7 +22,7 @@ def in_air(scene: Scene) -> Scene:
 
 
 @pytest.mark.parametrize(
-    ("physics", "time", "way"),
+    ("physics", "time", "displacement"),
     [
         ({"rolling_friction": 0.02}, 9.9231021048020829, 9.7899900947054689),
         ({"rolling_friction": 0.01, "motion": "sliding"}, 19.629465424815389, 19.259093295102175),

@@ -102,7 +102,7 @@ def test_more_precision_lies_within_less(v, u, drag) -> None:
         ]
         for part in ("0.0", "0.3", "0.77", "0.99", "0.9999999"):
             s = (arb(part) * narrow.duration).mid()
-            for name in ("way", "velocity", "slip"):
+            for name in ("displacement", "velocity", "slip"):
                 pairs += zip(getattr(wide, name)(s), getattr(narrow, name)(s), strict=True)
         for outer, inner in pairs:
             assert outer.contains(inner)
@@ -148,7 +148,7 @@ def test_ranges_of_a_slide_hold_its_values() -> None:
                 span = low.union(high)
                 for part in ("0", "0.21", "0.5", "0.83", "1"):
                     s = (low + (high - low) * arb(part)).mid()
-                    for name in ("way", "velocity", "slip"):
+                    for name in ("displacement", "velocity", "slip"):
                         ranges, values = getattr(slide, name)(span), getattr(slide, name)(s)
                         for outer, inner in zip(ranges, values, strict=True):
                             assert outer.contains(inner.mid())

@@ -192,7 +192,7 @@ def test_our_engines_sample_of_roundings_is_as_near_as_it_says() -> None:
     # Breaks where two roundings share their signs: of two balls that meet, their errors cancel;
     # of one ball, again and again in thousands of impacts, they add up.
     ratios = []
-    shots = [random_scene(number, **PROVABLE, flight="no") for number in range(40)]
+    shots = [random_scene(number, **PROVABLE, flight="no") for number in range(48)]
     for scene in (*shots, find_scene("galperin-2"), find_scene("galperin-3")):
         result, proof = simulate(scene, record="trajectory"), certify(scene, motion=True)
         right = growth_of_proof(scene, proof).sizes([result.rest_time])[0]
