@@ -14,9 +14,11 @@ from ghostball.engine.running.room import Limits, Room, Shots
 from ghostball.engine.running.variants import variant_of
 from ghostball.model import Scene
 
-_SHOTS_AT_ONCE = 2_048
-"""Most shots of a sweep that a thread takes at a time: some ten milliseconds'. The arrays that each
-share needs are made once for it; with 256, that took 0.2 us a shot."""
+_FEWEST_AT_ONCE, _MOST_AT_ONCE = 256, 2_048
+"""Shots of a sweep that a thread takes at a time: one to some ten milliseconds'.
+
+The arrays that each share needs are made once for it; with 256, that takes 0.2 us a shot.
+"""
 
 
 def run_sweep(scene: Scene, cue: int, shots: Shots, limits: Limits, threads: int) -> None:
@@ -41,7 +43,7 @@ def run_sweep(scene: Scene, cue: int, shots: Shots, limits: Limits, threads: int
             break
         warm_up(variant_of(scene, with_contacts))
         with ThreadPoolExecutor(threads) as pool:
-            share = max(1, min(_SHOTS_AT_ONCE, len(pending) // (4 * threads)))
+            share = max(_FEWEST_AT_ONCE, min(_MOST_AT_ONCE, len(pending) // (4 * threads)))
             parts = np.array_split(pending, -(-len(pending) // share))
             try:
                 for done in [pool.submit(play_part, part, with_contacts) for part in parts]:
