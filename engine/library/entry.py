@@ -147,8 +147,10 @@ def make_all(
     if folder is None:
         return  # nobody else could load them
     count = max(1, min(IN_ONE_PROCESS, -(-len(missing) // jobs)))
+    # Sorted, those that take alike stand together: each process gets some of every kind.
+    number = -(-len(missing) // count)
+    groups = [missing[k::number] for k in range(number)]
     # Those with contacts take longest, and come first.
-    groups = [missing[k : k + count] for k in range(0, len(missing), count)]
     groups.sort(key=lambda group: -sum("contacts" in one.name for one in group))
 
     def make(group: list[Needed]) -> None:
