@@ -88,7 +88,7 @@ def _is_undisturbed(world: World, i: int, t: float) -> bool:
 
 @kernel
 def _start_next_motion(world: World, i: int, t: float) -> bool:
-    """Follow the motion of ball i's island for another step, as `continue_island`."""
+    """Integrate the motion of ball i's island for another step, as `continue_island`."""
     contacts = world.contacts
     members, k = 0, i
     while True:
@@ -125,7 +125,7 @@ def _start_next_motion(world: World, i: int, t: float) -> bool:
 
 @kernel
 def start_motion(world: World, members: int, count: int, t: float) -> bool:
-    """Follow the motion of the members, and start its first pieces; False where it isn't smooth."""
+    """Integrate the motion of the members, start its first pieces; False where it isn't smooth."""
     contacts = world.contacts
     own_time = own_time_of(world, members)
     fresh = FIRST_STEP * own_time

@@ -1,6 +1,6 @@
 """Integrates the motion of an island, to high order, for as long as every contact pushes.
 
-An embedded pair of Runge-Kutta formulas, of orders 5 and 4 (Dormand and Prince 1980), follows
+An embedded pair of Runge-Kutta formulas, of orders 5 and 4 (Dormand and Prince 1980), integrates
 `resting_contact.rates`. Its step is as long as the error of the motion allows: `MOTION_ERROR` of
 the speeds, and for the gaps part of their tolerance. What the end is off by is taken out there,
 within that; between, the polynomials of `resting_contact.paths` are checked to keep the gaps.

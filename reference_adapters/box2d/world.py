@@ -86,12 +86,12 @@ class World(ContactWorld):
         if self._friction is None:
             return
         one = self._bodies[parts.a]
-        line, velocity = (0.0, 0.0), one.linearVelocity
+        line, relative = (0.0, 0.0), one.linearVelocity
         if not parts.cushion:
             other = self._bodies[parts.b]
             line = tuple(other.position - one.position)
-            velocity = velocity - other.linearVelocity
-        velocity = velocity[0] / self._units, velocity[1] / self._units
+            relative = relative - other.linearVelocity
+        velocity = relative[0] / self._units, relative[1] / self._units
         contact.friction = self._friction.prepare(parts, line, velocity)
 
     def note(self, contact: Any, impulse: float) -> None:

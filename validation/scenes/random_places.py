@@ -93,8 +93,8 @@ def _lift(chance: random.Random, flight: str, place: _Places, movers: list[Draft
         x, y = below["position"][0] + dx, below["position"][1] + dy
         x, y = place.within(ball, x, y)
         dx, dy = x - below["position"][0], y - below["position"][1]
-        apart = radius + below["radius"]
-        height = below["radius"] + math.sqrt(max(apart * apart - dx * dx - dy * dy, 0.0))
+        radii = radius + below["radius"]
+        height = below["radius"] + math.sqrt(max(radii * radii - dx * dx - dy * dy, 0.0))
         ball["position"] = (x, y, height + chance.choice((0.0, sized(chance, -10, -4))))
         place.clear_above(ball)
 
@@ -157,10 +157,10 @@ class _Places:
         With a rail, so that its long side touches it.
         """
         rows = next(rows for rows in (5, 4, 3, 2) if rows * (rows + 1) // 2 < len(balls))
-        apart = 2.0 * max(ball["radius"] for ball in balls) + gap
-        step = math.sqrt(0.75) * apart
+        spacing = 2.0 * max(ball["radius"] for ball in balls) + gap
+        step = math.sqrt(0.75) * spacing
         triangle = [
-            (apart * (place - row / 2.0), (rows - 1 - row) * step)
+            (spacing * (place - row / 2.0), (rows - 1 - row) * step)
             for row in range(rows)
             for place in range(row + 1)
         ][: len(balls)]
@@ -211,11 +211,11 @@ class _Places:
             return chance.choice((_direction(chance), (1.0, 0.0), (0.0, -1.0)))
         aim = chance.choice(others)
         dx, dy = (b - a for a, b in zip(ball["position"][:2], aim["position"][:2], strict=True))
-        apart = math.sqrt(dx * dx + dy * dy)
-        if apart == 0.0:
+        distance = math.sqrt(dx * dx + dy * dy)
+        if distance == 0.0:
             return _direction(chance)
         wide = ball["radius"] + aim["radius"]
-        aside = chance.choice((0.0, chance.uniform(-1.0, 1.0))) * wide / apart
+        aside = chance.choice((0.0, chance.uniform(-1.0, 1.0))) * wide / distance
         dx, dy = dx - aside * dy, dy + aside * dx
         size = math.sqrt(dx * dx + dy * dy)
         return (dx / size, dy / size)
