@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import gc
 import os
+import shlex
 import shutil
 import subprocess
 import sys
@@ -65,14 +66,14 @@ def build(order: dict[str, Any]) -> None:
         linker = os.environ.get("CC") or next(filter(shutil.which, LINKERS), None)
         if linker is not None:
             linked = Path(folder, "kernel.so")
-            _link(linker, made, linked)
+            _link(shlex.split(linker), made, linked)
             made = linked
         made.replace(place.with_suffix(made.suffix))
 
 
-def _link(linker: str, code: Path, library: Path) -> None:
+def _link(linker: list[str], code: Path, library: Path) -> None:
     more = LINKED_WITH.get(sys.platform, [])
-    subprocess.run([linker, "-shared", *more, "-o", str(library), str(code)], check=True)
+    subprocess.run([*linker, "-shared", *more, "-o", str(library), str(code)], check=True)
 
 
 def _in_one_piece(function: Callable[..., Any], *arguments: Any) -> Any:

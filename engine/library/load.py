@@ -172,7 +172,8 @@ def check_sources(order: dict[str, Any]) -> None:
 
 def name_of(function: FunctionType, kinds: table.Kind) -> str:
     """Return the name of a library that is made here: a hash of all that it is made of."""
-    parts = (_digest(function), table.text_of(kinds), processor.target(), shipped.flags())
+    whole = table.text_of([kinds, table.kind_of_result(function)])
+    parts = (_digest(function), whole, processor.target(), shipped.flags())
     digest = hashlib.sha256(repr((parts, _compiler(), processor.system())).encode())
     return f"{function.__name__.strip('_')}-{digest.hexdigest()[:20]}.so"
 
@@ -184,14 +185,14 @@ def _digest(function: FunctionType) -> str:
 
 @cache
 def _compiler() -> str:
-    """Return what compiles: numba's version, and a hash of what is done with it here."""
+    """Return what compiles: versions of numba and LLVM, and a hash of what asks them."""
     try:
-        numba = version("numba")
+        compilers = f"{version('numba')} {version('llvmlite')}"
     except PackageNotFoundError:
-        numba = ""
+        compilers = ""
     beside = Path(__file__).parent
     own = [(beside / name).read_bytes() for name in ("build.py", "generated.py")]
-    return f"{numba} {table.VERSION} {hashlib.sha256(b''.join(own)).hexdigest()}"
+    return f"{compilers} {table.VERSION} {hashlib.sha256(b''.join(own)).hexdigest()}"
 
 
 def entry_of(path: Path) -> Any:

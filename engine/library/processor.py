@@ -15,8 +15,8 @@ WIDE = "x86-64-v3"
 GENERIC = {"x86_64": "x86-64", "arm64": "generic"}
 """What LLVM calls any processor of a machine."""
 
-NEEDED = frozenset(("avx2", "bmi1", "bmi2", "f16c", "fma", "movbe"))
-"""What Linux, and in capitals macOS, calls what `WIDE` has beyond `x86-64`."""
+NEEDED = frozenset(("abm", "avx2", "bmi1", "bmi2", "f16c", "fma", "movbe"))
+"""What Linux calls what `WIDE` has beyond `x86-64`; so does macOS, in capitals, but for LZCNT."""
 
 _AVX2 = 40
 """What Windows calls it: PF_AVX2_INSTRUCTIONS_AVAILABLE. The others came with it."""
@@ -52,10 +52,11 @@ def features() -> frozenset[str]:
     """Return what the system says that the processor can do; empty where it can't be asked."""
     try:
         if sys.platform == "darwin":
-            names = ["machdep.cpu.features", "machdep.cpu.leaf7_features"]
+            names = ["features", "leaf7_features", "extfeatures"]
+            names = [f"machdep.cpu.{name}" for name in names]
             command = ["sysctl", "-n", *names]
             asked = subprocess.run(command, capture_output=True, text=True, check=False)
-            return frozenset(asked.stdout.lower().split())
+            return frozenset(asked.stdout.lower().replace("lzcnt", "abm").split())
         told = Path("/proc/cpuinfo").read_text(encoding="utf-8")
     except OSError:
         return frozenset()

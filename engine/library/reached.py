@@ -89,6 +89,8 @@ def names_in(function: FunctionType) -> Iterator[tuple[str, Any]]:
     """
     if function.__closure__:
         raise TypeError(f"the kernel `{function.__qualname__}` is made inside another function")
+    if function.__defaults__ or function.__kwdefaults__:
+        raise TypeError(f"the kernel `{function.__qualname__}` has arguments that may be left out")
     names = sorted(set(_names(function.__code__)))
     for name in names:
         if name not in function.__globals__:

@@ -65,6 +65,8 @@ def kind_of(value: Any) -> Kind:
         case float():
             return "float"
         case np.ndarray():
+            if not value.dtype.isnative:
+                raise TypeError(f"a kernel can't be given numbers of another byte order: {value!r}")
             fields = value.dtype.fields and [list(field) for field in value.dtype.descr]
             return ["array", fields or value.dtype.str[1:], value.ndim]
         case tuple():

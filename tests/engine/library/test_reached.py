@@ -109,6 +109,13 @@ def test_what_is_not_constant_is_refused(digest_of):
     with pytest.raises(TypeError, match="made inside another function"):
         reached_by(closed)
 
+    @kernel
+    def left_out(x=2.0):
+        return x
+
+    with pytest.raises(TypeError, match="has arguments that may be left out"):
+        reached_by(left_out)
+
 
 def test_shots_reach_the_kernels_of_contacts_and_adapters_none_of_them():
     shots = reached_by(play.function).functions
