@@ -55,15 +55,18 @@ for as long as they push, in steps that keep every gap within a tolerance
 (`engine/resting_contact/step.py`).
 """
 
-from ghostball.engine.batch import STATUSES, Batch, simulate_many, simulate_sweep
+from ghostball.engine.batch import STATUSES, Batch, simulate_many
 from ghostball.engine.compilation import warm_up
 from ghostball.engine.shot import simulate
+from ghostball.engine.starts import simulate_starts
+from ghostball.engine.sweep import simulate_sweep
 
 __all__ = [
     "STATUSES",
     "Batch",
     "simulate",
     "simulate_many",
+    "simulate_starts",
     "simulate_sweep",
     "warm_up",
 ]

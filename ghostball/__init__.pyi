@@ -1,6 +1,7 @@
 from .engine import (
     simulate as simulate,
     simulate_many as simulate_many,
+    simulate_starts as simulate_starts,
     simulate_sweep as simulate_sweep,
 )
 from .model import (

@@ -25,21 +25,24 @@ from ghostball.engine.event_loop.finish import finish
 from ghostball.engine.event_loop.loop import run
 from ghostball.engine.event_loop.unpack import balls_in, cells_in, pairs_in, start_from
 
-# Columns of the motions that distinguish the shots of a sweep.
-SHOT_VX = 0  # velocity of the ball that is shot [m/s]
-SHOT_VY = 1
-SHOT_UP = 2
-SHOT_WX = 3  # its angular velocity [rad/s]
-SHOT_WY = 4
-SHOT_WZ = 5
-SHOT_PHASE = 6  # SLIDING, ROLLING or FLYING
-SHOT_COLUMNS = 7
+# Columns of how a ball begins, where shots of one scene differ in it.
+START_X = 0  # its centre [m]
+START_Y = 1
+START_RISE = 2  # how far it is above where it lies on the cloth [m]
+START_VX = 3  # its velocity [m/s]
+START_VY = 4
+START_UP = 5
+START_WX = 6  # its angular velocity [rad/s]
+START_WY = 7
+START_WZ = 8
+START_PHASE = 9  # SLIDING, ROLLING or FLYING
+START_COLUMNS = 10
 
 
 @kernel(entry=True)
 def play(
     which: IntArray,
-    motions: FloatArray,
+    starts: FloatArray,
     clocks: FloatArray,
     counts: IntArray,
     ends: FloatArray,
@@ -51,7 +54,7 @@ def play(
     room: tuple[BoolArray, IntArray, FloatArray] | None,
     first: int,
     continues: bool,
-    cue: int,
+    who: int,
     max_events: int,
     max_work: int,
     budget: int,
@@ -72,8 +75,9 @@ def play(
     ----------
     which : (m,) int64
         Rows of the next four, the shots to be played.
-    motions : (k, SHOT_COLUMNS) float64
-        What differs between the shots: how ball `cue` is shot. Where k is 0 nothing does.
+    starts : (k, m, START_COLUMNS) float64
+        What differs between the shots: how m balls begin, the first of which is ball `who`. Where
+        k is 0 nothing does.
     clocks : (k, CLOCKS) float64
     counts : (k, COUNTERS) int64
         Of each shot; STATUS says how it ended.
@@ -90,7 +94,7 @@ def play(
         that needs contacts is left with the status RUN_CONTACTS.
     continues : bool
         Whether the shot `which[first]` continues from where it was left; else it begins.
-    cue : int
+    who : int
     max_events, max_work : int
         How many events and contact steps a shot may have; how much WORK.
     budget : int
@@ -123,8 +127,8 @@ def play(
             _start_contacts(room, untouched)
             log.clock[:] = 0.0
             counters[:] = 0
-            if len(motions) > 0:
-                _shoot(balls, cue, motions[k])
+            if len(starts) > 0:
+                _begin(balls, who, starts[k])
         before = counters[st.WORK]
         counters[st.PAUSE_AT] = min(before + left, max_work)
         status = run(world, max_events)
@@ -160,19 +164,22 @@ def _start_contacts(
 
 
 @kernel(inline=True)
-def _shoot(balls: Balls, cue: int, motion: FloatArray) -> None:
-    """Give ball `cue` its velocities."""
-    ball = balls.state[cue]
-    ball.vx, ball.vy = motion[SHOT_VX], motion[SHOT_VY]
-    ball.wx, ball.wy, ball.wz = motion[SHOT_WX], motion[SHOT_WY], motion[SHOT_WZ]
-    ball.phase = motion[SHOT_PHASE]
-    _shoot_up(balls.height, cue, motion)
+def _begin(balls: Balls, who: int, starts: FloatArray) -> None:
+    """Put balls where they begin, and give them their velocities."""
+    for j in range(len(starts)):
+        ball = balls.state[who + j]
+        ball.x, ball.y = starts[j, START_X], starts[j, START_Y]
+        ball.vx, ball.vy = starts[j, START_VX], starts[j, START_VY]
+        ball.wx, ball.wy, ball.wz = starts[j, START_WX], starts[j, START_WY], starts[j, START_WZ]
+        ball.phase = starts[j, START_PHASE]
+        _begin_above(balls.height, who + j, starts[j])
 
 
 @kernel(inline=True)
-def _shoot_up(height: FloatArray | None, cue: int, motion: FloatArray) -> None:
+def _begin_above(height: FloatArray | None, i: int, start: FloatArray) -> None:
     if height is not None:
-        height[cue, st.UP_SPEED] = motion[SHOT_UP]
+        height[i, st.RISE] = start[START_RISE]
+        height[i, st.UP_SPEED] = start[START_UP]
 
 
 @kernel(inline=True)

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ghostball.engine.core import state as st
-from ghostball.engine.event_loop.play import SHOT_COLUMNS, play
+from ghostball.engine.event_loop.play import START_COLUMNS, play
 from ghostball.engine.library.entry import COMPILED, Code, Needed
 from ghostball.engine.running.from_scene import Layout, room_for_contacts
 from ghostball.engine.running.variants import Variant
@@ -42,7 +42,7 @@ class Limits(NamedTuple):
 class Shots(NamedTuple):
     """What differs between k shots of a scene, and what becomes of each."""
 
-    motions: st.FloatArray  # (k, SHOT_COLUMNS); (0, SHOT_COLUMNS): a shot is as the scene has it
+    starts: st.FloatArray  # (k, m, START_COLUMNS); k = 0: each shot is as the scene has it
     clocks: st.FloatArray  # (k, CLOCKS)
     counts: st.IntArray  # (k, COUNTERS)
     ends: st.FloatArray  # (k, p, n, 3) positions, velocities, angular velocities: the first p
@@ -51,14 +51,14 @@ class Shots(NamedTuple):
 def shots_of(k: int, n: int, arrays: int) -> Shots:
     """Return room for k shots of n balls, and for the first `arrays` of what `ends` keeps."""
     return Shots(
-        _NO_MOTIONS,
+        _NO_STARTS,
         np.zeros((k, st.CLOCKS)),
         np.zeros((k, st.COUNTERS), dtype=np.int64),
         np.empty((k, arrays, n, 3)),
     )
 
 
-_NO_MOTIONS = np.empty((0, SHOT_COLUMNS))
+_NO_STARTS = np.empty((0, 0, START_COLUMNS))
 
 Log = tuple[st.FloatArray, st.IntArray, st.IntArray, st.FloatArray]
 
@@ -87,12 +87,12 @@ class Room:
         log: Log,
         limits: Limits,
         *,
-        cue: int = 0,
+        who: int = 0,
         budget: int = WORK_AT_ONCE,
     ) -> int:
         """Play shots, as `event_loop.play.play`; return which element of `which` is next."""
         arrays = (which, *shots, *log, self.numbers)
-        numbers = (first, continues, cue, *limits, budget)
+        numbers = (first, continues, who, *limits, budget)
         if not COMPILED:
             return int(play(*arrays, self.contacts, *numbers, *self._layout.arguments))
         code = _code_of(self._layout, self.contacts is not None)
@@ -105,7 +105,7 @@ def needed(layout: Layout, with_contacts: bool, name: str) -> Needed:
     contacts = (np.empty(0, dtype=np.bool_), _NO_INTEGERS, _NO_NUMBERS) if with_contacts else None
     arrays = (
         _NO_INTEGERS,
-        _NO_MOTIONS,
+        _NO_STARTS,
         np.empty((0, st.CLOCKS)),
         np.empty((0, st.COUNTERS), dtype=np.int64),
         np.empty((0, 0, 0, 3)),

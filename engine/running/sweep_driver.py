@@ -1,4 +1,4 @@
-"""Runs a sweep, many shots of one scene that differ in one ball's motion: shared among threads."""
+"""Runs a sweep, many shots of one scene that differ in how balls begin: shared among threads."""
 
 from __future__ import annotations
 
@@ -8,11 +8,13 @@ from threading import Event
 import numpy as np
 
 from ghostball.engine.core import state as st
+from ghostball.engine.event_loop import play
 from ghostball.engine.running.driver import warm_up
-from ghostball.engine.running.from_scene import layout_of, log_of
+from ghostball.engine.running.from_scene import layout_of, log_of, phases_of
 from ghostball.engine.running.room import Limits, Room, Shots
 from ghostball.engine.running.variants import variant_of
 from ghostball.model import Scene
+from ghostball.model.scene.contents import rolling
 
 _FEWEST_AT_ONCE, _MOST_AT_ONCE = 256, 2_048
 """Shots of a sweep that a thread takes at a time: one to some ten milliseconds'.
@@ -21,8 +23,10 @@ The arrays that each share needs are made once for it; with 256, that takes 0.2 
 """
 
 
-def run_sweep(scene: Scene, cue: int, shots: Shots, limits: Limits, threads: int) -> None:
-    """Play shots of ball `cue` of one scene; what becomes of them is put in `shots`.
+def run_sweep(scene: Scene, who: int, shots: Shots, limits: Limits, threads: int) -> None:
+    """Play shots of one scene; what becomes of them is put in `shots`.
+
+    They differ in how balls begin, the first of which is ball `who`.
 
     Those that turn out to need contacts are played again, with them. Interrupted by Ctrl-C, each
     thread stops when it has done its share of work.
@@ -35,7 +39,7 @@ def run_sweep(scene: Scene, cue: int, shots: Shots, limits: Limits, threads: int
         room, log = Room(layout, with_contacts), log_of(0, layout.count)
         first, continues = 0, False
         while first < len(part) and not stop.is_set():
-            first = room.play(shots, part, first, continues, log, limits, cue=cue)
+            first = room.play(shots, part, first, continues, log, limits, who=who)
             continues = first < len(part) and shots.counts[part[first], st.STATUS] == st.RUN_PAUSED
 
     for with_contacts in (layout.variant.contacts, True):
@@ -53,3 +57,29 @@ def run_sweep(scene: Scene, cue: int, shots: Shots, limits: Limits, threads: int
                 pool.shutdown(wait=True, cancel_futures=True)
                 raise
         pending = np.flatnonzero(shots.counts[:, st.STATUS] == st.RUN_CONTACTS)
+
+
+def rows_of_starts(
+    scene: Scene,
+    balls: st.IntArray,
+    positions: st.FloatArray,
+    velocities: st.FloatArray,
+    spins: st.FloatArray,
+    given: st.BoolArray,
+) -> st.FloatArray:
+    """Return how balls begin in k shots, as the kernel takes it: (k, m, START_COLUMNS).
+
+    `balls` (m,) are their indices in the scene, `given` (m,) says whose spin is given and not that
+    of rolling; the others are (k, m, 3) [m, m/s, rad/s].
+    """
+    radii, slides = scene.radii[balls], scene.physics.motion == "sliding"
+    rise = positions[:, :, 2] - radii
+    rolls = ~given | (not slides) | rolling(velocities, spins, radii)
+    rows = np.empty((*rise.shape, play.START_COLUMNS))
+    rows[:, :, play.START_X : play.START_RISE] = positions[:, :, :2]
+    rows[:, :, play.START_RISE] = rise
+    rows[:, :, play.START_VX : play.START_WX] = velocities
+    rows[:, :, play.START_WX : play.START_PHASE] = spins
+    rises = (rise > 0.0) | (velocities[:, :, 2] > 0.0)
+    rows[:, :, play.START_PHASE] = phases_of(rolls, rises, slides)
+    return rows

@@ -3,6 +3,12 @@
 from __future__ import annotations
 
 from sys import float_info
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+Lengths = TypeVar("Lengths", float, NDArray[np.float64])
 
 EPS = float_info.epsilon
 """Spacing of doubles at 1 (twice the unit roundoff)."""
@@ -15,6 +21,12 @@ for longer sums. It decides only whether a scene is refused as overlapping; ball
 """
 
 
-def position_rounding(*lengths: float) -> float:
-    """Largest distance [m] that rounding can put between given positions made of `lengths` [m]."""
-    return POSITION_ULPS * EPS * float(sum(abs(length) for length in lengths))
+def position_rounding(*lengths: Lengths) -> Lengths:
+    """Largest distance [m] that rounding can put between given positions made of `lengths` [m].
+
+    Elementwise.
+    """
+    total = abs(lengths[0])
+    for length in lengths[1:]:
+        total = total + abs(length)
+    return POSITION_ULPS * EPS * total

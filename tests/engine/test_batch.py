@@ -1,6 +1,5 @@
-"""Batches and sweeps: each shot to the bit as `simulate` gives it, whoever does it."""
+"""Batches: each shot to the bit as `simulate` gives it, whoever does it."""
 
-import math
 import os
 import signal
 import threading
@@ -9,26 +8,11 @@ from functools import partial
 
 import numpy as np
 import pytest
-from shots import POOL_TABLE, R, ball, random_break, scene_of
+from batches import assert_same, two_ball_shot
+from shots import POOL_TABLE, ball, random_break, scene_of
 
-from ghostball.engine import STATUSES, simulate, simulate_many, simulate_sweep
-from ghostball.model import GhostballError, Scene, SceneError, Status, UnsupportedSceneError
-
-
-def shot(velocity=(2.0, 0.0), **cue) -> Scene:
-    cue_ball = ball((0.6, 0.6), velocity, **cue)
-    return scene_of(cue_ball, ball((1.6, 0.635)), table=POOL_TABLE, preset="pool")
-
-
-def assert_same(batch, k, result):
-    n = len(result.scene.balls)
-    assert np.array_equal(batch.rest_positions[k, :n], result.rest_positions)
-    assert np.all(np.isnan(batch.rest_positions[k, n:]))
-    assert batch.rest_times[k] == result.rest_time
-    assert batch.ball_ball[k] == result.collision_counts["ball-ball"]
-    assert batch.ball_cushion[k] == result.collision_counts["ball-cushion"]
-    assert batch.events[k] == result.work["events"]
-    assert STATUSES[batch.status[k]] is result.status
+from ghostball.engine import simulate, simulate_many, simulate_starts, simulate_sweep
+from ghostball.model import GhostballError, UnsupportedSceneError
 
 
 def test_no_scenes_give_an_empty_batch():
@@ -38,144 +22,21 @@ def test_no_scenes_give_an_empty_batch():
 
 
 def test_many_scenes_are_as_one_by_one():
-    scenes = [scene_of(ball((0.0, 0.0), (1.0, 0.0))), shot()]
+    scenes = [scene_of(ball((0.0, 0.0), (1.0, 0.0))), two_ball_shot()]
     batch = simulate_many(scenes, threads=2)
     for k, scene in enumerate(scenes):
         assert_same(batch, k, simulate(scene))
 
 
-def test_a_sweep_of_frozen_balls_is_as_shot_by_shot_in_any_order():
-    """Each shot ends while balls rest on each other: what a room holds then is nobody else's."""
-    scene = scene_of(
-        ball((0.6, 0.6), (1.0, 0.0)),
-        ball((0.7, 0.603)),
-        ball((0.7 + 2 * R, 0.603)),
-        # These stay in contact from the start on.
-        ball((1.2, 0.3), (0.3, 0.1), angular_velocity=(4.0, 60.0, 8.0)),
-        ball((1.2 + 2 * R, 0.3), (0.3, -0.02), angular_velocity=(-30.0, -20.0, -5.0)),
-        table=POOL_TABLE,
-        preset="pool",
-        t_max=0.06,
-    )
-    speeds, angles = np.array([1.0, 2.2, 0.1]), np.array([0.0, 0.02, 0.0])
-    ends = []
-    for v, angle in zip(speeds, angles, strict=True):
-        velocity = (v * np.cos(angle), v * np.sin(angle), 0.0)
-        cue = scene.balls[0].model_copy(update={"velocity": velocity})
-        ends.append(simulate(scene.model_copy(update={"balls": (cue, *scene.balls[1:])})))
-    assert all(result.work["contact_steps"] > 0 for result in ends)
-    for order in ([0, 1, 2], [2, 1, 1, 0]):
-        batch = simulate_sweep(scene, speeds[order], angles[order], threads=1)
-        for k, shot_number in enumerate(order):
-            assert_same(batch, k, ends[shot_number])
-
-
-def test_a_sweep_says_where_a_shot_did_not_end():
-    batch = simulate_sweep(shot(), [1.0, 5.0], 0.0, max_events=2)
-    assert [STATUSES[code] for code in batch.status] == [Status.EVENT_LIMIT, Status.EVENT_LIMIT]
-    assert not batch.complete.any()
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (([1.0, 2.0], [0.0, 0.1, 0.2]), "same length"),
-        (([0.0], [0.0]), "more than 0 m/s, got 0.0"),
-        (([math.nan], [0.0]), "`speeds` must be finite, got nan"),
-        (([1.0], ["left"]), "`angles` must be numbers"),
-        (([[1.0]], [0.0]), "one-dimensional"),
-    ],
-)
-def test_wrong_arrays_are_refused(arguments, message):
-    with pytest.raises(GhostballError, match=message):
-        simulate_sweep(shot(), *arguments)
-
-
-@pytest.mark.parametrize("wrong", [-1, 2, True, 0.0, "cue"])
-def test_a_ball_that_is_not_there_is_refused(wrong):
-    with pytest.raises(GhostballError, match="index of a ball, 0 to 1"):
-        simulate_sweep(shot(), 1.0, 0.0, ball=wrong)
-
-
 @pytest.mark.parametrize("wrong", [0, -2, 1.5, True])
 def test_a_wrong_number_of_threads_is_refused(wrong):
     with pytest.raises(GhostballError, match="threads"):
-        simulate_many([shot()], threads=wrong)
-
-
-def one_ball(**fields) -> Scene:
-    return scene_of(ball((0.5, 0.5), (1.0, 0.0)), **fields)
-
-
-@pytest.mark.parametrize(
-    ("scene", "speeds", "rule"),
-    [
-        (scene_of(ball((0, 0)), rolling_friction=0.0), [1.0, 2.0], r"`t_max` must be given where"),
-        (
-            one_ball(),
-            [1.0, 1e60],
-            r"shot 1 of `balls\[0\]`: `velocity\[0\]` must be at most 1e\+50",
-        ),
-        (one_ball(), [1.0, 1e308], "must be at most"),
-        (one_ball(rolling_friction=1e-40), [1.0, 1e20], "`t_max` must be given .* 1e\\+20 m/s"),
-        (
-            one_ball(air_drag=1.0),
-            [1.0, 1e11],
-            r"`physics.air_drag` .* at most 1e\+10 .* 1e\+11 m/s of `balls\[0\]` in shot 1",
-        ),
-        (
-            one_ball(table=POOL_TABLE),
-            [1.0, 1e8],
-            r"cushions more than 1e\+12 times .* `balls\[0\]` in shot 1 begins with 1e\+08 m/s",
-        ),
-        (
-            scene_of(
-                ball((0, 0), (1e-10, 0.0), angular_velocity=(0.0, 0.0, 1e5)),
-                motion="sliding",
-                t_max=1.0,
-            ),
-            [1.0, 1e38],
-            r"shot 1 of `balls\[0\]`: `angular_velocity\[2\]` must be at most 1e\+50",
-        ),
-        (
-            scene_of(
-                ball((0, 0), (1e-9, 0.0), angular_velocity=(0.0, 0.0, 9.0)),
-                motion="sliding",
-                spinning_friction_rate=1e-5,
-            ),
-            [1.0, 1e36],
-            "`t_max` must be given where a ball might spin",
-        ),
-        (
-            scene_of(
-                ball((0, 0), (1.0, 0.0), angular_velocity=(0.0, 0.0, 9e3), radius=10.0),
-                motion="sliding",
-                t_max=1.0,
-            ),
-            [1.0, 1e46],
-            r"`balls\[0\].angular_velocity` in shot 1 must turn the ball's surface",
-        ),
-    ],
-    ids=["endless", "fast", "overflow", "long", "drag", "impacts", "spin", "spin-ends", "surface"],
-)
-def test_a_shot_is_refused_that_a_scene_would_be_refused_for(scene, speeds, rule):
-    with pytest.raises(SceneError, match=rule):
-        simulate_sweep(scene, speeds, 0.0)
-    # As the scene itself is, whose rules these are.
-    cue, v = scene.balls[0], scene.balls[0].velocity[0]
-    spin = cue.angular_velocity and tuple(speeds[1] / v * w for w in cue.angular_velocity)
-    shot = {**cue.model_dump(), "velocity": (speeds[1], 0.0), "angular_velocity": spin}
-    with pytest.raises(SceneError):
-        Scene(**{**dict(scene), "balls": [shot]})
-
-
-def test_no_shots_give_an_empty_batch():
-    assert len(simulate_sweep(one_ball(), [], []).status) == 0
+        simulate_many([two_ball_shot()], threads=wrong)
 
 
 @pytest.mark.compiled
-@pytest.mark.parametrize("many", [False, True], ids=["sweep", "many"])
-def test_endless_shots_are_interrupted(many):
+@pytest.mark.parametrize("way", ["sweep", "many", "starts"])
+def test_endless_shots_are_interrupted(way):
     # Whoever waits for the limit of events waits for days.
     rolls_on = scene_of(
         ball((0.5, 0.5), (1.0, 0.3)), table=POOL_TABLE, rolling_friction=0.0, t_max=1e50
@@ -186,28 +47,14 @@ def test_endless_shots_are_interrupted(many):
     endless: Callable[[], object] = partial(
         simulate_sweep, rolls_on, np.linspace(1.0, 2.0, 600), 0.3, max_events=10**12
     )
-    if many:
+    if way == "starts":
+        slower = np.linspace(0.5, 1.0, 600)[:, None, None] * rolls_on.velocities
+        endless = partial(simulate_starts, rolls_on, velocities=slower, max_events=10**12)
+    if way == "many":
         endless = partial(simulate_many, [rolls_on] * 50, threads=2, max_events=10**12)
     interrupt.start()
     with pytest.raises(KeyboardInterrupt):
         endless()
-
-
-@pytest.mark.compiled
-@pytest.mark.parametrize("threads", [1, 2])
-def test_every_part_of_a_long_sweep_is_as_shot_by_shot(threads):
-    """Threads take a share of the shots at a time: some of each share are looked at one by one."""
-    speeds, angles = np.linspace(0.4, 3.0, 300), np.linspace(0.0, 1.5, 300)
-    scene = scene_of(ball((0.6, 0.6), (1.0, 0.0)), table=POOL_TABLE)
-    batch = simulate_sweep(scene, speeds, angles, threads=threads)
-    for k in (*range(0, 300, 17), *range(70, 80), *range(290, 300)):
-        velocity = (speeds[k] * np.cos(angles[k]), speeds[k] * np.sin(angles[k]))
-        assert_same(batch, k, simulate(scene_of(ball((0.6, 0.6), velocity), table=POOL_TABLE)))
-
-
-def test_a_ball_that_only_spins_gives_no_direction():
-    with pytest.raises(GhostballError, match="spins but doesn't move"):
-        simulate_sweep(shot((0.0, 0.0), angular_velocity=(0.0, 0.0, 9.0)), 1.0, 0.0)
 
 
 def test_a_scene_beyond_the_engine_is_refused_before_any_run():

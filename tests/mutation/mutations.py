@@ -378,7 +378,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "        for k in range(len(untouched[1])):\n            room[1][k] = untouched[1][k]\n",
         "",
         "Balls in resting contact as a shot of a sweep ended are held in the next one, too.",
-        "tests/engine/test_batch.py::test_a_sweep_of_frozen_balls_is_as_shot_by_shot_in_any_order",
+        "tests/engine/test_sweep.py::test_a_sweep_of_frozen_balls_is_as_shot_by_shot_in_any_order",
     ),
     # What a run says of itself.
     Mutation(
@@ -539,9 +539,9 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "            parts = np.array_split(pending, -(-len(pending) // share))\n",
         "            parts = np.array_split(pending, -(-len(pending) // share))\n"
         "            for part in parts[1:]:\n"
-        "                shots.motions[part, :2] *= 1.0 + 2.0**-52\n",
+        "                shots.starts[part, :, 3:5] *= 1.0 + 2.0**-52\n",
         "Of a sweep, the shots after the first part are off by an ulp.",
-        "tests/engine/test_batch.py::test_every_part_of_a_long_sweep_is_as_shot_by_shot",
+        "tests/engine/test_sweep.py::test_every_part_of_a_long_sweep_is_as_shot_by_shot",
     ),
     *(
         Mutation(

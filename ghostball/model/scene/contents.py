@@ -94,12 +94,24 @@ class SceneContents(Part):
         rounding of a v / R that somebody computed. Spin about the vertical doesn't matter, nor
         does height: a ball in the air that would roll on the cloth counts as rolling.
         """
-        v, w, radii = self.velocities, self.angular_velocities, self.radii
-        slip = np.hypot(v[:, 0] - radii * w[:, 1], v[:, 1] + radii * w[:, 0])
-        speed = np.maximum(np.hypot(v[:, 0], v[:, 1]), radii * np.hypot(w[:, 0], w[:, 1]))
         given = np.array([ball.angular_velocity is not None for ball in self.balls])
-        tied = self.physics.motion == "rolling"
-        return tied | ~given | (slip <= ROLLING_ULPS * EPS * speed)
+        if self.physics.motion == "rolling" or not np.any(given):
+            return np.ones(len(self.balls), dtype=np.bool_)
+        return ~given | rolling(self.velocities, self.angular_velocities, self.radii)
+
+
+def rolling(
+    v: NDArray[np.float64], w: NDArray[np.float64], radii: NDArray[np.float64]
+) -> NDArray[np.bool_]:
+    """Whether balls roll to rounding, as `Scene.rolls` has it, or rest.
+
+    `v` and `w` are velocities and angular velocities (..., 3) [m/s, rad/s], `radii` [m] of the
+    shape of these without their last axis, or broadcast against it.
+    """
+    slip = np.hypot(v[..., 0] - radii * w[..., 1], v[..., 1] + radii * w[..., 0])
+    speed = np.maximum(np.hypot(v[..., 0], v[..., 1]), radii * np.hypot(w[..., 0], w[..., 1]))
+    rolls: NDArray[np.bool_] = slip <= ROLLING_ULPS * EPS * speed
+    return rolls
 
 
 def _own_or_shared(own: Iterable[float | None], shared: float) -> NDArray[np.float64]:

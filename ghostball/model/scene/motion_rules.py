@@ -1,82 +1,53 @@
-"""The rules of how balls begin to move: how fast they may turn and be slowed, and for how long.
-
-They are asked about many motions at once: those of a scene's balls, or those of one ball in the
-shots of a sweep.
-"""
+"""The rules of how balls begin to move: how fast they may turn and be slowed, and for how long."""
 
 from __future__ import annotations
-
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ghostball.model.scene.contents import SceneContents
 from ghostball.model.scene.fields import FASTEST_DRAG, LARGEST, MOST_IMPACTS, SMALLEST, problem
-from ghostball.model.scene.parts import rolling_angular_velocity
+from ghostball.model.scene.starts import Starts
 
 
-class Motions(NamedTuple):
-    """First motions: of each of a scene's balls, or of one of them in each shot of a sweep."""
-
-    ball: NDArray[np.int64]  # (m,) whose it is: index in the scene
-    velocity: NDArray[np.float64]  # (m, 3) [m/s]
-    spin: NDArray[np.float64]  # (m, 3) angular velocity [rad/s]
-    rolling: NDArray[np.float64]  # (m, 3) what that of rolling without slip would be [rad/s]
-    given: NDArray[np.bool_]  # (m,) whether the spin is given; else it is that of rolling
-    in_sweep: bool = False
-
-    def name(self, k: int, field: str = "") -> str:
-        """Return how a message calls the ball of motion k, or a field of it."""
-        return f"`balls[{self.ball[k]}]{field}`" + f" in shot {k}" * self.in_sweep
-
-
-def motions_of(scene: SceneContents) -> Motions:
-    """Return how the balls of a scene begin to move."""
-    rolling = rolling_angular_velocity(scene.velocities, scene.radii)
-    given = np.array([ball.angular_velocity is not None for ball in scene.balls])
-    each = np.arange(len(scene.balls))
-    return Motions(each, scene.velocities, scene.angular_velocities, rolling, given)
-
-
-def check_motions(scene: SceneContents, motions: Motions) -> None:
-    """Check motions that balls of a scene, which is in order itself, would begin with instead.
+def check_motions(scene: SceneContents, starts: Starts) -> None:
+    """Check how balls of a scene begin to move.
 
     Raises
     ------
     PydanticCustomError
         For the first rule that a scene with one of these motions would break.
     """
-    _check_rolling(scene, motions)
-    _check_spin(scene, motions)
-    _check_drag(scene, motions)
-    _check_ends(scene, motions)
+    _check_rolling(scene, starts)
+    _check_spin(scene, starts)
+    _check_drag(scene, starts)
+    _check_ends(scene, starts)
 
 
-def _check_rolling(scene: SceneContents, motions: Motions) -> None:
+def _check_rolling(scene: SceneContents, starts: Starts) -> None:
     if scene.physics.motion != "rolling":
         return
-    spin, rolling = motions.spin, motions.rolling
+    spin, rolling = starts.spin, starts.rolling
     scale = np.max(np.abs(np.hstack((rolling, spin))), axis=1, keepdims=True)
     for k in np.flatnonzero(np.any(np.abs(spin - rolling) > 1e-9 * scale, axis=1))[:1]:
         raise problem(
             "not_rolling",
-            f"{motions.name(k, '.angular_velocity')} must be that of rolling without slip, "
+            f"{starts.name(k, '.angular_velocity')} must be that of rolling without slip, "
             f'{tuple(rolling[k].tolist())}, where `motion` = "rolling", got '
             f'{tuple(spin[k].tolist())}. Leave it out, or set `motion` = "sliding"',
-            at=("balls", int(motions.ball[k]), "angular_velocity"),
+            at=("balls", int(starts.ball[k]), "angular_velocity"),
         )
 
 
-def _check_spin(scene: SceneContents, motions: Motions) -> None:
-    surface = np.where(motions.given, scene.radii[motions.ball] * _size(motions.spin), 0.0)
+def _check_spin(scene: SceneContents, starts: Starts) -> None:
+    surface = np.where(starts.given, scene.radii[starts.ball] * _size(starts.spin), 0.0)
     for k in np.flatnonzero(surface > LARGEST)[:1]:
         raise problem(
             "fast_spin",
-            f"{motions.name(k, '.angular_velocity')} must turn the ball's surface at no more than "
-            f"{LARGEST:g} m/s, got {tuple(motions.spin[k].tolist())} rad/s, which make "
+            f"{starts.name(k, '.angular_velocity')} must turn the ball's surface at no more than "
+            f"{LARGEST:g} m/s, got {tuple(starts.spin[k].tolist())} rad/s, which make "
             f"{surface[k]:g} m/s",
-            at=("balls", int(motions.ball[k]), "angular_velocity"),
+            at=("balls", int(starts.ball[k]), "angular_velocity"),
         )
 
 
@@ -86,20 +57,20 @@ def _size(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
     return sizes
 
 
-def _speeds(scene: SceneContents, motions: Motions) -> NDArray[np.float64]:
+def _speeds(scene: SceneContents, starts: Starts) -> NDArray[np.float64]:
     """Return how fast each ball may come to go: as it does, or as its surface turns [m/s]."""
-    surface = scene.radii[motions.ball] * _size(motions.spin[:, :2])
-    return np.maximum(_size(motions.velocity), surface)
+    surface = scene.radii[starts.ball] * _size(starts.spin[:, :2])
+    return np.maximum(_size(starts.velocity), surface)
 
 
-def _check_drag(scene: SceneContents, motions: Motions) -> None:
+def _check_drag(scene: SceneContents, starts: Starts) -> None:
     """Refuse what is slowed so fast that its motion can't be computed.
 
     Raises
     ------
     PydanticCustomError
     """
-    speeds, physics = _speeds(scene, motions), scene.physics
+    speeds, physics = _speeds(scene, starts), scene.physics
     k = int(np.argmax(speeds))
     for field in ("air_drag", "rolling_friction_quadratic"):
         drag: float = getattr(physics, field)
@@ -107,13 +78,13 @@ def _check_drag(scene: SceneContents, motions: Motions) -> None:
             raise problem(
                 "fast_drag",
                 f"`physics.{field}` times the speed of a ball must be at most {FASTEST_DRAG:g} per "
-                f"second, got {drag:g} 1/m times the {speeds[k]:g} m/s of {motions.name(k)}: what "
+                f"second, got {drag:g} 1/m times the {speeds[k]:g} m/s of {starts.name(k)}: what "
                 "is computed of its motion would be too large for a double. Lower one of them",
                 at=("physics", field),
             )
 
 
-def _check_ends(scene: SceneContents, motions: Motions) -> None:
+def _check_ends(scene: SceneContents, starts: Starts) -> None:
     """Refuse a shot without `t_max` that might never end, or only after too long.
 
     Raises
@@ -126,7 +97,7 @@ def _check_ends(scene: SceneContents, motions: Motions) -> None:
     rolls = ("roll", "rolling_friction", scene.rolling_frictions)
     slides = ("slide", "sliding_friction", scene.sliding_frictions)
     sliding = scene.physics.motion == "sliding"
-    speeds = _speeds(scene, motions)
+    speeds = _speeds(scene, starts)
     if scene.physics.airborne and scene.physics.table_restitution == 1.0:
         raise problem(
             "endless",
@@ -135,13 +106,13 @@ def _check_ends(scene: SceneContents, motions: Motions) -> None:
             at=("physics", "table_restitution"),
         )
     for verb, field, frictions in (rolls, slides) if sliding else (rolls,):
-        _check_stops(scene, motions, speeds, verb, field, frictions)
+        _check_stops(scene, starts, speeds, verb, field, frictions)
     if sliding:
-        _check_spin_ends(scene, motions, speeds)
-    _check_impacts_end(scene, motions)
+        _check_spin_ends(scene, starts, speeds)
+    _check_impacts_end(scene, starts)
 
 
-def _check_impacts_end(scene: SceneContents, motions: Motions) -> None:
+def _check_impacts_end(scene: SceneContents, starts: Starts) -> None:
     # Where only rolling takes energy, it has to roll the way on which it loses all of it, be that
     # shared among the balls; and on a closed table no way is longer than the diagonal.
     physics, table = scene.physics, scene.table
@@ -151,7 +122,7 @@ def _check_impacts_end(scene: SceneContents, motions: Motions) -> None:
         return
     if physics.motion != "rolling" or physics.airborne:
         return
-    speeds, masses = _size(motions.velocity), scene.masses[motions.ball]
+    speeds, masses = _size(starts.velocity), scene.masses[starts.ball]
     slowing = float(np.max(scene.masses * scene.rolling_frictions)) * physics.gravity
     ways = 0.5 * masses * speeds**2 / max(slowing, SMALLEST)
     k = int(np.argmax(ways))
@@ -160,16 +131,16 @@ def _check_impacts_end(scene: SceneContents, motions: Motions) -> None:
         raise problem(
             "endless",
             f"`t_max` must be given where balls would hit cushions more than {MOST_IMPACTS:g} "
-            f"times before they rest: {motions.name(k)} begins with {speeds[k]:g} m/s, and until "
+            f"times before they rest: {starts.name(k)} begins with {speeds[k]:g} m/s, and until "
             f"that is lost there are at least {impacts:.2g} collisions. Set `t_max` to a time in "
             "seconds, or slow the ball",
-            at=("balls", int(motions.ball[k]), "velocity"),
+            at=("balls", int(starts.ball[k]), "velocity"),
         )
 
 
 def _check_stops(
     scene: SceneContents,
-    motions: Motions,
+    starts: Starts,
     speeds: NDArray[np.float64],
     verb: str,
     field: str,
@@ -181,28 +152,28 @@ def _check_stops(
     if deceleration == 0.0 and speeds[k] > 0.0:
         raise problem(
             "endless",
-            f"`t_max` must be given where a ball moves ({motions.name(k)}) and a ball loses no "
+            f"`t_max` must be given where a ball moves ({starts.name(k)}) and a ball loses no "
             f"speed while it {verb}s (`balls[{j}]`, `{field}` = {float(frictions[j])}): it might "
             "never come to rest. Set `t_max` to a time in seconds",
-            at=("balls", int(motions.ball[k])),
+            at=("balls", int(starts.ball[k])),
         )
     if speeds[k] > LARGEST * deceleration:
         raise problem(
             "endless",
-            f"`t_max` must be given where a ball with the speed of {motions.name(k)}, "
+            f"`t_max` must be given where a ball with the speed of {starts.name(k)}, "
             f"{speeds[k]:g} m/s, would {verb} for more than {LARGEST:g} s: `balls[{j}]` loses "
             f"{deceleration:g} m/s each second. Set `t_max` to a time in seconds",
-            at=("balls", int(motions.ball[k])),
+            at=("balls", int(starts.ball[k])),
         )
 
 
-def _check_spin_ends(scene: SceneContents, motions: Motions, speeds: NDArray[np.float64]) -> None:
+def _check_spin_ends(scene: SceneContents, starts: Starts, speeds: NDArray[np.float64]) -> None:
     # Spin about the vertical may also come from friction in an impact, out of speed. Where its
     # rate is 0 nobody waits for its end.
     rates = scene.spinning_friction_rates
     if not np.any(rates > 0.0):
         return
-    vertical = scene.radii[motions.ball] * np.abs(motions.spin[:, 2])
+    vertical = scene.radii[starts.ball] * np.abs(starts.spin[:, 2])
     spin = float(max(np.max(vertical), np.max(speeds))) / float(np.min(scene.radii))
     j = int(np.argmin(np.where(rates > 0.0, rates, np.inf)))
     if spin > LARGEST * float(rates[j]):

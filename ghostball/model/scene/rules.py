@@ -12,8 +12,8 @@ from ghostball.model.rounding import position_rounding
 from ghostball.model.scene.contents import SceneContents
 from ghostball.model.scene.fields import problem
 from ghostball.model.scene.law_rules import check_laws_in_scene
-from ghostball.model.scene.motion_rules import check_motions, motions_of
-from ghostball.model.scene.parts import Ball
+from ghostball.model.scene.motion_rules import check_motions
+from ghostball.model.scene.starts import Starts, starts_of
 
 
 def check_scene(scene: SceneContents) -> None:
@@ -24,13 +24,25 @@ def check_scene(scene: SceneContents) -> None:
     PydanticCustomError
         For the first rule that is broken.
     """
+    starts = starts_of(scene)
     _check_ids(scene)
-    _check_on_cloth(scene)
-    _check_resolved(scene)
-    _check_inside(scene)
-    _check_overlaps(scene)
+    check_places(scene, starts)
     check_laws_in_scene(scene)
-    check_motions(scene, motions_of(scene))
+    check_motions(scene, starts)
+
+
+def check_places(scene: SceneContents, starts: Starts) -> None:
+    """Check where balls begin: all of a scene, in one shot or in many, one after the other.
+
+    Raises
+    ------
+    PydanticCustomError
+        For the first rule that is broken.
+    """
+    _check_height(scene, starts)
+    _check_resolved(scene, starts)
+    _check_inside(scene, starts)
+    _check_overlaps(scene, starts)
 
 
 def _check_ids(scene: SceneContents) -> None:
@@ -46,136 +58,149 @@ def _check_ids(scene: SceneContents) -> None:
         seen[ball.id] = i
 
 
-def _check_on_cloth(scene: SceneContents) -> None:
-    if scene.physics.airborne:
-        _check_above_cloth(scene)
+def _check_height(scene: SceneContents, starts: Starts) -> None:
+    heights, up = starts.position[:, 2], starts.velocity[:, 2]
+    radii, flies = scene.radii[starts.ball], scene.physics.airborne
+    wrong = heights < radii if flies else heights != radii
+    wrong_speed = (heights == radii) & (up < 0.0) if flies else up != 0.0
+    k = _first(wrong | wrong_speed)
+    if k is None:
         return
-    for i, ball in enumerate(scene.balls):
-        z, up = ball.position[2], ball.velocity[2]
-        if z != ball.radius:
-            raise problem(
-                "off_cloth",
-                f"`balls[{i}].position` z must be the radius, {ball.radius} m, got {z} m: the ball "
-                "must lie on the cloth. Leave z out",
-                at=("balls", i, "position"),
-            )
-        if up != 0.0:
-            raise problem(
-                "off_cloth",
-                f"`balls[{i}].velocity` z must be 0, got {up} m/s: the ball must stay on the "
-                "cloth. Leave z out",
-                at=("balls", i, "velocity"),
-            )
+    z, speed, radius = float(heights[k]), float(up[k]), float(radii[k])
+    if wrong[k]:
+        rule = (
+            f"must be at least the radius, {radius} m, got {z} m: the ball would be inside the "
+            "table. Raise it, or leave z out"
+            if flies
+            else f"must be the radius, {radius} m, got {z} m: the ball must lie on the cloth. "
+            "Leave z out"
+        )
+    else:
+        rule = (
+            f"must be at least 0 of a ball that lies on the cloth, got {speed} m/s. Leave z out, "
+            "or say how the ball comes up again"
+            if flies
+            else f"must be 0, got {speed} m/s: the ball must stay on the cloth. Leave z out"
+        )
+    field = "position" if wrong[k] else "velocity"
+    raise problem(
+        "below_cloth" if flies else "off_cloth",
+        f"{starts.name(k, '.' + field)} z {rule}",
+        at=("balls", int(starts.ball[k]), field),
+    )
 
 
-def _check_above_cloth(scene: SceneContents) -> None:
-    for i, ball in enumerate(scene.balls):
-        z, up = ball.position[2], ball.velocity[2]
-        if z < ball.radius:
-            raise problem(
-                "below_cloth",
-                f"`balls[{i}].position` z must be at least the radius, {ball.radius} m, got {z} m: "
-                "the ball would be inside the table. Raise it, or leave z out",
-                at=("balls", i, "position"),
-            )
-        if z == ball.radius and up < 0.0:
-            raise problem(
-                "below_cloth",
-                f"`balls[{i}].velocity` z must be at least 0 of a ball that lies on the cloth, got "
-                f"{up} m/s. Leave z out, or say how the ball comes up again",
-                at=("balls", i, "velocity"),
-            )
+def _first(wrong: NDArray[np.bool_]) -> int | None:
+    """Return the first element of (m,) that is true, or None."""
+    found = np.flatnonzero(wrong)
+    return int(found[0]) if len(found) else None
 
 
-def _check_resolved(scene: SceneContents) -> None:
+def _check_resolved(scene: SceneContents, starts: Starts) -> None:
     # Else balls in one place would count as touching, and their collisions would be missed.
-    for i, ball in enumerate(scene.balls):
-        x, y = ball.position[:2]
-        rounding = position_rounding(x, y)
-        if rounding >= ball.radius:
-            raise problem(
-                "unresolved",
-                f"`balls[{i}].position` must be known to better than the radius, {ball.radius} m, "
-                f"but at ({x}, {y}) m double precision rounds by up to {rounding:.2g} m. Move the "
-                "scene to the origin",
-                at=("balls", i, "position"),
-            )
+    rounding = position_rounding(starts.position[:, 0], starts.position[:, 1])
+    radii = scene.radii[starts.ball]
+    k = _first(rounding >= radii)
+    if k is not None:
+        x, y = starts.position[k, :2].tolist()
+        raise problem(
+            "unresolved",
+            f"{starts.name(k, '.position')} must be known to better than the radius, {radii[k]} "
+            f"m, but at ({x}, {y}) m double precision rounds by up to {rounding[k]:.2g} m. Move "
+            "the scene to the origin",
+            at=("balls", int(starts.ball[k]), "position"),
+        )
 
 
-def _check_inside(scene: SceneContents) -> None:
+def _check_inside(scene: SceneContents, starts: Starts) -> None:
     table = scene.table
     if table is None:
         return
-    for i, ball in enumerate(scene.balls):
-        x, y = ball.position[0], ball.position[1]
-        reach = _reach_of_nose(scene, ball)
-        permitted = position_rounding(x, y, table.length, table.width)
-        for side in table.sides:
-            gap = side.distance(x, y) - reach
-            if gap < -permitted:
-                far = "its radius" if reach == ball.radius else "so far at this height"
-                raise problem(
-                    "outside",
-                    f'`balls[{i}].position` must be inside the table: ball "{ball.id}" at '
-                    f"({x}, {y}) m reaches {-gap:.6g} m beyond the {side.name} cushion. Its "
-                    f"centre must be at least {far}, {reach} m, from each cushion",
-                    at=("balls", i, "position"),
-                )
+    x, y, radii = starts.position[:, 0], starts.position[:, 1], scene.radii[starts.ball]
+    reach = _reach_of_nose(scene, starts, radii)
+    permitted = position_rounding(x, y, np.array(table.length), np.array(table.width))
+    gaps = np.array([side.distance(x, y) - reach for side in table.sides]).reshape(-1, len(x))
+    beyond = gaps < -permitted
+    k = _first(np.any(beyond, axis=0))
+    if k is not None:
+        side = int(np.argmax(beyond[:, k]))
+        far = "its radius" if reach[k] == radii[k] else "so far at this height"
+        raise problem(
+            "outside",
+            f"{starts.name(k, '.position')} must be inside the table: ball "
+            f'"{scene.balls[starts.ball[k]].id}" at ({float(x[k])}, {float(y[k])}) m reaches '
+            f"{-gaps[side, k]:.6g} m beyond the {table.sides[side].name} cushion. Its centre must "
+            f"be at least {far}, {float(reach[k])} m, from each cushion",
+            at=("balls", int(starts.ball[k]), "position"),
+        )
 
 
-def _reach_of_nose(scene: SceneContents, ball: Ball) -> float:
-    """Return how near a ball's centre may be to a cushion, in plan [m]."""
+def _reach_of_nose(
+    scene: SceneContents, starts: Starts, radii: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return how near balls' centres may be to a cushion, in plan, (m,) [m]."""
     if not scene.physics.airborne:
-        return ball.radius
-    above = ball.position[2] - scene.physics.cushion_height
-    return float(np.sqrt(max(ball.radius**2 - above**2, 0.0)))
+        return radii
+    above = starts.position[:, 2] - scene.physics.cushion_height
+    reach: NDArray[np.float64] = np.sqrt(np.maximum(radii**2 - above**2, 0.0))
+    return reach
 
 
-def _check_overlaps(scene: SceneContents) -> None:
+def _check_overlaps(scene: SceneContents, starts: Starts) -> None:
     # Balls touch at a centre distance of the sum of their radii: in the plane for balls on the
     # cloth (see "Geometry" in engine/__init__.py), in space where they may fly.
-    dimensions = 3 if scene.physics.airborne else 2
-    centres = scene.positions[:, :dimensions]
+    dimensions, n = 3 if scene.physics.airborne else 2, len(scene.balls)
     radii = scene.radii
-    for i, j, overlap in overlapping_pairs(centres, radii):
-        if overlap > position_rounding(*centres[i], *centres[j], radii[i], radii[j]):
-            one, other = scene.balls[j].id, scene.balls[i].id
-            distance = np.sqrt(np.sum((centres[j] - centres[i]) ** 2))
-            raise problem(
-                "overlap",
-                f'`balls[{j}]` ("{one}") and `balls[{i}]` ("{other}") must not overlap, but do by '
-                f"{overlap:.6g} m: their centres are {distance:.9g} m apart and their radii add up "
-                f"to {radii[i] + radii[j]:.9g} m. Move one of them",
-                at=("balls", i, "position"),
-            )
+    centres = starts.position[:, :dimensions].reshape(-1, n, dimensions)
+    found = overlaps(centres, radii)
+    if len(found) == 0:
+        return
+    shot, i, j, overlap = found[0]
+    one, other = scene.balls[j].id, scene.balls[i].id
+    distance = np.sqrt(np.sum((centres[shot, j] - centres[shot, i]) ** 2))
+    raise problem(
+        "overlap",
+        f'`balls[{j}]` ("{one}") and {starts.name(shot * n + i)} ("{other}") must not overlap, '
+        f"but do by {overlap:.6g} m: their centres are {distance:.9g} m apart and their radii add "
+        f"up to {radii[i] + radii[j]:.9g} m. Move one of them",
+        at=("balls", i, "position"),
+    )
 
 
 _MOST_OVERLAPS = 100_000
 """Overlaps after which no others are sought: thousands of balls at one place have millions."""
 
 
-def overlapping_pairs(
+def overlaps(
     centres: NDArray[np.float64], radii: NDArray[np.float64]
-) -> list[tuple[int, int, float]]:
-    """Return the pairs i > j that overlap, and by how much [m]: in order of i, the largest first.
+) -> list[tuple[int, int, int, float]]:
+    """Return which balls overlap by more than rounding: shot, pair i > j, and by how much [m].
 
-    Not all of them where there are hundreds of thousands.
+    In order of shot and i, the largest first; not all of them where there are hundreds of
+    thousands. `centres` is (k, n, 2 or 3) [m], `radii` (n,) [m].
 
-    Balls are sorted along x, so that each is compared with those that follow within reach, and no
-    others: the first with the next, with the one after that ..., all at once.
+    The balls of a shot are sorted along x, so that each is compared with those that follow within
+    reach, and no others: the first with the next, with the one after that ..., all at once.
     """
-    order = np.argsort(centres[:, 0], kind="stable")
-    sorted_centres, sorted_radii = centres[order], radii[order]
+    order = np.argsort(centres[:, :, 0], axis=1, kind="stable")
+    placed = np.take_along_axis(centres, order[:, :, None], axis=1)
+    x, y = np.ascontiguousarray(placed[:, :, 0]), np.ascontiguousarray(placed[:, :, 1])
+    sizes = radii[order]
     reach = 2.0 * float(np.max(radii, initial=0.0))
-    found: list[tuple[int, int, float]] = []
-    for lag in range(1, len(order)):
-        between = sorted_centres[lag:] - sorted_centres[:-lag]
-        if np.min(between[:, 0]) > reach:
+    found: list[tuple[int, int, int, float]] = []
+    for lag in range(1, centres.shape[1]):
+        if np.min(x[:, lag:] - x[:, :-lag], initial=np.inf) > reach:
             break
-        overlap = sorted_radii[lag:] + sorted_radii[:-lag] - np.sqrt(np.sum(between**2, axis=1))
-        for k in np.flatnonzero(overlap > 0.0):
-            i, j = int(order[k]), int(order[k + lag])
-            found.append((max(i, j), min(i, j), float(overlap[k])))
+        shot, one = np.nonzero(np.abs(y[:, lag:] - y[:, :-lag]) < reach)  # few of many balls
+        other = one + lag
+        first, second = placed[shot, one], placed[shot, other]
+        overlap = sizes[shot, one] + sizes[shot, other]
+        overlap -= np.sqrt(np.sum((second - first) ** 2, axis=1))
+        lengths = np.concatenate((first, second), axis=1)
+        permitted = position_rounding(*lengths.T, sizes[shot, one], sizes[shot, other])
+        for m in np.flatnonzero(overlap > permitted)[:_MOST_OVERLAPS]:
+            i, j = int(order[shot[m], one[m]]), int(order[shot[m], other[m]])
+            found.append((int(shot[m]), max(i, j), min(i, j), float(overlap[m])))
         if len(found) > _MOST_OVERLAPS:
             break
-    return sorted(found, key=lambda pair: (pair[0], -pair[2], pair[1]))
+    return sorted(found, key=lambda pair: (pair[0], pair[1], -pair[3], pair[2]))

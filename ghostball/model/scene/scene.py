@@ -9,15 +9,19 @@ from __future__ import annotations
 
 import json
 import weakref
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Self
+from typing import Any, Self
 
+from numpy.typing import ArrayLike
 from pydantic import ValidationError, model_validator
 
 from ghostball.model.errors import SceneError
 from ghostball.model.scene import toml
 from ghostball.model.scene.contents import SceneContents
+from ghostball.model.scene.from_arrays import fields_of_balls
 from ghostball.model.scene.messages import describe, refusal
+from ghostball.model.scene.parts import POOL_BALL_MASS, POOL_BALL_RADIUS
 from ghostball.model.scene.picture import picture
 from ghostball.model.scene.rules import check_scene
 
@@ -68,6 +72,45 @@ class Scene(SceneContents):
         except ValidationError as error:
             raise SceneError(describe(error, cls, source, text)) from None
         return scene
+
+    @classmethod
+    def from_arrays(
+        cls,
+        positions: ArrayLike,
+        velocities: ArrayLike | None = None,
+        angular_velocities: ArrayLike | None = None,
+        *,
+        name: str,
+        ids: Sequence[str] | None = None,
+        radii: ArrayLike = POOL_BALL_RADIUS,
+        masses: ArrayLike = POOL_BALL_MASS,
+        **fields: Any,
+    ) -> Scene:
+        """Make a scene of n balls from arrays: sooner than ball by ball, checked as well.
+
+        Parameters
+        ----------
+        positions : (n, 2 or 3) float64 [m]
+            Centres; a height that is left out is the radius: on the cloth.
+        velocities : (n, 2 or 3) float64 [m/s]
+            None: all balls rest.
+        angular_velocities : (n, 3) float64 [rad/s]
+            None: those of rolling without slip.
+        name : str
+        ids : sequence of n str
+            None: "ball-0", "ball-1", ...
+        radii, masses : (n,) float64 [m, kg], or one number for all
+        **fields
+            `table`, `physics`, `t_max` and so on, as `Scene` takes them.
+
+        Raises
+        ------
+        SceneError
+            Where arrays don't go together, or a rule of scenes is broken.
+        """
+        columns = {"position": positions, "velocity": velocities, "radius": radii, "mass": masses}
+        columns["angular_velocity"] = angular_velocities
+        return cls(name=name, balls=fields_of_balls(ids, columns), **fields)
 
     def save(self, path: str | Path) -> None:
         """Write the scene as TOML; `load` reads back an equal scene, to the last bit."""

@@ -46,9 +46,10 @@ FAMILY = Family(
     "combined",
     "Every feature with every other",
     "A random scene of any two features and whatever else comes out the same to the bit: alone, "
-    "in a batch and in a sweep on any number of threads, with the scheduler of few balls and of "
-    "many, with each skip off, renumbered and mirrored; the scene, the run and the proof read back "
-    "as they were stored; its motion agrees with its events and its end, and gains no energy.",
+    "in a batch, in a sweep on any number of threads and as one of many starts, with the scheduler "
+    "of few balls and of many, with each skip off, renumbered and mirrored; the scene, the run and "
+    "the proof read back as they were stored; its motion agrees with its events and its end, and "
+    "gains no energy.",
     _trials,
     ours_alone=True,
 )

@@ -26,6 +26,7 @@ CHECKS: Final[Mapping[str, Check]] = {
     "records": plays.records,
     "many": plays.many,
     "sweep": plays.sweep,
+    "starts": plays.starts,
     "cells": plays.cells,
     "skips": plays.skipped,
     "renumbered": images.renumbered,

@@ -9,9 +9,17 @@ from typing import Any, Final
 
 import numpy as np
 
-from ghostball.engine import STATUSES, Batch, simulate, simulate_many, simulate_sweep
+from ghostball.engine import (
+    STATUSES,
+    Batch,
+    simulate,
+    simulate_many,
+    simulate_starts,
+    simulate_sweep,
+)
 from ghostball.engine.running import skips
 from ghostball.engine.running.skips import BUILT_IN, Skip, explain_skips
+from ghostball.engine.sines import cosines_and_sines
 from ghostball.model import Ball, Record, Result, Scene
 from ghostball.model.hashes import log_bits
 
@@ -104,6 +112,39 @@ def sweep(scene: Scene, shots: int = 3) -> str | None:
     )
 
 
+def starts(scene: Scene) -> str | None:
+    """Return what differs where the shot is one of several starts of balls that rest.
+
+    The first and the last are the same one; between them all balls move half as fast.
+    """
+    still = {"velocity": (0.0, 0.0, 0.0), "angular_velocity": None}
+    slow = [
+        Ball(
+            **{
+                **dict(ball),
+                "velocity": tuple(0.5 * v for v in ball.velocity),
+                "angular_velocity": ball.angular_velocity
+                and tuple(0.5 * w for w in ball.angular_velocity),
+            }
+        )
+        for ball in scene.balls
+    ]
+    rest = with_balls(scene, [Ball(**{**dict(ball), **still}) for ball in scene.balls])
+    slower = play(with_balls(scene, slow), "rest")
+    turned = any(ball.angular_velocity is not None for ball in scene.balls)
+    each = np.array([1.0, 0.5, 1.0])[:, None, None]
+    batch = simulate_starts(
+        rest,
+        scene.positions,
+        each * scene.velocities,
+        each * scene.angular_velocities if turned else None,
+        threads=2,
+        max_events=MOST_EVENTS,
+        max_work=MOST_WORK,
+    )
+    return _of_batch([played(scene), slower, played(scene)], batch, 2)
+
+
 def cells(scene: Scene) -> str | None:
     """Return what differs where cells schedule the impacts, of however few balls.
 
@@ -190,12 +231,14 @@ def _of_batch(singles: list[Result], batch: Batch, threads: int) -> str | None:
 def _single_shots(scene: Scene, cue: int, speeds: Any, angles: Any) -> Iterator[Scene]:
     """Yield the scenes that a sweep stands for, with the arithmetic that it says it has."""
     shot = scene.balls[cue]
-    first = math.hypot(*shot.velocity[:2])
-    turns = angles - np.arctan2(shot.velocity[1], shot.velocity[0])
-    # Of arrays, as the sweep takes them: numpy rounds those of single numbers otherwise.
-    along, across = speeds * np.cos(angles), speeds * np.sin(angles)
-    cosines, sines = np.cos(turns), np.sin(turns)
-    for speed, vx, vy, c, s in zip(speeds, along, across, cosines, sines, strict=True):
+    x, y = shot.velocity[:2]
+    scale = max(abs(x), abs(y))
+    length = math.sqrt((x / scale) ** 2 + (y / scale) ** 2)
+    x, y, first = x / scale / length, y / scale / length, scale * length
+    cosines, sines = cosines_and_sines(angles)
+    along, across = speeds * cosines, speeds * sines
+    turns = cosines * x + sines * y, sines * x - cosines * y
+    for speed, vx, vy, c, s in zip(speeds, along, across, *turns, strict=True):
         fields = shot.model_dump(exclude_none=True)
         up = speed / first * shot.velocity[2] if shot.velocity[2] != 0.0 else 0.0
         fields["velocity"] = (float(vx), float(vy), float(up))

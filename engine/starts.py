@@ -1,0 +1,190 @@
+"""One scene from many starts: all of its balls elsewhere, or with other motions, in each shot."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pydantic_core import PydanticCustomError
+
+from ghostball.engine.batch import Batch, batch_of, workers_of
+from ghostball.engine.running.room import Limits, Shots, shots_of
+from ghostball.engine.running.sweep_driver import rows_of_starts, run_sweep
+from ghostball.engine.shot import MAX_EVENTS, MAX_WORK, check_request
+from ghostball.model import Scene, rolling_angular_velocity
+from ghostball.model.errors import GhostballError
+from ghostball.model.scene.fields import LARGEST
+from ghostball.model.scene.messages import refusal
+from ghostball.model.scene.motion_rules import check_motions
+from ghostball.model.scene.rules import check_places
+from ghostball.model.scene.starts import Starts
+
+_AT_ONCE = 2**18
+"""Balls whose starts are checked, or laid out, at a time: arrays of some ten megabytes."""
+
+
+class _Given(NamedTuple):
+    """How the n balls of each of k shots begin, (k, n, 3)."""
+
+    positions: NDArray[np.float64]
+    velocities: NDArray[np.float64]
+    spins: NDArray[np.float64] | None  # None where all roll
+    given: NDArray[np.bool_]  # (n,) whose spin is given
+
+    def part(self, shots: slice) -> _Given:
+        """Return how some of the shots begin."""
+        spins = None if self.spins is None else self.spins[shots]
+        return _Given(self.positions[shots], self.velocities[shots], spins, self.given)
+
+    def rolling_and_spins(self, scene: Scene) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the spins of rolling, and those with which the balls begin, (k, n, 3) [rad/s]."""
+        rolling = rolling_angular_velocity(self.velocities, scene.radii)
+        if self.spins is None:
+            return rolling, rolling
+        return rolling, np.where(self.given[:, None], self.spins, rolling)
+
+
+def simulate_starts(
+    scene: Scene,
+    positions: ArrayLike | None = None,
+    velocities: ArrayLike | None = None,
+    angular_velocities: ArrayLike | None = None,
+    *,
+    threads: int | None = None,
+    max_events: int = MAX_EVENTS,
+    max_work: int = MAX_WORK,
+) -> Batch:
+    """Simulate one scene from each of k starts: its balls, table and physics, begun otherwise.
+
+    Parameters
+    ----------
+    scene : Scene
+        With n balls.
+    positions : (k, n, 2 or 3) float64 [m], or (n, 2 or 3) for all shots
+        Centres; a height that is left out is the radius: on the cloth. None: those of the scene.
+    velocities : (k, n, 2 or 3) float64 [m/s], or (n, 2 or 3) for all shots
+        Of the centres; left out, z is 0. None: those of the scene.
+    angular_velocities : (k, n, 3) float64 [rad/s], or (n, 3) for all shots
+        None: where `velocities` are given, those of rolling without slip; else those of the scene.
+    threads, max_events, max_work
+        As for `simulate_many`.
+
+    Returns
+    -------
+    Batch
+        The results of `simulate` on such scenes, to the bit; sooner, since no scene is built.
+
+    Raises
+    ------
+    UnsupportedSceneError, GhostballError
+        Where the scene, or an argument, is wrong.
+    SceneError
+        Where a scene with one of these starts would be refused; before anything is simulated.
+    """
+    workers = workers_of(threads)
+    check_request(scene, "rest", max_events, max_work)
+    k, given = _given(scene, positions, velocities, angular_velocities)
+    n = len(scene.balls)
+    size = max(1, _AT_ONCE // n)
+    parts = [slice(first, min(first + size, k)) for first in range(0, k, size)]
+    with ThreadPoolExecutor(workers) as pool:
+        for _ in pool.map(lambda part: _check(scene, given.part(part), part.start), parts):
+            pass
+    shots, limits = shots_of(k, n, 1), Limits(max_events, max_work)
+    for part in parts:
+        those = given.part(part)
+        _, spins = those.rolling_and_spins(scene)
+        starts = rows_of_starts(
+            scene, np.arange(n), those.positions, those.velocities, spins, given.given
+        )
+        of_part = (shots.clocks[part], shots.counts[part], shots.ends[part])
+        run_sweep(scene, 0, Shots(starts, *of_part), limits, workers)
+    return batch_of(scene, shots)
+
+
+def _given(
+    scene: Scene,
+    positions: ArrayLike | None,
+    velocities: ArrayLike | None,
+    spins: ArrayLike | None,
+) -> tuple[int, _Given]:
+    """Return how many shots there are, and how each begins."""
+    n = len(scene.balls)
+    turned = np.array([ball.angular_velocity is not None for ball in scene.balls])
+    if spins is not None or velocities is not None:
+        turned = np.full(n, spins is not None)
+    elif np.any(turned):
+        spins = scene.angular_velocities
+    arrays = [
+        _array("positions", scene.positions if positions is None else positions, n, (2, 3)),
+        _array("velocities", scene.velocities if velocities is None else velocities, n, (2, 3)),
+    ]
+    if spins is not None:
+        arrays.append(_array("angular_velocities", spins, n, (3,)))
+    counts = {len(array) for array in arrays if array.ndim == 3}
+    if len(counts) > 1:
+        raise GhostballError(
+            "`positions`, `velocities` and `angular_velocities` must be of equally many shots, "
+            f"got {' and '.join(str(count) for count in sorted(counts))}"
+        )
+    k = counts.pop() if counts else 1
+    whole = [np.broadcast_to(array, (k, n, array.shape[-1])) for array in arrays]
+    for index, above in ((0, scene.radii), (1, np.zeros(n))):
+        if whole[index].shape[2] == 2:
+            heights = np.broadcast_to(above[None, :, None], (k, n, 1))
+            whole[index] = np.concatenate((whole[index], heights), axis=2)
+    return k, _Given(whole[0], whole[1], whole[2] if len(whole) > 2 else None, turned)
+
+
+def _array(
+    name: str, values: ArrayLike, n: int, components: tuple[int, ...]
+) -> NDArray[np.float64]:
+    """Return an argument as an array (k, n, c) or (n, c); its numbers are checked later."""
+    try:
+        array = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise GhostballError(f"`{name}` must be an array of numbers") from None
+    if array.ndim not in (2, 3) or array.shape[-2] != n or array.shape[-1] not in components:
+        number = " or ".join(map(str, components))
+        raise GhostballError(
+            f"`{name}` must have the shape (shots, {n}, {number}), or ({n}, {number}) for all "
+            f"shots, as the scene has {n} balls; got {array.shape}"
+        )
+    return array
+
+
+def _check(scene: Scene, given: _Given, first: int) -> None:
+    """Refuse starts that a scene with them would be refused for; the first is that of shot `first`.
+
+    What a single number may be is a range; the rest is for the rules of scenes to say.
+    """
+    k, n = given.positions.shape[:2]
+    rolling, spins = given.rolling_and_spins(scene)
+    everyone = np.ones(n, dtype=np.bool_)
+    for name, vectors, asked in (
+        ("position", given.positions, everyone),
+        ("velocity", given.velocities, everyone),
+        ("angular_velocity", spins, given.given),
+    ):
+        # Written so that a NaN is wrong, too.
+        for j, i, c in np.argwhere(~(np.abs(vectors) <= LARGEST) & asked[:, None])[:1]:
+            raise refusal(
+                f"`balls[{i}].{name}` in shot {first + j} must be finite and at most {LARGEST:g} "
+                f"in size, got {vectors[j, i, c]}"
+            )
+    starts = Starts(
+        np.tile(np.arange(n), k),
+        given.positions.reshape(-1, 3),
+        given.velocities.reshape(-1, 3),
+        spins.reshape(-1, 3),
+        rolling.reshape(-1, 3),
+        np.tile(given.given, k),
+        np.arange(first, first + k).repeat(n),
+    )
+    try:
+        check_places(scene, starts)
+        check_motions(scene, starts)
+    except PydanticCustomError as error:
+        raise refusal(error.message()) from None

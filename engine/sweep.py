@@ -1,0 +1,171 @@
+"""One scene with one ball shot in many ways."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pydantic_core import PydanticCustomError
+
+from ghostball.engine.batch import Batch, batch_of, workers_of
+from ghostball.engine.running.room import Limits, shots_of
+from ghostball.engine.running.sweep_driver import rows_of_starts, run_sweep
+from ghostball.engine.shot import MAX_EVENTS, MAX_WORK, check_request
+from ghostball.engine.sines import cosines_and_sines
+from ghostball.model import Ball, Scene, rolling_angular_velocity
+from ghostball.model.errors import GhostballError, SceneError
+from ghostball.model.scene.messages import refusal
+from ghostball.model.scene.motion_rules import check_motions
+from ghostball.model.scene.starts import Starts
+
+
+def simulate_sweep(
+    scene: Scene,
+    speeds: ArrayLike,
+    angles: ArrayLike,
+    *,
+    ball: int = 0,
+    threads: int | None = None,
+    max_events: int = MAX_EVENTS,
+    max_work: int = MAX_WORK,
+) -> Batch:
+    """Simulate one scene with one ball shot at each of k speeds and angles.
+
+    Parameters
+    ----------
+    scene : Scene
+        Its ball `ball` is shot; if that has an angular velocity of its own, it is turned with the
+        direction and scaled with the speed, so that the tip would hit the same spot. Else it rolls.
+        Where it is shot upwards, that velocity is scaled with the speed, too.
+    speeds : (k,) float64 [m/s], or one number for all; more than 0
+        Over the cloth.
+    angles : (k,) float64 [rad], or one number for all; from the x axis, counterclockwise
+    ball : int
+        Index of the ball that is shot.
+    threads, max_events, max_work
+        As for `simulate_many`.
+
+    Returns
+    -------
+    Batch
+        The results of `simulate` on such scenes, to the bit; sooner, since no scene is built.
+
+    Raises
+    ------
+    UnsupportedSceneError, GhostballError
+        Where the scene, or an argument, is wrong; SceneError where one with such a shot would be.
+    """
+    workers = workers_of(threads)
+    check_request(scene, "rest", max_events, max_work)
+    with np.errstate(over="ignore", invalid="ignore"):  # what isn't finite is refused by the rules
+        velocity, spin = _cue_motions(scene, speeds, angles, ball)
+    _check_shots(scene, ball, velocity, spin)
+    shot = scene.balls[ball]
+    given = np.array([shot.angular_velocity is not None])
+    place = np.broadcast_to(np.array(shot.position), velocity.shape)
+    shots = shots_of(len(velocity), len(scene.balls), 1)._replace(
+        starts=rows_of_starts(
+            scene, np.array([ball]), place[:, None], velocity[:, None], spin[:, None], given
+        )
+    )
+    run_sweep(scene, ball, shots, Limits(max_events, max_work), workers)
+    return batch_of(scene, shots)
+
+
+def _cue_motions(
+    scene: Scene, speeds: ArrayLike, angles: ArrayLike, ball: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return velocities (k, 3) and angular velocities (k, 3) of the ball that is shot."""
+    n = len(scene.balls)
+    if not isinstance(ball, int) or isinstance(ball, bool) or not 0 <= ball < n:
+        raise GhostballError(f"`ball` must be the index of a ball, 0 to {n - 1}, got {ball!r}")
+    speed, angle = _numbers("speeds", speeds), _numbers("angles", angles)
+    if len(speed) != len(angle) and 1 not in (len(speed), len(angle)):
+        raise GhostballError(
+            f"`speeds` and `angles` must have the same length, or one of them length 1, got "
+            f"{len(speed)} and {len(angle)}. For a grid, give all pairs: numpy.meshgrid, raveled"
+        )
+    if np.any(speed <= 0.0):
+        raise GhostballError(f"`speeds` must be more than 0 m/s, got {speed[speed <= 0.0][0]}")
+    speed, angle = np.broadcast_arrays(speed, angle)
+    cosine, sine = cosines_and_sines(angle)
+    velocity = np.zeros((len(speed), 3))
+    velocity[:, 0], velocity[:, 1] = speed * cosine, speed * sine
+    shot = scene.balls[ball]
+    along, over_cloth = _direction(shot)
+    if over_cloth == 0.0 and shot.velocity[2] != 0.0:
+        raise GhostballError(
+            f'ball "{shot.id}" goes straight up or down, so its velocity can\'t be turned or '
+            "scaled. Give it a velocity over the cloth, too"
+        )
+    if shot.velocity[2] != 0.0:
+        velocity[:, 2] = speed / over_cloth * shot.velocity[2]
+    if shot.angular_velocity is None:
+        return velocity, rolling_angular_velocity(velocity, np.array(shot.radius))
+    if over_cloth == 0.0:
+        raise GhostballError(
+            f"ball \"{shot.id}\" spins but doesn't move, so its spin can't be turned with the "
+            "direction. Give it a velocity, or leave out its angular velocity"
+        )
+    factor = speed / over_cloth
+    # Cosine and sine of the angle by which the ball is turned, from where it goes in the scene.
+    turned = cosine * along[0] + sine * along[1], sine * along[0] - cosine * along[1]
+    wx, wy, wz = shot.angular_velocity
+    spin = np.empty_like(velocity)
+    spin[:, 0] = factor * (turned[0] * wx - turned[1] * wy)
+    spin[:, 1] = factor * (turned[1] * wx + turned[0] * wy)
+    spin[:, 2] = factor * wz
+    return velocity, spin
+
+
+def _direction(shot: Ball) -> tuple[tuple[float, float], float]:
+    """Return where a ball goes over the cloth, as a unit vector, and how fast [m/s]."""
+    x, y, _ = shot.velocity
+    scale = max(abs(x), abs(y))  # squares of a tiny speed, or a huge one, are no doubles
+    if scale == 0.0:
+        return (1.0, 0.0), 0.0
+    length = math.sqrt((x / scale) ** 2 + (y / scale) ** 2)
+    return (x / scale / length, y / scale / length), scale * length
+
+
+def _check_shots(
+    scene: Scene, ball: int, velocity: NDArray[np.float64], spin: NDArray[np.float64]
+) -> None:
+    """Refuse a shot that a scene with it would be refused for: by the rules of scenes themselves.
+
+    What a single number may be is a range, so that the largest of all is the one to be asked about.
+    """
+    if len(velocity) == 0:
+        return
+    shot = scene.balls[ball]
+    fields = shot.model_dump()
+    given = np.full(len(velocity), shot.angular_velocity is not None)
+    for name, vectors in (("velocity", velocity), ("angular_velocity", spin)):
+        if name == "velocity" or given[0]:
+            k = int(np.argmax(np.max(np.abs(vectors), axis=1)))  # the first NaN, if there is one
+            try:
+                Ball(**{**fields, name: tuple(vectors[k].tolist())})
+            except SceneError as error:
+                raise refusal(f"shot {k} of `balls[{ball}]`: {error}") from None
+    who, places = np.full(len(velocity), ball), np.tile(shot.position, (len(velocity), 1))
+    rolling = rolling_angular_velocity(velocity, np.array(shot.radius))
+    starts = Starts(who, places, velocity, spin, rolling, given, np.arange(len(velocity)))
+    try:
+        check_motions(scene, starts)
+    except PydanticCustomError as error:
+        raise refusal(error.message()) from None
+
+
+def _numbers(name: str, values: ArrayLike) -> NDArray[np.float64]:
+    """Return `values` as a checked array (k,)."""
+    try:
+        array = np.atleast_1d(np.asarray(values, dtype=np.float64))
+    except (TypeError, ValueError):
+        raise GhostballError(f"`{name}` must be numbers, got {values!r}") from None
+    if array.ndim != 1:
+        raise GhostballError(f"`{name}` must be one-dimensional, got shape {array.shape}")
+    wrong = array[~np.isfinite(array)]
+    if len(wrong):
+        raise GhostballError(f"`{name}` must be finite, got {wrong[0]}")
+    return array

@@ -1,0 +1,63 @@
+"""The fields of balls from arrays of all balls, for a scene to check."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ghostball.model.scene.messages import refusal
+
+_COMPONENTS = {"position": (2, 3), "velocity": (2, 3), "angular_velocity": (3,)}
+_PLURALS = {"radius": "radii", "mass": "masses", "velocity": "velocities"} | {
+    "position": "positions",
+    "angular_velocity": "angular_velocities",
+}
+
+
+def fields_of_balls(
+    ids: Sequence[str] | None, columns: Mapping[str, ArrayLike | None]
+) -> list[dict[str, Any]]:
+    """Return the fields of each ball, given by arrays of all; None leaves a field out.
+
+    Only shapes of arrays are checked: a scene checks the rest.
+
+    Raises
+    ------
+    SceneError
+        Where arrays don't go together.
+    """
+    arrays = {name: _array(name, values) for name, values in columns.items() if values is not None}
+    n = len(arrays["position"])
+    names = [f"ball-{i}" for i in range(n)] if ids is None else list(ids)
+    counts = {_PLURALS[name]: len(array) for name, array in arrays.items() if array.ndim > 0}
+    for name, count in {**counts, "ids": len(names)}.items():
+        if count != n:
+            raise refusal(f"`{name}` must be of as many balls as `positions`, {n}, got {count}")
+    lists: dict[str, list[Any]] = {"id": names}
+    for name, values in arrays.items():
+        vector = name in _COMPONENTS
+        lists[name] = values.tolist() if vector else np.broadcast_to(values, n).tolist()
+    return [dict(zip(lists, row, strict=True)) for row in zip(*lists.values(), strict=True)]
+
+
+def _array(name: str, values: ArrayLike) -> NDArray[np.float64]:
+    try:
+        array = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise refusal(f"`{_PLURALS[name]}` must be an array of numbers") from None
+    components = _COMPONENTS.get(name)
+    if components is None:
+        if array.ndim > 1:
+            raise refusal(
+                f"`{_PLURALS[name]}` must be one number, or one for each ball, got an array of "
+                f"shape {array.shape}"
+            )
+    elif array.ndim != 2 or array.shape[1] not in components:
+        number = " or ".join(map(str, components))
+        raise refusal(
+            f"`{_PLURALS[name]}` must have the shape (balls, {number}), got {array.shape}"
+        )
+    return array

@@ -1,0 +1,36 @@
+"""How balls begin, as arrays: what the rules of places and of motions are asked about."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ghostball.model.scene.contents import SceneContents
+from ghostball.model.scene.parts import rolling_angular_velocity
+
+
+class Starts(NamedTuple):
+    """How m balls begin: all of a scene, or some of its balls in each of many shots."""
+
+    ball: NDArray[np.int64]  # (m,) which it is: index in the scene
+    position: NDArray[np.float64]  # (m, 3) [m]
+    velocity: NDArray[np.float64]  # (m, 3) [m/s]
+    spin: NDArray[np.float64]  # (m, 3) angular velocity [rad/s]
+    rolling: NDArray[np.float64]  # (m, 3) what that of rolling without slip would be [rad/s]
+    given: NDArray[np.bool_]  # (m,) whether the spin is given; else it is that of rolling
+    shot: NDArray[np.int64] | None = None  # (m,) of many shots, which one; None: there is one
+
+    def name(self, k: int, field: str = "") -> str:
+        """Return how a message calls ball k of these, or a field of it."""
+        name = f"`balls[{self.ball[k]}]{field}`"
+        return name if self.shot is None else f"{name} in shot {self.shot[k]}"
+
+
+def starts_of(scene: SceneContents) -> Starts:
+    """Return how the balls of a scene begin."""
+    each, velocities = np.arange(len(scene.balls)), scene.velocities
+    rolling = rolling_angular_velocity(velocities, scene.radii)
+    given = np.array([ball.angular_velocity is not None for ball in scene.balls])
+    return Starts(each, scene.positions, velocities, scene.angular_velocities, rolling, given)
