@@ -16,8 +16,9 @@ from ghostball.engine.motion.crossings import first_crossing
 from ghostball.engine.motion.position import acceleration, bend, position_at, velocity
 
 _LATE = 2.0**-24
-"""How far beyond its cell's side a ball may be whose motion bends, in units of that: less than the
-room that a cell has, which is larger than the largest ball."""
+"""How far beyond its cell's side a ball is when it leaves, in units of that: less than the room
+that a cell has, which is larger than the largest ball. If it left at the side itself, one that goes
+along it would change cells without end at one instant, where rounding has it on either side."""
 
 
 @kernel(inline=True)
@@ -84,9 +85,7 @@ def time_in_cell(world: World, i: int, t: float) -> float:
     ax, ay = acceleration(balls, i, t)
     left = balls.state[i].own_time - t
     bx, by = bend(balls, i, left)
-    # Where the motion bends, it is a bound: of a side a little farther away, so that the ball gets
-    # there in a few looks, and is beyond its own side when it leaves.
-    nearer = -_LATE * side if bx + by > 0.0 else 0.0
+    nearer = -_LATE * side
     # Left, right, down, up: there is no way out of the outermost.
     least, leaves_by = math.inf, 0
     if column > 1:
@@ -103,7 +102,8 @@ def time_in_cell(world: World, i: int, t: float) -> float:
         leaves = _time_to(row * side - y - nearer, -vy, -ay - by)
         if leaves < least:
             least, leaves_by = leaves, 3
-    if nearer < 0.0:
+    if bx + by > 0.0:
+        # Where the motion bends, it is a bound: the ball gets there in a few looks.
         gaps = (x - (column - 1) * side, column * side - x, y - (row - 1) * side, row * side - y)
         if gaps[leaves_by] > 0.5 * nearer:
             leaves_by = st.NOWHERE
