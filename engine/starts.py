@@ -161,7 +161,8 @@ def _check(scene: Scene, given: _Given, first: int) -> None:
     What a single number may be is a range; the rest is for the rules of scenes to say.
     """
     k, n = given.positions.shape[:2]
-    rolling, spins = given.rolling_and_spins(scene)
+    with np.errstate(over="ignore", invalid="ignore"):  # what isn't finite is refused below
+        rolling, spins = given.rolling_and_spins(scene)
     everyone = np.ones(n, dtype=np.bool_)
     for name, vectors, asked in (
         ("position", given.positions, everyone),
