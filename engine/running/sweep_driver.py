@@ -74,7 +74,9 @@ def rows_of_starts(
     """
     radii, slides = scene.radii[balls], scene.physics.motion == "sliding"
     rise = positions[:, :, 2] - radii
-    rolls = ~given | (not slides) | rolling(velocities, spins, radii)
+    rolls = np.ones(rise.shape, dtype=np.bool_)
+    if slides and np.any(given):
+        rolls = ~given | rolling(velocities, spins, radii)
     rows = np.empty((*rise.shape, play.START_COLUMNS))
     rows[:, :, play.START_X : play.START_RISE] = positions[:, :, :2]
     rows[:, :, play.START_RISE] = rise
