@@ -144,7 +144,11 @@ def _start_step(world: World, i: int, listed: int, t: float) -> None:
         return
     _end_slips(world, members)
     stopped = stop_approach(world, members, count)
-    _end_slips(world, members)
+    # An impulse may leave so little slip that the cloth ends it at once, which changes velocities.
+    for _ in range(members):
+        if not _end_slips(world, members):
+            break
+        stopped = stop_approach(world, members, count)
     for m in range(members):
         if contacts.rolled[contacts.member[m]]:
             contacts.motion[contacts.member[0]].ahead = 0.0
@@ -159,11 +163,11 @@ def _start_step(world: World, i: int, listed: int, t: float) -> None:
     change = time_to_half(world, members)
     step = next_step(contacts, members, False, fresh, own_time)
     longest = min(step, change)
-    solved, duration = _halve(world, members, count, longest, shortest, True)
+    solved, duration = _shorten(world, members, count, longest, shortest, True)
     found = solved
     if not found and laws.slides:
         longest = min(fresh, change)
-        found, duration = _halve(world, members, count, longest, shortest, False)
+        found, duration = _shorten(world, members, count, longest, shortest, False)
     for m in range(members):
         k = contacts.member[m]
         paused = contacts.motion[k].ahead < 0.0
@@ -200,27 +204,31 @@ def _start_step(world: World, i: int, listed: int, t: float) -> None:
 
 
 @kernel
-def _halve(
+def _shorten(
     world: World, members: int, count: int, longest: float, shortest: float, rubs: bool
 ) -> tuple[bool, float]:
-    """Halve a step until it is solved, or too short; return whether it is solved, and the step."""
+    """Shorten a step until it is solved, or too short; return whether it is, and the step."""
     duration = longest
     while True:
-        if solve(world, members, count, duration, rubs):
+        part = solve(world, members, count, duration, rubs)
+        if part == 1.0:
             return True, duration
         if not duration > shortest:  # nor where one of both is NaN
             return False, duration
-        duration *= 0.5
+        duration = max(part * duration, 0.5 * shortest)
 
 
 @kernel
-def _end_slips(world: World, members: int) -> None:
-    """End the slips that the cloth ends at once; mark whose."""
+def _end_slips(world: World, members: int) -> bool:
+    """End the slips that the cloth ends at once; mark whose; return whether there was any."""
+    found = False
     for m in range(members):
         k = world.contacts.member[m]
         if world.laws.slides and end_slip(world, k):
             world.contacts.rolled[k] = True
             predict_again(world.balls, k, world.laws)
+            found = True
+    return found
 
 
 @kernel

@@ -47,6 +47,7 @@ FOUND = {
     "a force of no more than rounding, on a cloth without friction": (12600, {}),
     "a ball of 1e-162 m/s in a corner": (205, {"air": "yes", "layout": "corner"}),
     "an impact at an instant rounded to a clock of minutes": (16756, {}),
+    "a slip that ends where an impulse leaves little of it": (11935, {}),
 }
 """What was wrong in scenes that the stress suite found, with their number and their options."""
 
