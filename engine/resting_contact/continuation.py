@@ -167,9 +167,7 @@ def next_step(
     for m in range(members):
         row = contacts.motion[contacts.member[m]]
         last = row.ahead if integrated else row.step
-        if last == 0.0:
-            return min(fresh, most)
-        step = min(step, last)
+        step = min(step, fresh if last == 0.0 else last)
     return step
 
 

@@ -36,7 +36,7 @@ left to solve.
 """
 
 _UNFOUND = 0.25
-"""Part of a step that is tried where these rounds found no forces: half of it mostly was in vain."""
+"""Part of a step that is tried next where these rounds find no forces: half is mostly in vain."""
 
 _FROM = 7
 """Round before which the forces are first led on, as the last rounds changed them: from then on
@@ -48,10 +48,10 @@ _PART_OF_ANSWER = 0.25
 
 @kernel
 def solve(world: World, members: int, count: int, duration: float, rubs: bool) -> float:
-    """Find forces that close every gap at the end of a step; return 1, or less where it is too long.
+    """Find forces that close every gap at the end of a step; return 1, or which part to try next.
 
-    Then, which part of it to try next. Complementarity: a force is never negative, and is 0 where
-    the gap opens. Friction follows it, unless the contacts don't rub.
+    Complementarity: a force is never negative, and is 0 where the gap opens. Friction follows it,
+    unless the contacts don't rub.
     """
     contacts = world.contacts
     for m in range(members):
