@@ -167,16 +167,10 @@ def measure_accuracy(
 ) -> AccuracyMeasurement:
     """Simulate, prove and grade random shots.
 
-    Parameters
-    ----------
-    shots : int
-        How many.
-    first : int
-        The number of the first one; see `shot_of`.
-    jobs : int
-        Processes; 1 runs everything in this one.
-    progress : callable, optional
-        Called with how many shots are done.
+    `shots`: how many.
+    `first`: the number of the first one; see `shot_of`.
+    `jobs`: processes; 1 runs everything in this one.
+    `progress`: called with how many shots are done.
     """
     numbers = range(first, first + shots)
     compile_kernels((shot_of(number) for number in numbers[:_VARIED]), jobs)

@@ -61,10 +61,8 @@ def prepare_cold_start(_: object) -> Sampler:
 def timed(program: str, **variables: str) -> tuple[float, float]:
     """Run a program to its end, with more variables of the environment than this process has.
 
-    Returns
-    -------
-    taken, printed : float
-        From the start of the process to its end [s], and the number that it printed.
+    Returns `taken, printed`: from the start of the process to its end [s], and the number that it
+    printed.
     """
     root = str(Path(engine.__file__).resolve().parent.parent)
     paths = os.pathsep.join([root, *filter(None, [os.environ.get("PYTHONPATH")])])

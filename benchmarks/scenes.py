@@ -27,14 +27,10 @@ LOOSEST = 1e-3
 def racked_break(seed: int, physics: dict[str, Any]) -> Scene:
     """Return a break of 15 racked balls, without spin, on a pool table without pockets.
 
-    Parameters
-    ----------
-    seed : int
-        Decides all that is random, uniformly: speed of the cue ball 8 to 10 m/s, its offset up to
-        half a radius and its aim up to 0.01 rad off the rack's axis. The gap between racked
+    `seed`: decides all that is random, uniformly: speed of the cue ball 8 to 10 m/s, its offset up
+        to half a radius and its aim up to 0.01 rad off the rack's axis. The gap between racked
         neighbours is log-uniform in 1e-5 to 1e-4 m, one for the whole rack.
-    physics : dict
-        Fields of `Physics`.
+    `physics`: fields of `Physics`.
     """
     chance = random.Random(seed)
     cue = _cue_ball(chance, (SLOWEST_BREAK, FASTEST_BREAK), physics)
@@ -45,12 +41,9 @@ def racked_break(seed: int, physics: dict[str, Any]) -> Scene:
 def random_rack(number: int) -> Scene:
     """Return a break with all of pool's physics, of a loose rack or of a frozen one.
 
-    Parameters
-    ----------
-    number : int
-        Even: a loose rack, its gap uniform in 0 to 1 mm, one for the whole rack. Odd: a frozen
-        rack, whose neighbours touch to a rounding, as in the shipped `frozen-break`. The cue ball
-        is that of `racked_break`, but at 4 to 12 m/s.
+    `number`: even: a loose rack, its gap uniform in 0 to 1 mm, one for the whole rack. Odd: a
+    frozen rack, whose neighbours touch to a rounding, as in the shipped `frozen-break`. The cue
+    ball is that of `racked_break`, but at 4 to 12 m/s.
     """
     chance = random.Random(number)
     cue = _cue_ball(chance, (SLOWEST_RACK, FASTEST_RACK), FULL_CLOTH)

@@ -112,13 +112,8 @@ def measure_skips(
 
     And compare the answers.
 
-    Parameters
-    ----------
-    scenes : sequence of Scene
-    rounds : int
-        How often each is timed.
-    progress : callable, optional
-        Called after each scene.
+    `rounds`: how often each is timed.
+    `progress`: called after each scene.
     """
     rows: list[SkipRow] = []
     unused: dict[str, dict[str, str]] = {}
@@ -173,17 +168,10 @@ def _rows(scene: Scene, skips: Sequence[Skip], rounds: int) -> list[SkipRow]:
 def compare_answers(on: Result, off: Result) -> tuple[Equality, str]:
     """Return whether two runs of a scene have the same answer, and where they part.
 
-    Parameters
-    ----------
-    on, off : Result
-        Of our engine, with events.
+    `on`, `off`: of our engine, with events.
 
-    Returns
-    -------
-    equality : "same bits", "rounding" or "differs"
-        "rounding" where the first event that differs does so by up to `ROUNDING` roundings, and in
-        nothing but its instant.
-    detail : str
+    Returns that, and a detail: "rounding" where the first event that differs does so by up to
+    `ROUNDING` roundings, and in nothing but its instant.
     """
     if on.events is None or off.events is None:
         raise ValueError("both runs must have kept their events")

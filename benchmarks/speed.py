@@ -99,13 +99,8 @@ TARGETS: Mapping[tuple[str, str], float] = {
 class Workload:
     """One workload: its name, what it is, how a sample of it is prepared.
 
-    Attributes
-    ----------
-    name, title : str
-    prepare : callable
-        Takes whether sizes are tiny: then it shows that all runs, and times nothing.
-    most : int or None
-        See `Task`.
+    `prepare`: takes whether sizes are tiny: then it shows that all runs, and times nothing.
+    `most`: see `Task`.
     """
 
     name: str
@@ -275,8 +270,6 @@ def _prepare_table_gas(fast: bool) -> Sampler:
 def _prepare_gas(count: int, fast: bool) -> Sampler:
     """Prepare a melted elastic gas.
 
-    Notes
-    -----
     How long it runs hangs on how often a ball meets another: Enskog's rate of hard discs,
     2 sqrt(pi) n D g sqrt(k T / m), with the contact value g = (1 - 7 x / 16) / (1 - x)^2 of
     Henderson (1975), x the part covered, at 1 m/s for each component of a velocity.

@@ -21,13 +21,8 @@ Sampler = Callable[[], Mapping[str, float]]
 class Task:
     """Something to be measured again and again.
 
-    Attributes
-    ----------
-    name : str
-    prepare : callable
-        Builds, compiles and warms up what the measurement should not include; called once.
-    most : int or None
-        Samples that are enough, for what takes long; spread over all rounds.
+    `prepare`: builds, compiles and warms up what the measurement should not include; called once.
+    `most`: samples that are enough, for what takes long; spread over all rounds.
     """
 
     name: str
@@ -46,10 +41,7 @@ def interleave(
 ) -> dict[str, dict[str, list[float]]]:
     """Sample tasks round by round, each prepared when its first turn comes.
 
-    Returns
-    -------
-    dict
-        The values of each task, by quantity.
+    Returns the values of each task, by quantity.
     """
     due = [task for turn in range(rounds) for task in tasks if task.due(turn, rounds)]
     samplers: dict[str, Sampler] = {}
@@ -68,10 +60,8 @@ def interleave(
 class Figures:
     """What is said of the times of many scenes: whoever runs them all pays the mean.
 
-    Attributes
-    ----------
-    median, mean, p99, slowest : float
-        `p99` is the least of the values that 99 % of them don't exceed.
+    `median`, `mean`, `p99`, `slowest`: `p99` is the least of the values that 99 % of them don't
+    exceed.
     """
 
     median: float

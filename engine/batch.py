@@ -32,16 +32,11 @@ _SCENES_AT_ONCE = 64
 class Batch:
     """What became of k shots; where scenes have fewer balls than n, NaN fills the rest.
 
-    Attributes
-    ----------
-    status : (k,) int8
-        How each run ended: an index of `STATUSES`.
-    rest_times : (k,) float64 [s]
-        When the last ball came to rest, or the run stopped.
-    rest_positions : (k, n, 3) float64 [m]
-        Centres when the run ended.
-    ball_ball, ball_cushion, events : (k,) int64
-        Impacts of two balls, impacts on cushions, all events.
+    `status` (k,) int8: how each run ended: an index of `STATUSES`.
+    `rest_times` (k,) float64 [s]: when the last ball came to rest, or the run stopped.
+    `rest_positions` (k, n, 3) float64 [m]: centres when the run ended.
+    `ball_ball`, `ball_cushion`, `events` (k,) int64: impacts of two balls, impacts on cushions, all
+        events.
     """
 
     status: NDArray[np.int8]

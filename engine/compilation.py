@@ -27,15 +27,10 @@ def kernels_of(
 ) -> list[Needed]:
     """Return what `scenes` need of the kernels.
 
-    Parameters
-    ----------
-    scenes : iterable of Scene
-        One that this engine can't play needs nothing.
-    tangents : bool
-        Whether the kernels of the tangent map are needed too (`Result.sensitivity`).
-    contacts_from : int
-        Number of balls from which on a scene is taken to come to joint impacts or to sustained
-        contact. Where one with fewer does, what it needs is compiled then.
+    `scenes`: one that this engine can't play needs nothing.
+    `tangents`: whether the kernels of the tangent map are needed too (`Result.sensitivity`).
+    `contacts_from`: number of balls from which on a scene is taken to come to joint impacts or to
+        sustained contact. Where one with fewer does, what it needs is compiled then.
     """
     shots: dict[Variant, None] = {}
     maps: dict[bool, None] = {}

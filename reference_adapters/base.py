@@ -162,13 +162,8 @@ def stated_error(resolution: Resolution) -> float:
 def resolution_of_step(dt: float, scene: Scene) -> float:
     """Return how far a ball goes at most in a step [m] until balls meet: contacts come late.
 
-    Parameters
-    ----------
-    dt : float [s]
-    scene : Scene
+    `dt` [s].
 
-    Notes
-    -----
     Friction acts through the lowest point, about which m R x v + 2/5 m R^2 w is then kept; so a
     ball that slides goes straight from v to the v - 2/7 u with which it rolls, u its slip, and the
     faster of the two is the fastest it gets: with spin alone, 2/7 R w. What impacts give a lighter

@@ -111,10 +111,8 @@ class Run(_Part):
     def load(cls, path: Path) -> tuple[Run, ...]:
         """Read a file: one run, a list of runs, or one run a line.
 
-        Raises
-        ------
-        EngineError
-            Where it can't be read, or isn't such an object; the message says what is wrong where.
+        Raises `EngineError` where it can't be read, or isn't such an object; the message says what
+        is wrong where.
         """
         try:
             text = path.read_text(encoding="utf-8")
@@ -139,9 +137,7 @@ class Run(_Part):
     def parse(cls, value: object, where: str) -> Run:
         """Return the run that plain values describe.
 
-        Raises
-        ------
-        EngineError
+        Raises `EngineError`.
         """
         try:
             return cls.model_validate(value)
@@ -155,10 +151,8 @@ class Run(_Part):
     def result(self, scene: Scene, *, record: Record = "trajectory") -> Result:
         """Return it as a `Result`, of which everything else is checked where engines are run.
 
-        Raises
-        ------
-        EngineError
-            Where a kind or a cushion is none, or arrays have another shape than the scene's.
+        Raises `EngineError` where a kind or a cushion is none, or arrays have another shape than
+        the scene's.
         """
         n, name = len(scene.balls), f'run of `{self.engine}` in scene "{scene.name}"'
         if len(self.rest_positions) != n:

@@ -8,12 +8,8 @@ import importlib.util
 def why_not_installed(module: str, *, extra: str) -> str | None:
     """Return how to get an engine whose module isn't there, or None where it is.
 
-    Parameters
-    ----------
-    module : str
-        What the engine's package imports as.
-    extra : str
-        Which extra of this package installs it.
+    `module`: what the engine's package imports as.
+    `extra`: which extra of this package installs it.
     """
     if importlib.util.find_spec(module) is not None:
         return None

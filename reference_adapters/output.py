@@ -43,11 +43,8 @@ class Output:
 def captured(*, errors: bool = False) -> Iterator[Output]:
     """Keep what is printed within the block, also by C code, from standard output.
 
-    Parameters
-    ----------
-    errors : bool
-        Whether from standard error too; it must not be where our own messages or a progress bar are
-        written there meanwhile, from a thread of theirs.
+    `errors`: whether from standard error too; it must not be where our own messages or a progress
+    bar are written there meanwhile, from a thread of theirs.
     """
     output = Output()
     with tempfile.TemporaryFile(buffering=0) as file:

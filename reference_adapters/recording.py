@@ -138,10 +138,8 @@ class Recorder:
 def rolling_state(positions: FloatArray, velocities: FloatArray, radii: FloatArray) -> Samples:
     """Return the state of balls that roll on the cloth, arrays (k, n, 3).
 
-    Parameters
-    ----------
-    positions, velocities : (k, n, 2) float64 [m], [m/s]
-    radii : (n,) float64 [m]
+    `positions`, `velocities` (k, n, 2) float64 [m], [m/s].
+    `radii` (n,) float64 [m].
     """
     centres = np.empty((*positions.shape[:2], 3))
     centres[..., :2], centres[..., 2] = positions, radii

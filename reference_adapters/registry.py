@@ -51,12 +51,9 @@ def engine_names() -> tuple[str, ...]:
 def engine_class(name: str) -> type[ReferenceEngine]:
     """Import an engine, `NAME` or `MODULE:CLASS`, and return its class.
 
-    Raises
-    ------
-    EngineError
-        Where no engine has this name, two packages claim it, or another one claims ours.
-    EngineUnavailableError
-        Where its module can't be imported, or what it names isn't an engine.
+    Raises `EngineError` where no engine has this name, two packages claim it, or another one claims
+    ours; `EngineUnavailableError` where its module can't be imported, or what it names isn't an
+    engine.
     """
     if ":" in name:
         return _class_at(name)
@@ -82,10 +79,7 @@ def engine_class(name: str) -> type[ReferenceEngine]:
 def engine_name(spec: str) -> str:
     """Return what the engine of a spec calls itself; as it is asked for where it can't be imported.
 
-    Raises
-    ------
-    EngineError
-        Where the spec is none.
+    Raises `EngineError` where the spec is none.
     """
     name, _ = parse_spec(spec)
     if ":" not in name:
@@ -99,10 +93,7 @@ def engine_name(spec: str) -> str:
 def parse_spec(spec: str) -> tuple[str, dict[str, str]]:
     """Split a spec into `NAME` or `MODULE:CLASS`, and its settings, still as text.
 
-    Raises
-    ------
-    EngineError
-        Where a piece isn't `key=value`, or a key is given twice.
+    Raises `EngineError` where a piece isn't `key=value`, or a key is given twice.
     """
     name, colon, rest = (part.strip() for part in spec.partition(":"))
     if not name:

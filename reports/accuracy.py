@@ -18,15 +18,9 @@ from ghostball.validation.results.store import Results
 class ClassLook:
     """How a class is shown.
 
-    Attributes
-    ----------
-    short : str
-        Heading of its column.
-    meaning : str
-    slug : str
-        Of its colours on the page.
-    terminal : str
-        Its colour in terminals.
+    `short`: heading of its column.
+    `slug`: of its colours on the page.
+    `terminal`: its colour in terminals.
     """
 
     short: str
@@ -127,21 +121,12 @@ def cell_text(case: CaseRecord | None) -> str:
 class Tally:
     """One engine over all scenes of a run.
 
-    Attributes
-    ----------
-    label : str
-    counts : dict of AccuracyKind to int
-        Scenes of each class that has any, the best first.
-    expected, worse : int
-        Scenes as its step lets one expect, and worse.
-    unable, crashed : int
-        Scenes that it can't play, and that it didn't finish.
-    compared_with : int
-        Scenes in which it is what the others are compared with, for want of a truth.
-    typical : float or None [m]
-        Median of its errors where collisions are the true ones.
-    seconds : float or None
-        Median run time.
+    `counts`: scenes of each class that has any, the best first.
+    `expected`, `worse`: scenes as its step lets one expect, and worse.
+    `unable`, `crashed`: scenes that it can't play, and that it didn't finish.
+    `compared_with`: scenes in which it is what the others are compared with, for want of a truth.
+    `typical` [m]: median of its errors where collisions are the true ones.
+    `seconds`: median run time.
     """
 
     label: str

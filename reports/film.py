@@ -26,12 +26,8 @@ LONGEST = 12.0
 def film_result(result: Result, path: Path) -> None:
     """Write a shot as a film of its balls on the table, in colours of their own.
 
-    Parameters
-    ----------
-    result : Result
-        With a motion.
-    path : Path
-        Where to write; its ending, .gif or .mp4, is the format.
+    `result`: with a motion.
+    `path`: where to write; its ending, .gif or .mp4, is the format.
     """
     from matplotlib.animation import FFMpegWriter, PillowWriter  # noqa: PLC0415
 

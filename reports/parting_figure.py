@@ -42,11 +42,7 @@ TRUE_LOOK: dict[str, Any] = {"color": style.BLACK, "linewidth": 4.0, "alpha": 0.
 def plot_explanation(explanation: Explanation, path: str | Path) -> Path:
     """Draw both shots at the instant at which they part: the table, and a close-up.
 
-    Parameters
-    ----------
-    explanation : Explanation
-    path : path
-        Where to write; its ending, .png, .svg or .pdf, is the format.
+    `path`: where to write; its ending, .png, .svg or .pdf, is the format.
     """
     return write_picture(path, lambda target: style.save_one(draw_explanation(explanation), target))
 

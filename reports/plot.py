@@ -19,12 +19,8 @@ ENDINGS = (".png", ".svg", ".pdf")
 def plot_result(result: Result, path: str | Path) -> Path:
     """Draw the paths and rest positions of one run.
 
-    Parameters
-    ----------
-    result : Result
-        Recorded with `record="trajectory"`.
-    path : path
-        Where to write; its ending, .png, .svg or .pdf, is the format; .gif and .mp4 are films.
+    `result`: recorded with `record="trajectory"`.
+    `path`: where to write; its ending, .png, .svg or .pdf, is the format; .gif and .mp4 are films.
     """
     if result.events is None:
         raise GhostballError(
@@ -60,10 +56,7 @@ def write_picture(
 ) -> Path:
     """Let a picture be written, whose ending says the format.
 
-    Raises
-    ------
-    GhostballError
-        Where the ending is another, or the file can't be written.
+    Raises `GhostballError` where the ending is another, or the file can't be written.
     """
     target = Path(path)
     if target.suffix.lower() not in endings:

@@ -57,22 +57,14 @@ def write_report(
 ) -> Path:
     """Write `report.html` and `figures/`, from what a results folder holds alone.
 
-    Parameters
-    ----------
-    results_dir : path
-        A folder that the suite wrote.
-    progress : callable, optional
-        Called with how many parts are done, of how many, and which was the last.
-    jobs : int
-        Processes that make it. With more than one, guard a script with `if __name__ == "__main__"`.
-    figures : "png", "svg" or "none"
-        Draw a sheet of each scene as PNG, as PNG and SVG, or not at all. What an earlier report
-        drew and this one doesn't is removed.
+    `results_dir`: a folder that the suite wrote.
+    `progress`: called with how many parts are done, of how many, and which was the last.
+    `jobs`: processes that make it. With more than one, guard a script with `if __name__ ==
+        "__main__"`.
+    `figures`: draw a sheet of each scene as PNG, as PNG and SVG, or not at all. What an earlier
+        report drew and this one doesn't is removed.
 
-    Returns
-    -------
-    Path
-        Of `report.html`, which is replaced only once all is made.
+    Returns of `report.html`, which is replaced only once all is made.
     """
     _load.cache_clear()
     results, regression = _load(Path(results_dir))

@@ -26,8 +26,6 @@ def drawn_from(shot: Shot) -> str:
 
     "" where the sources can't be found: nothing is known of such a picture.
 
-    Notes
-    -----
     The hash is generous: any edit of our sources has every picture drawn again.
     """
     code = _code()
@@ -42,8 +40,6 @@ def drawn_from(shot: Shot) -> str:
 def is_drawn(stem: Path, endings: Sequence[str], source: str) -> bool:
     """Whether the files of a picture are there, drawn from what has the hash `source`.
 
-    Notes
-    -----
     Both formats hold their description as plain text: PNG in a `tEXt` chunk, SVG in an element.
     """
     if not source:

@@ -262,20 +262,11 @@ def save_figure(
 ) -> list[Path]:
     """Write a figure as PNG and SVG beside each other; the same figure gives the same bytes.
 
-    Parameters
-    ----------
-    figure : Figure
-    path : Path
-        Without its ending.
-    description : str, optional
-        Kept in the files, where nobody sees it: what the figure was drawn from.
-    endings : sequence of str
-        Of the files.
+    `path`: without its ending.
+    `description`: kept in the files, where nobody sees it: what the figure was drawn from.
+    `endings`: of the files.
 
-    Returns
-    -------
-    list of Path
-        The files written.
+    Returns the files written.
     """
     if figure.get_layout_engine() is not None:
         lay_out(figure)
@@ -288,8 +279,6 @@ def save_figure(
 def save_one(figure: Figure, path: Path, description: str | None = None) -> None:
     """Write a figure in the format that the ending of `path` says, without dates; whole or not.
 
-    Notes
-    -----
     Not `Figure.savefig`: it draws everything twice.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415

@@ -53,12 +53,8 @@ _UNMOVED = ("identical", "rounding-only")
 def summary_markdown(results: Results | None, *regressions: Regression) -> str:
     """Return the summary as Markdown: the verdict, what changed, what failed, all verdicts.
 
-    Parameters
-    ----------
-    results : Results or None
-        None where only a comparison was made.
-    *regressions : Regression
-        Of each engine that was compared.
+    `results`: none where only a comparison was made.
+    `*regressions`: of each engine that was compared.
     """
     changes = []
     for regression in regressions:

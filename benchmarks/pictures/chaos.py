@@ -42,15 +42,13 @@ _LOWEST = 1e-16
 class Neighbours:
     """A shot with its neighbours.
 
-    Attributes
-    ----------
-    times : (k,) float64 [s]
-    growth : (k,) float64 [m]
-        The largest `Result.sensitivity` of a ball; nan where no derivative exists.
-    distance : (sizes, k) float64 [m]
-        The largest distance of a ball in a neighbour from where it is in the shot.
-    predicted : (sizes, k) float64 [m]
-        That by the tangent map of the shot; nan where no derivative exists.
+    `times` (k,) float64 [s].
+    `growth` (k,) float64 [m]: the largest `Result.sensitivity` of a ball; nan where no derivative
+        exists.
+    `distance` (sizes, k) float64 [m]: the largest distance of a ball in a neighbour from where it
+        is in the shot.
+    `predicted` (sizes, k) float64 [m]: that by the tangent map of the shot; nan where no derivative
+        exists.
     """
 
     times: FloatArray

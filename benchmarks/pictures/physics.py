@@ -67,17 +67,12 @@ SMALLEST = 1e-15
 class Cut:
     """One shot of a sweep on one engine.
 
-    Attributes
-    ----------
-    cut : float [deg]
-        Angle between the cue ball's path and the line of centres, by the scene's geometry.
-    speed : float [m/s]
-        Of the cue ball at the collision, where it has no horizontal spin left then; by formula.
-    spin : float
-        R wz at the collision, over that speed, positive for outside english; by formula.
-    cue, target : float [deg]
-        Where each ball goes in the end: the angle from the cue ball's path, the object ball's
-        positive to its side, the cue ball's positive to the other.
+    `cut` [deg]: angle between the cue ball's path and the line of centres, by the scene's geometry.
+    `speed` [m/s]: of the cue ball at the collision, where it has no horizontal spin left then; by
+        formula.
+    `spin`: r wz at the collision, over that speed, positive for outside english; by formula.
+    `cue`, `target` [deg]: where each ball goes in the end: the angle from the cue ball's path, the
+        object ball's positive to its side, the cue ball's positive to the other.
     """
 
     cut: float
@@ -95,12 +90,8 @@ class Cut:
 def natural_deflection(cut: FloatArray) -> FloatArray:
     """Return the deflection of a rolling cue ball once it rolls again [rad].
 
-    Parameters
-    ----------
-    cut : (k,) float64 [rad]
+    `cut` (k,) float64 [rad].
 
-    Notes
-    -----
     atan(s c / (s^2 + 2/5)), s and c of the cut angle: without friction between the balls, elastic
     (Wallace and Schroeder 1988, Am. J. Phys. 56 815; Alciatore, proof 3.3).
     """
@@ -112,17 +103,11 @@ def natural_deflection(cut: FloatArray) -> FloatArray:
 def throw_angle(scene: Scene, cut: FloatArray, speed: FloatArray, spin: FloatArray) -> FloatArray:
     """Return the throw of an elastic collision with a cue ball without horizontal spin [rad].
 
-    Parameters
-    ----------
-    scene : Scene
-        Whose friction between the balls acts.
-    cut : (k,) float64 [rad]
-    speed : (k,) float64 [m/s]
-    spin : (k,) float64
-        R wz over the speed.
+    `scene`: whose friction between the balls acts.
+    `cut` (k,) float64 [rad].
+    `speed` (k,) float64 [m/s].
+    `spin` (k,) float64: r wz over the speed.
 
-    Notes
-    -----
     tan = min(mu, |U| / (7 v c)) against the slip U = v s - R wz of the surfaces (Alciatore, proof
     A.14). "alciatore": mu = 9.951e-3 + 0.108 exp(-1.088 |U|), U in m/s.
     """

@@ -27,15 +27,9 @@ MOST_STEPS, MOST_LEVELS = 16_000, 20
 class Rung:
     """One engine with all of its settings.
 
-    Attributes
-    ----------
-    family : str
-        The engine as asked for: one curve.
-    label : str
-        With the step of this point.
-    engine : ReferenceEngine
-    step : float or None [s]
-        None where the engine has none: a point, no ladder.
+    `family`: the engine as asked for: one curve.
+    `label`: with the step of this point.
+    `step` [s]: none where the engine has none: a point, no ladder.
     """
 
     family: str
@@ -58,13 +52,8 @@ class Rung:
 def ladder_of(family: str, engine: ReferenceEngine, duration: float) -> Iterator[Rung]:
     """Yield an engine at halved steps, the longest first; its own step is one of them.
 
-    Parameters
-    ----------
-    family : str
-        The engine as asked for.
-    engine : ReferenceEngine
-    duration : float [s]
-        Of the shot.
+    `family`: the engine as asked for.
+    `duration` [s]: of the shot.
     """
     step = step_of(engine)
     if step is None:
@@ -87,8 +76,6 @@ def part_of_step(turn: int) -> float:
 
     The first 1, 2, 4, 8, ... are spread evenly, however many follow.
 
-    Notes
-    -----
     van der Corput (1935), base 2: the binary digits of the turn, mirrored at the point.
     """
     part, digit = 0.0, 0.5

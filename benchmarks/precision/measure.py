@@ -146,16 +146,10 @@ def measure_precision(
 ) -> PrecisionMeasurement:
     """Measure errors and times of engines over their ladders.
 
-    Parameters
-    ----------
-    scenes : sequence of Scene
-        Each with a closed form, or proved to its end.
-    engines : sequence of str
-        Engines as for `make_engine`; each begins a ladder of steps, of which its own is one.
-    rounds : int
-        At most as many samples of each point.
-    progress : callable, optional
-        As for `interleave`.
+    `scenes`: each with a closed form, or proved to its end.
+    `engines`: engines as for `make_engine`; each begins a ladder of steps, of which its own is one.
+    `rounds`: at most as many samples of each point.
+    `progress`: as for `interleave`.
     """
     truths = [(scene, independent_truth(scene)) for scene in scenes]
     places: list[Place] = []

@@ -31,8 +31,6 @@ def begun_earlier(scene: Scene, dt: float) -> Scene | None:
     Its `t_max` is later by `dt`. It isn't known where a ball was in a collision meanwhile, or
     would have begun on the other side of a cushion or inside a ball.
 
-    Notes
-    -----
     Rolling: v = v0 + mu g dt along v0. Sliding: the slip keeps its direction and grows by
     7/2 mu g dt. Spin about the vertical grows by its deceleration. The result is checked by letting
     our engine play it for `dt`.

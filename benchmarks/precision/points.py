@@ -24,24 +24,15 @@ LEGEND = (
 class PrecisionPoint(Record):
     """One engine with all of its settings on one scene.
 
-    Attributes
-    ----------
-    scene, title, truth : str
-        The scene, and which kind of truth it has.
-    engine : str
-        The engine as asked for: one curve.
-    label : str
-        The same with the step of this point.
-    step : float or None [s]
-        None where the engine has no step: a point, no ladder.
-    seconds : float [s]
-        The simulation alone: the least of all samples.
-    samples : int
-    error, error_low, error_high : float [m]
-        The largest distance of a ball from where it truly ends: median, least and greatest over
-        the samples, each of which begins the shot at another part of a step.
-    same_events : bool
-        Whether those balls and cushions met that meet in truth, from every phase.
+    `scene`, `title`, `truth`: the scene, and which kind of truth it has.
+    `engine`: the engine as asked for: one curve.
+    `label`: the same with the step of this point.
+    `step` [s]: none where the engine has no step: a point, no ladder.
+    `seconds` [s]: the simulation alone: the least of all samples.
+    `error`, `error_low`, `error_high` [m]: the largest distance of a ball from where it truly ends:
+        median, least and greatest over the samples, each of which begins the shot at another part
+        of a step.
+    `same_events`: whether those balls and cushions met that meet in truth, from every phase.
     """
 
     scene: str
@@ -105,16 +96,10 @@ def seconds_to(
 ) -> float | None:
     """Return how long an engine takes for an accuracy; None where no run was so near.
 
-    Parameters
-    ----------
-    target : float [m]
-    points : sequence of PrecisionPoint
-        Of one engine on one scene, the longest step first.
-    lost : sequence of float [s]
-        Steps at which a run failed or stopped early: nothing coarser than these counts.
+    `target` [m].
+    `points`: of one engine on one scene, the longest step first.
+    `lost` [s]: steps at which a run failed or stopped early: nothing coarser than these counts.
 
-    Notes
-    -----
     A step that is good by luck doesn't count: all finer ones must be as good, from every phase.
     """
     seconds = []

@@ -45,12 +45,8 @@ END = 21
 class Block:
     """The arrays of a scene in one block.
 
-    Attributes
-    ----------
-    numbers : (k,) float64
-        All of them, each from a whole double on.
-    offsets : (END + 1,) int64
-        COUNT ... END above.
+    `numbers` (k,) float64: all of them, each from a whole double on.
+    `offsets` (END + 1,) int64: COUNT ... END above.
     """
 
     def __init__(self, balls: Balls, pairs: Pairs, cells: Cells | None) -> None:

@@ -26,17 +26,10 @@ def kernel(function: Any = None, *, inline: bool = False, entry: bool = False) -
     A kernel does not allocate, does not raise (it returns a status) and uses only + - * / and
     square roots in what feeds back into the dynamics.
 
-    Parameters
-    ----------
-    function : callable
-    inline : bool
-        Write its code into every caller. For what each event runs: a call passes each array of a
-        named tuple as seven words or more, which costs more than most kernels do.
-    entry : bool
-        Whether Python calls it. What it returns is then told by its annotation.
+    `inline`: write its code into every caller. For what each event runs: a call passes each array
+        of a named tuple as seven words or more, which costs more than most kernels do.
+    `entry`: whether Python calls it. What it returns is then told by its annotation.
 
-    Notes
-    -----
     Called by Python, one that is no entry runs as the Python that it is.
     """
     if function is None:

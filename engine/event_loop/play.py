@@ -71,41 +71,27 @@ def play(
 ) -> int:
     """Play the shots `which`, from its element `first` on; return which element is next.
 
-    Parameters
-    ----------
-    which : (m,) int64
-        Rows of the next four, the shots to be played.
-    starts : (k, m, START_COLUMNS) float64
-        What differs between the shots: how m balls begin, the first of which is ball `who`. Where
-        k is 0 nothing does.
-    clocks : (k, CLOCKS) float64
-    counts : (k, COUNTERS) int64
-        Of each shot; STATUS says how it ended.
-    ends : (k, p, n, 3) float64
-        Of each shot: positions at its end; velocities where p > 1, angular velocities where p > 2.
-    time, what, ball, motion
-        The `Log`, of the one shot there is then; empty where none is kept.
-    numbers, start, offsets
-        A block of arrays to work in, the same as each shot begins with, and what lies where in
-        them: `core.block`. `bends`, `drags` and `flies` are None where `Balls` has no `higher`,
-        `air` or `height`, `many` where `Pairs` schedule and not `Cells`.
-    room, untouched
-        Arrays of `Contacts` to work in, and the same of which nothing is used yet. No room: a shot
-        that needs contacts is left with the status RUN_CONTACTS.
-    continues : bool
-        Whether the shot `which[first]` continues from where it was left; else it begins.
-    who : int
-    max_events, max_work : int
-        How many events and contact steps a shot may have; how much WORK.
-    budget : int
-        WORK after which the kernel returns, so that an interrupt is heard. A shot that has the
-        status RUN_PAUSED, RUN_LOG_FULL or, if it is alone, RUN_CONTACTS continues when called
+    `which` (m,) int64: rows of the next four, the shots to be played.
+    `starts` (k, m, START_COLUMNS) float64: what differs between the shots: how m balls begin, the
+        first of which is ball `who`. Where k is 0 nothing does.
+    `clocks` (k, CLOCKS) float64.
+    `counts` (k, COUNTERS) int64: of each shot; STATUS says how it ended.
+    `ends` (k, p, n, 3) float64: of each shot: positions at its end; velocities where p > 1, angular
+        velocities where p > 2.
+    `time`, `what`, `ball`, `motion`: the `Log`, of the one shot there is then; empty where none is
+        kept.
+    `numbers`, `start`, `offsets`: a block of arrays to work in, the same as each shot begins with,
+        and what lies where in them: `core.block`. `bends`, `drags` and `flies` are None where
+        `Balls` has no `higher`, `air` or `height`, `many` where `Pairs` schedule and not `Cells`.
+    `room`, `untouched`: arrays of `Contacts` to work in, and the same of which nothing is used yet.
+        No room: a shot that needs contacts is left with the status RUN_CONTACTS.
+    `continues`: whether the shot `which[first]` continues from where it was left; else it begins.
+    `max_events`, `max_work`: how many events and contact steps a shot may have; how much WORK.
+    `budget`: WORK after which the kernel returns, so that an interrupt is heard. A shot that has
+        the status RUN_PAUSED, RUN_LOG_FULL or, if it is alone, RUN_CONTACTS continues when called
         again.
-    laws, obstacles, integrated
-        The `Laws`.
+    `laws`, `obstacles`, `integrated`: the `Laws`.
 
-    Notes
-    -----
     Contract: no allocation, no raising. Each shot begins with the same numbers, so that neither
     their order nor who plays them matters.
     """

@@ -28,8 +28,6 @@ def collide_balls(balls: Balls, i: int, j: int, laws: Laws) -> None:
 
     Contract: both balls are advanced to the instant of the impact and approach each other.
 
-    Notes
-    -----
     With the unit normal, which is exact along an axis, and shares that are exactly 1/2 for equal
     masses, a straight collision along an axis stops a ball exactly.
     """
@@ -77,8 +75,6 @@ def excess_length(nx: float, ny: float) -> float:
     same distance each time, rounded the same way, so it isn't made up for: 10^7 collisions of a gas
     gained 3e-13 of the energy. Along an axis it is 0.
 
-    Notes
-    -----
     Squares by halves (Dekker 1971), and their sum with its rounding error (Knuth 1969): the same
     for (ny, nx), so that mirrored impacts stay so to the bit. Without them, (nx^2 - 1/2) +
     (ny^2 - 1/2) left a third of the gain; (nx^2 - 1) + ny^2 isn't symmetric.
@@ -117,8 +113,6 @@ def _shares(balls: Balls, i: int, j: int) -> tuple[float, float]:
 def _exchange(balls: Balls, i: int, j: int, nx: float, ny: float, exchange: float) -> None:
     """Change the velocity of ball j relative to ball i by `exchange` [m/s] along (nx, ny).
 
-    Notes
-    -----
     The larger share is what the smaller leaves of the exchange: as a quotient near 1 its rounding
     would be the same in each collision of the two, and add up (31 415 collisions of Galperin's
     balls: 1e-12 of the energy).

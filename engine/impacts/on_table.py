@@ -87,8 +87,6 @@ def _find_end_of_bounces(
 ) -> None:
     """Find how bounces that begin with the speed `up` [m/s] end, after `lasts` [s], and where.
 
-    Notes
-    -----
     Impact n, from 1 on, comes at t_n, with e^(n-1) up; what is left then is 2 e^n up / (g (1 - e)).
     It takes mu (1 + e) e^(n-1) up of the velocity, or the 2/7 of the slip that are left; from there
     on nothing slips. If none sticks, all of them take mu (1 + e) up / (1 - e), and of the way

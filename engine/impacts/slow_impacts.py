@@ -72,8 +72,6 @@ def part_slowly(
     touches: it continues rolling if it rolls. A ball exactly above another falls off along x. Then
     the table answers. One that lies still is held instead, and the other left alone.
 
-    Notes
-    -----
     Where they overlap by `overlap` [m], and would come less than half out again, they part fast
     enough to come out, and higher by `LOWEST_BOUNCE`; where one lies on the other, as fast as a
     slow impact may be. What is missing for that comes from the slip. The impulse along it acts as a

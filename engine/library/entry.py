@@ -40,10 +40,7 @@ class WrongArgumentError(TypeError):
 class Entry:
     """A kernel that Python can call.
 
-    Attributes
-    ----------
-    function : callable
-        As it was written.
+    `function`: as it was written.
     """
 
     def __init__(self, function: FunctionType) -> None:
@@ -132,15 +129,9 @@ def make_all(
 ) -> None:
     """Have the libraries made that aren't yet, by so many processes side by side.
 
-    Parameters
-    ----------
-    finished : callable
-        Called with the name of each, in any thread.
+    `finished`: called with the name of each, in any thread.
 
-    Raises
-    ------
-    GhostballError
-        Where one can't be compiled.
+    Raises `GhostballError` where one can't be compiled.
     """
     missing = sorted((one for one in needed if not one.is_made), key=lambda one: one.name)
     folder = cache.directory()
@@ -183,10 +174,7 @@ class Code:
     def result(self, made: Any, raised: int) -> Any:
         """Return what the kernel has put in a table.
 
-        Raises
-        ------
-        IndexError
-            Where it came to a place beyond an array.
+        Raises `IndexError` where it came to a place beyond an array.
         """
         if raised:
             raise IndexError(f"the kernel `{self.name}` came to a place beyond an array")
@@ -222,10 +210,7 @@ def _words_of(kinds: list[table.Kind]) -> Callable[..., tuple[Any, ...]]:
 class Last:
     """The last arguments of calls that differ in the first ones only.
 
-    Attributes
-    ----------
-    values, words : list
-        Without tuples and None, and what is in a table for each.
+    `values`, `words`: without tuples and None, and what is in a table for each.
     """
 
     def __init__(self, *arguments: Any) -> None:
@@ -252,12 +237,8 @@ class Call:
     def __call__(self) -> Any:
         """Make it, and return what the kernel returns.
 
-        Raises
-        ------
-        WrongArgumentError
-            Where the kernel refuses its table; then it has done nothing.
-        IndexError
-            Where arrays are checked, and it came to a place beyond one.
+        Raises `WrongArgumentError` where the kernel refuses its table; then it has done nothing;
+        `IndexError` where arrays are checked, and it came to a place beyond one.
         """
         raised = self.code.entry(*_UNREAD_AT, self._address)
         if self._table[AT_STATUS] != ENTERED:

@@ -92,15 +92,9 @@ def build(orders: list[Order], finished: Callable[[int], None] = lambda _: None)
     it takes of memory, a gigabyte or two, is given back. Kernels that have much in common are
     compiled in half of the time where that is done in one process.
 
-    Parameters
-    ----------
-    finished : callable
-        Called with the place of each order that is done.
+    `finished`: called with the place of each order that is done.
 
-    Raises
-    ------
-    GhostballError
-        Where one can't be compiled, or there is no compiler.
+    Raises `GhostballError` where one can't be compiled, or there is no compiler.
     """
     if find_spec("numba") is None:
         raise NoCompilerError(

@@ -26,12 +26,8 @@ _INLINE = "__kernel_inline__"
 class Reached:
     """What a kernel reaches.
 
-    Attributes
-    ----------
-    functions : tuple of functions
-        Itself, and all kernels below it.
-    digest : str
-        Hash of all that decides its machine code but the compiler.
+    `functions`: itself, and all kernels below it.
+    `digest`: hash of all that decides its machine code but the compiler.
     """
 
     functions: tuple[FunctionType, ...]
@@ -57,10 +53,7 @@ def kernel_in(value: Any) -> FunctionType | None:
 def reached_by(function: FunctionType) -> Reached:
     """Return what a kernel reaches.
 
-    Raises
-    ------
-    TypeError
-        Where it reaches something that isn't known to be constant.
+    Raises `TypeError` where it reaches something that isn't known to be constant.
     """
     functions: dict[FunctionType, None] = {}
     parts: list[Any] = []

@@ -60,10 +60,7 @@ def _files() -> Iterator[tuple[str, Path]]:
 def manifest(files: dict[str, str]) -> dict[str, Any]:
     """Return what is written beside libraries that were made here: what they fit, and their files.
 
-    Parameters
-    ----------
-    files : dict
-        The name of each library by `key_of` its kernel and arguments.
+    `files`: the name of each library by `key_of` its kernel and arguments.
     """
     return {**_wanted(), "target": processor.target(), "files": files}
 

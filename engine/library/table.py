@@ -50,10 +50,7 @@ Kind = Any
 def kind_of(value: Any) -> Kind:
     """Return the kind of an argument.
 
-    Raises
-    ------
-    TypeError
-        Where no kernel can be given such an argument.
+    Raises `TypeError` where no kernel can be given such an argument.
     """
     match value:
         case None:
@@ -140,14 +137,9 @@ _FORMATS = {"float": "d", "bool": "?7x"}
 class Layout:
     """What lies where in the tables of a kernel that was compiled for some kinds of arguments.
 
-    Attributes
-    ----------
-    length : int
-        How many words a table has.
-    first : int
-        Place of the first argument.
-    pack : callable
-        Packs all words into a table.
+    `length`: how many words a table has.
+    `first`: place of the first argument.
+    `pack`: packs all words into a table.
     """
 
     def __init__(self, kinds: list[Kind], result: Kind) -> None:

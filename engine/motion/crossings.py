@@ -15,8 +15,6 @@ def first_crossing(gap: float, rate: float, acceleration: float) -> float:
     and opening is the later return. So a contact is found although rounding put it past its
     instant, and one that was just resolved is not found again.
 
-    Notes
-    -----
     Each case adds numbers of one sign, so no digit cancels (Bannerman, Strobl, Formella and
     Poeschel 2014 give the rule for touching balls). Chosen without branches, so that a row of pairs
     becomes vector instructions.
@@ -40,8 +38,6 @@ def first_bent_crossing(
 
     For `left` seconds, a finite number; later than that, where it can't be before.
 
-    Notes
-    -----
     Within h seconds jerk s^3 / 6 is no more than (jerk h / 3) s^2 / 2: a root of that is a bound if
     it comes before h, and h is one if not. The best h lies where both are the same; the mean of the
     logarithms of h and of its root is four times nearer to it. Where the rate is what closes the
@@ -69,8 +65,6 @@ def first_meeting(rx: float, ry: float, vx: float, vy: float, reach: float) -> f
     Contract: as `first_crossing`. The constant term is (d - D)(d + D), which keeps the digits of a
     small gap.
 
-    Notes
-    -----
     The discriminant (r.v)^2 - v^2 (d^2 - D^2) is v^2 D^2 - (r x v)^2, which for balls that are far
     apart has smaller terms to round: the instant of an oblique collision from 20 diameters away was
     off by 20 roundings with the first form. Touching balls have the first as their whole

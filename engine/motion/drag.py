@@ -229,8 +229,6 @@ def _last_piece(
 ) -> float:
     """Begin the last piece of a slide, if it is time for that: return its duration [s], else 0.
 
-    Notes
-    -----
     What turning does to the place is at most (2/7) k v^2 t^2 in the time t that is left. By a drag
     D that is constant, d/dt (c |u| - D.u) = D^2 - c^2, c the deceleration of the slip. Of v the
     cloth takes 2/7 of the slip, the air 5/7 of what it would take without the cloth: that is so
@@ -323,8 +321,6 @@ def _turn(
 def _extend(row: FloatArray, n: int, drags: bool) -> None:
     """Find the power n > 0 of the slip's size and direction, and of the speed.
 
-    Notes
-    -----
     r' = e . u' for r = |u| and e = u / r; so n r_n = sum e_j . (n - j) u_{n-j}, and e_n follows
     from u = r e. The speed s from s^2 = v^2.
     """

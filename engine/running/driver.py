@@ -58,18 +58,10 @@ def needed(variant: Variant) -> Needed:
 class Run:
     """One run of the kernel on one scene.
 
-    Attributes
-    ----------
-    status : Status
-    t_end : float [s]
-        When the last ball came to rest, or the run stopped.
-    wall_time : float [s]
-        Of the kernel.
-    reason : str
-    size : int
-        Number of balls.
-    variant : Variant
-        Of the kernels that it begins with.
+    `t_end` [s]: when the last ball came to rest, or the run stopped.
+    `wall_time` [s]: of the kernel.
+    `size`: number of balls.
+    `variant`: of the kernels that it begins with.
     """
 
     def __init__(self, scene: Scene, keep_log: bool, off: frozenset[Skip] = frozenset()) -> None:

@@ -103,9 +103,7 @@ def admit(scene: Scene) -> None:
 
     Whatever way a scene takes to the kernels, it needs a layout, and one is made of no other scene.
 
-    Raises
-    ------
-    SceneError, UnsupportedSceneError
+    Raises `SceneError` or `UnsupportedSceneError`.
     """
     if not _is_laid_out(scene):
         check_whole(scene)
@@ -126,10 +124,7 @@ def layout_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Layout:
     Kept by identity. Two equal scenes have a layout each: comparing scenes would take longer. One
     with skips switched off isn't kept.
 
-    Raises
-    ------
-    SceneError, UnsupportedSceneError
-        As `admit`.
+    Raises `SceneError` or `UnsupportedSceneError` as `admit`.
     """
     if not off and _is_laid_out(scene):
         return _LAYOUTS[id(scene)][1]
@@ -234,10 +229,7 @@ def height_of(scene: Scene) -> FloatArray:
 def laws_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Laws:
     """Reduce the scene's physics and table to the numbers that the kernel uses.
 
-    Raises
-    ------
-    UnsupportedSceneError
-        Where there is more to bounce off than `MOST_OBSTACLES`.
+    Raises `UnsupportedSceneError` where there is more to bounce off than `MOST_OBSTACLES`.
     """
     physics = scene.physics
     obstacles = obstacles_of(scene, off)

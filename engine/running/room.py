@@ -66,11 +66,8 @@ Log = tuple[st.FloatArray, st.IntArray, st.IntArray, st.FloatArray]
 class Room:
     """Arrays in which shots of one scene are played, one after the other.
 
-    Attributes
-    ----------
-    numbers : (m,) float64
-        The block of arrays of the shot at hand; see `core.block`.
-    contacts : tuple of three arrays, or None
+    `numbers` (m,) float64: the block of arrays of the shot at hand; see `core.block`.
+    `contacts`: three arrays, or None.
     """
 
     def __init__(self, layout: Layout, with_contacts: bool) -> None:

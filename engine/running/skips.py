@@ -75,12 +75,7 @@ BUILT_IN = frozenset((Skip.UNDISTURBED, Skip.RECEDING, Skip.OUT_OF_REACH))
 class SkipUse:
     """Whether a scene's run makes use of a skip.
 
-    Attributes
-    ----------
-    skip : Skip
-    used : bool
-    why : str
-        What in the scene, or in the call, decides that.
+    `why`: what in the scene, or in the call, decides that.
     """
 
     skip: Skip
@@ -93,10 +88,7 @@ def explain_skips(
 ) -> tuple[SkipUse, ...]:
     """Return every skip, and whether `simulate` uses it with these arguments.
 
-    Raises
-    ------
-    GhostballError
-        As `chosen_skips`.
+    Raises `GhostballError` as `chosen_skips`.
     """
     off = chosen_skips(no_skip, scene)
     return tuple(
@@ -110,11 +102,8 @@ def explain_skips(
 def chosen_skips(names: Iterable[str], scene: Scene | None = None) -> frozenset[Skip]:
     """Return the skips that `names` switch off.
 
-    Raises
-    ------
-    GhostballError
-        Where a name is none of a skip, or of one that can't be switched off; or where the scene has
-        too many balls for what is asked.
+    Raises `GhostballError` where a name is none of a skip, or of one that can't be switched off; or
+    where the scene has too many balls for what is asked.
     """
     if isinstance(names, str) or not isinstance(names, Iterable):
         raise GhostballError(f"`no_skip` must be a collection of names, got {names!r}. {_known()}")

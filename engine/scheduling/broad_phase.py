@@ -137,8 +137,6 @@ def _meet_cell(
 def _meet_ball(world: World, i: int, j: int, t: float) -> None:
     """Enter in ball i's slot its bound with ball j, if it is one of the first two.
 
-    Notes
-    -----
     Most neighbours move away, or come later than two others; that is decided without a square root.
     A bound is the first root of c + b s + p s^2 / 2, with b = r . v, p = r . a and c = d (d - D);
     where all balls move uniformly, of (d^2 - D^2) / 2 + b s + v^2 s^2 / 2. Neither polynomial is

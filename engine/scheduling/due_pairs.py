@@ -104,8 +104,6 @@ def _judge_one(world: World, i: int, j: int, t: float) -> Event:
 def _judge_several(world: World, t: float) -> Event:
     """Judge all pairs whose bound is the instant t [s], as `touching`.
 
-    Notes
-    -----
     Of sequential impacts the fastest first, then by place. For impacts at one instant that feed
     each other (an inelastic one with a frozen line) then die out like a relaxation of the whole
     line, not of its end over and over. Impacts of balls in the air, or of different size where they

@@ -20,8 +20,6 @@ def carry(run: Tangents, ball: int, k: int, t: float, row: FloatArray) -> None:
 
     Contract: t lies between the start of that segment and of the next one. No allocation.
 
-    Notes
-    -----
     With P = 1 - d^ d^T across the direction d of the velocity, or of the slip u while the ball
     slides, and c its deceleration: da = -(c / |d|) P dd, dv += s da, dx += s dv + s^2 da / 2.
     """

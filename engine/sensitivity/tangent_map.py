@@ -60,14 +60,9 @@ _CHUNK = 16_384
 class TangentMap:
     """What becomes of m small changes of a shot's first state, to first order.
 
-    Attributes
-    ----------
-    count : int
-        m.
-    t_end : float [s]
-        Last instant of the motion.
-    balls, events : int
-        How many the shot has.
+    `count`: m.
+    `t_end` [s]: last instant of the motion.
+    `balls`, `events`: how many the shot has.
     """
 
     count: int
@@ -79,15 +74,11 @@ class TangentMap:
     def sample(self, times: ArrayLike) -> FloatArray:
         """Return the changes at `times`, (k, m, n, 7) float64.
 
-        Parameters
-        ----------
-        times : (k,) float64 [s], in any order; past the end, as at the end
+        `times` (k,) float64 [s], in any order; past the end, as at the end.
 
-        Returns
-        -------
-        (k, m, n, 7) float64
-            For each ball the change of its position x, y [m], velocity x, y [m/s] and angular
-            velocity x, y, z [rad/s] at the same instant; not finite where no derivative exists.
+        Returns (k, m, n, 7) float64: for each ball the change of its position x, y [m], velocity x,
+        y [m/s] and angular velocity x, y, z [rad/s] at the same instant; not finite where no
+        derivative exists.
         """
         t, order = _increasing(times, self.t_end)
         if not self._runs:
@@ -136,13 +127,10 @@ class TangentMap:
 
         inf: none does.
 
-        Parameters
-        ----------
-        instants : (k,) float64 [s], increasing
-            Of the events; between two of them growth is looked for at a few instants only.
-        tolerance : float [m]
-        error : float or None
-            None: that within which our engine stays, `QUALITY` times the error of a rounding.
+        `instants` (k,) float64 [s], increasing: of the events; between two of them growth is looked
+            for at a few instants only.
+        `tolerance` [m].
+        `error`: none: that within which our engine stays, `QUALITY` times the error of a rounding.
         """
         limit = tolerance / (QUALITY * ROUNDING if error is None else error)
         for times in _chunks(instants, self.t_end):
@@ -160,22 +148,15 @@ def tangent_of(
 ) -> TangentMap:
     """Return what becomes of small changes of the first state of a shot.
 
-    Parameters
-    ----------
-    scene : Scene
-    trajectory, events
-        Of its run, as our engine records them; `Result.tangent` passes its own.
-    directions : (m, n, 7) float64
-        Each a change of every ball's position x, y [m], velocity x, y [m/s] and angular velocity
-        x, y, z [rad/s]. The angular velocity of a ball that begins by rolling follows its velocity;
-        one that rests stops again at once where the cloth slows it, and stays.
+    `trajectory`, `events`: of its run, as our engine records them; `Result.tangent` passes its own.
+    `directions` (m, n, 7) float64: each a change of every ball's position x, y [m], velocity x, y
+        [m/s] and angular velocity x, y, z [rad/s]. The angular velocity of a ball that begins by
+        rolling follows its velocity; one that rests stops again at once where the cloth slows it,
+        and stays.
 
-    Raises
-    ------
-    GhostballError
-        Where `directions` has another shape, or isn't finite; where the trajectory or the events
-        name balls or obstacles that the scene doesn't have, or can't be of its physics; or where
-        our engine doesn't simulate the scene.
+    Raises `GhostballError` where `directions` has another shape, or isn't finite; where the
+    trajectory or the events name balls or obstacles that the scene doesn't have, or can't be of its
+    physics; or where our engine doesn't simulate the scene.
     """
     n = len(scene.balls)
     given = np.asarray(directions, dtype=np.float64)

@@ -28,8 +28,6 @@ def pass_impact(run: Tangents, i: int, j: int) -> None:
     Contract: both have arrived, i in the first row and j in the second; they are left where and
     when the event is for each perturbation, just after it.
 
-    Notes
-    -----
     dtau is n . dr over the approach. The perturbed balls touch along a normal that is turned by
     t . dr / |r|, and in its frame the law gives what it makes of what they bring to it.
     """

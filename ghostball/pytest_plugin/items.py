@@ -57,11 +57,8 @@ BASELINE = "baseline"
 def collect(session: pytest.Session, picked: Sequence[str]) -> list[pytest.Item]:
     """Return the tests; no engine runs.
 
-    Parameters
-    ----------
-    session : pytest.Session
-    picked : sequence of str
-        Tests on the command line, `ghostball::SCENE::METRIC`, or a part of that; empty is all.
+    `picked`: tests on the command line, `ghostball::SCENE::METRIC`, or a part of that; empty is
+    all.
     """
     try:
         plan = _Plan.of(session.config, picked)

@@ -43,13 +43,9 @@ class Box2dSettings(SteppingSettings):
     `dt` is 1e-3 s tuned, 1/60 s default as in Box2D's manual, 0.02 s or what the scale allows
     to contacts; `iterations` are of velocities: 8, as the manual recommends, default 6.
 
-    Attributes
-    ----------
-    scale : float or None [1/m]
-        Units of Box2D in a metre. None is as many as the step and the scene's fastest ball allow,
-        at most 200; 1 in the default configuration.
-    bullet : bool
-        Whether balls are bullets: contacts between them are found in continuous time. Where
+    `scale` [1/m]: units of Box2D in a metre. None is as many as the step and the scene's fastest
+        ball allow, at most 200; 1 in the default configuration.
+    `bullet`: whether balls are bullets: contacts between them are found in continuous time. Where
         steps end at contacts, and in the default configuration, they never are.
     """
 

@@ -44,9 +44,7 @@ CAPABILITIES: Capabilities = {
 def check_certified(scene: Scene) -> None:
     """Refuse a scene whose physics isn't certified.
 
-    Raises
-    ------
-    UnsupportedSceneError
+    Raises `UnsupportedSceneError`.
     """
     check_supported(NAME, CAPABILITIES, scene)
     if scene.physics.airborne and scene.physics.air_drag > 0.0:
@@ -62,25 +60,13 @@ def certify(
 ) -> Certificate:
     """Prove what happens in a scene, as far as it can be proved.
 
-    Parameters
-    ----------
-    scene : Scene
-        Its numbers are taken as the very doubles that they are.
-    settings : CertifiedSettings, optional
-    motion : bool
-        Whether the certificate also holds the motion between events.
-    cached : bool
-        Whether to read the certificate from the disk if it was computed before by the same code,
-        and to keep it there.
+    `scene`: its numbers are taken as the very doubles that they are.
+    `motion`: whether the certificate also holds the motion between events.
+    `cached`: whether to read the certificate from the disk if it was computed before by the same
+        code, and to keep it there.
 
-    Returns
-    -------
-    Certificate
-
-    Raises
-    ------
-    UnsupportedSceneError
-        Where the scene has physics that isn't certified: `CAPABILITIES` says why.
+    Raises `UnsupportedSceneError` where the scene has physics that isn't certified: `CAPABILITIES`
+    says why.
     """
     settings = CertifiedSettings() if settings is None else settings
     check_certified(scene)

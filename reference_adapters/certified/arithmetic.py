@@ -59,16 +59,10 @@ def check_time() -> None:
 class UndecidedError(Exception):
     """What happens next can't be decided in the precision at hand.
 
-    Attributes
-    ----------
-    what : str
-        What can't be decided, in one clause.
-    choices : tuple of Choice
-        The events that may come next, or whose outcome is open.
-    t : arb [s]
-        When.
-    exact : bool
-        Whether no precision could decide it: the numbers are equal.
+    `what`: what can't be decided, in one clause.
+    `choices`: the events that may come next, or whose outcome is open.
+    `t` [s]: when.
+    `exact`: whether no precision could decide it: the numbers are equal.
     """
 
     def __init__(
@@ -120,10 +114,7 @@ def length(x: arb, y: arb) -> arb:
 def unit(x: arb, y: arb, what: str) -> Vector:
     """Return (x, y) over its length; exact along an axis.
 
-    Raises
-    ------
-    UndecidedError
-        Where (x, y) may be 0; `what` says what that would mean.
+    Raises `UndecidedError` where (x, y) may be 0; `what` says what that would mean.
     """
     if y.is_zero():
         return (_sign(x, what), ZERO)

@@ -44,13 +44,9 @@ _RISES = ("rise", "up_speed", "fall")
 def segment_columns(powers: int = 2, *, lifts: bool = False) -> tuple[str, ...]:
     """Return the names of the columns of segments; see `ExactTrajectory`.
 
-    Parameters
-    ----------
-    powers : int
-        The highest power of the time in the displacement of a ball; of the angular velocity, one
-        less.
-    lifts : bool
-        Whether balls may be in the air.
+    `powers`: the highest power of the time in the displacement of a ball; of the angular velocity,
+        one less.
+    `lifts`: whether balls may be in the air.
     """
     names = segment.NAMES + (_RISES if lifts else ())
     displacements = tuple(f"{axis}{n}" for n in range(3, powers + 1) for axis in "xy")
@@ -147,14 +143,9 @@ class Choice:
 class CertifiedEvent:
     """One proved event.
 
-    Attributes
-    ----------
-    kind : EventKind
-    a, b : int
-        As in an event of a `Result`.
-    t : Enclosure [s]
-    tie : bool
-        Whether its place among the events next to it is a convention: an event without a ball in
+    `a`, `b`: as in an event of a `Result`.
+    `t` [s].
+    `tie`: whether its place among the events next to it is a convention: an event without a ball in
         common with it may come at the very same instant, and either order has the same outcome.
     """
 
@@ -174,32 +165,19 @@ class CertifiedEvent:
 class Certificate:
     """What is proved about a shot, up to where nothing more can be.
 
-    Attributes
-    ----------
-    ending : str
-        Why it ends; "proved" is the whole shot.
-    reason : str
-        Where it isn't the whole shot, what stopped it, with names and the time; else "".
-    choices : tuple of Choice
-        The events that couldn't be ordered, or the contact that is sustained; else empty.
-    precision : int [bits]
-        With which it was proved.
-    events : tuple of CertifiedEvent, in order of time
-    t_end : Enclosure [s]
-        When the last ball rests and no longer spins, or `t_max`; or the last event proved.
-    rested : bool
-        Whether every ball rests at `t_end`.
-    positions, velocities, spins : tuple of tuples of Enclosure [m], [m/s], [rad/s]
-        Of each ball at `t_end`: (x, y), (vx, vy), (wx, wy, wz); with z and vz where balls may fly.
-    seconds : float [s]
-        What it took, all precisions together.
-    segments : tuple of (k_i, len(columns)) float64, or None
-        The motion of each ball, as in `ExactTrajectory`, from the middles; where asked for.
-    columns : tuple of str
-        What the columns of `segments` are: those of `segment_columns`.
-    starts : tuple of tuples of int
-        Of each ball, the rows of its segments at which the shot begins, or an event changes its
-        motion. Those between continue with the same motion, as further pieces of its series.
+    `ending`: why it ends; "proved" is the whole shot.
+    `reason`: where it isn't the whole shot, what stopped it, with names and the time; else "".
+    `choices`: the events that couldn't be ordered, or the contact that is sustained; else empty.
+    `precision` [bits]: with which it was proved.
+    `t_end` [s]: when the last ball rests and no longer spins, or `t_max`; or the last event proved.
+    `rested`: whether every ball rests at `t_end`.
+    `positions`, `velocities`, `spins` [m] and [m/s] and [rad/s]: of each ball at `t_end`: (x, y),
+        (vx, vy), (wx, wy, wz); with z and vz where balls may fly.
+    `seconds` [s]: what it took, all precisions together.
+    `segments`: the motion of each ball, as in `ExactTrajectory`, from the middles; where asked for.
+    `columns`: what the columns of `segments` are: those of `segment_columns`.
+    `starts`: of each ball, the rows of its segments at which the shot begins, or an event changes
+        its motion. Those between continue with the same motion, as further pieces of its series.
     """
 
     ending: Ending
@@ -276,10 +254,7 @@ class Certificate:
     def from_json(cls, text: str) -> Certificate:
         """Read what `to_json` wrote.
 
-        Raises
-        ------
-        GhostballError
-            Where the text isn't a certificate of this version.
+        Raises `GhostballError` where the text isn't a certificate of this version.
         """
         try:
             data = json.loads(text)

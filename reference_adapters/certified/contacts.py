@@ -120,14 +120,9 @@ class Contacts:
     def check_bounce(self, chosen: Candidate, rate: arb, opening: arb, diameter: arb) -> None:
         """Raise where the contact that an event makes is sustained from here on.
 
-        Parameters
-        ----------
-        rate : arb [m/s]
-            Of the gap, before the impact.
-        opening : arb [m/s^2]
-            By which the gap would open, or is pulled closed where it is negative.
-        diameter : arb [m]
-            The sum of the radii, or twice the ball's.
+        `rate` [m/s]: of the gap, before the impact.
+        `opening` [m/s^2]: by which the gap would open, or is pulled closed where it is negative.
+        `diameter` [m]: the sum of the radii, or twice the ball's.
         """
         choice, t, square = chosen.choice, chosen.instant, rate * rate
         most = 2 * LOW_BOUNCE * diameter * arb.max(-opening, ZERO)

@@ -31,10 +31,7 @@ _CUT = 0.486
 class Roll:
     """The way of one ball from an instant on.
 
-    Attributes
-    ----------
-    distance, duration : arb or None [m], [s]
-        Until it rests; None where nothing stops it.
+    `distance`, `duration` [m] and [s]: until it rests; None where nothing stops it.
     """
 
     __slots__ = ("_a", "_b", "_q", "_v", "_w", "distance", "duration")
@@ -107,14 +104,9 @@ class Roll:
 def first_entry_of(value: Function, slope: Function, low: arb, high: arb, bits: int) -> Bracket:
     """Search for the first instant in [low, high] at which a gap closes, both exact [s].
 
-    Parameters
-    ----------
-    value, slope : callable
-        The gap and its rate; of a ball of times, a ball that holds them at all of these.
-    bits : int
-        The search gives up, with `UNSURE`, where intervals come down to 2^-`bits` of the first.
-
-    Contract: the gap is positive at `low`.
+    `value`, `slope`: the gap and its rate; of a ball of times, a ball that holds them at all of
+        these.
+    `bits`: the search gives up, with `UNSURE`, where intervals come down to 2^-`bits` of the first.
     """
     stack = [(low, high)]
     narrow = ((high - low) * arb((1, -bits))).upper()

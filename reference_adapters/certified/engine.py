@@ -49,10 +49,7 @@ class CertifiedEngine(EngineBase):
         `reason` says what stopped it. `wall_time` is that of the computation, also where the
         certificate was read from the disk.
 
-        Raises
-        ------
-        UnsupportedSceneError
-            Where the scene has physics that isn't certified.
+        Raises `UnsupportedSceneError` where the scene has physics that isn't certified.
         """
         self.check(scene)
         certificate = self.certify(scene, motion=record == "trajectory")

@@ -56,12 +56,8 @@ class State(NamedTuple):
 class FlyingBody(Body):
     """One ball in the air, until it comes down or something acts on it; never changed.
 
-    Attributes
-    ----------
-    rise : arb [m]
-        Of its lowest point above the cloth.
-    up : arb [m/s]
-        Velocity upwards.
+    `rise` [m]: of its lowest point above the cloth.
+    `up` [m/s]: velocity upwards.
     """
 
     __slots__ = ("rise", "up")
@@ -227,11 +223,8 @@ def gone(body: Body, s: arb, t: arb, order: int) -> Body:
 def answered_by_table(constants: Constants, state: State, t: arb, order: int) -> Body:
     """Return a ball that something has acted on, after what the table does at the same instant.
 
-    Raises
-    ------
-    UndecidedError
-        Where it can't be decided whether it is on the table, is pushed onto it, sticks to it, or
-        flies.
+    Raises `UndecidedError` where it can't be decided whether it is on the table, is pushed onto it,
+    sticks to it, or flies.
     """
     if not state.rise.is_zero():
         if not state.rise > 0:

@@ -76,13 +76,8 @@ class Gap(Protocol):
 class _DistanceGap(ABC):
     """The squared length of a vector that moves, less the square of a reach [m^2].
 
-    Attributes
-    ----------
-    t : arb [s]
-        Instant that its time counts from.
-    choice : Choice
-    reach : arb [m]
-    curved : bool
+    `t` [s]: instant that its time counts from.
+    `reach` [m].
     """
 
     t: arb
@@ -134,13 +129,9 @@ class _DistanceGap(ABC):
 class PairGap(_DistanceGap):
     """The gap of two balls.
 
-    Attributes
-    ----------
-    free : bool
-        Whether one of them is in the air: then it is a gap in space.
-    reach : arb [m]
-        The sum of their radii; another one where balls of different size lie on the cloth of a
-        scene in space, and touch along a line that isn't level.
+    `free`: whether one of them is in the air: then it is a gap in space.
+    `reach` [m]: the sum of their radii; another one where balls of different size lie on the cloth
+        of a scene in space, and touch along a line that isn't level.
     """
 
     def __init__(self, a: Body, b: Body, choice: Choice, reach: arb | None = None) -> None:

@@ -24,10 +24,7 @@ class Impacts:
 
     Both methods raise where the outcome can't be decided, or the contact is sustained from here on.
 
-    Attributes
-    ----------
-    still : bool
-        Whether the last impact has exactly ended the approach of two balls.
+    `still`: whether the last impact has exactly ended the approach of two balls.
     """
 
     def __init__(self, problem: Problem, contacts: Contacts) -> None:

@@ -57,12 +57,8 @@ def meeting_again(gap: Gap, high: float, bits: int, *, still: bool = False) -> M
 
     `still` says that its rate is exactly 0, too, though computed from numbers that are not exact.
 
-    Raises
-    ------
-    UndecidedError
-        Where it can't be decided whether they part.
-    SustainedContactError
-        Where they are in resting contact.
+    Raises `UndecidedError` where it can't be decided whether they part; `SustainedContactError`
+    where they are in resting contact.
     """
     now = Meeting(ZERO, gap.t)
     if gap.curved:

@@ -69,28 +69,17 @@ class Doubles(NamedTuple):
 class Body:
     """One ball from an instant on, until its phase ends or something acts on it; never changed.
 
-    Attributes
-    ----------
-    constants : Constants
-    x, y : arb [m]
-    vx, vy : arb [m/s]
-    ux, uy : arb [m/s]
-        Slip; exactly 0 where the ball rolls or rests.
-    wz : arb [rad/s]
-    t : arb [s]
-        The instant. Two bodies that something acted on at one instant share the object.
-    order : int
-        Number of the instant, in order of time.
-    phase : Phase
-    ax, ay : arb [m/s^2]
-        As the phase begins, and, but for one in air, all through it.
-    roll : Roll or None
-        Of a ball that rolls in air, or where the cloth slows fast balls more; or that slides in air
-        without friction.
-    slide : Slide or None
-        Of one that slides in air.
-    duration : arb or None [s]
-        How long the phase lasts, if nothing acts on the ball; None is without end.
+    `x`, `y` [m].
+    `vx`, `vy` [m/s].
+    `ux`, `uy` [m/s]: slip; exactly 0 where the ball rolls or rests.
+    `wz` [rad/s].
+    `t` [s]: the instant. Two bodies that something acted on at one instant share the object.
+    `order`: number of the instant, in order of time.
+    `ax`, `ay` [m/s^2]: as the phase begins, and, but for one in air, all through it.
+    `roll`: of a ball that rolls in air, or where the cloth slows fast balls more; or that slides in
+        air without friction.
+    `slide`: of one that slides in air.
+    `duration` [s]: how long the phase lasts, if nothing acts on the ball; None is without end.
     """
 
     __slots__ = (
@@ -142,10 +131,7 @@ class Body:
     def _start(self) -> Phase:
         """Set accelerations and duration, and return the phase.
 
-        Raises
-        ------
-        UndecidedError
-            Where the ball may or may not slip, or move.
+        Raises `UndecidedError` where the ball may or may not slip, or move.
         """
         constants = self.constants
         if not (self.ux.is_zero() and self.uy.is_zero()):

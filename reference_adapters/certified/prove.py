@@ -51,10 +51,7 @@ def prove(
 
     With `motion` the motion between events is kept, too.
 
-    Raises
-    ------
-    UnsupportedSceneError
-        Where it can't be decided how a ball starts.
+    Raises `UnsupportedSceneError` where it can't be decided how a ball starts.
     """
     started = time.perf_counter()
     deadline = started + settings.time_limit

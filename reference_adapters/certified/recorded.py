@@ -126,11 +126,8 @@ def _row(
 ) -> Row:
     """Return a segment a time s after the body's instant.
 
-    Parameters
-    ----------
-    displacement : (x, y) by power of the time since
-    q : slip less velocity, the same; a roll has none that changes
-        From u = (vx - R wy, vy + R wx).
+    `displacement` (x, y) by power of the time since.
+    `q`: from u = (vx - R wy, vy + R wx).
     """
     radius = body.constants.radius
     turns = [(float(y / radius), float(-x / radius)) for x, y in q]

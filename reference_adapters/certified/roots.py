@@ -55,15 +55,11 @@ def first_entry_in_doubles(
 ) -> Bracket:
     """Search in doubles for the first entry of a gap in [low, high].
 
-    Parameters
-    ----------
-    gap : 5 float
-        Coefficients from the constant up [m^2, m^2/s ...].
-    low, high : float [s]
-    margin : callable
-        What an error of a Bernstein coefficient on an interval that ends at a time can't exceed.
-    pieces : int
-        Intervals after which to give up, with UNSURE.
+    `gap`: coefficients from the constant up [m^2, m^2/s ...].
+    `low`, `high` [s].
+    `margin`: what an error of a Bernstein coefficient on an interval that ends at a time can't
+        exceed.
+    `pieces`: intervals after which to give up, with UNSURE.
     """
     stack = [(low, high)]
     while stack:
@@ -134,18 +130,12 @@ def refined(
 ) -> arb | None:
     """Enclose the one root in a bracket as narrowly as the precision allows.
 
-    Parameters
-    ----------
-    value, slope : callable
-        A function with exactly one root in [low, high], where it falls through 0, and its
-        derivative; of a ball, the range.
-    low, high : arb [s], exact
+    `value`, `slope`: a function with exactly one root in [low, high], where it falls through 0, and
+        its derivative; of a ball, the range.
+    `low`, `high` [s].
 
-    Returns
-    -------
-    arb [s], or None where the precision can't
-        The interval Newton step from the middle of a ball that contains its own image: so the
-        ball has one root, for every function that the coefficients enclose.
+    Returns [s]: the interval Newton step from the middle of a ball that contains its own image: so
+    the ball has one root, for every function that the coefficients enclose.
     """
     start, end = low, high
     x = ((start + end) / 2).mid()

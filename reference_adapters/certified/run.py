@@ -70,17 +70,10 @@ def largest_speeds(problem: Problem) -> list[float]:
 class Run:
     """One run.
 
-    Attributes
-    ----------
-    bodies : list of Body
-        Each ball from the last event that concerned it.
-    now : arb [s]
-        The last event's instant.
-    events : list of (Choice, arb, bool)
-        What is proved: event, instant, and whether its place is a convention.
-    segments : list of (ball, Body), in order of time
-    ended : bool
-        Whether the run reached its natural end.
+    `bodies`: each ball from the last event that concerned it.
+    `now` [s]: the last event's instant.
+    `events`: what is proved: event, instant, and whether its place is a convention.
+    `ended`: whether the run reached its natural end.
     """
 
     def __init__(self, problem: Problem, bits: int) -> None:
@@ -107,12 +100,8 @@ class Run:
 
         Returns "proved", "event limit" or "time limit".
 
-        Raises
-        ------
-        UndecidedError
-            Where this precision can't tell what comes next.
-        SustainedContactError
-            Where a contact is sustained from here on.
+        Raises `UndecidedError` where this precision can't tell what comes next;
+        `SustainedContactError` where a contact is sustained from here on.
         """
         self._begin()
         while True:
@@ -320,10 +309,7 @@ class Run:
 
         A spin that nothing slows isn't waited for.
 
-        Raises
-        ------
-        UndecidedError
-            Where the last spin may end before or after `t_max`.
+        Raises `UndecidedError` where the last spin may end before or after `t_max`.
         """
         assert self.ended
         if not self.rested:

@@ -12,19 +12,12 @@ from ghostball.reference_adapters.base import EngineSettings
 class CertifiedSettings(EngineSettings):
     """Settings of `CertifiedEngine`.
 
-    Attributes
-    ----------
-    start_precision : int [bits]
-        The precision to begin with; it is doubled until everything is proved.
-    max_precision : int [bits]
-        The cap: the precision is never above.
-    max_events : int
-        Events after which to stop.
-    time_limit : float [s]
-        Computing time after which to stop; what was stopped so isn't kept for later.
-    width : float [m]
-        How wide the enclosure of a position may be at the end; in s and m/s, that of an instant and
-        of a speed. The default is a hundredth of the rounding of a double on a table.
+    `start_precision` [bits]: the precision to begin with; it is doubled until everything is proved.
+    `max_precision` [bits]: the cap: the precision is never above.
+    `max_events`: events after which to stop.
+    `time_limit` [s]: computing time after which to stop; what was stopped so isn't kept for later.
+    `width` [m]: how wide the enclosure of a position may be at the end; in s and m/s, that of an
+        instant and of a speed. The default is a hundredth of the rounding of a double on a table.
     """
 
     start_precision: Annotated[int, Field(ge=24, le=2**20)] = 53

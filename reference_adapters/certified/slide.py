@@ -55,15 +55,10 @@ class Slide:
     After its end it goes straight on at a constant speed: a search that looks a little farther has
     something to look at.
 
-    Attributes
-    ----------
-    duration : arb [s]
-        Until it rolls.
-    end : (x, y) [m]
-        How far it has come then.
-    final_velocity : (vx, vy) [m/s]
-    pieces : list of Piece
-        Up to where a tiny part of the slide is left.
+    `duration` [s]: until it rolls.
+    `end` (x, y) [m]: how far it has come then.
+    `final_velocity` (vx, vy) [m/s].
+    `pieces`: up to where a tiny part of the slide is left.
     """
 
     __slots__ = (
@@ -82,10 +77,7 @@ class Slide:
     def __init__(self, velocity: Vector, slip: Vector, friction: arb, drag: arb) -> None:
         """Enclose the slide that begins so.
 
-        Raises
-        ------
-        UndecidedError
-            Where the slip may be 0, or may not end.
+        Raises `UndecidedError` where the slip may be 0, or may not end.
         """
         self._friction, self._drag = friction, drag
         # By symmetry a ball that neither goes nor slips across an axis stays on it.
@@ -233,15 +225,10 @@ class Slide:
 class _Tail(NamedTuple):
     """What bounds say of the last bit of a slide.
 
-    Attributes
-    ----------
-    lasts : arb [s]
-    start, end : Vector [m]
-        The ways when it begins and ends.
-    velocity, slip : Vector [m/s]
-        Their ranges all through it.
-    final : Vector [m/s]
-        The velocity when it ends.
+    `lasts` [s].
+    `start`, `end` [m]: the ways when it begins and ends.
+    `velocity`, `slip` [m/s]: their ranges all through it.
+    `final` [m/s]: the velocity when it ends.
     """
 
     lasts: arb

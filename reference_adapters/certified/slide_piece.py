@@ -52,15 +52,11 @@ Series = list[arb]
 class State(NamedTuple):
     """Where a curve near the true slide is at an instant.
 
-    Attributes
-    ----------
-    t : arb [s], exact
-        Since the slide began.
-    displacement : (x, y) [m], exact
-    v, q : Vector [m/s], exact
-        Velocity, and what the spin adds to it in the slip.
-    error, displacement_error : arb [m/s], [m], exact
-        How far the true slide is off at most, in the metric of the energy, and in its place.
+    `t` [s]: since the slide began.
+    `displacement` (x, y) [m], exact.
+    `v`, `q` [m/s]: velocity, and what the spin adds to it in the slip.
+    `error`, `displacement_error` [m/s] and [m]: how far the true slide is off at most, in the
+        metric of the energy, and in its place.
     """
 
     t: arb
@@ -102,16 +98,10 @@ class Piece(NamedTuple):
 def next_piece(start: State, friction: arb, drag: arb, noise: arb) -> Piece:
     """Return the piece from a state on.
 
-    Parameters
-    ----------
-    friction, drag : arb [m/s^2], [1/m]
-    noise : arb [m/s]
-        What doesn't matter.
+    `friction`, `drag` [m/s^2] and [1/m].
+    `noise` [m/s]: what doesn't matter.
 
-    Raises
-    ------
-    UndecidedError
-        Where the slip may end within the piece.
+    Raises `UndecidedError` where the slip may end within the piece.
     """
     size, speed = length(*start.slip), length(*start.v)
     pull = friction + drag * speed * speed
@@ -223,10 +213,7 @@ def _failure(
 
     Bounds of both [m/s^2], [m/s].
 
-    Raises
-    ------
-    UndecidedError
-        Where slip or velocity may vanish within the piece.
+    Raises `UndecidedError` where slip or velocity may vanish within the piece.
     """
     r, ex, ey = arb_poly(found.size), arb_poly(found.ex), arb_poly(found.ey)
     least = length(u[0][0], u[1][0]) - _size(u[0] - u[0][0], h) - _size(u[1] - u[1][0], h)

@@ -35,11 +35,8 @@ class DartSettings(OwnClothSettings):
     `dt` is 1e-3 s, as DART's own; 0.02 s in exact steps. There are no `iterations`: DART solves
     directly.
 
-    Attributes
-    ----------
-    scale : float or None [1/m]
-        Units of DART in a metre. None is as many as the scene's fastest ball allows, at most 10; 1
-        in the default configuration.
+    `scale` [1/m]: units of DART in a metre. None is as many as the scene's fastest ball allows, at
+    most 10; 1 in the default configuration.
     """
 
     DEFAULT_DT: ClassVar[float] = 1e-3

@@ -38,10 +38,7 @@ _CLOTH = "cloth"
 class World(ContactWorld):
     """A world with its balls in the scene's order, and the collisions of its last step.
 
-    Attributes
-    ----------
-    on_cloth
-        As `SpaceWorld` has it.
+    `on_cloth`: as `SpaceWorld` has it.
     """
 
     iterations = 0  # it solves directly

@@ -60,24 +60,15 @@ from ghostball.reference_adapters.paper.model import PaperRun, Stop, paper_capab
 class PaperContinuousSettings(EngineSettings):
     """Settings of `PaperContinuousEngine`.
 
-    Attributes
-    ----------
-    frame : float [s]
-        The paper's `deltaTime`: 20 ms.
-    tolerance : float [m]
-        Gap, of either sign, up to which balls touch "at this instant". Never 0: rounding would
-        leave balls just short of touching, with no time left to advance by.
-    overlaps : {"ignored", "collide"}
-        What balls that overlap by more do: continue through each other, as printed, or collide
-        where they approach, as in the paper's source.
-    cushions : {"late", "searched"}
-        Whether the search looks at cushions too; as printed it doesn't.
-    stop : {"reversal", "never"}
-        What ends a roll; "never" is as printed: no ball ever rests.
-    max_time : float [s]
-        Simulated time after which the run gives up.
-    max_events : int
-        Steps after which the run gives up.
+    `frame` [s]: the paper's `deltaTime`: 20 ms.
+    `tolerance` [m]: gap, of either sign, up to which balls touch "at this instant". Never 0:
+        rounding would leave balls just short of touching, with no time left to advance by.
+    `overlaps`: what balls that overlap by more do: continue through each other, as printed, or
+        collide where they approach, as in the paper's source.
+    `cushions`: whether the search looks at cushions too; as printed it doesn't.
+    `stop`: what ends a roll; "never" is as printed: no ball ever rests.
+    `max_time` [s]: simulated time after which the run gives up.
+    `max_events`: steps after which the run gives up.
     """
 
     frame: Annotated[float, Field(gt=0.0)] = 0.02
@@ -118,10 +109,7 @@ class PaperContinuousEngine(EngineBase):
     def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
         """Run the scene.
 
-        Raises
-        ------
-        UnsupportedSceneError
-            Where the scene needs a feature that the engine lacks.
+        Raises `UnsupportedSceneError` where the scene needs a feature that the engine lacks.
         """
         self.check(scene)
         settings: PaperContinuousSettings = self.settings

@@ -39,16 +39,10 @@ from ghostball.reference_adapters.paper.model import PaperRun, Stop, paper_capab
 class PaperDiscreteSettings(EngineSettings):
     """Settings of `PaperDiscreteEngine`.
 
-    Attributes
-    ----------
-    dt : float [s]
-        The time step; the paper's is 20 ms.
-    react : {"always", "approaching"}
-        Which intersecting pairs collide: all, as printed, or only those that approach.
-    stop : {"reversal", "never"}
-        What ends a roll; "never" is as printed: no ball ever rests.
-    max_time : float [s]
-        Simulated time after which the run gives up.
+    `dt` [s]: the time step; the paper's is 20 ms.
+    `react`: which intersecting pairs collide: all, as printed, or only those that approach.
+    `stop`: what ends a roll; "never" is as printed: no ball ever rests.
+    `max_time` [s]: simulated time after which the run gives up.
     """
 
     dt: Annotated[float, Field(gt=0.0)] = 0.02
@@ -83,10 +77,7 @@ class PaperDiscreteEngine(EngineBase):
     def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
         """Run the scene.
 
-        Raises
-        ------
-        UnsupportedSceneError
-            Where the scene needs a feature that the engine lacks.
+        Raises `UnsupportedSceneError` where the scene needs a feature that the engine lacks.
         """
         self.check(scene)
         settings: PaperDiscreteSettings = self.settings

@@ -39,14 +39,10 @@ printed."""
 class PaperBalls:
     """The state of every ball, and the verbs of the paper that change it.
 
-    Attributes
-    ----------
-    x, y : list of float, (n,) [m]
-        Centres. The third component never changes: the paper has no z (section 6.4).
-    vx, vy : list of float, (n,) [m/s]
-    radii, masses : list of float, (n,) [m], [kg]
-    pair_checks : int
-        Pairs whose distance was looked at, for `Result.work`.
+    `x`, `y` [m]: centres. The third component never changes: the paper has no z (section 6.4).
+    `vx`, `vy` [m/s].
+    `radii`, `masses` [m] and [kg].
+    `pair_checks`: pairs whose distance was looked at, for `Result.work`.
     """
 
     def __init__(self, scene: Scene, stop: Stop) -> None:
@@ -95,8 +91,6 @@ class PaperBalls:
     def advance(self, dt: float) -> None:
         """Move every ball by `dt` [s].
 
-        Notes
-        -----
         4.1: v(t) = v0 + a dt, then s(t) = s0 + v(t) dt with the new v (semi-implicit Euler), with
         a = -mu g v/|v| where |v| > 0 (5.2). A ball that slows ends mu g dt^2 / 2 short each step:
         by v0 dt / 2 over a whole roll.
@@ -133,8 +127,6 @@ class PaperBalls:
     def collide(self, i: int, j: int) -> None:
         """Exchange momentum by the angle-free elastic formula of section 4.2.
 
-        Notes
-        -----
         v1' = v1 - 2 m2/(m1 + m2) ((v1 - v2).(x1 - x2)) / |x1 - x2|^2 (x1 - x2), and the same with 1
         and 2 swapped. It tests nothing: balls that separate are turned to approach. The centres
         must differ.
@@ -190,25 +182,12 @@ def _cushion_planes(scene: Scene) -> list[tuple[int, float]]:
 class PaperRun(ABC):
     """One run of either algorithm: its balls and its clock, and how it ends.
 
-    Parameters
-    ----------
-    scene : Scene
-    record : Record
-    dt : float [s]
-        Length of a frame.
-    stop : Stop
-        What ends a roll.
-    max_time : float [s]
-        Simulated time after which the run gives up.
+    `dt` [s]: length of a frame.
+    `stop`: what ends a roll.
+    `max_time` [s]: simulated time after which the run gives up.
 
-    Attributes
-    ----------
-    balls : PaperBalls
-    recorder : Recorder
-    t : float
-        Now [s].
-    frames : int
-        Begun so far.
+    `t`: now [s].
+    `frames`: begun so far.
     """
 
     def __init__(
@@ -239,8 +218,6 @@ class PaperRun(ABC):
     def result(self, engine: str, settings: dict[str, Any]) -> Result:
         """Run to rest, to `t_max` or to a limit; `engine` and `settings` are named in the result.
 
-        Notes
-        -----
         Completion: `t_max` is met exactly by a shorter last frame.
         """
         balls, recorder = self.balls, self.recorder
@@ -275,14 +252,9 @@ class PaperRun(ABC):
 def paper_capabilities(step: str, cushion: str, masses: Capability) -> dict[Feature, Capability]:
     """Return what the paper's model represents.
 
-    Parameters
-    ----------
-    step : str
-        Name of the setting that is the time step.
-    cushion : str
-        How a ball meets a cushion.
-    masses : Capability
-        Of unequal masses.
+    `step`: name of the setting that is the time step.
+    `cushion`: how a ball meets a cushion.
+    `masses`: of unequal masses.
     """
     rolling = (
         f"semi-implicit Euler: velocities exact, a roll ends about v `{step}` / 2 short; a ball "

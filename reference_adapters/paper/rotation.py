@@ -22,18 +22,11 @@ def turned_by_frames(
 ) -> NDArray[np.float64]:
     """Return the orientation that the paper's rule gives balls after each of k frames.
 
-    Parameters
-    ----------
-    velocities : (k, n, 3) float64 [m/s]
-        Of each frame, as it is shown.
-    radii : (n,) float64 [m]
-    dt : float [s]
-        From each frame to the next.
+    `velocities` (k, n, 3) float64 [m/s]: of each frame, as it is shown.
+    `radii` (n,) float64 [m].
+    `dt` [s]: from each frame to the next.
 
-    Returns
-    -------
-    (k, n, 4) float64
-        Unit quaternions, w first; the first frame turns from (1, 0, 0, 0).
+    Returns (k, n, 4) float64: unit quaternions, w first; the first frame turns from (1, 0, 0, 0).
     """
     vx, vy = velocities[..., 0], velocities[..., 1]
     speed = np.hypot(vx, vy)

@@ -28,10 +28,7 @@ class PhysxSettings(OwnClothSettings):
     `dt` is 1e-3 s tuned, SAPIEN's own 0.01 s default, 0.02 s in exact steps; `iterations` are of
     positions, 10 as SAPIEN's own.
 
-    Attributes
-    ----------
-    solver : "pgs" or "tgs" or None
-        Projected or temporal Gauss-Seidel; None is "pgs" tuned, SAPIEN's own "tgs" default.
+    `solver`: projected or temporal Gauss-Seidel; None is "pgs" tuned, SAPIEN's own "tgs" default.
     """
 
     DEFAULT_DT: ClassVar[float] = 0.01

@@ -50,10 +50,7 @@ FASTEST_SPIN = 1e6
 class World(ContactWorld):
     """A scene with its balls in the scene's order, and the collisions of its last step.
 
-    Attributes
-    ----------
-    on_cloth
-        As `SpaceWorld` has it.
+    `on_cloth`: as `SpaceWorld` has it.
     """
 
     def __init__(self, scene: Scene, settings: PhysxSettings, *, own_cloth: bool) -> None:

@@ -32,19 +32,13 @@ Of an impact at 10 m/s it leaves 1e-11 m/s of throw.
 class Coefficients:
     """The scene's laws as factors per body, such that each pair multiplies to the scene's value.
 
-    Attributes
-    ----------
-    ball_restitution, cushion_restitution, ball_friction, cushion_friction : float
-        Factors [1].
-    table_restitution : float
-        Factor of the table [1]: 0 where balls stay on the cloth.
-    own_cloths : bool
-        Whether each ball has a plane of its own for a table; see `of`.
-    table_friction : (n,) float64
-        Factor of the table under each ball [1].
-    rolling_friction, spinning_friction : (n,) float64
-        Lengths [m] of each ball, or of the table under it where it has one of its own: Bullet's
-        moment is length x friction of the other body x normal force.
+    `ball_restitution`, `cushion_restitution`, `ball_friction`, `cushion_friction`: factors [1].
+    `table_restitution`: factor of the table [1]: 0 where balls stay on the cloth.
+    `own_cloths`: whether each ball has a plane of its own for a table; see `of`.
+    `table_friction` (n,) float64: factor of the table under each ball [1].
+    `rolling_friction`, `spinning_friction` (n,) float64: lengths [m] of each ball, or of the table
+        under it where it has one of its own: Bullet's moment is length x friction of the other body
+        x normal force.
     """
 
     ball_restitution: float
@@ -61,8 +55,6 @@ class Coefficients:
     def of(cls, scene: Scene, *, planar: bool) -> Coefficients:
         """Split the laws of `scene`; `planar` leaves all friction out.
 
-        Notes
-        -----
         A ball that rolls without slip under a moment M about its contact decelerates by
         M R / (I + m R^2) = M / (7/5 m R): for mu_r g the length is (7/5) mu_r R / table friction.
         One that spins decelerates by M / I: for a rate s it is (2/5) R^2 s / (g table friction).

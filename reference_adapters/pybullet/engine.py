@@ -147,12 +147,9 @@ class PybulletSettings(SteppingSettings):
     `dt` is 1e-3 s tuned, pybullet's own 1/240 s default, 0.02 s in exact steps; `iterations`
     pybullet's own 50.
 
-    Attributes
-    ----------
-    rest_speed : float [m/s]
-        In sliding scenes, the speed of centre and surface below which a ball rests. Bullet's
-        friction leaves about 1e-11 m/s; at 1e-6 m/s a ball on mu = 0.01 has 5e-12 m to go. In
-        rolling scenes a ball rests at exactly 0.
+    `rest_speed` [m/s]: in sliding scenes, the speed of centre and surface below which a ball rests.
+    Bullet's friction leaves about 1e-11 m/s; at 1e-6 m/s a ball on mu = 0.01 has 5e-12 m to go. In
+    rolling scenes a ball rests at exactly 0.
     """
 
     DEFAULT_DT: ClassVar[float] = 1.0 / 240.0

@@ -38,14 +38,9 @@ Vectors = list[list[float]]
 class PlanarRun:
     """The run of one scene whose balls roll.
 
-    Attributes
-    ----------
-    t : float
-        Time reached [s].
-    rest_time : float
-        When the last ball stopped so far [s].
-    work : dict of str to int
-        "steps" of Bullet, "contacts" that pushed in a step, summed over the steps.
+    `t`: time reached [s].
+    `rest_time`: when the last ball stopped so far [s].
+    `work`: "steps" of Bullet, "contacts" that pushed in a step, summed over the steps.
     """
 
     def __init__(self, world: World, scene: Scene, recorder: Recorder) -> None:

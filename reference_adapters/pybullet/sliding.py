@@ -35,19 +35,12 @@ that still slides on mu = 0.2.
 class SlidingRun:
     """The run of one scene whose balls slide.
 
-    Parameters
-    ----------
-    dt : float [s]
-        Of its steps.
-    gated : bool
-        Whether rolling friction waits for rolling; without it Bullet applies it at all times.
-    rest_speed : float [m/s]
-        A ball rests while its centre's speed and its surface's, R |w|, are both below this.
+    `dt` [s]: of its steps.
+    `gated`: whether rolling friction waits for rolling; without it Bullet applies it at all times.
+    `rest_speed` [m/s]: a ball rests while its centre's speed and its surface's, R |w|, are both
+        below this.
 
-    Attributes
-    ----------
-    t, rest_time, work
-        As in `PlanarRun`.
+    `t`, `rest_time`, `work`: as in `PlanarRun`.
     """
 
     def __init__(

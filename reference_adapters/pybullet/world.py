@@ -60,13 +60,8 @@ def unavailable() -> str | None:
 def load() -> Any:
     """Import pybullet without what it prints, and return the module.
 
-    Raises
-    ------
-    EngineError
-        Where it isn't installed.
+    Raises `EngineError` where it isn't installed.
 
-    Notes
-    -----
     While it is imported, pybullet writes its build time from C to descriptor 2, past `sys.stderr`;
     so the descriptor itself must point elsewhere for that moment. What it raises is kept.
     """
@@ -115,20 +110,13 @@ bit; what `_configure` sets for good would be the same again.
 class World:
     """A client of its own with the scene built in it; a context manager that gives it back.
 
-    Parameters
-    ----------
-    scene : Scene
-    planar : bool
-        Whether to build the paper's plane: no gravity, no table, every centre at z = 0, so that
-        balls of different radius touch at the sum of their radii in the plane. Else space, with
-        gravity and a table.
-    config : {"tuned", "default"}
-        Set what makes the physics right, or leave to pybullet what isn't the scene's.
-    iterations : int
-        Of the contact solver, per step.
-    slow : float [m/s]
-        Speed below which no impact bounces: 0, or, where balls may fly and the table returns some
-        of their speed, what keeps those that lie on it from trembling.
+    `planar`: whether to build the paper's plane: no gravity, no table, every centre at z = 0, so
+        that balls of different radius touch at the sum of their radii in the plane. Else space,
+        with gravity and a table.
+    `config`: set what makes the physics right, or leave to pybullet what isn't the scene's.
+    `iterations`: of the contact solver, per step.
+    `slow` [m/s]: speed below which no impact bounces: 0, or, where balls may fly and the table
+        returns some of their speed, what keeps those that lie on it from trembling.
     """
 
     def __init__(

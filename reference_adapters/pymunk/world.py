@@ -45,14 +45,10 @@ _FORGETTING_STEP = 1e-9
 class World:
     """A space with its balls in the scene's order, and the collisions of its last step.
 
-    Attributes
-    ----------
-    collisions : list of Collision
-        Of the last step.
-    contacts_solved : int
-        How many contacts the solver has worked on, one for each step that a contact lasts.
-    friction : ContactFriction or None
-        Friction at contacts; None where nothing rubs.
+    `collisions`: of the last step.
+    `contacts_solved`: how many contacts the solver has worked on, one for each step that a contact
+        lasts.
+    `friction`: friction at contacts; None where nothing rubs.
     """
 
     collides_first = False

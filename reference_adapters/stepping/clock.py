@@ -11,12 +11,8 @@ class Clock:
     Rather than a short last step: engines scale what they know of lasting contacts by the ratio of
     two steps. Instants are multiples of the step, not a running sum.
 
-    Attributes
-    ----------
-    dt : float [s]
-        The step.
-    t : float [s]
-        Now.
+    `dt` [s]: the step.
+    `t` [s]: now.
     """
 
     def __init__(self, dt: float, t_end: float) -> None:

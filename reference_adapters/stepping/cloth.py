@@ -29,11 +29,8 @@ SHORTEST = 1e-6
 class ClosedFormCloth:
     """Velocities and spins of all balls of a scene, advanced exactly while nothing touches.
 
-    Attributes
-    ----------
-    velocities : (n, 2) float64 [m/s]
-    rolling : (n,) bool
-        Which balls roll without slip or rest; the others slide.
+    `velocities` (n, 2) float64 [m/s].
+    `rolling` (n,) bool: which balls roll without slip or rest; the others slide.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -79,11 +76,8 @@ class ClosedFormCloth:
     def advance(self, dt: float) -> tuple[FloatArray, list[tuple[EventKind, int]]]:
         """Move on by `dt` without contact.
 
-        Returns
-        -------
-        displacements : (n, 2) float64 [m]
-        changes : list of (EventKind, int)
-            Balls that began to roll or came to rest, in order of time.
+        Returns the displacements, (n, 2) float64 [m], and which balls began to roll or came to
+        rest, in order of time.
         """
         displacements = np.zeros_like(self.velocities)
         changes: list[tuple[EventKind, int]] = []

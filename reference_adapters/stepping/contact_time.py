@@ -57,31 +57,21 @@ def time_to_contact(
 ) -> float:
     """Return the time until a step should end because two balls, or a ball and a cushion, touch.
 
-    Parameters
-    ----------
-    positions, velocities, accelerations : (n, 2) float64 [m], [m/s], [m/s^2]
-        Motion is x + v t + a t^2 / 2, valid up to `horizon` (the next time a ball stops, say).
-    radii : (n,) float64 [m]
-    table : Table or None
-        Its `cushions` are infinite lines; None is a cloth without any.
-    gap : float [m]
-        Gap at which to end, positive.
-    horizon : float [s]
-        How far to look, positive; may be inf.
+    `positions`, `velocities`, `accelerations` (n, 2) float64 [m], [m/s], [m/s^2]: motion is x + v t
+        + a t^2 / 2, valid up to `horizon` (the next time a ball stops, say).
+    `radii` (n,) float64 [m].
+    `table`: its `cushions` are infinite lines; None is a cloth without any.
+    `gap` [m]: gap at which to end, positive.
+    `horizon` [s]: how far to look, positive; may be inf.
 
-    Returns
-    -------
-    float
-        Smallest dt in (0, `horizon`] at which a gap falls to its level, or inf. The level is `gap`
-        for what is farther apart than 2 `gap`. What is nearer is there already: its level is an
-        overlap that is larger by `gap` than the present one, so that a step of this length makes an
-        engine that detects by overlap see the contact. Something that moves apart counts when it
-        has come back; something that touches without closing never does. For what is in
-        resting contact, such as a ball that its topspin drives against another, the overlap is
-        `RESTING_OVERLAP`: with `gap` it would bounce every 2e-5 s, as long as that lasts.
+    Returns smallest dt in (0, `horizon`] at which a gap falls to its level, or inf. The level is
+    `gap` for what is farther apart than 2 `gap`. What is nearer is there already: its level is an
+    overlap that is larger by `gap` than the present one, so that a step of this length makes an
+    engine that detects by overlap see the contact. Something that moves apart counts when it has
+    come back; something that touches without closing never does. For what is in resting contact,
+    such as a ball that its topspin drives against another, the overlap is `RESTING_OVERLAP`: with
+    `gap` it would bounce every 2e-5 s, as long as that lasts.
 
-    Notes
-    -----
     Call it before every step. A contact then takes two steps, one to the gap and one of about
     2 `gap` / approach_speed that overlaps and is resolved; no third constant is needed for contacts
     that the engine resolves badly or that stay closed (balls rolling on together).
@@ -107,15 +97,10 @@ def time_to_contact(
 def rolling_accelerations(velocities: FloatArray, decelerations: FloatArray) -> FloatArray:
     """Return the accelerations of rolling balls, against their motion; 0 for a ball at rest.
 
-    Parameters
-    ----------
-    velocities : (n, 2) float64 [m/s]
-    decelerations : (n,) float64 [m/s^2]
-        mu g of each ball, not negative.
+    `velocities` (n, 2) float64 [m/s].
+    `decelerations` (n,) float64 [m/s^2]: mu g of each ball, not negative.
 
-    Returns
-    -------
-    (n, 2) float64 [m/s^2]
+    Returns (n, 2) float64 [m/s^2].
     """
     v = np.ascontiguousarray(velocities)
     accelerations = np.empty_like(v)

@@ -26,20 +26,11 @@ DOUBLE = 1e-12
 class ContactWorld:
     """Part of a `PlaneWorld`: its steps find contacts, solve velocities, then move.
 
-    Parameters
-    ----------
-    scene : Scene
-    noise : float
-        Impulse that is none, over the largest momentum that a ball may have.
-    rubs : bool
-        Whether contacts may turn balls.
-    units : float [1/m]
-        Units of the engine in a metre.
+    `noise`: impulse that is none, over the largest momentum that a ball may have.
+    `rubs`: whether contacts may turn balls.
+    `units` [1/m]: units of the engine in a metre.
 
-    Attributes
-    ----------
-    collisions, contacts_solved, rubs
-        As `PlaneWorld` has them.
+    `collisions`, `contacts_solved`, `rubs`: as `PlaneWorld` has them.
     """
 
     collides_first = True

@@ -21,12 +21,8 @@ def ending_of(
 ) -> tuple[Status, str]:
     """Return a run's status at the instant t [s] at which it ended, and why where it is too early.
 
-    Parameters
-    ----------
-    state : Samples, arrays (1, n, 3)
-        Of the balls then.
-    at_rest : bool
-        Whether every ball rests.
+    `state` Samples, arrays (1, n, 3): of the balls then.
+    `at_rest`: whether every ball rests.
     """
     if at_rest:
         return Status.REST, ""

@@ -28,16 +28,10 @@ FloatArray = NDArray[np.float64]
 class _Slip(NamedTuple):
     """The slip of a ball's surface over what it touches.
 
-    Attributes
-    ----------
-    nx, ny : float
-        Unit normal from the ball to what it touches.
-    along, up : float
-        Slip along t = z x n, and up [m/s].
-    mass : float
-        Reduced mass [kg]; the ball's own at a cushion.
-    friction : float
-        Coefficient for the whole slip [1].
+    `nx`, `ny`: unit normal from the ball to what it touches.
+    `along`, `up`: slip along t = z x n, and up [m/s].
+    `mass`: reduced mass [kg]; the ball's own at a cushion.
+    `friction`: coefficient for the whole slip [1].
     """
 
     nx: float
@@ -78,10 +72,7 @@ class ContactFriction:
     def turns(self, vertical: FloatArray) -> FloatArray:
         """Return what the step's contacts added to the angular velocities, (n, 3) [rad/s].
 
-        Parameters
-        ----------
-        vertical : (n,) float64 [rad/s]
-            The spins about the vertical that the engine has now.
+        `vertical` (n,) float64 [rad/s]: the spins about the vertical that the engine has now.
         """
         turns = self._turns.copy()
         turns[:, 2] = vertical - self._spins[:, 2]
@@ -92,12 +83,8 @@ class ContactFriction:
     ) -> float:
         """Return the coefficient of friction that a contact must have in the engine [1].
 
-        Parameters
-        ----------
-        line : two floats
-            From ball a to ball b, of any length; not needed at a cushion.
-        velocity : two floats [m/s]
-            The velocity of ball a, less that of ball b.
+        `line`: from ball a to ball b, of any length; not needed at a cushion.
+        `velocity` [m/s]: the velocity of ball a, less that of ball b.
         """
         slip = (self._cushion_slip if contact.cushion else self._ball_slip)(contact, line, velocity)
         self._slips[contact] = slip
@@ -106,10 +93,7 @@ class ContactFriction:
     def note(self, contact: Collision, normal: float) -> None:
         """Turn the balls by the part up or down of the friction of a contact that was solved.
 
-        Parameters
-        ----------
-        normal : float [N s]
-            Its impulse along the normal.
+        `normal` [N s]: its impulse along the normal.
         """
         slip = self._slips[contact]
         if slip.up == 0.0:

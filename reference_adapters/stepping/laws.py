@@ -76,11 +76,9 @@ def rubs(scene: Scene) -> bool:
 def slips_of(velocities: FloatArray, spins: FloatArray, radii: FloatArray) -> FloatArray:
     """Return the velocity of each ball's lowest point over the cloth, v + w x (-R z), (n, 2) [m/s].
 
-    Parameters
-    ----------
-    velocities : (n, 2) or (n, 3) float64 [m/s]
-    spins : (n, 3) float64 [rad/s]
-    radii : (n,) float64 [m]
+    `velocities` (n, 2) or (n, 3) float64 [m/s].
+    `spins` (n, 3) float64 [rad/s].
+    `radii` (n,) float64 [m].
     """
     slips = velocities[:, :2].copy()
     slips[:, 0] -= radii * spins[:, 1]

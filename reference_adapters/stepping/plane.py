@@ -41,14 +41,9 @@ BoolArray = NDArray[np.bool_]
 class Collision(NamedTuple):
     """A collision of the last step.
 
-    Attributes
-    ----------
-    a : int
-        A ball.
-    b : int
-        The other ball, or the index of the cushion.
-    cushion : bool
-        Which of the two `b` is.
+    `a`: a ball.
+    `b`: the other ball, or the index of the cushion.
+    `cushion`: which of the two `b` is.
     """
 
     a: int
@@ -59,12 +54,9 @@ class Collision(NamedTuple):
 class ExactSteps(NamedTuple):
     """How near to contacts an engine's steps can end.
 
-    Attributes
-    ----------
-    gap : float [m]
-        Gap at which a step ends; larger than what rounding leaves of the engine's coordinates.
-    shortest : float [s]
-        Shortest step: an engine may work with accelerations, and bound them.
+    `gap` [m]: gap at which a step ends; larger than what rounding leaves of the engine's
+        coordinates.
+    `shortest` [s]: shortest step: an engine may work with accelerations, and bound them.
     """
 
     gap: float = contact_time.CONTACT_GAP
@@ -78,12 +70,9 @@ IN_SINGLE_PRECISION = ExactSteps(gap=1e-6)
 class PlaneWorld(Protocol):
     """A foreign engine's world, as far as a stepper needs it.
 
-    Attributes
-    ----------
-    collisions : list of Collision
-        Of the last step.
-    contacts_solved : int
-        How many contacts the solver has worked on, one for each step that a contact lasts.
+    `collisions`: of the last step.
+    `contacts_solved`: how many contacts the solver has worked on, one for each step that a contact
+        lasts.
     """
 
     collisions: list[Collision]
@@ -110,10 +99,8 @@ class PlaneWorld(Protocol):
     def start(self, velocities: FloatArray, spins: FloatArray | None) -> FloatArray:
         """Give the balls velocities, (n, 2) [m/s], and spins, (n, 3) [rad/s], for a step.
 
-        Returns
-        -------
-        (n, 2) float64 [m/s]
-            The velocities as the engine has them, rounded where it works in single precision.
+        Returns (n, 2) float64 [m/s]: the velocities as the engine has them, rounded where it works
+        in single precision.
         """
         ...
 
@@ -145,16 +132,10 @@ def untouched(n: int, pushing: Set[Collision]) -> BoolArray:
 class Stepper(ABC):
     """Moves the balls of a world, a step at a time.
 
-    Attributes
-    ----------
-    t : float
-        Now [s].
-    seen_at : float
-        When the engine saw the collisions of the last step [s].
-    changes : list of (EventKind, int)
-        Which balls began to roll or came to rest in the last step.
-    keep_frame : bool
-        Whether the state now belongs in a recorded trajectory whatever its spacing.
+    `t`: now [s].
+    `seen_at`: when the engine saw the collisions of the last step [s].
+    `changes`: which balls began to roll or came to rest in the last step.
+    `keep_frame`: whether the state now belongs in a recorded trajectory whatever its spacing.
     """
 
     def __init__(self, scene: Scene, world: PlaneWorld) -> None:
@@ -279,10 +260,7 @@ def run(
 ) -> Result:
     """Step until every ball rests, to `t_max`, or to a limit of the settings; return the result.
 
-    Parameters
-    ----------
-    engine : str
-        The name that the result gets.
+    `engine`: the name that the result gets.
     """
     t_end = end_of(scene, settings)
     recorder = Recorder(scene, record)

@@ -77,10 +77,7 @@ class PlaneEngine(EngineBase):
     def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
         """Run to rest, to `t_max`, or to `max_time` or `max_steps`.
 
-        Raises
-        ------
-        UnsupportedSceneError
-            Where the scene needs a feature that these settings lack.
+        Raises `UnsupportedSceneError` where the scene needs a feature that these settings lack.
         """
         self.check(scene)
         world = self.world(scene)
@@ -90,12 +87,8 @@ class PlaneEngine(EngineBase):
 def tuned_capabilities(title: str, impacts: Capability, rubs: Capability) -> Capabilities:
     """Return what an engine represents in the plane.
 
-    Parameters
-    ----------
-    title : str
-        The engine's name as its users write it.
-    impacts, rubs : Capability
-        How it represents restitution, and friction at contacts.
+    `title`: the engine's name as its users write it.
+    `impacts`, `rubs`: how it represents restitution, and friction at contacts.
     """
     between = Capability(
         "approximate", f"the adapter applies the cloth between {title}'s steps, in closed form"

@@ -13,22 +13,15 @@ from ghostball.reference_adapters.base import EngineSettings, renamed_settings
 class SteppingSettings(EngineSettings):
     """Settings of an engine that steps in time.
 
-    Attributes
-    ----------
-    contact_steps : "fixed" or "exact"
-        Steps of `dt`, in which the engine sees contacts as it does for its users; or steps that end
-        exactly where something touches, so that only the error of its solver remains.
-    config : "tuned" or "default"
-        As experiments found best, or as a newcomer types it.
-    dt : float or None [s]
-        The step; where steps end at contacts, the longest. None is what `step` says. A fixed step
-        is shortened so that a whole number of them makes `t_max` (or `max_time`).
-    iterations : int or None
-        Of the contact solver; None is what the configuration says.
-    max_time : float [s]
-        Simulated time after which to give up.
-    max_steps : int
-        Steps after which to give up.
+    `contact_steps`: steps of `dt`, in which the engine sees contacts as it does for its users; or
+        steps that end exactly where something touches, so that only the error of its solver
+        remains.
+    `config`: as experiments found best, or as a newcomer types it.
+    `dt` [s]: the step; where steps end at contacts, the longest. None is what `step` says. A fixed
+        step is shortened so that a whole number of them makes `t_max` (or `max_time`).
+    `iterations`: of the contact solver; None is what the configuration says.
+    `max_time` [s]: simulated time after which to give up.
+    `max_steps`: steps after which to give up.
     """
 
     TUNED_DT: ClassVar[float] = 1e-3

@@ -36,11 +36,8 @@ REST_SPEED = 1e-5
 class OwnClothSettings(SteppingSettings):
     """Settings of an engine in space that may have a cloth of its own.
 
-    Attributes
-    ----------
-    cloth : "closed-form" or "own"
-        Where balls slide: the adapter applies the cloth between the steps; or they lie on a plane
-        under gravity, and the engine's friction slows them.
+    `cloth`: where balls slide: the adapter applies the cloth between the steps; or they lie on a
+    plane under gravity, and the engine's friction slows them.
     """
 
     cloth: Literal["closed-form", "own"] = "closed-form"
@@ -58,10 +55,7 @@ class OwnClothSettings(SteppingSettings):
 class SpaceWorld(PlaneWorld, Protocol):
     """A world that can also have a plane under gravity.
 
-    Attributes
-    ----------
-    on_cloth : set of int
-        Balls that this plane pushed in the last step.
+    `on_cloth`: balls that this plane pushed in the last step.
     """
 
     on_cloth: set[int]

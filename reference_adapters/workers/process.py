@@ -84,17 +84,10 @@ class WorkerFailedError(Exception):
 class Worker:
     """One such process; it starts when the first scene is sent, and anew after it failed.
 
-    Parameters
-    ----------
-    command : sequence of str
-        What starts it.
-    environment : mapping of str to str or None
-        Of the process; None is ours.
+    `command`: what starts it.
+    `environment`: of the process; None is ours.
 
-    Attributes
-    ----------
-    version : str
-        As the process said it; "" before it started.
+    `version`: as the process said it; "" before it started.
     """
 
     def __init__(self, command: list[str], environment: Mapping[str, str] | None = None) -> None:
@@ -107,14 +100,9 @@ class Worker:
     def play(self, scene: Scene, record: Record, longest: float) -> dict[str, Any]:
         """Send a scene and return the answer.
 
-        Parameters
-        ----------
-        longest : float [s]
-            How long to wait for it, and for the start of the process.
+        `longest` [s]: how long to wait for it, and for the start of the process.
 
-        Raises
-        ------
-        WorkerAbsentError, WorkerFailedError
+        Raises `WorkerAbsentError, WorkerFailedError`.
         """
         if self._process is None:
             self._start(longest)

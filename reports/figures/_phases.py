@@ -34,17 +34,10 @@ def draw_motion(
 ) -> None:
     """Draw the paths of all balls of a run; where they slide, as `sliding_look` says.
 
-    Parameters
-    ----------
-    axes : Axes
-    run : Run
-        With a motion.
-    against_time : bool
-        Draw x against time rather than y against x.
-    colours : sequence of str, optional
-        Of the balls' paths, instead of one for all in `look`.
-    **look
-        Goes to matplotlib's `plot`; `linewidth` and `alpha` must be in it.
+    `run`: with a motion.
+    `against_time`: draw x against time rather than y against x.
+    `colours`: of the balls' paths, instead of one for all in `look`.
+    `**look`: goes to matplotlib's `plot`; `linewidth` and `alpha` must be in it.
     """
     motion = run.motion
     assert motion is not None
@@ -77,14 +70,9 @@ def sliding_look(look: dict[str, Any]) -> dict[str, Any]:
 def parts_of(line: FloatArray, slides: NDArray[np.bool_]) -> Iterator[tuple[bool, FloatArray]]:
     """Yield whether a part slides, and its points, (m, 2), for the rolling and the sliding part.
 
-    Parameters
-    ----------
-    line : (k, 2) float64
-    slides : (k,) bool
-        Whether the ball slides from each point on.
+    `line` (k, 2) float64.
+    `slides` (k,) bool: whether the ball slides from each point on.
 
-    Notes
-    -----
     Stretches of the same part are joined by NaN, where matplotlib lifts the pen: one line however
     often the phase changes. Neighbouring stretches share a point, so that no gap opens.
     """

@@ -25,13 +25,9 @@ CUSHION_DEPTH = 0.045
 def view_of(scene: Scene, *positions: FloatArray, needed: FloatArray | None = None) -> View:
     """Return the part of the cloth to show: the table, and what lies near it.
 
-    Parameters
-    ----------
-    scene : Scene
-    *positions : (..., 3) float64 [m]
-        Centres that should be seen; values that aren't finite are left out.
-    needed : (n, 3) float64 [m], optional
-        Centres that are seen however far away they are.
+    `*positions` (..., 3) float64 [m]: centres that should be seen; values that aren't finite are
+        left out.
+    `needed` (n, 3) float64 [m]: centres that are seen however far away they are.
     """
     radius = float(scene.radii.max())
     low, high = _bounds(radius, scene.positions, *positions)

@@ -107,14 +107,9 @@ def label_balls(
 ) -> None:
     """Write the names of balls beside them: off other names and balls, and off paths where it can.
 
-    Parameters
-    ----------
-    axes : Axes
-    balls : sequence of (name, centre [m], radius [m])
-    metres_to_a_point : float
-        Scale of the picture, to estimate how much room a name takes.
-    paths : (..., 3) float64 [m]
-        Points of the paths that are drawn.
+    `balls` [m] and [m].
+    `metres_to_a_point`: scale of the picture, to estimate how much room a name takes.
+    `paths` (..., 3) float64 [m]: points of the paths that are drawn.
     """
     from matplotlib.patheffects import withStroke  # noqa: PLC0415
 

@@ -35,23 +35,13 @@ MOST_DECADES = 6
 class Series:
     """One curve, or points without a line.
 
-    Attributes
-    ----------
-    name : str
-    colour : str
-        As in CSS, such as "var(--engine-0)".
-    x, y : (k,) float64
-        Where y is nan the curve has a gap.
-    dash : str
-        As SVG's `stroke-dasharray`; "" is a whole line.
-    broad : bool
-        Whether it lies beneath the others as a broad band.
-    marker : str
-        Sign at each point; "" draws none.
-    line : bool
-        Whether the points are joined.
-    titles : sequence of str
-        What is said of each point; none, or one for each.
+    `colour`: as in CSS, such as "var(--engine-0)".
+    `x`, `y` (k,) float64: where y is nan the curve has a gap.
+    `dash`: as SVG's `stroke-dasharray`; "" is a whole line.
+    `broad`: whether it lies beneath the others as a broad band.
+    `marker`: sign at each point; "" draws none.
+    `line`: whether the points are joined.
+    `titles`: what is said of each point; none, or one for each.
     """
 
     name: str
@@ -123,12 +113,8 @@ def draw(
 ) -> Markup:
     """Return a chart as SVG.
 
-    Parameters
-    ----------
-    title : str
-        What it shows, for those who don't see it.
-    series : iterable of Series
-        What lies outside of the axes is drawn at their edge.
+    `title`: what it shows, for those who don't see it.
+    `series`: what lies outside of the axes is drawn at their edge.
     """
     wide, high = WIDTH - LEFT - RIGHT, HEIGHT - TOP - BOTTOM
 
@@ -166,8 +152,6 @@ def thinned(points: FloatArray, deviation: float) -> FloatArray:
 
     No point that is left out lies farther from the curve that is left than `deviation`.
 
-    Notes
-    -----
     Douglas and Peucker (1973), without recursion.
     """
     across, down = points.T.copy()  # each contiguous: that is what most of the time goes into

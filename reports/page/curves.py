@@ -51,11 +51,7 @@ def energy_chart(shot: Shot) -> Markup:
 def error_chart(shot: Shot, horizon: float | None = None) -> Markup:
     """Draw how far the balls of each engine are from ours; "" where there is nothing to compare.
 
-    Parameters
-    ----------
-    shot : Shot
-    horizon : float [s], optional
-        Until when the shot can be predicted.
+    `horizon` [s]: until when the shot can be predicted.
     """
     ours = shot.ours
     others = [run for run in shot.drawn if not run.style.ours]

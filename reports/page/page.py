@@ -62,15 +62,9 @@ def page_text(
 ) -> str:
     """Return the page as HTML.
 
-    Parameters
-    ----------
-    results : Results
-    scenes : mapping of str to ScenePart
-        The part of each scene, by its name.
-    regression : Regression or None
-        What changed since the baselines, where that was asked.
-    failed : list of FailedPart, appended to
-        Sections that could not be made; each says so in its place.
+    `scenes`: the part of each scene, by its name.
+    `regression`: what changed since the baselines, where that was asked.
+    `failed`: sections that could not be made; each says so in its place.
     """
 
     def section(anchor: str, name: str, heading: str, *parts: Part) -> Section:

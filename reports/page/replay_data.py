@@ -50,16 +50,10 @@ _LINES: Final = {"-": [], "--": [5.0, 2.5], ":": [1.2, 1.6], "-.": [6.0, 2.0, 1.
 def scene_data(shot: Shot, *, horizon: float | None = None) -> dict[str, Any]:
     """Return what the replay of a scene shows, all engines over each other.
 
-    Parameters
-    ----------
-    shot : Shot
-    horizon : float [s], optional
-        Until when double precision can say where the balls are (`Predictability.horizon`).
+    `horizon` [s]: until when double precision can say where the balls are
+    (`Predictability.horizon`).
 
-    Returns
-    -------
-    dict
-        Plain values: no nan, no inf.
+    Returns plain values: no nan, no inf.
     """
     truth = shot.truth_positions
     return _data(

@@ -49,20 +49,14 @@ UNKNOWN_PHASE = 5
 class Track:
     """The path of one ball in pieces.
 
-    Attributes
-    ----------
-    samples : (m + 1,) int64
-        Samples at which the pieces begin and end; none where no position is known at all.
-    ends : (m + 1, 3) int64 [quantum]
-        Where.
-    bulges : (m, 3) int64 [quantum]
-        Off the chord, in the middle of each piece's time.
-    spins : (m, 6) int64 [`SPIN_QUANTUM`]
-        At the start and the end of each piece, over that of a ball which rolls along it.
-    phases : (m,) int64
-        `model.trajectory.Phase`, or `UNKNOWN_PHASE`.
-    lost : float [s] or None
-        From when on no finite position is known.
+    `samples` (m + 1,) int64: samples at which the pieces begin and end; none where no position is
+        known at all.
+    `ends` (m + 1, 3) int64 [quantum]: where.
+    `bulges` (m, 3) int64 [quantum]: off the chord, in the middle of each piece's time.
+    `spins` (m, 6) int64 [`SPIN_QUANTUM`]: at the start and the end of each piece, over that of a
+        ball which rolls along it.
+    `phases` (m,) int64: `model.trajectory.Phase`, or `UNKNOWN_PHASE`.
+    `lost` [s]: from when on no finite position is known.
     """
 
     samples: IntArray
@@ -83,16 +77,9 @@ def tick_of(motion: Motion) -> float:
 def track_of(motion: Motion, ball: int, tick: float, radius: float) -> Track:
     """Return the path of one ball in as few parabolas as keep within `TOLERANCE` of its samples.
 
-    Parameters
-    ----------
-    motion : Motion
-    ball : int
-    tick : float [s]
-    radius : float [m]
-        Of the ball.
+    `tick` [s].
+    `radius` [m]: of the ball.
 
-    Notes
-    -----
     A piece is tried up to the ball's next event, where its motion changes, and beyond; where that
     is too long, it is halved until it fits. No piece spans a change of phase.
     """
@@ -138,13 +125,10 @@ def track_of(motion: Motion, ball: int, tick: float, radius: float) -> Track:
 class _Path(NamedTuple):
     """Samples of one ball.
 
-    Attributes
-    ----------
-    times : (k,) float64 [s], whole ticks
-    places : (3, k) float64 [m]
-    corners : (3, k) float64 [m]
-        The same in whole quanta: where a piece may begin or end.
-    spins : (3, k) float64 [rad/s]
+    `times` (k,) float64 [s], whole ticks.
+    `places` (3, k) float64 [m].
+    `corners` (3, k) float64 [m]: the same in whole quanta: where a piece may begin or end.
+    `spins` (3, k) float64 [rad/s].
     """
 
     times: FloatArray
@@ -210,11 +194,7 @@ def _longest_piece(
 def _fitted(path: _Path, start: int, end: int) -> FloatArray | None:
     """Return the bulge of the piece between two samples, (3,) [quantum], or None where none fits.
 
-    Parameters
-    ----------
-    path : _Path
-    start, end : int
-        First and last sample of the piece.
+    `start`, `end`: first and last sample of the piece.
     """
     if end - start < 2:
         return np.zeros(3)
@@ -245,15 +225,9 @@ def packed_motion(
 ) -> tuple[bytes, float, dict[int, float]]:
     """Return a motion and its event log as bytes, its tick [s], and when which ball is lost [s].
 
-    Parameters
-    ----------
-    motion : Motion
-    events : structured array (`engine.EVENT_DTYPE`)
-        Those of its events that are to be kept.
-    radii : (n,) float64 [m]
+    `events`, a structured array (`engine.EVENT_DTYPE`): those of its events that are to be kept.
+    `radii` (n,) float64 [m].
 
-    Notes
-    -----
     In this order: number of events, the bytes of their times (all first bytes, then all second
     ones, ...: neighbours are alike), kinds, a, b; number of samples at
     which a piece of any ball begins or ends, their times in ticks; for each ball how many of them

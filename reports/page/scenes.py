@@ -40,16 +40,10 @@ REPLAY_ID = "replay-"
 class ScenePart:
     """What the page holds of one scene, and what sections of all scenes need of its motions.
 
-    Attributes
-    ----------
-    html : Markup
-        Its section.
-    ledger : EnergyLedger or None
-        Of our engine's run.
-    hashes : dict of str to str
-        Of the events and rest positions of each run, to the bit, by label.
-    sheet : path or None
-        Of the picture of it that lies beside the page, relative to that.
+    `html`: its section.
+    `ledger`: of our engine's run.
+    `hashes`: of the events and rest positions of each run, to the bit, by label.
+    `sheet`: of the picture of it that lies beside the page, relative to that.
     """
 
     html: Markup
@@ -65,13 +59,8 @@ def scene_part(
 ) -> ScenePart:
     """Return a scene's part of the page; it takes its motions, so that the page needs none.
 
-    Parameters
-    ----------
-    shot : Shot
-    change : SceneChange, optional
-        What became of the scene since the baselines.
-    sheet : path, optional
-        Of a picture of it, relative to the page.
+    `change`: what became of the scene since the baselines.
+    `sheet`: of a picture of it, relative to the page.
     """
     cases = [run.case for run in shot.runs if run.case is not None]
     horizon = next((one.shot_horizon for one in cases if one.shot_horizon is not None), None)

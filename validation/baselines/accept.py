@@ -65,14 +65,10 @@ class LimitsBrokenError(AcceptError):
 class Acceptance:
     """What was accepted.
 
-    Attributes
-    ----------
-    written, deleted : tuple of str
-        Scenes whose baselines were rewritten, or made; and that have none any more.
-    left : tuple of str
-        Scenes that moved too, and weren't asked for.
-    broken : tuple of SceneChange
-        Those that were accepted though they break limits of truth.
+    `written`, `deleted`: scenes whose baselines were rewritten, or made; and that have none any
+        more.
+    `left`: scenes that moved too, and weren't asked for.
+    `broken`: those that were accepted though they break limits of truth.
     """
 
     written: tuple[str, ...]
@@ -93,33 +89,18 @@ def accept(
 ) -> Acceptance:
     """Accept what a comparison with baselines found.
 
-    Parameters
-    ----------
-    results : Path
-        The results folder of that comparison.
-    reason : str
-        Why the change is right; a sentence for those who come after.
-    only : sequence of str
-        Names or patterns of scenes.
-    folder : Path
-        Of the baselines of the engine.
-    engine : str
-        The one that is meant; see `baseline.engine_key`.
-    even_though_limits_fail : bool
-        Whether to accept also what breaks limits of truth.
+    `results`: the results folder of that comparison.
+    `reason`: why the change is right; a sentence for those who come after.
+    `only`: names or patterns of scenes.
+    `folder`: of the baselines of the engine.
+    `engine`: the one that is meant; see `baseline.engine_key`.
+    `even_though_limits_fail`: whether to accept also what breaks limits of truth.
 
-    Raises
-    ------
-    LimitsBrokenError
-        Where what would be accepted breaks limits of truth. Nothing is written then.
-    NotDeterministicError
-        Where the engine gave other bits when it played one of the scenes again. Nothing is written
-        then.
-    NotFinishedError
-        Where there is no more to accept than what the engine did not finish.
-    GhostballError
-        Where there is no reason, no comparison, one of other code than what is here now, or nothing
-        to accept. Nothing is written then.
+    Raises `LimitsBrokenError` where what would be accepted breaks limits of truth;
+    `NotDeterministicError` where the engine gave other bits when it played one of the scenes again;
+    `NotFinishedError` where there is no more to accept than what the engine did not finish;
+    `GhostballError` where there is no reason, no comparison, one of other code than what is here
+    now, or nothing to accept. Nothing is written then.
     """
     if not reason.strip():
         raise AcceptError(

@@ -69,8 +69,6 @@ class Bands:
 def band_of_metric(name: str, metrics: Mapping[str, int | float]) -> Band:
     """Return the band of a metric, given all that were accepted together.
 
-    Notes
-    -----
     In a chaotic shot the last bits decide the leading digits of an error in metres, and only its
     size in roundings means something: an error in metres may move by the same factor as that one.
     """
@@ -113,10 +111,7 @@ def is_error(metric: Metric) -> bool:
 def direction(quantity: Quantity) -> int:
     """Return -1 where a metric left its band away from the truth, 1 where towards it, else 0.
 
-    Raises
-    ------
-    GhostballError
-        Where there is no such metric.
+    Raises `GhostballError` where there is no such metric.
     """
     metric = METRICS.get(quantity.name)
     if metric is None:

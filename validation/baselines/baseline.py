@@ -222,12 +222,8 @@ class Baseline(_Model):
     ) -> Baseline:
         """Return the baseline that accepts what was observed.
 
-        Parameters
-        ----------
-        earlier : Baseline, optional
-            The one that it replaces: its bands and levels stay where they still hold.
-        engine : str
-            Which engine it is of: see `engine_key`.
+        `earlier`: the one that it replaces: its bands and levels stay where they still hold.
+        `engine`: which engine it is of: see `engine_key`.
         """
         promised: Level = "error" if engine == OUR_NAME else "warn"
         bands = {name: band_of_metric(name, observed.metrics) for name in observed.metrics}
@@ -304,12 +300,8 @@ class Baseline(_Model):
 def load_baseline(path: Path, engine: str = OUR_NAME) -> Baseline:
     """Read a baseline of an engine; see `engine_key`.
 
-    Raises
-    ------
-    BaselineSchemaError
-        Where another version of ghostball wrote it.
-    BaselineError
-        Where it can't be read, is nonsense, or of another engine.
+    Raises `BaselineSchemaError` where another version of ghostball wrote it; `BaselineError` where
+    it can't be read, is nonsense, or of another engine.
     """
     try:
         text = path.read_text(encoding="utf-8")

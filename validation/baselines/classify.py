@@ -33,16 +33,9 @@ def classify(
 ) -> SceneChange:
     """Compare what an engine did in a scene with what it did before.
 
-    Parameters
-    ----------
-    base, head : Observed
-        Of one scene by name.
-    allowance : callable
-        Returns what rounding explains in `head`; called only where bits differ.
-    command : str
-        What shows the scene again, for the record.
-
-    The engine must be deterministic: see `baselines.replay`.
+    `base`, `head`: of one scene by name.
+    `allowance`: returns what rounding explains in `head`; called only where bits differ.
+    `command`: what shows the scene again, for the record.
     """
     common = {"scene": head.scene, "title": head.title, "command": command}
     if base.scene_hash != head.scene_hash:

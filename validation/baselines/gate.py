@@ -54,10 +54,7 @@ def check_baselines(folder: Path, scenes: Sequence[str], engine: str = OUR_NAME)
 
     One of another schema version is passed over here, and reported with its scene.
 
-    Raises
-    ------
-    BaselineError
-        Where one can't be read, or is nonsense.
+    Raises `BaselineError` where one can't be read, or is nonsense.
     """
     for name in scenes:
         path = baseline_path(folder, name)
@@ -77,24 +74,15 @@ def compare_results(
 ) -> Regression:
     """Compare the runs of an engine in a results folder with their baselines.
 
-    Parameters
-    ----------
-    folder : Path
-        Of the baselines of this engine.
-    label : str
-        The engine, as it was asked for.
-    whole : bool
-        Whether all scenes that it is guarded by were run: then baselines of others are `stale`, and
-        our engine runs the shots of many balls too.
-    only : container of str, optional
-        Names of the scenes that are compared; all that were run where it is left out.
-    time_limit : float or None [s]
-        For each shot that is played again, as `run_suite` has it; see `baselines.replay`.
+    `folder`: of the baselines of this engine.
+    `label`: the engine, as it was asked for.
+    `whole`: whether all scenes that it is guarded by were run: then baselines of others are
+        `stale`, and our engine runs the shots of many balls too.
+    `only`: names of the scenes that are compared; all that were run where it is left out.
+    `time_limit` [s]: for each shot that is played again, as `run_suite` has it; see
+        `baselines.replay`.
 
-    Raises
-    ------
-    GhostballError
-        Where a baseline is nonsense, or a motion can't be read.
+    Raises `GhostballError` where a baseline is nonsense, or a motion can't be read.
     """
     names = baseline_names(folder)
     environment, engine = head_of(label), engine_key(label)
@@ -147,19 +135,11 @@ def compare_case(
 ) -> SceneChange:
     """Compare one case of an engine that ran with its baseline.
 
-    Parameters
-    ----------
-    folder : Path
-        Of the baselines of this engine.
-    label : str
-        The engine, as it was asked for.
-    time_limit : float or None [s]
-        As of `compare_results`.
+    `folder`: of the baselines of this engine.
+    `label`: the engine, as it was asked for.
+    `time_limit` [s]: as of `compare_results`.
 
-    Raises
-    ------
-    BaselineError
-        Where the baseline is nonsense.
+    Raises `BaselineError` where the baseline is nonsense.
     """
     scene, found = case.load_scene(), Observed.of_case(case, motion)
     if not found.is_finite:
@@ -330,10 +310,7 @@ def sources_hash(label: str) -> str:
 def source_of(label: str) -> Path:
     """Return the file of an engine's package, its `__init__.py`, or of its module.
 
-    Raises
-    ------
-    SourcesError
-        Where its code is in no file.
+    Raises `SourcesError` where its code is in no file.
     """
     module = str(engine_class(parse_spec(label)[0]).__module__)
     for name in (module.partition(".")[0], module):

@@ -38,24 +38,17 @@ Of later ones the hashes say that they differ, and `ghostball diff` of two runs 
 class Observed:
     """What happened, and how well.
 
-    Attributes
-    ----------
-    scene, title, scene_hash : str
-        Name and title of the scene, and the hash of its definition.
-    truth : str or None
-        What its metrics were measured against, as `CaseRecord.truth`; None where they weren't.
-    status : str
-        How the run ended.
-    rest_time : float [s]
-    rest_positions : (n, 3) float64 [m]
-    events : structured array (`EVENT_DTYPE`)
-        All of them, or the first ones, of a baseline of a long shot.
-    bits, sequence : str
-        Hashes of all bits, and of the order of all events alone; see `model.hashes`.
-    metrics : dict of str to int or float
-        Those that have a value, without those that compare our engine with itself.
-    ids : tuple of str
-        Of the balls.
+    `scene`, `title`, `scene_hash`: name and title of the scene, and the hash of its definition.
+    `truth`: what its metrics were measured against, as `CaseRecord.truth`; None where they weren't.
+    `status`: how the run ended.
+    `rest_time` [s].
+    `rest_positions` (n, 3) float64 [m].
+    `events`, a structured array (`EVENT_DTYPE`): all of them, or the first ones, of a baseline of a
+        long shot.
+    `bits`, `sequence`: hashes of all bits, and of the order of all events alone; see
+        `model.hashes`.
+    `metrics`: those that have a value, without those that compare our engine with itself.
+    `ids`: of the balls.
     """
 
     scene: str

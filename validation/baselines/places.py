@@ -26,10 +26,7 @@ def engine_key(label: str) -> str:
 def engine_folder(baselines: Path, engine: str) -> Path:
     """Return where the baselines of one engine lie, in the folder of those of all.
 
-    Raises
-    ------
-    BaselineError
-        Where that is no folder.
+    Raises `BaselineError` where that is no folder.
     """
     folder = baselines / re.sub(r"[^\w.,=+-]+", "_", engine)
     for place in (baselines, folder):

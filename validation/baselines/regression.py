@@ -109,28 +109,18 @@ def _number(quantity: Quantity, value: float | int | None) -> str:
 class SceneChange(_Model):
     """What became of one scene.
 
-    Attributes
-    ----------
-    failed : bool
-        Whether it fails the gate.
-    summary : str
-        One sentence: what moved and by how much.
-    broken : tuple of str
-        The limits of truth that the head breaks, one sentence each.
-    horizon : float [s] or None
-        Until when both sides can be compared; None: to the end.
-    first_difference : FirstDifference or None
-        None where all events are alike, instants included.
-    metrics, counters : tuple of Quantity
-        All of them, moved or not.
-    base_hash, head_hash : str
-        Of events and rest positions, to the bit; "" where there is none.
-    rest_base, rest_head : ((x, y, z), ...) [m] or None
-        Where the balls come to rest, in the scene's order.
-    candidate : str
-        The baseline that accepting it would write, as TOML; "" where there is nothing to accept.
-    command : str
-        What shows the difference, or the scene, again.
+    `failed`: whether it fails the gate.
+    `summary`: one sentence: what moved and by how much.
+    `broken`: the limits of truth that the head breaks, one sentence each.
+    `horizon` [s]: until when both sides can be compared; None: to the end.
+    `first_difference`: none where all events are alike, instants included.
+    `metrics`, `counters`: all of them, moved or not.
+    `base_hash`, `head_hash`: of events and rest positions, to the bit; "" where there is none.
+    `rest_base`, `rest_head` ((x, y, z), ...) [m] or None: where the balls come to rest, in the
+        scene's order.
+    `candidate`: the baseline that accepting it would write, as TOML; "" where there is nothing to
+        accept.
+    `command`: what shows the difference, or the scene, again.
     """
 
     scene: SceneName
@@ -160,21 +150,13 @@ class SceneChange(_Model):
 class Regression(_Model):
     """A whole comparison.
 
-    Attributes
-    ----------
-    label : str
-        Which engine, as it was asked for.
-    engine : str
-        What its baselines call it.
-    base, head : dict
-        What is kept of the environment that the baselines were accepted in, and the environment now
-        (`validation.results.environment.describe_environment`).
-    outcome : "passed", "failed" or "no-baseline"
-        The last where nothing failed, but some scene could not be compared: that is no pass.
-    stale : tuple of str
-        Baselines of scenes that are no more.
-    warnings : tuple of str
-        What doesn't fail the gate but should be known, one sentence each.
+    `label`: which engine, as it was asked for.
+    `engine`: what its baselines call it.
+    `base`, `head`: what is kept of the environment that the baselines were accepted in, and the
+        environment now (`validation.results.environment.describe_environment`).
+    `outcome`: the last where nothing failed, but some scene could not be compared: that is no pass.
+    `stale`: baselines of scenes that are no more.
+    `warnings`: what doesn't fail the gate but should be known, one sentence each.
     """
 
     schema_version: Literal[7] = Field(default=SCHEMA, alias="schema")
@@ -213,10 +195,7 @@ def save_regressions(regressions: Sequence[Regression], folder: Path) -> None:
 def load_regressions(folder: Path) -> list[Regression]:
     """Read them from a results folder, in the order of the engines; none where there is none.
 
-    Raises
-    ------
-    ResultsError
-        Where the folder's database is cut short, damaged or of another version.
+    Raises `ResultsError` where the folder's database is cut short, damaged or of another version.
     """
     if not has_database(folder):
         return []

@@ -25,12 +25,9 @@ PlayAgain = Callable[[Scene], str]
 def playing_again(label: str, time_limit: float | None = None) -> Iterator[PlayAgain]:
     """Yield what plays a shot on an engine again; nothing is started before it is called.
 
-    Parameters
-    ----------
-    label : str
-        The engine, as it was asked for.
-    time_limit : float or None [s]
-        For each shot, of an engine other than ours; see `runs.playing.in_other_process`.
+    `label`: the engine, as it was asked for.
+    `time_limit` [s]: for each shot, of an engine other than ours; see
+        `runs.playing.in_other_process`.
     """
     with in_other_process(make_engine(label), time_limit) as engine:
 
@@ -49,15 +46,10 @@ def not_deterministic(
 ) -> SceneChange | None:
     """Return that an engine gives other bits each time it plays a shot; None where it doesn't.
 
-    Parameters
-    ----------
-    head : Observed
-        What it did.
-    base_bits : str
-        Hash of what was accepted, "" where nothing was. Where that is what it did, it isn't played
-        again: it did so twice.
-    command : str
-        What shows the scene again, for the record.
+    `head`: what it did.
+    `base_bits`: hash of what was accepted, "" where nothing was. Where that is what it did, it
+        isn't played again: it did so twice.
+    `command`: what shows the scene again, for the record.
     """
     if head.bits == base_bits or (again := play_again(scene)) == head.bits:
         return None

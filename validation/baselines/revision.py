@@ -24,10 +24,7 @@ class RevisionError(GhostballError, ValueError):
 def repository(source: Path) -> Path:
     """Return the root of the checkout that an engine's source is in.
 
-    Raises
-    ------
-    RevisionError
-        Where it is an installed package, or there is no git.
+    Raises `RevisionError` where it is an installed package, or there is no git.
     """
     root = checkout_of(source)
     if root is None:
@@ -53,10 +50,7 @@ def checkout_of(source: Path) -> Path | None:
 def resolve(revision: str, root: Path) -> str:
     """Return the full name of a revision.
 
-    Raises
-    ------
-    RevisionError
-        Where there is no such commit.
+    Raises `RevisionError` where there is no such commit.
     """
     try:
         commit = _git(root, "rev-parse", "--verify", "--quiet", f"{revision}^{{commit}}")
@@ -80,10 +74,8 @@ def checked_out(root: Path, commit: str) -> Iterator[Path]:
     It always lies in the same place, so that what was compiled for it is found again. Nobody else
     gets it meanwhile. What killed runs left behind of this checkout is removed first.
 
-    Raises
-    ------
-    RevisionError
-        Where git can't make it, there is no place for it, or another run uses it.
+    Raises `RevisionError` where git can't make it, there is no place for it, or another run uses
+    it.
     """
     folder = cache_folder("revisions").resolve()
     mark = hashlib.sha256(os.fsencode(root)).hexdigest()[:8]

@@ -40,20 +40,16 @@ UNAMPLIFIED = 64.0 * 2.0 * UNIT_ROUNDOFF
 class Allowance:
     """What rounding explains in one shot.
 
-    Attributes
-    ----------
-    horizon : float [s]
-        Until when the shot can be predicted; inf: to its end. After it nothing is compared.
-    map_end : float [s]
-        From when on no derivative exists, such as after collisions of a ball at one instant; inf:
-        never. After it nothing but rounding that was never amplified is explained.
-    event_times : (m,) float64 [s]
-        By how much each event may come earlier or later; those after `map_end` by `UNAMPLIFIED`.
-    rest : (n,) float64 [m] or None
-        How far each ball may come to rest from where it did; None past the horizon.
-    source : "proof", "engine" or "nothing"
-        Who says how far rounding displaces balls: the proof of the shot; where it isn't proved to
-        its end, our engine alone; or nobody, where that can't play it either.
+    `horizon` [s]: until when the shot can be predicted; inf: to its end. After it nothing is
+        compared.
+    `map_end` [s]: from when on no derivative exists, such as after collisions of a ball at one
+        instant; inf: never. After it nothing but rounding that was never amplified is explained.
+    `event_times` (m,) float64 [s]: by how much each event may come earlier or later; those after
+        `map_end` by `UNAMPLIFIED`.
+    `rest` (n,) float64 [m] or None: how far each ball may come to rest from where it did; None past
+        the horizon.
+    `source`: who says how far rounding displaces balls: the proof of the shot; where it isn't
+        proved to its end, our engine alone; or nobody, where that can't play it either.
     """
 
     horizon: float
@@ -66,8 +62,6 @@ class Allowance:
 def allowance_of(scene: Scene) -> Allowance:
     """Run a shot on our engine, and return what rounding explains in it.
 
-    Notes
-    -----
     The deviation of an event's instant is 2^-53 times the root mean square of what rounding the
     state at each event before it does (`Result.rounding`), that of a position likewise
     (`CertifiedGrowth.sizes`). An engine that doesn't lose digits stays within 32 of them, as every

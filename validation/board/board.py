@@ -72,12 +72,8 @@ CellKey = tuple[str, str]
 class Board(BaseModel):
     """The board as it is kept and shown.
 
-    Attributes
-    ----------
-    environment : mapping
-        Where, when and with which versions the last of its cells was measured.
-    absent : mapping of str to str
-        Rows that can't run here, and why.
+    `environment`: where, when and with which versions the last of its cells was measured.
+    `absent`: rows that can't run here, and why.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
@@ -141,33 +137,20 @@ def run_board(
 ) -> tuple[Board, Outcome | None]:
     """Run what the cells of these columns are made of, and return the board with all that are.
 
-    Parameters
-    ----------
-    rows : sequence of str
-        Engines as for `--engine`, or `MODULE:CLASS`.
-    folder : Path
-        A results folder of the suite, which keeps each case as it is done. A later run reuses
+    `rows`: engines as for `--engine`, or `MODULE:CLASS`.
+    `folder`: a results folder of the suite, which keeps each case as it is done. A later run reuses
         those that are unchanged; see `validation.suite.unchanged`. `board.json` beside them is what
         they come to.
-    jobs : int
-        Processes. Run times are best taken with 1.
-    rerun : bool
-        Whether to run anew all that is asked for; what isn't stays as it is.
-    time_limit : float [s]
-        Time after which a shot is given up.
-    compiling : callable, optional
-        How far the compiling of our engine's kernels is, where they aren't.
+    `jobs`: processes. Run times are best taken with 1.
+    `rerun`: whether to run anew all that is asked for; what isn't stays as it is.
+    `time_limit` [s]: time after which a shot is given up.
+    `compiling`: how far the compiling of our engine's kernels is, where they aren't.
 
-    Returns
-    -------
-    board : Board
-    outcome : Outcome or None
-        Of the suite's run; None where no engine could be asked anything.
+    Returns the board, and the outcome of the suite's run: None where no engine could be asked
+    anything.
 
-    Raises
-    ------
-    GhostballError
-        Where an engine or a setting is unknown, or the folder can't be read or written.
+    Raises `GhostballError` where an engine or a setting is unknown, or the folder can't be read or
+    written.
     """
     columns = tuple(columns)
     plan = _plan(rows, columns)
@@ -252,10 +235,7 @@ def _is_of(case: CaseRecord, scene: Scene) -> bool:
 def load(path: Path) -> Board | None:
     """Read a board that was kept; None where there is none.
 
-    Raises
-    ------
-    GhostballError
-        Where it is no board of this version.
+    Raises `GhostballError` where it is no board of this version.
     """
     try:
         return Board.model_validate_json(path.read_bytes())

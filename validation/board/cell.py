@@ -35,14 +35,9 @@ LIKE_A_LAW: Final = 0.01
 class Cell(BaseModel):
     """What one engine shows of one question.
 
-    Attributes
-    ----------
-    value : float or None
-        In the column's unit: of a class, the largest error; None where there is none.
-    note : str
-        Why there is no value, or more of it.
-    scene, label : str
-        The run that the cell is of; "" where the engine lacks what is asked.
+    `value`: in the column's unit: of a class, the largest error; None where there is none.
+    `note`: why there is no value, or more of it.
+    `scene`, `label`: the run that the cell is of; "" where the engine lacks what is asked.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
@@ -67,10 +62,7 @@ class Cell(BaseModel):
 def cell_of(column: Column, row: str, cases: Sequence[CaseRecord]) -> Cell:
     """Return what the runs that a column asks of a row come to.
 
-    Parameters
-    ----------
-    cases : sequence of CaseRecord
-        None of them where the engine lacks the settings that the column requires.
+    `cases`: none of them where the engine lacks the settings that the column requires.
     """
     if not cases:
         steps = " or ".join(one.contact_steps or "fixed" for one in column.settings)

@@ -120,10 +120,7 @@ class _Columns(_Model):
 def load_columns(path: Path) -> dict[str, Column]:
     """Read a list of columns, by their ids.
 
-    Raises
-    ------
-    GhostballError
-        Where it can't be read, is no TOML, or breaks a rule.
+    Raises `GhostballError` where it can't be read, is no TOML, or breaks a rule.
     """
     try:
         found = _Columns.model_validate(toml_of(path.read_text(encoding="utf-8")))

@@ -62,12 +62,8 @@ The centres are then as near as the surface of a ball is to its own.
 def accuracy_of(result: Result, truth: Truth, *, resolution: Resolution = 0.0) -> Accuracy | None:
     """Return how right a run is, or None where there is nothing to compare it with.
 
-    Parameters
-    ----------
-    result : Result
-        Recorded with `record="trajectory"`.
-    resolution : float [m], "proved" or None
-        Of the engine: `reference_adapters.base.resolution_of`.
+    `result`: recorded with `record="trajectory"`.
+    `resolution` [m]: of the engine: `reference_adapters.base.resolution_of`.
     """
     if broken := _broken(result, resolution):
         return Accuracy("broken", cause=broken[0], amount=broken[1])

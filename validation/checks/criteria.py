@@ -144,10 +144,7 @@ class Criteria(BaseModel):
     def load(cls, path: str | Path) -> Criteria:
         """Read a criteria file.
 
-        Raises
-        ------
-        CriteriaError
-            Where it can't be read, isn't TOML, or breaks a rule.
+        Raises `CriteriaError` where it can't be read, isn't TOML, or breaks a rule.
         """
         return _load(cls, Path(path))
 
@@ -156,15 +153,11 @@ class Criteria(BaseModel):
     ) -> tuple[Criterion, ...]:
         """Return the criteria that hold for an engine with these effective settings.
 
-        Parameters
-        ----------
-        claim : Claim, optional
-            What the engine claims in the scene; None: only criteria that hold whatever it claims.
+        `claim`: what the engine claims in the scene; None: only criteria that hold whatever it
+        claims.
 
-        Raises
-        ------
-        CriteriaError
-            Where two selectors, equally specific, set the same kind of limit on a metric.
+        Raises `CriteriaError` where two selectors, equally specific, set the same kind of limit on
+        a metric.
         """
         covering: dict[str, list[tuple[tuple[bool, int, int], Criterion]]] = defaultdict(list)
         for criterion in self.criteria:
@@ -233,10 +226,7 @@ def common_criteria() -> Criteria:
 def criteria_beside(scene_path: str | Path) -> Criteria:
     """Return the criteria that lie beside a scene file; none where there is no such file.
 
-    Raises
-    ------
-    CriteriaError
-        Where there is a file and it is refused.
+    Raises `CriteriaError` where there is a file and it is refused.
     """
     path = Path(scene_path)
     name = path.name.removesuffix(".toml")

@@ -74,10 +74,8 @@ class Selector(BaseModel):
     def covers(self, engine: str, settings: Mapping[str, Any]) -> bool:
         """Whether an engine with these effective settings is meant.
 
-        Raises
-        ------
-        CriteriaError
-            Where the engine that is named has no such setting: the selector could never match.
+        Raises `CriteriaError` where the engine that is named has no such setting: the selector
+        could never match.
         """
         if self.engine == EVERY:
             return all(
@@ -258,14 +256,11 @@ class Excused(ForEngines):
 class StepRule(ForEngines):
     """Engines whose limits are computed from their step; see `step_limits`.
 
-    Attributes
-    ----------
-    late : tuple of str
-        The events that they see up to a step late: "ball-ball", "ball-cushion", "slide-to-roll".
-    energy_noise : float
-        What they may make of energy, over the first.
-    drifts : bool
-        Whether their motion between contacts errs by up to v dt, also where contacts are in time.
+    `late`: the events that they see up to a step late: "ball-ball", "ball-cushion",
+        "slide-to-roll".
+    `energy_noise`: what they may make of energy, over the first.
+    `drifts`: whether their motion between contacts errs by up to v dt, also where contacts are in
+        time.
     """
 
     late: tuple[Literal["ball-ball", "ball-cushion", "slide-to-roll"], ...]
@@ -281,10 +276,7 @@ class StepRule(ForEngines):
 class BeyondStep(ForEngines):
     """Engines of which no limit is computed in a scene: they err there by more than a step.
 
-    Attributes
-    ----------
-    reason : str
-        What else they get wrong.
+    `reason`: what else they get wrong.
     """
 
 

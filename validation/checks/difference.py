@@ -41,10 +41,7 @@ class Moved:
 class CaseDifference:
     """One scene on both sides; None where a side has none.
 
-    Attributes
-    ----------
-    moved : tuple of Moved
-        The metrics that differ, in the order of `METRICS`.
+    `moved`: the metrics that differ, in the order of `METRICS`.
     """
 
     scene: str
@@ -112,16 +109,10 @@ def difference_of(
 ) -> list[CaseDifference]:
     """Compare cases of two runs, scene by scene and engine by engine.
 
-    Parameters
-    ----------
-    labels : mapping of str to str, optional
-        Which engine of the head each engine of the base is compared with, by label; the one of the
-        same label where it is left out.
+    `labels`: which engine of the head each engine of the base is compared with, by label; the one
+    of the same label where it is left out.
 
-    Returns
-    -------
-    list of CaseDifference
-        In the order of the base; then what only the head has.
+    Returns in the order of the base; then what only the head has.
     """
     after = {(case.scene, case.label): case for case in head}
     found = []

@@ -31,13 +31,9 @@ def largest_gain(result: Result, resolution: Resolution = 0.0) -> float:
     The largest of the rises above the least energy before, and, of an engine that steps, of the
     gains in those of its steps in which balls collide.
 
-    Parameters
-    ----------
-    resolution : float [m], "proved" or None
-        How far off a ball may be when it collides, as the engine states it: `resolution_of`.
+    `resolution` [m]: how far off a ball may be when it collides, as the engine states it:
+    `resolution_of`.
 
-    Notes
-    -----
     An engine that sees contacts late resolves them from speeds that are as old: Chipmunk bounces
     balls with those that they had before its step, and so gives back what the cloth took in it.
     What the cloth takes while the fastest ball goes `resolution` is therefore no gain.
@@ -53,10 +49,7 @@ def largest_gain(result: Result, resolution: Resolution = 0.0) -> float:
 def largest_rise(energy: FloatArray) -> float:
     """Return by how much energy ever exceeds the least before it [J]; 0 if never.
 
-    Parameters
-    ----------
-    energy : (k,) float64 [J]
-        In order of time.
+    `energy` (k,) float64 [J]: in order of time.
     """
     return float(np.max(energy - np.minimum.accumulate(energy), initial=0.0))
 
@@ -90,14 +83,9 @@ def _rows(frames: SampledTrajectory, rows: NDArray[np.intp]) -> Samples:
 def cloth_takes(scene: Scene, before: Samples, after: Samples, durations: FloatArray) -> FloatArray:
     """Return the least energy that the cloth takes in steps in which balls collide, (k,) [J].
 
-    Parameters
-    ----------
-    before, after : Samples
-        States at both ends of each step, arrays (k, n, 3).
-    durations : (k,) float64 [s]
+    `before`, `after`: states at both ends of each step, arrays (k, n, 3).
+    `durations` (k,) float64 [s].
 
-    Notes
-    -----
     The collision comes at an unknown instant of the step. Before it the balls are slowed as if
     there were none; after it they are slowed as at the step's end, or more, since the power of
     friction falls on the way. So the cloth takes at least the smaller of what it takes from

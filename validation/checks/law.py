@@ -38,16 +38,10 @@ def _nothing() -> ByClaim:
 class Asked:
     """What is asked of an engine in a scene, before it is known what it claims there.
 
-    Attributes
-    ----------
-    stated : mapping of Claim to tuple of Criterion
-        By the scene, or by a file for all scenes.
-    law : mapping of Claim to tuple of Criterion
-        Of the common criteria.
-    rule : StepRule or None
-        By which limits are computed from the engine's step.
-    excuse : str
-        Why only what is stated is asked of it; "" where all is.
+    `stated`: by the scene, or by a file for all scenes.
+    `law`: of the common criteria.
+    `rule`: by which limits are computed from the engine's step.
+    `excuse`: why only what is stated is asked of it; "" where all is.
     """
 
     stated: ByClaim = field(default_factory=_nothing)
@@ -107,19 +101,11 @@ class Asked:
 def asked_of(names: Sequence[Named], own: Criteria, for_all: Criteria | None = None) -> Asked:
     """Return what is asked of an engine in a scene.
 
-    Parameters
-    ----------
-    names : sequence of (str, mapping)
-        What the engine is called; after that, where it is judged as another one, what that is.
-    own : Criteria
-        Of the scene.
-    for_all : Criteria, optional
-        For all scenes.
+    `names`: what the engine is called; after that, where it is judged as another one, what that is.
+    `own`: of the scene.
+    `for_all`: for all scenes.
 
-    Raises
-    ------
-    CriteriaError
-        Where criteria contradict each other.
+    Raises `CriteriaError` where criteria contradict each other.
     """
     files = (own,) if for_all is None else (own, for_all)
     stated: dict[Claim, tuple[Criterion, ...]] = {}

@@ -23,20 +23,14 @@ class MetricError(GhostballError, ValueError):
 class Metric:
     """A row of the metric table.
 
-    Attributes
-    ----------
-    name, unit : str
-        SI; "1" is a pure number, "class" a class of accuracy.
-    meaning : str
-        One line.
-    compares : TruthPart or None
-        What of the truth it is measured against; None needs no truth.
-    outcome : bool
-        Whether a limit from above, or an exact value, judges where, when or after which collisions
-        the balls ended. Energy, overlaps and the first collisions alone don't: they can be right
-        in a shot that ends wrong.
-    to_the_end : bool
-        Whether it is an error of how the shot ends, which means nothing past the engine's horizon.
+    `name`, `unit`: SI; "1" is a pure number, "class" a class of accuracy.
+    `meaning`: one line.
+    `compares`: what of the truth it is measured against; None needs no truth.
+    `outcome`: whether a limit from above, or an exact value, judges where, when or after which
+        collisions the balls ended. Energy, overlaps and the first collisions alone don't: they can
+        be right in a shot that ends wrong.
+    `to_the_end`: whether it is an error of how the shot ends, which means nothing past the engine's
+        horizon.
     """
 
     name: str
@@ -189,15 +183,9 @@ METRICS: dict[str, Metric] = {
 def choose_metrics(patterns: Sequence[str]) -> tuple[str, ...]:
     """Return the metrics that are named, in the order of `METRICS`, each once.
 
-    Parameters
-    ----------
-    patterns : sequence of str
-        Names, or patterns with `*`, `?` and `[...]` such as "rest_error_*".
+    `patterns`: names, or patterns with `*`, `?` and `[...]` such as "rest_error_*".
 
-    Raises
-    ------
-    MetricError
-        Where there is no pattern, or one fits no metric.
+    Raises `MetricError` where there is no pattern, or one fits no metric.
     """
     if not patterns:
         raise MetricError("`metrics` must name at least one metric, got none")

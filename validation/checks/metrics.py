@@ -51,21 +51,15 @@ _REST_ERRORS = ("rest_error_max", "rest_error_rms", "rest_error_ulps")
 class Measured:
     """Metrics of one case.
 
-    Attributes
-    ----------
-    values : dict of str to int, float or None
-        By name, one for each that was asked for, in the order of `METRICS`.
-    notes : dict of str to str
-        Why a value is None.
-    said : dict of str to str
-        More of a value than the value.
-    incomplete : set of str
-        Metrics that have no good value because of what the run did: it ended early, isn't finite,
-        or is broken.
-    unpredictable : set of str
-        Metrics without a value since they are of the end, which the engine can't predict.
-    ball_errors : (n,) float64 [m] or None
-        Distance of each ball from where it should end; None where no metric of them has a value.
+    `values`: by name, one for each that was asked for, in the order of `METRICS`.
+    `notes`: why a value is None.
+    `said`: more of a value than the value.
+    `incomplete`: metrics that have no good value because of what the run did: it ended early, isn't
+        finite, or is broken.
+    `unpredictable`: metrics without a value since they are of the end, which the engine can't
+        predict.
+    `ball_errors` (n,) float64 [m] or None: distance of each ball from where it should end; None
+        where no metric of them has a value.
     """
 
     values: dict[str, Value] = field(default_factory=dict)
@@ -106,18 +100,12 @@ def measure(
 ) -> Measured:
     """Measure a run recorded with `record="trajectory"` against the truth of its scene.
 
-    Parameters
-    ----------
-    metrics : collection of str, optional
-        Names of those that are computed; all where it is left out.
-    horizon : float [s]
-        Until when the engine can be expected to play this shot: `Truth.horizon_of`. What is an
-        error of the end of a shot has no value where that lies later; energies are compared up to
-        there.
-    resolution : float [m], "proved" or None
-        Of the engine: `reference_adapters.base.resolution_of`.
-    include_past_horizon : collection of str
-        Metrics that have a value all the same.
+    `metrics`: names of those that are computed; all where it is left out.
+    `horizon` [s]: until when the engine can be expected to play this shot: `Truth.horizon_of`. What
+        is an error of the end of a shot has no value where that lies later; energies are compared
+        up to there.
+    `resolution` [m]: of the engine: `reference_adapters.base.resolution_of`.
+    `include_past_horizon`: metrics that have a value all the same.
     """
     measured = Measured()
     beyond = truth.rest_time is not None and horizon < truth.rest_time
@@ -160,10 +148,7 @@ def past_horizon(horizon: float) -> str:
 def ball_errors(result: Result, truth: Truth) -> FloatArray:
     """Return each ball's distance from where it should end, (n,) float64 [m].
 
-    Raises
-    ------
-    NotMeasuredError
-        Where the run did not reach its end, or there is no truth.
+    Raises `NotMeasuredError` where the run did not reach its end, or there is no truth.
     """
     _require_end(result)
     right = _known(truth.rest_positions, truth, "rest")

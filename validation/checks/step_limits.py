@@ -81,12 +81,9 @@ The last step must be long enough for the engine to see the contact, which takes
 class _Step:
     """How late an engine sees the events of a shot.
 
-    Attributes
-    ----------
-    resolution : float [m]
-    longest : float [s]
-        The step; inf for an engine that states none.
-    delays : (events,) float64 [s]
+    `resolution` [m].
+    `longest` [s]: the step; inf for an engine that states none.
+    `delays` (events,) float64 [s].
     """
 
     resolution: float
@@ -99,12 +96,8 @@ def step_criteria(
 ) -> tuple[Criterion, ...]:
     """Return the limits that an engine's step sets in a scene.
 
-    Parameters
-    ----------
-    rule : StepRule
-        Which events the engine sees late, and what noise its energy has.
-    truth : Truth
-        Of that scene, with its part "proof".
+    `rule`: which events the engine sees late, and what noise its energy has.
+    `truth`: of that scene, with its part "proof".
     """
     resolution = stated_error(resolution_of(engine, scene))
     if resolution == 0.0:

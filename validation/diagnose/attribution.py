@@ -73,28 +73,17 @@ class Rung:
 class Attribution:
     """Where the difference of one engine in one scene comes from.
 
-    Attributes
-    ----------
-    scene, label, engine : str
-        As in a `CaseRecord`.
-    truth : "certified", "closed form" or "our engine"
-        What it is the difference from.
-    reason : str
-        Where nothing could be compared, why; else "".
-    instant : float or None [s]
-        When the balls were compared; None is at the end.
-    until : str
-        Why not at the end; else "".
-    difference : float or None [m]
-        Largest distance of a ball from the truth.
-    rounding : float or None [m]
-        What roundings may have moved a ball by; None where no derivative says it.
-    approximations : tuple of str
-        What of this scene the engine says that it represents only approximately.
-    ladder : tuple of Rung
-        From the engine's own step to the shortest; empty where it has none.
-    with_exact_steps : float or None [m]
-        The difference where steps end exactly at contacts, where the engine can do that.
+    `scene`, `label`, `engine`: as in a `CaseRecord`.
+    `truth`: what it is the difference from.
+    `reason`: where nothing could be compared, why; else "".
+    `instant` [s]: when the balls were compared; None is at the end.
+    `until`: why not at the end; else "".
+    `difference` [m]: largest distance of a ball from the truth.
+    `rounding` [m]: what roundings may have moved a ball by; None where no derivative says it.
+    `approximations`: what of this scene the engine says that it represents only approximately.
+    `ladder`: from the engine's own step to the shortest; empty where it has none.
+    `with_exact_steps` [m]: the difference where steps end exactly at contacts, where the engine can
+        do that.
     """
 
     scene: str
@@ -121,22 +110,12 @@ def attribute(
 ) -> Attribution:
     """Say where the difference of an engine from the truth comes from.
 
-    Parameters
-    ----------
-    label : str
-        The engine as asked for; its name where it is left out.
-    known : KnownShot, optional
-        The true shot, where the caller has it.
+    `label`: the engine as asked for; its name where it is left out.
+    `known`: the true shot, where the caller has it.
 
-    Raises
-    ------
-    UnsupportedSceneError
-        Where the engine, or the truth, lacks a feature of the scene.
-    GhostballError
-        Where the truth comes to no end.
+    Raises `UnsupportedSceneError` where the engine, or the truth, lacks a feature of the scene;
+    `GhostballError` where the truth comes to no end.
 
-    Notes
-    -----
     Balls are compared where they end, as long as every run has the collisions of the truth, ball
     by ball, and the shot is predictable; else at the last instant of which both hold, to which the
     engine is run anew.
@@ -197,10 +176,7 @@ def _compared(
 ) -> tuple[list[Result], float | None]:
     """Run engines to the last instant up to which all agree with the truth; None: to the end.
 
-    Raises
-    ------
-    NotComparedError
-        Where there is none, or a run doesn't come to its end.
+    Raises `NotComparedError` where there is none, or a run doesn't come to its end.
     """
     true, instant = events_in(events_of(known.result)), None
     for _ in range(ATTEMPTS):
@@ -227,10 +203,7 @@ def _until(scene: Scene, instant: float | None) -> Scene:
 def _play(engine: ReferenceEngine, scene: Scene) -> Result:
     """Run a scene.
 
-    Raises
-    ------
-    NotComparedError
-        Where the run doesn't come to its end.
+    Raises `NotComparedError` where the run doesn't come to its end.
     """
     result = run_engine(engine, scene, "events")
     if not result.status.complete:
@@ -260,13 +233,8 @@ def agreed_instant(
 ) -> float | None:
     """Return the last instant up to which logs agree with the true one, or None if to the `end`.
 
-    Parameters
-    ----------
-    end : float [s]
-        Until when to compare; infinite is to the end of the runs.
+    `end` [s]: until when to compare; infinite is to the end of the runs.
 
-    Notes
-    -----
     The instant lies in the middle of the last stretch of time in which no run has a collision that
     another one had before, or has later: the length of a detection that is late would else be taken
     for an error.

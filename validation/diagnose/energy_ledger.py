@@ -48,15 +48,11 @@ NOT_FINITE = "its motion isn't finite"
 class EnergyLedger:
     """Where the energy of one run went.
 
-    Attributes
-    ----------
-    initial, final : float [J]
-        Before anything happens, and at the end of the stored motion; nan where it blew up.
-    entries : dict of str to float [J], or None
-        What was lost by entry, those of `ENTRIES` that there are; negative where energy was gained.
-        None where the motion doesn't tell, and `why` says so.
-    counts : dict of str to int
-        How many collisions there were, by kind.
+    `initial`, `final` [J]: before anything happens, and at the end of the stored motion; nan where
+        it blew up.
+    `entries` [J]: what was lost by entry, those of `ENTRIES` that there are; negative where energy
+        was gained. None where the motion doesn't tell, and `why` says so.
+    `counts`: how many collisions there were, by kind.
     """
 
     initial: float
@@ -74,8 +70,6 @@ class EnergyLedger:
 def ledger_of(scene: Scene, motion: Motion) -> EnergyLedger:
     """Return where the energy of a run went, from its stored motion.
 
-    Notes
-    -----
     The entries add up to `lost` but for rounding: the sum telescopes over the stored states. The
     last instant before an event is one double earlier, so that nothing to speak of is lost on the
     way between the two. A ball's vertical spin decays in every phase, and is counted with it;

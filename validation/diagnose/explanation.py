@@ -55,21 +55,14 @@ class ExplanationError(GhostballError, ValueError):
 class Margin:
     """By how much something would have to move for a log to be another one.
 
-    Attributes
-    ----------
-    run : "truth" or "engine"
-        In whose shot it was measured.
-    what : "miss", "collision" or "order"
-        The collision would be missed, were it of this much less overlap. It would happen, were the
-        gap at nearest approach this much smaller. It would come after what the other run has
+    `run`: in whose shot it was measured.
+    `what`: the collision would be missed, were it of this much less overlap. It would happen, were
+        the gap at nearest approach this much smaller. It would come after what the other run has
         instead, did it come later by the time that this length takes at the speed of approach.
-    event : Event
-        As it is, or as the other run has it where it doesn't happen here.
-    length : float [m]
-    ulps : float [1]
-        The length over the spacing of doubles at the coordinates there.
-    seconds : float or None [s]
-        For "order", the time between the two collisions.
+    `event`: as it is, or as the other run has it where it doesn't happen here.
+    `length` [m].
+    `ulps` [1]: the length over the spacing of doubles at the coordinates there.
+    `seconds` [s]: for "order", the time between the two collisions.
     """
 
     run: Side
@@ -100,22 +93,13 @@ class BallStates:
 class Explanation:
     """Where a run and the truth part, and how they differ.
 
-    Attributes
-    ----------
-    label : str
-        The engine as asked for.
-    known : KnownShot
-        The truth.
-    result : Result
-        The engine's run, with its motion.
-    agreement : Agreement
-        Which collisions both have, and where they part.
-    margins : tuple of Margin
-        The smallest first; empty where nothing parts.
-    states : tuple of BallStates
-        Of the balls that take part where they part, at that instant.
-    attribution : Attribution or None
-        None where it wasn't asked for.
+    `label`: the engine as asked for.
+    `known`: the truth.
+    `result`: the engine's run, with its motion.
+    `agreement`: which collisions both have, and where they part.
+    `margins`: the smallest first; empty where nothing parts.
+    `states`: of the balls that take part where they part, at that instant.
+    `attribution`: none where it wasn't asked for.
     """
 
     label: str
@@ -201,23 +185,13 @@ def explain(
 ) -> Explanation:
     """Explain how an engine's run of a scene differs from the truth.
 
-    Parameters
-    ----------
-    label : str
-        The engine as asked for; its name where it is left out.
-    attributed : bool
-        Whether to say also what the difference comes from, which takes a few runs more.
+    `label`: the engine as asked for; its name where it is left out.
+    `attributed`: whether to say also what the difference comes from, which takes a few runs more.
 
-    Raises
-    ------
-    UnsupportedSceneError
-        Where the engine lacks a feature of the scene.
-    EngineFailedError
-        Where the engine fails, or says that it did.
-    ExplanationError
-        Where nothing moves, or the engine is itself what is taken for the truth.
-    GhostballError
-        Where there is no truth to compare with.
+    Raises `UnsupportedSceneError` where the engine lacks a feature of the scene;
+    `EngineFailedError` where the engine fails, or says that it did; `ExplanationError` where
+    nothing moves, or the engine is itself what is taken for the truth; `GhostballError` where there
+    is no truth to compare with.
     """
     moving = np.any(scene.velocities != 0.0) or np.any(scene.angular_velocities != 0.0)
     if not moving:

@@ -49,12 +49,9 @@ Proofs record pieces to half of that before the end.
 class Straight(NamedTuple):
     """What a ball that goes straight on has come to after a time.
 
-    Attributes
-    ----------
-    speed : float [m/s]
-    displacement : float [m]
-    speed_by_speed, displacement_by_speed : float [1], [s]
-        Derivatives by the first speed.
+    `speed` [m/s].
+    `displacement` [m].
+    `speed_by_speed`, `displacement_by_speed` [1] and [s]: derivatives by the first speed.
     """
 
     speed: float
@@ -103,12 +100,9 @@ class Series(NamedTuple):
 class Slide(NamedTuple):
     """A piece of a slide in air.
 
-    Attributes
-    ----------
-    e : (2,) float64
-        Where the slip points to as the piece begins: its series may have but rounding left.
-    a, k : float [m/s^2], [1/m]
-        Friction of the cloth, and the air's drag.
+    `e` (2,) float64: where the slip points to as the piece begins: its series may have but rounding
+        left.
+    `a`, `k` [m/s^2] and [1/m]: friction of the cloth, and the air's drag.
     """
 
     series: Series

@@ -95,18 +95,13 @@ def _involved(kind: EventKind, a: int, b: int) -> tuple[int, ...]:
 class _Passage:
     """Changes of the balls of one event, carried from their segments before it to those after it.
 
-    Attributes
-    ----------
-    states : tuple of (7,) float64
-        Of the balls, just before.
-    change : (7 b, 7 b + 1) float64
-        Of the balls by those of the segments before; the last column, by seeing the event late.
-    later : (7 b + 1,) float64
-        By how much later the event comes.
-    approach : float [m/s]
-        At which speed what collides meets.
-    lasts : float [s]
-        For how long two balls that collide would overlap if they continued as before; else inf.
+    `states`: of the balls, just before.
+    `change` (7 b, 7 b + 1) float64: of the balls by those of the segments before; the last column,
+        by seeing the event late.
+    `later` (7 b + 1,) float64: by how much later the event comes.
+    `approach` [m/s]: at which speed what collides meets.
+    `lasts` [s]: for how long two balls that collide would overlap if they continued as before; else
+        inf.
     """
 
     def __init__(

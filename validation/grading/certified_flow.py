@@ -52,20 +52,15 @@ _DRIFT = np.eye(PARTS)
 class ProvedBall:
     """The proved motion of one ball: its segments, and what the cloth and the air do to it.
 
-    Attributes
-    ----------
-    segments : (k, 14 + 4 m) float64
-        As in `ExactTrajectory`.
-    starts : tuple of int
-        Rows at which the ball's motion begins or an event changes it; see `Certificate.starts`.
-    radius : float [m]
-    slides_by, rolls_by : float [m/s^2]
-        By what the cloth slows the ball as it slides, and as it rolls.
-    spins_by : float [rad/s^2]
-    quadratic, drag : float [1/m]
-        b of the b v^2 that slows it more as it rolls, and k of the air's k v^2 as it slides.
-    flies : bool
-        Whether it may be in the air: then nothing is known here of how changes grow.
+    `segments` (k, 14 + 4 m) float64: as in `ExactTrajectory`.
+    `starts`: rows at which the ball's motion begins or an event changes it; see
+        `Certificate.starts`.
+    `radius` [m].
+    `slides_by`, `rolls_by` [m/s^2]: by what the cloth slows the ball as it slides, and as it rolls.
+    `spins_by` [rad/s^2].
+    `quadratic`, `drag` [1/m]: b of the b v^2 that slows it more as it rolls, and k of the air's k
+        v^2 as it slides.
+    `flies`: whether it may be in the air: then nothing is known here of how changes grow.
     """
 
     segments: FloatArray

@@ -35,17 +35,14 @@ FloatArray = NDArray[np.float64]
 class Lateness:
     """What it changes of a shot's end to see one of its events late, per second.
 
-    Attributes
-    ----------
-    times : (events,) float64 [s]
-    balls : tuple of tuple of int
-        The balls of each.
-    approach : (events,) float64 [m/s]
-        At which speed what collides meets; 0 for events that are no collision.
-    lasts : (events,) float64 [s]
-        For how long two balls that collide would overlap if they continued; inf for other events.
-    places : (events, n) float64 [m/s]
-        How far each ball ends from where it should; NaN where no derivative exists.
+    `times` (events,) float64 [s].
+    `balls`: the balls of each.
+    `approach` (events,) float64 [m/s]: at which speed what collides meets; 0 for events that are no
+        collision.
+    `lasts` (events,) float64 [s]: for how long two balls that collide would overlap if they
+        continued; inf for other events.
+    `places` (events, n) float64 [m/s]: how far each ball ends from where it should; NaN where no
+        derivative exists.
     """
 
     kinds: tuple[EventKind, ...]
@@ -60,17 +57,13 @@ class Lateness:
 class CertifiedGrowth:
     """How changes grow along a proved motion: `horizon.Growth`; made by `growth_of_proof`.
 
-    Attributes
-    ----------
-    t_end : float [s]
-    times : (k,) float64 [s]
-        Of its events, increasing, from 0 on.
-    derivative_ends : float [s]
-        When a ball first has two collisions at one instant, whose order any change decides; inf
-        where none has. Later there is no derivative of what follows from them. 0 where balls may
-        fly: nothing is known here of how errors grow then, so that `sizes` are infinite.
-    events : tuple of EventChange
-        What each event does to small changes of its balls.
+    `t_end` [s].
+    `times` (k,) float64 [s]: of its events, increasing, from 0 on.
+    `derivative_ends` [s]: when a ball first has two collisions at one instant, whose order any
+        change decides; inf where none has. Later there is no derivative of what follows from them.
+        0 where balls may fly: nothing is known here of how errors grow then, so that `sizes` are
+        infinite.
+    `events`: what each event does to small changes of its balls.
     """
 
     t_end: float

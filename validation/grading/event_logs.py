@@ -69,11 +69,8 @@ class Event:
 class Parting:
     """Where two logs part.
 
-    Attributes
-    ----------
-    true, other : Event or None
-        What the true log has there, and what the other one has instead; None where a log has
-        nothing more for the balls concerned. One of them isn't None.
+    `true`, `other`: what the true log has there, and what the other one has instead; None where a
+    log has nothing more for the balls concerned. One of them isn't None.
     """
 
     true: Event | None
@@ -108,18 +105,11 @@ class Parting:
 class Agreement:
     """How far two logs agree.
 
-    Attributes
-    ----------
-    pairs : tuple of (Event, Event)
-        The events that both have, the true one first, in the order of the true log.
-    index_pairs : tuple of (int, int)
-        Where each is among the events that were given.
-    missing : tuple of int
-        Where the true log has events that the other one lacks.
-    invented : tuple of int
-        Where the other log has events that the true one lacks.
-    parting : Parting or None
-        None where they agree to the end.
+    `pairs`: the events that both have, the true one first, in the order of the true log.
+    `index_pairs`: where each is among the events that were given.
+    `missing`: where the true log has events that the other one lacks.
+    `invented`: where the other log has events that the true one lacks.
+    `parting`: none where they agree to the end.
     """
 
     pairs: tuple[tuple[Event, Event], ...]
@@ -195,11 +185,8 @@ def compare_logs(
 ) -> Agreement:
     """Compare two logs, each in order of time.
 
-    Parameters
-    ----------
-    strict : bool
-        Whether events that share a ball have an order also at one instant, to within `TIE` of it.
-        An exact engine has one; one that steps reports one time for all collisions of a step.
+    `strict`: whether events that share a ball have an order also at one instant, to within `TIE` of
+    it. An exact engine has one; one that steps reports one time for all collisions of a step.
     """
     queues: dict[int, deque[int]] = defaultdict(deque)
     for found, one in enumerate(other):

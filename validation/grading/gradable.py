@@ -40,19 +40,13 @@ low to be followed in double precision, or the proof's end."""
 class Gradable:
     """What of a proof engines can be graded against; made by `gradable`.
 
-    Attributes
-    ----------
-    extent : "whole", "horizon", "low bounce" or "proved part"
-    why : str
-        Where it isn't the whole shot, why not; else "".
-    until : float [s]
-        The last instant at which events are graded; inf where that is the end of the shot.
-    compared_at : float [s]
-        When positions are compared: at that instant, or before it, where the derivative of the
-        proved motion ends sooner; inf: at the end of the shot.
-    sizes : (n,) float64 [m] or None
-        What rounding does to each ball until then, over 2^-53: infinite where no derivative says
-        it. None for engines that step, whose errors hide those of rounding.
+    `why`: where it isn't the whole shot, why not; else "".
+    `until` [s]: the last instant at which events are graded; inf where that is the end of the shot.
+    `compared_at` [s]: when positions are compared: at that instant, or before it, where the
+        derivative of the proved motion ends sooner; inf: at the end of the shot.
+    `sizes` (n,) float64 [m] or None: what rounding does to each ball until then, over 2^-53:
+        infinite where no derivative says it. None for engines that step, whose errors hide those of
+        rounding.
     """
 
     extent: Extent
@@ -72,22 +66,13 @@ def gradable(
 ) -> Gradable:
     """Return what of a proof can be graded, which is the same for all exact engines.
 
-    Parameters
-    ----------
-    certificate : Certificate
-        Of that scene, with its motion: `certify(scene, motion=True)`.
-    exact : bool
-        Whether for engines that record their motion, not frames.
-    until : float [s], optional
-        The horizon: up to when the shot can be predicted. Left out: until `ROUNDINGS` roundings at
-        each event have grown to `TOLERANCE`.
-    growth : Growth, optional
-        How errors grow. Left out: as along the proved motion.
+    `certificate`: of that scene, with its motion: `certify(scene, motion=True)`.
+    `exact`: whether for engines that record their motion, not frames.
+    `until` [s]: the horizon: up to when the shot can be predicted. Left out: until `ROUNDINGS`
+        roundings at each event have grown to `TOLERANCE`.
+    `growth`: how errors grow. Left out: as along the proved motion.
 
-    Raises
-    ------
-    GhostballError
-        Where the certificate is of another scene or has no motion.
+    Raises `GhostballError` where the certificate is of another scene or has no motion.
     """
     check_proof(scene, certificate)
     if growth is None and (exact or until is None):

@@ -53,32 +53,22 @@ IntArray = NDArray[np.int64]
 class Grade:
     """How a run compares with the proof of its shot.
 
-    Attributes
-    ----------
-    extent, why, until
-        Of what was graded; see `Gradable`.
-    compared_at : float [s]
-        When positions were compared.
-    events : int
-        Proved events that are compared.
-    missing, invented : tuple of int
-        Indices of proved events that were not found, and of found events that are not so. From
-        where a ball's own order of events differs on, all that it goes through is among these.
-    first : Parting or None
-        The earliest of these.
-    swapped : int
-        Events that come before another one instead of after it, without a ball in common with it.
-        Their times are wrong by as much, and are graded as such.
-    negligible : int
-        Ends of slides and rolls, proved or found, that last no longer than rounding; left out.
-    time_errors : (m,) float64 [1]
-        Of each pair of events, in ulps of the proved time.
-    position_errors : (n,) float64 [m]
-        How far each ball is from its enclosure at `compared_at`.
-    quality_factor : float or None
-        The largest of these errors over what rounding the state once at each event makes of it.
-    no_quality : str
-        Why there is no quality factor; else "".
+    `extent`, `why`, `until`: of what was graded; see `Gradable`.
+    `compared_at` [s]: when positions were compared.
+    `events`: proved events that are compared.
+    `missing`, `invented`: indices of proved events that were not found, and of found events that
+        are not so. From where a ball's own order of events differs on, all that it goes through is
+        among these.
+    `first`: the earliest of these.
+    `swapped`: events that come before another one instead of after it, without a ball in common
+        with it. Their times are wrong by as much, and are graded as such.
+    `negligible`: ends of slides and rolls, proved or found, that last no longer than rounding; left
+        out.
+    `time_errors` (m,) float64 [1]: of each pair of events, in ulps of the proved time.
+    `position_errors` (n,) float64 [m]: how far each ball is from its enclosure at `compared_at`.
+    `quality_factor`: the largest of these errors over what rounding the state once at each event
+        makes of it.
+    `no_quality`: why there is no quality factor; else "".
     """
 
     extent: Extent
@@ -105,22 +95,14 @@ class Grade:
 def grade(result: Result, certificate: Certificate, within: Gradable | None = None) -> Grade:
     """Grade a run against the proof of its shot.
 
-    Parameters
-    ----------
-    result : Result
-        Recorded with `record="trajectory"`.
-    certificate : Certificate
-        Of the same scene, with its motion: `certify(scene, motion=True)`.
-    within : Gradable, optional
-        What of the proof is graded. Left out: as `gradable` says of an engine such as the run's.
+    `result`: recorded with `record="trajectory"`.
+    `certificate`: of the same scene, with its motion: `certify(scene, motion=True)`.
+    `within`: what of the proof is graded. Left out: as `gradable` says of an engine such as the
+        run's.
 
-    Raises
-    ------
-    GhostballError
-        Where the run recorded too little, or the certificate is of another scene or has no motion.
+    Raises `GhostballError` where the run recorded too little, or the certificate is of another
+    scene or has no motion.
 
-    Notes
-    -----
     Differences from an enclosure are taken in rationals: a double is the rational that it is. An
     error is the distance from the enclosure, 0 inside it; at a horizon, where errors are far above
     rounding, it is that of two doubles.
@@ -274,19 +256,11 @@ def position_errors(
 ) -> tuple[float, FloatArray]:
     """Compare positions at the instant that they are graded at.
 
-    Parameters
-    ----------
-    result : Result
-        Recorded with `record="trajectory"`.
-    certificate : Certificate
-        Of the same scene, with its motion.
-    within : Gradable
-        What of the proof is graded.
+    `result`: recorded with `record="trajectory"`.
+    `certificate`: of the same scene, with its motion.
+    `within`: what of the proof is graded.
 
-    Returns
-    -------
-    float, (n,) float64
-        That instant, finite [s], and each ball's distance from the truth [m].
+    Returns that instant, finite [s], and each ball's distance from the truth [m].
     """
     t = within.compared_at
     if t < float(certificate.t_end) or within.extent == "horizon":

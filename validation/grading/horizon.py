@@ -67,12 +67,8 @@ class Growth(Protocol):
 def growth_along(scene: Scene, proof: Certificate | None, result: Result) -> Growth:
     """Return how errors grow along a shot: as proved where all of it is, else as a run says.
 
-    Parameters
-    ----------
-    proof : Certificate or None
-        With its motion.
-    result : Result
-        Our engine's run of it, recorded with its trajectory.
+    `proof`: with its motion.
+    `result`: our engine's run of it, recorded with its trajectory.
     """
     if proof is not None and proof.proved:
         return growth_along_proof(scene, proof)
@@ -93,13 +89,9 @@ def horizon(
 
     Infinite where they do to the end, or as long as anything is known of them.
 
-    Parameters
-    ----------
-    tolerance : float [m]
-    error : float
-        Relative size of the error that is made at the start and at each event.
-    at : (k,) float64 [s], optional
-        The instants at which they matter, increasing; left out: all.
+    `tolerance` [m].
+    `error`: relative size of the error that is made at the start and at each event.
+    `at` (k,) float64 [s]: the instants at which they matter, increasing; left out: all.
     """
     if at is not None:
         return _first_beyond(growth, at, tolerance / error, between=False)
@@ -164,18 +156,12 @@ class Meetings:
 
     There they may lead the shot onto another path, and what comes after says nothing of the engine.
 
-    Attributes
-    ----------
-    times : (k,) float64 [s]
-        Of the collisions of two balls.
-    largest : (k,) float64 [m]
-        What a relative error of 1 at the start and at each event has become of the two (`Growth`);
-        inf where nothing is known.
-    extent : float [m]
-        Of the scene: what a relative error is relative to.
-    radius : float [m]
-        Of the smallest ball.
-    t_end, derivative_ends : float [s]
+    `times` (k,) float64 [s]: of the collisions of two balls.
+    `largest` (k,) float64 [m]: what a relative error of 1 at the start and at each event has become
+        of the two (`Growth`); inf where nothing is known.
+    `extent` [m]: of the scene: what a relative error is relative to.
+    `radius` [m]: of the smallest ball.
+    `t_end`, `derivative_ends` [s].
     """
 
     times: FloatArray
@@ -195,10 +181,8 @@ class Meetings:
 
         Where they have grown to a ball's radius.
 
-        Parameters
-        ----------
-        resolution : float [m]
-            Of the engine: how far off a ball may be when it collides. Rounding comes on top.
+        `resolution` [m]: of the engine: how far off a ball may be when it collides. Rounding comes
+        on top.
         """
         error = max(ROUNDINGS * UNIT_ROUNDOFF, resolution / self.extent)
         return horizon(self, self.radius, error, at=self.times)

@@ -70,15 +70,9 @@ class ClusterLostError(ClusterError):
 def cluster_at(address: str | None) -> Iterator[Cluster | None]:
     """Connect with the scheduler of a Dask cluster for as long as the block runs.
 
-    Parameters
-    ----------
-    address : str or None
-        Such as tcp://10.0.0.1:8786; None for no cluster.
+    `address`: such as tcp://10.0.0.1:8786; None for no cluster.
 
-    Raises
-    ------
-    ClusterError
-        Where Dask isn't installed, or nothing answers there.
+    Raises `ClusterError` where Dask isn't installed, or nothing answers there.
     """
     if address is None:
         yield None
@@ -143,12 +137,8 @@ class Cluster:
     ) -> Generator[Done[T, R]]:
         """Do tasks; yield what came of each: see `validation.parallel.pool.run_tasks`.
 
-        Raises
-        ------
-        ClusterError
-            Where a worker has other code than this machine, or lacks it.
-        ClusterLostError
-            Where the scheduler ends, or there is no worker for a minute.
+        Raises `ClusterError` where a worker has other code than this machine, or lacks it;
+        `ClusterLostError` where the scheduler ends, or there is no worker for a minute.
         """
         first = pickle.dumps((_first, (code_here(), pickle.dumps(prepare))))
         run = uuid4().hex
@@ -234,10 +224,7 @@ class Cluster:
     def _answering(self) -> Iterator[None]:
         """Ask the scheduler for something in the block.
 
-        Raises
-        ------
-        ClusterLostError
-            Where it does not answer.
+        Raises `ClusterLostError` where it does not answer.
         """
         try:
             yield
@@ -288,22 +275,13 @@ _IDLE: dict[Process, tuple[str, threading.Timer]] = {}
 def serve(run: str, first: bytes, key: str, pickled: bytes, limit: float | None) -> _Answer:
     """Do a task in a process of this worker.
 
-    Parameters
-    ----------
-    run : str
-        What the run is called: its processes are kept for each other's tasks.
-    first : bytes
-        `_first` and what it is given, pickled: what a new process does before.
-    key : str
-        What Dask calls the task.
-    pickled : bytes
-        What does the task, and the task.
-    limit : float or None [s]
+    `run`: what the run is called: its processes are kept for each other's tasks.
+    `first`: `_first` and what it is given, pickled: what a new process does before.
+    `key`: what Dask calls the task.
+    `pickled`: what does the task, and the task.
+    `limit` [s].
 
-    Raises
-    ------
-    ClusterError
-        Where the code here is another.
+    Raises `ClusterError` where the code here is another.
     """
     process = _idle_process(run)
     is_new = process is None

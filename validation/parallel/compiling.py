@@ -28,25 +28,14 @@ def compile_kernels(
 ) -> Callable[[], None]:
     """Compile in `jobs` processes what `scenes` need of kernels.
 
-    Parameters
-    ----------
-    labels : iterable of str
-        Engines that are run, whose adapters may have kernels too.
-    tangents, contacts_from
-        See `engine.compilation.kernels_of`.
-    compiling : callable, optional
-        Called with how many variants are compiled, of how many, and the last one; first before the
-        first of them. Left out, a log says it.
+    `labels`: engines that are run, whose adapters may have kernels too.
+    `tangents`, `contacts_from`: see `engine.compilation.kernels_of`.
+    `compiling`: called with how many variants are compiled, of how many, and the last one; first
+        before the first of them. Left out, a log says it.
 
-    Returns
-    -------
-    callable
-        Loads the same on another machine, made where it isn't yet; it can be pickled.
+    Returns loads the same on another machine, made where it isn't yet; it can be pickled.
 
-    Raises
-    ------
-    GhostballError
-        Where one can't be compiled.
+    Raises `GhostballError` where one can't be compiled.
     """
     needed = kernels_of(scenes, tangents=tangents, contacts_from=contacts_from)
     needed += adapter_kernels(labels)

@@ -60,14 +60,9 @@ _SPAWN = multiprocessing.get_context("spawn")
 class Done(Generic[T, R]):
     """What came of a task.
 
-    Attributes
-    ----------
-    given : object
-        What it gave; None where its process crashed.
-    crashed : str
-        Why its process crashed, or was ended; else "".
-    printed : str
-        What was printed while it was done.
+    `given`: what it gave; None where its process crashed.
+    `crashed`: why its process crashed, or was ended; else "".
+    `printed`: what was printed while it was done.
     """
 
     task: T
@@ -129,24 +124,15 @@ def run_tasks(
     In this very process where `jobs` is 1 and there is no limit. Nothing that a task prints reaches
     our own standard output or, from another process, standard error.
 
-    Parameters
-    ----------
-    tasks : iterable
-        Taken one by one, as processes become free.
-    jobs : int or Workers
-        Processes of this machine, or a cluster, which does as many tasks at once as it can.
-    work : callable
-        Does a task; a function of a module, for other processes must find it.
-    limit : callable or float, optional [s]
-        How long a task may take, or what says it of each: after that its process is ended, and it
-        counts as crashed. The start of a process doesn't count; that has a limit of its own, of
-        minutes.
-    prepare : callable, optional
-        What another process does first, such as importing what tasks need: no task's limit of time
-        runs meanwhile.
+    `tasks`: taken one by one, as processes become free.
+    `jobs`: processes of this machine, or a cluster, which does as many tasks at once as it can.
+    `work`: does a task; a function of a module, for other processes must find it.
+    `limit` [s]: how long a task may take, or what says it of each: after that its process is ended,
+        and it counts as crashed. The start of a process doesn't count; that has a limit of its own,
+        of minutes.
+    `prepare`: what another process does first, such as importing what tasks need: no task's limit
+        of time runs meanwhile.
 
-    Notes
-    -----
     Close the generator to stop early: its processes are gone when `close` returns.
     """
     limit = limit_of(limit)
@@ -202,12 +188,8 @@ def run_tasks(
 class Process:
     """Another process, which does one task after another until it is closed, or crashes.
 
-    Parameters
-    ----------
-    first : bytes
-        What does its tasks, and what it does before; pickled, as all that it is given.
-    start_limit : float [s]
-        How long it may take to start, where the first task has a limit of time.
+    `first`: what does its tasks, and what it does before; pickled, as all that it is given.
+    `start_limit` [s]: how long it may take to start, where the first task has a limit of time.
     """
 
     _limit: float | None

@@ -38,10 +38,7 @@ class SourcesError(GhostballError):
 def source_folders() -> tuple[Path, ...]:
     """Return the folders of our packages, as they are imported.
 
-    Raises
-    ------
-    SourcesError
-        Where one is not in a folder, such as in a zip archive.
+    Raises `SourcesError` where one is not in a folder, such as in a zip archive.
     """
     folders = []
     for name in OUR_PACKAGES:

@@ -100,10 +100,8 @@ def has_database(folder: Path) -> bool:
 def reading(folder: Path) -> Iterator[sqlite3.Connection]:
     """Open the database of a folder to read it.
 
-    Raises
-    ------
-    ResultsError
-        Where there is none, or it is cut short, damaged, no database, or of another version.
+    Raises `ResultsError` where there is none, or it is cut short, damaged, no database, or of
+    another version.
     """
     path = folder / DATABASE
     if not path.is_file():
@@ -127,10 +125,7 @@ def reading(folder: Path) -> Iterator[sqlite3.Connection]:
 def writing(folder: Path) -> Iterator[sqlite3.Connection]:
     """Open the database of a folder, or make one, to change it: each change in a `transaction`.
 
-    Raises
-    ------
-    ResultsError
-        As of `reading`; or where the folder can't be written.
+    Raises `ResultsError` as of `reading`; or where the folder can't be written.
     """
     path = folder / DATABASE
     with _explained(path):
@@ -156,10 +151,7 @@ def writing(folder: Path) -> Iterator[sqlite3.Connection]:
 def transaction(database: sqlite3.Connection) -> Iterator[None]:
     """Change a database wholly or not at all, whatever is raised in the block: also Ctrl-C.
 
-    Raises
-    ------
-    ResultsError
-        Where the disk is full, or another process writes there.
+    Raises `ResultsError` where the disk is full, or another process writes there.
     """
     (_, _, path) = database.execute("PRAGMA database_list").fetchone()
     with _explained(Path(path)), database:
@@ -171,10 +163,7 @@ def transaction(database: sqlite3.Connection) -> Iterator[None]:
 def reserved(folder: Path) -> Iterator[None]:
     """Keep other runs out of a folder. The system ends the lock with the process, however it ends.
 
-    Raises
-    ------
-    ResultsError
-        Where another run is in it, or nothing can be written there.
+    Raises `ResultsError` where another run is in it, or nothing can be written there.
     """
     with ExitStack() as held:
         try:
@@ -217,10 +206,7 @@ def name_text(name: Sequence[str]) -> str:
 def record_of(adapter: TypeAdapter[Any], text: str, what: str) -> Any:
     """Read a record, which is right unless somebody edited the database.
 
-    Raises
-    ------
-    ResultsError
-        Where it is not what was expected; `what` names it.
+    Raises `ResultsError` where it is not what was expected; `what` names it.
     """
     try:
         return adapter.validate_json(text)

@@ -25,10 +25,7 @@ class ResultsError(GhostballError):
 def toml_of(text: str) -> dict[str, Any]:
     """Return what a text in TOML says.
 
-    Raises
-    ------
-    ValueError
-        Where it is none, or is nested deeper than Python's reader can follow.
+    Raises `ValueError` where it is none, or is nested deeper than Python's reader can follow.
     """
     try:
         return tomllib.loads(text)
@@ -78,10 +75,7 @@ _SHOWN = 80
 def write_whole(path: Path, content: str | bytes) -> None:
     """Write a file, text as UTF-8, whole or not at all: an error leaves what was there.
 
-    Raises
-    ------
-    OSError
-        Where it can't be written; nothing is left beside it.
+    Raises `OSError` where it can't be written; nothing is left beside it.
     """
     write_all_whole({path: content})
 

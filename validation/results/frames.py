@@ -45,10 +45,7 @@ LIBRARIES: Final = ("polars", "pandas")
 def rows_of(folder: Path, table: str) -> list[dict[str, Any]]:
     """Return the rows of a table, of plain values by column.
 
-    Raises
-    ------
-    GhostballError
-        Where there is no such table, or the results can't be read.
+    Raises `GhostballError` where there is no such table, or the results can't be read.
     """
     if table not in TABLES:
         raise GhostballError(f"no table `{table}`. There are: {', '.join(TABLES)}")
@@ -62,10 +59,8 @@ def rows_of(folder: Path, table: str) -> list[dict[str, Any]]:
 def frame_of(folder: Path, table: str) -> Any:
     """Return a table as a data frame; see `Results.to_frame`.
 
-    Raises
-    ------
-    GhostballError
-        As of `rows_of`; or where no library that makes data frames is installed.
+    Raises `GhostballError` as of `rows_of`; or where no library that makes data frames is
+    installed.
     """
     for name in LIBRARIES:
         try:
@@ -85,17 +80,10 @@ def frame_of(folder: Path, table: str) -> Any:
 def export(folder: Path, target: Path) -> list[Path]:
     """Write each table that has rows as JSON lines and as CSV; return the files.
 
-    Parameters
-    ----------
-    folder : Path
-        With results of any kind.
-    target : Path
-        Folder of the files; made where it isn't there.
+    `folder`: with results of any kind.
+    `target`: folder of the files; made where it isn't there.
 
-    Raises
-    ------
-    ResultsError
-        Where the results can't be read, or nothing can be written.
+    Raises `ResultsError` where the results can't be read, or nothing can be written.
     """
     contents: dict[Path, str | bytes] = {}
     for table in TABLES:

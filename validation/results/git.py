@@ -28,15 +28,9 @@ class GitError(GhostballError):
 def run_git(root: Path, *arguments: str) -> str:
     """Run git in a folder, whatever repository calls us, and return what it prints, stripped.
 
-    Parameters
-    ----------
-    *arguments : str
-        Such as "rev-parse", "HEAD".
+    `*arguments`: such as "rev-parse", "HEAD".
 
-    Raises
-    ------
-    GitError
-        Where git isn't installed, doesn't end, fails, or prints what isn't UTF-8.
+    Raises `GitError` where git isn't installed, doesn't end, fails, or prints what isn't UTF-8.
     """
     try:
         finished = subprocess.run(

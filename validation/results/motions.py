@@ -38,10 +38,7 @@ def put_motion(database: sqlite3.Connection, motion: Motion, *, record_id: int) 
 def motion_of_case(folder: Path, scene: str, label: str) -> Motion | None:
     """Read the motion of a case, or None where there is none.
 
-    Raises
-    ------
-    ResultsError
-        Where it is damaged.
+    Raises `ResultsError` where it is damaged.
     """
     where = "record_id = (SELECT id FROM records WHERE kind = 'case' AND name = ?)"
     return _motion(

@@ -55,26 +55,16 @@ class RecordStore(Generic[W, R]):
     earlier records stay until `begin`. From there, or from `reserved`, to `finish` no other run, of
     this process or another, gets into the folder.
 
-    Parameters
-    ----------
-    code : str
-        Hash of the code that makes the records; "" where it isn't known, and nothing is reused.
+    `code`: hash of the code that makes the records; "" where it isn't known, and nothing is reused.
 
-    Attributes
-    ----------
-    adapter : TypeAdapter
-        Reads and writes a record as JSON.
-    what : str
-        What a record is called where it is damaged.
-    document : Document or None
-        What says what a run was asked for, and how it ended; None where nothing does.
-    others_stay : bool
-        Whether records by the same code that a run isn't asked for are a part of what it leaves.
+    `adapter`: reads and writes a record as JSON.
+    `what`: what a record is called where it is damaged.
+    `document`: what says what a run was asked for, and how it ended; None where nothing does.
+    `others_stay`: whether records by the same code that a run isn't asked for are a part of what it
+        leaves.
 
-    Raises
-    ------
-    ResultsError
-        Where the path is no folder, can't be made or written, or holds something else.
+    Raises `ResultsError` where the path is no folder, can't be made or written, or holds something
+    else.
     """
 
     kind: ClassVar[Kind]
@@ -116,10 +106,7 @@ class RecordStore(Generic[W, R]):
     def reserved(self) -> Iterator[None]:
         """Keep other runs out, from before the folder is read: what was read stays true.
 
-        Raises
-        ------
-        ResultsError
-            Where another one is in it, or what is there can't be read.
+        Raises `ResultsError` where another one is in it, or what is there can't be read.
         """
         with reserved(self.path):
             documents_in(self.path)  # what can't be read is refused before anything runs
@@ -133,10 +120,7 @@ class RecordStore(Generic[W, R]):
     def known(self) -> tuple[int, dict[str, R]]:
         """Return how many records may be reused by some code, and those by this one, by key.
 
-        Raises
-        ------
-        ResultsError
-            Where they can't be read.
+        Raises `ResultsError` where they can't be read.
         """
         if not has_database(self.path):
             return 0, {}
@@ -153,10 +137,7 @@ class RecordStore(Generic[W, R]):
     def current(self) -> dict[Name, R]:
         """Return the records of the last run by name: those reused, then as they were written.
 
-        Raises
-        ------
-        ResultsError
-            Where they can't be read.
+        Raises `ResultsError` where they can't be read.
         """
         if not has_database(self.path):
             return {}
@@ -173,15 +154,9 @@ class RecordStore(Generic[W, R]):
     def begin(self, about: Mapping[str, Any], reused: Collection[Name] = ()) -> None:
         """Start anew: what earlier runs found is kept aside, but for what is reused.
 
-        Parameters
-        ----------
-        about : mapping
-            What the document says, as plain values; how far the run is comes to it.
+        `about`: what the document says, as plain values; how far the run is comes to it.
 
-        Raises
-        ------
-        ResultsError
-            Where another run writes into the folder, or it can't be written.
+        Raises `ResultsError` where another run writes into the folder, or it can't be written.
         """
         if not self._is_reserved:
             self._held.enter_context(reserved(self.path))
@@ -208,10 +183,7 @@ class RecordStore(Generic[W, R]):
     def write(self, given: W, key: str = "") -> R:
         """Add a record in place of what an earlier run found; `begin` must have been called.
 
-        Parameters
-        ----------
-        key : str
-            Hash of all that it depends on besides the code; "" where it must be made again.
+        `key`: hash of all that it depends on besides the code; "" where it must be made again.
         """
         assert self._database is not None, "begin() comes first"
         record = self.record_of(given)

@@ -70,10 +70,8 @@ def scene_hash(scene: Scene) -> str:
 def scene_from(definition: Mapping[str, Any], name: str) -> Scene:
     """Return the scene that results hold the definition of.
 
-    Raises
-    ------
-    GhostballError
-        Where it is damaged: a file that was edited by hand, for a scene is checked before it runs.
+    Raises `GhostballError` where it is damaged: a file that was edited by hand, for a scene is
+    checked before it runs.
     """
     try:
         return Scene.model_validate(definition)
@@ -96,19 +94,11 @@ COMPLETE_STATUSES = frozenset(status_name(status) for status in Status if status
 class Check:
     """One metric against its limit.
 
-    Attributes
-    ----------
-    metric, unit : str
-        Name and unit; see `validation.checks.metric_table.METRICS`.
-    value : int, float or None
-        None where it could not be computed; `note` says why.
-    limit_kind : "at_most", "at_least" or "equals"
-    passed : bool or None
-        None is "reference": the value compares our engine with itself and proves nothing.
-    reason : str
-        Why the limit is what it is, from the scene's criteria.
-    note : str
-        Why there is no value or no verdict; else "".
+    `metric`, `unit`: name and unit; see `validation.checks.metric_table.METRICS`.
+    `value`: none where it could not be computed; `note` says why.
+    `passed`: none is "reference": the value compares our engine with itself and proves nothing.
+    `reason`: why the limit is what it is, from the scene's criteria.
+    `note`: why there is no value or no verdict; else "".
     """
 
     metric: str
@@ -145,18 +135,12 @@ def number_with_unit(value: float | int | None, unit: str) -> str:
 class Accuracy:
     """How right a run is.
 
-    Attributes
-    ----------
-    error : float or None [m]
-        Largest distance of a ball from where it should be; None for another shot.
-    at : float or None [s]
-        Another shot: when its collisions part from the true ones, None where the one that is
+    `error` [m]: largest distance of a ball from where it should be; None for another shot.
+    `at` [s]: another shot: when its collisions part from the true ones, None where the one that is
         missing has no known time. Else when the balls were compared, where that is not at the end,
         since rounding alone would make another shot of what comes later.
-    agree, of : int or None
-        Another shot: how many collisions agree, of how many true ones.
-    amount : float or None
-        By how much: energy made over the first energy, or the largest overlap [m].
+    `agree`, `of`: another shot: how many collisions agree, of how many true ones.
+    `amount`: by how much: energy made over the first energy, or the largest overlap [m].
     """
 
     kind: AccuracyKind
@@ -183,71 +167,42 @@ class Accuracy:
 class CaseRecord:
     """One scene on one engine.
 
-    Attributes
-    ----------
-    scene, title, tags : str, str, tuple of str
-        From the scene.
-    definition : dict
-        The whole scene as plain values; `load_scene` makes the `Scene` of it.
-    label : str
-        The engine as asked for, such as "pymunk:contact_steps=exact".
-    engine : str
-        Its name alone, "pymunk".
-    settings : dict
-        All its settings.
-    outcome : "ran", "not-representable", "unavailable" or "failed"
-    status : str or None
-        How the simulation ended: "rest", "t-max", ...; None where it did not run.
-    reason : str
-        Why it did not run, failed, or stopped early; else "".
-    traceback : str
-        Where it failed; else "".
-    fault : "", "engine" or "ghostball"
-        Whose fault it is that it failed.
-    printed : str
-        What the engine printed meanwhile; else "".
-    approximations : tuple of str
-        What the engine represents only approximately in this scene, one sentence each.
-    accuracy : Accuracy or None
-        How right it is; None where nothing says what is right, or our engine is what does.
-    truth : "closed form", "certified", "our engine (not independent)" or None
-    truth_positions : (n, 3) float64 [m] or None
-        Rest positions that are compared with.
-    horizon : float [s] or None
-        Until when this engine can be expected to play this shot (`Truth.horizon_of`), where that
-        is before its end; nothing is said of the end then.
-    shot_horizon : float [s] or None
-        Until when rounding leaves the shot predictable; None: to its end, or nothing says it.
-    truth_rest_time : float [s] or None
-    truth_counts : dict of str to int, or None
-        True collision counts by kind.
-    rest_positions : (n, 3) float64 [m] or None
-        nan where the engine returned no finite number.
-    ball_errors : (n,) float64 [m] or None
-        Distance of each ball from `truth_positions`.
-    rest_time : float [s] or None
-    collision_counts : dict of str to int
-        By kind: "ball-ball", "ball-cushion".
-    energy_initial, energy_final : float [J] or None
-    work : dict of str to int
-        Machine-independent counters.
-    wall_time : float [s] or None
-    metrics : dict of str to int, float or None
-        By name; None where it can't be computed, and `notes` says why.
-    notes : dict of str to str
-        By metric.
-    left_out : tuple of str
-        The metric of each limit that wasn't judged, for the run didn't ask for that metric.
-    excused : str
-        Why the law that holds for all engines isn't asked of this one; else "".
-    not_asked : tuple of str
-        The metrics that it limits.
-    measured : str
-        When the case was run: date and time in UTC, ISO 8601. `wall_time` is of then.
-    reused : bool
-        Whether it was run by an earlier run than the one that the folder is of, and is unchanged.
-    varied_from : str
-        Of which scene it is a varied start (`suite.varied`); "" of a scene itself.
+    `scene`, `title`, `tags`: from the scene.
+    `definition`: the whole scene as plain values; `load_scene` makes the `Scene` of it.
+    `label`: the engine as asked for, such as "pymunk:contact_steps=exact".
+    `engine`: its name alone, "pymunk".
+    `settings`: all its settings.
+    `status`: how the simulation ended: "rest", "t-max", ...; None where it did not run.
+    `reason`: why it did not run, failed, or stopped early; else "".
+    `traceback`: where it failed; else "".
+    `fault`: whose fault it is that it failed.
+    `printed`: what the engine printed meanwhile; else "".
+    `approximations`: what the engine represents only approximately in this scene, one sentence
+        each.
+    `accuracy`: how right it is; None where nothing says what is right, or our engine is what does.
+    `truth_positions` (n, 3) float64 [m] or None: rest positions that are compared with.
+    `horizon` [s]: until when this engine can be expected to play this shot (`Truth.horizon_of`),
+        where that is before its end; nothing is said of the end then.
+    `shot_horizon` [s]: until when rounding leaves the shot predictable; None: to its end, or
+        nothing says it.
+    `truth_rest_time` [s].
+    `truth_counts`: true collision counts by kind.
+    `rest_positions` (n, 3) float64 [m] or None: nan where the engine returned no finite number.
+    `ball_errors` (n,) float64 [m] or None: distance of each ball from `truth_positions`.
+    `rest_time` [s].
+    `collision_counts`: by kind: "ball-ball", "ball-cushion".
+    `energy_initial`, `energy_final` [J].
+    `work`: machine-independent counters.
+    `wall_time` [s].
+    `metrics`: by name; None where it can't be computed, and `notes` says why.
+    `notes`: by metric.
+    `left_out`: the metric of each limit that wasn't judged, for the run didn't ask for that metric.
+    `excused`: why the law that holds for all engines isn't asked of this one; else "".
+    `not_asked`: the metrics that it limits.
+    `measured`: when the case was run: date and time in UTC, ISO 8601. `wall_time` is of then.
+    `reused`: whether it was run by an earlier run than the one that the folder is of, and is
+        unchanged.
+    `varied_from`: of which scene it is a varied start (`suite.varied`); "" of a scene itself.
     """
 
     scene: SceneName
@@ -310,10 +265,7 @@ class CaseRecord:
     def load_scene(self) -> Scene:
         """Return the scene that was run.
 
-        Raises
-        ------
-        GhostballError
-            Where the definition was damaged.
+        Raises `GhostballError` where the definition was damaged.
         """
         return scene_from(self.definition, self.scene)
 
@@ -322,17 +274,14 @@ class CaseRecord:
 class Motion:
     """Events and sampled motion of one case.
 
-    Attributes
-    ----------
-    events : structured array (`engine.EVENT_DTYPE`) in order of time
-    times : (k,) float64 [s]
-        A uniform grid united with the event times and, where balls slide along curves, with enough
-        more to draw them; increasing.
-    positions, velocities, angular_velocities : (k, n, 3) float64 [m], [m/s], [rad/s]
-    energy_translation, energy_rotation, energy_height : (k,) float64 [J]
-    phases : (k, n) int8 or None
-        `model.trajectory.Phase` of each ball; None where the engine records frames, which have no
-        phases, or where the motion was stored by a version that kept none.
+    `events`, a structured array (`engine.EVENT_DTYPE`), in order of time.
+    `times` (k,) float64 [s]: a uniform grid united with the event times and, where balls slide
+        along curves, with enough more to draw them; increasing.
+    `positions`, `velocities`, `angular_velocities` (k, n, 3) float64 [m], [m/s], [rad/s].
+    `energy_translation`, `energy_rotation`, `energy_height` (k,) float64 [J].
+    `phases` (k, n) int8 or None: `model.trajectory.Phase` of each ball; None where the engine
+        records frames, which have no phases, or where the motion was stored by a version that kept
+        none.
     """
 
     events: Events

@@ -228,10 +228,7 @@ class PartWriter(ResultsWriter):
 def has_results(folder: Path) -> bool:
     """Whether a folder holds results of the suite.
 
-    Raises
-    ------
-    ResultsError
-        Where its database is cut short, damaged or of another version.
+    Raises `ResultsError` where its database is cut short, damaged or of another version.
     """
     return "suite" in documents_in(folder)
 

@@ -12,11 +12,8 @@ def run_ours(scene: Scene, record: Record = "trajectory") -> Result:
     Interrupted, it hands back what it has: here the user is leaving, and no part of a shot may be
     taken for the shot.
 
-    Raises
-    ------
-    KeyboardInterrupt
-    UnsupportedSceneError
-        Where our engine lacks physics that the scene needs.
+    Raises `KeyboardInterrupt`; `UnsupportedSceneError` where our engine lacks physics that the
+    scene needs.
     """
     result = simulate(scene, record=record)
     if result.status is Status.INTERRUPTED:

@@ -61,14 +61,9 @@ def failure_of(name: str, error: BaseException) -> EngineFailedError:
 def run_engine(engine: ReferenceEngine, scene: Scene, record: Record = "trajectory") -> Result:
     """Run a scene on an engine, and make sure that what it returns can be measured.
 
-    Raises
-    ------
-    UnsupportedSceneError
-        Where the engine says that it can't represent the scene.
-    EngineFailedError
-        Where it raises anything else, or what it returns breaks the contract of `Result`.
-    KeyboardInterrupt
-        Where it was interrupted, and handed back what it had.
+    Raises `UnsupportedSceneError` where the engine says that it can't represent the scene;
+    `EngineFailedError` where it raises anything else, or what it returns breaks the contract of
+    `Result`; `KeyboardInterrupt` where it was interrupted, and handed back what it had.
     """
     if hasattr(engine, "is_remote"):  # it comes through this door in the other process
         return engine.simulate(scene, record=record)
@@ -92,10 +87,7 @@ def run_as_it_can(
 ) -> Result:
     """Run a scene with the first of these changes of its physics that the engine represents.
 
-    Raises
-    ------
-    UnsupportedSceneError
-        What it says of the first, where it represents none.
+    Raises `UnsupportedSceneError` what it says of the first, where it represents none.
     """
     refused: UnsupportedSceneError | None = None
     for changes in variants:
@@ -117,15 +109,11 @@ def in_other_process(
 ) -> Iterator[ReferenceEngine]:
     """Yield the same engine, whose shots run in another process: a crash or a hang costs the shot.
 
-    Parameters
-    ----------
-    time_limit : float or None [s]
-        For each shot; None runs them in this process, which an engine that crashes then ends.
-    printed : callable, optional
-        Given what was printed during a shot, where that is anything; it is dropped otherwise.
+    `time_limit` [s]: for each shot; None runs them in this process, which an engine that crashes
+        then ends.
+    `printed`: given what was printed during a shot, where that is anything; it is dropped
+        otherwise.
 
-    Notes
-    -----
     An engine that is made of the one yielded, with other settings, runs there too. The process ends
     with the block. Our own engine runs in this one: it is no stranger.
     """

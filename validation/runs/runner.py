@@ -48,14 +48,9 @@ def check_each_once(what: str, names: Sequence[str]) -> None:
 class Reuse(Generic[R]):
     """What is reused of earlier runs.
 
-    Attributes
-    ----------
-    records : mapping of names to records
-        In the order of the run.
-    stored : int
-        How many records there are that could have been reused.
-    why : str
-        Why none is, where the reason is one for all; else "".
+    `records`: in the order of the run.
+    `stored`: how many records there are that could have been reused.
+    `why`: why none is, where the reason is one for all; else "".
     """
 
     records: Mapping[Name, R] = field(default_factory=dict)
@@ -67,14 +62,9 @@ class Reuse(Generic[R]):
 class Ran(Generic[R]):
     """What a run came to.
 
-    Attributes
-    ----------
-    records : mapping of names to records
-        Those reused, then the others as they ended.
-    interrupted : bool
-        Whether it was cut short by Ctrl-C; the store has what was done.
-    begun : bool
-        Whether earlier records gave way to those of this run, be they none.
+    `records`: those reused, then the others as they ended.
+    `interrupted`: whether it was cut short by Ctrl-C; the store has what was done.
+    `begun`: whether earlier records gave way to those of this run, be they none.
     """
 
     records: Mapping[Name, R]
@@ -100,29 +90,17 @@ def run(
 ) -> Ran[R]:
     """Do what isn't known yet, and store each as it ends.
 
-    Parameters
-    ----------
-    keys : mapping of names to str
-        Hash of all that each task's result depends on besides the code, in the order of the run;
-        "" where it is done whatever is known.
-    tasks : callable
-        Yields the tasks of these names; each is asked for when there is a process for it.
-    work : callable
-        Does a task; a function of a module.
-    conclude : callable
-        Returns what is stored of what came of a task, also where its process crashed.
-    jobs, limit
-        See `run_tasks`.
-    prepare : callable, optional
-        Given the names of what isn't known, does what is needed before, such as compiling; what it
-        returns, each process does first.
-    about : callable, optional
-        Given what is reused, returns what the store says of the whole run, as plain values.
-    reuse, announce, progress
-        See `suite.run_suite`: of records in place of cases.
+    `keys`: hash of all that each task's result depends on besides the code, in the order of the
+        run; "" where it is done whatever is known.
+    `tasks`: yields the tasks of these names; each is asked for when there is a process for it.
+    `work`: does a task; a function of a module.
+    `conclude`: returns what is stored of what came of a task, also where its process crashed.
+    `jobs`, `limit`: see `run_tasks`.
+    `prepare`: given the names of what isn't known, does what is needed before, such as compiling;
+        what it returns, each process does first.
+    `about`: given what is reused, returns what the store says of the whole run, as plain values.
+    `reuse`, `announce`, `progress`: see `suite.run_suite`: of records in place of cases.
 
-    Notes
-    -----
     Earlier records give way when the first of this run is done. Ctrl-C ends it, and is said in what
     is returned; a next run continues from there.
     """

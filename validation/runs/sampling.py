@@ -151,10 +151,7 @@ def first_not_finite(result: Result) -> str:
 def events_of(result: Result) -> Events:
     """Return the event log of a result.
 
-    Raises
-    ------
-    GhostballError
-        Where the engine kept none, though it was asked to.
+    Raises `GhostballError` where the engine kept none, though it was asked to.
     """
     if result.events is None:
         raise GhostballError(

@@ -38,10 +38,7 @@ def with_step(engine: ReferenceEngine, step: float) -> ReferenceEngine:
 def with_setting(engine: ReferenceEngine, name: str, value: Any) -> ReferenceEngine:
     """Return the same engine with one setting changed.
 
-    Raises
-    ------
-    ValidationError
-        Where the engine has no such setting, or refuses the value.
+    Raises `ValidationError` where the engine has no such setting, or refuses the value.
     """
     settings = type(engine.settings).model_validate(engine.settings.model_dump() | {name: value})
     make: Any = type(engine)  # see `make_engine`

@@ -20,12 +20,8 @@ def scene_argument(scene: str) -> str:
 def simulate(scene: str, engine: str | None = None, *, recorded: bool = False) -> str:
     """Return the command that runs one scene on one engine (default: ours).
 
-    Parameters
-    ----------
-    engine : str, optional
-        With its settings, as a label says it.
-    recorded : bool
-        Whether it prints all that it found, the hash too.
+    `engine`: with its settings, as a label says it.
+    `recorded`: whether it prints all that it found, the hash too.
     """
     record = " --record events --format json" if recorded else ""
     return f"ghostball run {scene_argument(scene)}{_engine(engine)}{record}"
@@ -44,12 +40,8 @@ def validate(scene: str, engine: str, out: str) -> str:
 def regress(scene: str | None = None, engine: str | None = None) -> str:
     """Return the command that compares an engine with its baselines.
 
-    Parameters
-    ----------
-    scene : str, optional
-        None compares all: also what is made by a rule and has no file.
-    engine : str, optional
-        With its settings, as a label says it (default: ours).
+    `scene`: none compares all: also what is made by a rule and has no file.
+    `engine`: with its settings, as a label says it (default: ours).
     """
     chosen = "" if scene is None else f" {scene_argument(scene)}"
     return f"ghostball regress{chosen}{_engine(None if engine == OURS else engine)}"

@@ -25,19 +25,11 @@ def packed_gas(
 ) -> Scene:
     """Return balls that fill `packing` of a square of their own, with random velocities.
 
-    Parameters
-    ----------
-    packing : float
-        The part of the area that balls cover, up to 0.75; a square lattice holds pi / 4.
-    physics : dict
-        Fields of `Physics`.
-    t_max : float or None
-        Where to stop [s]; needed where nothing slows a ball.
-    seed : int
-        Of the velocities: each component normal, with 1 m/s.
+    `packing`: the part of the area that balls cover, up to 0.75; a square lattice holds pi / 4.
+    `physics`: fields of `Physics`.
+    `t_max`: where to stop [s]; needed where nothing slows a ball.
+    `seed`: of the velocities: each component normal, with 1 m/s.
 
-    Notes
-    -----
     A lattice at the start: only what has moved for a while is a gas. The table is as
     large as the lattice's cells, so that it is a little wider than high where `count` is no square.
     """

@@ -58,16 +58,11 @@ def find_scene(name_or_path: str | Path) -> Scene:
 def select(wanted: Sequence[str] = ()) -> list[Scene]:
     """Return the scenes that a run is about, each once.
 
-    Parameters
-    ----------
-    wanted : sequence of str
-        Names of shipped scenes, tags, paths, or patterns of names and paths, such as "break-*" and
-        "mine/*.toml", in the order wanted; "full", or nothing, is all that are shipped.
+    `wanted`: names of shipped scenes, tags, paths, or patterns of names and paths, such as
+    "break-*" and "mine/*.toml", in the order wanted; "full", or nothing, is all that are shipped.
 
-    Raises
-    ------
-    SceneError
-        Where one of them is neither a name, nor a tag, nor a path, nor a pattern of any.
+    Raises `SceneError` where one of them is neither a name, nor a tag, nor a path, nor a pattern of
+    any.
     """
     shipped = [_shipped(name) for name in scene_names()]
     tags = scene_tags()
@@ -93,10 +88,7 @@ def select(wanted: Sequence[str] = ()) -> list[Scene]:
 def expand(wanted: Sequence[str]) -> tuple[str, ...]:
     """Return names, tags and paths, with what patterns match in place of them.
 
-    Raises
-    ------
-    SceneError
-        Where a pattern matches nothing.
+    Raises `SceneError` where a pattern matches nothing.
     """
     found: dict[str, None] = {}
     for one in wanted:

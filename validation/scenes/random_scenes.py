@@ -196,15 +196,10 @@ _ATTEMPTS: Final = 1000
 def random_scene(number: int, **having: Wanted) -> Scene:
     """Return the scene of this number: the same on every machine, and in every process.
 
-    Parameters
-    ----------
-    having : str or tuple of str
-        Options that the scene must have, by aspect, "-" written as "_": `along_rail="yes"`; or
-        several of which it must have one. A pair whose turn it is and that can't be with them is
-        left out.
+    `having`: options that the scene must have, by aspect, "-" written as "_": `along_rail="yes"`;
+    or several of which it must have one. A pair whose turn it is and that can't be with them is
+    left out.
 
-    Notes
-    -----
     All numbers are made of sums, products, quotients and square roots.
     """
     options = options_of(number, **having)
@@ -230,12 +225,8 @@ def random_scene(number: int, **having: Wanted) -> Scene:
 def options_of(number: int, **having: Wanted) -> dict[str, str]:
     """Return what the scene of this number is, aspect by aspect; see `random_scene`.
 
-    Raises
-    ------
-    KeyError
-        Where there is no such aspect or option.
-    ValueError
-        Where what it must have can't be together.
+    Raises `KeyError` where there is no such aspect or option; `ValueError` where what it must have
+    can't be together.
     """
     wanted = {
         aspect.replace("_", "-"): (option,) if isinstance(option, str) else option

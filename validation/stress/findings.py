@@ -32,20 +32,12 @@ Key = tuple[str, str, str]
 class Finding:
     """What became of one trial on one engine.
 
-    Attributes
-    ----------
-    family, trial, label : str
-        `label` is the engine with its settings.
-    outcome : str
-        See `Outcome`. A crash, or a trial that took too long, is "broken".
-    faults : tuple of str
-        What broke; for the last three outcomes, why.
-    severity, shots, broken, values
-        As in a `Verdict`.
-    seconds : float
-        Wall time; 0 where its process crashed or was ended.
-    scene : mapping or None
-        Definition of the shot that broke worst, or came nearest.
+    `family`, `trial`, `label`: `label` is the engine with its settings.
+    `outcome`: see `Outcome`. A crash, or a trial that took too long, is "broken".
+    `faults`: what broke; for the last three outcomes, why.
+    `severity`, `shots`, `broken`, `values`: as in a `Verdict`.
+    `seconds`: wall time; 0 where its process crashed or was ended.
+    `scene`: definition of the shot that broke worst, or came nearest.
     """
 
     family: Name
@@ -72,17 +64,11 @@ class Finding:
 class StressRun:
     """What was asked for, where and with what.
 
-    Attributes
-    ----------
-    suite : "quick" or "full"
-    environment : mapping
-        As of a run of the suite.
-    code_hash : str
-        Of the code that ran, and of the shipped scenes; "" where it isn't known.
-    asked : tuple of (str, str, str)
-        Keys of all that was asked for, by this run or an earlier one of the same code, in order.
-    run, state : str
-        Of the last run: what tells it from any other, and how far it came.
+    `environment`: as of a run of the suite.
+    `code_hash`: of the code that ran, and of the shipped scenes; "" where it isn't known.
+    `asked`: keys of all that was asked for, by this run or an earlier one of the same code, in
+        order.
+    `run`, `state`: of the last run: what tells it from any other, and how far it came.
     """
 
     suite: Suite
@@ -105,11 +91,8 @@ _FINDING: Final = TypeAdapter(Finding)
 class StressFolder:
     """What a folder holds.
 
-    Attributes
-    ----------
-    findings : list of Finding
-        In the order in which they were asked for: family by family, trial by trial, engine by
-        engine.
+    `findings`: in the order in which they were asked for: family by family, trial by trial, engine
+    by engine.
     """
 
     path: Path
@@ -135,10 +118,8 @@ class StressFolder:
     def load(cls, folder: str | Path) -> StressFolder:
         """Read a folder.
 
-        Raises
-        ------
-        ResultsError
-            Where there is none, or its database is cut short, damaged or of another version.
+        Raises `ResultsError` where there is none, or its database is cut short, damaged or of
+        another version.
         """
         path = Path(folder)
         with reading(path) as database:
@@ -189,10 +170,8 @@ class StressWriter(RecordStore[Finding, Finding]):
     def earlier(self, suite: Suite) -> StressRun | None:
         """Return what earlier runs of a suite by the same code were asked for; None without one.
 
-        Raises
-        ------
-        ResultsError
-            Where what is there can't be read, or is of another suite: nothing is overwritten then.
+        Raises `ResultsError` where what is there can't be read, or is of another suite: nothing is
+        overwritten then.
         """
         if not is_stress_folder(self.path):
             return None
@@ -208,10 +187,7 @@ class StressWriter(RecordStore[Finding, Finding]):
 def is_stress_folder(path: Path) -> bool:
     """Whether a folder holds what a stress run found.
 
-    Raises
-    ------
-    ResultsError
-        Where its database is cut short, damaged or of another version.
+    Raises `ResultsError` where its database is cut short, damaged or of another version.
     """
     return "stress" in documents_in(path)
 

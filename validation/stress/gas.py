@@ -42,10 +42,7 @@ def begun_at_end(result: Result, t_max: float, sign: float = 1.0) -> Scene:
     Of balls that only ever roll without friction: their spin follows. Every number is copied
     to the bit.
 
-    Raises
-    ------
-    SceneError
-        Where the balls ended in places where none may begin.
+    Raises `SceneError` where the balls ended in places where none may begin.
     """
     positions, velocities, _ = (samples[0] for samples in result.final_state)
     balls = [
@@ -86,8 +83,6 @@ def stray_momentum(result: Result) -> tuple[float, float] | None:
 
     None where the engine records frames, which don't say what a cushion gave.
 
-    Notes
-    -----
     A mirror turns one component round. What a ball has at its end, less what it began with and what
     cushions turned, is what other balls gave; over all balls that is 0. Sums are exact.
     """
@@ -112,8 +107,6 @@ def stray_momentum(result: Result) -> tuple[float, float] | None:
 def collision_rate(count: int, packing: float) -> float:
     """Return how many collisions of two balls of 1 kg there are in a second, about.
 
-    Notes
-    -----
     By the virial theorem p / (n k T) - 1 is the sum over collisions of m v_n d / (2 N k T t), and
     v_n, the speed of approach, has the mean sqrt(pi k T / m) over collisions. The pressure is that
     of Henderson 1975, within a part in 200 up to a packing of 0.5.

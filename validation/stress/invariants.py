@@ -60,14 +60,9 @@ MOST_DISTANCES = 4_000_000
 def measured(result: Result, times: FloatArray, random: bool = False) -> Measured:
     """Return what no run may do, how much of it this one does, and the most that it may.
 
-    Parameters
-    ----------
-    result : Result
-        Recorded as a trajectory.
-    times : (k,) float64 [s]
-        Instants at which it is looked at.
-    random : bool
-        See `judges.Invariants`.
+    `result`: recorded as a trajectory.
+    `times` (k,) float64 [s]: instants at which it is looked at.
+    `random`: see `judges.Invariants`.
     """
     scene, states = result.scene, result.sample(times)
     in_space = scene.physics.airborne
@@ -143,14 +138,9 @@ def _depths_in_space(result: Result, times: FloatArray, states: Samples) -> Meas
 def overlaps(scene: Scene, positions: FloatArray) -> FloatArray:
     """Return the deepest overlap of two balls, and of a ball with a cushion, at each instant.
 
-    Parameters
-    ----------
-    positions : (k, n, 3) float64 [m]
+    `positions` (k, n, 3) float64 [m].
 
-    Returns
-    -------
-    (k, 2) float64 [m]
-        Negative where nothing touches.
+    Returns (k, 2) float64 [m]: negative where nothing touches.
     """
     radii = scene.radii
     deepest = np.full((len(positions), 2), -np.inf)
@@ -170,19 +160,12 @@ def overlaps(scene: Scene, positions: FloatArray) -> FloatArray:
 def instants(result: Result, between: int = 3, most: int = MOST_DISTANCES) -> FloatArray:
     """Return the instants at which a run is looked at, (k,) [s], sorted.
 
-    Parameters
-    ----------
-    result : Result
-        Recorded with "events" or "trajectory".
-    between : int
-        Instants from each event to the next, beside those of the events themselves; and, in exact
-        motion, beside those at which a ball's motion changes, and just before.
-    most : int
-        Of instants: where there are more, or more than `MOST_DISTANCES` allows, some of them,
+    `result`: recorded with "events" or "trajectory".
+    `between`: instants from each event to the next, beside those of the events themselves; and, in
+        exact motion, beside those at which a ball's motion changes, and just before.
+    `most`: of instants: where there are more, or more than `MOST_DISTANCES` allows, some of them,
         evenly taken, and the end.
 
-    Notes
-    -----
     Where an engine records frames: these alone. Between them its states are means of two, which it
     never claimed, and a mean of the velocities before and after an impact has lost energy.
     """
@@ -210,10 +193,7 @@ def energy_rise(energy: FloatArray) -> float:
     So that many small rises count as what they add up to. 0 where it never rises, infinite where it
     rises from 0.
 
-    Parameters
-    ----------
-    energy : (k,) float64 [J]
-        In order of time.
+    `energy` (k,) float64 [J]: in order of time.
     """
     rise = largest_rise(energy)
     if rise <= 0.0:

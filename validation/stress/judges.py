@@ -38,28 +38,19 @@ contacts of almost one instant comes first, it becomes visible, and `Invariants.
 class Invariants:
     """Whether a run is possible at all: nothing overlaps, no energy comes in, no storm of events.
 
-    Attributes
-    ----------
-    most_events : int or None
-        Events that the shot may have; None where neither they nor contact steps are counted.
-    most_steps : int
-        Contact steps that it may take, of an engine that counts them.
-    isolated : bool
-        Whether nothing external acts on the balls, and so their momentum stays.
-    images : tuple of int
-        Of a shot that is its own mirror image in y = 0 (`swapped`: in x = y), each ball's image;
-        empty where it isn't.
-    skew : float
-        Asymmetry [diameters] that is permitted to exact motion with contact steps.
-    still : tuple of int
-        Balls that nothing moves, and that must stay where they are: to the bit, if motion is exact.
-    meets : bool or None
-        Whether two balls meet; None where that isn't asked.
-    random : bool
-        Whether the shot is a random one of any features. Such a one may have thousands of events,
-        last for days, or have a law that is integrated: their roundings are permitted.
-    looks : int
-        Instants at which it is looked at, at most.
+    `most_events`: events that the shot may have; None where neither they nor contact steps are
+        counted.
+    `most_steps`: contact steps that it may take, of an engine that counts them.
+    `isolated`: whether nothing external acts on the balls, and so their momentum stays.
+    `images`: of a shot that is its own mirror image in y = 0 (`swapped`: in x = y), each ball's
+        image; empty where it isn't.
+    `skew`: asymmetry [diameters] that is permitted to exact motion with contact steps.
+    `still`: balls that nothing moves, and that must stay where they are: to the bit, if motion is
+        exact.
+    `meets`: whether two balls meet; None where that isn't asked.
+    `random`: whether the shot is a random one of any features. Such a one may have thousands of
+        events, last for days, or have a law that is integrated: their roundings are permitted.
+    `looks`: instants at which it is looked at, at most.
     """
 
     most_events: int | None = None
@@ -118,17 +109,11 @@ class Invariants:
 class Ends:
     """Whether a shot ends as it is known to.
 
-    Attributes
-    ----------
-    velocities : n tuples of 2 floats [m/s]
-        At the end.
-    collisions : int or None
-        How many collisions there are; None where that isn't known.
-    positions : n tuples of 2 floats [m], or empty
-        At the end; empty where they aren't known.
-    roundings : float
-        How many roundings of the fastest ball's speed, and of the coordinates, an exact engine may
-        be off by.
+    `velocities` [m/s]: at the end.
+    `collisions`: how many collisions there are; None where that isn't known.
+    `positions` [m]: at the end; empty where they aren't known.
+    `roundings`: how many roundings of the fastest ball's speed, and of the coordinates, an exact
+        engine may be off by.
     """
 
     velocities: tuple[tuple[float, float], ...]

@@ -40,16 +40,11 @@ class MatchesProof:
 
     As far as the proof goes, and the shot can be predicted in double precision.
 
-    Attributes
-    ----------
-    settings : CertifiedSettings
-        How the shot is proved.
-    least : int or None
-        Events that must be proved; None: all of them, to the shot's end. A proof that ends before
-        is a fault: what it doesn't say isn't judged. With 0 it may say nothing: somebody else asks
-        that enough is proved.
-    cached : bool
-        Whether the proof is kept on the disk.
+    `settings`: how the shot is proved.
+    `least`: events that must be proved; None: all of them, to the shot's end. A proof that ends
+        before is a fault: what it doesn't say isn't judged. With 0 it may say nothing: somebody
+        else asks that enough is proved.
+    `cached`: whether the proof is kept on the disk.
     """
 
     settings: CertifiedSettings = CertifiedSettings()  # noqa: RUF009 - frozen
@@ -59,21 +54,15 @@ class MatchesProof:
     def __call__(self, result: Result) -> Verdict:
         """Judge a run, recorded with its trajectory.
 
-        Raises
-        ------
-        GhostballError
-            Where nothing is proved of its shot, so that nothing would be judged: the shot asks for
-            another judge.
+        Raises `GhostballError` where nothing is proved of its shot, so that nothing would be
+        judged: the shot asks for another judge.
         """
         return self.judge(result, self.proof(result.scene))
 
     def proof(self, scene: Scene) -> Certificate:
         """Return the proof of a shot.
 
-        Raises
-        ------
-        GhostballError
-            Where it says nothing.
+        Raises `GhostballError` where it says nothing.
         """
         try:
             proof = certify(scene, self.settings, motion=True, cached=self.cached)
@@ -188,12 +177,8 @@ def _moved(found: Grade) -> list[str]:
 class ProvedTrial(Trial):
     """One shot that is proved, of any size.
 
-    Attributes
-    ----------
-    least, cached
-        As of `MatchesProof`.
-    also : callable or None
-        Another judge of the same run.
+    `least`, `cached`: as of `MatchesProof`.
+    `also`: another judge of the same run.
     """
 
     name: str

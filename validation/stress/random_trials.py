@@ -23,14 +23,9 @@ class RandomScenes(Trial):
     Our engine plays them all. Of other engines, that need seconds for one, each plays the first 2 s
     of the first one that it can represent.
 
-    Attributes
-    ----------
-    judge : callable
-        Given the result of one, recorded as a trajectory, returns the verdict.
-    first, count : int
-        See `random_scene`.
-    having : tuple of (str, str or tuple of str)
-        Options that all of them have.
+    `judge`: given the result of one, recorded as a trajectory, returns the verdict.
+    `first`, `count`: see `random_scene`.
+    `having`: options that all of them have.
     """
 
     name: str
@@ -43,10 +38,7 @@ class RandomScenes(Trial):
     def run(self, engine: ReferenceEngine) -> Verdict:
         """Play the scenes and judge each.
 
-        Raises
-        ------
-        UnsupportedSceneError
-            Where the engine can represent none of them.
+        Raises `UnsupportedSceneError` where the engine can represent none of them.
         """
         if engine.name == OURS:
             return Verdict.of_all([self._judged(engine, scene) for scene in self.examples()])

@@ -76,23 +76,15 @@ class StressTask:
 class StressOutcome:
     """What a run came to.
 
-    Attributes
-    ----------
-    folder : StressFolder
-        All that it now holds: also what earlier runs of the same code found, and this one wasn't
-        asked for.
-    asked : tuple of (str, str, str)
-        Keys of the findings that this run was asked for, as far as it came.
-    must_hold : tuple of str
-        The engines that have to survive what they are asked; of the others it is shown.
-    reused : int
-        Findings of an earlier run, by the same code, that stood.
-    interrupted : bool
-        By Ctrl-C: what was found is kept, and a next run continues from there.
-    wall_time : float [s]
-        Of this run, from its start to its last finding; kernels that had to be compiled included.
-    jobs : int
-        Processes in which it ran.
+    `folder`: all that it now holds: also what earlier runs of the same code found, and this one
+        wasn't asked for.
+    `asked`: keys of the findings that this run was asked for, as far as it came.
+    `must_hold`: the engines that have to survive what they are asked; of the others it is shown.
+    `reused`: findings of an earlier run, by the same code, that stood.
+    `interrupted`: by Ctrl-C: what was found is kept, and a next run continues from there.
+    `wall_time` [s]: of this run, from its start to its last finding; kernels that had to be
+        compiled included.
+    `jobs`: processes in which it ran.
     """
 
     folder: StressFolder
@@ -139,25 +131,16 @@ def run_stress(
 ) -> StressOutcome:
     """Try to break engines, and keep what they survived in a folder.
 
-    Parameters
-    ----------
-    labels : sequence of str
-        Engines, each `NAME` or `NAME:key=value,...`.
-    suite : "quick" or "full"
-    only : sequence of str
-        Families, or trials as `FAMILY/TRIAL`, each of which may be a pattern such as
+    `labels`: engines, each `NAME` or `NAME:key=value,...`.
+    `only`: families, or trials as `FAMILY/TRIAL`, each of which may be a pattern such as
         "grazing/*-miss-*"; all where it is empty.
-    must_hold : sequence of str, optional
-        Which of the engines have to survive it all; by default all of them.
-    jobs, cluster, progress, compiling, reuse, time_limit
-        As of `suite.run_suite`, of trials in place of cases. Every trial runs in another process,
-        and has a limit of time of its own, which holds where it is the shorter one.
+    `must_hold`: which of the engines have to survive it all; by default all of them.
+    `jobs`, `cluster`, `progress`, `compiling`, `reuse`, `time_limit`: as of `suite.run_suite`, of
+        trials in place of cases. Every trial runs in another process, and has a limit of time of
+        its own, which holds where it is the shorter one.
 
-    Raises
-    ------
-    GhostballError
-        Before anything runs: where an engine, a family or a trial is unknown, or the folder can't
-        be used.
+    Raises `GhostballError` before anything runs: where an engine, a family or a trial is unknown,
+    or the folder can't be used.
     """
     check_limits(jobs, time_limit)
     begun = time.perf_counter()

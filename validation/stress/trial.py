@@ -44,22 +44,14 @@ class StressError(GhostballError, ValueError):
 class Verdict:
     """What was found.
 
-    Attributes
-    ----------
-    faults : tuple of str
-        What broke, one sentence each, with the numbers; empty where the engine survived.
-    scene : Scene or None
-        The shot that broke worst, or, where none did, the one that came nearest; None where there
-        is no such shot.
-    severity : float
-        How near to breaking, of trials of one family: the greatest is shown as its worst case.
-        From 1 on where it broke.
-    shots : int
-        How many shots were judged.
-    broken : int
-        How many of them broke.
-    values : mapping
-        Numbers that figures and tables are made of; plain values, as JSON has them.
+    `faults`: what broke, one sentence each, with the numbers; empty where the engine survived.
+    `scene`: the shot that broke worst, or, where none did, the one that came nearest; None where
+        there is no such shot.
+    `severity`: how near to breaking, of trials of one family: the greatest is shown as its worst
+        case. From 1 on where it broke.
+    `shots`: how many shots were judged.
+    `broken`: how many of them broke.
+    `values`: numbers that figures and tables are made of; plain values, as JSON has them.
     """
 
     faults: tuple[str, ...] = ()
@@ -128,12 +120,8 @@ def graded_severity(nearness: float, broken: bool) -> float:
 class Trial(ABC):
     """One thing to try. Subclasses are frozen dataclasses of plain values, and have a `name`.
 
-    Attributes
-    ----------
-    name : str
-        Unique within its family; letters, digits and "-+=.,", for it is part of file names.
-    limit : float [s]
-        Its process is ended if it takes longer; what it then did is a fault.
+    `name`: unique within its family; letters, digits and "-+=.,", for it is part of file names.
+    `limit` [s]: its process is ended if it takes longer; what it then did is a fault.
     """
 
     name: str
@@ -143,10 +131,7 @@ class Trial(ABC):
     def run(self, engine: ReferenceEngine) -> Verdict:
         """Try it.
 
-        Raises
-        ------
-        UnsupportedSceneError
-            Where the engine can't represent it.
+        Raises `UnsupportedSceneError` where the engine can't represent it.
         """
 
     def examples(self) -> Iterable[Scene]:
@@ -163,11 +148,7 @@ Judge = Callable[[Result], Verdict]
 class SceneTrial(Trial):
     """One shot, run once and judged.
 
-    Attributes
-    ----------
-    judge : callable
-        Given the result, returns the verdict. It sees whole results of this scene only.
-    record : "rest", "events" or "trajectory"
+    `judge`: given the result, returns the verdict. It sees whole results of this scene only.
     """
 
     name: str
@@ -212,12 +193,8 @@ def play(
     the shot, and of its `truth`, where there is one; unless `law` says that somebody else asks it.
     An exact one is held to rounding by whoever judges it.
 
-    Raises
-    ------
-    UnsupportedSceneError
-        Where the engine can't represent the scene.
-    EngineFailedError
-        Where it fails.
+    Raises `UnsupportedSceneError` where the engine can't represent the scene; `EngineFailedError`
+    where it fails.
     """
     result = run_engine(engine, scene, record)
     if result.status.complete:
@@ -232,19 +209,12 @@ def play(
 class Family:
     """One question, asked over a range.
 
-    Attributes
-    ----------
-    name : str
-        As on the command line, such as "grazing".
-    title : str
-        A few words, for tables.
-    asks : str
-        What an engine must do to survive, a sentence or two.
-    trials : callable
-        Given the suite, yields the trials; those of "quick" are among those of "full", or are
+    `name`: as on the command line, such as "grazing".
+    `title`: a few words, for tables.
+    `asks`: what an engine must do to survive, a sentence or two.
+    `trials`: given the suite, yields the trials; those of "quick" are among those of "full", or are
         smaller ones of the same kind. Made anew at each call, always the same.
-    ours_alone : bool
-        Whether it is about our engine, and so is tried for our engine alone.
+    `ours_alone`: whether it is about our engine, and so is tried for our engine alone.
     """
 
     name: str

@@ -54,15 +54,9 @@ def cases_of(planned: Plan, pairs: Sequence[Name]) -> Iterator[Case]:
 def run_case(case: Case, make: Callable[[str], ReferenceEngine] = make_engine) -> Finished:
     """Run a case; whatever goes wrong becomes part of the record.
 
-    Parameters
-    ----------
-    make : callable
-        Makes the engine of the case's label: by default an installed one.
+    `make`: makes the engine of the case's label: by default an installed one.
 
-    Raises
-    ------
-    KeyboardInterrupt
-        Where the run was interrupted; what it did until then is dropped.
+    Raises `KeyboardInterrupt` where the run was interrupted; what it did until then is dropped.
     """
     record = blank_record(case)
     truth = case.truth

@@ -29,14 +29,9 @@ Outcome = Literal["passed", "failed", "skipped"]
 class EngineUnderTest:
     """An engine with its settings.
 
-    Attributes
-    ----------
-    spec : str
-        As asked for: `NAME` or `MODULE:CLASS`, and settings after another colon.
-    make : callable
-        Makes one like it.
-    judged_as : EngineUnderTest or None
-        Another engine, whose limits it is held against; None: its own.
+    `spec`: as asked for: `NAME` or `MODULE:CLASS`, and settings after another colon.
+    `make`: makes one like it.
+    `judged_as`: another engine, whose limits it is held against; None: its own.
     """
 
     spec: str
@@ -57,10 +52,7 @@ class Finding:
 class SceneRun:
     """A scene that was run on an engine.
 
-    Attributes
-    ----------
-    motion : Motion or None
-        None where the engine did not come to its end.
+    `motion`: none where the engine did not come to its end.
     """
 
     record: CaseRecord
@@ -95,18 +87,11 @@ class SceneRun:
 def engine_under_test(spec: str, judged_as: str | None = None) -> EngineUnderTest:
     """Find an engine by its name, or by where its class is, and make sure that it can be made.
 
-    Parameters
-    ----------
-    spec : str
-        `NAME` of an installed engine, or `MODULE:CLASS`; either may be followed by
+    `spec`: `NAME` of an installed engine, or `MODULE:CLASS`; either may be followed by
         `:key=value,...`.
-    judged_as : str, optional
-        Another engine, likewise, whose limits it is held against.
+    `judged_as`: another engine, likewise, whose limits it is held against.
 
-    Raises
-    ------
-    EngineError
-        Where there is none such, or it can't run here.
+    Raises `EngineError` where there is none such, or it can't run here.
     """
     make_engine(spec)
     other = None if judged_as is None else engine_under_test(judged_as)
@@ -138,12 +123,8 @@ def run_scene(
 ) -> SceneRun:
     """Run a scene on an engine; whatever goes wrong becomes part of the record.
 
-    Parameters
-    ----------
-    own : Criteria
-        Of the scene.
-    make : callable, optional
-        Makes the engine that runs, such as one in another process; by default `engine.make`.
+    `own`: of the scene.
+    `make`: makes the engine that runs, such as one in another process; by default `engine.make`.
     """
     judged_as = None if engine.judged_as is None else engine.judged_as.make
     truth = truth_or_failure(scene, own)

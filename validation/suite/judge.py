@@ -32,18 +32,12 @@ class TruthFailure:
 class Case:
     """What to run, and what to hold it against.
 
-    Attributes
-    ----------
-    label : str
-        The engine with its settings, as asked for.
-    asked : Asked
-        What it is asked there.
-    metrics : tuple of str, or None
-        The metrics that are computed; None is all of them. Limits on others aren't judged.
-    judged_as : callable, optional
-        Makes another engine, whose step and claims are held against this one; None: its own.
-    varied_from : str
-        Of which scene this one is a varied start; "" of none. Its motion isn't kept.
+    `label`: the engine with its settings, as asked for.
+    `asked`: what it is asked there.
+    `metrics`: the metrics that are computed; None is all of them. Limits on others aren't judged.
+    `judged_as`: makes another engine, whose step and claims are held against this one; None: its
+        own.
+    `varied_from`: of which scene this one is a varied start; "" of none. Its motion isn't kept.
     """
 
     scene: Scene
@@ -65,14 +59,9 @@ def judge(
 ) -> Finished:
     """Return the record of a case that ran, measured and held against its limits, and the motion.
 
-    Parameters
-    ----------
-    record : CaseRecord
-        What is known of the case before it ran.
-    resolution : float or None
-        What the engine states of how far off a ball may be when it collides.
-    limits : sequence of Criterion
-        Those that hold for this engine with its settings.
+    `record`: what is known of the case before it ran.
+    `resolution`: what the engine states of how far off a ball may be when it collides.
+    `limits`: those that hold for this engine with its settings.
     """
     # A motion that blew up may hold nan and infinity; the metrics say so, numpy need not.
     with np.errstate(invalid="ignore", over="ignore"):

@@ -91,10 +91,7 @@ def plan(
 ) -> Plan:
     """Return what is run and what is asked of it; refuse what is wrong before anything runs.
 
-    Raises
-    ------
-    GhostballError
-        See `validation.suite.suite.run_suite`.
+    Raises `GhostballError` see `validation.suite.suite.run_suite`.
     """
     chosen = None if metrics is None else choose_metrics(metrics)
     check_each_once("scene", [scene.name for scene in scenes])
@@ -139,10 +136,7 @@ def shipped_criteria(scene: Scene) -> Criteria:
     A scene that shares its name with a shipped one but differs in a value has none: the numbers
     were chosen for the shipped values.
 
-    Raises
-    ------
-    CriteriaError
-        Where its criteria file is refused.
+    Raises `CriteriaError` where its criteria file is refused.
     """
     if scene.name not in scene_names() or find_scene(scene.name) != scene:
         return Criteria()
@@ -152,15 +146,9 @@ def shipped_criteria(scene: Scene) -> Criteria:
 def criteria_beside_paths(names_or_tags: Sequence[str]) -> dict[str, Criteria]:
     """Return the criteria of the scenes that are given by path, by scene name.
 
-    Parameters
-    ----------
-    names_or_tags : sequence of str
-        What `select` was asked for; names and tags are passed over.
+    `names_or_tags`: what `select` was asked for; names and tags are passed over.
 
-    Raises
-    ------
-    GhostballError
-        Where such a scene or the criteria beside it are refused.
+    Raises `GhostballError` where such a scene or the criteria beside it are refused.
     """
     return {find_scene(path).name: criteria_beside(path) for path in paths_among(names_or_tags)}
 

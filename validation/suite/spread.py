@@ -37,13 +37,9 @@ QUANTITIES: Final[dict[str, Callable[[CaseRecord], float]]] = {
 class Spread:
     """One quantity over the varied starts of a scene on an engine.
 
-    Attributes
-    ----------
-    mean, deviation : float
-        The standard deviation is that of a single shot.
-    standard_errors : float or None
-        Standard errors between the mean and that on our engine, positive where it is larger; None
-        of our engine, or where that has nothing to compare with.
+    `mean`, `deviation`: the standard deviation is that of a single shot.
+    `standard_errors`: standard errors between the mean and that on our engine, positive where it is
+        larger; None of our engine, or where that has nothing to compare with.
     """
 
     mean: float
@@ -60,18 +56,12 @@ class Spread:
 class SceneSpread:
     """How varied starts of a scene end on an engine.
 
-    Attributes
-    ----------
-    planned, ended : int
-        How many there were, and how many of them came to their end.
-    broken : int
-        How many that came to their end break a limit that any engine must keep.
-    reasons : tuple of str
-        Why the others did not come to their end, each once.
-    position_spread : float or None [m]
-        How far a ball rests from where it does on average, root mean square over all balls.
-    quantities : dict of str to Spread
-        By the names of `QUANTITIES`; empty where fewer than two came to their end.
+    `planned`, `ended`: how many there were, and how many of them came to their end.
+    `broken`: how many that came to their end break a limit that any engine must keep.
+    `reasons`: why the others did not come to their end, each once.
+    `position_spread` [m]: how far a ball rests from where it does on average, root mean square over
+        all balls.
+    `quantities`: by the names of `QUANTITIES`; empty where fewer than two came to their end.
     """
 
     scene: str

@@ -64,18 +64,11 @@ class Counts:
 class Outcome:
     """What a run came to.
 
-    Attributes
-    ----------
-    folder : Path
-        Where the results are.
-    cases : list of CaseRecord
-        Those that are done: those reused, then the others in order of completion.
-    planned : int
-        How many there would have been.
-    interrupted : bool
-        Whether the run was cut short by Ctrl-C; the folder then holds what was done.
-    begun : bool
-        Whether earlier results in the folder gave way to those of this run, be they none.
+    `folder`: where the results are.
+    `cases`: those that are done: those reused, then the others in order of completion.
+    `planned`: how many there would have been.
+    `interrupted`: whether the run was cut short by Ctrl-C; the folder then holds what was done.
+    `begun`: whether earlier results in the folder gave way to those of this run, be they none.
     """
 
     folder: Path

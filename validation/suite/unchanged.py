@@ -64,16 +64,10 @@ def inputs_hash(
 ) -> str:
     """Return the hash of all that one case is asked to do.
 
-    Parameters
-    ----------
-    label : str
-        The engine as asked for.
-    settings : mapping
-        All its settings, as plain values.
-    truth : str or None
-        What the scene's criteria ask for.
-    metrics : sequence of str or None
-        Those that are computed; None is all.
+    `label`: the engine as asked for.
+    `settings`: all its settings, as plain values.
+    `truth`: what the scene's criteria ask for.
+    `metrics`: those that are computed; None is all.
     """
     return _hash(
         {

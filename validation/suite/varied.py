@@ -43,19 +43,12 @@ class EnsembleError(GhostballError, ValueError):
 class Size(BaseModel):
     """How far members lie from their scene, at most; each number is drawn evenly in between.
 
-    Attributes
-    ----------
-    velocity : float [1] and [rad]
-        By what part the speed of each moving ball changes, its spin with it, and by what angle it
-        is turned about the vertical, its spin with it. More than a tenth of the speed, or 0.1 rad,
-        isn't the same shot any more.
-    position : float [m]
-        By how much x and y of each ball change.
+    `velocity` [1] and [rad]: by what part the speed of each moving ball changes, its spin with it,
+        and by what angle it is turned about the vertical, its spin with it. More than a tenth of
+        the speed, or 0.1 rad, isn't the same shot any more.
+    `position` [m]: by how much x and y of each ball change.
 
-    Raises
-    ------
-    ValidationError
-        Where a number is negative, not finite, too large, or both are 0.
+    Raises `ValidationError` where a number is negative, not finite, too large, or both are 0.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
@@ -76,10 +69,8 @@ class Size(BaseModel):
     def parse(cls, text: str) -> Self:
         """Read `velocity=1e-3,position=1e-4`; what is left out has its default.
 
-        Raises
-        ------
-        EnsembleError
-            Where it is written otherwise, names something else, or the size is wrong.
+        Raises `EnsembleError` where it is written otherwise, names something else, or the size is
+        wrong.
         """
         try:
             values = dict(piece.split("=") for piece in text.split(","))
@@ -97,10 +88,7 @@ class Size(BaseModel):
     def check(self, scene: Scene) -> None:
         """Refuse a size that is too large for a scene.
 
-        Raises
-        ------
-        EnsembleError
-            Where balls could change places.
+        Raises `EnsembleError` where balls could change places.
         """
         smallest = float(scene.radii.min())
         if self.position > LARGEST_POSITION * smallest:
@@ -115,10 +103,7 @@ class Size(BaseModel):
 class Ensemble:
     """How many varied starts each scene gets, and how far they lie from it at most.
 
-    Raises
-    ------
-    EnsembleError
-        Where there are too few to say anything of their spread.
+    Raises `EnsembleError` where there are too few to say anything of their spread.
     """
 
     count: int
@@ -136,23 +121,12 @@ class Ensemble:
 def varied(scene: Scene, size: Size, index: int) -> Scene:
     """Return a scene with a varied start.
 
-    Parameters
-    ----------
-    index : int
-        From 0; a start doesn't depend on how many there are.
+    `index`: from 0; a start doesn't depend on how many there are.
 
-    Returns
-    -------
-    Scene
-        Named after its origin and the number. No ball overlaps another or leaves the table.
+    Returns named after its origin and the number. No ball overlaps another or leaves the table.
 
-    Raises
-    ------
-    EnsembleError
-        Where the size is too large for the scene, or `index` is negative.
+    Raises `EnsembleError` where the size is too large for the scene, or `index` is negative.
 
-    Notes
-    -----
     A ball that has room on all sides is put anywhere in the square of half side `position` around
     its place, evenly. Balls that might then overlap, or leave the table, are *confined*: they start
     in their places and walk at random within their squares, each step taken only where it makes no

@@ -41,14 +41,9 @@ class NoKnownShotError(GhostballError):
 class KnownShot:
     """The best known motion of a scene.
 
-    Attributes
-    ----------
-    result : Result
-        With its trajectory.
-    rest_positions : (n, 3) float64 [m]
-        Where the balls end.
-    why : str
-        Why it is no certified one; else "".
+    `result`: with its trajectory.
+    `rest_positions` (n, 3) float64 [m]: where the balls end.
+    `why`: why it is no certified one; else "".
     """
 
     kind: KnownBy
@@ -77,12 +72,8 @@ class KnownShot:
 def known_shot(scene: Scene) -> KnownShot:
     """Return the best known motion of a scene.
 
-    Raises
-    ------
-    NoKnownShotError
-        Where it can't be certified and our engine doesn't come to its end.
-    UnsupportedSceneError
-        Where neither of the two represents the scene.
+    Raises `NoKnownShotError` where it can't be certified and our engine doesn't come to its end;
+    `UnsupportedSceneError` where neither of the two represents the scene.
     """
     proof, why = proof_of(scene)
     if proof is not None and proof.proved:

@@ -71,46 +71,33 @@ class TruthError(GhostballError):
 class Truth:
     """The truth of one scene, in plain arrays: it travels to worker processes.
 
-    Attributes
-    ----------
-    kind : "closed form", "certified", "our engine (not independent)" or None
-        None: there is no truth, and `missing` says why.
-    independent : frozenset of TruthPart
-        Parts that owe nothing to our engine: only against these can it pass or fail itself.
-    missing : str
-        Why our engine gave nothing; "" where it did.
-    rest_positions, rest_positions_low : (n, 3) float64 [m] or None
-        Where the balls end; the true value is the sum of the two, exact to about 2^-106.
-    rest_time, rest_time_low : float [s] or None
-        Likewise.
-    conditioning : (n,) float64 [m] or None
-        Times 2^-52: the error of each ball that rounding the scene's numbers once would cause.
-    rest_time_conditioning : float [s] or None
-    collisions : tuple of Key, or None
-        In order of time, the lower ball first.
-    collision_times : (m,) float64 [s]
-        When they come; empty where a closed form gives their order alone.
-    energy_times, energy : (k,) float64 [s], [J]; None where there is no curve
-    certificate : Certificate or None
-        What is proved of the shot, with its motion; also where that isn't all of it.
-    no_certificate : str
-        Why there is none; "" where there is one.
-    meetings : Meetings or None
-        How errors have grown when balls meet: as the shot is proved, or, where the proof isn't of
-        the whole shot, as our engine says. None where nothing says it, or it wasn't asked, as for
-        a closed form.
-    shot_horizon : float [s]
-        Until when rounding leaves the shot predictable, or anything is known of how it grows; inf:
-        to its end, or a closed form, whose end is known whatever rounding does.
-    lateness : Lateness or None
-        What it changes of the end to see an event late; None where the shot isn't proved to its
-        end, or is a flight, or no part "proof" was asked for.
-    graded : Gradable or None
-        What of the proof an exact engine is graded against; None where there is no proof, or no
-        part "proof" was asked for.
-    graded_steps : Gradable or None
-        What of it an engine that steps is: where all of the shot is proved and that is what it is
-        compared with, up to where roundings leave it predictable; else to the end.
+    `kind`: none: there is no truth, and `missing` says why.
+    `independent`: parts that owe nothing to our engine: only against these can it pass or fail
+        itself.
+    `missing`: why our engine gave nothing; "" where it did.
+    `rest_positions`, `rest_positions_low` (n, 3) float64 [m] or None: where the balls end; the true
+        value is the sum of the two, exact to about 2^-106.
+    `rest_time`, `rest_time_low` [s]: likewise.
+    `conditioning` (n,) float64 [m] or None: times 2^-52: the error of each ball that rounding the
+        scene's numbers once would cause.
+    `rest_time_conditioning` [s].
+    `collisions`: in order of time, the lower ball first.
+    `collision_times` (m,) float64 [s]: when they come; empty where a closed form gives their order
+        alone.
+    `energy_times`, `energy` (k,) float64 [s], [J]; None where there is no curve.
+    `certificate`: what is proved of the shot, with its motion; also where that isn't all of it.
+    `no_certificate`: why there is none; "" where there is one.
+    `meetings`: how errors have grown when balls meet: as the shot is proved, or, where the proof
+        isn't of the whole shot, as our engine says. None where nothing says it, or it wasn't asked,
+        as for a closed form.
+    `shot_horizon` [s]: until when rounding leaves the shot predictable, or anything is known of how
+        it grows; inf: to its end, or a closed form, whose end is known whatever rounding does.
+    `lateness`: what it changes of the end to see an event late; None where the shot isn't proved to
+        its end, or is a flight, or no part "proof" was asked for.
+    `graded`: what of the proof an exact engine is graded against; None where there is no proof, or
+        no part "proof" was asked for.
+    `graded_steps`: what of it an engine that steps is: where all of the shot is proved and that is
+        what it is compared with, up to where roundings leave it predictable; else to the end.
     """
 
     kind: str | None
@@ -138,13 +125,8 @@ class Truth:
     def horizon_of(self, resolution: Resolution) -> float:
         """Return until when an engine can be compared with this truth [s]; inf: to the end.
 
-        Parameters
-        ----------
-        resolution : float [m], "proved" or None
-            Of the engine; see `reference_adapters.base.resolution_of`.
+        `resolution` [m]: of the engine; see `reference_adapters.base.resolution_of`.
 
-        Notes
-        -----
         A closed form is compared with whatever an engine's errors become: it is of a shot that
         somebody could solve, ties included. So is what proves its shots. An engine that states
         nothing is compared for as long as rounding leaves the shot predictable: what it doesn't say
@@ -191,20 +173,13 @@ def truth_of(
 ) -> Truth:
     """Return the truth of a scene.
 
-    Parameters
-    ----------
-    wanted : "closed-form", "certified", "engine" or None
-        What the scene's criteria ask for; None takes the first of them that there is.
-    parts : collection of TruthPart
-        Those that will be measured against; what only others need may be left out.
-    least : int or None
-        Events that must be proved, where the scene can be proved at all; None: all, to its end.
+    `wanted`: what the scene's criteria ask for; None takes the first of them that there is.
+    `parts`: those that will be measured against; what only others need may be left out.
+    `least`: events that must be proved, where the scene can be proved at all; None: all, to its
+        end.
 
-    Raises
-    ------
-    TruthError
-        Where a closed form is asked for and the scene has none; or a proof, and not the whole shot
-        is proved; or where less is proved than must be.
+    Raises `TruthError` where a closed form is asked for and the scene has none; or a proof, and not
+    the whole shot is proved; or where less is proved than must be.
     """
     check_truth(scene, wanted)
     form = closed_form(scene) if wanted in ("closed-form", None) else None

@@ -18,20 +18,11 @@ as far as its centre."""
 def frictional(impact: BallImpact, laws: Laws) -> BallImpulse:
     """Return the impulse of an impact with restitution and Coulomb friction between the balls.
 
-    Parameters
-    ----------
-    impact : BallImpact
-        The balls just before, approaching each other.
-    laws : Laws
-        `ball_restitution`, `rubs`, and `ball_friction` or `speed_dependent` are used.
+    `impact`: the balls just before, approaching each other.
+    `laws`: `ball_restitution`, `rubs`, and `ball_friction` or `speed_dependent` are used.
 
-    Returns
-    -------
-    BallImpulse
-        Over the reduced mass [m/s]; the cloth takes no part.
+    Returns over the reduced mass [m/s]; the cloth takes no part.
 
-    Notes
-    -----
     Wallace and Schroeder (1988, Am. J. Phys. 56, 815); Alciatore, technical proof A.14: the normal
     impulse is (1 + e) times the speed of approach, and friction acts against the slip of the
     surfaces, with mu times the normal impulse or with the 2/7 of the slip that end it, whichever is

@@ -28,21 +28,12 @@ NEGLIGIBLE = 2.0**-56
 def mathavan2014(impact: BallImpact, laws: Laws) -> BallImpulse:
     """Return the impulses of an impact during which the ball on the cloth rubs on it.
 
-    Parameters
-    ----------
-    impact : BallImpact
-        The balls just before, approaching each other.
-    laws : Laws
-        `ball_restitution`, and `ball_friction` or `speed_dependent`, are used; the cloth's
+    `impact`: the balls just before, approaching each other.
+    `laws`: `ball_restitution`, and `ball_friction` or `speed_dependent`, are used; the cloth's
         coefficients are the balls' own.
 
-    Returns
-    -------
-    BallImpulse
-        Within 1e-7 of the speed of approach, and of the rounding of the other speeds.
+    Returns within 1e-7 of the speed of approach, and of the rounding of the other speeds.
 
-    Notes
-    -----
     Mathavan, Jackson and Parkin (2014), generalised to balls of different radii and masses. Over
     each element of the normal impulse friction acts against the slip between the balls, and the
     cloth against the slip of the ball on it. Compression ends when the balls no longer approach;

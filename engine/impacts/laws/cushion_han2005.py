@@ -18,21 +18,12 @@ from ghostball.engine.impacts.laws.interface import Cushion, CushionBounce, Cush
 def han2005(impact: CushionImpact, cushion: Cushion) -> CushionBounce:
     """Return the bounce off a nose at its height, by Han's law.
 
-    Parameters
-    ----------
-    impact : CushionImpact
-        The ball when it touches the cushion [m/s, rad/s, m, kg]; the mass cancels.
-    cushion : Cushion
-        `restitution` in [0, 1], `friction` >= 0, and `height`, above the
-        cloth and below the top of the ball [m].
+    `impact`: the ball when it touches the cushion [m/s, rad/s, m, kg]; the mass cancels.
+    `cushion`: `restitution` in [0, 1], `friction` >= 0, and `height`, above the cloth and below the
+        top of the ball [m].
 
-    Returns
-    -------
-    CushionBounce
-        The ball after the impact [m/s, rad/s].
+    Returns the ball after the impact [m/s, rad/s].
 
-    Notes
-    -----
     Contract: no allocation; energy does not rise; vn <= 0 afterwards; mirrored along the cushion,
     the outcome is mirrored to the bit.
 
@@ -62,20 +53,11 @@ def han2005(impact: CushionImpact, cushion: Cushion) -> CushionBounce:
 def frictional(impact: CushionImpact, cushion: Cushion) -> CushionBounce:
     """Return the bounce off a nose at the height of the ball's centre: `han2005` with angle 0.
 
-    Parameters
-    ----------
-    impact : CushionImpact
-        The ball when it touches the cushion [m/s, rad/s, m, kg]; the mass cancels.
-    cushion : Cushion
-        `restitution` in [0, 1] and `friction` >= 0.
+    `impact`: the ball when it touches the cushion [m/s, rad/s, m, kg]; the mass cancels.
+    `cushion`: `restitution` in [0, 1] and `friction` >= 0.
 
-    Returns
-    -------
-    CushionBounce
-        The ball after the impact [m/s, rad/s]; vn is exactly -e times what it was.
+    Returns the ball after the impact [m/s, rad/s]; vn is exactly -e times what it was.
 
-    Notes
-    -----
     Contract: as `han2005`.
     """
     return _bounce_off_nose(impact, cushion, 0.0)

@@ -22,23 +22,14 @@ _GRAZING = 1e-13  # of all speeds together
 def mathavan2010(impact: CushionImpact, cushion: Cushion) -> CushionBounce:
     """Return the bounce off a nose at its height, by Mathavan's law.
 
-    Parameters
-    ----------
-    impact : CushionImpact
-        The ball when it touches the cushion [m/s, rad/s, m, kg]; the mass cancels. `cloth` is the
-        coefficient of friction between ball and cloth.
-    cushion : Cushion
-        `restitution` in [0, 1], `friction` >= 0, and `height`, above the
-        cloth and below the top of the ball [m].
+    `impact`: the ball when it touches the cushion [m/s, rad/s, m, kg]; the mass cancels. `cloth` is
+        the coefficient of friction between ball and cloth.
+    `cushion`: `restitution` in [0, 1], `friction` >= 0, and `height`, above the cloth and below the
+        top of the ball [m].
 
-    Returns
-    -------
-    CushionBounce
-        The ball after the impact [m/s, rad/s]; not a number, which the engine reports, should the
-        bound of the work ever be met.
+    Returns the ball after the impact [m/s, rad/s]; not a number, which the engine reports, should
+    the bound of the work ever be met.
 
-    Notes
-    -----
     Contract: no allocation; a bounded number of steps; energy does not rise; vn <= 0 afterwards;
     mirrored along the cushion, and with speeds times a power of two, the same to the bit.
 

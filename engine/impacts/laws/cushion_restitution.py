@@ -10,20 +10,11 @@ from ghostball.engine.impacts.laws.interface import Cushion, CushionBounce, Cush
 def restitution(impact: CushionImpact, cushion: Cushion) -> CushionBounce:
     """Return the bounce vn -> -e vn, vt -> f vt; both factors 1: a mirror.
 
-    Parameters
-    ----------
-    impact : CushionImpact
-        The ball when it touches the cushion [m/s, rad/s, m, kg].
-    cushion : Cushion
-        `restitution` is e, `tangential` is f, both in [0, 1].
+    `impact`: the ball when it touches the cushion [m/s, rad/s, m, kg].
+    `cushion`: `restitution` is e, `tangential` is f, both in [0, 1].
 
-    Returns
-    -------
-    CushionBounce
-        The ball after the impact [m/s, rad/s].
+    Returns the ball after the impact [m/s, rad/s].
 
-    Notes
-    -----
     Contract: no allocation; two products and a change of sign, so a mirror keeps every bit. The
     mirror is section 4.2 of the paper.
     """

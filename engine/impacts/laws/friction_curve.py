@@ -49,13 +49,9 @@ def friction_coefficient(laws: Laws, slip_speed: float) -> float:
 def alciatore_friction(slip_speed: float) -> float:
     """Return the coefficient of friction between balls, 9.951e-3 + 0.108 exp(-1.088 v).
 
-    Parameters
-    ----------
-    slip_speed : float [m/s]
-        Speed of one ball's surface over the other's just before the impact; not negative.
+    `slip_speed` [m/s]: speed of one ball's surface over the other's just before the impact; not
+    negative.
 
-    Notes
-    -----
     Alciatore, technical proof A.14, a fit to data of Marlow. The exponential is built from sums and
     products, because a library's differs in the last bit from one machine to the next: a factor 1/e
     for each whole unit, and the power series for what is left, at most a half either way. The

@@ -223,19 +223,10 @@ def _until_still(change: Slips, held: Held, model: Model) -> float:
 def integrate(model: Model, speeds: float) -> Outcome:
     """Return the impulses of an impact.
 
-    Parameters
-    ----------
-    model : Model
-    speeds : float
-        Sum of all speeds, to whose rounding the outcome is known.
+    `speeds`: sum of all speeds, to whose rounding the outcome is known.
 
-    Returns
-    -------
-    Outcome
-        Within 1e-7, and the rounding of `speeds`.
+    Returns within 1e-7, and the rounding of `speeds`.
 
-    Notes
-    -----
     Compression ends when the speed of approach is 0, and the rebound when the normal force has
     returned e^2 of the work that it stored, the integral of that speed (Stronge). The rebound also
     ends where the ball is driven back, and either where both contacts hold the ball and it doesn't

@@ -33,12 +33,8 @@ class ConfigError(GhostballError, ValueError):
 class Config(BaseModel):
     """The settings of a project.
 
-    Attributes
-    ----------
-    engines, scenes : tuple of str
-        As on the command line; empty where nothing is said.
-    baselines, out : Path
-        Folders of the accepted baselines and of results.
+    `engines`, `scenes`: as on the command line; empty where nothing is said.
+    `baselines`, `out`: folders of the accepted baselines and of results.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")

@@ -210,13 +210,8 @@ Jobs = Annotated[
 def refuse_given(context: typer.Context, why: str, *names: str) -> None:
     """Refuse parameters of a command that were given where they would do nothing.
 
-    Parameters
-    ----------
-    context : typer.Context
-    why : str
-        Why they would; the beginning of a sentence.
-    names : str
-        As the command's function calls them.
+    `why`: why they would; the beginning of a sentence.
+    `names`: as the command's function calls them.
     """
     for parameter in context.command.params:
         source = context.get_parameter_source(parameter.name or "")

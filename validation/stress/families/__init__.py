@@ -45,17 +45,10 @@ FAMILIES: Final[Mapping[str, Family]] = {module.FAMILY.name: module.FAMILY for m
 def chosen_trials(suite: Suite, only: Sequence[str] = ()) -> list[tuple[Family, Trial]]:
     """Return the trials of a suite that are asked for, in order, each with its family.
 
-    Parameters
-    ----------
-    suite : "quick" or "full"
-    only : sequence of str
-        Families, or trials as `FAMILY/TRIAL`, each of which may be a pattern such as
-        "grazing/*-miss-*"; all where it is empty.
+    `only`: families, or trials as `FAMILY/TRIAL`, each of which may be a pattern such as
+    "grazing/*-miss-*"; all where it is empty.
 
-    Raises
-    ------
-    StressError
-        Where one of them is the name of nothing.
+    Raises `StressError` where one of them is the name of nothing.
     """
     chosen = []
     unmatched = dict.fromkeys(only)

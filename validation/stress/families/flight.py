@@ -23,10 +23,7 @@ class Lands:
 
     To 1e-14 of that time for each landing; and balls that are let go together land together.
 
-    Attributes
-    ----------
-    ends : float [s]
-        When the last bounce of each ends.
+    `ends` [s]: when the last bounce of each ends.
     """
 
     ends: float

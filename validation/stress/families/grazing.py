@@ -104,12 +104,8 @@ def at_cushion(name: str, depth: float, _turn: float) -> Scene:
 class HitOrMiss:
     """Whether there is one collision where the path goes deep enough, and none where it doesn't.
 
-    Attributes
-    ----------
-    depth : float
-        In diameters; negative where nothing must collide.
-    kind : EventKind
-        Of the collision.
+    `depth`: in diameters; negative where nothing must collide.
+    `kind`: of the collision.
     """
 
     depth: float

@@ -60,17 +60,11 @@ judges energy and overlaps.
 class GasTrial(Trial):
     """An elastic gas for a number of collisions, every one recorded.
 
-    Attributes
-    ----------
-    rows : int
-        Of rows x rows balls.
-    packing : float
-        Part of the table that they cover.
-    collisions, stepped : int
-        Of our engine, and of any other.
-    unbroken : bool
-        Whether it is one run, of which the end alone is kept; else it is cut into runs of some
-        `SEGMENT` collisions, each recorded and looked at whole.
+    `rows`: of rows x rows balls.
+    `packing`: part of the table that they cover.
+    `collisions`, `stepped`: of our engine, and of any other.
+    `unbroken`: whether it is one run, of which the end alone is kept; else it is cut into runs of
+        some `SEGMENT` collisions, each recorded and looked at whole.
     """
 
     name: str
@@ -208,12 +202,8 @@ def _thinned(curve: list[tuple[int, float]], most: int = 200) -> list[list[float
 class GalperinTrial(Trial):
     """A light ball between a cushion and a heavy one: the collisions spell pi.
 
-    Attributes
-    ----------
-    digits : int
-        Of pi after the point; the heavy ball has 100^digits times the mass.
-    stepped : bool
-        Whether engines that step through time are asked.
+    `digits`: of pi after the point; the heavy ball has 100^digits times the mass.
+    `stepped`: whether engines that step through time are asked.
     """
 
     name: str
@@ -275,8 +265,6 @@ def galperin(digits: int) -> tuple[int, float, float]:
 
     Of the light and the heavy ball, which came in at -1 m/s.
 
-    Notes
-    -----
     Galperin 2003, Regular and Chaotic Dynamics 8(4) 375: with X = sqrt(M) x, Y = sqrt(m) y both are
     one point in a wedge of angle theta = atan(sqrt(m / M)), which unfolds into a straight line. It
     crosses a mirror ceil(pi / theta) - 1 times; folded back, its direction is pi less an even

@@ -61,12 +61,9 @@ class Step(NamedTuple):
 class ReversalTrial(Trial):
     """One scene, turned round after 1, 2 ... collisions.
 
-    Attributes
-    ----------
-    scene : Scene
-        Elastic, without friction; with a `t_max` by which there are `most` collisions.
-    most, stepped : int
-        Collisions after which to turn round at the latest: for our engine, and for any other.
+    `scene`: elastic, without friction; with a `t_max` by which there are `most` collisions.
+    `most`, `stepped`: collisions after which to turn round at the latest: for our engine, and for
+        any other.
     """
 
     name: str
@@ -147,10 +144,8 @@ def judge(scene: Scene, steps: list[Step], ours: bool) -> Verdict:
     where even the prediction over `FACTOR` is beyond the tolerance, but for `CHANCES`: or the
     prediction would say nothing.
 
-    Raises
-    ------
-    GhostballError
-        Where it is asked of no step that the balls come back, so that nothing would be judged.
+    Raises `GhostballError` where it is asked of no step that the balls come back, so that nothing
+    would be judged.
     """
     sure = [step for step in steps if FACTOR * step.predicted <= TOLERANCE]
     if not sure:

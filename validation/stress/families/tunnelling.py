@@ -99,15 +99,10 @@ class Passing(Trial):
     It survives where it misses from no start phase at its own step, or whatever its settings where
     it has none. The ladder is measured, not judged.
 
-    Attributes
-    ----------
-    speed : float [m/s]
-    depth : float
-        Of the impact, in diameters.
-    halves : int
-        Rungs of the ladder for each factor 2; 0 for none.
-    phases : int
-        Start phases at each rung; at the engine's own step there are `PHASES`.
+    `speed` [m/s].
+    `depth`: of the impact, in diameters.
+    `halves`: rungs of the ladder for each factor 2; 0 for none.
+    `phases`: start phases at each rung; at the engine's own step there are `PHASES`.
     """
 
     name: str
@@ -180,10 +175,7 @@ class Passing(Trial):
 class EndEnergy:
     """Whether the energy at the end of a shot is right.
 
-    Attributes
-    ----------
-    energy : float [J]
-        What is left.
+    `energy` [J]: what is left.
     """
 
     energy: float

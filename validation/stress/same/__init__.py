@@ -46,10 +46,7 @@ OFTEN: Final = tuple(name for name in CHECKS if name not in SELDOM)
 class Same:
     """Whether a scene that our engine plays passes checks; the more it takes, the nearer it came.
 
-    Attributes
-    ----------
-    checks : tuple of str
-        Names of `CHECKS`.
+    `checks`: names of `CHECKS`.
     """
 
     checks: tuple[str, ...]

@@ -38,23 +38,16 @@ class ClosedForm:
 
     Multiprecision values keep their digits only in arithmetic under `mpmath.workdps(DIGITS)`.
 
-    Attributes
-    ----------
-    rest_positions : tuple of (mpf, mpf), one for each ball [m]
-        Centres in the plane where the run ends: at rest, or at `t_max`.
-    rest_time : mpf [s]
-        When the last ball came to rest, or `t_max`.
-    final_velocities : tuple of (mpf, mpf), one for each ball [m/s]
-        Zero where the balls came to rest.
-    collision_counts : dict of str to int
-        By kind, as in `Result.collision_counts`.
-    event_sequence : tuple of (str, int, int or str)
-        The collisions in order of time: kind label, first ball, second ball or cushion's name.
-    conditioning : (n,) float64 [m]
-        For each ball the sum over the scene's numbers x of |d position / d x| |x|, and at least
-        |position|: times 2^-52 it is the error that rounding the inputs once would cause.
-    rest_time_conditioning : float [s]
-        The same of the rest time.
+    `rest_positions` [m]: centres in the plane where the run ends: at rest, or at `t_max`.
+    `rest_time` [s]: when the last ball came to rest, or `t_max`.
+    `final_velocities` [m/s]: zero where the balls came to rest.
+    `collision_counts`: by kind, as in `Result.collision_counts`.
+    `event_sequence`: the collisions in order of time: kind label, first ball, second ball or
+        cushion's name.
+    `conditioning` (n,) float64 [m]: for each ball the sum over the scene's numbers x of |d position
+        / d x| |x|, and at least |position|: times 2^-52 it is the error that rounding the inputs
+        once would cause.
+    `rest_time_conditioning` [s]: the same of the rest time.
     """
 
     rest_positions: tuple[Vector, ...]

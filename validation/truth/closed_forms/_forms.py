@@ -139,10 +139,7 @@ MOST_BALLS, MOST_COLLISIONS = 3, 6
 def form_of_shape(setup: Setup) -> Form:
     """Return the form of a shot of a few collisions, one after the other, each of two alone.
 
-    Raises
-    ------
-    OrderError
-        Where it is none.
+    Raises `OrderError` where it is none.
     """
     if len(setup.positions) > MOST_BALLS:
         raise OrderError("more balls than are solved by shape")

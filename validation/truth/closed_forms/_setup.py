@@ -41,31 +41,24 @@ class OrderError(Exception):
 class Setup:
     """The values of one scene, exactly: a double is a binary fraction, and `mpf` holds it.
 
-    Attributes
-    ----------
-    positions, velocities : tuple of (mpf, mpf) [m], [m/s]
-    heights, rises : tuple of mpf [m], [m/s]
-        Of the balls' lowest points over the cloth, and how fast they rise; 0 of all where no ball
-        may leave it.
-    spins : tuple of (mpf, mpf, mpf) [rad/s]
-        Angular velocities. Of a ball that rolls the first two mean nothing: its velocity says them.
-    rolls : tuple of bool
-        Which balls start rolling without slip.
-    radii, masses : tuple of mpf [m], [kg]
-    gravity : mpf [m/s^2]
-    spin_decelerations : tuple of mpf [rad/s^2]
-    air_drag, rolling_friction_quadratic : mpf [1/m]
-    ball_friction : mpf or None
-        None: Alciatore's curve.
-    cushion : str
-        Name of the law; the four numbers that follow are 1 where it mirrors, or none is there.
-    cushion_height : mpf [m]
-    length, width : mpf [m], or None on an unbounded cloth
-    t_max : mpf or None [s]
-    slides : bool
-        Whether spin is a state of its own; else balls always roll.
-    verify : bool
-        Whether a form checks that no other collision comes before the stated one.
+    `positions`, `velocities` [m] and [m/s].
+    `heights`, `rises` [m] and [m/s]: of the balls' lowest points over the cloth, and how fast they
+        rise; 0 of all where no ball may leave it.
+    `spins` [rad/s]: angular velocities. Of a ball that rolls the first two mean nothing: its
+        velocity says them.
+    `rolls`: which balls start rolling without slip.
+    `radii`, `masses` [m] and [kg].
+    `gravity` [m/s^2].
+    `spin_decelerations` [rad/s^2].
+    `air_drag`, `rolling_friction_quadratic` [1/m].
+    `ball_friction`: none: Alciatore's curve.
+    `cushion`: name of the law; the four numbers that follow are 1 where it mirrors, or none is
+        there.
+    `cushion_height` [m].
+    `length`, `width` [m].
+    `t_max` [s].
+    `slides`: whether spin is a state of its own; else balls always roll.
+    `verify`: whether a form checks that no other collision comes before the stated one.
     """
 
     positions: tuple[Vector, ...]
@@ -102,10 +95,8 @@ class Setup:
 class Outcome:
     """How a form says that the scene ends.
 
-    Attributes
-    ----------
-    positions, velocities : tuple of (mpf, mpf) [m], [m/s]
-    time : mpf [s]
+    `positions`, `velocities` [m] and [m/s].
+    `time` [s].
     """
 
     positions: tuple[Vector, ...]

@@ -43,14 +43,10 @@ class Shot:
     Where `setup.verify`, each step makes sure that nothing else happens first, and raises
     `OrderError` where something does: then the stated order isn't that of these values.
 
-    Attributes
-    ----------
-    time : mpf [s]
-        Reached so far.
-    collisions : list of Collision
-        So far.
-    hull : list of Vector [m]
-        Points whose convex hull holds the paths of all centres so far; kept where `setup.verify`.
+    `time` [s]: reached so far.
+    `collisions`: so far.
+    `hull` [m]: points whose convex hull holds the paths of all centres so far; kept where
+        `setup.verify`.
     """
 
     def __init__(self, setup: Setup) -> None:
@@ -89,10 +85,8 @@ class Shot:
     def next_collision(self) -> Collision | None:
         """Return the collision that comes next, or None where the shot ends before any.
 
-        Raises
-        ------
-        OrderError
-            Where it comes at once, or at one instant with another: then it isn't one of two alone.
+        Raises `OrderError` where it comes at once, or at one instant with another: then it isn't
+        one of two alone.
         """
         found = [(when, one) for one, when in self._possible() if when is not None]
         found = [(when, one) for when, one in found if when < self._time_left()]
