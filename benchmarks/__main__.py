@@ -10,6 +10,7 @@ from typing import Annotated, TypeVar
 import typer
 
 from benchmarks.accuracy import SHOTS, measure_accuracy
+from benchmarks.breaks import BREAKS, measure_breaks
 from benchmarks.measurements import BenchError, Measurement, machine_folder
 from benchmarks.pictures.gallery import write_gallery
 from benchmarks.precision.measure import DEFAULT_SCENES, PRECISION_ENGINES, measure_precision
@@ -63,8 +64,8 @@ def measured_by(
     if store and part:
         raise BenchError(
             "`--store` keeps whole measurements only, so it can't go with single workloads or "
-            "scenes, `--first`, fewer `--shots` than by default, `--engine` or `--peer`. Use "
-            "`--out DIR`"
+            "scenes, `--first`, fewer `--shots` or a smaller `--count` than by default, `--engine` "
+            "or `--peer`. Use `--out DIR`"
         )
     folders = [folder for folder in (out, machine_folder() if store else None) if folder]
     for folder in folders:  # refused before it is measured
@@ -120,6 +121,17 @@ def racks(
     asked = PEERS if peers is None else [] if peers == ["none"] else peers
     measure = partial(measure_racks, our_player(), list(map(peer, asked)), rounds=repeats)
     measured_by(measure, out, store, part=peers is not None)
+
+
+@app.command()
+@command
+def breaks(
+    count: Annotated[int, typer.Option(min=1, help="How many breaks.")] = BREAKS,
+    out: Out = None,
+    store: Store = False,
+) -> None:
+    """Play a million random breaks with all of pool's physics, on all cores, and time it all."""
+    measured_by(partial(measure_breaks, count), out, store, part=count < BREAKS)
 
 
 @app.command()
