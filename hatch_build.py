@@ -61,14 +61,20 @@ class KernelHook(BuildHookInterface[Any]):
 def compile_into(folder: Path) -> None:
     """Put a library of each kernel in a folder, and the manifest beside them."""
     from ghostball.engine.compilation import every_kernel  # noqa: PLC0415 - of the sources here
+    from ghostball.reference_adapters.stepping.kernels import KERNELS  # noqa: PLC0415
+
+    put_into(folder, [*every_kernel(), *(one for kernels in KERNELS.values() for one in kernels())])
+
+
+def put_into(folder: Path, needed: list[Any]) -> None:
+    """Put the libraries of some kernels, `Needed`, in a folder, and the manifest beside them."""
     from ghostball.engine.library import load, shipped  # noqa: PLC0415
     from ghostball.engine.library.entry import make_all  # noqa: PLC0415
-    from ghostball.reference_adapters.stepping.kernels import KERNELS  # noqa: PLC0415
 
     if shipped.flags():
         raise RuntimeError(f"a wheel's kernels need the environment without {[*shipped.flags()]}")
 
-    needed = [*every_kernel(), *(one for kernels in KERNELS.values() for one in kernels())]
+    folder.mkdir(parents=True, exist_ok=True)
     make_all(needed, os.cpu_count() or 1)
     files = {}
     for one in needed:

@@ -25,7 +25,7 @@ from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
 from numba.core.compiler_lock import global_compiler_lock
 
-from ghostball.engine.library import generated, table
+from ghostball.engine.library import generated, processor, table
 from ghostball.engine.library.load import SYMBOL
 from ghostball.engine.library.reached import is_inline, is_ours, kernel_in, names_in, reached_by
 
@@ -113,9 +113,15 @@ def object_code(
     unknown = [name for name in wanted if name.startswith(OF_OTHERS)]
     if unknown:
         raise TypeError(f"the kernel `{kernel.__name__}` calls {unknown}, which no library has")
-    machine = llvm.Target.from_default_triple().create_target_machine(
+    triple = processor.other_triple()
+    if triple is not None:
+        llvm.initialize_all_targets()
+        llvm.initialize_all_asmprinters()
+    machine = llvm.Target.from_triple(triple or llvm.get_default_triple()).create_target_machine(
         cpu=target, opt=3, reloc="pic", codemodel="default"
     )
+    if triple is not None:  # numba wrote it for this machine; the same words mean the same there
+        module.triple, module.data_layout = triple, str(machine.target_data)
     return bytes(machine.emit_object(module))
 
 

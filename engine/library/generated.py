@@ -34,28 +34,22 @@ def _loaded(builder: Any, address: Any, kind: Any) -> Any:
     return builder.load(builder.inttoptr(address, kind.as_pointer()))
 
 
-@intrinsic
-def _word_at(_: Any, _address: Any) -> Any:
-    def code(_: Any, builder: Any, __: Any, arguments: Any) -> Any:
-        return _loaded(builder, arguments[0], WORD)
+def _reader(kind: Any, number: Any) -> Any:
+    """Return what reads at an address what LLVM calls `kind`, as numba's `number`."""
 
-    return types.int64(types.int64), code
+    @intrinsic
+    def read_at(_: Any, _address: Any) -> Any:
+        def code(_: Any, builder: Any, __: Any, arguments: Any) -> Any:
+            value = _loaded(builder, arguments[0], kind)
+            return builder.sext(value, WORD) if kind is HALF_WORD else value
 
+        return number(types.int64), code
 
-@intrinsic
-def _half_word_at(_: Any, _address: Any) -> Any:
-    def code(_: Any, builder: Any, __: Any, arguments: Any) -> Any:
-        return builder.sext(_loaded(builder, arguments[0], HALF_WORD), WORD)
-
-    return types.int64(types.int64), code
+    return read_at
 
 
-@intrinsic
-def _float_at(_: Any, _address: Any) -> Any:
-    def code(_: Any, builder: Any, __: Any, arguments: Any) -> Any:
-        return _loaded(builder, arguments[0], FLOAT)
-
-    return types.float64(types.int64), code
+word_at, float_at = _reader(WORD, types.int64), _reader(FLOAT, types.float64)
+half_word_at = _reader(HALF_WORD, types.int64)
 
 
 @intrinsic
@@ -73,10 +67,6 @@ def _put_at(_: Any, _address: Any, value: Any) -> Any:
     return types.none(types.int64, value), code
 
 
-word_at: Any = _word_at
-"""Read the integer of 64 bits at an address; the next two, one of 32 bits and a float of 64."""
-half_word_at: Any = _half_word_at
-float_at: Any = _float_at
 put_at: Any = _put_at
 
 

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import ctypes
+import os
 import platform
 import subprocess
 import sys
 from functools import cache
 from pathlib import Path
+
+from ghostball.model.errors import GhostballError
 
 WIDE = "x86-64-v3"
 """Processors of the last ten years, with vectors of four doubles (AVX2)."""
@@ -18,19 +21,36 @@ GENERIC = {"x86_64": "x86-64", "arm64": "generic"}
 NEEDED = frozenset(("abm", "avx2", "bmi1", "bmi2", "f16c", "fma", "movbe"))
 """What Linux calls what `WIDE` has beyond `x86-64`; so does macOS, in capitals, but for LZCNT."""
 
+BUILD_FOR = "GHOSTBALL_BUILD_FOR"
+"""Names, in the environment, a machine to compile libraries for where it isn't this one: "arm64".
+
+`CC` must name a linker for it.
+"""
+
+_TRIPLES = {"x86_64": "x86_64-unknown-linux-gnu", "arm64": "aarch64-unknown-linux-gnu"}
+
 _AVX2 = 40
 """What Windows calls it: PF_AVX2_INSTRUCTIONS_AVAILABLE. The others came with it."""
 
 
 def machine() -> str:
     """Return the machine's name: one for each of x86-64 and arm64, whatever a system calls it."""
-    name = platform.machine().lower()
+    name = (os.environ.get(BUILD_FOR) or platform.machine()).lower()
     return {"amd64": "x86_64", "aarch64": "arm64"}.get(name, name)
 
 
 def system() -> str:
     """Return what a library runs on, by name: a system and a machine."""
     return f"{sys.platform}-{machine()}"
+
+
+def other_triple() -> str | None:
+    """Return what LLVM calls the machine to compile for, where that isn't this one; else None."""
+    if not os.environ.get(BUILD_FOR):
+        return None
+    if machine() not in _TRIPLES:
+        raise GhostballError(f"{BUILD_FOR} must be one of {sorted(_TRIPLES)}, got {machine()!r}")
+    return _TRIPLES[machine()]
 
 
 @cache

@@ -3,6 +3,7 @@
 import pytest
 
 from ghostball.engine.library import processor
+from ghostball.model import GhostballError
 
 
 @pytest.fixture(autouse=True)
@@ -51,3 +52,14 @@ def test_features_are_read_from_what_linux_tells(monkeypatch, tmp_path):
     monkeypatch.setattr(processor.sys, "platform", "linux")
     assert processor.features() >= {"fpu", "sse2", "avx2"}
     assert "none" not in processor.features()
+
+
+def test_another_machine_is_compiled_for_where_it_is_named(monkeypatch):
+    monkeypatch.setattr(processor, "features", lambda: processor.NEEDED)
+    assert processor.other_triple() is None
+    monkeypatch.setenv("GHOSTBALL_BUILD_FOR", "arm64")
+    assert processor.other_triple() == "aarch64-unknown-linux-gnu"
+    assert (processor.system().partition("-")[2], processor.target()) == ("arm64", "generic")
+    monkeypatch.setenv("GHOSTBALL_BUILD_FOR", "vax")
+    with pytest.raises(GhostballError, match="GHOSTBALL_BUILD_FOR must be one of .*, got 'vax'"):
+        processor.other_triple()

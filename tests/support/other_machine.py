@@ -1,0 +1,34 @@
+"""Compiles the kernels of all shipped scenes for another machine, or plays the scenes there.
+
+`compile FOLDER` puts libraries into a folder, as a wheel has them; GHOSTBALL_BUILD_FOR and CC say
+for which machine. `play` prints the hash of each scene's bits. Both keep what contacts need in all
+kernels, so that a few will do; no bit depends on that.
+"""
+
+import sys
+from pathlib import Path
+
+from ghostball.engine import simulate
+from ghostball.engine.running import driver
+from ghostball.engine.running.variants import variant_of
+from ghostball.model.hashes import bits_hash
+from ghostball.validation.scenes.library import select
+
+
+def compile_into(folder: Path) -> None:
+    sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+    from hatch_build import put_into  # noqa: PLC0415 - it lies at the top, and only there
+
+    variants = {variant_of(scene, contacts=True) for scene in select()}
+    put_into(folder, [driver.needed(variant) for variant in sorted(variants)])
+
+
+def play() -> None:
+    for scene in select():
+        result = simulate(scene, record="events", no_skip=["contacts"])
+        assert result.events is not None
+        print(scene.name, bits_hash(result.events, result.rest_positions), flush=True)
+
+
+if __name__ == "__main__":
+    compile_into(Path(sys.argv[2])) if sys.argv[1] == "compile" else play()
