@@ -17,7 +17,7 @@ from ghostball.validation.scenes.library import select
 
 def compile_into(folder: Path) -> None:
     sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
-    from hatch_build import put_into  # noqa: PLC0415 - it lies at the top, and only there
+    from hatch_build import put_into
 
     variants = {variant_of(scene, contacts=True) for scene in select()}
     put_into(folder, [driver.needed(variant) for variant in sorted(variants)])

@@ -61,5 +61,5 @@ def test_another_machine_is_compiled_for_where_it_is_named(monkeypatch):
     assert processor.other_triple() == "aarch64-unknown-linux-gnu"
     assert (processor.system().partition("-")[2], processor.target()) == ("arm64", "generic")
     monkeypatch.setenv("GHOSTBALL_BUILD_FOR", "vax")
-    with pytest.raises(GhostballError, match="GHOSTBALL_BUILD_FOR must be one of .*, got 'vax'"):
+    with pytest.raises(GhostballError, match=r"GHOSTBALL_BUILD_FOR must be one of .*, got 'vax'"):
         processor.other_triple()
