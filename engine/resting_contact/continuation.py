@@ -162,12 +162,19 @@ def time_to_half(world: World, members: int) -> float:
 def next_step(
     contacts: Contacts, members: int, integrated: bool, fresh: float, most: float
 ) -> float:
-    """Return the step to try [s]: the shortest that was good for a member, or may be integrated."""
+    """Return the step to try [s]: the shortest that was good for a member, or may be integrated.
+
+    A fresh one where an event touched a member, or it is new. To keep the shortest of the others
+    then made racks faster by a third, but steps in chains of balls so short that one shot in four
+    thousand took ten times as many.
+    """
     step = most
     for m in range(members):
         row = contacts.motion[contacts.member[m]]
         last = row.ahead if integrated else row.step
-        step = min(step, fresh if last == 0.0 else last)
+        if last == 0.0:
+            return min(fresh, most)
+        step = min(step, last)
     return step
 
 
