@@ -1,7 +1,7 @@
 """Compiles a kernel into a shared library; loaded only where that is done, with numba.
 
 Numba compiles the kernel with all that it calls, LLVM makes an object file for the target, and the
-system's linker makes the library of that. Where there is none the object file is kept.
+system's linker makes the library of that. Where there is none, or it fails, the object file stays.
 """
 
 from __future__ import annotations
@@ -53,8 +53,11 @@ LINKED_WITH = {
 """What the linker is told besides, on each system."""
 
 
-def build(order: dict[str, Any]) -> None:
-    """Compile what `load.build` orders, and put the library, or the object file, in its place."""
+def build(order: dict[str, Any]) -> str:
+    """Compile what `load.build` orders, and put the library, or the object file, in its place.
+
+    Returns why it isn't a library, in one line, or nothing.
+    """
     gc.disable()  # the compiler makes millions of objects and keeps them
     kernel = kernel_in(table.named(order["kernel"]))
     assert kernel is not None
@@ -63,17 +66,29 @@ def build(order: dict[str, Any]) -> None:
     with tempfile.TemporaryDirectory(dir=place.parent) as folder:
         made = Path(folder, "kernel.o")
         made.write_bytes(code)
-        linker = os.environ.get("CC") or next(filter(shutil.which, LINKERS), None)
-        if linker is not None:
-            linked = Path(folder, "kernel.so")
-            _link(shlex.split(linker), made, linked)
+        linked = Path(folder, "kernel.so")
+        why_not = _link(made, linked)
+        if not why_not:
             made = linked
         made.replace(place.with_suffix(made.suffix))
+    return why_not
 
 
-def _link(linker: list[str], code: Path, library: Path) -> None:
+def _link(code: Path, library: Path) -> str:
+    """Make a library of an object file; return why there is none, in one line, or nothing."""
+    linker = os.environ.get("CC") or next(filter(shutil.which, LINKERS), None)
+    if linker is None:
+        return f"no C compiler was found, of {', '.join(LINKERS)}; CC may name one"
     more = LINKED_WITH.get(sys.platform, [])
-    subprocess.run([*linker, "-shared", *more, "-o", str(library), str(code)], check=True)
+    command = [*shlex.split(linker), "-shared", *more, "-o", str(library), str(code)]
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+    except OSError as error:
+        return f"`{linker}` can't be run: {error.strerror}"
+    if done.returncode == 0:
+        return ""
+    said = " ".join(done.stderr.split()) or f"exit status {done.returncode}"
+    return f"`{linker}` failed: {said}"
 
 
 def _in_one_piece(function: Callable[..., Any], *arguments: Any) -> Any:

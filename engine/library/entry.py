@@ -92,9 +92,8 @@ class Entry:
         kinds = [kind_of(one) for one in arguments]
         text = table.text_of(kinds)
         if text not in self._by_kinds:
-            path = load.find(self.function, kinds)
-            path = path or load.make(self.function, kinds, what or self.__name__)
-            self._by_kinds[text] = Code(self.function, kinds, load.entry_of(path))
+            entry = load.entry(self.function, kinds, what or self.__name__)
+            self._by_kinds[text] = Code(self.function, kinds, entry)
         return self._by_kinds[text]
 
 

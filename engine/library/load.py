@@ -19,6 +19,7 @@ from types import FunctionType
 from typing import Any, NamedTuple
 
 from ghostball.engine.library import cache as kept, processor, shipped, table
+from ghostball.engine.library.cache_folder import CHOSEN
 from ghostball.engine.library.reached import kernel_in, reached_by
 from ghostball.model.errors import GhostballError
 
@@ -71,10 +72,20 @@ def make(function: FunctionType, kinds: table.Kind, what: str) -> Path:
 
 
 def _compiled(function: FunctionType, kinds: table.Kind, what: str, folder: Path) -> Path:
+    check_compiler()
     logger.warning("compiling the engine's kernels (%s), once; it may take half a minute ...", what)
     path = folder / name_of(function, kinds)
     build([Order(function, kinds, path)])
     return _made_at(path) or path
+
+
+def check_compiler() -> None:
+    """Raise `NoCompilerError` where there is none: before it is said that it compiles."""
+    if find_spec("numba") is None:
+        raise NoCompilerError(
+            "kernels have to be compiled, and numba, which does that, isn't installed. Run "
+            "`pip install 'ghostball[compiler]'`"
+        )
 
 
 class Order(NamedTuple):
@@ -96,11 +107,7 @@ def build(orders: list[Order], finished: Callable[[int], None] = lambda _: None)
 
     Raises `GhostballError` where one can't be compiled, or there is no compiler.
     """
-    if find_spec("numba") is None:
-        raise NoCompilerError(
-            "kernels have to be compiled, and numba, which does that, isn't installed. Run "
-            "`pip install 'ghostball[compiler]'`"
-        )
+    check_compiler()
     told = [
         {
             "kernel": f"{one.function.__module__}:{one.function.__qualname__}",
@@ -129,7 +136,10 @@ def build(orders: list[Order], finished: Callable[[int], None] = lambda _: None)
                 json.dump({"path": sys.path, "orders": told}, process.stdin)
                 process.stdin.close()
                 for line in process.stdout:
-                    finished(int(line))
+                    place, _, why_not = line.strip().partition(" ")
+                    if why_not:
+                        _say_unlinked(why_not)
+                    finished(int(place))
             finally:
                 if sys.exc_info()[0] is not None:
                     process.kill()
@@ -141,6 +151,14 @@ def build(orders: list[Order], finished: Callable[[int], None] = lambda _: None)
             )
 
 
+@cache
+def _say_unlinked(why_not: str) -> None:
+    """Say it once: what kept one kernel from being linked keeps the others."""
+    logger.warning(
+        "LLVM loads the kernels, in each process anew, for want of a linker: %s", why_not
+    )
+
+
 _ORDERED = """
 import json, sys
 told = json.load(sys.stdin)
@@ -149,8 +167,7 @@ from ghostball.engine.library.build import build
 from ghostball.engine.library.load import check_sources
 for place, order in enumerate(told["orders"]):
     check_sources(order)
-    build(order)
-    print(place, flush=True)
+    print(place, build(order), flush=True)
 """
 
 
@@ -187,6 +204,26 @@ def _compiler() -> str:
     beside = Path(__file__).parent
     own = [(beside / name).read_bytes() for name in ("build.py", "generated.py")]
     return f"{compilers} {table.VERSION} {hashlib.sha256(b''.join(own)).hexdigest()}"
+
+
+def entry(function: FunctionType, kinds: table.Kind, what: str) -> Any:
+    """Return a kernel from its library, which is made where there is none.
+
+    Libraries that came with the package and that the system doesn't load are set aside.
+
+    Raises `GhostballError` where one that was made here isn't loaded, or none can be made.
+    """
+    path = find(function, kinds) or make(function, kinds, what)
+    try:
+        return entry_of(path)
+    except OSError as error:
+        if path not in shipped.files().values():
+            raise GhostballError(
+                f"the system doesn't load what was compiled: {error}. Remove it, or name another "
+                f"folder in {CHOSEN}"
+            ) from error
+        shipped.set_aside(str(error))
+    return entry(function, kinds, what)
 
 
 def entry_of(path: Path) -> Any:

@@ -87,9 +87,19 @@ def files() -> dict[str, Path]:
         return {}
     reason = why_not(found)
     if reason is not None:
-        logger.warning("the kernels that came with ghostball are set aside: %s", reason)
+        _say_aside(reason)
         return {}
     return {key: FOLDER / name for key, name in found["files"].items()}
+
+
+def set_aside(reason: str) -> None:
+    """Have `files` return none from now on, in this process."""
+    _say_aside(reason)
+    files().clear()
+
+
+def _say_aside(reason: str) -> None:
+    logger.warning("the kernels that came with ghostball are set aside: %s", reason)
 
 
 def why_not(found: dict[str, Any]) -> str | None:

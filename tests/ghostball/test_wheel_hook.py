@@ -7,6 +7,10 @@ from types import SimpleNamespace
 
 import pytest
 
+from ghostball.engine.library import cache
+from ghostball.engine.library.entry import COMPILED
+from ghostball.reference_adapters.stepping import cloth
+
 pytest.importorskip("hatchling")
 pytestmark = pytest.mark.checkout
 
@@ -64,6 +68,18 @@ def test_a_wheel_with_kernels_is_for_a_platform_and_every_python(hook, monkeypat
 
 
 PLATFORM = "linux-x86_64"
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not COMPILED, reason="interpreted kernels have no libraries")
+@pytest.mark.usefixtures("hook")
+def test_a_wheel_is_not_built_where_its_kernels_are_not_linked(monkeypatch, tmp_path, caplog):
+    monkeypatch.setattr(cache, "directory", lambda: tmp_path / "cache")
+    (tmp_path / "cache").mkdir()
+    monkeypatch.setenv("CC", "nowhere/cc")
+    with pytest.raises(RuntimeError, match="a C compiler is needed to link the kernels"):
+        sys.modules["hatch_build"].put_into(tmp_path / "kernels", cloth.needed()[:1])
+    assert "`nowhere/cc` can't be run: No such file or directory" in caplog.text
 
 
 def test_an_editable_installation_compiles_nothing(hook, monkeypatch):

@@ -1,5 +1,6 @@
 """How a library is found or made: nothing stale is ever used, and each is compiled once."""
 
+import json
 import os
 import subprocess
 import sys
@@ -49,11 +50,11 @@ def copy(tmp_path):
     return tmp_path
 
 
-def in_copy(folder, cache_folder, **environment):
+def in_copy(folder, cache_folder, program=CALL, **environment):
     """What makes a process that calls the kernel."""
     here = {"PYTHONPATH": str(folder), "GHOSTBALL_CACHE_DIR": str(cache_folder)}
     return {
-        "args": [sys.executable, "-c", CALL],
+        "args": [sys.executable, "-c", program],
         "env": {**os.environ, **here, **environment},
         "cwd": folder,
         "stdout": subprocess.PIPE,
@@ -62,8 +63,8 @@ def in_copy(folder, cache_folder, **environment):
     }
 
 
-def run_copy(folder, cache_folder, **environment):
-    done = subprocess.run(**in_copy(folder, cache_folder, **environment), check=False)
+def run_copy(folder, cache_folder, program=CALL, **environment):
+    done = subprocess.run(**in_copy(folder, cache_folder, program, **environment), check=False)
     assert done.returncode == 0, done.stderr
     return float(done.stdout), done.stderr
 
@@ -114,29 +115,118 @@ def test_a_cache_that_cannot_be_written_is_said_and_does_not_stop_the_run(copy):
 
 
 @pytest.mark.slow
-def test_without_a_linker_the_object_file_is_loaded(copy):
+@pytest.mark.parametrize(
+    ("linker", "reason"),
+    [
+        ("", "no C compiler was found, of cc, clang, gcc; CC may name one"),
+        ("nowhere/cc", "`nowhere/cc` can't be run: No such file or directory"),
+        ("/bin/sh -c 'echo no >&2; echo room >&2; exit 1'", "failed: no room"),
+    ],
+)
+def test_where_linking_fails_it_is_said_and_the_object_file_is_loaded(copy, linker, reason):
     empty = copy / "no programs"
     empty.mkdir()
-    for compiling in (True, False):
-        found, messages = run_copy(copy, copy / "cache", PATH=str(empty), CC="")
-        assert found == 7.0
-        assert ("compiling" in messages) == compiling
+    found, messages = run_copy(copy, copy / "cache", PATH=str(empty), CC=linker)
+    assert found == 7.0
+    compiling, unlinked = messages.splitlines()
+    assert "compiling" in compiling
+    assert unlinked.startswith("LLVM loads the kernels")
+    assert unlinked.endswith(reason)
+    assert run_copy(copy, copy / "cache", PATH=str(empty), CC=linker) == (7.0, "")
     (made,) = (copy / "cache" / "libraries").glob("called-*.o")
     assert not made.with_suffix(".so").exists()
 
 
-def test_without_a_compiler_a_message_names_what_to_install(copy):
-    (copy / "numba.py").write_text("")  # found by nobody: the loader is asked for a package
-    code = (
-        "import importlib.util as util; found = util.find_spec;"
-        "util.find_spec = lambda name, *more: None if name == 'numba' else found(name, *more);"
+WITHOUT_NUMBA = """
+import importlib.util as util
+found = util.find_spec
+util.find_spec = lambda name, *more: None if name == "numba" else found(name, *more)
+"""
+WITHOUT_WIDE_VECTORS = """
+from ghostball.engine.library import processor
+processor.target = lambda: processor.GENERIC[processor.machine()]
+"""
+SHIP = """
+import json
+from ghostball.engine._caller import called
+from ghostball.engine.library import load, shipped
+shipped.FOLDER.mkdir()
+load.build([load.Order(called.function, ["float"], shipped.FOLDER / "called.so")])
+found = shipped.manifest({shipped.key_of(called.function, ["float"]): "called.so"})
+(shipped.FOLDER / shipped.MANIFEST).write_text(json.dumps(found))
+print(0)
+"""
+
+
+@pytest.fixture
+def came(copy):
+    """A copy with a library that came with it, for any processor; and its folder."""
+    run_copy(copy, copy / "cache", WITHOUT_WIDE_VECTORS + SHIP)
+    return copy, copy / "ghostball/engine/library/shipped"
+
+
+def other(folder, **changes):
+    """Have the library of a folder be another than it is."""
+    manifest = folder / shipped.MANIFEST
+    manifest.write_text(json.dumps({**json.loads(manifest.read_text()), **changes}))
+
+
+SPOILT = {
+    "absent": (lambda folder: (folder / shipped.MANIFEST).unlink(), None),
+    "version": (lambda folder: other(folder, table=0), "they are called in another way"),
+    "sources": (lambda folder: other(folder, sources=""), "the sources were changed"),
+    "system": (lambda folder: other(folder, system="plan9-mips"), "they are for another system"),
+    "processor": (
+        lambda folder: other(folder, target=processor.WIDE),
+        "they are for processors with abm, avx2, bmi1, bmi2, f16c, fma, movbe",
+    ),
+    "not loaded": (lambda folder: (folder / "called.so").write_text("no library"), "called.so: "),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("case", SPOILT)
+def test_a_library_that_came_and_does_not_fit_is_compiled_or_what_to_install_is_said(came, case):
+    copy, folder = came
+    call = WITHOUT_WIDE_VECTORS + CALL
+    assert run_copy(copy, copy / "none", WITHOUT_NUMBA + call) == (7.0, "")
+    assert not (copy / "none").exists()
+    spoil, reason = SPOILT[case]
+    spoil(folder)
+
+    process = in_copy(copy, copy / "cache", WITHOUT_NUMBA + call)
+    done = subprocess.run(**process, check=False)
+    assert done.returncode == 1
+    assert done.stderr.splitlines()[-1].endswith(
+        "NoCompilerError: kernels have to be compiled, and numba, which does that, isn't "
+        "installed. Run `pip install 'ghostball[compiler]'`"
     )
-    process = in_copy(copy, copy / "cache")
-    process["args"] = [sys.executable, "-c", code + CALL]
+    assert "compiling" not in done.stderr
+
+    found, messages = run_copy(copy, copy / "cache", call)
+    assert found == 7.0
+    *aside, compiling = messages.splitlines()
+    assert compiling.startswith("compiling the engine's kernels (called), once")
+    assert len(aside) == (reason is not None)
+    for line in aside:
+        assert line.startswith("the kernels that came with ghostball are set aside: ")
+        assert reason in line
+
+
+def test_without_a_compiler_a_message_names_what_to_install(copy):
+    process = in_copy(copy, copy / "cache", WITHOUT_NUMBA + CALL)
     done = subprocess.run(**process, check=False)
     assert done.returncode == 1
     assert "NoCompilerError" in done.stderr
     assert "pip install 'ghostball[compiler]'" in done.stderr
+
+
+def test_a_made_library_that_the_system_does_not_load_is_said(monkeypatch, tmp_path):
+    path = tmp_path / "stop.so"
+    path.write_text("no library")
+    monkeypatch.setattr(load, "find", lambda *_: path)
+    with pytest.raises(GhostballError, match=r"stop\.so: .*another folder in GHOSTBALL_CACHE_DIR"):
+        Entry(STOP)(V, SLOWING, np.empty(1))
 
 
 def test_what_cannot_be_compiled_is_said_with_the_reason(copy):
