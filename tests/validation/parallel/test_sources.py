@@ -47,7 +47,10 @@ def test_all_our_sources_are_hashed() -> None:
         if path.is_relative_to(ROOT)
     }
     wanted = {
-        path.relative_to(ROOT).as_posix() for p in OUR_PACKAGES for path in (ROOT / p).rglob("*.py")
+        path.relative_to(ROOT).as_posix()
+        for p in OUR_PACKAGES
+        for suffix in ("py", "so")  # a wheel brings libraries of the kernels
+        for path in (ROOT / p).rglob(f"*.{suffix}")
     }
     assert hashed == wanted
     assert "model/impact_laws.py" in hashed
