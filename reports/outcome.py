@@ -56,7 +56,7 @@ class Overall:
 def overall(results: Results | None, *regressions: Regression) -> Overall:
     """Return the verdict on a whole run: the word names both answers, the sign is the worse one's.
 
-    `results`: none where a comparison stands alone.
+    `results`: None where a comparison stands alone.
     `*regressions`: of each engine that was compared; there is one, or results.
     """
     limits = None if results is None else of_limits(results)

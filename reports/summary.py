@@ -53,7 +53,7 @@ _UNMOVED = ("identical", "rounding-only")
 def summary_markdown(results: Results | None, *regressions: Regression) -> str:
     """Return the summary as Markdown: the verdict, what changed, what failed, all verdicts.
 
-    `results`: none where only a comparison was made.
+    `results`: None where only a comparison was made.
     `*regressions`: of each engine that was compared.
     """
     changes = []

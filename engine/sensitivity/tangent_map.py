@@ -130,7 +130,7 @@ class TangentMap:
         `instants` (k,) float64 [s], increasing: of the events; between two of them growth is looked
             for at a few instants only.
         `tolerance` [m].
-        `error`: none: that within which our engine stays, `QUALITY` times the error of a rounding.
+        `error`: None: that within which our engine stays, `QUALITY` times the error of a rounding.
         """
         limit = tolerance / (QUALITY * ROUNDING if error is None else error)
         for times in _chunks(instants, self.t_end):

@@ -113,7 +113,7 @@ class SceneChange(_Model):
     `summary`: one sentence: what moved and by how much.
     `broken`: the limits of truth that the head breaks, one sentence each.
     `horizon` [s]: until when both sides can be compared; None: to the end.
-    `first_difference`: none where all events are alike, instants included.
+    `first_difference`: None where all events are alike, instants included.
     `metrics`, `counters`: all of them, moved or not.
     `base_hash`, `head_hash`: of events and rest positions, to the bit; "" where there is none.
     `rest_base`, `rest_head` ((x, y, z), ...) [m] or None: where the balls come to rest, in the

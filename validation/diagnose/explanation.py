@@ -99,7 +99,7 @@ class Explanation:
     `agreement`: which collisions both have, and where they part.
     `margins`: the smallest first; empty where nothing parts.
     `states`: of the balls that take part where they part, at that instant.
-    `attribution`: none where it wasn't asked for.
+    `attribution`: None where it wasn't asked for.
     """
 
     label: str

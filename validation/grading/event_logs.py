@@ -109,7 +109,7 @@ class Agreement:
     `index_pairs`: where each is among the events that were given.
     `missing`: where the true log has events that the other one lacks.
     `invented`: where the other log has events that the true one lacks.
-    `parting`: none where they agree to the end.
+    `parting`: None where they agree to the end.
     """
 
     pairs: tuple[tuple[Event, Event], ...]

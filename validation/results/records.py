@@ -95,8 +95,8 @@ class Check:
     """One metric against its limit.
 
     `metric`, `unit`: name and unit; see `validation.checks.metric_table.METRICS`.
-    `value`: none where it could not be computed; `note` says why.
-    `passed`: none is "reference": the value compares our engine with itself and proves nothing.
+    `value`: None where it could not be computed; `note` says why.
+    `passed`: None is "reference": the value compares our engine with itself and proves nothing.
     `reason`: why the limit is what it is, from the scene's criteria.
     `note`: why there is no value or no verdict; else "".
     """

@@ -40,7 +40,7 @@ def validate(scene: str, engine: str, out: str) -> str:
 def regress(scene: str | None = None, engine: str | None = None) -> str:
     """Return the command that compares an engine with its baselines.
 
-    `scene`: none compares all: also what is made by a rule and has no file.
+    `scene`: None compares all: also what is made by a rule and has no file.
     `engine`: with its settings, as a label says it (default: ours).
     """
     chosen = "" if scene is None else f" {scene_argument(scene)}"

@@ -52,7 +52,7 @@ class Finding:
 class SceneRun:
     """A scene that was run on an engine.
 
-    `motion`: none where the engine did not come to its end.
+    `motion`: None where the engine did not come to its end.
     """
 
     record: CaseRecord

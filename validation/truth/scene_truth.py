@@ -71,7 +71,7 @@ class TruthError(GhostballError):
 class Truth:
     """The truth of one scene, in plain arrays: it travels to worker processes.
 
-    `kind`: none: there is no truth, and `missing` says why.
+    `kind`: None: there is no truth, and `missing` says why.
     `independent`: parts that owe nothing to our engine: only against these can it pass or fail
         itself.
     `missing`: why our engine gave nothing; "" where it did.

@@ -51,7 +51,7 @@ class Setup:
     `gravity` [m/s^2].
     `spin_decelerations` [rad/s^2].
     `air_drag`, `rolling_friction_quadratic` [1/m].
-    `ball_friction`: none: Alciatore's curve.
+    `ball_friction`: None: Alciatore's curve.
     `cushion`: name of the law; the four numbers that follow are 1 where it mirrors, or none is
         there.
     `cushion_height` [m].
