@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -43,8 +44,9 @@ CALL = "from ghostball.engine._caller import called; print(called(3.0))"
 
 @pytest.fixture
 def copy(tmp_path):
-    """A copy of the engine with the two kernels."""
+    """A copy of the engine with the two kernels, and without what came with an installed one."""
     sources = copy_packages(tmp_path, "engine") / "engine"
+    shutil.rmtree(sources / "library/shipped", ignore_errors=True)
     (sources / "_callee.py").write_text(CALLEE)
     (sources / "_caller.py").write_text(CALLER)
     return tmp_path
@@ -251,6 +253,7 @@ def test_with_bounds_checked_a_place_beyond_an_array_is_an_error(copy):
 @pytest.mark.slow
 def test_many_are_made_at_once_and_those_that_are_there_not_again(monkeypatch, tmp_path):
     monkeypatch.setattr(cache, "directory", lambda: tmp_path)
+    monkeypatch.setattr(shipped, "files", dict)
     monkeypatch.setattr(entry, "IN_ONE_PROCESS", 2)
     needed, names = cloth.needed()[1:], []
     make_all(needed, 2, names.append)
