@@ -162,12 +162,7 @@ def time_to_half(world: World, members: int) -> float:
 def next_step(
     contacts: Contacts, members: int, integrated: bool, fresh: float, most: float
 ) -> float:
-    """Return the step to try [s]: the shortest that was good for a member, or may be integrated.
-
-    A fresh one where an event touched a member, or it is new. To keep the shortest of the others
-    then made racks faster by a third, but steps in chains of balls so short that one shot in four
-    thousand took ten times as many.
-    """
+    """Return the step to try [s]: the shortest that was good for a member, or may be integrated."""
     step = most
     for m in range(members):
         row = contacts.motion[contacts.member[m]]

@@ -26,17 +26,14 @@ from ghostball.engine.resting_contact.gaps import (
     gap_now,
     gaps_are_closed,
     normal_after,
-    part_within,
+    stays_closed,
 )
 
 SWEEPS = 96
-"""Most rounds of all normal forces, then all friction; ten mostly do, one solution in a thousand
-takes more than 40. Where they don't, the step is shortened: then, gaps hardly change, and little is
-left to solve. With 48, chains of balls that stick to each other took twice as many steps.
+"""Most rounds of all normal forces, then all friction; ten mostly do. Where they don't, the step is
+halved: in a short one, gaps hardly change, and little is left to solve. With at most 24, balls that
+stick to each other between a cushion and a spinning one took twelve times as many steps.
 """
-
-_UNFOUND = 0.5
-"""Part of a step that is tried next where these rounds find no forces."""
 
 _FROM = 7
 """Round before which the forces are first led on, as the last rounds changed them: from then on
@@ -47,8 +44,8 @@ _PART_OF_ANSWER = 0.25
 
 
 @kernel
-def solve(world: World, members: int, count: int, duration: float, rubs: bool) -> float:
-    """Find forces that close every gap at the end of a step; return 1, or which part to try next.
+def solve(world: World, members: int, count: int, duration: float, rubs: bool) -> bool:
+    """Find forces that close every gap at the end of a step; False where the step is too long.
 
     Complementarity: a force is never negative, and is 0 where the gap opens. Friction follows it,
     unless the contacts don't rub.
@@ -74,14 +71,14 @@ def solve(world: World, members: int, count: int, duration: float, rubs: bool) -
         contacts.turns[0] += 20 * count
         if steady and gaps_are_closed(world, count, duration):
             _mark_overlaps(world, members, count)
-            return _part_to_take(world, members, count, duration)
+            return _is_short(world, members, count, duration)
         if sweep >= _FROM - REMEMBERED:
             remember(contacts, count, sweep - 1)
         if sweep >= _FROM and (sweep - _FROM) % 2 == 0:
             extrapolate(world, count, sweep - 1, duration)
         steady = not rubs or rub_all(world, count, duration)
         _hold(world, members, count, duration)
-    return _UNFOUND
+    return False
 
 
 @kernel
@@ -119,15 +116,14 @@ def _hold(world: World, members: int, count: int, duration: float) -> None:
 
 
 @kernel
-def _part_to_take(world: World, members: int, count: int, duration: float) -> float:
-    """Return 1 where no gap leaves the tolerance and friction keeps its directions, else less."""
-    part = part_within(world, count, duration)
-    if part < 1.0:
-        return part
-    for m in range(members):
+def _is_short(world: World, members: int, count: int, duration: float) -> bool:
+    """Whether no gap leaves the tolerance within the step, and friction keeps its directions."""
+    if not stays_closed(world, count, duration):
+        return False
+    for m in range(members):  # noqa: SIM110 - the compiler takes no generator
         if not turns_little(world, world.contacts.member[m], duration):
-            return 0.5
-    return 1.0
+            return False
+    return True
 
 
 @kernel

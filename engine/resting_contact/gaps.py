@@ -19,9 +19,6 @@ _WITHIN = 29.0 / 32.0
 """Part of the tolerance that a gap may reach where it is looked at, each eighth of the step: a
 cubic that is closed at the end goes at most 6.8 % beyond the largest of what it has there."""
 
-_MOST_HALVINGS = 24
-"""Most halvings of a step at once."""
-
 
 @kernel(inline=True)
 def gap_between(
@@ -147,8 +144,8 @@ def gaps_are_closed(world: World, count: int, duration: float) -> bool:
 
 
 @kernel
-def part_within(world: World, count: int, duration: float) -> float:
-    """Return which part of the step keeps every gap within the tolerance: 1, or a power of 1/2.
+def stays_closed(world: World, count: int, duration: float) -> bool:
+    """Whether no gap leaves the tolerance within the step.
 
     Looked at seven times. A step is so short that a gap is all but a cubic of time, closed at the
     end; where the overlap is largest depends on whether it opens first. A cubic that is within
@@ -156,49 +153,16 @@ def part_within(world: World, count: int, duration: float) -> float:
     contact that doesn't push, which opens, the way out has no bound.
     """
     contacts = world.contacts
-    part = 1.0
     for c in range(count):
         a, b = balls_of(contacts, c)
         now = contacts.forces[c].gap
         tolerance = _WITHIN * contact_tolerance(world.balls, a, b)
         allowed = max(tolerance, gap_rounding(world.balls, a, b) - now)
-        opening = max(allowed, now) if contacts.forces[c].force > 0.0 else math.inf
-        for eighth in range(1, 8):
-            gap = gap_after(world, c, 0.125 * eighth * duration)
-            if gap < -allowed or gap > opening:
-                part = min(part, _shorter(world, c, duration, allowed, opening))
-                break
-    return part
-
-
-@kernel
-def _shorter(world: World, c: int, duration: float, allowed: float, opening: float) -> float:
-    """Return the part of the step, at most 1/2, in which the gap of contact c stays within bounds.
-
-    A guess, that saves trying each half of a half. Where the contact parts, and is pushed only
-    because the cloth would close it again by the end of the step, that ends before it would. Else
-    the gap is a cubic of time, with two zeros at the start, and shrinks with the third power.
-    """
-    early, late = gap_after(world, c, 0.125 * duration), gap_after(world, c, 0.875 * duration)
-    widest, worst = 0.0, 0.0
-    for eighth in range(1, 8):
-        gap = gap_after(world, c, 0.125 * eighth * duration)
-        widest, worst = max(widest, gap), max(worst, -gap / allowed, gap / opening)
-    part = 0.5
-    parting = 32.0 / 21.0 * (7.0 * early - late)  # by its rate at the start, over the whole step
-    if parting > 4.0 * opening and parting > 2.0 * widest:
-        push = world.contacts.forces[c].force * compliance_of(world.contacts, c)
-        longer = 1.0 + 0.5 * push * duration * duration / parting
-        for _ in range(_MOST_HALVINGS):
-            if not (0.5 * part * longer >= 1.0 and worst * part > 1.0):
-                break
-            part *= 0.5
-        return part
-    for _ in range(_MOST_HALVINGS):
-        if not worst * part * part * part > 1.0:
-            break
-        part *= 0.5
-    return part
+        for part in range(1, 8):
+            gap = gap_after(world, c, 0.125 * part * duration)
+            if gap < -allowed or (contacts.forces[c].force > 0.0 and gap > max(allowed, now)):
+                return False
+    return True
 
 
 @kernel

@@ -163,11 +163,11 @@ def _start_step(world: World, i: int, listed: int, t: float) -> None:
     change = time_to_half(world, members)
     step = next_step(contacts, members, False, fresh, own_time)
     longest = min(step, change)
-    solved, duration = _shorten(world, members, count, longest, shortest, True)
+    solved, duration = _halve(world, members, count, longest, shortest, True)
     found = solved
     if not found and laws.slides:
         longest = min(fresh, change)
-        found, duration = _shorten(world, members, count, longest, shortest, False)
+        found, duration = _halve(world, members, count, longest, shortest, False)
     for m in range(members):
         k = contacts.member[m]
         paused = contacts.motion[k].ahead < 0.0
@@ -204,18 +204,17 @@ def _start_step(world: World, i: int, listed: int, t: float) -> None:
 
 
 @kernel
-def _shorten(
+def _halve(
     world: World, members: int, count: int, longest: float, shortest: float, rubs: bool
 ) -> tuple[bool, float]:
-    """Shorten a step until it is solved, or too short; return whether it is, and the step."""
+    """Halve a step until it is solved, or too short; return whether it is solved, and the step."""
     duration = longest
     while True:
-        part = solve(world, members, count, duration, rubs)
-        if part == 1.0:
+        if solve(world, members, count, duration, rubs):
             return True, duration
         if not duration > shortest:  # nor where one of both is NaN
             return False, duration
-        duration = max(part * duration, 0.5 * shortest)
+        duration *= 0.5
 
 
 @kernel
