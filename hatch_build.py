@@ -47,6 +47,10 @@ class KernelHook(BuildHookInterface[Any]):
         """Compile, and say for which platform the wheel is."""
         if version == "editable" or not self.is_asked:  # edits would set them aside
             return
+        if os.environ.get("GHOSTBALL_BUILD_FOR"):
+            raise RuntimeError(
+                "a wheel is built on the machine it is for: unset GHOSTBALL_BUILD_FOR"
+            )
         folder = Path(self.directory, "kernels")
         shutil.rmtree(folder, ignore_errors=True)
         folder.mkdir(parents=True)

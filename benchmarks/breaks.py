@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import math
 import time
+from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -11,13 +11,21 @@ from numpy.typing import NDArray
 from rich.console import RenderableType
 
 from benchmarks.measurements import Measurement, table_of
-from benchmarks.scenes import FASTEST_RACK, LOOSEST, POOL_TABLE, SLOWEST_RACK, racked_break
+from benchmarks.scenes import (
+    FARTHEST,
+    FASTEST_RACK,
+    LOOSEST,
+    POOL_TABLE,
+    SLOWEST_RACK,
+    WIDEST_AIM,
+    rack_places,
+    random_rack,
+)
 from ghostball.engine import simulate_starts
 from ghostball.engine.batch import STATUSES, workers_of
 from ghostball.model import POOL_BALL_RADIUS, Status
 from ghostball.reports.style import format_time
 from ghostball.validation.parallel.pool import Progress
-from ghostball.validation.scenes.gases import FULL_CLOTH
 
 BREAKS = 1_000_000
 """Breaks of a whole measurement."""
@@ -38,14 +46,12 @@ class BreaksMeasurement(Measurement):
     processor_seconds: float
     events: int
     most_events: int
-    ball_ball: int
-    ball_cushion: int
     not_at_rest: int
 
     @property
     def table(self) -> RenderableType:
         """It as one row."""
-        heads = ("breaks", "threads", "in all", "a break", "events", "most", "not at rest")
+        heads = ("breaks", "threads", "in all", "a break", "mean events", "most", "not at rest")
         each = format_time(self.seconds / self.breaks)
         counts = (self.events / self.breaks, self.most_events, self.not_at_rest)
         events, most, unfinished = (f"{count:g}" for count in counts)
@@ -56,23 +62,19 @@ class BreaksMeasurement(Measurement):
 def starts_of(part: int, count: int) -> tuple[FloatArray, FloatArray]:
     """Return how `count` breaks begin: positions and velocities, (count, 16, 2) [m], [m/s].
 
-    As `random_rack` draws them, one by one: racks loose by up to 1 mm and frozen ones take turns,
-    and the cue ball, which rolls, comes at 4 to 12 m/s. The same part has the same breaks.
+    As `random_rack` draws them: loose racks and frozen ones take turns. The same part has the same
+    breaks.
     """
     chance = np.random.default_rng(part)
     speed = chance.uniform(SLOWEST_RACK, FASTEST_RACK, count)
-    aim = chance.uniform(-0.01, 0.01, count)
+    aim = chance.uniform(-WIDEST_AIM, WIDEST_AIM, count)
     gap = chance.uniform(0.0, LOOSEST, count)
     gap[1::2] = 0.0
-    middle, spacing = POOL_TABLE.width / 2.0, 2.0 * POOL_BALL_RADIUS + gap
-    positions = np.empty((count, 16, 2))
+    offset = chance.uniform(-FARTHEST, FARTHEST, count) * POOL_BALL_RADIUS
+    positions, velocities = np.zeros((2, count, 16, 2))
     positions[:, 0, 0] = 0.25 * POOL_TABLE.length
-    positions[:, 0, 1] = middle + chance.uniform(-0.5, 0.5, count) * POOL_BALL_RADIUS
-    places = [(row, place) for row in range(5) for place in range(row + 1)]
-    for ball, (row, place) in enumerate(places, start=1):
-        positions[:, ball, 0] = 0.75 * POOL_TABLE.length + row * spacing * math.sqrt(0.75)
-        positions[:, ball, 1] = middle + (place - row / 2.0) * spacing
-    velocities = np.zeros_like(positions)
+    positions[:, 0, 1] = POOL_TABLE.width / 2.0 + offset
+    positions[:, 1:] = rack_places(gap)
     velocities[:, 0, 0], velocities[:, 0, 1] = speed * np.cos(aim), speed * np.sin(aim)
     return positions, velocities
 
@@ -81,16 +83,15 @@ def measure_breaks(
     count: int = BREAKS, *, progress: Progress[str] | None = None
 ) -> BreaksMeasurement:
     """Play random breaks with all of pool's physics, all that differs given as arrays."""
-    scene = racked_break(0, FULL_CLOTH)
-    simulate_starts(scene, *starts_of(0, 2))  # compiles, where nothing is yet
-    events = most = between = at_cushions = unfinished = 0
+    scene = random_rack(0)
+    play = partial(simulate_starts, scene, angular_velocities=scene.angular_velocities)
+    play(*starts_of(0, 2))  # compiles, where nothing is yet
+    events = most = unfinished = 0
     began, began_work = time.perf_counter(), time.process_time()
     for first in range(0, count, AT_ONCE):
         size = min(AT_ONCE, count - first)
-        batch = simulate_starts(scene, *starts_of(first // AT_ONCE, size))
+        batch = play(*starts_of(first // AT_ONCE, size))
         events, most = events + int(batch.events.sum()), max(most, int(batch.events.max()))
-        between += int(batch.ball_ball.sum())
-        at_cushions += int(batch.ball_cushion.sum())
         unfinished += int(np.sum(batch.status != STATUSES.index(Status.REST)))
         if progress is not None:
             progress(first + size, count, "breaks")
@@ -101,7 +102,5 @@ def measure_breaks(
         processor_seconds=float(f"{time.process_time() - began_work:.4g}"),
         events=events,
         most_events=most,
-        ball_ball=between,
-        ball_cushion=at_cushions,
         not_at_rest=unfinished,
     )

@@ -7,6 +7,7 @@ import random
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ghostball.model import POOL_BALL_RADIUS, Ball, Physics, Scene, Table
 from ghostball.validation.scenes.gases import FRICTIONLESS, FULL_CLOTH, lattice_of
@@ -22,6 +23,12 @@ NARROWEST_GAP, WIDEST_GAP = 1e-5, 1e-4  # [m]
 SLOWEST_RACK, FASTEST_RACK = 4.0, 12.0  # [m/s]
 LOOSEST = 1e-3
 """The widest gap of a loose rack [m]."""
+
+WIDEST_AIM = 0.01
+"""How far off the rack's axis a cue ball is aimed at most [rad]."""
+
+FARTHEST = 0.5
+"""How far from that axis it starts at most, in radii."""
 
 
 def racked_break(seed: int, physics: dict[str, Any]) -> Scene:
@@ -53,8 +60,8 @@ def random_rack(number: int) -> Scene:
 
 def _cue_ball(chance: random.Random, speeds: tuple[float, float], physics: dict[str, Any]) -> Ball:
     speed = chance.uniform(*speeds)
-    aim = chance.uniform(-0.01, 0.01)
-    offset = chance.uniform(-0.5, 0.5) * POOL_BALL_RADIUS
+    aim = chance.uniform(-WIDEST_AIM, WIDEST_AIM)
+    offset = chance.uniform(-FARTHEST, FARTHEST) * POOL_BALL_RADIUS
     return Ball(
         id="cue",
         position=(0.25 * POOL_TABLE.length, POOL_TABLE.width / 2.0 + offset),
@@ -65,20 +72,23 @@ def _cue_ball(chance: random.Random, speeds: tuple[float, float], physics: dict[
 
 def _racked(name: str, cue: Ball, gap: float, physics: dict[str, Any]) -> Scene:
     """Return a cue ball and a rack of 15 whose neighbours are `gap` [m] apart."""
-    middle = POOL_TABLE.width / 2.0
-    spacing = 2.0 * POOL_BALL_RADIUS + gap
     rack = [
-        Ball(
-            id=str(row * (row + 1) // 2 + place + 1),
-            position=(
-                0.75 * POOL_TABLE.length + row * spacing * math.sqrt(0.75),
-                middle + (place - row / 2.0) * spacing,
-            ),
-        )
-        for row in range(5)
-        for place in range(row + 1)
+        Ball(id=str(k), position=tuple(place))
+        for k, place in enumerate(rack_places(gap).tolist(), start=1)
     ]
     return Scene(name=name, table=POOL_TABLE, balls=(cue, *rack), physics=Physics(**physics))
+
+
+def rack_places(gap: float | NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return where racked balls lie, (..., 15, 2) [m]; neighbours are `gap`, (...) [m], apart."""
+    spacing = 2.0 * POOL_BALL_RADIUS + np.asarray(gap)
+    places = np.empty((*spacing.shape, 15, 2))
+    for row in range(5):
+        for place in range(row + 1):
+            k = row * (row + 1) // 2 + place
+            places[..., k, 0] = 0.75 * POOL_TABLE.length + row * spacing * math.sqrt(0.75)
+            places[..., k, 1] = POOL_TABLE.width / 2.0 + (place - row / 2.0) * spacing
+    return places
 
 
 def table_gas(count: int, t_max: float, seed: int = 0) -> Scene:

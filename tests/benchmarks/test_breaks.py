@@ -8,16 +8,18 @@ from benchmarks.__main__ import app
 from benchmarks.breaks import BreaksMeasurement, measure_breaks, starts_of
 from benchmarks.scenes import POOL_TABLE, random_rack
 from ghostball.engine import simulate
-from ghostball.model import Ball, Physics, Scene
+from ghostball.model import Ball, Scene
 
 
 def scene_of(positions, velocities):
-    """The scene of one break, as if written by hand."""
-    cue, *rack = [
-        Ball(id=str(k), position=(float(x), float(y))) for k, (x, y) in enumerate(positions)
+    """The scene of one break, as `random_rack` has it."""
+    balls = [
+        Ball(**{**dict(ball), "position": tuple(x), "velocity": (*v, 0.0)})
+        for ball, x, v in zip(
+            random_rack(0).balls, positions.tolist(), velocities.tolist(), strict=True
+        )
     ]
-    cue = cue.model_copy(update={"velocity": (*map(float, velocities[0]), 0.0)})
-    return Scene(name="one", table=POOL_TABLE, physics=Physics(preset="pool"), balls=(cue, *rack))
+    return Scene(name="one", table=POOL_TABLE, physics=random_rack(0).physics, balls=balls)
 
 
 def test_racks_stand_as_those_of_scenes():

@@ -82,6 +82,13 @@ def test_a_wheel_is_not_built_where_its_kernels_are_not_linked(monkeypatch, tmp_
     assert "`nowhere/cc` can't be run: No such file or directory" in caplog.text
 
 
+def test_a_wheel_is_not_built_for_another_machine(hook, monkeypatch):
+    monkeypatch.setenv("GHOSTBALL_BUILD_KERNELS", "1")
+    monkeypatch.setenv("GHOSTBALL_BUILD_FOR", "arm64")
+    with pytest.raises(RuntimeError, match="unset GHOSTBALL_BUILD_FOR"):
+        built(hook)
+
+
 def test_an_editable_installation_compiles_nothing(hook, monkeypatch):
     monkeypatch.setenv("GHOSTBALL_BUILD_KERNELS", "1")
     assert built(hook, "editable") == {"pure_python": True, "force_include": {}}

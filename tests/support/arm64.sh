@@ -1,8 +1,12 @@
 #!/bin/sh
 # Makes, in a folder, a Python for arm64 with what ghostball's engine imports, to be run by qemu; on Debian 12
-# and the like, as root. Also installs qemu and a linker for arm64:
+# and the like, as root, after `make venv`. Also installs qemu and a linker for arm64:
 #     sudo tests/support/arm64.sh /tmp/arm64 && GHOSTBALL_ARM64=/tmp/arm64 make test-slow
 set -eu
+root=$(cd "$(dirname "$0")/../.." && pwd)
+python=$root/.venv/bin/python
+imported='numpy|pydantic|pydantic_core|annotated-types|typing_extensions|typing-inspection|tomli_w|platformdirs'
+imported="$imported|filelock|lazy-loader|packaging"
 mkdir -p "$1/packages" && cd "$1"
 export DEBIAN_FRONTEND=noninteractive
 dpkg --add-architecture arm64
@@ -11,8 +15,9 @@ apt-get install -y -q --no-install-recommends qemu-user-static gcc-aarch64-linux
 (cd packages && apt-get download -q $(for name in libc6 libgcc-s1 libstdc++6 zlib1g libexpat1 libffi8 \
 	python3.11-minimal libpython3.11-minimal libpython3.11-stdlib; do echo "$name:arm64"; done))
 for package in packages/*.deb; do dpkg -x "$package" system; done
-python3 -m pip download -q --disable-pip-version-check --no-deps --dest packages --only-binary=:all: \
-	--python-version 3.11 $(for glibc in 2_17 2_27 2_28; do echo "--platform manylinux_${glibc}_aarch64"; done) \
-	--platform manylinux2014_aarch64 $(grep -E '^(numpy|pydantic|pydantic_core|annotated[-_]types|typing[-_]extensions|typing[-_]inspection|tomli[-_]w|platformdirs|filelock|lazy[-_]loader|packaging)==' "$OLDPWD/constraints.txt")
+"$python" -m pip download -q --disable-pip-version-check --no-deps --dest packages --only-binary=:all: \
+	--python-version 3.11 --platform manylinux2014_aarch64 \
+	$(for glibc in 2_17 2_27 2_28; do echo "--platform manylinux_${glibc}_aarch64"; done) \
+	$(grep -E "^($imported)==" "$root/constraints.txt")
 mkdir -p site
-for wheel in packages/*.whl; do python3 -m zipfile -e "$wheel" site; done
+for wheel in packages/*.whl; do "$python" -m zipfile -e "$wheel" site; done

@@ -31,4 +31,7 @@ def play() -> None:
 
 
 if __name__ == "__main__":
-    compile_into(Path(sys.argv[2])) if sys.argv[1] == "compile" else play()
+    if sys.argv[1] == "compile":
+        compile_into(Path(sys.argv[2]))
+    else:
+        play()

@@ -95,7 +95,7 @@ def _involved(kind: EventKind, a: int, b: int) -> tuple[int, ...]:
 class _Passage:
     """Changes of the balls of one event, carried from their segments before it to those after it.
 
-    `states`: of the balls, just before.
+    `states` (7,) float64 each: of the balls, just before.
     `change` (7 b, 7 b + 1) float64: of the balls by those of the segments before; the last column,
         by seeing the event late.
     `later` (7 b + 1,) float64: by how much later the event comes.
