@@ -11,6 +11,7 @@ from typer.main import get_command
 from typer.testing import CliRunner
 
 from benchmarks.accuracy import AccuracyMeasurement
+from benchmarks.breaks import BreaksMeasurement
 from benchmarks.pictures.gallery import committed_board
 from benchmarks.precision.points import PrecisionMeasurement
 from benchmarks.racks import RacksMeasurement
@@ -109,6 +110,21 @@ def test_the_times_of_racks_are_those_measured():
     (ours,) = (one.figures for one in racks.engines if one.engine == "ghostball")
     times = (ours.mean, ours.p99, ours.slowest)
     assert said.groups() == tuple(f"{float(f'{1e3 * seconds:.2g}'):g}" for seconds in times)
+
+
+def test_a_million_breaks_are_as_measured():
+    said = re.search(
+        r"played on two threads in (\d+) s: on average (\d+) events until all balls rest, at most "
+        r"(\d+)\. This was measured at revision (\w+)",
+        on_one_line(MEASURED_PAGE),
+    )
+    file = ROOT / "benchmarks/results/intel-r-xeon-r-processor-2-cores/breaks.json"
+    breaks = BreaksMeasurement.load(file)
+    assert (breaks.breaks, breaks.threads, breaks.not_at_rest) == (1_000_000, 2, 0)
+    mean = breaks.events / breaks.breaks
+    assert said.groups()[:3] == (f"{breaks.seconds:.0f}", f"{mean:.0f}", str(breaks.most_events))
+    assert breaks.environment["git"]["revision"].startswith(said[4])
+    assert not breaks.environment["git"]["dirty"]
 
 
 def test_the_first_shot_is_as_measured():
