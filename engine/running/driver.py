@@ -79,8 +79,10 @@ class Run:
         self._log = log_of(_FIRST_LOG if keep_log else 0, n, layout.columns)
         self._shots = shots_of(1, n, 3)
         self._clock, self._counters = self._shots.clocks[0], self._shots.counts[0]
+        # Until the kernel has returned: an interrupt may come before it was ever called, and then
+        # its arrays hold nothing from which it could continue.
+        self._counters[st.STATUS] = st.RUN_CONTINUES
         self._logs: list[Log] = []
-        self._begun = False
 
     @property
     def nbytes(self) -> int:
@@ -95,7 +97,8 @@ class Run:
             code = int(self._counters[st.STATUS])
             self.status = STATUS[code]
         except KeyboardInterrupt:
-            # The kernel had returned: its arrays are as they were after its last whole event.
+            # The kernel isn't at work: its arrays are as they were after its last whole event, or
+            # it has not begun and does so now.
             self.play(limits._replace(events=0))
             self.status = Status.INTERRUPTED
         self.t_end = float(self._clock[st.END])
@@ -177,7 +180,7 @@ class Run:
     def play(self, limits: Limits, budget: int = WORK_AT_ONCE) -> None:
         """Play on, for as much work as `budget` or to the end; the counter STATUS says which."""
         started = time.perf_counter()
-        begun, self._begun = self._begun, True
+        begun = bool(self._counters[st.STATUS] != st.RUN_CONTINUES)
         try:
             self._room.play(self._shots, _THE_ONE, 0, begun, self._log, limits, budget=budget)
         finally:

@@ -141,6 +141,27 @@ def test_a_limit_ends_a_shot_and_says_what_was_done():
     assert not batch.complete[0]
 
 
+@pytest.mark.parametrize("record", ["rest", "trajectory"])
+def test_ctrl_c_before_the_kernel_was_called_leaves_all_balls_where_they_begin(monkeypatch, record):
+    """It continued in arrays that nobody had filled, and the process crashed now and then."""
+    whole = room.Room.play
+    interrupts = iter([True])
+
+    def play(self, *arguments, **budget):
+        self.numbers[:] = np.nan  # what new memory holds is anybody's guess
+        if next(interrupts, False):
+            raise KeyboardInterrupt
+        return whole(self, *arguments, **budget)
+
+    monkeypatch.setattr(room.Room, "play", play)
+    scene = Scene.load(FOLDER / "break-16.toml")
+    result = simulate(scene, record=record)
+    assert result.status is Status.INTERRUPTED
+    assert result.rest_time == 0.0
+    assert result.work["events"] == 0
+    np.testing.assert_array_equal(result.rest_positions, scene.positions)
+
+
 @pytest.mark.compiled
 def test_a_shot_without_end_hears_ctrl_c_and_keeps_what_is_done():
     scene = scene_of(
