@@ -83,6 +83,7 @@ class Run:
         # its arrays hold nothing from which it could continue.
         self._counters[st.STATUS] = st.RUN_CONTINUES
         self._logs: list[Log] = []
+        self._next_log: tuple[Log, Log] | None = None  # what is full, and what follows it
 
     @property
     def nbytes(self) -> int:
@@ -91,15 +92,17 @@ class Run:
         return sum(array.nbytes for array in arrays)
 
     def go(self, limits: Limits, stop: Event | None = None) -> None:
-        """Run to the end, to a limit, to an interrupt, or until `stop` is set."""
+        """Run to the end, to a limit, to an interrupt, or until `stop` is set.
+
+        Raises `KeyboardInterrupt` where the kernel waits for contacts: it can't end the run without
+        them, and they may have to be compiled.
+        """
         try:
             self._go(limits, stop)
             code = int(self._counters[st.STATUS])
             self.status = STATUS[code]
         except KeyboardInterrupt:
-            # The kernel isn't at work: its arrays are as they were after its last whole event, or
-            # it has not begun and does so now.
-            self.play(limits._replace(events=0))
+            self._end_early(limits._replace(events=0))
             self.status = Status.INTERRUPTED
         self.t_end = float(self._clock[st.END])
         now = float(self._clock[st.NOW])
@@ -110,6 +113,16 @@ class Run:
         elif self.status is Status.FAILED:
             self.reason = f"{self._invalid(code)} at t = {now:.9g} s"
         self._check_resolved()
+
+    def _end_early(self, limits: Limits) -> None:
+        """Have the kernel say where the balls are after its last whole event.
+
+        It isn't at work. Its arrays are as it left them, or it has not begun, and does so now.
+        """
+        self._take_next_log()
+        self.play(limits)
+        if self._counters[st.STATUS] == st.RUN_CONTACTS:
+            raise KeyboardInterrupt
 
     def _endless(self, code: int) -> str:
         """Say what continues without end, and what ends it."""
@@ -198,13 +211,23 @@ class Run:
 
     def _start_new_log(self) -> None:
         """Keep the full log and continue in one twice as large."""
-        full = self._trimmed_log()
         larger = log_of(2 * len(self._log[0]), self.size, self._layout.columns)
-        # In this order an interrupt in between loses nothing and repeats nothing: an empty new log
-        # first, then the full one is kept.
+        self._next_log = self._trimmed_log(), larger
+        self._take_next_log()
+
+    def _take_next_log(self) -> None:
+        """Put the full log away and take the next one, if there is one.
+
+        Interrupted anywhere, it is done again from its beginning: so nothing is lost or kept twice.
+        """
+        if self._next_log is None:
+            return
+        full, larger = self._next_log
+        if not self._logs or self._logs[-1] is not full:
+            self._logs.append(full)
         self._log = larger
         self._counters[[st.LOGGED_EVENTS, st.LOGGED_MOTIONS]] = 0
-        self._logs.append(full)
+        self._next_log = None
 
     def final_state(self) -> Samples:
         """State of every ball at `t_end`, arrays (1, n, 3)."""

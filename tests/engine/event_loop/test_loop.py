@@ -9,6 +9,7 @@ import threading
 
 import numpy as np
 import pytest
+from kernels import begin_without_contacts
 from recorded import fingerprint
 from shots import POOL_TABLE, ball, scene_of
 
@@ -160,6 +161,56 @@ def test_ctrl_c_before_the_kernel_was_called_leaves_all_balls_where_they_begin(m
     assert result.rest_time == 0.0
     assert result.work["events"] == 0
     np.testing.assert_array_equal(result.rest_positions, scene.positions)
+
+
+def test_ctrl_c_while_a_full_log_is_replaced_loses_no_event_and_keeps_none_twice(monkeypatch):
+    """Between two of its lines, events were lost, and others were what new memory held."""
+    scene = Scene.load(FOLDER / "galperin-3.toml")
+    whole = simulate(scene, record="events")
+    larger, calls = driver.log_of, iter([False, False, True])  # the first two logs are had
+
+    def log_of(*arguments):
+        if next(calls, False):
+            raise KeyboardInterrupt
+        return larger(*arguments)
+
+    monkeypatch.setattr(driver, "_FIRST_LOG", 64)
+    monkeypatch.setattr(driver, "log_of", log_of)
+    result = simulate(scene, record="events")
+    done = len(result.events)
+    assert result.status is Status.INTERRUPTED
+    assert 64 < done < len(whole.events)
+    np.testing.assert_array_equal(result.events, whole.events[:done])
+    until = simulate(scene, max_events=done)
+    np.testing.assert_array_equal(result.rest_positions, until.rest_positions)
+
+
+def test_ctrl_c_within_the_change_of_logs_changes_nothing(monkeypatch):
+    scene = Scene.load(FOLDER / "galperin-3.toml")
+    whole = simulate(scene, record="trajectory")
+    take = driver.Run._take_next_log
+
+    def take_twice(run):
+        change = run._next_log
+        take(run)
+        run._next_log = change  # as if interrupted before its last line
+        take(run)
+
+    monkeypatch.setattr(driver, "_FIRST_LOG", 64)
+    monkeypatch.setattr(driver.Run, "_take_next_log", take_twice)
+    assert fingerprint(simulate(scene, record="trajectory")) == fingerprint(whole)
+
+
+def test_ctrl_c_while_contacts_are_compiled_is_raised(monkeypatch):
+    """There is no place of a ball to return: the kernel waits in the middle of an event."""
+
+    def interrupted(run):
+        raise KeyboardInterrupt
+
+    begin_without_contacts(monkeypatch)
+    monkeypatch.setattr(driver.Run, "take_contacts", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        simulate(Scene.load(FOLDER / "push-line.toml"))
 
 
 @pytest.mark.compiled
