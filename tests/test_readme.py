@@ -57,7 +57,8 @@ def test_the_program_runs(capsys):
     assert 0.5e-3 < difference < 2e-3  # "a millimetre"
 
 
-def test_it_is_short_and_begins_with_what_its_first_command_prints():
+def test_it_is_short_and_begins_with_what_its_first_command_prints(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     assert len(README.splitlines()) <= 60
     assert "    make smoke " in README.split("## Start")[1].split("    make validate")[0]
     (heads, cells) = re.search(
