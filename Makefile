@@ -136,7 +136,7 @@ lint: $(READY)  ## what pre-commit runs: ruff (rules, format), mypy, the directi
 	$(BIN)/pre-commit run --all-files
 
 # Its pages run commands, and a notebook. Material speaks of what comes after MkDocs at each build.
-docs: $(READY)  ## the documentation, into site; its commands are run, and a warning fails
+docs: $(READY)  ## the documentation, into build/site; its commands are run, and a warning fails
 	PATH="$(abspath $(BIN)):$$PATH" COLUMNS=90 NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build
 
 check: lint docs test test-nojit stress test-slow test-boundscheck  ## all checks, but coverage
@@ -182,5 +182,5 @@ peers:  ## other billiards engines, into .venv-peers, for `python -m benchmarks`
 
 clean:  ## remove the environment and the caches; results stay
 	rm -rf $(VENV) .venv-peers .venv-wheel .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache \
-		.coverage .coverage.* htmlcov site
+		.coverage .coverage.* htmlcov build
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
