@@ -107,7 +107,8 @@ class ObstacleRow(Row):
     law: float  # the place of its law in `impact_laws.CUSHION_LAWS`, or TAKES_OUT
     index: float  # what events call it: a cushion's in `model.scene.CUSHIONS`, or one above those
     turns: float  # 1: its law turns balls; see `impact_laws.LawEntry`
-    restitution: float
+    restitution: float  # e of e / (1 + c sqrt(v)), v the speed of the approach
+    loss: float  # c of that [sqrt(s/m)]
     tangential: float  # factor on the velocity along it
     friction: float
     height: float  # of its nose above the cloth [m]

@@ -18,6 +18,7 @@ from ghostball.engine.core.kernel import kernel
 from ghostball.engine.core.state import Balls, FloatArray, Laws, World
 from ghostball.engine.core.tolerances import EPS, GAP_ROUNDING, GAP_ULPS
 from ghostball.engine.impacts.impact import bounce, collide_balls
+from ghostball.engine.impacts.laws.falling_restitution import restitution_at
 from ghostball.engine.impacts.laws.friction_curve import friction_coefficient
 from ghostball.engine.impacts.lying_still import capture_speed
 from ghostball.engine.impacts.on_table import STICKING, answer_by_table, set_free
@@ -131,7 +132,8 @@ def bounce_off_nose(height: FloatArray, balls: Balls, i: int, k: int, laws: Laws
     if free and speed <= slow:
         part_from_nose(height, balls, i, laws, nx, ny, nz, speed, ball.radius - distance)
         return
-    normal = speed + max(cushion.restitution * speed, slow if free else 0.0)
+    returned = restitution_at(speed, cushion.restitution, cushion.loss) * speed
+    normal = speed + max(returned, slow if free else 0.0)
     along = inward_x * ball.vy - inward_y * ball.vx
     px, py, pz = -normal * nx, -normal * ny, -normal * nz
     if cushion.turns == 1.0:

@@ -292,6 +292,7 @@ def coefficients_of(physics: Physics) -> tuple[float, ...]:
     return (
         CUSHION_LAWS[CUSHION_LAW_NAMES.index(physics.cushion)].turns,
         1.0 if mirror else physics.cushion_restitution,
+        0.0 if mirror else physics.cushion_restitution_loss,
         1.0 if mirror else physics.cushion_tangential_restitution,
         physics.cushion_friction,
         physics.cushion_height,

@@ -33,6 +33,7 @@ class Feature(enum.Enum):
     OPEN_SIDES = "a table with open sides"
     MIRROR_CUSHION = "cushions that mirror"
     CUSHION_RESTITUTION = "cushions with normal restitution"
+    FALLING_RESTITUTION = "cushions whose restitution falls with speed"
     CUSHION_TANGENTIAL = "cushions with tangential restitution"
     FRICTIONAL_CUSHION = "cushions with friction (frictional)"
     HAN_CUSHION = "cushions after Han 2005"
@@ -80,6 +81,7 @@ def scene_features(scene: Scene) -> tuple[Feature, ...]:
         needed |= _needed_by(BALL_LAWS, physics.ball_impact)
     if table is not None and table.cushions:
         needed |= _needed_by(CUSHION_LAWS, physics.cushion)
+        needed[Feature.FALLING_RESTITUTION] = physics.cushion_restitution_loss > 0.0
         tangential = physics.cushion_tangential_restitution < 1.0
         needed[Feature.CUSHION_TANGENTIAL] = physics.cushion == "restitution" and tangential
     return tuple(feature for feature in Feature if needed.get(feature, False))

@@ -49,6 +49,8 @@ BALL_LAWS = (
     ),
 )
 
+_RESTITUTION = ("cushion_restitution", "cushion_restitution_loss")
+
 CUSHION_LAWS = (
     LawEntry(
         "mirror",
@@ -58,27 +60,27 @@ CUSHION_LAWS = (
     ),
     LawEntry(
         "restitution",
-        ("cushion_restitution", "cushion_tangential_restitution"),
+        (*_RESTITUTION, "cushion_tangential_restitution"),
         "factors on the normal and the tangential velocity; spin untouched",
         feature="CUSHION_RESTITUTION",
     ),
     LawEntry(
         "frictional",
-        ("cushion_restitution", "cushion_friction"),
+        (*_RESTITUTION, "cushion_friction"),
         "restitution and Coulomb friction at the height of the ball's centre",
         feature="FRICTIONAL_CUSHION",
         turns=True,
     ),
     LawEntry(
         "han2005",
-        ("cushion_restitution", "cushion_friction", "cushion_height"),
+        (*_RESTITUTION, "cushion_friction", "cushion_height"),
         "restitution and Coulomb friction at the height of the nose (Han 2005)",
         feature="HAN_CUSHION",
         turns=True,
     ),
     LawEntry(
         "mathavan2010",
-        ("cushion_restitution", "cushion_friction", "cushion_height", "sliding_friction"),
+        (*_RESTITUTION, "cushion_friction", "cushion_height", "sliding_friction"),
         "integrated over the impulse, with the friction of the cloth (Mathavan et al. 2010)",
         feature="MATHAVAN_CUSHION",
         turns=True,

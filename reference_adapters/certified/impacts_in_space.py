@@ -34,7 +34,7 @@ from ghostball.reference_adapters.certified.gaps import (
     nose_reach,
 )
 from ghostball.reference_adapters.certified.impacts import Impacts
-from ghostball.reference_adapters.certified.laws import capped
+from ghostball.reference_adapters.certified.laws import FallingRestitution, capped
 from ghostball.reference_adapters.certified.motion import Body
 from ghostball.reference_adapters.certified.problem import Problem
 
@@ -61,7 +61,7 @@ class ImpactsInSpace(Impacts):
         self._gravity = arb(problem.gravity)
         self._restitution = arb(problem.ball_restitution)
         self._height = problem.cushion_height
-        self._cushion_restitution = arb(problem.cushion_restitution)
+        self._falling = FallingRestitution(problem)
         self._cushion_tangential = arb(problem.cushion_tangential)
         self._cushion_friction = arb(problem.cushion_friction)
 
@@ -138,7 +138,7 @@ class ImpactsInSpace(Impacts):
                 ball = ball._replace(place=self._at_cushion(chosen.choice.a, side, ball.place))
         n = (-inward[0] * away, -inward[1] * away, -above)
         speed = dot(ball.velocity, n)
-        returned = self._cushion_restitution * speed
+        returned = self._falling.at(speed) * speed
         if free:
             if not self._lifts(speed, slow):
                 raise _resting_on(chosen, "a cushion")

@@ -49,6 +49,25 @@ class InContactFrame(NamedTuple):
         return self.vt - self.ut
 
 
+class FallingRestitution:
+    """The restitution of cushions, e0 / (1 + c sqrt(v)) of an approach at v, of one problem."""
+
+    def __init__(self, problem: Problem) -> None:
+        self._slow = arb(problem.cushion_restitution)
+        self._loss = arb(problem.cushion_loss) if problem.cushion_loss > 0.0 else None
+
+    def at(self, speed: arb) -> arb:
+        """Return the restitution of an impact that approaches at `speed` [m/s].
+
+        Raises `UndecidedError` where it isn't known whether it approaches at all.
+        """
+        if self._loss is None:
+            return self._slow
+        if not speed >= 0:
+            raise UndecidedError("how fast a ball meets a cushion")
+        return self._slow / (1 + self._loss * speed.sqrt())
+
+
 class Laws:
     """The laws of impacts of one problem, in the precision at hand."""
 
@@ -58,7 +77,7 @@ class Laws:
         self._rubs = problem.ball_friction != 0.0
         self._alciatore = tuple(arb(number) for number in ALCIATORE)
         self._cushion = problem.cushion
-        self._cushion_restitution = arb(problem.cushion_restitution)
+        self._falling = FallingRestitution(problem)
         self._cushion_tangential = arb(problem.cushion_tangential)
         self._cushion_friction = arb(problem.cushion_friction)
         self._height = exactly(problem.cushion_height)
@@ -113,12 +132,13 @@ class Laws:
         (2005), equations 14 to 21 with the errata of the print; "frictional" is the same at the
         height of the centre.
         """
+        e = self._falling.at(seen.vn)
         if self._cushion in ("mirror", "restitution"):
-            vn, vt = -self._cushion_restitution * seen.vn, self._cushion_tangential * seen.vt
+            vn, vt = -e * seen.vn, self._cushion_tangential * seen.vt
             return seen._replace(
                 vn=vn,
                 vt=vt,
-                un=seen.un - (1 + self._cushion_restitution) * seen.vn,
+                un=seen.un - (1 + e) * seen.vn,
                 ut=seen.ut - (1 - self._cushion_tangential) * seen.vt,
             )
         sine, cosine = ZERO, ONE
@@ -127,10 +147,11 @@ class Laws:
             ratio = (self._height - radius) / radius
             sine = arb(ratio)
             cosine = arb(1 - ratio * ratio).sqrt()
-        return self._bounce_off_nose(seen, sine, cosine)
+        return self._bounce_off_nose(seen, e, sine, cosine)
 
-    def _bounce_off_nose(self, seen: InContactFrame, sine: arb, cosine: arb) -> InContactFrame:
-        e = self._cushion_restitution
+    def _bounce_off_nose(
+        self, seen: InContactFrame, e: arb, sine: arb, cosine: arb
+    ) -> InContactFrame:
         slip_down = seen.vn * sine + seen.dn
         slip_along = seen.vt + seen.radius * seen.wz * cosine + seen.dt * sine
         push = (1 + e) * cosine * seen.vn

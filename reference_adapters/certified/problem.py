@@ -44,6 +44,7 @@ class Problem:
     ball_friction: float | None  # None: Alciatore's curve
     cushion: str
     cushion_restitution: float
+    cushion_loss: float
     cushion_tangential: float
     cushion_friction: float
     cushion_height: float
@@ -98,6 +99,7 @@ def problem_of(scene: Scene) -> Problem:
         ball_friction=None if friction == "alciatore" else float(friction),
         cushion=physics.cushion,
         cushion_restitution=1.0 if mirror else physics.cushion_restitution,
+        cushion_loss=0.0 if mirror else physics.cushion_restitution_loss,
         cushion_tangential=1.0 if mirror else physics.cushion_tangential_restitution,
         cushion_friction=physics.cushion_friction,
         cushion_height=physics.cushion_height,

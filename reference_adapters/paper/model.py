@@ -269,6 +269,7 @@ def paper_capabilities(step: str, cushion: str, masses: Capability) -> dict[Feat
         Feature.MATHAVAN_BALL: "balls exchange no spin, section 1",
         Feature.PER_BALL_FRICTION: "all balls roll with one coefficient, section 5.2",
         Feature.CUSHION_RESTITUTION: "cushions return all the speed, sections 4.2 and 6.3",
+        Feature.FALLING_RESTITUTION: "cushions return all the speed, sections 4.2 and 6.3",
         Feature.CUSHION_TANGENTIAL: "cushions return all the speed, sections 4.2 and 6.3",
         Feature.FRICTIONAL_CUSHION: "cushions only mirror, section 4.2",
         Feature.HAN_CUSHION: "cushions only mirror, section 4.2",

@@ -81,6 +81,7 @@ CAPABILITIES: Capabilities = {
     Feature.OPEN_SIDES: EXACT,
     Feature.MIRROR_CUSHION: EXACT,
     Feature.CUSHION_RESTITUTION: EXACT,
+    Feature.FALLING_RESTITUTION: none("Bullet's restitution is one number at any speed"),
     Feature.CUSHION_TANGENTIAL: none("along a contact Bullet has Coulomb friction, no restitution"),
     Feature.FRICTIONAL_CUSHION: Capability(
         "approximate",

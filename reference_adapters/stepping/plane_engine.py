@@ -114,6 +114,7 @@ def tuned_capabilities(title: str, impacts: Capability, rubs: Capability) -> Cap
         Feature.OPEN_SIDES: EXACT,
         Feature.MIRROR_CUSHION: impacts,
         Feature.CUSHION_RESTITUTION: impacts,
+        Feature.FALLING_RESTITUTION: none(f"{title}'s restitution is one number at any speed"),
         Feature.CUSHION_TANGENTIAL: Capability(
             "approximate",
             f"{title} has none: the adapter scales the velocity along the cushion after the step",

@@ -123,6 +123,10 @@ def test_vertical_spin_of_either_sign(side):
             {Feature.CUSHION_RESTITUTION},
         ),
         (
+            {"cushion": "restitution", "cushion_restitution_loss": 0.1},
+            {Feature.CUSHION_RESTITUTION, Feature.FALLING_RESTITUTION},
+        ),
+        (
             {"cushion": "restitution", "cushion_tangential_restitution": 0.8},
             {Feature.CUSHION_RESTITUTION, Feature.CUSHION_TANGENTIAL},
         ),

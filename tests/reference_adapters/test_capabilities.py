@@ -74,6 +74,7 @@ SCENES = {
     ),
     Feature.MIRROR_CUSHION: cushion_shot("mirror"),
     Feature.CUSHION_RESTITUTION: cushion_shot("restitution", cushion_restitution=0.8),
+    Feature.FALLING_RESTITUTION: cushion_shot("restitution", cushion_restitution_loss=0.15),
     Feature.CUSHION_TANGENTIAL: cushion_shot("restitution", cushion_tangential_restitution=0.8),
     Feature.FRICTIONAL_CUSHION: cushion_shot("frictional", **SLIDING),
     Feature.HAN_CUSHION: cushion_shot("han2005", **SLIDING),

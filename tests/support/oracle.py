@@ -120,6 +120,7 @@ def _laws_of(scene: Scene) -> Laws:
         friction=(mpf(mu[0]), mpf(mu[1]), mpf(mu[2])),
         cushion=physics.cushion,
         cushion_restitution=mpf(1 if mirror else physics.cushion_restitution),
+        cushion_loss=mpf(0 if mirror else physics.cushion_restitution_loss),
         cushion_tangential=mpf(1 if mirror else physics.cushion_tangential_restitution),
         cushion_friction=mpf(physics.cushion_friction),
         cushion_height=mpf(physics.cushion_height),

@@ -82,6 +82,7 @@ class Laws:
     friction: Friction
     cushion: str
     cushion_restitution: Any
+    cushion_loss: Any
     cushion_tangential: Any
     cushion_friction: Any
     cushion_height: Any  # of the nose above the cloth [m]
@@ -226,10 +227,11 @@ def collided(a: Body, b: Body, laws: Laws) -> tuple[Body, Body]:
 
 def bounced(body: Body, side: Vector, laws: Laws) -> Body:
     """Return the body after it hit the cushion that `side` points into."""
+    e = laws.cushion_restitution / (1 + laws.cushion_loss * mp.sqrt(abs(body.velocity @ side)))
     if laws.cushion in ("mirror", "restitution"):
         into = (body.velocity @ side) * side
         along = body.velocity - into
-        velocity = laws.cushion_tangential * along - laws.cushion_restitution * into
+        velocity = laws.cushion_tangential * along - e * into
         return settled(replace(body, velocity=velocity), laws.always_rolls)
     # The point of contact: as high as the centre ("frictional"), or as the nose (Han).
     height = laws.cushion_height - body.radius if laws.cushion == "han2005" else mpf(0)
@@ -238,7 +240,7 @@ def bounced(body: Body, side: Vector, laws: Laws) -> Body:
         point_velocity(body, arm),
         unit(arm),
         body.mass,
-        laws.cushion_restitution,
+        e,
         (laws.cushion_friction, mpf(0), mpf(0)),
     )
     return settled(struck(body, arm, -impulse), laws.always_rolls)

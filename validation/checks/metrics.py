@@ -165,6 +165,7 @@ def conserves_energy(scene: Scene) -> bool:
     elastic_cushions = physics.cushion == "mirror" or (
         physics.cushion == "restitution"
         and physics.cushion_restitution == physics.cushion_tangential_restitution == 1.0
+        and physics.cushion_restitution_loss == 0.0
     )
     slides = bool(np.any(scene.sliding_frictions)) or physics.ball_friction != 0.0
     twists = bool(np.any(scene.spinning_friction_rates * scene.angular_velocities[:, 2]))

@@ -59,7 +59,7 @@ def sizes_of(chance: random.Random, options: Options) -> list[Draft]:
 
 def physics_of(chance: random.Random, options: Options, sizes: list[Draft]) -> Draft:
     """Return the fields of the physics; coefficients that aren't set are the preset's."""
-    law = options["cushion"]
+    law = _law_of(chance, options)
     own = options["own-friction"] == "yes"
     physics: Draft = {
         "preset": options["preset"],
@@ -94,6 +94,8 @@ def physics_of(chance: random.Random, options: Options, sizes: list[Draft]) -> D
         constants["cushion_friction"] = chance.uniform(0.0, 0.4)
     if chance.random() < 0.5:
         physics |= constants
+    if options["cushion"] == "falling":
+        physics["cushion_restitution_loss"] = chance.choice((0.15, sized(chance, -3, 0)))
     if law == "tangential":
         physics["cushion_tangential_restitution"] = chance.uniform(0.3, 0.99)
     flies = options["flight"] != "no"
@@ -110,6 +112,16 @@ def physics_of(chance: random.Random, options: Options, sizes: list[Draft]) -> D
         returned = chance.choice((0.0, 0.5, lasts, chance.uniform(0.0, 0.95)))
         physics["table_restitution"] = returned
     return physics
+
+
+def _law_of(chance: random.Random, options: Options) -> str:
+    """Return the law of cushions; of those with a restitution, where it falls, one that can be."""
+    if options["cushion"] != "falling":
+        return options["cushion"]
+    if options["motion"] == "rolling":
+        return "restitution"
+    laws = ["restitution", "frictional", "han2005"]
+    return chance.choice(laws if options["flight"] != "no" else [*laws, "mathavan2010"])
 
 
 def stop_of(chance: random.Random, options: Options, balls: list[Ball]) -> float:

@@ -55,6 +55,7 @@ ASPECTS: Final[Mapping[str, Mapping[str, int]]] = {
         "frictional": 1,
         "han2005": 1,
         "mathavan2010": 1,
+        "falling": 0,
     },
     "air": {"no": 2, "yes": 1},
     "quadratic": {"no": 3, "yes": 1},
@@ -76,8 +77,9 @@ ASPECTS: Final[Mapping[str, Mapping[str, int]]] = {
 """Every aspect: its options, each with its weight where another pair's turn doesn't choose it.
 
 One of weight 0 is drawn where it is asked for alone, so that it changes no scene of a number.
-"tangential" is the law "restitution" with a factor along the cushion, too; "low" is flight of balls
-that all begin on the cloth; "on-top" is a ball that lies, or falls, on another."""
+"tangential" is the law "restitution" with a factor along the cushion, too; "falling" is any law
+whose restitution falls with speed; "low" is flight of balls that all begin on the cloth; "on-top"
+is a ball that lies, or falls, on another."""
 
 OF_FEATURES: Final[Mapping[Feature, tuple[Option, ...]]] = {
     Feature.ROLLING: (("motion", "rolling"),),
@@ -95,6 +97,7 @@ OF_FEATURES: Final[Mapping[Feature, tuple[Option, ...]]] = {
     Feature.OPEN_SIDES: (("table", "open"),),
     Feature.MIRROR_CUSHION: (("cushion", "mirror"),),
     Feature.CUSHION_RESTITUTION: (("cushion", "restitution"), ("cushion", "tangential")),
+    Feature.FALLING_RESTITUTION: (("cushion", "falling"),),
     Feature.CUSHION_TANGENTIAL: (("cushion", "tangential"),),
     Feature.FRICTIONAL_CUSHION: (("cushion", "frictional"),),
     Feature.HAN_CUSHION: (("cushion", "han2005"),),
@@ -178,7 +181,7 @@ _STRIDE: Final = 719
 
 PROVABLE: Final[Mapping[str, Wanted]] = {
     "ball_law": "frictional",
-    "cushion": tuple(law for law in ASPECTS["cushion"] if law != "mathavan2010"),
+    "cushion": tuple(law for law in ASPECTS["cushion"] if law not in ("mathavan2010", "falling")),
     "count": ("one", "few"),
     "layout": "apart",
     "along_rail": "no",

@@ -12,6 +12,7 @@ from ghostball.engine.impacts.laws.ball_mathavan2014 import mathavan2014
 from ghostball.engine.impacts.laws.cushion_han2005 import frictional as frictional_cushion, han2005
 from ghostball.engine.impacts.laws.cushion_mathavan2010 import mathavan2010
 from ghostball.engine.impacts.laws.cushion_restitution import restitution
+from ghostball.engine.impacts.laws.falling_restitution import restitution_at
 from ghostball.engine.impacts.laws.interface import (
     BallImpact,
     BallImpulse,
@@ -48,7 +49,8 @@ def _ball_law(impact: BallImpact, laws: Laws, integrated: int | None) -> BallImp
 def cushion_law(impact: CushionImpact, laws: Laws, k: int) -> CushionBounce:
     """Return what the law of obstacle k makes of an impact with it."""
     row = laws.obstacles[k]
-    cushion = Cushion(row.restitution, row.tangential, row.friction, row.height)
+    returned = restitution_at(impact.vn, row.restitution, row.loss)
+    cushion = Cushion(returned, row.tangential, row.friction, row.height)
     return _cushion_law(impact, cushion, int(row.law), laws.integrated)
 
 

@@ -5,11 +5,15 @@ Rules that ask about balls or the table too are in `scene.law_rules`.
 
 from __future__ import annotations
 
-import operator
 from collections.abc import Iterable
 from typing import Any, ClassVar, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import (
+    Field,
+    SerializerFunctionWrapHandler,
+    model_serializer,
+    model_validator,
+)
 
 from ghostball.model.impact_laws import BALL_LAWS, CUSHION_LAWS, LawEntry
 from ghostball.model.scene.fields import (
@@ -23,6 +27,8 @@ from ghostball.model.scene.fields import (
 )
 from ghostball.model.scene.parts import Part
 
+_LATER_FIELDS = ("rolling_friction_quadratic", "cushion_restitution_loss")
+
 
 class Physics(Part):
     """Constants and laws of one scene; a `preset` gives the defaults, any field overrides it.
@@ -33,7 +39,8 @@ class Physics(Part):
 
     Sources: the paper's own model ("paper": section 4.2 and 5.2, mu = 0.02, everything elastic);
     Alciatore's table of pool constants ("pool"); the same with a restitution and a coefficient of
-    friction at each contact, as engines of games have them ("pool-coulomb").
+    friction at each contact, as engines of games have them ("pool-coulomb"); a heated table of
+    three-cushion, most of it fitted to measurements, as `docs/real-tables.md` says ("carom").
     """
 
     PRESETS: ClassVar[dict[str, dict[str, Any]]] = {
@@ -55,9 +62,22 @@ class Physics(Part):
             "cushion": "frictional",
             "cushion_restitution": 0.85,
         },
+        "carom": {
+            "motion": "sliding",
+            "rolling_friction": 0.0043,
+            "rolling_friction_quadratic": 0.0133,
+            "sliding_friction": 0.13,
+            "ball_restitution": 0.944,
+            "ball_friction": "alciatore",
+            "cushion": "han2005",
+            "cushion_restitution": 0.976,
+            "cushion_restitution_loss": 0.11,
+            "cushion_friction": 0.254,
+            "cushion_height": 0.037,
+        },
     }
 
-    preset: Literal["paper", "pool", "pool-coulomb"] = "paper"
+    preset: Literal["paper", "pool", "pool-coulomb", "carom"] = "paper"
     gravity: Positive = Field(default=9.81, description="acceleration of free fall [m/s^2]")
     motion: Literal["rolling", "sliding"] = Field(
         default="rolling",
@@ -93,6 +113,11 @@ class Physics(Part):
     cushion_restitution: Fraction = Field(
         default=1.0, description='normal restitution of the cushion (all laws but "mirror") [1]'
     )
+    cushion_restitution_loss: NonNegative = Field(
+        default=0.0,
+        description="c of a normal restitution that falls with the speed v of the approach, "
+        'e / (1 + c sqrt(v)), e being `cushion_restitution` (all laws but "mirror") [sqrt(s/m)]',
+    )
     cushion_tangential_restitution: Fraction = Field(
         default=1.0, description='factor on the velocity along the cushion (law "restitution") [1]'
     )
@@ -109,13 +134,24 @@ class Physics(Part):
     air_drag: NonNegative = Field(default=0.0, description="k in a = -k |v| v [1/m]")
     rolling_friction_quadratic: NonNegative = Field(
         default=0.0,
-        exclude_if=operator.not_,  # scenes stored before there was such a field stay the same
         description="b in a = mu g + b v^2 of a ball that rolls, beside what air takes [1/m]",
     )
     airborne: Flag = Field(default=False, description="whether a ball may leave the cloth")
     table_restitution: Fraction = Field(
         default=0.5, description="restitution of a ball that lands on the table [1]"
     )
+
+    @model_serializer(mode="wrap")
+    def _without_later_fields(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Leave out fields that came later, where they are 0: scenes stored before stay the same.
+
+        But not where the preset gives another number.
+        """
+        fields: dict[str, Any] = dump(self)
+        for name in _LATER_FIELDS:
+            if fields.get(name) == 0.0 and not from_preset(self, name):
+                del fields[name]
+        return fields
 
     @model_validator(mode="before")
     @classmethod

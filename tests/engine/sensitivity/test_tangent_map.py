@@ -108,7 +108,17 @@ SCENES = (
 @pytest.mark.parametrize("name", SCENES)
 def test_derivatives_agree_with_central_differences(name):
     """Of the engine's own shots, at instants all over the shot, for changes of every ball."""
-    result = recorded(find_scene(name))
+    _check_derivatives(find_scene(name))
+
+
+def test_derivatives_through_a_restitution_that_falls_with_speed():
+    scene = find_scene("three-cushions")
+    physics = scene.physics.model_copy(update={"rolling_friction_quadratic": 0.0})
+    _check_derivatives(scene.model_copy(update={"physics": physics}))
+
+
+def _check_derivatives(scene: Scene) -> None:
+    result = recorded(scene)
     times = np.linspace(0.05, 0.95, 7) * result.rest_time
     for change in _directions(result.scene, 3):
         after, before, predicted = _both_sides(result, change, times)

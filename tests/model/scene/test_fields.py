@@ -34,6 +34,7 @@ NUMBERS = {
         "ball_restitution": FRACTION,
         "ball_friction": NOT_NEGATIVE,
         "cushion_restitution": FRACTION,
+        "cushion_restitution_loss": NOT_NEGATIVE,
         "cushion_tangential_restitution": FRACTION,
         "cushion_friction": NOT_NEGATIVE,
         "cushion_height": POSITIVE,

@@ -266,6 +266,7 @@ FIELDS = [
     *("mirror", "float", "str", "ball_friction", "ball_restitution", "airborne", "cushions"),
     *("rolling_friction", "sliding_friction", "spinning_friction_rate", "impacts", "ball_impact"),
     *("cushion_friction", "cushion_height", "cushion_restitution"),
+    "cushion_restitution_loss",
 ]
 KEYS = st.one_of(st.text(max_size=6), st.sampled_from(FIELDS))
 

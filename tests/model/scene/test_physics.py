@@ -64,7 +64,7 @@ def test_physics_that_cannot_fly(physics, message):
 class TestFieldsWithoutEffect:
     """A field that the chosen law ignores in silence is a mistake of whoever set it."""
 
-    @pytest.mark.parametrize("preset", ["paper", "pool", "pool-coulomb"])
+    @pytest.mark.parametrize("preset", ["paper", "pool", "pool-coulomb", "carom"])
     @pytest.mark.parametrize(("law", "field"), UNUSED)
     def test_a_field_that_the_cushion_law_ignores(self, law, field, preset):
         with pytest.raises(SceneError) as caught:
@@ -76,7 +76,7 @@ class TestFieldsWithoutEffect:
             assert (f'"{other.name}"' in message.split("Set ")[1]) == (field in other.uses)
 
     @pytest.mark.parametrize("law", CUSHION_LAW_NAMES)
-    @pytest.mark.parametrize("preset", ["paper", "pool", "pool-coulomb"])
+    @pytest.mark.parametrize("preset", ["paper", "pool", "pool-coulomb", "carom"])
     def test_what_preset_or_default_give_is_allowed_also_when_spelled_out(self, preset, law):
         # So that a preset's law can be swapped for another with nothing else changed.
         given = Physics(preset=preset)

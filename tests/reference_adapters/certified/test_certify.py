@@ -166,6 +166,16 @@ def test_random_shots_on_the_cloth_agree_with_the_oracle(seed):
     check_against_the_oracle(random_cloth_shot(seed))
 
 
+@pytest.mark.parametrize("seed", range(8))
+def test_a_restitution_that_falls_with_speed_agrees_with_the_oracle(seed):
+    scene = random_cloth_shot(seed)
+    law = {"cushion_restitution_loss": 0.15}
+    if scene.physics.cushion == "mirror":
+        law |= {"cushion": "restitution", "cushion_restitution": 0.95}
+    physics = scene.physics.model_copy(update=law)
+    check_against_the_oracle(scene.model_copy(update={"physics": physics}))
+
+
 def check_against_the_oracle(scene):
     certificate = certify(scene, CertifiedSettings(width=1e-40))
     if certificate.ending == "sustained contact":

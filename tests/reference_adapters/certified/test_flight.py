@@ -311,13 +311,14 @@ def test_a_ball_that_flies_over_a_cushion_leaves_the_table_there() -> None:
 # -- our engine ----------------------------------------------------------------------------------
 
 
-def jump(number: int) -> Scene:
+def jump(number: int, **having: str) -> Scene:
     """Return a random shot in which balls fly."""
-    return random_scene(number, **PROVABLE, flight=("low", "jump", "drop", "on-top"))
+    wanted = {**PROVABLE, "flight": ("low", "jump", "drop", "on-top"), **having}
+    return random_scene(number, **wanted)
 
 
-def check_against_the_engine(number: int) -> Certificate:
-    scene = jump(number)
+def check_against_the_engine(number: int, **having: str) -> Certificate:
+    scene = jump(number, **having)
     certificate = certify(scene, CertifiedSettings(time_limit=60.0), motion=True, cached=False)
     result = simulate(scene, record="trajectory")
     assert result.events is not None
@@ -339,6 +340,11 @@ def check_against_the_engine(number: int) -> Certificate:
 @pytest.mark.parametrize("number", range(6, 18))  # in 5 two balls land at one instant, in no order
 def test_random_jumps_agree_with_our_engine(number) -> None:
     check_against_the_engine(number)
+
+
+@pytest.mark.parametrize("number", range(4))
+def test_random_jumps_off_cushions_whose_restitution_falls_agree_with_our_engine(number) -> None:
+    check_against_the_engine(number, cushion="falling", table="small")
 
 
 # -- enclosures ----------------------------------------------------------------------------------

@@ -71,11 +71,12 @@ def cushion_impact(setup: Setup, ball: int, cushion: str, state: State) -> State
     radius = setup.radii[ball]
     spin = rolling_spin(state, radius)
     vn, vt = dot(state.velocity, normal), dot(state.velocity, across)
+    e = setup.cushion_restitution / (1 + setup.cushion_restitution_loss * mp.sqrt(vn))
     if setup.cushion in ("mirror", "restitution"):
-        vn, vt = -setup.cushion_restitution * vn, setup.cushion_tangential_restitution * vt
+        vn, vt = -e * vn, setup.cushion_tangential_restitution * vt
     else:
         turning = (dot(spin[:2], normal), dot(spin[:2], across), spin[2])
-        vn, vt, (wn, wt, wz) = _han(setup, radius, vn, vt, turning)
+        vn, vt, (wn, wt, wz) = _han(setup, radius, e, (vn, vt), turning)
         horizontal = along(scaled(wn, normal), wt, across)
         spin = (horizontal[0], horizontal[1], wz)
     velocity = along(scaled(vn, normal), vt, across)
@@ -105,19 +106,21 @@ def _rubbing(
     return size * slip / speed, size * rise / speed
 
 
-def _han(setup: Setup, radius: mpf, vn: mpf, vt: mpf, turning: Spin) -> tuple[mpf, mpf, Spin]:
+def _han(
+    setup: Setup, radius: mpf, e: mpf, velocity: Vector, turning: Spin
+) -> tuple[mpf, mpf, Spin]:
     """Return velocity and angular velocity in the frame n, t, z after a cushion of Han's.
 
     Han 2005, J. Mech. Sci. Tech. 19(4) 976, eqs 12-21 with the print's slips mended. The nose
     touches the ball at the angle theta above its centre. "frictional" is the same at theta = 0.
     Impulses are over the ball's mass [m/s]; I = (2/5) m R^2.
     """
-    wn, wt, wz = turning
+    (vn, vt), (wn, wt, wz) = velocity, turning
     sin = setup.cushion_height / radius - 1 if setup.cushion == "han2005" else mp.mpf(0)
     cos = mp.sqrt(1 - sin**2)
     sx = vn * sin + radius * wt
     sy = -vt - radius * wz * cos + radius * wn * sin
-    pz = (1 + setup.cushion_restitution) * vn * cos
+    pz = (1 + e) * vn * cos
     slip = mp.hypot(sx, sy)
     if 2 * slip / 7 <= setup.cushion_friction * pz:
         px, py = 2 * sx / 7, 2 * sy / 7

@@ -27,6 +27,7 @@ _OF_AIR = ("air_drag", "rolling_friction_quadratic")
 
 _OF_CUSHIONS = (
     "cushion_restitution",
+    "cushion_restitution_loss",
     "cushion_tangential_restitution",
     "cushion_friction",
     "cushion_height",
@@ -52,8 +53,8 @@ class Setup:
     `spin_decelerations` [rad/s^2].
     `air_drag`, `rolling_friction_quadratic` [1/m].
     `ball_friction`: None: Alciatore's curve.
-    `cushion`: name of the law; the four numbers that follow are 1 where it mirrors, or none is
-        there.
+    `cushion`: name of the law; of the numbers that follow, the loss [sqrt(s/m)] is 0 where it
+        mirrors, or none is there, and the others are 1.
     `cushion_height` [m].
     `length`, `width` [m].
     `t_max` [s].
@@ -80,6 +81,7 @@ class Setup:
     ball_friction: mpf | None
     cushion: str
     cushion_restitution: mpf
+    cushion_restitution_loss: mpf
     cushion_tangential_restitution: mpf
     cushion_friction: mpf
     cushion_height: mpf
@@ -138,6 +140,8 @@ def numbers_of(scene: Scene) -> dict[Key, mpf]:
     if table is not None:
         found |= {("length",): table.length, ("width",): table.width}
         found |= {(name,): getattr(physics, name) for name in _OF_CUSHIONS}
+        if physics.cushion_restitution_loss == 0.0:
+            del found["cushion_restitution_loss",]  # another law, not a number that might be off
     return {key: mp.mpf(value) for key, value in found.items()}
 
 
@@ -185,6 +189,9 @@ def setup_of(scene: Scene, numbers: Mapping[Key, mpf], *, verify: bool) -> Setup
         ball_friction=numbers.get(("ball_friction",)),
         cushion=scene.physics.cushion,
         cushion_restitution=of_cushions("cushion_restitution"),
+        cushion_restitution_loss=zero
+        if mirror
+        else numbers.get(("cushion_restitution_loss",), zero),
         cushion_tangential_restitution=of_cushions("cushion_tangential_restitution"),
         cushion_friction=of_cushions("cushion_friction"),
         cushion_height=of_cushions("cushion_height"),

@@ -18,7 +18,8 @@ def unfolded_bounces(setup: Setup) -> Outcome:
     (position,), (velocity,), (radius,) = setup.positions, setup.velocities, setup.radii
     if setup.length is None or setup.width is None or len(setup.cushions) != 4 or setup.slides:
         raise OrderError("unfolding needs a ball that rolls and four cushions")
-    if setup.verify and (setup.cushion_restitution, setup.cushion_tangential_restitution) != (1, 1):
+    returned = setup.cushion_restitution, setup.cushion_tangential_restitution
+    if setup.verify and (returned != (1, 1) or setup.cushion_restitution_loss != 0):
         raise OrderError("unfolding needs cushions that mirror")
     speed, deceleration = length_of(velocity), cloth_of(setup, 0).rolling
     end = along(position, speed / (2 * deceleration), velocity)
@@ -64,7 +65,8 @@ def unfolded_masses(setup: Setup) -> Outcome:
     weights = (mp.sqrt(setup.masses[1]), mp.sqrt(setup.masses[0]))
     if setup.t_max is None or any(setup.rolling_frictions) or setup.cushions != ("left",):
         raise OrderError("needs t_max, no rolling friction and the left cushion alone")
-    if setup.verify and (setup.ball_restitution, setup.cushion_restitution) != (1, 1):
+    returned = setup.ball_restitution, setup.cushion_restitution
+    if setup.verify and (returned != (1, 1) or setup.cushion_restitution_loss != 0):
         raise OrderError("needs elastic collisions")
     start = (weights[0] * q2, weights[1] * q1)
     motion = (weights[0] * v_large[0], weights[1] * v_small[0])

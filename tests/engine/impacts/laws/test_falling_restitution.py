@@ -1,0 +1,53 @@
+"""A restitution that falls with speed: its bounds, and the same in every law that has one."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, strategies as st
+from shots import ball, scene_of
+
+from ghostball.engine import simulate
+from ghostball.engine.impacts.laws.falling_restitution import restitution_at
+from ghostball.model import Scene, Table
+
+LAWS = ("restitution", "frictional", "han2005", "mathavan2010")
+
+
+@given(st.floats(0.0, 1e6), st.floats(0.0, 1.0), st.floats(0.0, 1e3))
+def test_it_stays_between_0_and_that_of_slow_impacts(speed, slow, loss):
+    assert 0.0 <= restitution_at(speed, slow, loss) <= slow
+
+
+@given(st.floats(0.0, 1e6), st.floats(0.0, 1.0))
+def test_without_a_loss_it_is_the_same_number_to_the_bit(speed, slow):
+    assert restitution_at(speed, slow, 0.0) == slow
+
+
+def one_bounce(law: str, **physics: float) -> Scene:
+    """Return a ball that rolls, unslowed, into a cushion at exactly 1.44 m/s."""
+    return scene_of(
+        ball((0.8, 0.5), (1.44, 0.2)),
+        table=Table(length=1.0, width=1.0),
+        motion="sliding",
+        rolling_friction=0.0,
+        cushion=law,
+        t_max=0.5,
+        **physics,
+    )
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_one_impact_is_that_with_the_restitution_of_its_speed(law):
+    # By the root of 1.44, 1.2, every law must do what it does with 0.9 / (1 + 0.15 * 1.2).
+    fixed = simulate(one_bounce(law, cushion_restitution=0.9 / (1.0 + 0.15 * math.sqrt(1.44))))
+    falls = one_bounce(law, cushion_restitution=0.9, cushion_restitution_loss=0.15)
+    assert np.array_equal(simulate(falls).rest_positions, fixed.rest_positions)
+    assert fixed.rest_positions[0, 0] < 0.8  # it did bounce
+
+
+def test_a_mirror_has_none():
+    with pytest.raises(ValueError, match=r"cushion_restitution_loss.*has no effect"):
+        scene_of(ball((0.5, 0.5)), cushion_restitution_loss=0.1)
