@@ -6,8 +6,10 @@ import subprocess
 import sys
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
+from functools import partial
 
 from benchmarks.pictures.gallery import committed_board
+from ghostball.engine import simulate
 from ghostball.model import Ball, Physics, Table
 from ghostball.model.features import Capability, Feature
 from ghostball.model.impact_laws import BALL_LAWS, CUSHION_LAWS
@@ -17,6 +19,7 @@ from ghostball.reports.board import about, cell_text, columns_of, looks_of, unit
 from ghostball.validation.board.board import Board
 from ghostball.validation.board.column import FAULTS
 from ghostball.validation.checks.metric_table import METRICS
+from ghostball.validation.measured.rebounds import rebounds as measured_rebounds
 from ghostball.validation.scenes.library import select
 
 NONE = Capability("none")
@@ -100,6 +103,26 @@ def laws() -> str:
             for law in laws
         ),
     )
+
+
+def rebounds() -> str:
+    """Return the measured rebounds, and what the preset `carom` makes of them."""
+    play = partial(simulate, record="trajectory")
+    carom = Physics(preset="carom")
+    fixed = carom.model_copy(update={"cushion_restitution": 0.87, "cushion_restitution_loss": 0.0})
+    columns = [
+        measured_rebounds(play, physics, degrees)
+        for physics, degrees in ((carom, 5.0), (carom, 45.0), (fixed, 5.0))
+    ]
+    rows = []
+    for bins in zip(*columns, strict=True):
+        row = bins[0].row
+        ratios = (f"{one.ratio:.3f} ({one.errors_off:+.1f})" for one in bins)
+        rows.append(
+            (f"{row.low:g} to {row.high:g} m/s", f"{row.value:.3f} ± {row.error:.3f}", *ratios)
+        )
+    heads = ("speed", "measured", "`carom`, 5°", "`carom`, 45°", "one restitution, 0.87, 5°")
+    return _table(heads, rows)
 
 
 def command_line() -> str:

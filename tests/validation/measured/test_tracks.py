@@ -1,0 +1,53 @@
+"""Files of tracks: what is read, and each thing that is refused, by file, line and expectation."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from ghostball.validation.measured.tracks import Surface, TracksError, read_tracks
+
+SURFACE = Surface(2.84, 1.42, 0.03075)
+GOOD = "# a comment\nshot,ball,t,x,y\n1,cue,0.00,0.5,0.5\n1,cue,0.02,0.52,0.5\n2,cue,0.0,1.0,1.0\n"
+
+
+def read(tmp_path, text):
+    path = tmp_path / "tracks.csv"
+    path.write_text(text, encoding="utf-8")
+    return read_tracks(path, SURFACE)
+
+
+def test_what_is_written_is_read(tmp_path):
+    shots = read(tmp_path, GOOD)
+    assert {shot: list(balls) for shot, balls in shots.items()} == {"1": ["cue"], "2": ["cue"]}
+    track = shots["1"]["cue"]
+    assert track.times.tolist() == [0.0, 0.02]
+    assert track.at(np.array([0.01])).tolist() == [[0.51, 0.5]]
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", "expected the header shot,ball,t,x,y, found an empty file"),
+        ("shot,ball,t,x,y\n", "expected samples below the header, found none"),
+        ("shot,ball,time,x,y\n", "tracks.csv:1: expected the header shot,ball,t,x,y, found"),
+        (GOOD + "2,cue,0.1,1.0\n", "tracks.csv:6: expected 5 fields, found 4"),
+        (GOOD + "2,cue,0.1,1.0,left\n", "tracks.csv:6: expected numbers as t, x and y"),
+        (GOOD + "2,cue,0.1,nan,1\n", "tracks.csv:6: expected finite numbers as t, x and y"),
+        (GOOD + "2,cue,0.1,2.95,1\n", "expected x between 0 and 2.84 m, the playing surface"),
+        (GOOD + "2,cue,0.1,100,51\n", "found 100; are these centimetres or millimetres?"),
+        (GOOD + "2,cue,-0.1,1,1\n", "expected a time after 0 s, of ball cue's sample before"),
+        (GOOD + "2,cue,0.02,2,1\n", "found it 1 m away: are two balls taken for each other?"),
+    ],
+)
+def test_what_is_wrong_is_named_in_one_line(tmp_path, text, said):
+    with pytest.raises(TracksError) as refused:
+        read(tmp_path, text)
+    assert said in str(refused.value)
+    assert "\n" not in str(refused.value)
+    assert "tracks.csv" in str(refused.value)
+
+
+def test_a_file_that_is_not_there_is_named(tmp_path):
+    with pytest.raises(TracksError, match=r"none.csv: expected a CSV file of tracks"):
+        read_tracks(tmp_path / "none.csv", SURFACE)

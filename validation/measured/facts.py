@@ -1,0 +1,94 @@
+"""Tables of measured facts: binned figures with their errors, conditions and citation."""
+
+from __future__ import annotations
+
+import tomllib
+from importlib.resources import files
+from typing import Self
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from ghostball.model import GhostballError
+
+
+class FactsError(GhostballError):
+    """A table of facts that isn't there, or that says something else than it must."""
+
+
+class Row(BaseModel):
+    """One figure: `at` a number, or of all that lies from `low` to `high`."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    value: float
+    error: float | None = Field(default=None, gt=0.0, description="one standard error")
+    at: float | None = None
+    low: float | None = None
+    high: float | None = None
+
+    @model_validator(mode="after")
+    def _is_at_one_place(self) -> Self:
+        bounds = self.low is not None and self.high is not None and self.low < self.high
+        if bounds != (self.at is None):
+            raise ValueError("a row needs `at`, or `low` and a larger `high`")
+        return self
+
+
+class Facts(BaseModel):
+    """What one measurement found, row by row.
+
+    `against` says what `at`, `low` and `high` are. Only where `grades` is true may an engine be
+    judged by the figures; elsewhere `conditions` says why not.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    title: str
+    quantity: str
+    unit: str
+    against: str
+    citation: str = Field(min_length=20)
+    conditions: str = Field(min_length=20)
+    grades: bool
+    rows: tuple[Row, ...] = Field(min_length=1)
+
+    @model_validator(mode="after")
+    def _grades_by_errors(self) -> Self:
+        if self.grades and any(row.error is None for row in self.rows):
+            raise ValueError("facts that grade need the `error` of each row")
+        return self
+
+
+def names_of_facts() -> list[str]:
+    """Return the names of all tables."""
+    folder = files("ghostball.validation.measured") / "facts"
+    return sorted(
+        file.name.removesuffix(".toml") for file in folder.iterdir() if file.name.endswith(".toml")
+    )
+
+
+def facts_of(name: str) -> Facts:
+    """Return the table of this name.
+
+    Raises `FactsError` where there is none.
+    """
+    known = names_of_facts()
+    if name not in known:
+        raise FactsError(f'no facts called "{name}"; there are {", ".join(known)}')
+    file = files("ghostball.validation.measured") / "facts" / f"{name}.toml"
+    return parsed(file.read_text(encoding="utf-8"), f"{name}.toml")
+
+
+def parsed(text: str, name: str) -> Facts:
+    """Return what the text of a table says.
+
+    Raises `FactsError`, which names the file, the field and the rule, where it isn't one.
+    """
+    try:
+        return Facts.model_validate(tomllib.loads(text))
+    except tomllib.TOMLDecodeError as error:
+        raise FactsError(f"{name}: not TOML: {error}") from error
+    except ValidationError as error:
+        first = error.errors()[0]
+        place = ".".join(str(part) for part in first["loc"]) or "the table"
+        raise FactsError(f"{name}: {place}: {first['msg']}") from error

@@ -1,0 +1,147 @@
+"""Tracks: where balls were, sampled; of a real table, read from a file, or of an engine's run."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ghostball.model import GhostballError, Result
+
+FloatArray = NDArray[np.float64]
+Shots = dict[str, dict[str, "Track"]]
+"""The track of each ball of each shot, by their names in the file."""
+
+_HEADER = ["shot", "ball", "t", "x", "y"]
+_FASTEST = 15.0
+"""Speed that no ball has [m/s]; where one jumps faster, two were taken for each other."""
+_OUTSIDE = 0.05
+"""How far a tracker may place a ball beyond the cushions [m]."""
+
+
+class TracksError(GhostballError):
+    """A file of tracks that can't be read: its name, the line, and what was expected."""
+
+
+@dataclass(frozen=True)
+class Track:
+    """Where the centre of one ball was: `times` (n,) [s], rising; `positions` (n, 2) [m]."""
+
+    times: FloatArray
+    positions: FloatArray
+
+    def at(self, times: FloatArray) -> FloatArray:
+        """Return the positions at these times, (k, 2) [m], on straight lines between samples."""
+        columns = [np.interp(times, self.times, self.positions[:, axis]) for axis in (0, 1)]
+        return np.column_stack(columns)
+
+
+@dataclass(frozen=True)
+class Surface:
+    """The playing surface, its origin in a corner: `length` along x, `width` along y [m]."""
+
+    length: float
+    width: float
+    radius: float  # of the balls [m]
+
+
+def tracks_of(result: Result, rate: float = 50.0) -> dict[str, Track]:
+    """Return what a camera of `rate` pictures a second sees of a run, which recorded its motion."""
+    times = np.arange(0.0, result.rest_time, 1.0 / rate)
+    positions = result.sample(times).positions
+    return {ball.id: Track(times, positions[:, i, :2]) for i, ball in enumerate(result.scene.balls)}
+
+
+def read_tracks(path: Path, surface: Surface) -> Shots:
+    """Return the tracks of a CSV file with the columns shot, ball, t, x, y.
+
+    Times in seconds, lengths in metres, the origin in a corner of the playing surface. Lines that
+    begin with # are comments.
+
+    Raises `TracksError` with the file, the line and what was expected.
+    """
+    samples: dict[str, dict[str, list[tuple[float, float, float]]]] = {}
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise TracksError(f"{path}: expected a CSV file of tracks in UTF-8: {error}") from error
+    for number, row in _rows(path, text):
+        shot, ball, t, x, y = _sample(path, number, row, surface)
+        track = samples.setdefault(shot, {}).setdefault(ball, [])
+        if track:
+            _check_step(f"{path}:{number}", ball, track[-1], (t, x, y))
+        track.append((t, x, y))
+    if not samples:
+        raise TracksError(f"{path}: expected samples below the header, found none")
+    return {
+        shot: {ball: _track(track) for ball, track in balls.items()}
+        for shot, balls in samples.items()
+    }
+
+
+def _track(samples: list[tuple[float, float, float]]) -> Track:
+    table = np.array(samples)
+    return Track(table[:, 0], table[:, 1:])
+
+
+def _rows(path: Path, text: str) -> Iterator[tuple[int, list[str]]]:
+    """Yield the rows below the header with the numbers of their lines."""
+    header = False
+    for number, line in enumerate(text.splitlines(), start=1):
+        if not line.strip() or line.startswith("#"):
+            continue
+        row = [field.strip() for field in next(csv.reader([line]))]
+        if header:
+            yield number, row
+        elif row != _HEADER:
+            raise TracksError(
+                f"{path}:{number}: expected the header {','.join(_HEADER)}, found {line.strip()!r}"
+            )
+        header = True
+    if not header:
+        raise TracksError(f"{path}: expected the header {','.join(_HEADER)}, found an empty file")
+
+
+def _sample(
+    path: Path, number: int, row: list[str], surface: Surface
+) -> tuple[str, str, float, float, float]:
+    where = f"{path}:{number}"
+    if len(row) != len(_HEADER):
+        raise TracksError(f"{where}: expected {len(_HEADER)} fields, found {len(row)}")
+    try:
+        t, x, y = (float(field) for field in row[2:])
+    except ValueError:
+        raise TracksError(f"{where}: expected numbers as t, x and y, found {row[2:]}") from None
+    if not (math.isfinite(t) and math.isfinite(x) and math.isfinite(y)):
+        raise TracksError(f"{where}: expected finite numbers as t, x and y, found {row[2:]}")
+    for name, value, extent in (("x", x, surface.length), ("y", y, surface.width)):
+        if not -_OUTSIDE <= value <= extent + _OUTSIDE:
+            hint = "; are these centimetres or millimetres?" if value > 10.0 * extent else ""
+            raise TracksError(
+                f"{where}: expected {name} between 0 and {extent:g} m, the playing surface, "
+                f"found {value:g}{hint}"
+            )
+    return row[0], row[1], t, x, y
+
+
+def _check_step(
+    where: str, ball: str, before: tuple[float, float, float], now: tuple[float, float, float]
+) -> None:
+    """Refuse time that goes back, and a step that no ball makes."""
+    step = now[0] - before[0]
+    if step <= 0.0:
+        raise TracksError(
+            f"{where}: expected a time after {before[0]:g} s, of ball {ball}'s sample before, "
+            f"found {now[0]:g} s"
+        )
+    way = math.hypot(now[1] - before[1], now[2] - before[2])
+    if way > _FASTEST * step:
+        raise TracksError(
+            f"{where}: expected ball {ball} within {_FASTEST * step:.3g} m of its sample before, "
+            f"found it {way:.3g} m away: are two balls taken for each other?"
+        )
