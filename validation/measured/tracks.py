@@ -49,6 +49,12 @@ class Surface:
     width: float
     radius: float  # of the balls [m]
 
+    def gaps(self, positions: FloatArray) -> FloatArray:
+        """Return the gap between a ball and its nearest cushion at each of (n, 2) places [m]."""
+        sides = np.minimum(positions, (self.length, self.width) - positions)
+        gaps: FloatArray = np.min(sides, axis=1) - self.radius
+        return gaps
+
 
 def tracks_of(result: Result, rate: float = 50.0) -> dict[str, Track]:
     """Return what a camera of `rate` pictures a second sees of a run, which recorded its motion."""

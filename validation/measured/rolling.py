@@ -1,0 +1,90 @@
+"""How the cloth slows a ball that rolls: one operator, for tracks of real balls and an engine's."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from ghostball.validation.measured.tracks import FloatArray, Surface, Track
+
+
+@dataclass(frozen=True)
+class RollingWindows:
+    """Where a ball counts as rolling freely; times [s], lengths [m]."""
+
+    length: float = 1.0
+    after: float = 0.6
+    """How long after it met anything, or began, a ball rolls and no longer slides."""
+    samples: int = 15
+    """The least number of samples of a window, and none farther apart than `gap`."""
+    gap: float = 0.2
+    off: float = 0.004
+    """How far a sample may be from the parabola through the window."""
+    touching: float = 0.020
+    """A gap to a ball or a cushion below which they may have touched between samples."""
+    slowest: float = 0.1
+    """The least speed in the middle of a window [m/s]."""
+
+
+@dataclass(frozen=True)
+class Rolling:
+    """One window in which a ball rolled freely."""
+
+    ball: str
+    time: float  # of its middle [s]
+    speed: float  # there [m/s]
+    deceleration: float  # [m/s^2]
+
+
+def rolling_windows(
+    balls: Mapping[str, Track], surface: Surface, windows: RollingWindows | None = None
+) -> list[Rolling]:
+    """Return the windows of one shot in which a ball rolled freely, ball by ball, in time's order.
+
+    They follow each other without overlap, from `after` behind each time the ball met something.
+    """
+    windows = windows or RollingWindows()
+    found = []
+    for name, track in balls.items():
+        others = [other for ball, other in balls.items() if ball != name]
+        for first in _beginnings(track, others, surface, windows):
+            rolled = _rolled(name, track, first, windows)
+            if rolled is not None and rolled.speed >= windows.slowest:
+                found.append(rolled)
+    return found
+
+
+def _beginnings(
+    track: Track, others: list[Track], surface: Surface, windows: RollingWindows
+) -> Iterator[float]:
+    """Yield where windows begin [s]."""
+    gaps = surface.gaps(track.positions)
+    for other in others:
+        distances = np.linalg.norm(other.at(track.times) - track.positions, axis=1)
+        gaps = np.minimum(gaps, distances - 2.0 * surface.radius)
+    met = track.times[gaps < windows.touching]
+    edges = [track.times[0], *met, track.times[-1]]
+    for begin, end in pairwise(edges):
+        count = int((end - begin - windows.after) / windows.length)
+        yield from (begin + windows.after + k * windows.length for k in range(count))
+
+
+def _rolled(name: str, track: Track, first: float, windows: RollingWindows) -> Rolling | None:
+    """Return what a parabola through a window says; None: it has few samples, or is no parabola."""
+    inside = (track.times >= first) & (track.times <= first + windows.length)
+    middle = first + windows.length / 2.0
+    since: FloatArray = track.times[inside] - middle
+    if len(since) < windows.samples or np.max(np.diff(since)) > windows.gap:
+        return None
+    terms = np.column_stack([np.ones(len(since)), since, since**2])
+    fitted, *_ = np.linalg.lstsq(terms, track.positions[inside], rcond=None)
+    if np.max(np.linalg.norm(track.positions[inside] - terms @ fitted, axis=1)) > windows.off:
+        return None
+    velocity, half = fitted[1], fitted[2]
+    speed = float(np.hypot(*velocity))
+    if speed == 0.0:
+        return None
+    return Rolling(name, middle, speed, float(-2.0 * (half @ velocity) / speed))
