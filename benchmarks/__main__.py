@@ -15,6 +15,7 @@ from benchmarks.measurements import BenchError, Measurement, machine_folder
 from benchmarks.pictures.gallery import write_gallery
 from benchmarks.precision.measure import DEFAULT_SCENES, PRECISION_ENGINES, measure_precision
 from benchmarks.racks import PEERS, measure_racks, our_player, peer
+from benchmarks.rebounds import measure_rebounds
 from benchmarks.skips import measure_skips
 from benchmarks.speed import chosen_workloads, measure_targets
 from ghostball.cli.shared.options import AUTO, Jobs, engines_option
@@ -132,6 +133,13 @@ def breaks(
 ) -> None:
     """Play a million random breaks with all of pool's physics, on all cores, and time it all."""
     measured_by(partial(measure_breaks, count), out, store, part=count < BREAKS)
+
+
+@app.command()
+@command
+def rebounds(out: Out = None, store: Store = False) -> None:
+    """Search how near each engine can come to rebounds measured on a real table."""
+    measured_by(measure_rebounds, out, store)
 
 
 @app.command()
