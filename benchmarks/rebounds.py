@@ -113,13 +113,19 @@ def best_rebounds(engine: str, play: Play, law: str, *, falls: bool) -> BestRebo
 
     # A simplex: where the contact begins to slip, and by an engine's steps, it has kinks at which
     # least squares with differences end too early.
-    found = minimize(
+    search = partial(
+        minimize,
         lambda numbers: np.sum(np.square(off(numbers))),
-        [START[name] for name in names],
         method="Nelder-Mead",
         bounds=[(0.0, 1.0)] * len(names),
         options={"maxfev": 100, "xatol": 1e-3, "fatol": 0.1},
     )
+    found = search([START[name] for name in names])
+    if (
+        falls
+    ):  # one of three numbers may lie flat at a bound, and is begun anew from other frictions
+        others = ([*found.x[:2], friction] for friction in (0.2, 0.3))
+        found = min((found, *map(search, others)), key=lambda one: float(one.fun))
     numbers = [float(f"{number:.4g}") for number in found.x]
     return BestRebounds(
         engine=engine,
