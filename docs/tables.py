@@ -8,7 +8,9 @@ from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from functools import partial
 
+from benchmarks.measurements import STORE
 from benchmarks.pictures.gallery import committed_board
+from benchmarks.rebounds import ReboundsMeasurement, row_of
 from ghostball.engine import simulate
 from ghostball.model import Ball, Physics, Table
 from ghostball.model.features import Capability, Feature
@@ -123,6 +125,13 @@ def rebounds() -> str:
         )
     heads = ("speed", "measured", "`carom`, 5°", "`carom`, 45°", "one restitution, 0.87, 5°")
     return _table(heads, rows)
+
+
+def nearest() -> str:
+    """Return how near each engine comes to the measured rebounds, from the committed search."""
+    (stored,) = STORE.glob("*/rebounds.json")
+    rows = (row_of(one) for one in ReboundsMeasurement.load(stored).best)
+    return _table(("engine", "law of cushions", "best coefficients", "typical", "most"), rows)
 
 
 def command_line() -> str:
