@@ -81,7 +81,8 @@ def scene_features(scene: Scene) -> tuple[Feature, ...]:
         needed |= _needed_by(BALL_LAWS, physics.ball_impact)
     if table is not None and table.cushions:
         needed |= _needed_by(CUSHION_LAWS, physics.cushion)
-        needed[Feature.FALLING_RESTITUTION] = physics.cushion_restitution_loss > 0.0
+        falls = physics.cushion_restitution_loss > 0.0 and physics.cushion != "mirror"
+        needed[Feature.FALLING_RESTITUTION] = falls
         tangential = physics.cushion_tangential_restitution < 1.0
         needed[Feature.CUSHION_TANGENTIAL] = physics.cushion == "restitution" and tangential
     return tuple(feature for feature in Feature if needed.get(feature, False))

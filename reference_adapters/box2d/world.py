@@ -16,7 +16,7 @@ from ghostball.model import Scene, Side
 from ghostball.reference_adapters.box2d.engine import SLOP, Box2dSettings
 from ghostball.reference_adapters.stepping.contact_world import SINGLE, ContactWorld, collision_of
 from ghostball.reference_adapters.stepping.friction import ContactFriction
-from ghostball.reference_adapters.stepping.laws import restitutions, rubs
+from ghostball.reference_adapters.stepping.laws import FallingRestitution, restitutions, rubs
 from ghostball.reference_adapters.stepping.plane import Collision
 from ghostball.reference_adapters.stepping.sides import reach_beyond_corners, sides_of
 
@@ -42,6 +42,7 @@ class World(ContactWorld):
         self.iterations = settings.iterations or (8 if self._tuned else 6)  # over the velocities
         self._restitutions = restitutions(scene.physics)
         self._friction = ContactFriction(scene) if rubbing else None
+        self._falling = FallingRestitution.of(scene.physics)
         self._found: set[Collision] = set()
         self._listener = _listener(self)
         self._world = Box2D.b2World(gravity=(0, 0), doSleep=False, contactListener=self._listener)
@@ -83,9 +84,12 @@ class World(ContactWorld):
         """Set the coefficients of a contact before it is solved."""
         parts = self._parts(contact)
         contact.restitution = self._restitutions[parts.cushion]
+        one = self._bodies[parts.a]
+        if parts.cushion and self._falling is not None:
+            speed = one.linearVelocity / self._units
+            contact.restitution = self._falling.at(parts.b, (speed[0], speed[1]))
         if self._friction is None:
             return
-        one = self._bodies[parts.a]
         line, relative = (0.0, 0.0), one.linearVelocity
         if not parts.cushion:
             other = self._bodies[parts.b]

@@ -15,7 +15,12 @@ from pymunk import batch
 
 from ghostball.model import Scene, Side
 from ghostball.reference_adapters.stepping.friction import ContactFriction
-from ghostball.reference_adapters.stepping.laws import cushion_restitution, largest_momenta, rubs
+from ghostball.reference_adapters.stepping.laws import (
+    FallingRestitution,
+    cushion_restitution,
+    largest_momenta,
+    rubs,
+)
 from ghostball.reference_adapters.stepping.plane import Collision
 from ghostball.reference_adapters.stepping.settings import SteppingSettings
 from ghostball.reference_adapters.stepping.sides import reach_beyond, sides_of
@@ -68,6 +73,7 @@ class World:
         self._persistence = self._space.collision_persistence
         self._buffer = batch.Buffer()
         self.friction: ContactFriction | None = None
+        self._falling = FallingRestitution.of(scene.physics)
         if self.tuned:
             self._tune()
             if rubs(scene):
@@ -202,9 +208,13 @@ class World:
 
     def _prepare(self, arbiter: pymunk.Arbiter, _space: pymunk.Space, restitution: float) -> None:
         arbiter.restitution = restitution
+        if self.friction is None and self._falling is None:
+            return
+        contact = self._parts(arbiter)
+        one = self._bodies[contact.a]
+        if contact.cushion and self._falling is not None:
+            arbiter.restitution = self._falling.at(contact.b, one.velocity)
         if self.friction is not None:
-            contact = self._parts(arbiter)
-            one = self._bodies[contact.a]
             line, velocity = (0.0, 0.0), one.velocity
             if not contact.cushion:
                 other = self._bodies[contact.b]

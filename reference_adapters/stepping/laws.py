@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.model import Physics, Scene, energy_of, initial_state
+from ghostball.model import CUSHIONS, INWARD, Physics, Scene, energy_of, initial_state
 
 FloatArray = NDArray[np.float64]
 
@@ -39,8 +39,27 @@ def restitutions(physics: Physics) -> tuple[float, float]:
 
 
 def cushion_restitution(physics: Physics) -> float:
-    """Return the normal restitution of cushions [1]."""
+    """Return the normal restitution of cushions [1]; where it falls with speed, of the slowest."""
     return 1.0 if physics.cushion == "mirror" else physics.cushion_restitution
+
+
+class FallingRestitution:
+    """The restitution of cushions that falls with speed, for engines that are asked each time."""
+
+    def __init__(self, physics: Physics) -> None:
+        self._slow, self._loss = cushion_restitution(physics), physics.cushion_restitution_loss
+
+    @classmethod
+    def of(cls, physics: Physics) -> FallingRestitution | None:
+        """Return that of some physics; None: it is one number."""
+        falls = physics.cushion_restitution_loss > 0.0 and physics.cushion != "mirror"
+        return cls(physics) if falls else None
+
+    def at(self, cushion: int, velocity: tuple[float, float]) -> float:
+        """Return it for a ball that comes to a cushion with a velocity [m/s]."""
+        nx, ny = INWARD[CUSHIONS[cushion]]
+        approach = max(-(nx * velocity[0] + ny * velocity[1]), 0.0)
+        return self._slow / (1.0 + self._loss * math.sqrt(approach))
 
 
 def ball_friction(scene: Scene) -> float:

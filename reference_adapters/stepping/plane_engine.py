@@ -134,6 +134,11 @@ def disc_capabilities(title: str, impacts: Capability, rubs: Capability) -> Capa
     cloth = none(f"the cloth takes part in this impact, and {title}'s plane has none")
     return {
         **tuned_capabilities(title, impacts, rubs),
+        Feature.FALLING_RESTITUTION: Capability(
+            "approximate",
+            f"{title} asks for the restitution of each contact: it is given that of the speed with "
+            "which the ball then comes",
+        ),
         Feature.SPEED_DEPENDENT_FRICTION: rubs,
         Feature.MATHAVAN_BALL: cloth,
         Feature.MATHAVAN_CUSHION: cloth,
@@ -163,5 +168,6 @@ def default_capabilities(tuned: Capabilities, title: str, impacts: Capability) -
         Feature.BALL_RESTITUTION: impacts,
         Feature.MIRROR_CUSHION: impacts,
         Feature.CUSHION_RESTITUTION: impacts,
+        Feature.FALLING_RESTITUTION: none(f"{title}'s restitution, set once, is one number"),
         Feature.CUSHION_TANGENTIAL: none(f"{title} has no such law; `config=tuned` adds one"),
     }

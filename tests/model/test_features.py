@@ -132,6 +132,11 @@ def test_vertical_spin_of_either_sign(side):
         ),
         ({"cushion": "frictional"}, {Feature.FRICTIONAL_CUSHION}),
         ({"cushion": "han2005"}, {Feature.HAN_CUSHION}),
+        # A preset's number that the chosen law doesn't use asks for nothing.
+        (
+            {"preset": "carom", "rolling_friction_quadratic": 0.0, "cushion": "mirror"},
+            {Feature.MIRROR_CUSHION},
+        ),
         ({"cushion": "mathavan2010"}, {Feature.MATHAVAN_CUSHION}),
     ],
 )

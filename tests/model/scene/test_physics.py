@@ -85,6 +85,16 @@ class TestFieldsWithoutEffect:
             spelled_out = {field: getattr(source, field) for field in fields}
             assert Physics(preset=preset, cushion=law, **spelled_out).cushion == law
 
+    @pytest.mark.parametrize("field", ["rolling_friction_quadratic", "cushion_restitution_loss"])
+    def test_a_zero_that_a_preset_has_otherwise_is_kept(self, field):
+        given = Physics(preset="carom", **{field: 0.0})
+        assert Physics.model_validate_json(given.model_dump_json()) == given
+
+    @pytest.mark.parametrize("field", ["rolling_friction_quadratic", "cushion_restitution_loss"])
+    def test_a_zero_of_a_field_that_came_later_is_left_out(self, field):
+        # So that scenes that were stored before there was such a field stay the same.
+        assert field not in Physics(preset="pool").model_dump()
+
     def test_in_a_file_the_line_is_the_field_s(self):
         text = 'schema = 1\nname = "a"\n[physics]\npreset = "paper"\ncushion_friction = 0.5\n'
         text += '[[balls]]\nid = "a"\nposition = [0, 0]\n'
