@@ -190,6 +190,14 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "tunnelling/energy-of-bounces",
     ),
     Mutation(
+        "restitution that doesn't fall",
+        "impacts/laws/falling_restitution.py",
+        "    return slow / (1.0 + loss * math.sqrt(speed))",
+        "    return slow / (1.0 + 0.0 * loss * math.sqrt(speed))",
+        "A cushion's restitution is the same at any speed.",
+        "graded/three-cushions",
+    ),
+    Mutation(
         "cushion spins the wrong way",
         "impacts/laws/cushion_han2005.py",
         "        impact.wz + turn * (along * cosine),",

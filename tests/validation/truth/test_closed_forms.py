@@ -13,6 +13,7 @@ from mpmath import mp
 from numpy.typing import NDArray
 
 from ghostball.model import Ball, Physics, Scene, Table
+from ghostball.reference_adapters.certified import certify
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.truth.closed_forms import DIGITS, ClosedForm, closed_form
 
@@ -70,6 +71,23 @@ def test_half_ball_cut_shares_the_energy_three_to_one() -> None:
     contact = scene.positions[1, :2] - 2 * scene.balls[0].radius * np.array([np.sqrt(3) / 2, 0.5])
     travelled = np.hypot(*(rest - [contact, scene.positions[1, :2]]).T)
     assert travelled[1] / travelled[0] == pytest.approx(3.0, rel=1e-12)
+
+
+@pytest.mark.parametrize("name", ["restitution-bounce", "english-running", "han-running"])
+def test_a_restitution_that_falls_with_speed_agrees_with_its_proof(name: str) -> None:
+    scene = find_scene(name)
+    physics = scene.physics.model_copy(update={"cushion_restitution_loss": 0.15})
+    falls = scene.model_copy(update={"physics": physics})
+    form, fixed = closed_form(falls), closed_form(scene)
+    assert form is not None
+    assert fixed is not None
+    certificate = certify(falls)
+    assert certificate.proved
+    for ball, (exact, proof) in enumerate(
+        zip(form.rest_positions, certificate.positions, strict=True)
+    ):
+        assert as_array([exact[:2]])[0] == pytest.approx([float(x) for x in proof[:2]], rel=1e-14)
+        assert abs(exact[0] - fixed.rest_positions[ball][0]) > 1e-3
 
 
 def test_restitution_head_on_leaves_the_textbook_speeds() -> None:

@@ -34,6 +34,7 @@ SHIPPED = (
     "masse",
     "english-check",
     "han-running",
+    "three-cushions",
     "throw-slip",
     "throw-stick",
     "throw-alciatore",
