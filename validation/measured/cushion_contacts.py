@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ghostball.validation.measured.tracks import FloatArray, Surface, Track
+from ghostball.validation.measured.tracks import Surface, Track
 
 
 @dataclass(frozen=True)
@@ -21,31 +21,37 @@ class Windows:
 
     before: tuple[float, float] = (-0.40, -0.02)
     after: tuple[float, float] = (0.40, 0.75)
-    alone: tuple[float, float] = (-0.50, 0.80)
+    alone: tuple[float, float] = (-0.40, 0.80)
     """When it touches no other ball and no other cushion."""
-    samples: int = 4
+    samples: int = 6
     """The least number of samples of each line."""
+    covered: float = 0.6
+    """The least part of a window between its first and last sample; a ball that a tracker leaves
+    out while it rests rolls for too short a time where that is less."""
+    gap: float = 0.2
+    """The longest time without a sample."""
     straight: float = 0.004
-    """How far a sample may be from its line, which a ball that slides isn't."""
-    near: float = 0.015
-    """How near to the cushion a turning point is a contact."""
-    touching: float = 0.010
-    """A gap below which balls, or a ball and a cushion, may have touched between samples."""
-    slowest: tuple[float, float] = (0.45, 0.15)
-    """The least speed before, and the least towards the cushion [m/s]."""
+    """The most that samples may be off their line, the root mean square of both coordinates: a ball
+    that slides is more."""
+    near: float = 0.012
+    """How near to the cushion the nearest sample of a contact must be."""
+    passing: float = 0.05
+    """The same, for it to be another contact: a fast ball may turn between two samples."""
+    ball_margin: float = 0.03
+    """The gap between two balls up to which they may have touched."""
+    slowest: float = 0.15
+    """The least speed towards the cushion before [m/s]."""
 
 
 @dataclass(frozen=True)
 class CushionContact:
-    """One free contact: the velocities of both lines, along the cushion and away from it."""
+    """One free contact."""
 
     ball: str
-    time: float  # [s]
+    time: float  # of the sample nearest to it [s]
     axis: int  # 0: a cushion across x, 1: across y
     speed_before: float  # towards the cushion [m/s]
     speed_after: float  # away from it [m/s]
-    along_before: float  # along the cushion, in the direction of the motion before [m/s]
-    along_after: float
 
     @property
     def normal_ratio(self) -> float:
@@ -56,93 +62,71 @@ class CushionContact:
 def cushion_contacts(
     balls: Mapping[str, Track], surface: Surface, windows: Windows | None = None
 ) -> list[CushionContact]:
-    """Return the free cushion contacts of one shot, ball by ball, in the order of time."""
+    """Return the free cushion contacts of one shot, ball by ball."""
     windows = windows or Windows()
     found = []
     for name, track in balls.items():
         others = [other for ball, other in balls.items() if ball != name]
-        turns = list(_turning_points(track, surface, windows))
-        for k, axis in turns:
+        turns = list(_turning_points(track, surface, windows.passing))
+        for k, side in turns:
             time = float(track.times[k])
             first, last = (time + edge for edge in windows.alone)
-            if any(other != k and first <= track.times[other] <= last for other, _ in turns):
-                continue
-            if not _is_alone(track, others, surface, windows, time, axis):
+            passed = [other for other in turns if first < track.times[other[0]] < last]
+            near = surface.gaps(track.positions[k])[side] <= windows.near
+            if not near or len(passed) > 1 or _meets(track, others, first, last, surface, windows):
                 continue
             before = _line(track, windows.before, time, windows)
             after = _line(track, windows.after, time, windows)
             if before is None or after is None:
                 continue
-            contact = _contact(name, time, axis, before, after)
-            speed = float(np.hypot(*before))
-            if speed >= windows.slowest[0] and contact.speed_before >= windows.slowest[1]:
+            axis = side // 2
+            contact = CushionContact(name, time, axis, abs(before[axis]), abs(after[axis]))
+            if contact.speed_before >= windows.slowest:
                 found.append(contact)
     return found
 
 
-def _gaps(track: Track, surface: Surface, axis: int) -> tuple[FloatArray, FloatArray]:
-    """Return the gaps to both cushions across an axis, (n,) each [m]."""
-    extent = (surface.length, surface.width)[axis]
-    place = track.positions[:, axis]
-    return place - surface.radius, extent - surface.radius - place
+def _turning_points(track: Track, surface: Surface, near: float) -> Iterator[tuple[int, int]]:
+    """Yield the sample nearest to each contact with a cushion, and the side as `gaps` has it."""
+    gaps = surface.gaps(track.positions)
+    inner = gaps[1:-1]
+    least = (inner < near) & (inner <= gaps[:-2]) & (inner < gaps[2:])
+    for k, side in np.argwhere(least).tolist():
+        yield k + 1, side
 
 
-def _turning_points(track: Track, surface: Surface, windows: Windows) -> Iterator[tuple[int, int]]:
-    """Yield the sample nearest to each contact with a cushion, and the axis across it."""
-    for axis in (0, 1):
-        for gap in _gaps(track, surface, axis):
-            inner = gap[1:-1]
-            least = (inner < windows.near) & (inner <= gap[:-2]) & (inner < gap[2:])
-            yield from ((int(k), axis) for k in np.flatnonzero(least) + 1)
-
-
-def _is_alone(
+def _meets(
     track: Track,
     others: list[Track],
+    first: float,
+    last: float,
     surface: Surface,
     windows: Windows,
-    time: float,
-    axis: int,
 ) -> bool:
-    """Whether the ball meets nothing but this cushion while the operator looks."""
-    first, last = (time + edge for edge in windows.alone)
-    if track.times[0] > first or track.times[-1] < time + windows.after[1]:
-        return False
-    times = np.arange(first, last, 0.01)
-    place = track.at(times)
-    for other in others:
-        distances = np.linalg.norm(other.at(times) - place, axis=1)
-        if np.min(distances) < 2.0 * surface.radius + windows.touching:
-            return False
+    """Whether the ball may meet another one from `first` to `last`, or it isn't known."""
     seen = (track.times >= first) & (track.times <= last)
-    return all(np.min(gap[seen]) > windows.touching for gap in _gaps(track, surface, 1 - axis))
+    times, places = track.times[seen], track.positions[seen]
+    if np.max(np.diff(times), initial=0.0) > windows.gap:
+        return True
+    reach = 2.0 * surface.radius + windows.ball_margin
+    return any(np.min(np.linalg.norm(other.at(times) - places, axis=1)) < reach for other in others)
 
 
 def _line(
     track: Track, window: tuple[float, float], time: float, windows: Windows
-) -> FloatArray | None:
-    """Return the velocity of a straight line through a window, (2,) [m/s]; None: it isn't one."""
+) -> tuple[float, float] | None:
+    """Return the velocity of a straight line through a window [m/s]; None: it isn't one."""
     since = track.times - time
-    inside = (since >= window[0]) & (since <= window[1])
-    if np.count_nonzero(inside) < windows.samples:
+    if since[0] > window[0] or since[-1] < window[1]:
         return None
-    terms = np.column_stack([np.ones(np.count_nonzero(inside)), since[inside]])
-    fitted, *_ = np.linalg.lstsq(terms, track.positions[inside], rcond=None)
-    off = np.linalg.norm(track.positions[inside] - terms @ fitted, axis=1)
-    velocity: FloatArray = fitted[1]
-    return velocity if np.max(off) <= windows.straight else None
-
-
-def _contact(
-    ball: str, time: float, axis: int, before: FloatArray, after: FloatArray
-) -> CushionContact:
-    along = 1.0 if before[1 - axis] >= 0.0 else -1.0
-    return CushionContact(
-        ball=ball,
-        time=time,
-        axis=axis,
-        speed_before=abs(float(before[axis])),
-        speed_after=abs(float(after[axis])),
-        along_before=along * float(before[1 - axis]),
-        along_after=along * float(after[1 - axis]),
-    )
+    inside = (since >= window[0]) & (since <= window[1])
+    since, places = since[inside], track.positions[inside]
+    if len(since) < windows.samples:
+        return None
+    if since[-1] - since[0] < windows.covered * (window[1] - window[0]):
+        return None
+    line = np.polynomial.polynomial.polyfit(since, places, 1)
+    off = places - np.polynomial.polynomial.polyval(since, line).T
+    if np.sqrt(np.mean(off**2)) > windows.straight:
+        return None
+    return float(line[1, 0]), float(line[1, 1])

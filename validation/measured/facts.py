@@ -16,7 +16,7 @@ class FactsError(GhostballError):
 
 
 class Row(BaseModel):
-    """One figure: `at` a number, or of all that lies from `low` to `high`."""
+    """One figure: of all that lies from `low` to `high`, on average `at`; or at one number."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -27,10 +27,12 @@ class Row(BaseModel):
     high: float | None = None
 
     @model_validator(mode="after")
-    def _is_at_one_place(self) -> Self:
-        bounds = self.low is not None and self.high is not None and self.low < self.high
-        if bounds != (self.at is None):
-            raise ValueError("a row needs `at`, or `low` and a larger `high`")
+    def _is_somewhere(self) -> Self:
+        low, high, at = self.low, self.high, self.at
+        if (low is None) != (high is None) or (low is None and at is None):
+            raise ValueError("a row needs `at`, or `low` and `high`")
+        if low is not None and high is not None and not low <= (low if at is None else at) < high:
+            raise ValueError("a row needs `low` below `high`, and `at` between them")
         return self
 
 

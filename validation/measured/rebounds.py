@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from typing import NamedTuple
 
-from ghostball.model import Ball, Physics, Result, Scene, Table
+from ghostball.model import Ball, GhostballError, Physics, Result, Scene, Table
 from ghostball.validation.measured.cushion_contacts import (
     CushionContact,
     Windows,
@@ -18,26 +18,23 @@ from ghostball.validation.measured.tracks import Surface, tracks_of
 Play = Callable[[Scene], Result]
 """What plays a scene and records its motion."""
 
-MEAN_SPEEDS = (0.30, 0.56, 0.85, 1.2, 1.9)
-"""The mean speed towards the cushion of what was measured in each bin of the facts [m/s]."""
-
 _RADIUS, _MASS = 0.03075, 0.21
 _ROLLS = 0.6  # how long before the contact it begins [s]
 
-
-_ANY = Windows(slowest=(0.0, 0.0), straight=math.inf)
-"""The windows of the measurement, of a contact that is known to be free.
-
-In the slowest bin real ones are faster along the cushion; and a model whose ball still slides in
-the windows is to be seen there.
+_ANY = Windows(slowest=0.0, straight=math.inf)
+"""The windows of the measurement, of a contact that is known to be free: what a model's ball still
+does in them is to be seen, if it slides or creeps.
 """
+
+
+class ReboundError(GhostballError):
+    """A ball that doesn't bounce as it should."""
 
 
 class Rebound(NamedTuple):
     """One bin of the facts, and what a model makes of it."""
 
     row: Row
-    degrees: float  # from the normal
     ratio: float
 
     @property
@@ -49,16 +46,18 @@ class Rebound(NamedTuple):
 
 def rebounds(play: Play, physics: Physics, degrees: float) -> list[Rebound]:
     """Return what a model makes of each bin, of balls that come at an angle from the normal."""
-    rows = facts_of("cushion-carom").rows
     found = []
-    for row, speed in zip(rows, MEAN_SPEEDS, strict=True):
-        contact = rebound(play, physics, speed, degrees)
-        found.append(Rebound(row, degrees, contact.normal_ratio))
+    for row in facts_of("cushion-carom").rows:
+        assert row.at is not None
+        found.append(Rebound(row, rebound(play, physics, row.at, degrees).normal_ratio))
     return found
 
 
 def rebound(play: Play, physics: Physics, speed: float, degrees: float) -> CushionContact:
-    """Return the contact of a rolling ball with a mean speed towards the cushion, `speed` [m/s]."""
+    """Return the contact of a rolling ball with a mean speed towards the cushion, `speed` [m/s].
+
+    Raises `ReboundError` where the ball doesn't bounce once.
+    """
     angle, middle = math.radians(degrees), -sum(Windows().before) / 2.0
     total = speed / math.cos(angle)
     slowing = physics.rolling_friction * physics.gravity
@@ -76,5 +75,10 @@ def rebound(play: Play, physics: Physics, speed: float, degrees: float) -> Cushi
         balls=[Ball(id="cue", position=place, velocity=velocity, radius=_RADIUS, mass=_MASS)],
     )
     surface = Surface(table.length, table.width, _RADIUS)
-    (contact,) = cushion_contacts(tracks_of(play(scene)), surface, _ANY)
-    return contact
+    contacts = cushion_contacts(tracks_of(play(scene)), surface, _ANY)
+    if len(contacts) != 1:
+        raise ReboundError(
+            f"a ball that came to a cushion at {speed:g} m/s, {degrees:g} degrees from the normal, "
+            f"bounced {len(contacts)} times in 2 s where it should once"
+        )
+    return contacts[0]

@@ -61,7 +61,7 @@ def _beginnings(
     track: Track, others: list[Track], surface: Surface, windows: RollingWindows
 ) -> Iterator[float]:
     """Yield where windows begin [s]."""
-    gaps = surface.gaps(track.positions)
+    gaps = np.min(surface.gaps(track.positions), axis=1)
     for other in others:
         distances = np.linalg.norm(other.at(track.times) - track.positions, axis=1)
         gaps = np.minimum(gaps, distances - 2.0 * surface.radius)
@@ -79,11 +79,12 @@ def _rolled(name: str, track: Track, first: float, windows: RollingWindows) -> R
     since: FloatArray = track.times[inside] - middle
     if len(since) < windows.samples or np.max(np.diff(since)) > windows.gap:
         return None
-    terms = np.column_stack([np.ones(len(since)), since, since**2])
-    fitted, *_ = np.linalg.lstsq(terms, track.positions[inside], rcond=None)
-    if np.max(np.linalg.norm(track.positions[inside] - terms @ fitted, axis=1)) > windows.off:
+    places = track.positions[inside]
+    curve = np.polynomial.polynomial.polyfit(since, places, 2)
+    off = places - np.polynomial.polynomial.polyval(since, curve).T
+    if np.max(np.linalg.norm(off, axis=1)) > windows.off:
         return None
-    velocity, half = fitted[1], fitted[2]
+    _, velocity, half = curve
     speed = float(np.hypot(*velocity))
     if speed == 0.0:
         return None

@@ -50,10 +50,13 @@ class Surface:
     radius: float  # of the balls [m]
 
     def gaps(self, positions: FloatArray) -> FloatArray:
-        """Return the gap between a ball and its nearest cushion at each of (n, 2) places [m]."""
-        sides = np.minimum(positions, (self.length, self.width) - positions)
-        gaps: FloatArray = np.min(sides, axis=1) - self.radius
-        return gaps
+        """Return the gaps of a ball to the cushions at places (..., 2), (..., 4) [m].
+
+        The two across x, low and high, then the two across y.
+        """
+        far = np.array([self.length, self.width]) - positions
+        sides = np.stack([positions, far], axis=-1) - self.radius
+        return sides.reshape(*positions.shape[:-1], 4)
 
 
 def tracks_of(result: Result, rate: float = 50.0) -> dict[str, Track]:

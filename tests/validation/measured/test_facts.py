@@ -20,7 +20,7 @@ rows = [{ at = 1.0, value = 2.0, error = 0.1 }]
 
 @pytest.mark.parametrize("name", names_of_facts())
 def test_each_table_is_read_and_its_bins_rise(name):
-    places = [row.low if row.at is None else row.at for row in facts_of(name).rows]
+    places = [row.at if row.low is None else row.low for row in facts_of(name).rows]
     assert places == sorted(places)
 
 
@@ -35,7 +35,10 @@ def test_a_table_that_is_not_there_is_named():
         ("title", "titel", "t.toml: title: Field required"),
         ("= 2.0", '= "two"', r"t.toml: rows.0.value: Input should be a valid number"),
         (", error = 0.1", "", "facts that grade need the `error` of each row"),
-        ("at = 1.0, ", "", "a row needs `at`, or `low` and a larger `high`"),
+        ("at = 1.0, ", "", "a row needs `at`, or `low` and `high`"),
+        ("at = 1.0, ", "low = 1.0, ", "a row needs `at`, or `low` and `high`"),
+        ("at = 1.0, ", "low = 1.0, high = 0.5, ", "a row needs `low` below `high`"),
+        ("at = 1.0, ", "at = 1.0, low = 1.5, high = 2.0, ", "and `at` between them"),
         ('"a"', '"a', "t.toml: not TOML"),
         ("somebody, somewhere, some year", "me", "t.toml: citation"),
     ],
