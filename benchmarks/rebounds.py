@@ -13,35 +13,28 @@ from scipy.optimize import minimize
 
 from benchmarks.measurements import Measurement, Record, table_of
 from ghostball.model import Physics
-from ghostball.reference_adapters import make_engine
-from ghostball.validation.measured.rebounds import Play, rebounds
+from ghostball.model.features import Feature
+from ghostball.reference_adapters import ReferenceEngine, make_engine
+from ghostball.validation.measured.facts import facts_of
+from ghostball.validation.measured.rebounds import rebounds
 from ghostball.validation.parallel.pool import Progress
 
 ANGLES: Final = (5.0, 45.0)
 """Angles from the normal of the balls that come to the cushion [degrees]."""
 
-START: Final[Mapping[str, float]] = {
-    "cushion_restitution": 0.9,
-    "cushion_restitution_loss": 0.1,
-    "cushion_friction": 0.25,
+PLAYERS: Final[Mapping[str, tuple[str, ...]]] = {
+    "ghostball": ("han2005", "mathavan2010", "frictional", "restitution"),
+    "pymunk": ("frictional",),
+    "box2d": ("frictional",),
+    "pybullet": ("frictional",),
+    "mujoco": ("frictional",),
 }
-"""Where the search begins; the coefficients of cushions that are searched."""
+"""Engines, with the laws of cushions that they have and that turn balls; ours, one that doesn't."""
 
 _LOSS = "cushion_restitution_loss"
-_PLAYERS: Final = (
-    ("ghostball", "han2005", True),
-    ("ghostball", "mathavan2010", True),
-    ("ghostball", "frictional", True),
-    ("ghostball", "han2005", False),
-    ("ghostball", "mathavan2010", False),
-    ("ghostball", "frictional", False),
-    ("ghostball", "restitution", False),
-    ("pymunk", "frictional", False),
-    ("pybullet", "frictional", False),
-    ("box2d", "frictional", False),
-    ("mujoco", "frictional", False),
-)
-"""Engine, law of cushions, and whether its restitution may fall with speed."""
+_SYMBOLS = {"cushion_restitution": "e", _LOSS: "c", "cushion_friction": "mu"}
+_STARTS = ({"mu": 0.2, "e": 0.9, "c": 0.1}, {"mu": 0.3, "e": 0.9, "c": 0.1})
+"""Where each search begins: on both sides of where a contact begins to slip."""
 
 
 class BestRebounds(Record):
@@ -58,6 +51,14 @@ class BestRebounds(Record):
         """The root of the mean square of how many standard errors it is off."""
         return float(np.sqrt(np.mean(np.square(self.errors_off))))
 
+    @property
+    def row(self) -> tuple[str, str, str, str, str]:
+        """The cells of its row: engine, law, coefficients, typical, most."""
+        values = ", ".join(f"{_SYMBOLS[name]} = {x:.3f}" for name, x in self.coefficients.items())
+        most = float(np.max(np.abs(self.errors_off)))
+        law = f"{self.law}, falls" if self.falls else self.law
+        return self.engine, law, values, f"{self.typical:.1f}", f"{most:.1f}"
+
 
 class ReboundsMeasurement(Measurement):
     """What `python -m benchmarks rebounds` measured."""
@@ -69,50 +70,55 @@ class ReboundsMeasurement(Measurement):
     def table(self) -> RenderableType:
         """It as one row for each engine and law."""
         heads = ("engine", "law", "coefficients", "standard errors off: typical", "most")
-        return table_of(heads, [row_of(one) for one in self.best])
-
-
-def row_of(one: BestRebounds) -> tuple[str, str, str, str, str]:
-    """Return the cells of a row: engine, law, coefficients, typical, most."""
-    names = {"cushion_restitution": "e", _LOSS: "c", "cushion_friction": "mu"}
-    values = ", ".join(f"{names[name]} = {value:.3f}" for name, value in one.coefficients.items())
-    law = f"{one.law}, falls" if one.falls else one.law
-    most = float(np.max(np.abs(one.errors_off)))
-    return one.engine, law, values, f"{one.typical:.1f}", f"{most:.1f}"
+        return table_of(heads, [one.row for one in self.best])
 
 
 def measure_rebounds(*, progress: Progress[str] | None = None) -> ReboundsMeasurement:
     """Search the best coefficients of each engine and law."""
+    engines = {name: make_engine(name) for name in PLAYERS}
+    cases = [
+        (engine, law, falls)
+        for name, engine in engines.items()
+        for law in PLAYERS[name]
+        for falls in (True, False)
+        if not falls or _has(engine, Feature.FALLING_RESTITUTION)
+    ]
     best = []
-    for done, (spec, law, falls) in enumerate(_PLAYERS, start=1):
-        play = partial(make_engine(spec).simulate, record="trajectory")
-        best.append(best_rebounds(spec, play, law, falls=falls))
+    for done, (engine, law, falls) in enumerate(cases, start=1):
+        best.append(best_rebounds(engine, law, falls=falls))
         if progress is not None:
-            progress(done, len(_PLAYERS), f"{spec}, {law}")
+            progress(done, len(cases), f"{engine.name}, {law}")
     return ReboundsMeasurement(best=best)
 
 
-def best_rebounds(engine: str, play: Play, law: str, *, falls: bool) -> BestRebounds:
+def _has(engine: ReferenceEngine, feature: Feature) -> bool:
+    return engine.capabilities[feature].support != "none"
+
+
+def best_rebounds(engine: ReferenceEngine, law: str, *, falls: bool) -> BestRebounds:
     """Return the coefficients with which a law comes nearest to what was measured.
 
-    Rolling friction is the same number at any speed unless the restitution falls: what has the one
-    has the other, of the engines here.
+    The cloth is that of the preset `carom`; of an engine whose rolling friction is one number at
+    any speed, that number is what was measured in the middle of the speeds.
     """
-    names = [name for name in START if falls or name != _LOSS]
-    if law == "restitution":
-        names.remove("cushion_friction")
-    fixed: dict[str, Any] = {"preset": "carom", "cushion": law, _LOSS: 0.0}
-    fixed |= {} if falls else {"rolling_friction_quadratic": 0.0, "rolling_friction": 0.0047}
+    names = ["cushion_restitution"]
+    names += [_LOSS] if falls else []
+    names += ["cushion_friction"] if law != "restitution" else []
+    cloth: dict[str, Any] = {}
+    if not _has(engine, Feature.QUADRATIC_ROLLING):
+        middle = facts_of("rolling-carom").rows[1].value
+        cloth = {"rolling_friction": middle / 9.81, "rolling_friction_quadratic": 0.0}
+    play = partial(engine.simulate, record="trajectory")
 
     def off(numbers: NDArray[np.float64]) -> NDArray[np.float64]:
-        given = dict(zip(names, map(float, numbers), strict=True))
-        physics = Physics(**(fixed | given))
+        found = dict(zip(names, map(float, numbers), strict=True))
+        physics = Physics(preset="carom", cushion=law, **{**cloth, _LOSS: 0.0, **found})
         return np.array(
             [[one.errors_off for one in rebounds(play, physics, angle)] for angle in ANGLES]
         )
 
-    # A simplex: where the contact begins to slip, and by an engine's steps, it has kinks at which
-    # least squares with differences end too early.
+    # Without derivatives: steps make an engine rough, and it has kinks where a contact begins to
+    # slip; at both least squares ended too early.
     search = partial(
         minimize,
         lambda numbers: np.sum(np.square(off(numbers))),
@@ -120,15 +126,11 @@ def best_rebounds(engine: str, play: Play, law: str, *, falls: bool) -> BestRebo
         bounds=[(0.0, 1.0)] * len(names),
         options={"maxfev": 100, "xatol": 1e-3, "fatol": 0.1},
     )
-    found = search([START[name] for name in names])
-    if (
-        falls
-    ):  # one of three numbers may lie flat at a bound, and is begun anew from other frictions
-        others = ([*found.x[:2], friction] for friction in (0.2, 0.3))
-        found = min((found, *map(search, others)), key=lambda one: float(one.fun))
-    numbers = [float(f"{number:.4g}") for number in found.x]
+    ends = [search([start[_SYMBOLS[name]] for name in names]) for start in _STARTS]
+    best = min(ends, key=lambda end: float(end.fun))
+    numbers = [float(f"{number:.4g}") for number in best.x]
     return BestRebounds(
-        engine=engine,
+        engine=engine.name,
         law=law,
         falls=falls,
         coefficients=dict(zip(names, numbers, strict=True)),

@@ -8,9 +8,8 @@ from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from functools import partial
 
-from benchmarks.measurements import STORE
 from benchmarks.pictures.gallery import committed_board
-from benchmarks.rebounds import ReboundsMeasurement, row_of
+from benchmarks.rebounds import ReboundsMeasurement
 from ghostball.engine import simulate
 from ghostball.model import Ball, Physics, Table
 from ghostball.model.features import Capability, Feature
@@ -129,8 +128,8 @@ def rebounds() -> str:
 
 def nearest() -> str:
     """Return how near each engine comes to the measured rebounds, from the committed search."""
-    (stored,) = STORE.glob("*/rebounds.json")
-    rows = (row_of(one) for one in ReboundsMeasurement.load(stored).best)
+    stored = ReboundsMeasurement.committed()
+    rows = (one.row for one in (stored.best if stored else ()))
     return _table(("engine", "law of cushions", "best coefficients", "typical", "most"), rows)
 
 
