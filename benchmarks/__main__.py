@@ -15,6 +15,7 @@ from benchmarks.measurements import BenchError, Measurement, machine_folder
 from benchmarks.pictures.gallery import write_gallery
 from benchmarks.precision.measure import DEFAULT_SCENES, PRECISION_ENGINES, measure_precision
 from benchmarks.racks import PEERS, measure_racks, our_player, peer
+from benchmarks.fits import TABLES, measure_fits
 from benchmarks.rebounds import measure_rebounds
 from benchmarks.skips import measure_skips
 from benchmarks.speed import chosen_workloads, measure_targets
@@ -140,6 +141,18 @@ def breaks(
 def rebounds(out: Out = None, store: Store = False) -> None:
     """Search how near each engine can come to rebounds measured on a real table."""
     measured_by(measure_rebounds, out, store)
+
+
+@app.command()
+@command
+def fits(
+    tables: Annotated[int, typer.Option(min=1, help="How many tables.")] = TABLES,
+    jobs: Jobs = AUTO,
+    out: Out = None,
+    store: Store = False,
+) -> None:
+    """Fit synthetic tables of known physics: do the errors that a fit states hold?"""
+    measured_by(partial(measure_fits, tables, jobs), out, store, part=tables < TABLES)
 
 
 @app.command()

@@ -153,6 +153,65 @@ def explain(
 
 
 @app.command()
+@runs("measure.fit")
+def fit(
+    tracks: Annotated[
+        Path,
+        typer.Argument(
+            metavar="TRACKS.csv",
+            help="Where balls were: a CSV file with the header shot,ball,t,x,y; seconds and metres, "
+            "the origin in a corner of the playing surface. Lines that begin with # are comments.",
+        ),
+    ],
+    table: Annotated[
+        tuple[float, float],
+        typer.Option(
+            metavar="LENGTH WIDTH", help="The playing surface between the cushions, x and y [m]."
+        ),
+    ],
+    radius: Annotated[float, typer.Option(metavar="R", help="Radius of the balls [m].")],
+    fields: Annotated[
+        str | None,
+        typer.Option(
+            metavar="A,B,...",
+            help="Fields of the physics to fit (default: frictions of the cloth, restitutions, and "
+            "the friction of cushions, as far as the tracks tell them).",
+        ),
+    ] = None,
+    preset: Annotated[
+        str, typer.Option(metavar="NAME", help="Preset that gives what isn't fitted.")
+    ] = "pool",
+    law: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="Law of cushions, as physics calls it (default: the one that fits best, or the "
+            "preset's where the tracks don't tell them apart).",
+        ),
+    ] = None,
+    engine: EngineSpec = "ghostball",
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out",
+            "-o",
+            metavar="FILE",
+            help="Write the [physics] of a scene as TOML, with the errors as comments.",
+        ),
+    ] = None,
+    plot: Annotated[Path | None, plot_option("Draw what is left of each event")] = None,
+    form: PlainFormat = Plain.TEXT,
+    time_limit: ShotLimit = 600.0,
+) -> None:
+    """Fit the physics of a real table to tracks of its balls, event by event.
+
+    Clean events are sought in the tracks: windows of rolling, free contacts with cushions, hits of
+    a ball at rest. The engine plays each, and the values are those with which it comes nearest to
+    all. Needs: pip install 'ghostball[fit]'. Exit status 2 where there are too few events to tell.
+    """
+
+
+@app.command()
 @runs("measure.stress")
 def stress(
     only: Annotated[

@@ -1,0 +1,127 @@
+"""Whether fits say how wrong they are: tables of known physics, fitted, and how often errors hold."""
+
+from __future__ import annotations
+
+import time
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from functools import partial
+from typing import Any, Final, Literal
+
+import numpy as np
+from rich.console import RenderableType
+
+from benchmarks.measurements import Measurement, Record, table_of
+from benchmarks.synthetic_tracks import POOL, synthetic_tracks
+from ghostball.model import Physics
+from ghostball.reference_adapters import make_engine
+from ghostball.validation.measured.fit.fit import fit_table
+from ghostball.validation.measured.fit.harvest import harvest
+from ghostball.validation.parallel.pool import Progress
+
+TABLES: Final = 200
+SHOTS: Final = 200
+FREE: Final = 8
+"""Tables whose law is sought as well."""
+NOMINAL: Final = 1.96
+"""Standard errors within which 95 of 100 normal numbers are."""
+
+_RANGES: Final = {
+    "rolling_friction": (0.004, 0.012),
+    "rolling_friction_quadratic": (0.0, 0.02),
+    "sliding_friction": (0.13, 0.25),
+    "ball_restitution": (0.90, 0.97),
+    "cushion_restitution": (0.75, 0.95),
+    "cushion_restitution_loss": (0.0, 0.15),
+    "cushion_friction": (0.10, 0.30),
+}
+"""What tables have, evenly."""
+_LAWS: Final = ("han2005", "mathavan2010", "frictional")
+
+
+class FittedTable(Record):
+    """One table: what it was, and what a fit said of it."""
+
+    seed: int
+    law: str
+    laws_alike: list[str]
+    """Those that the tracks don't tell from the best, where a fit was asked for the law, too."""
+    rate: float  # of the camera [1/s]
+    noise: float  # of the tracker [m]
+    side: float
+    events: dict[str, int]
+    goodness: float
+    seconds: float  # of a fit that sought the law, alone or beside others; 0: there was none
+    errors_off: dict[str, float]
+    """By how many of its standard errors each value is above the true one, the law being known."""
+
+
+class FitsMeasurement(Measurement):
+    """What `python -m benchmarks fits` measured."""
+
+    kind: Literal["fits"] = "fits"
+    tables: list[FittedTable]
+
+    @property
+    def rows(self) -> list[tuple[str, str, str, str]]:
+        """For each field: of how many tables it was told, how often its errors held, and how far
+        off it was at most.
+        """
+        rows = []
+        for name in _RANGES:
+            off = np.array([one.errors_off[name] for one in self.tables if name in one.errors_off])
+            held = 100.0 * np.mean(np.abs(off) <= NOMINAL) if len(off) else np.nan
+            most = np.max(np.abs(off)) if len(off) else np.nan
+            rows.append((name, str(len(off)), f"{held:.1f} %", f"{most:.1f}"))
+        return rows
+
+    @property
+    def table(self) -> RenderableType:
+        """It as a row for each field, and what became of the laws that were sought."""
+        heads = ("field", "tables", f"within {NOMINAL} standard errors", "most")
+        return table_of(heads, self.rows)
+
+
+def measure_fits(
+    tables: int = TABLES, jobs: int = 1, *, progress: Progress[str] | None = None
+) -> FitsMeasurement:
+    """Fit tables of random physics, each by the tracks of `SHOTS` shots."""
+    done = []
+    with ProcessPoolExecutor(jobs) as pool:
+        for future in as_completed([pool.submit(fitted_table, seed) for seed in range(tables)]):
+            done.append(future.result())
+            if progress is not None:
+                progress(len(done), tables, f"table {done[-1].seed}")
+    return FitsMeasurement(tables=sorted(done, key=lambda one: one.seed))
+
+
+def fitted_table(seed: int, shots: int = SHOTS) -> FittedTable:
+    """Return what a fit says of a table of random physics, tracker and camera."""
+    random = np.random.default_rng([seed, 1])
+    law = _LAWS[int(random.integers(len(_LAWS)))]
+    true: dict[str, Any] = {name: float(random.uniform(*ends)) for name, ends in _RANGES.items()}
+    rate, noise = float(random.choice([25.0, 50.0])), float(random.uniform(4e-4, 2e-3))
+    side = float(random.choice([0.0, 0.3]))
+    physics = Physics(preset="pool", cushion=law, **true)
+    tracks = synthetic_tracks(physics, shots, seed, rate=rate, noise=noise, side=side)
+    engine = make_engine("ghostball")
+    start = time.perf_counter()
+    found = harvest(tracks, POOL)
+    fit = partial(fit_table, found, engine, partial(engine.simulate, record="trajectory"))
+    laws_alike = fit().laws_alike if seed < FREE else []
+    seconds = time.perf_counter() - start
+    fitted = fit(law=law)
+    return FittedTable(
+        seed=seed,
+        law=law,
+        laws_alike=laws_alike,
+        rate=rate,
+        noise=noise,
+        side=side,
+        events={name: len(events) for name, events in fitted.families.items()},
+        goodness=round(fitted.solution.goodness, 3),
+        seconds=round(seconds, 1) if laws_alike else 0.0,
+        errors_off={
+            name: round((getattr(fitted.physics, name) - true[name]) / error, 3)
+            for name, error in fitted.errors.items()
+        },
+    )

@@ -1,0 +1,203 @@
+"""What `ghostball fit` does: read tracks, fit an engine's physics to them, show and write it."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import typer
+from rich.console import Group, RenderableType
+
+from ghostball.cli.shared.options import Plain, check_plot
+from ghostball.cli.shared.progress import counting
+from ghostball.cli.shared.tables import facts_table, table_of
+from ghostball.cli.shared.terminal import check_writable, say_printed, stdout
+from ghostball.model import GhostballError, Physics, Result, Scene, Status
+from ghostball.model.impact_laws import CUSHION_LAWS
+from ghostball.reference_adapters import ReferenceEngine, make_engine
+from ghostball.validation.exit_status import ExitStatus
+from ghostball.validation.measured.tracks import Surface, read_tracks
+from ghostball.validation.results.files import write_whole
+from ghostball.validation.runs.playing import in_other_process
+
+try:
+    from ghostball.validation.measured.fit.fit import FIELDS, Fit, NotEnoughError, fit_table
+    from ghostball.validation.measured.fit.harvest import harvest
+except ImportError as error:
+    if error.name is None or not error.name.startswith("scipy"):
+        raise
+    raise GhostballError(
+        "a fit needs SciPy, which isn't installed here: pip install 'ghostball[fit]'"
+    ) from None
+
+LARGEST_TABLE = 20.0
+"""Length that no table has [m]."""
+
+
+def run(
+    tracks: Path,
+    table: tuple[float, float],
+    radius: float,
+    fields: str | None,
+    preset: str,
+    law: str | None,
+    engine: str,
+    out: Path | None,
+    plot: Path | None,
+    form: Plain,
+    time_limit: float,
+) -> ExitStatus:
+    """Fit, and return the exit status; see the options of the command."""
+    surface = _surface(table, radius)
+    chosen = _chosen(fields)
+    if preset not in Physics.PRESETS:
+        raise typer.BadParameter(
+            f"must be one of {', '.join(Physics.PRESETS)}, got {preset!r}", param_hint="--preset"
+        )
+    laws = [one.name for one in CUSHION_LAWS if one.uses]
+    if law is not None and law not in laws:
+        raise typer.BadParameter(
+            f"must be one of {', '.join(laws)}, got {law!r}", param_hint="--law"
+        )
+    if plot is not None:
+        check_plot(plot)
+    if out is not None:
+        check_writable(out, "--out")
+    made = make_engine(engine)
+    found = harvest(read_tracks(tracks, surface), surface)
+    with (
+        counting(f"fitting {made.name}") as count,
+        in_other_process(made, time_limit, partial(say_printed, made.name)) as player,
+    ):
+        try:
+            fitted = fit_table(
+                found, made, partial(_play, player), preset=preset, law=law, fields=chosen, progress=count
+            )
+        except NotEnoughError as error:
+            raise NotEnoughError(f"{tracks}: {error}") from None
+    text = physics_toml(fitted, preset)
+    if out is not None:
+        write_whole(out, text.encode())
+    if plot is not None:
+        from ghostball.reports.figures.fitted import draw_fit  # noqa: PLC0415
+
+        draw_fit(fitted, plot)
+    if form is Plain.JSON:
+        typer.echo(json.dumps(_plain(fitted, made.name, preset)))
+    else:
+        stdout().print(Group(*_parts(fitted)))
+        if out is None:
+            typer.echo(text)
+    return ExitStatus.PASSED
+
+
+def _play(player: ReferenceEngine, scene: Scene) -> Result:
+    """Return a shot with its motion; what strangers return is looked at where they run."""
+    result = player.simulate(scene, record="trajectory")
+    if result.status is Status.INTERRUPTED:
+        raise KeyboardInterrupt
+    return result
+
+
+def _surface(table: tuple[float, float], radius: float) -> Surface:
+    """Return the playing surface, checked."""
+    for name, value in (("LENGTH", table[0]), ("WIDTH", table[1])):
+        if not 0.0 < value <= LARGEST_TABLE:
+            raise typer.BadParameter(
+                f"{name} must be above 0 and at most {LARGEST_TABLE:g} m, got {value:g}. Give "
+                "metres",
+                param_hint="--table",
+            )
+    if not (math.isfinite(radius) and 0.0 < radius < min(table) / 4.0):
+        raise typer.BadParameter(
+            f"must be above 0 and well below the width of the table, got {radius:g}. Give metres",
+            param_hint="--radius",
+        )
+    return Surface(table[0], table[1], radius)
+
+
+def _chosen(fields: str | None) -> Sequence[str]:
+    """Return the names of `--fields`, checked; none where they are left out."""
+    if fields is None:
+        return ()
+    names = tuple(dict.fromkeys(name.strip() for name in fields.split(",")))
+    for name in names:
+        if name not in FIELDS:
+            raise typer.BadParameter(
+                f"can't fit {name!r}; there are {', '.join(FIELDS)}", param_hint="--fields"
+            )
+    return names
+
+
+def rounded(value: float, error: float) -> str:
+    """Return a value to two digits of its error.
+
+    >>> rounded(0.0100123, 0.000021), rounded(0.9376, 0.0034), rounded(0.2, 0.0)
+    ('0.010012', '0.9376', '0.2')
+    """
+    if not error > 0.0 or not math.isfinite(error):
+        return f"{value:.4g}"
+    return f"{value:.{max(1 - math.floor(math.log10(error)), 0)}f}"
+
+
+def physics_toml(fitted: Fit, preset: str) -> str:
+    """Return the `[physics]` of a scene as TOML, the errors as comments."""
+    lines = ["[physics]", f'preset = "{preset}"']
+    given = Physics(preset=preset)
+    for name in type(given).model_fields:
+        value, error = getattr(fitted.physics, name), fitted.errors.get(name)
+        if error is not None:
+            lines.append(f"{name} = {rounded(value, error)}  # +- {error:.2g}")
+        elif value != getattr(given, name):
+            lines.append(f"{name} = {json.dumps(value)}")
+    return "\n".join(lines) + "\n"
+
+
+def _parts(fitted: Fit) -> Iterator[RenderableType]:
+    """Yield what is printed: the values, then what they come from and how sure they are."""
+    rows = []
+    for name, error in fitted.errors.items():
+        value = getattr(fitted.physics, name)
+        note = "at the end of what is allowed" if name in fitted.ends else ""
+        rows.append((name, rounded(value, error), f"{error:.2g}", note))
+    yield table_of(("field", "value", "standard error", ""), rows, right=("value", "standard error"))
+    counts = ", ".join(f"{len(events)} {name}" for name, events in fitted.families.items())
+    facts = {
+        "events": f"{counts}; the tracker's noise is {1e3 * fitted.noise:.2g} mm",
+        "goodness": f"{fitted.solution.goodness:.2f}; 1 where only noise is left",
+    }
+    if fitted.laws:
+        tried = ", ".join(f"{name} {value:.2f}" for name, value in fitted.laws.items())
+        facts["cushion"] = f"{fitted.physics.cushion}; goodness of contacts: {tried}"
+    if len(fitted.laws_alike) > 1:
+        facts["not told apart"] = f"the laws {', '.join(fitted.laws_alike)}"
+    for one, other in fitted.not_told_apart:
+        facts[f"not told apart: {one}"] = f"{other}: a change of one makes up for the other"
+    for name, why in fitted.not_told.items():
+        facts[f"not enough to tell {name}"] = why
+    yield facts_table(facts)
+
+
+def _plain(fitted: Fit, engine: str, preset: str) -> dict[str, Any]:
+    """Return it as plain values; standard errors."""
+    return {
+        "physics": {
+            name: {"value": getattr(fitted.physics, name), "error": error}
+            for name, error in fitted.errors.items()
+        },
+        "law": fitted.physics.cushion,
+        "laws": fitted.laws,
+        "laws_not_told_apart": fitted.laws_alike,
+        "events": {name: len(events) for name, events in fitted.families.items()},
+        "goodness": fitted.solution.goodness,
+        "not_told_apart": [list(pair) for pair in fitted.not_told_apart],
+        "not_told": fitted.not_told,
+        "at_an_end": fitted.ends,
+        "noise": fitted.noise,
+        "engine": engine,
+        "preset": preset,
+    }

@@ -1,0 +1,112 @@
+"""Physics fitted to tracks: known values come out within their errors, and what isn't told is said."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import pytest
+
+from benchmarks.synthetic_tracks import POOL, synthetic_tracks
+from ghostball.model import GhostballError, Physics
+from ghostball.reference_adapters import make_engine
+from ghostball.validation.measured.fit.fit import (
+    DEFAULT_FIELDS,
+    FIELDS,
+    NotEnoughError,
+    fit_table,
+)
+from ghostball.validation.measured.fit.harvest import Harvest, harvest
+
+TRUE = Physics(
+    preset="pool",
+    rolling_friction=0.009,
+    rolling_friction_quadratic=0.01,
+    sliding_friction=0.19,
+    ball_restitution=0.93,
+    cushion_restitution=0.88,
+    cushion_restitution_loss=0.06,
+    cushion_friction=0.17,
+)
+
+
+@pytest.fixture(scope="module")
+def found():
+    return harvest(synthetic_tracks(TRUE, 100, 12, noise=5e-4, side=0.2), POOL)
+
+
+def fitted(found, engine="ghostball", **options):
+    made = make_engine(engine)
+    return fit_table(found, made, partial(made.simulate, record="trajectory"), **options)
+
+
+@pytest.mark.slow
+def test_known_values_come_out_and_the_law_is_told(found):
+    fit = fitted(found)
+    assert set(fit.errors) == set(DEFAULT_FIELDS)
+    for name, error in fit.errors.items():
+        assert getattr(fit.physics, name) == pytest.approx(getattr(TRUE, name), abs=3.5 * error)
+    assert fit.physics.cushion == "han2005"
+    assert min(fit.laws, key=fit.laws.get) == "han2005"
+    assert fit.laws_alike == ["han2005"]
+    assert 0.7 < fit.solution.goodness < 1.3
+    # The errors are small enough to be of use.
+    assert fit.errors["rolling_friction"] < 2e-4
+    assert fit.errors["cushion_friction"] < 0.02
+
+
+def test_chosen_fields_alone_are_fitted_and_the_rest_is_the_preset_s(found):
+    few = Harvest(found.rolling[:60], found.cushion, [], found.noise)
+    fit = fitted(few, fields=["rolling_friction"])
+    assert set(fit.errors) == {"rolling_friction"}
+    assert fit.laws == {}
+    assert fit.physics.cushion_restitution == 0.85
+    assert 0.0088 < fit.physics.rolling_friction < 0.011  # the square is 0 there
+
+
+@pytest.mark.slow
+def test_another_engine_is_fitted_without_what_it_lacks(found):
+    few = Harvest(found.rolling[:20], found.cushion[:12], [], found.noise)
+    fit = fitted(few, "pybullet", fields=["rolling_friction", "cushion_restitution"])
+    assert fit.laws.keys() <= {"frictional", "restitution"}
+    assert fit.physics.rolling_friction_quadratic == 0.0
+    # One number for all speeds: between what slow and fast balls have.
+    assert 0.008 < fit.physics.rolling_friction < 0.02
+
+
+def test_what_a_few_events_do_not_tell_is_said(found):
+    few = Harvest(found.rolling[:60], found.cushion[:7], found.hit[:3], found.noise)
+    fit = fitted(few)
+    assert set(fit.errors) == {"rolling_friction", "rolling_friction_quadratic"}
+    assert fit.not_told["ball_restitution"] == (
+        "3 hits of a ball at rest were found clean, 8 of a kind are needed"
+    )
+    assert "cushion_restitution" in fit.not_told
+
+
+def test_no_events_are_an_error_that_counts_them(found):
+    with pytest.raises(NotEnoughError, match=r"not enough to tell anything: 2 windows of rolling, 0"):
+        fitted(Harvest(found.rolling[:2], [], [], found.noise))
+
+
+def test_a_field_that_was_asked_for_must_be_told(found):
+    few = Harvest(found.rolling, [], [], found.noise)
+    with pytest.raises(NotEnoughError, match="not enough to tell `ball_restitution`: 0 hits"):
+        fitted(few, fields=["ball_restitution"])
+    with pytest.raises(NotEnoughError, match="pybullet has no cushions whose restitution falls"):
+        fitted(found, "pybullet", fields=["cushion_restitution_loss"])
+
+
+def test_a_law_that_uses_no_such_field_is_refused(found):
+    with pytest.raises(GhostballError, match='no law "frictional" that uses cushion_height'):
+        fitted(found, fields=["cushion_height"], law="frictional")
+
+
+def test_progress_is_told(found):
+    said = []
+    few = Harvest(found.rolling[:40], [], [], found.noise)
+    fitted(few, progress=lambda done, planned, last: said.append((done, planned, last)))
+    assert said[0] == (0, 1, "all, 100 shots played")
+
+
+def test_fields_are_those_of_physics():
+    assert set(FIELDS) <= set(Physics.model_fields)

@@ -1,0 +1,114 @@
+"""Fits of a made-up model whose answer is known, without any shot."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+
+from ghostball.model import Physics
+from ghostball.validation.measured.fit.least_squares import (
+    HUBER,
+    Field,
+    Problem,
+    covariance_of,
+)
+
+NOISE = 0.01
+NAMES = ("rolling_friction", "sliding_friction")
+FRICTION = Field("rolling_friction", 0.0, 0.2, 1e-3, frozenset({"made"}))
+SLIDING = Field("sliding_friction", 0.0, 1.0, 1e-3, frozenset({"made"}))
+
+
+@dataclass
+class Made:
+    """Sees a + b z^2 of a z that is measured as badly."""
+
+    shot: str
+    given: np.ndarray
+    seen: np.ndarray
+    hidden: int = 0
+    given_covariance: np.ndarray = field(default_factory=lambda: np.array([[NOISE**2]]))
+    seen_covariance: np.ndarray = field(default_factory=lambda: np.array([[NOISE**2]]))
+
+    @property
+    def guesses(self):
+        return [self.given]
+
+    @property
+    def steps(self):
+        return np.array([NOISE])
+
+
+def predict(physics, event, before):
+    return physics.rolling_friction + physics.sliding_friction * before**2
+
+
+def build(values):
+    return Physics(motion="sliding", **dict(zip(NAMES, values, strict=True)))
+
+
+def made(seed, count=60, spoilt=0):
+    random = np.random.default_rng(seed)
+    z = random.uniform(0.5, 2.0, count)
+    seen = 0.05 + 0.3 * z**2 + random.normal(0.0, NOISE, count)
+    seen[:spoilt] += 20.0 * NOISE
+    given = z + random.normal(0.0, NOISE, count)
+    return [Made(str(k), np.array([a]), np.array([b])) for k, (a, b) in enumerate(zip(given, seen, strict=True))]
+
+
+def solved(events):
+    problem = Problem({"made": events}, [FRICTION, SLIDING], build, predict)
+    return problem.solve(np.array([0.1, 0.2]))
+
+
+def test_errors_on_both_sides_are_taken_into_account():
+    off = []
+    for seed in range(100):
+        solution = solved(made(seed))
+        off.append((solution.values - [0.05, 0.3]) / solution.errors)
+    off = np.array(off)
+    # 95 of 100 are meant: fewer than 88 or more than 99 would be a surprise in a thousand.
+    held = np.sum(np.abs(off) < 1.96, axis=0)
+    assert np.all((held >= 88) & (held <= 100))
+    assert np.abs(off.mean(axis=0)) == pytest.approx([0.0, 0.0], abs=0.35)
+
+
+def test_the_goodness_is_1_where_only_noise_is_left():
+    assert np.mean([solved(made(seed)).goodness for seed in range(30)]) == pytest.approx(1.0, abs=0.1)
+
+
+def test_events_that_are_spoilt_move_the_values_little():
+    clean, spoilt = solved(made(3)), solved(made(3, spoilt=4))
+    assert np.all(np.abs(clean.values - spoilt.values) < 3.0 * clean.errors)
+    assert spoilt.goodness > 2.0
+
+
+def test_a_value_stays_within_its_bounds():
+    low = Field("rolling_friction", 0.06, 0.2, 1e-3, frozenset({"made"}))
+    problem = Problem({"made": made(1)}, [low, SLIDING], build, predict)
+    assert problem.solve(np.array([0.1, 0.2])).values[0] == pytest.approx(0.06)
+
+
+def test_a_family_that_does_not_feel_a_field_leaves_it_alone():
+    deaf = Field("sliding_friction", 0.0, 1.0, 1e-3, frozenset({"other"}))
+    problem = Problem({"made": made(1)}, [FRICTION, deaf], build, predict)
+    assert problem.solve(np.array([0.1, 0.2])).values[1] == 0.2
+
+
+def test_numbers_of_one_shot_count_once():
+    random = np.random.default_rng(1)
+    slopes, left = np.ones((50, 1)), random.normal(0.0, 1.0, 50)
+    alone = covariance_of(slopes, left, [str(k) for k in range(50)])
+    twice = covariance_of(
+        np.repeat(slopes, 2, axis=0), np.repeat(left, 2), [str(k // 2) for k in range(100)]
+    )
+    assert twice == pytest.approx(alone)
+    assert np.sqrt(alone[0, 0]) == pytest.approx(1.0 / np.sqrt(50), rel=0.3)
+
+
+def test_a_large_residual_counts_by_its_size():
+    solution = solved(made(3, spoilt=1))
+    (spoilt,) = solution.residuals["made"][0]
+    assert solution.misfits[0] == pytest.approx(2.0 * HUBER * abs(spoilt) - HUBER**2)

@@ -1,0 +1,1 @@
+"""Physics fitted to the tracks of a real table, event by event."""

@@ -1,0 +1,44 @@
+"""Whether a ball met nothing for a while."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ghostball.validation.measured.fit.lines import window
+from ghostball.validation.measured.tracks import FloatArray, Surface, Track
+
+ROLLED = 0.7
+"""How long a ball must have met nothing before a window, for each m/s of its speed in it [s^2/m].
+
+One that came from a cushion slides for less where the friction of the cloth is at least 0.13; one
+that was struck with much draw for longer.
+"""
+_MARGIN = 0.03
+"""The gap to a ball or a cushion up to which it may have been met [m]."""
+_UNSEEN = 0.2
+"""The longest time without a sample [s]."""
+
+
+def has_rolled(
+    track: Track, others: Sequence[Track], surface: Surface, time: float, speed: float
+) -> bool:
+    """Whether a ball of this speed has met nothing for so long before a time that it rolls."""
+    return is_free(track, others, surface, time - ROLLED * speed, time)
+
+
+def is_free(
+    track: Track, others: Sequence[Track], surface: Surface, first: float, last: float
+) -> bool:
+    """Whether a ball meets no other and no cushion from `first` to `last`, and is seen all along."""
+    if track.times[0] > first or track.times[-1] < last:
+        return False
+    seen = window(track, first, last)
+    if np.max(np.diff([first, *seen.times, last])) > _UNSEEN:
+        return False
+    gaps: FloatArray = np.min(surface.gaps(seen.positions), axis=1)
+    for other in others:
+        apart = np.linalg.norm(other.at(seen.times) - seen.positions, axis=1)
+        gaps = np.minimum(gaps, apart - 2.0 * surface.radius)
+    return bool(np.min(gaps, initial=np.inf) > _MARGIN)

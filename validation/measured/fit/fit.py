@@ -1,0 +1,363 @@
+"""Physics of a real table, or an engine's settings for it, from tracks of its balls."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Any, Final
+
+import numpy as np
+
+from ghostball.model import GhostballError, Physics, Result, Scene
+from ghostball.model.features import Feature
+from ghostball.model.impact_laws import CUSHION_LAWS, LawEntry
+from ghostball.reference_adapters import ReferenceEngine
+from ghostball.validation.measured.fit.events import Event
+from ghostball.validation.measured.fit.harvest import Harvest
+from ghostball.validation.measured.fit.least_squares import Field, Problem, Solution
+from ghostball.validation.measured.tracks import FloatArray
+
+LEAST_EVENTS: Final = 8
+"""Events of a family below which it tells nothing."""
+ALIKE: Final = 0.95
+"""Correlation from which on two values aren't told apart: one makes up for the other."""
+
+_ALL = frozenset({"rolling", "cushion", "hit"})
+_CUSHION, _HIT = frozenset({"cushion"}), frozenset({"hit"})
+
+FIELDS: Final = {
+    one.name: one
+    for one in (
+        Field("rolling_friction", 0.0, 0.2, 1e-4, _ALL),
+        Field("rolling_friction_quadratic", 0.0, 0.5, 5e-4, _ALL),
+        Field("sliding_friction", 0.02, 1.0, 2e-3, _CUSHION | _HIT),
+        Field("ball_restitution", 0.3, 1.0, 2e-3, _HIT),
+        Field("ball_friction", 0.0, 1.0, 2e-3, _HIT),
+        Field("cushion_restitution", 0.2, 1.0, 2e-3, _CUSHION),
+        Field("cushion_restitution_loss", 0.0, 1.0, 2e-3, _CUSHION),
+        Field("cushion_friction", 0.0, 1.0, 2e-3, _CUSHION),
+        Field("cushion_height", 0.02, 0.05, 1e-4, _CUSHION),
+    )
+}
+"""What can be fitted. Where values end, `Physics` does, or it is far from any table's."""
+DEFAULT_FIELDS: Final = tuple(
+    name for name in FIELDS if name not in {"ball_friction", "cushion_height"}
+)
+"""What is fitted where nobody chooses: no tracker sees the side of a ball, which throws it as the
+friction of balls does; and a height can be measured by a ruler."""
+_MAIN = {
+    "rolling": "rolling_friction",
+    "cushion": "cushion_restitution",
+    "hit": "ball_restitution",
+}
+"""The field that each family is there for."""
+_BEGIN = {"ball_friction": 0.06, "cushion_restitution_loss": 0.05}
+
+class NotEnoughError(GhostballError):
+    """Tracks that have too few clean events to tell what is asked of them."""
+
+
+Play = Callable[[Scene], Result]
+Progress = Callable[[int, int, str], None]
+
+
+@dataclass(frozen=True)
+class Fit:
+    """What was found: the physics, and how sure each fitted value of it is."""
+
+    physics: Physics
+    errors: dict[str, float]
+    """The standard error of each fitted field."""
+    solution: Solution
+    families: dict[str, Sequence[Event]]
+    """The events that were fitted, by what they are."""
+    noise: float  # of the tracks, of a coordinate of a sample [m]
+    laws: dict[str, float]
+    """The goodness of each law of cushions that was tried; none where cushions aren't fitted."""
+    laws_alike: list[str]
+    """Those of them that the tracks don't tell from the best, with it."""
+    not_told_apart: list[tuple[str, str]]
+    not_told: dict[str, str]
+    """Fields that the tracks tell nothing about, and why."""
+    ends: list[str]
+    """Fields whose best value is the end of what is allowed."""
+
+
+def fit_table(
+    found: Harvest,
+    engine: ReferenceEngine,
+    play: Play,
+    *,
+    preset: str = "pool",
+    law: str | None = None,
+    fields: Sequence[str] = (),
+    progress: Progress | None = None,
+) -> Fit:
+    """Return the physics with which an engine comes nearest to the events of tracks.
+
+    Parameters
+    ----------
+    engine, play : ReferenceEngine, callable
+        Which one, and what plays a scene on it and records its motion.
+    preset : str
+        Where what isn't fitted comes from.
+    law : str or None
+        That of cushions; None: of those that the engine has, the one that fits best, or the
+        preset's where the contacts don't tell it from that.
+    fields : sequence of str
+        What to fit; none: all of `DEFAULT_FIELDS` that the events and the engine have.
+
+    Raises
+    ------
+    GhostballError
+        Where there are too few events for anything, or for a field that was asked for.
+    """
+    return _Fitting(found, engine, play, preset, law, tuple(fields), progress).run()
+
+
+class _Fitting:
+    """One fit: what is held, what is asked of the tracks, and what they are too few for."""
+
+    def __init__(
+        self,
+        found: Harvest,
+        engine: ReferenceEngine,
+        play: Play,
+        preset: str,
+        law: str | None,
+        asked: tuple[str, ...],
+        progress: Progress | None,
+    ) -> None:
+        self._engine, self._play, self._progress = engine, play, progress
+        self._asked, self._law = asked, law
+        self._noise = found.noise
+        self._families = {
+            name: events for name, events in found.families.items() if len(events) >= LEAST_EVENTS
+        }
+        self._counts = {name: len(events) for name, events in found.families.items()}
+        self._lacking = _lacking(engine, preset)
+        self._base = Physics(preset=preset, **self._lacking)
+        self._not_told: dict[str, str] = {}
+        self._known: dict[str, Sequence[FloatArray]] = {}
+        self._played = 0
+        self._step = ""
+        self._steps_done = 0
+        self._steps = 1
+
+    def run(self) -> Fit:
+        """Fit, and say what came of it."""
+        fields = self._told(self._asked or DEFAULT_FIELDS)
+        if not fields:
+            raise NotEnoughError(f"not enough to tell anything: {self._too_few(_ALL)}")
+        laws = self._laws(fields)
+        ahead = [one for one in fields if one.felt_by != _CUSHION]
+        self._steps = len(laws) + 2 if laws else 1
+        values = self._begin(fields)
+        held: dict[str, Any] = {}
+        tried: dict[str, float] = {}
+        alike: list[str] = []
+        if laws:
+            if ahead and (_ALL - _CUSHION) & set(self._families):
+                others = _ALL - _CUSHION
+                told = [one for one in ahead if one.felt_by & others & set(self._families)]
+                first = self._solve("cloth and balls", told, values, held, others)
+                values |= _by_name(told, first)
+                self._known |= first.known
+            self._steps_done += 1
+            solutions = {}
+            for law in laws:
+                own = [one for one in fields if one.felt_by == _CUSHION and one.name in law.uses]
+                held = {"cushion": law.name}
+                solutions[law.name] = self._solve(law.name, own, values, held, _CUSHION)
+                self._steps_done += 1
+            alike = _laws_alike(solutions)
+            chosen = self._base.cushion if self._base.cushion in alike else alike[0]
+            tried = {name: one.goodness for name, one in solutions.items()}
+            held = {"cushion": chosen}
+            uses = next(law.uses for law in laws if law.name == chosen)
+            fields = [one for one in fields if one.felt_by != _CUSHION or one.name in uses]
+            own = [one for one in fields if one.felt_by == _CUSHION]
+            values |= _by_name(own, solutions[chosen])
+            self._known |= solutions[chosen].known
+        solution = self._solve("all", fields, values, held, _ALL)
+        return self._fit_of(fields, solution, held, tried, alike)
+
+    def _fit_of(
+        self,
+        fields: list[Field],
+        solution: Solution,
+        held: dict[str, Any],
+        laws: dict[str, float],
+        laws_alike: list[str],
+    ) -> Fit:
+        errors = dict(zip([one.name for one in fields], map(float, solution.errors), strict=True))
+        scale = np.where(solution.errors > 0.0, solution.errors, 1.0)
+        correlation = solution.covariance / np.outer(scale, scale)
+        alike = [
+            (fields[i].name, fields[j].name)
+            for i, j in combinations(range(len(fields)), 2)
+            if abs(correlation[i, j]) >= ALIKE
+        ]
+        ends = [
+            one.name
+            for one, value in zip(fields, solution.values, strict=True)
+            if min(value - one.low, one.high - value) < one.step / 2.0
+        ]
+        return Fit(
+            self._physics(_by_name(fields, solution), held),
+            errors,
+            solution,
+            self._families,
+            self._noise,
+            laws,
+            laws_alike,
+            alike,
+            self._not_told,
+            ends,
+        )
+
+    def _told(self, names: Sequence[str]) -> list[Field]:
+        """Return the fields that the events and the engine have something to say of."""
+        told = []
+        for name in names:
+            one = FIELDS[name]
+            why = ""
+            if not one.felt_by & set(self._families):
+                why = self._too_few(one.felt_by)
+            elif name in _NEEDS and not _has(self._engine, _NEEDS[name]):
+                why = f"{self._engine.name} has no {_NEEDS[name].value}"
+            if why and self._asked:
+                raise NotEnoughError(f"not enough to tell `{name}`: {why}")
+            if why:
+                self._not_told[name] = why
+            else:
+                told.append(one)
+        return told
+
+    def _too_few(self, families: frozenset[str]) -> str:
+        parts = [f"{self._counts[name]} {_NAMES[name]}" for name in _NAMES if name in families]
+        return f"{', '.join(parts)} were found clean, {LEAST_EVENTS} of a kind are needed"
+
+    def _laws(self, fields: Sequence[Field]) -> list[LawEntry]:
+        """Return the laws of cushions to try: none where no field of theirs is fitted."""
+        own = {one.name for one in fields if one.felt_by == _CUSHION}
+        if not own:
+            return []
+        wanted = own & set(self._asked)
+        laws = [
+            law
+            for law in _cushion_laws(self._engine)
+            if self._law in (None, law.name) and wanted <= {*law.uses}
+        ]
+        if not laws:
+            asked = f'no law "{self._law}"' if self._law else "no law of cushions"
+            uses = f" that uses {', '.join(sorted(wanted))}" if wanted else ""
+            raise GhostballError(f"{self._engine.name} has {asked}{uses}")
+        return laws
+
+    def _begin(self, fields: Sequence[Field]) -> dict[str, float]:
+        """Return where the search begins."""
+        values = {}
+        for one in fields:
+            value = _BEGIN.get(one.name, getattr(self._base, one.name))
+            values[one.name] = float(min(max(value, one.low), one.high))
+        return values
+
+    def _solve(
+        self,
+        step: str,
+        fields: Sequence[Field],
+        values: dict[str, float],
+        held: dict[str, Any],
+        families: frozenset[str],
+    ) -> Solution:
+        """Return the best values of some fields by some families; the others stay."""
+        self._step = step
+        names = [one.name for one in fields]
+
+        def build(numbers: FloatArray) -> Physics:
+            return self._physics({**values, **dict(zip(names, numbers, strict=True))}, held)
+
+        chosen = {name: ones for name, ones in self._families.items() if name in families}
+        problem = Problem(chosen, fields, build, self._predict)
+        known = {name: self._known[name] for name in chosen if name in self._known}
+        start = np.array([values[name] for name in names])
+        return problem.solve(start, known)
+
+    def _physics(self, values: dict[str, float], held: dict[str, Any]) -> Physics:
+        law = held.get("cushion", self._base.cushion)
+        uses = next(one.uses for one in CUSHION_LAWS if one.name == law)
+        mine = {
+            name: float(value)
+            for name, value in values.items()
+            if FIELDS[name].felt_by != _CUSHION or name in uses
+        }
+        return Physics(preset=self._base.preset, **{**self._lacking, **held, **mine})
+
+    def _predict(self, physics: Physics, event: Event, before: FloatArray) -> FloatArray:
+        self._played += 1
+        if self._progress is not None and self._played % _TELL == 0:
+            text = f"{self._step}, {self._played} shots played"
+            self._progress(self._steps_done, self._steps, text)
+        result = self._play(event.scene(physics, before))
+        return event.read(result.sample(event.times).positions[..., :2])
+
+
+_TELL = 100
+"""Shots after which progress is told."""
+_NAMES = {
+    "rolling": "windows of rolling",
+    "cushion": "contacts with cushions",
+    "hit": "hits of a ball at rest",
+}
+_NEEDS = {
+    "rolling_friction_quadratic": Feature.QUADRATIC_ROLLING,
+    "cushion_restitution_loss": Feature.FALLING_RESTITUTION,
+}
+
+
+def _laws_alike(solutions: dict[str, Solution]) -> list[str]:
+    """Return the laws that the contacts don't tell apart, the best one first.
+
+    One is told from the best where it fits worse by more than twice what that varies from contact
+    to contact (Vuong 1989).
+    """
+    misfits = {name: one.misfits for name, one in solutions.items()}
+    order = sorted(misfits, key=lambda name: float(np.sum(misfits[name])))
+    best = misfits[order[0]]
+    alike = [order[0]]
+    for name in order[1:]:
+        worse = misfits[name] - best
+        if np.sum(worse) <= _TOLD_APART * np.sqrt(len(worse)) * np.std(worse):
+            alike.append(name)
+    return alike
+
+
+_TOLD_APART = 2.0
+
+
+def _by_name(fields: Sequence[Field], solution: Solution) -> dict[str, float]:
+    return dict(zip([one.name for one in fields], map(float, solution.values), strict=True))
+
+
+def _has(engine: ReferenceEngine, feature: Feature) -> bool:
+    return engine.capabilities[feature].support != "none"
+
+
+def _lacking(engine: ReferenceEngine, preset: str) -> dict[str, Any]:
+    """Return what stands for the physics of a preset that an engine lacks."""
+    changes: dict[str, Any] = {
+        name: 0.0 for name, feature in _NEEDS.items() if not _has(engine, feature)
+    }
+    if not _has(engine, Feature.SPEED_DEPENDENT_FRICTION):
+        changes["ball_friction"] = _BEGIN["ball_friction"]
+    laws = [law.name for law in _cushion_laws(engine)]
+    if laws and Physics(preset=preset).cushion not in laws:
+        changes["cushion"] = laws[-1]
+    return changes
+
+
+def _cushion_laws(engine: ReferenceEngine) -> list[LawEntry]:
+    """Return the laws of cushions that can be fitted and that an engine has, the simplest first."""
+    return [law for law in CUSHION_LAWS if law.uses and _has(engine, Feature[law.feature or ""])]

@@ -1,0 +1,98 @@
+"""Curves through the samples of a window, as operators: made once, used on every shot played."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+
+from ghostball.validation.measured.tracks import FloatArray, Track
+
+
+@dataclass(frozen=True)
+class Curve:
+    """The polynomial nearest to samples, by the method of least squares.
+
+    `times` (n,) [s]: when the samples are; `middle` [s]: the mean of them.
+    `operator` (d + 1, n): what makes coefficients, from the lowest power of t - middle on, of
+    positions (n, 2).
+    """
+
+    times: FloatArray
+    middle: float
+    operator: FloatArray
+
+    @classmethod
+    def through(cls, times: FloatArray, degree: int) -> Self:
+        """Return the curve of samples at `times`, more than `degree` different ones."""
+        middle = float(np.mean(times))
+        powers = np.vander(times - middle, degree + 1, increasing=True)
+        return cls(times, middle, np.linalg.pinv(powers))
+
+    def of(self, positions: FloatArray) -> FloatArray:
+        """Return the coefficients (d + 1, 2) of positions (n, 2)."""
+        return self.operator @ positions
+
+    @property
+    def covariance(self) -> FloatArray:
+        """The covariance (d + 1, d + 1) of the coefficients, for samples of variance 1."""
+        return self.operator @ self.operator.T
+
+    def off(self, positions: FloatArray) -> float:
+        """Return the root mean square distance of positions from the curve, per coordinate [m]."""
+        powers = np.vander(self.times - self.middle, len(self.operator), increasing=True)
+        return float(np.sqrt(np.mean((positions - powers @ self.of(positions)) ** 2)))
+
+
+def window(track: Track, first: float, last: float) -> Track:
+    """Return the samples of a track from `first` to `last` [s]."""
+    inside = (track.times >= first) & (track.times <= last)
+    return Track(track.times[inside], track.positions[inside])
+
+
+def without_stale(track: Track) -> Track:
+    """Return a track without samples that repeat the one before while the ball moves.
+
+    A tracker that is late shows the last place again.
+    """
+    times, places = track.times, track.positions
+    if len(times) < 3:  # noqa: PLR2004 - one before and one after
+        return track
+    repeats = np.concatenate([[False], np.all(places[1:] == places[:-1], axis=1)])
+    fresh = np.flatnonzero(~repeats)
+    after = np.minimum(np.searchsorted(fresh, np.arange(len(times)), side="right"), len(fresh) - 1)
+    before = np.maximum(after - 1, 0)
+    step = np.linalg.norm(places[fresh[after]] - places[fresh[before]], axis=1)
+    span = times[fresh[after]] - times[fresh[before]]
+    moves = step > _MOVES * np.where(span > 0.0, span, np.inf)
+    kept = ~(repeats & moves)
+    return Track(times[kept], places[kept])
+
+
+def noise_of(tracks: list[Track]) -> float:
+    """Return the standard deviation of a coordinate of a sample [m], from balls that move.
+
+    Three samples in a row lie on a line but for it, and but for the little that a ball is slowed.
+    """
+    off = [np.empty(0)]
+    for track in tracks:
+        t, x = track.times, track.positions
+        if len(t) < 3:  # noqa: PLR2004
+            continue
+        share = ((t[1:-1] - t[:-2]) / (t[2:] - t[:-2]))[:, None]
+        between = (1.0 - share) * x[:-2] + share * x[2:]
+        spread = np.sqrt(1.0 + share**2 + (1.0 - share) ** 2)
+        speed = np.linalg.norm(x[2:] - x[:-2], axis=1) / (t[2:] - t[:-2])
+        moves = (speed > _MOVES) & (t[2:] - t[:-2] < _NEIGHBOURS)
+        off.append(((x[1:-1] - between) / spread)[moves].ravel())
+    every = np.concatenate(off)
+    return float(_NORMAL * np.median(np.abs(every))) if len(every) else 0.0
+
+
+_MOVES = 0.05
+"""Speed from which on a ball counts as moving [m/s]."""
+_NEIGHBOURS = 0.2
+"""Time within which three samples are neighbours [s]."""
+_NORMAL = 1.4826
+"""The standard deviation of normal numbers, in medians of their absolute values."""
