@@ -11,11 +11,11 @@ import typer
 
 from benchmarks.accuracy import SHOTS, measure_accuracy
 from benchmarks.breaks import BREAKS, measure_breaks
+from benchmarks.fits import TABLES, measure_fits
 from benchmarks.measurements import BenchError, Measurement, machine_folder
 from benchmarks.pictures.gallery import write_gallery
 from benchmarks.precision.measure import DEFAULT_SCENES, PRECISION_ENGINES, measure_precision
 from benchmarks.racks import PEERS, measure_racks, our_player, peer
-from benchmarks.fits import TABLES, measure_fits
 from benchmarks.rebounds import measure_rebounds
 from benchmarks.skips import measure_skips
 from benchmarks.speed import chosen_workloads, measure_targets
@@ -151,7 +151,7 @@ def fits(
     out: Out = None,
     store: Store = False,
 ) -> None:
-    """Fit synthetic tables of known physics: do the errors that a fit states hold?"""
+    """Fit synthetic tables of known physics, and count how often the stated errors hold."""
     measured_by(partial(measure_fits, tables, jobs), out, store, part=tables < TABLES)
 
 

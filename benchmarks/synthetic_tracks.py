@@ -51,13 +51,13 @@ def synthetic_tracks(
 def _shot(random: np.random.Generator, physics: Physics, surface: Surface, side: float) -> Scene:
     places: list[FloatArray] = []
     extent = np.array([surface.length, surface.width])
-    while len(places) < 3:  # noqa: PLR2004
+    while len(places) < 3:
         place = random.uniform(_APART, extent - _APART)
         if all(np.linalg.norm(place - other) > _APART for other in places):
             places.append(place)
     way = places[1] - places[0]
     angle = random.uniform(0.0, 2.0 * math.pi)
-    if random.random() < 0.5:  # noqa: PLR2004
+    if random.random() < 0.5:
         angle = math.atan2(way[1], way[0]) + random.normal() * _AIMED / float(np.linalg.norm(way))
     speed, roll = random.uniform(0.5, 3.0), random.uniform(0.0, 1.0)
     vx, vy = speed * math.cos(angle), speed * math.sin(angle)

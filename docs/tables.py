@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
+import tomllib
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from functools import partial
+from pathlib import Path
 
+from benchmarks.fits import FitsMeasurement
 from benchmarks.pictures.gallery import committed_board
 from benchmarks.rebounds import ReboundsMeasurement
+from benchmarks.synthetic_tracks import EXAMPLE_PHYSICS
 from ghostball.engine import simulate
 from ghostball.model import Ball, Physics, Table
 from ghostball.model.features import Capability, Feature
@@ -131,6 +136,30 @@ def nearest() -> str:
     stored = ReboundsMeasurement.committed()
     rows = (one.row for one in (stored.best if stored else ()))
     return _table(("engine", "law of cushions", "best coefficients", "typical", "most"), rows)
+
+
+def fitted_example(path: str) -> str:
+    """Return what was fitted to the example's tracks beside what they were made with."""
+    text = Path(path).read_text(encoding="utf-8")
+    errors = dict(re.findall(r"^(\w+) = .* # \+- (\S+)$", text, re.MULTILINE))
+    rows = []
+    for name, value in tomllib.loads(text)["physics"].items():
+        if name in errors:
+            true, error = getattr(EXAMPLE_PHYSICS, name), float(errors[name])
+            off = f"{(value - true) / error:+.1f}"
+            rows.append((f"`{name}`", f"{true:g}", f"{value:g} ± {errors[name]}", off))
+    return _table(("field", "true", "found", "standard errors off"), rows)
+
+
+def fits() -> str:
+    """Return how often the errors of fits hold, from the committed measurement."""
+    stored = FitsMeasurement.committed()
+    if stored is None:
+        return "Not measured yet: `python -m benchmarks fits --store` does so."
+    heads = ("field", "tables", "within 1.96 standard errors", "most")
+    return "\n".join(
+        [_table(heads, ((f"`{name}`", *cells) for name, *cells in stored.rows)), "", stored.sought]
+    )
 
 
 def command_line() -> str:

@@ -1,9 +1,9 @@
-"""What is left of events to which physics was fitted: is it noise, or something of a table?"""
+"""What a fit of physics leaves of each event: noise alone, or something of the table."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,17 +32,12 @@ def draw_fit(fitted: Fit, path: Path) -> None:
         figure = style.new_figure(9.0, 1.2 + 2.5 * len(families))
         rows = figure.subplots(len(families), 1, squeeze=False)[:, 0]
         for axes, (name, left) in zip(rows, families.items(), strict=True):
-            speeds = np.array([_speed(one) for one in fitted.families[name]])
+            speeds = np.array([one.speed for one in fitted.families[name]])
             _draw(axes, speeds, left)
             axes.set_title(f"{_TITLES[name]} ({len(left)})", loc="left")
         rows[-1].set_xlabel("speed before [m/s]")
         style.set_title(figure, "What the fit leaves, in errors of measurement")
         style.save_one(figure, path, "What a fit of physics to tracks leaves of each event")
-
-
-def _speed(event: Any) -> float:
-    """Return the speed of the ball that an event begins with [m/s]."""
-    return float(event.speed)
 
 
 def _draw(axes: Axes, speeds: NDArray[np.float64], left: NDArray[np.float64]) -> None:

@@ -159,8 +159,9 @@ def fit(
         Path,
         typer.Argument(
             metavar="TRACKS.csv",
-            help="Where balls were: a CSV file with the header shot,ball,t,x,y; seconds and metres, "
-            "the origin in a corner of the playing surface. Lines that begin with # are comments.",
+            help="Where balls were: a CSV file with the header shot,ball,t,x,y; seconds and "
+            "metres, the origin in a corner of the playing surface. Lines that begin with # are "
+            "comments.",
         ),
     ],
     table: Annotated[

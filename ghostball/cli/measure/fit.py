@@ -28,10 +28,11 @@ try:
     from ghostball.validation.measured.fit.fit import FIELDS, Fit, NotEnoughError, fit_table
     from ghostball.validation.measured.fit.harvest import harvest
 except ImportError as error:
-    if error.name is None or not error.name.startswith("scipy"):
+    missing = (error.name or "").partition(".")[0]
+    if missing not in {"scipy", "threadpoolctl"}:
         raise
     raise GhostballError(
-        "a fit needs SciPy, which isn't installed here: pip install 'ghostball[fit]'"
+        f"a fit needs {missing}, which isn't installed here: pip install 'ghostball[fit]'"
     ) from None
 
 LARGEST_TABLE = 20.0
@@ -75,7 +76,13 @@ def run(
     ):
         try:
             fitted = fit_table(
-                found, made, partial(_play, player), preset=preset, law=law, fields=chosen, progress=count
+                found,
+                made,
+                partial(_play, player),
+                preset=preset,
+                law=law,
+                fields=chosen,
+                progress=count,
             )
         except NotEnoughError as error:
             raise NotEnoughError(f"{tracks}: {error}") from None
@@ -164,8 +171,10 @@ def _parts(fitted: Fit) -> Iterator[RenderableType]:
         value = getattr(fitted.physics, name)
         note = "at the end of what is allowed" if name in fitted.ends else ""
         rows.append((name, rounded(value, error), f"{error:.2g}", note))
-    yield table_of(("field", "value", "standard error", ""), rows, right=("value", "standard error"))
-    counts = ", ".join(f"{len(events)} {name}" for name, events in fitted.families.items())
+    yield table_of(
+        ("field", "value", "standard error", ""), rows, right=("value", "standard error")
+    )
+    counts = ", ".join(f"{count} {name}" for name, count in fitted.counts.items())
     facts = {
         "events": f"{counts}; the tracker's noise is {1e3 * fitted.noise:.2g} mm",
         "goodness": f"{fitted.solution.goodness:.2f}; 1 where only noise is left",
@@ -192,7 +201,7 @@ def _plain(fitted: Fit, engine: str, preset: str) -> dict[str, Any]:
         "law": fitted.physics.cushion,
         "laws": fitted.laws,
         "laws_not_told_apart": fitted.laws_alike,
-        "events": {name: len(events) for name, events in fitted.families.items()},
+        "events": fitted.counts,
         "goodness": fitted.solution.goodness,
         "not_told_apart": [list(pair) for pair in fitted.not_told_apart],
         "not_told": fitted.not_told,

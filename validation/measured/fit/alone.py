@@ -31,7 +31,7 @@ def has_rolled(
 def is_free(
     track: Track, others: Sequence[Track], surface: Surface, first: float, last: float
 ) -> bool:
-    """Whether a ball meets no other and no cushion from `first` to `last`, and is seen all along."""
+    """Whether a ball meets nothing from `first` to `last`, and is seen all along."""
     if track.times[0] > first or track.times[-1] < last:
         return False
     seen = window(track, first, last)

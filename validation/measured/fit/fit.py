@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from typing import Any, Final
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from ghostball.model import GhostballError, Physics, Result, Scene
 from ghostball.model.features import Feature
@@ -54,6 +55,7 @@ _MAIN = {
 """The field that each family is there for."""
 _BEGIN = {"ball_friction": 0.06, "cushion_restitution_loss": 0.05}
 
+
 class NotEnoughError(GhostballError):
     """Tracks that have too few clean events to tell what is asked of them."""
 
@@ -72,6 +74,8 @@ class Fit:
     solution: Solution
     families: dict[str, Sequence[Event]]
     """The events that were fitted, by what they are."""
+    counts: dict[str, int]
+    """How many clean events there were of each family, those too few for a fit as well."""
     noise: float  # of the tracks, of a coordinate of a sample [m]
     laws: dict[str, float]
     """The goodness of each law of cushions that was tried; none where cushions aren't fitted."""
@@ -113,7 +117,10 @@ def fit_table(
     GhostballError
         Where there are too few events for anything, or for a field that was asked for.
     """
-    return _Fitting(found, engine, play, preset, law, tuple(fields), progress).run()
+    # The matrices are small. Threads for them only wait for each other, beside another program for
+    # a hundred times as long as they work.
+    with threadpool_limits(limits=1, user_api="blas"):
+        return _Fitting(found, engine, play, preset, law, tuple(fields), progress).run()
 
 
 class _Fitting:
@@ -209,6 +216,7 @@ class _Fitting:
             errors,
             solution,
             self._families,
+            self._counts,
             self._noise,
             laws,
             laws_alike,

@@ -72,10 +72,7 @@ def _rolling_event(shot: str, track: Track, one: Rolling, noise: float, radius: 
     half = ROLLING.length / 2.0
     samples = window(track, one.time - half, one.time + half)
     curve = Curve.through(samples.times - samples.times[0], 2)
-    _, velocity, half_acceleration = curve.of(samples.positions)
-    speed = float(np.linalg.norm(velocity))
-    slowing = float(-2.0 * half_acceleration @ velocity / speed)
-    return RollingEvent(shot, curve, speed, slowing, noise, radius)
+    return RollingEvent.of(shot, curve, samples.positions, noise, radius)
 
 
 def _cushions(
@@ -101,21 +98,21 @@ def _cushion_event(
     before = window(track, *(one.time + edge for edge in CUSHION.before))
     after = window(track, *(one.time + edge for edge in CUSHION.after))
     origin = before.times[0]
-    lines = [Curve.through(part.times - origin, 1) for part in (before, after)]
+    lines = tuple(Curve.through(part.times - origin, 1) for part in (before, after))
     place, velocity = lines[0].of(before.positions)
     if not has_rolled(track, others, surface, origin, float(np.linalg.norm(velocity))):
         return None
     left = lines[1].of(after.positions)[1]
     towards = 1.0 if velocity[one.axis] > 0.0 else -1.0
-    start = place - lines[0].middle * velocity
-    side = 2 * one.axis + (towards > 0.0)
-    return CushionEvent(
+    gaps = surface.gaps(place - lines[0].middle * velocity)
+    return CushionEvent.of(
         shot,
-        lines[0],
-        lines[1],
-        float(surface.gaps(start)[side]),
-        np.array([towards * velocity[one.axis], velocity[1 - one.axis], 0.0]),
-        np.array([-towards * left[one.axis], left[1 - one.axis]]),
+        (lines[0], lines[1]),
+        (
+            np.array([towards * velocity[one.axis], velocity[1 - one.axis]]),
+            np.array([-towards * left[one.axis], left[1 - one.axis]]),
+        ),
+        float(gaps[2 * one.axis + (towards > 0.0)]),
         noise,
         surface.radius,
     )

@@ -33,9 +33,7 @@ _SAMPLES = 5
 _MOST_RESTING = 25
 
 
-def hits(
-    shot: str, balls: Mapping[str, Track], surface: Surface, noise: float
-) -> Iterator[Event]:
+def hits(shot: str, balls: Mapping[str, Track], surface: Surface, noise: float) -> Iterator[Event]:
     """Yield the clean hits of one shot; `noise` [m] of a coordinate of a sample."""
     for name, track in balls.items():
         for other, target in balls.items():
@@ -97,13 +95,12 @@ class _Meeting:
             curve.of((after.positions - place) @ axes.T).ravel()
             for curve, after in zip(curves, afters, strict=True)
         ]
-        return HitEvent(
+        return HitEvent.of(
             shot,
-            line,
-            (curves[0], curves[1]),
-            len(resting),
-            np.array([-ahead, -aside, speed, 0.0, 0.0]),
+            (line, curves[0], curves[1]),
+            np.array([-ahead, -aside, speed, 0.0]),
             np.concatenate(seen),
+            len(resting),
             self._noise,
             self._surface.radius,
         )

@@ -165,7 +165,7 @@ class Problem:
         for k, event in enumerate(self._families[name]):
             guesses = event.guesses if known is None else [known[k], *event.guesses]
             off = partial(self._off, physics, event)
-            nearest.append(guesses[0] if len(event.guesses) == 1 else min(guesses, key=off))
+            nearest.append(guesses[0] if not event.hides_side else min(guesses, key=off))
         return nearest
 
     def _off(self, physics: Physics, event: Event, before: FloatArray) -> float:
@@ -175,9 +175,7 @@ class Problem:
         given = np.linalg.solve(event.given_covariance, step)
         return float(left @ seen + step @ given)
 
-    def _linear(
-        self, values: FloatArray, known: Known
-    ) -> dict[str, list[_Linear]]:
+    def _linear(self, values: FloatArray, known: Known) -> dict[str, list[_Linear]]:
         """Return all events near values of the fields, and what was before them."""
         steps = [
             one.step if value + one.step <= one.high else -one.step
@@ -235,7 +233,10 @@ class Problem:
                 lambda numbers: left + slopes @ (numbers - values),
                 values,
                 lambda _: slopes,
-                bounds=(np.maximum(self._low, values - reach), np.minimum(self._high, values + reach)),
+                bounds=(
+                    np.maximum(self._low, values - reach),
+                    np.minimum(self._high, values + reach),
+                ),
                 x_scale=[one.step for one in self._fields],
                 loss="huber",
                 f_scale=HUBER,
@@ -254,7 +255,7 @@ class Problem:
                 name: [one.improved(each) for one, each in zip(ones, residuals[name], strict=True)]
                 for name, ones in linear.items()
             },
-            sum(len(one.predicted) - one.event.hidden for one in every),
+            sum(len(one.predicted) - one.event.hides_side for one in every),
         )
 
 

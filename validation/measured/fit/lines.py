@@ -28,7 +28,7 @@ class Curve:
         """Return the curve of samples at `times`, more than `degree` different ones."""
         middle = float(np.mean(times))
         powers = np.vander(times - middle, degree + 1, increasing=True)
-        return cls(times, middle, np.linalg.pinv(powers))
+        return cls(times, middle, np.asarray(np.linalg.pinv(powers), dtype=np.float64))
 
     def of(self, positions: FloatArray) -> FloatArray:
         """Return the coefficients (d + 1, 2) of positions (n, 2)."""
@@ -57,7 +57,7 @@ def without_stale(track: Track) -> Track:
     A tracker that is late shows the last place again.
     """
     times, places = track.times, track.positions
-    if len(times) < 3:  # noqa: PLR2004 - one before and one after
+    if len(times) < 3:
         return track
     repeats = np.concatenate([[False], np.all(places[1:] == places[:-1], axis=1)])
     fresh = np.flatnonzero(~repeats)
@@ -78,7 +78,7 @@ def noise_of(tracks: list[Track]) -> float:
     off = [np.empty(0)]
     for track in tracks:
         t, x = track.times, track.positions
-        if len(t) < 3:  # noqa: PLR2004
+        if len(t) < 3:
             continue
         share = ((t[1:-1] - t[:-2]) / (t[2:] - t[:-2]))[:, None]
         between = (1.0 - share) * x[:-2] + share * x[2:]

@@ -22,7 +22,9 @@ def played(event, given):
 
 def test_a_rolling_ball_has_its_speed_in_the_middle_and_slows_by_its_friction():
     curve = Curve.through(np.arange(0.0, 1.0, 0.02), 2)
-    event = RollingEvent("1", curve, 0.6, 0.1, 1e-3, RADIUS)
+    x = 0.6 * (curve.times - curve.middle) - 0.05 * (curve.times - curve.middle) ** 2
+    event = RollingEvent.of("1", curve, np.column_stack([x, 0.0 * x]), 1e-3, RADIUS)
+    assert (event.speed, event.seen[0]) == pytest.approx((0.6, 0.1))
     result, (slowing,) = played(event, event.given)
     speed = np.linalg.norm(result.sample([curve.middle]).velocities[0, 0])
     assert speed == pytest.approx(0.6)
@@ -34,7 +36,8 @@ def test_a_ball_meets_a_cushion_with_the_velocity_and_the_side_that_are_given(si
     after = Curve.through(np.arange(0.7, 1.0, 0.02), 1)
     given = np.array([0.8, 0.2, side])
     before = Curve.through(BEFORE, 1)
-    event = CushionEvent("1", before, after, 0.25, given, np.array([0.4, 0.2]), 1e-3, RADIUS)
+    velocities = given[:2], np.array([0.4, 0.2])
+    event = CushionEvent.of("1", (before, after), velocities, 0.25, 1e-3, RADIUS)
     result, seen = played(event, given)
     (impact,) = result.events["t"][result.events["kind"] == EventKind.BALL_CUSHION]
     middle = result.sample([before.middle]).velocities[0, 0]
@@ -47,9 +50,9 @@ def test_a_ball_meets_a_cushion_with_the_velocity_and_the_side_that_are_given(si
 def test_a_hit_begins_where_the_mean_of_the_samples_is():
     before = Curve.through(BEFORE, 1)
     after = Curve.through(np.arange(0.6, 0.85, 0.02), 1)
-    given = np.array([-0.2, 0.01, 0.8, 0.0, 0.0])
-    event = HitEvent("1", before, (after, after), 30, given, np.zeros(8), 1e-3, RADIUS)
-    result, seen = played(event, given)
+    given = np.array([-0.2, 0.01, 0.8, 0.0])
+    event = HitEvent.of("1", (before, after, after), given, np.zeros(8), 30, 1e-3, RADIUS)
+    result, seen = played(event, event.given)
     places = result.sample(BEFORE).positions[:, 0, :2] - result.scene.positions[1, :2]
     assert places.mean(axis=0) == pytest.approx(given[:2])
     assert result.collision_counts["ball-ball"] == 1

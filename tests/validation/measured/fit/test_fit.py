@@ -1,4 +1,4 @@
-"""Physics fitted to tracks: known values come out within their errors, and what isn't told is said."""
+"""Physics fitted to tracks: known values come out, and what isn't told is said."""
 
 from __future__ import annotations
 
@@ -84,7 +84,9 @@ def test_what_a_few_events_do_not_tell_is_said(found):
 
 
 def test_no_events_are_an_error_that_counts_them(found):
-    with pytest.raises(NotEnoughError, match=r"not enough to tell anything: 2 windows of rolling, 0"):
+    with pytest.raises(
+        NotEnoughError, match=r"not enough to tell anything: 2 windows of rolling, 0"
+    ):
         fitted(Harvest(found.rolling[:2], [], [], found.noise))
 
 

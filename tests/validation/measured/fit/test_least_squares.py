@@ -28,7 +28,7 @@ class Made:
     shot: str
     given: np.ndarray
     seen: np.ndarray
-    hidden: int = 0
+    hides_side: bool = False
     given_covariance: np.ndarray = field(default_factory=lambda: np.array([[NOISE**2]]))
     seen_covariance: np.ndarray = field(default_factory=lambda: np.array([[NOISE**2]]))
 
@@ -55,7 +55,10 @@ def made(seed, count=60, spoilt=0):
     seen = 0.05 + 0.3 * z**2 + random.normal(0.0, NOISE, count)
     seen[:spoilt] += 20.0 * NOISE
     given = z + random.normal(0.0, NOISE, count)
-    return [Made(str(k), np.array([a]), np.array([b])) for k, (a, b) in enumerate(zip(given, seen, strict=True))]
+    return [
+        Made(str(k), np.array([a]), np.array([b]))
+        for k, (a, b) in enumerate(zip(given, seen, strict=True))
+    ]
 
 
 def solved(events):
@@ -76,7 +79,9 @@ def test_errors_on_both_sides_are_taken_into_account():
 
 
 def test_the_goodness_is_1_where_only_noise_is_left():
-    assert np.mean([solved(made(seed)).goodness for seed in range(30)]) == pytest.approx(1.0, abs=0.1)
+    assert np.mean([solved(made(seed)).goodness for seed in range(30)]) == pytest.approx(
+        1.0, abs=0.1
+    )
 
 
 def test_events_that_are_spoilt_move_the_values_little():

@@ -1,0 +1,125 @@
+"""`ghostball fit`: what it prints and writes, and what it says of bad input."""
+
+from __future__ import annotations
+
+import json
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from benchmarks.synthetic_tracks import EXAMPLE, EXAMPLE_PHYSICS, write_example
+from ghostball.cli import app
+from ghostball.model import Physics
+
+TABLE = ("--table", "2.54", "1.27", "--radius", "0.028575")
+SHOTS = 13
+HEADER = "shot,ball,t,x,y\n"
+
+
+@pytest.fixture
+def cli(monkeypatch, in_this_process):
+    """Run the command in this process, with lines of a length of its own."""
+    monkeypatch.setenv("COLUMNS", "200")
+
+    def run(*arguments):
+        return CliRunner().invoke(app, ["fit", *map(str, arguments)])
+
+    return run
+
+
+@pytest.fixture
+def tracks(tmp_path) -> Path:
+    """The first shots of the example: enough for the cloth, too few for all else."""
+    lines = EXAMPLE.read_text(encoding="utf-8").splitlines(keepends=True)
+    path = tmp_path / "tracks.csv"
+    head, body = lines[:2], lines[2:]
+    path.write_text("".join([*head, *(line for line in body if int(line.split(",")[0]) < SHOTS)]))
+    return path
+
+
+def test_the_example_is_what_its_physics_plays(tmp_path):
+    write_example(tmp_path / "again.csv")
+    assert (tmp_path / "again.csv").read_text() == EXAMPLE.read_text(encoding="utf-8")
+
+
+def test_the_cloth_alone_of_a_few_shots(cli, tracks, tmp_path):
+    out, picture = tmp_path / "table.toml", tmp_path / "left.png"
+    found = cli(tracks, *TABLE, "--fields", "rolling_friction", "--out", out, "--plot", picture)
+    assert found.exit_code == 0, found.output
+    for part in ("rolling_friction", "standard error", "tracker's noise is 1 mm", "goodness"):
+        assert part in found.stdout
+    assert "[physics]" not in found.stdout  # it is in the file
+    physics = Physics(**tomllib.loads(out.read_text())["physics"])
+    true = EXAMPLE_PHYSICS.rolling_friction
+    assert physics.rolling_friction == pytest.approx(true, rel=0.1)
+    assert "# +- " in out.read_text()
+    assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+def test_json_is_one_object_with_what_is_not_told(cli, tracks):
+    found = cli(tracks, *TABLE, "--format=json")
+    assert found.exit_code == 0, found.output
+    data = json.loads(found.stdout)
+    assert set(data["physics"]["rolling_friction"]) == {"value", "error"}
+    assert data["law"] in {"han2005", "mathavan2010", "frictional", "restitution"}
+    assert data["events"]["rolling"] > 8
+    assert data["goodness"] > 0.0
+    assert isinstance(data["not_told_apart"], list)
+    assert "ball_restitution" in data["not_told"]
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", "expected the header shot,ball,t,x,y, found an empty file"),
+        ("a,b\n", "1: expected the header shot,ball,t,x,y, found 'a,b'"),
+        (HEADER, "expected samples below the header, found none"),
+        (HEADER + "1,cue,0,1\n", "2: expected 5 fields, found 4"),
+        (HEADER + "1,cue,0,1,x\n", "2: expected numbers as t, x and y"),
+        (HEADER + "1,cue,0,100,60\n", "2: expected x between 0 and 2.54 m"),
+        (HEADER + "1,cue,1,1,1\n1,cue,0.5,1,1\n", "3: expected a time after 1 s"),
+        (HEADER + "1,cue,0,1,1\n1,cue,0.02,2,1\n", "3: expected ball cue within 0.3 m"),
+        (HEADER + "1,cue,0,1,1\n1,cue,0.02,1,1\n", "not enough to tell anything: 0 windows"),
+    ],
+)  # fmt: skip
+def test_bad_tracks_are_one_line_and_leave_nothing(cli, tmp_path, text, said):
+    path, out = tmp_path / "tracks.csv", tmp_path / "out.toml"
+    path.write_text(text)
+    found = cli(path, *TABLE, "--out", out)
+    assert found.exit_code == 2
+    (line,) = found.stderr.strip().splitlines()
+    assert f"{path}:" in line
+    assert said in line
+    assert not out.exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("--table", "254", "127", "--radius", "0.028575"), "LENGTH must be above 0 and at most"),
+        (("--table", "2.54", "1.27", "--radius", "2.8"), "well below the width of the table"),
+        ((*TABLE, "--fields", "mass"), "can't fit 'mass'; there are rolling_friction,"),
+        ((*TABLE, "--preset", "felt"), "must be one of paper, pool"),
+        ((*TABLE, "--law", "mirror"), "must be one of restitution,"),
+        ((*TABLE, "--plot", "left.gif"), "must end in"),
+        ((*TABLE, "--engine", "nobody"), "engine must be an installed one"),
+        ((*TABLE, "--out", "nowhere/table.toml"), "can't write the file of `--out`"),
+    ],
+)  # fmt: skip
+def test_bad_options_are_refused_before_anything_is_played(cli, tracks, arguments, said):
+    found = cli(tracks, *arguments)
+    assert found.exit_code == 2
+    assert said in " ".join(found.stderr.replace("│", " ").split())
+
+
+def test_a_fit_without_scipy_says_how_to_get_it(cli, tracks, monkeypatch):
+    needs_it = ("scipy", "ghostball.validation.measured.fit", "ghostball.cli.measure.fit")
+    for name in [one for one in sys.modules if one.startswith(needs_it)]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, "scipy", None)
+    found = cli(tracks, *TABLE)
+    assert found.exit_code == 2
+    assert "pip install 'ghostball[fit]'" in found.stderr
