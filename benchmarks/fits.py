@@ -19,7 +19,8 @@ from ghostball.validation.measured.fit.harvest import harvest
 from ghostball.validation.parallel.pool import Progress
 
 TABLES: Final = 200
-SHOTS: Final = 200
+SHOTS: Final = 100
+"""Shots of a table, and twice as many where the law of cushions is sought as well."""
 FREE: Final = 8
 """Tables whose law is sought as well."""
 NOMINAL: Final = 1.96
@@ -82,7 +83,7 @@ class FitsMeasurement(Measurement):
         return (
             f"The law of cushions was given. Where it was sought, in {len(free)} tables, it was "
             f"told from all others in {told}, and was among those not told apart in {kept - told}; "
-            f"such a fit of {SHOTS} shots took {longest:.0f} s at most, beside another one."
+            f"such a fit of {2 * SHOTS} shots took {longest:.0f} s at most, beside another one."
         )
 
     @property
@@ -105,13 +106,14 @@ def measure_fits(
     return FitsMeasurement(tables=sorted(done, key=lambda one: one.seed))
 
 
-def fitted_table(seed: int, shots: int = SHOTS) -> FittedTable:
+def fitted_table(seed: int) -> FittedTable:
     """Return what a fit says of a table of random physics, tracker and camera."""
     random = np.random.default_rng([seed, 1])
     law = _LAWS[int(random.integers(len(_LAWS)))]
     true: dict[str, Any] = {name: float(random.uniform(*ends)) for name, ends in _RANGES.items()}
     rate, noise = float(random.choice([25.0, 50.0])), float(random.uniform(4e-4, 2e-3))
     side = float(random.choice([0.0, 0.3]))
+    shots = 2 * SHOTS if seed < FREE else SHOTS
     physics = Physics(preset="pool", cushion=law, **true)
     tracks = synthetic_tracks(physics, shots, seed, rate=rate, noise=noise, side=side)
     engine = make_engine("ghostball")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from ghostball.reports import style
+from ghostball.validation.measured.likeness import Family
 from ghostball.validation.results.records import number_with_unit
 from ghostball.validation.results.store import CaseRecord, Results
 
@@ -54,3 +55,8 @@ def number_text(value: float | None) -> str:
     if value is None:
         return "–"
     return str(value) if isinstance(value, int) else f"{value:.3g}"
+
+
+def likeness_cell(family: Family) -> str:
+    """Return by how many standard errors an engine is off what was measured: typically, at most."""
+    return "–" if family.lacks else f"{family.typical:.1f} ({family.most:.1f})"

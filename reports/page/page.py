@@ -24,6 +24,7 @@ from ghostball.reports.page.measured import (
     timing_html,
 )
 from ghostball.reports.page.overview import changes_html, matrix_html
+from ghostball.reports.page.real_tables import real_tables_html
 from ghostball.reports.page.rendering import asset, render, replay_script
 from ghostball.reports.page.scenes import ScenePart
 from ghostball.reports.page.stress import stress_html
@@ -118,6 +119,12 @@ def page_text(
             "Board",
             "Engines on the questions that distinguish them",
             Part(lambda: board_html(results.path)),
+        ),
+        section(
+            "real-tables",
+            "Real tables",
+            "Engines beside real tables",
+            Part(lambda: real_tables_html(results)),
         ),
         section("stress", "Stress", "Stress survival", Part(lambda: stress_html(results))),
         section(

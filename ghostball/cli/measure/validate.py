@@ -12,13 +12,19 @@ from rich.console import Console
 from rich.markup import escape
 
 from ghostball.cli.gate.regress import Gate, compare_guarded, gates_of
-from ghostball.cli.measure.verdicts import colour_of, headline, spread_table, verdict_tables
+from ghostball.cli.measure.verdicts import (
+    colour_of,
+    headline,
+    likeness_table,
+    spread_table,
+    verdict_tables,
+)
 from ghostball.cli.shared.config import load_config
 from ghostball.cli.shared.options import FigureChoice, Format
 from ghostball.cli.shared.progress import COMPILING, DRAWING, Steps
 from ghostball.cli.shared.report import write as write_report
 from ghostball.cli.shared.summary import printed
-from ghostball.cli.shared.terminal import say, say_printed, tables
+from ghostball.cli.shared.terminal import busy, say, say_printed, tables
 from ghostball.model import Scene
 from ghostball.reference_adapters import (
     EngineError,
@@ -49,6 +55,7 @@ from ghostball.validation.runs.runner import Reuse
 from ghostball.validation.scenes import commands
 from ghostball.validation.scenes.library import scene_names, select
 from ghostball.validation.suite.plan import criteria_beside_paths
+from ghostball.validation.suite.real_tables import forget_likenesses, measure_likenesses
 from ghostball.validation.suite.suite import DEFAULT_ENGINES, Outcome, run_suite
 from ghostball.validation.suite.unchanged import is_ours
 from ghostball.validation.suite.varied import Ensemble, Size
@@ -64,6 +71,7 @@ class _Request:
     criteria: dict[str, Criteria]
     engines: tuple[str, ...]
     named: bool  # whether the user or the project names the engines
+    whole: bool  # whether all that is shipped is asked
     gates: list[Gate]
     metrics: Sequence[str] | None
     starts: Ensemble | None
@@ -120,6 +128,12 @@ def run(
         if request.metrics is None:
             for regression in compare_guarded(results, request.gates, request.scenes, time_limit):
                 status = worst(status, _say_moved(regression, console))
+        if request.whole:
+            with busy("engines beside real tables"):
+                found = measure_likenesses(request.engines, request.out, time_limit)
+            console.print(likeness_table(found), crop=False)
+        else:
+            forget_likenesses(request.out)
         if report:
             written = write_report(request.out, jobs=jobs, figures=figures.value, steps=steps)
             console.print(f"report: {written.page}", soft_wrap=True, markup=False)
@@ -167,6 +181,7 @@ def _plan(
         criteria_beside_paths(names),
         specs,
         bool(named),
+        not (wanted or config.scenes or metrics),
         gates,
         metrics or None,
         starts,

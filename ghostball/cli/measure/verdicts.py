@@ -21,7 +21,9 @@ from ghostball.reports.accuracy import (
     tally,
 )
 from ghostball.reports.spread_text import HEADER, KEY as SPREAD_KEY, remarks_of, rows_of
+from ghostball.reports.words import likeness_cell
 from ghostball.validation.checks.verdict import Verdict, unfinished_text, verdict_of
+from ghostball.validation.measured.likeness import Likeness
 from ghostball.validation.results.store import CaseRecord, Results
 from ghostball.validation.suite.suite import Outcome
 from ghostball.validation.suite.varied import Size
@@ -163,3 +165,18 @@ def failures(cases: Iterable[CaseRecord]) -> Sequence[str]:
         ]
     more = len(lines) - FAILURES_SHOWN
     return [*lines[:FAILURES_SHOWN], f"... and {more} more, in the report"] if more > 0 else lines
+
+
+def likeness_table(found: Sequence[Likeness]) -> RenderableType:
+    """Return by how many standard errors each engine is off what was measured on real tables."""
+    families = found[0].families if found else ()
+    rows = (
+        (escape(one.label), *(likeness_cell(family) for family in one.families))
+        for one in found
+        if any(not family.lacks for family in one.families)
+    )
+    return table_of(
+        ("engine", *(family.short for family in families)),
+        rows,
+        title="Beside real tables, each as it comes nearest: standard errors off, typically (most)",
+    )

@@ -82,6 +82,7 @@ class _Linear:
     """An event near a guess of the fields and of what was before it."""
 
     event: Event
+    at: FloatArray  # values of the fields (p,)
     before: FloatArray  # z (m,)
     predicted: FloatArray  # f (k,)
     slope: FloatArray  # J (k, m)
@@ -98,6 +99,10 @@ class _Linear:
     def slopes(self) -> FloatArray:
         """The derivatives of what is left by the fields (k, p)."""
         return -self.whiten(self.fields)
+
+    def left_at(self, values: FloatArray) -> FloatArray:
+        """Return what is left where the fields have other values (k,)."""
+        return self.left + self.slopes @ (values - self.at)
 
     def whiten(self, numbers: FloatArray) -> FloatArray:
         """Return numbers (k,) or (k, p) as independent ones of variance 1."""
@@ -136,6 +141,8 @@ class Problem:
         """
         values, told = start, set(known or ())
         befores: Known = known or {}
+        linear: dict[str, list[_Linear]] = {}
+        moving = set(self._families)
         for k in range(_PASSES):
             if k < _GUESSING:
                 physics = self._build(values)
@@ -145,14 +152,23 @@ class Problem:
                     else self._nearest(physics, name, befores.get(name))
                     for name in self._families
                 }
-            linear = self._linear(values, befores)
+            linear |= {name: self._linear(name, values, befores[name]) for name in sorted(moving)}
             solution = self._best(values, linear)
-            moved = np.abs(solution.values - values)
+            moved = np.abs(solution.values - values) > _SETTLED * solution.errors
             values = solution.values
             befores = solution.known if k < _GUESSING else _halfway(befores, solution.known)
-            if k and np.all(moved <= _SETTLED * solution.errors):
+            if k >= _GUESSING - 1:
+                # One whose fields stay is still as linear as it was.
+                moving = {name for name in self._families if self._feels(name, moved.tolist())}
+            if k and not np.any(moved):
                 break
         return solution
+
+    def _feels(self, name: str, moved: Sequence[bool]) -> bool:
+        """Whether one of the fields that moved is felt by a family."""
+        return any(
+            one and name in field.felt_by for one, field in zip(moved, self._fields, strict=True)
+        )
 
     def _nearest(
         self, physics: Physics, name: str, known: Sequence[FloatArray] | None
@@ -175,21 +191,20 @@ class Problem:
         given = np.linalg.solve(event.given_covariance, step)
         return float(left @ seen + step @ given)
 
-    def _linear(self, values: FloatArray, known: Known) -> dict[str, list[_Linear]]:
-        """Return all events near values of the fields, and what was before them."""
+    def _linear(
+        self, name: str, values: FloatArray, befores: Sequence[FloatArray]
+    ) -> list[_Linear]:
+        """Return the events of a family near values of the fields, and what was before them."""
         steps = [
             one.step if value + one.step <= one.high else -one.step
             for one, value in zip(self._fields, values, strict=True)
         ]
         here = self._build(values)
-        shifted = [self._build(values + step) for step in np.diag(steps)]
-        return {
-            name: [
-                self._linear_near(event, before, here, self._felt(name, shifted), steps)
-                for event, before in zip(events, known[name], strict=True)
-            ]
-            for name, events in self._families.items()
-        }
+        shifted = self._felt(name, [self._build(values + step) for step in np.diag(steps)])
+        return [
+            self._linear_near(event, before, values, here, shifted, steps)
+            for event, before in zip(self._families[name], befores, strict=True)
+        ]
 
     def _felt(self, name: str, shifted: Sequence[Physics]) -> list[Physics | None]:
         """Return the shifted physics, None where a family doesn't feel the shift."""
@@ -202,6 +217,7 @@ class Problem:
         self,
         event: Event,
         before: FloatArray,
+        values: FloatArray,
         here: Physics,
         shifted: Sequence[Physics | None],
         steps: Sequence[float],
@@ -219,12 +235,12 @@ class Problem:
                 fields[:, k] = (self._predict(physics, event, before) - predicted) / step
         covariance = event.seen_covariance + slope @ event.given_covariance @ slope.T
         whitening = np.asarray(cholesky(covariance, lower=True))
-        return _Linear(event, before, predicted, slope, fields, whitening)
+        return _Linear(event, values, before, predicted, slope, fields, whitening)
 
     def _best(self, values: FloatArray, linear: Mapping[str, list[_Linear]]) -> Solution:
         """Return the values that fit best where all is linear near some values."""
         every = [one for ones in linear.values() for one in ones]
-        left = np.concatenate([one.left for one in every])
+        left = np.concatenate([one.left_at(values) for one in every])
         slopes = np.vstack([one.slopes for one in every])
         best = values
         if len(values):
@@ -244,8 +260,7 @@ class Problem:
         move = best - values
         shots = [one.event.shot for one in every for _ in one.predicted]
         residuals = {
-            name: np.array([one.left + one.slopes @ move for one in ones])
-            for name, ones in linear.items()
+            name: np.array([one.left_at(best) for one in ones]) for name, ones in linear.items()
         }
         return Solution(
             np.asarray(best),

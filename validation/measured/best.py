@@ -1,0 +1,60 @@
+"""The settings with which an engine comes nearest to a real table."""
+
+from __future__ import annotations
+
+import tomllib
+from importlib.resources import files
+from typing import Any
+
+import numpy as np
+
+from ghostball.model import Physics
+from ghostball.model.features import Capabilities, Feature
+from ghostball.model.impact_laws import CUSHION_LAWS
+from ghostball.validation.measured.facts import Row, facts_of
+
+_OURS = "ghostball"
+
+
+def best_cushion(engine: str, capabilities: Capabilities) -> dict[str, Any] | None:
+    """Return the law of cushions and its numbers, of what was sought; None: it has no such law.
+
+    Where the restitution may fall with speed, it does.
+    """
+    text = (files("ghostball.validation.measured") / "best.toml").read_text(encoding="utf-8")
+    known = tomllib.loads(text)["best"]
+    mine = [one for one in known if one["engine"] == engine]
+    for one in mine or [one for one in known if one["engine"] == _OURS]:
+        law = next(law for law in CUSHION_LAWS if law.name == one["cushion"])
+        falls = one["cushion_restitution_loss"] > 0.0
+        needed = [Feature[law.feature or ""]] + [Feature.FALLING_RESTITUTION] * falls
+        if all(capabilities[feature].support != "none" for feature in needed):
+            return {name: value for name, value in one.items() if name != "engine"}
+    return None
+
+
+def best_cloth(facts: str, capabilities: Capabilities) -> dict[str, float]:
+    """Return the rolling friction nearest to measured decelerations, and how it grows with speed.
+
+    Of an engine whose rolling friction is one number at any speed, that alone.
+    """
+    rows = facts_of(facts).rows
+    weights = np.array([1.0 / (row.error or 1.0) for row in rows])  # all alike without errors
+    grows = capabilities[Feature.QUADRATIC_ROLLING].support != "none"
+    columns = [np.ones(len(rows))] + [np.array([place_of(row) ** 2 for row in rows])] * grows
+    scaled = np.column_stack(columns) * weights[:, None]
+    best = np.linalg.lstsq(scaled, np.array([row.value for row in rows]) * weights, rcond=None)[0]
+    gravity = Physics().gravity
+    return {
+        "rolling_friction": float(best[0]) / gravity,
+        "rolling_friction_quadratic": float(best[1]) if grows else 0.0,
+    }
+
+
+def place_of(row: Row) -> float:
+    """Return where a row is: on average, or else in the middle."""
+    if row.at is not None:
+        return row.at
+    assert row.low is not None
+    assert row.high is not None
+    return (row.low + row.high) / 2.0
