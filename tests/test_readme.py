@@ -13,8 +13,10 @@ from typer.testing import CliRunner
 from benchmarks.accuracy import AccuracyMeasurement
 from benchmarks.breaks import BreaksMeasurement
 from benchmarks.pictures.gallery import committed_board
+from benchmarks.pictures.rebounds import best_of_each
 from benchmarks.precision.points import PrecisionMeasurement
 from benchmarks.racks import RacksMeasurement
+from benchmarks.rebounds import ReboundsMeasurement
 from benchmarks.speed import TargetsMeasurement
 from ghostball.cli import app
 from ghostball.engine import simulate
@@ -163,12 +165,24 @@ def test_what_is_quoted_or_drawn_is_of_the_revision_that_is_named(kind, revision
 @pytest.mark.parametrize("name", [path.name for path in sorted(GALLERY.glob("*"))])
 def test_every_picture_is_of_the_revision_that_is_named(name):
     revision = Image.open(GALLERY / name).text["Description"]
-    if name == "board.png":
-        assert revision.startswith(committed_board().environment["git"]["revision"])
+    own = {"board.png": committed_board(), "rebounds.png": ReboundsMeasurement.committed()}
+    if name in own:
+        assert revision.startswith(own[name].environment["git"]["revision"])
     else:
         sections = name.startswith("paper-section")
         assert revision.startswith(SECTIONS_AT if sections else MEASURED_AT)
     assert "changes" not in revision
+
+
+def test_how_near_engines_come_to_a_real_table_is_what_was_searched():
+    best = {
+        one.engine: f"{one.typical:.1f}" for one in best_of_each(ReboundsMeasurement.committed())
+    }
+    said = re.search(
+        r"our engine is ([\d.]+) standard errors off .* pymunk ([\d.]+) and pybullet ([\d.]+)\.",
+        on_one_line(README),
+    )
+    assert said.groups() == (best["ghostball"], best["pymunk"], best["pybullet"])
 
 
 def test_exactness_is_what_was_measured():

@@ -12,11 +12,13 @@ from benchmarks.pictures.chaos import draw_chaos
 from benchmarks.pictures.paper import PAPER_FIGURES
 from benchmarks.pictures.physics import PHYSICS_FIGURES
 from benchmarks.pictures.racks import draw_racks
+from benchmarks.pictures.rebounds import draw_rebounds
 from benchmarks.pictures.sections import SECTION_FIGURES
 from benchmarks.pictures.shots import our_shot
 from benchmarks.precision.figure import draw_against_time
 from benchmarks.precision.points import PrecisionMeasurement
 from benchmarks.racks import RacksMeasurement
+from benchmarks.rebounds import ReboundsMeasurement
 from ghostball.model import GhostballError
 from ghostball.reports import style
 from ghostball.reports.board import draw_board
@@ -164,6 +166,8 @@ def draw_committed() -> Iterator[tuple[str, Figure]]:
         yield "precision", draw_against_time(precision)
     if (racks := RacksMeasurement.committed()) is not None:
         yield "racks", draw_racks(racks)
+    if (rebounds := ReboundsMeasurement.committed()) is not None:
+        yield "rebounds", draw_rebounds(rebounds)
     if (board := committed_board()) is not None:
         yield "board", draw_board(board)
 

@@ -178,5 +178,5 @@ def likeness_table(found: Sequence[Likeness]) -> RenderableType:
     return table_of(
         ("engine", *(family.short for family in families)),
         rows,
-        title="Beside real tables, each as it comes nearest: standard errors off, typically (most)",
+        title="Standard errors off what real tables do: typically (most)",
     )

@@ -1,0 +1,53 @@
+"""The count of how often the errors of fits hold."""
+
+from __future__ import annotations
+
+import pytest
+
+from benchmarks.fits import FitsMeasurement, FittedTable, fitted_table
+
+
+def table(seed: int, off: float, laws: list[str]) -> FittedTable:
+    return FittedTable(
+        seed=seed,
+        law="han2005",
+        laws_alike=laws,
+        rate=25.0,
+        noise=1e-3,
+        side=0.0,
+        events={"rolling": 9},
+        goodness=1.0,
+        seconds=10.0 * len(laws),
+        errors_off={"rolling_friction": off},
+    )
+
+
+MEASURED = FitsMeasurement(
+    tables=[
+        table(0, 0.5, ["han2005"]),
+        table(1, -2.5, ["frictional", "han2005"]),
+        table(2, 1.9, ["frictional"]),
+        table(3, -1.9, []),
+    ]
+)
+
+
+def test_errors_that_hold_are_counted():
+    assert MEASURED.rows[0] == ("rolling_friction", "4", "75.0 %", "2.5")
+    assert MEASURED.rows[1][1] == "0"
+
+
+def test_what_became_of_the_laws_is_said():
+    said = MEASURED.sought
+    assert "in 3 tables, it was told from all others in 1, and was among" in said
+    assert "those not told apart in 1;" in said
+    assert "20 s at most" in said
+
+
+@pytest.mark.slow
+def test_a_table_is_fitted_and_nearly_right():
+    found = fitted_table(100)
+    assert found.laws_alike == []
+    assert found.errors_off.keys() >= {"rolling_friction", "cushion_restitution"}
+    assert all(abs(off) < 5.0 for off in found.errors_off.values())
+    assert 0.7 < found.goodness < 1.4

@@ -1,0 +1,66 @@
+"""Fails where the page says other figures of real tables than were measured, or hides a lack."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from ghostball.reports.page.real_tables import real_tables_html
+from ghostball.validation.measured.likeness import Family, Likeness, Measured
+from ghostball.validation.results.store import Results
+from ghostball.validation.suite.real_tables import FILE
+
+EVIL = "</script><img src=x onerror=alert(1)>"
+
+
+def family(**fields) -> Family:
+    return Family(
+        name="cushion",
+        short="rebound",
+        title="Rebounds",
+        quantity="ratio",
+        unit="1",
+        against="speed [m/s]",
+        citation="Somebody 2024",
+        **fields,
+    )
+
+
+FIGURES = (
+    Measured(at=0.5, value=0.55, error=0.01, played=0.56),
+    Measured(at=1.5, value=0.54, error=0.01, played=0.57),
+)
+FOUND = [
+    Likeness(label="ghostball", families=(family(figures=FIGURES, settings={"cushion": "x"}),)),
+    Likeness(label="other", families=(family(lacks=EVIL),)),
+]
+
+
+@pytest.fixture
+def html(tmp_path) -> str:
+    text = f"[{','.join(one.model_dump_json() for one in FOUND)}]"
+    (tmp_path / FILE).write_text(text)
+    return str(real_tables_html(Results(tmp_path, [], {})))
+
+
+def test_a_folder_without_them_has_no_section(tmp_path):
+    assert real_tables_html(Results(tmp_path, [], {})) == ""
+
+
+def test_an_engine_is_shown_by_how_far_it_is_off(html):
+    text = " ".join(re.sub(r"<[^>]*>", " ", html).split())
+    assert "ghostball 2.2 (3.0) other –" in text
+    assert "Somebody 2024" in text
+    assert "cushion = x" in text
+
+
+def test_measured_points_have_bars_and_engines_curves(html):
+    assert html.count("two standard errors</title>") == len(FIGURES)
+    assert html.count("●") == len(FIGURES)
+    assert "<title>ghostball</title>" in html
+
+
+def test_what_an_engine_lacks_is_said_and_harmless(html):
+    assert "can't:" in html
+    assert "<img" not in html
