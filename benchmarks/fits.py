@@ -14,7 +14,7 @@ from benchmarks.measurements import Measurement, Record, table_of
 from benchmarks.synthetic_tracks import POOL, synthetic_tracks
 from ghostball.model import Physics
 from ghostball.reference_adapters import make_engine
-from ghostball.validation.measured.fit.fit import fit_table
+from ghostball.validation.measured.fit.fit import NORMAL, fit_table
 from ghostball.validation.measured.fit.harvest import harvest
 from ghostball.validation.parallel.pool import Progress
 
@@ -23,8 +23,6 @@ SHOTS: Final = 100
 """Shots of a table, and twice as many where the law of cushions is sought as well."""
 FREE: Final = 8
 """Tables whose law is sought as well."""
-NOMINAL: Final = 1.96
-"""Standard errors within which 95 of 100 normal numbers are."""
 
 _RANGES: Final = {
     "rolling_friction": (0.004, 0.012),
@@ -68,7 +66,7 @@ class FitsMeasurement(Measurement):
         rows = []
         for name in _RANGES:
             off = np.array([one.errors_off[name] for one in self.tables if name in one.errors_off])
-            held = 100.0 * np.mean(np.abs(off) <= NOMINAL) if len(off) else np.nan
+            held = 100.0 * np.mean(np.abs(off) <= NORMAL) if len(off) else np.nan
             most = np.max(np.abs(off)) if len(off) else np.nan
             rows.append((name, str(len(off)), f"{held:.1f} %", f"{most:.1f}"))
         return rows
@@ -89,7 +87,7 @@ class FitsMeasurement(Measurement):
     @property
     def table(self) -> RenderableType:
         """It as a row for each field, and what became of the laws that were sought."""
-        heads = ("field", "tables", f"within {NOMINAL} standard errors", "most")
+        heads = ("field", "tables", f"within {NORMAL} standard errors", "most")
         return Group(table_of(heads, self.rows), self.sought)
 
 

@@ -8,6 +8,7 @@ from itertools import combinations
 from typing import Any, Final
 
 import numpy as np
+from scipy.special import stdtrit
 from threadpoolctl import threadpool_limits
 
 from ghostball.model import GhostballError, Physics, Result, Scene
@@ -21,6 +22,8 @@ from ghostball.validation.measured.tracks import FloatArray
 
 LEAST_EVENTS: Final = 8
 """Events of a family below which it tells nothing."""
+NORMAL: Final = 1.96
+"""Standard errors within which 95 of 100 normal numbers are."""
 ALIKE: Final = 0.95
 """Correlation from which on two values aren't told apart: one makes up for the other."""
 
@@ -47,12 +50,10 @@ DEFAULT_FIELDS: Final = tuple(
 )
 """What is fitted where nobody chooses: no tracker sees the side of a ball, which throws it as the
 friction of balls does; and a height can be measured by a ruler."""
-_MAIN = {
-    "rolling": "rolling_friction",
-    "cushion": "cushion_restitution",
-    "hit": "ball_restitution",
-}
-"""The field that each family is there for."""
+_TOLD_BY: Final = {"sliding_friction": _HIT}
+"""Fields that not every family which feels them tells: of contacts with cushions alone it hides
+behind their friction, and the errors of both would be wrong.
+"""
 _BEGIN = {"ball_friction": 0.06, "cushion_restitution_loss": 0.05}
 
 
@@ -100,22 +101,13 @@ def fit_table(
 ) -> Fit:
     """Return the physics with which an engine comes nearest to the events of tracks.
 
-    Parameters
-    ----------
-    engine, play : ReferenceEngine, callable
-        Which one, and what plays a scene on it and records its motion.
-    preset : str
-        Where what isn't fitted comes from.
-    law : str or None
-        That of cushions; None: of those that the engine has, the one that fits best, or the
-        preset's where the contacts don't tell it from that.
-    fields : sequence of str
-        What to fit; none: all of `DEFAULT_FIELDS` that the events and the engine have.
+    `play` plays a scene on it, and records the motion. `preset` gives what isn't fitted. `law` is
+    that of cushions; None: of those that the engine has, the one that fits best, or the preset's
+    where the contacts don't tell it from that. `fields` are fitted; none: all of `DEFAULT_FIELDS`
+    that the events and the engine have.
 
-    Raises
-    ------
-    GhostballError
-        Where there are too few events for anything, or for a field that was asked for.
+    Raises `NotEnoughError` where there are too few events for anything, or for a field that was
+    asked for; `GhostballError` where the engine has no such law.
     """
     # The matrices are small. Threads for them only wait for each other, beside another program for
     # a hundred times as long as they work.
@@ -198,7 +190,10 @@ class _Fitting:
         laws: dict[str, float],
         laws_alike: list[str],
     ) -> Fit:
-        errors = dict(zip([one.name for one in fields], map(float, solution.errors), strict=True))
+        errors = {
+            one.name: float(error) * self._widened(one, fields)
+            for one, error in zip(fields, solution.errors, strict=True)
+        }
         scale = np.where(solution.errors > 0.0, solution.errors, 1.0)
         correlation = solution.covariance / np.outer(scale, scale)
         alike = [
@@ -225,14 +220,27 @@ class _Fitting:
             ends,
         )
 
+    def _widened(self, field: Field, fields: Sequence[Field]) -> float:
+        """Return by how much the error of a field is widened, since few shots tell it.
+
+        So 95 of 100 true values lie within 1.96 stated errors, as with many (Student 1908).
+        """
+        tell = _TOLD_BY.get(field.name, field.felt_by)
+        shots = {
+            event.shot for name in tell & set(self._families) for event in self._families[name]
+        }
+        beside = sum(_TOLD_BY.get(one.name, one.felt_by) <= tell for one in fields)
+        return float(stdtrit(max(len(shots) - beside, 1), 0.975)) / NORMAL
+
     def _told(self, names: Sequence[str]) -> list[Field]:
         """Return the fields that the events and the engine have something to say of."""
         told = []
         for name in names:
             one = FIELDS[name]
             why = ""
-            if not one.felt_by & set(self._families):
-                why = self._too_few(one.felt_by)
+            tell = _TOLD_BY.get(name, one.felt_by)
+            if not tell & set(self._families):
+                why = self._too_few(tell)
             elif name in _NEEDS and not _has(self._engine, _NEEDS[name]):
                 why = f"{self._engine.name} has no {_NEEDS[name].value}"
             if why and self._asked:
