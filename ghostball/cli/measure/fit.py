@@ -55,9 +55,11 @@ def run(
     """Fit, and return the exit status; see the options of the command."""
     surface = _surface(table, radius)
     chosen = _chosen(fields)
-    if preset not in Physics.PRESETS:
+    presets = [name for name in Physics.PRESETS if Physics(preset=name).motion == "sliding"]
+    if preset not in presets:
         raise typer.BadParameter(
-            f"must be one of {', '.join(Physics.PRESETS)}, got {preset!r}", param_hint="--preset"
+            f"must be one of {', '.join(presets)}, in which balls slide; got {preset!r}",
+            param_hint="--preset",
         )
     laws = [one.name for one in CUSHION_LAWS if one.uses]
     if law is not None and law not in laws:
@@ -98,7 +100,10 @@ def run(
     else:
         stdout().print(Group(*_parts(fitted)))
         if out is None:
-            typer.echo(text)
+            typer.echo(text, nl=False)
+        for said, path in (("written to", out), ("drawn in", plot)):
+            if path is not None:
+                stdout().print(f"{said} {path}", soft_wrap=True, markup=False)
     return ExitStatus.PASSED
 
 

@@ -50,9 +50,13 @@ DEFAULT_FIELDS: Final = tuple(
 )
 """What is fitted where nobody chooses: no tracker sees the side of a ball, which throws it as the
 friction of balls does; and a height can be measured by a ruler."""
-_TOLD_BY: Final = {"sliding_friction": _HIT}
-"""Fields that not every family which feels them tells: of contacts with cushions alone it hides
-behind their friction, and the errors of both would be wrong.
+_TOLD_BY: Final = {
+    "rolling_friction": frozenset({"rolling"}),
+    "rolling_friction_quadratic": frozenset({"rolling"}),
+    "sliding_friction": _HIT,
+}
+"""Fields that not every family which feels them tells. In contacts with cushions alone the friction
+of a sliding ball hides behind that of the cushion, and the errors of both would be wrong.
 """
 _BEGIN = {"ball_friction": 0.06, "cushion_restitution_loss": 0.05}
 
@@ -150,37 +154,38 @@ class _Fitting:
         if not fields:
             raise NotEnoughError(f"not enough to tell anything: {self._too_few(_ALL)}")
         laws = self._laws(fields)
-        ahead = [one for one in fields if one.felt_by != _CUSHION]
         self._steps = len(laws) + 2 if laws else 1
         values = self._begin(fields)
-        held: dict[str, Any] = {}
-        tried: dict[str, float] = {}
-        alike: list[str] = []
-        if laws:
-            if ahead and (_ALL - _CUSHION) & set(self._families):
-                others = _ALL - _CUSHION
-                told = [one for one in ahead if one.felt_by & others & set(self._families)]
-                first = self._solve("cloth and balls", told, values, held, others)
-                values |= _by_name(told, first)
-                self._known |= first.known
-            self._steps_done += 1
-            solutions = {}
-            for law in laws:
-                own = [one for one in fields if one.felt_by == _CUSHION and one.name in law.uses]
-                held = {"cushion": law.name}
-                solutions[law.name] = self._solve(law.name, own, values, held, _CUSHION)
-                self._steps_done += 1
-            alike = _laws_alike(solutions)
-            chosen = self._base.cushion if self._base.cushion in alike else alike[0]
-            tried = {name: one.goodness for name, one in solutions.items()}
-            held = {"cushion": chosen}
-            uses = next(law.uses for law in laws if law.name == chosen)
-            fields = [one for one in fields if one.felt_by != _CUSHION or one.name in uses]
-            own = [one for one in fields if one.felt_by == _CUSHION]
-            values |= _by_name(own, solutions[chosen])
-            self._known |= solutions[chosen].known
+        if not laws:
+            return self._fit_of(fields, self._solve("all", fields, values, {}, _ALL), {}, {}, [])
+        others = [one for one in fields if _told_by(one) != _CUSHION]
+        if others:
+            first = self._solve("cloth and balls", others, values, {}, _ALL - _CUSHION)
+            values |= _by_name(others, first)
+            self._known |= first.known
+        solutions = self._by_law(laws, fields, values)
+        alike = _laws_alike(solutions)
+        chosen = self._base.cushion if self._base.cushion in alike else alike[0]
+        own = _own_fields(next(law for law in laws if law.name == chosen), fields)
+        values |= _by_name(own, solutions[chosen])
+        self._known |= solutions[chosen].known
+        held = {"cushion": chosen}
+        fields = [*others, *own]
+        tried = {name: one.goodness for name, one in solutions.items()}
         solution = self._solve("all", fields, values, held, _ALL)
         return self._fit_of(fields, solution, held, tried, alike)
+
+    def _by_law(
+        self, laws: Sequence[LawEntry], fields: Sequence[Field], values: dict[str, float]
+    ) -> dict[str, Solution]:
+        """Return what each law of cushions makes of the contacts."""
+        solutions = {}
+        for done, law in enumerate(laws, start=1):
+            self._steps_done = done
+            held, own = {"cushion": law.name}, _own_fields(law, fields)
+            solutions[law.name] = self._solve(law.name, own, values, held, _CUSHION)
+        self._steps_done = len(laws) + 1
+        return solutions
 
     def _fit_of(
         self,
@@ -225,11 +230,9 @@ class _Fitting:
 
         So 95 of 100 true values lie within 1.96 stated errors, as with many (Student 1908).
         """
-        tell = _TOLD_BY.get(field.name, field.felt_by)
-        shots = {
-            event.shot for name in tell & set(self._families) for event in self._families[name]
-        }
-        beside = sum(_TOLD_BY.get(one.name, one.felt_by) <= tell for one in fields)
+        (family,) = _told_by(field)
+        shots = {event.shot for event in self._families[family]}
+        beside = sum(_told_by(one) == {family} for one in fields)
         return float(stdtrit(max(len(shots) - beside, 1), 0.975)) / NORMAL
 
     def _told(self, names: Sequence[str]) -> list[Field]:
@@ -238,9 +241,8 @@ class _Fitting:
         for name in names:
             one = FIELDS[name]
             why = ""
-            tell = _TOLD_BY.get(name, one.felt_by)
-            if not tell & set(self._families):
-                why = self._too_few(tell)
+            if not _told_by(one) <= set(self._families):
+                why = self._too_few(_told_by(one))
             elif name in _NEEDS and not _has(self._engine, _NEEDS[name]):
                 why = f"{self._engine.name} has no {_NEEDS[name].value}"
             if why and self._asked:
@@ -333,6 +335,11 @@ _NEEDS = {
 }
 
 
+def _own_fields(law: LawEntry, fields: Sequence[Field]) -> list[Field]:
+    """Return those of some fields that a law of cushions uses and only contacts tell."""
+    return [one for one in fields if _told_by(one) == _CUSHION and one.name in law.uses]
+
+
 def _laws_alike(solutions: dict[str, Solution]) -> list[str]:
     """Return the laws that the contacts don't tell apart, the best one first.
 
@@ -351,6 +358,11 @@ def _laws_alike(solutions: dict[str, Solution]) -> list[str]:
 
 
 _TOLD_APART = 2.0
+
+
+def _told_by(field: Field) -> frozenset[str]:
+    """Return the family that tells a field."""
+    return _TOLD_BY.get(field.name, field.felt_by)
 
 
 def _by_name(fields: Sequence[Field], solution: Solution) -> dict[str, float]:

@@ -52,6 +52,7 @@ def test_the_cloth_alone_of_a_few_shots(cli, tracks, tmp_path):
     for part in ("rolling_friction", "standard error", "tracker's noise is 1 mm", "goodness"):
         assert part in found.stdout
     assert "[physics]" not in found.stdout  # it is in the file
+    assert f"written to {out}\ndrawn in {picture}" in found.stdout
     physics = Physics(**tomllib.loads(out.read_text())["physics"])
     true = EXAMPLE_PHYSICS.rolling_friction
     assert physics.rolling_friction == pytest.approx(true, rel=0.1)
@@ -102,7 +103,8 @@ def test_bad_tracks_are_one_line_and_leave_nothing(cli, tmp_path, text, said):
         (("--table", "254", "127", "--radius", "0.028575"), "LENGTH must be above 0 and at most"),
         (("--table", "2.54", "1.27", "--radius", "2.8"), "well below the width of the table"),
         ((*TABLE, "--fields", "mass"), "can't fit 'mass'; there are rolling_friction,"),
-        ((*TABLE, "--preset", "felt"), "must be one of paper, pool"),
+        ((*TABLE, "--preset", "felt"), "must be one of pool, pool-coulomb, carom"),
+        ((*TABLE, "--preset", "paper"), "in which balls slide; got 'paper'"),
         ((*TABLE, "--law", "mirror"), "must be one of restitution,"),
         ((*TABLE, "--plot", "left.gif"), "must end in"),
         ((*TABLE, "--engine", "nobody"), "engine must be an installed one"),

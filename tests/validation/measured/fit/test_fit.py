@@ -103,6 +103,23 @@ def test_a_law_that_uses_no_such_field_is_refused(found):
         fitted(found, fields=["cushion_height"], law="frictional")
 
 
+def test_contacts_alone_tell_no_friction_of_the_cloth(found):
+    alone = Harvest([], found.cushion[:20], [], found.noise)
+    fit = fitted(alone, law="han2005")
+    assert set(fit.errors) == {
+        "cushion_restitution",
+        "cushion_restitution_loss",
+        "cushion_friction",
+    }
+    assert {"rolling_friction", "sliding_friction"} <= set(fit.not_told)
+
+
+def test_few_shots_widen_the_error(found):
+    few = Harvest(found.rolling[:12], [], [], found.noise)
+    fit = fitted(few, fields=["rolling_friction"])
+    assert fit.errors["rolling_friction"] > 1.05 * fit.solution.errors[0]
+
+
 def test_progress_is_told(found):
     said = []
     few = Harvest(found.rolling[:40], [], [], found.noise)
