@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import time
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from functools import partial
@@ -94,14 +95,28 @@ class FitsMeasurement(Measurement):
 def measure_fits(
     tables: int = TABLES, jobs: int = 1, *, progress: Progress[str] | None = None
 ) -> FitsMeasurement:
-    """Fit tables of random physics, each by the tracks of `SHOTS` shots."""
-    done = []
-    with ProcessPoolExecutor(jobs) as pool:
-        for future in as_completed([pool.submit(fitted_table, seed) for seed in range(tables)]):
-            done.append(future.result())
-            if progress is not None:
-                progress(len(done), tables, f"table {done[-1].seed}")
+    """Fit tables of random physics, each by the tracks of `SHOTS` shots.
+
+    Interrupted, it returns those that are done.
+    """
+    done: list[FittedTable] = []
+    with ProcessPoolExecutor(jobs, initializer=_ignore_interrupts) as pool:
+        futures = [pool.submit(fitted_table, seed) for seed in range(tables)]
+        try:
+            for future in as_completed(futures):
+                done.append(future.result())
+                if progress is not None:
+                    progress(len(done), tables, f"table {done[-1].seed}")
+        except KeyboardInterrupt:
+            pool.shutdown(wait=False, cancel_futures=True)
+            if not done:
+                raise
     return FitsMeasurement(tables=sorted(done, key=lambda one: one.seed))
+
+
+def _ignore_interrupts() -> None:
+    """Let the process that waits for all take an interrupt: it keeps what is done."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def fitted_table(seed: int) -> FittedTable:
