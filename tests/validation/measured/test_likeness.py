@@ -9,7 +9,7 @@ import pytest
 from benchmarks.rebounds import ReboundsMeasurement
 from ghostball.model import Physics
 from ghostball.model.features import Feature
-from ghostball.reference_adapters import make_engine
+from ghostball.reference_adapters import EngineUnavailableError, make_engine
 from ghostball.validation.measured.best import best_cloth, best_cushion, place_of
 from ghostball.validation.measured.facts import facts_of
 from ghostball.validation.measured.likeness import Family, Measured, deceleration, likeness
@@ -50,21 +50,23 @@ def test_a_ball_that_does_not_bounce_is_said():
     assert "bounced 0 times" in likeness_of("pybullet:config=default")["cushion"].lacks
 
 
-def test_the_best_numbers_are_those_of_the_committed_search():
+@pytest.mark.parametrize("name", ["ghostball", "pymunk", "box2d", "pybullet", "mujoco"])
+def test_the_best_numbers_are_those_of_the_committed_search(name):
     stored = ReboundsMeasurement.committed()
     assert stored is not None
-    for name in ("ghostball", "pymunk", "box2d", "pybullet", "mujoco"):
+    try:
         engine = make_engine(name)
-        best = best_cushion(name, engine.capabilities)
-        assert best is not None
-        mine = [one for one in stored.best if (one.engine, one.law) == (name, best["cushion"])]
-        falls = engine.capabilities[Feature.FALLING_RESTITUTION].support != "none"
-        (found,) = [one for one in mine if one.falls == falls]
-        assert best == {
-            "cushion": found.law,
-            "cushion_restitution_loss": 0.0,
-            **found.coefficients,
-        }
+    except EngineUnavailableError as error:
+        pytest.skip(str(error))
+    best = best_cushion(name, engine.capabilities)
+    assert best is not None
+    falls = engine.capabilities[Feature.FALLING_RESTITUTION].support != "none"
+    (found,) = [
+        one
+        for one in stored.best
+        if (one.engine, one.law, one.falls) == (name, best["cushion"], falls)
+    ]
+    assert best == {"cushion": found.law, "cushion_restitution_loss": 0.0, **found.coefficients}
 
 
 def test_the_best_cloth_is_nearest_to_what_was_measured():
