@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
-import signal
 import time
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from contextlib import closing
 from functools import partial
-from typing import Any, Final, Literal
+from typing import Any, Final, Literal, Never
 
 import numpy as np
 from rich.console import Group, RenderableType
 
-from benchmarks.measurements import Measurement, Record, table_of
+from benchmarks.measurements import BenchError, Measurement, Record, table_of
 from benchmarks.synthetic_tracks import POOL, synthetic_tracks
 from ghostball.model import Physics
 from ghostball.reference_adapters import make_engine
 from ghostball.validation.measured.fit.fit import NORMAL, fit_table
 from ghostball.validation.measured.fit.harvest import harvest
-from ghostball.validation.parallel.pool import Progress
+from ghostball.validation.parallel.pool import Progress, run_tasks
 
 TABLES: Final = 200
 SHOTS: Final = 100
@@ -95,28 +94,18 @@ class FitsMeasurement(Measurement):
 def measure_fits(
     tables: int = TABLES, jobs: int = 1, *, progress: Progress[str] | None = None
 ) -> FitsMeasurement:
-    """Fit tables of random physics, each by the tracks of `SHOTS` shots.
-
-    Interrupted, it returns those that are done.
-    """
-    done: list[FittedTable] = []
-    with ProcessPoolExecutor(jobs, initializer=_ignore_interrupts) as pool:
-        futures = [pool.submit(fitted_table, seed) for seed in range(tables)]
-        try:
-            for future in as_completed(futures):
-                done.append(future.result())
-                if progress is not None:
-                    progress(len(done), tables, f"table {done[-1].seed}")
-        except KeyboardInterrupt:
-            pool.shutdown(wait=False, cancel_futures=True)
-            if not done:
-                raise
-    return FitsMeasurement(tables=sorted(done, key=lambda one: one.seed))
+    """Fit tables of random physics, each by the tracks of `SHOTS` shots."""
+    found = []
+    with closing(run_tasks(range(tables), jobs, fitted_table)) as answers:
+        for count, done in enumerate(answers, start=1):
+            found.append(done.or_else(_crashed))
+            if progress is not None:
+                progress(count, tables, f"table {done.task}")
+    return FitsMeasurement(tables=sorted(found, key=lambda one: one.seed))
 
 
-def _ignore_interrupts() -> None:
-    """Let the process that waits for all take an interrupt: it keeps what is done."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+def _crashed(seed: int, reason: str) -> Never:
+    raise BenchError(f"the fit of table {seed}: {reason}")
 
 
 def fitted_table(seed: int) -> FittedTable:

@@ -13,14 +13,12 @@ from scipy.optimize import minimize
 
 from benchmarks.measurements import Measurement, Record, table_of
 from ghostball.model import Physics
-from ghostball.model.features import Feature
+from ghostball.model.features import Feature, has_feature
 from ghostball.reference_adapters import ReferenceEngine, make_engine
 from ghostball.validation.measured.facts import facts_of
+from ghostball.validation.measured.likeness import ANGLES
 from ghostball.validation.measured.rebounds import rebounds
 from ghostball.validation.parallel.pool import Progress
-
-ANGLES: Final = (5.0, 45.0)
-"""Angles from the normal of the balls that come to the cushion [degrees]."""
 
 PLAYERS: Final[Mapping[str, tuple[str, ...]]] = {
     "ghostball": ("han2005", "mathavan2010", "frictional", "restitution"),
@@ -81,7 +79,7 @@ def measure_rebounds(*, progress: Progress[str] | None = None) -> ReboundsMeasur
         for name, engine in engines.items()
         for law in PLAYERS[name]
         for falls in (True, False)
-        if not falls or _has(engine, Feature.FALLING_RESTITUTION)
+        if not falls or has_feature(engine.capabilities, Feature.FALLING_RESTITUTION)
     ]
     best = []
     for done, (engine, law, falls) in enumerate(cases, start=1):
@@ -89,10 +87,6 @@ def measure_rebounds(*, progress: Progress[str] | None = None) -> ReboundsMeasur
         if progress is not None:
             progress(done, len(cases), f"{engine.name}, {law}")
     return ReboundsMeasurement(best=best)
-
-
-def _has(engine: ReferenceEngine, feature: Feature) -> bool:
-    return engine.capabilities[feature].support != "none"
 
 
 def best_rebounds(engine: ReferenceEngine, law: str, *, falls: bool) -> BestRebounds:
@@ -105,7 +99,7 @@ def best_rebounds(engine: ReferenceEngine, law: str, *, falls: bool) -> BestRebo
     names += [_LOSS] if falls else []
     names += ["cushion_friction"] if law != "restitution" else []
     cloth: dict[str, Any] = {}
-    if not _has(engine, Feature.QUADRATIC_ROLLING):
+    if not has_feature(engine.capabilities, Feature.QUADRATIC_ROLLING):
         middle = facts_of("rolling-carom").rows[1].value
         cloth = {"rolling_friction": middle / 9.81, "rolling_friction_quadratic": 0.0}
     play = partial(engine.simulate, record="trajectory")

@@ -52,6 +52,7 @@ class Capability:
 
 
 EXACT = Capability("exact")
+_NONE = Capability("none")
 Capabilities = Mapping[Feature, Capability]
 
 
@@ -103,12 +104,17 @@ def _has_friction_of_its_own(scene: Scene) -> bool:
     return own
 
 
+def has_feature(capabilities: Capabilities, feature: Feature) -> bool:
+    """Whether an engine has a feature, exactly or nearly; it hasn't what it doesn't mention."""
+    return capabilities.get(feature, _NONE).support != "none"
+
+
 def missing_features(capabilities: Capabilities, scene: Scene) -> tuple[str, ...]:
     """Return a sentence for each feature of `scene` that the capabilities lack; () is "can do"."""
     sentences = []
     for feature in scene_features(scene):
-        capability = capabilities.get(feature, Capability("none"))
-        if capability.support == "none":
+        if not has_feature(capabilities, feature):
+            capability = capabilities.get(feature, _NONE)
             because = f" ({capability.how})" if capability.how else ""
             sentences.append(f"no {feature.value}{because}")
     return tuple(sentences)

@@ -25,7 +25,7 @@ def real_tables_html(results: Results) -> Markup:
     charts = [
         (family, _chart(results, found, k))
         for k, family in enumerate(families)
-        if len({one.at for one in family.figures}) > 1
+        if any(len(_first_of_each(one.families[k].figures)) > 2 for one in found)
     ]
     rows = [(one.label, [(likeness_cell(f), f.lacks) for f in one.families]) for one in found]
     lacking = [(one.label, f.lacks) for one in found for f in one.families[:1] if f.lacks]

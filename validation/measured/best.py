@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ghostball.model import Physics
-from ghostball.model.features import Capabilities, Feature
+from ghostball.model.features import Capabilities, Feature, has_feature
 from ghostball.model.impact_laws import CUSHION_LAWS
 from ghostball.validation.measured.facts import Row, facts_of
 
@@ -28,7 +28,7 @@ def best_cushion(engine: str, capabilities: Capabilities) -> dict[str, Any] | No
         law = next(law for law in CUSHION_LAWS if law.name == one["cushion"])
         falls = one["cushion_restitution_loss"] > 0.0
         needed = [Feature[law.feature or ""]] + [Feature.FALLING_RESTITUTION] * falls
-        if all(capabilities[feature].support != "none" for feature in needed):
+        if all(has_feature(capabilities, feature) for feature in needed):
             return {name: value for name, value in one.items() if name != "engine"}
     return None
 
@@ -40,7 +40,7 @@ def best_cloth(facts: str, capabilities: Capabilities) -> dict[str, float]:
     """
     rows = facts_of(facts).rows
     weights = np.array([1.0 / (row.error or 1.0) for row in rows])  # all alike without errors
-    grows = capabilities[Feature.QUADRATIC_ROLLING].support != "none"
+    grows = has_feature(capabilities, Feature.QUADRATIC_ROLLING)
     columns = [np.ones(len(rows))] + [np.array([place_of(row) ** 2 for row in rows])] * grows
     scaled = np.column_stack(columns) * weights[:, None]
     best = np.linalg.lstsq(scaled, np.array([row.value for row in rows]) * weights, rcond=None)[0]

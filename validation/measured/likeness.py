@@ -20,8 +20,8 @@ from ghostball.model import (
 )
 from ghostball.reference_adapters import ReferenceEngine
 from ghostball.validation.measured.best import best_cloth, best_cushion, place_of
-from ghostball.validation.measured.facts import Facts, facts_of
-from ghostball.validation.measured.rebounds import Play, ReboundError, rebound
+from ghostball.validation.measured.facts import Facts, Row, facts_of
+from ghostball.validation.measured.rebounds import Play, ReboundError, rebounds
 from ghostball.validation.measured.rolling import RollingWindows, rolling_windows
 from ghostball.validation.measured.tracks import Surface, tracks_of
 
@@ -106,16 +106,7 @@ def _cushions(
     try:
         physics = Physics(preset="carom", **changes)
         figures = {
-            degrees: [
-                Measured(
-                    at=place_of(row),
-                    value=row.value,
-                    error=row.error,
-                    played=rebound(play, physics, place_of(row), degrees).normal_ratio,
-                )
-                for row in facts.rows
-                if row.error is not None
-            ]
+            degrees: [_measured(one.row, one.ratio) for one in rebounds(play, physics, degrees)]
             for degrees in ANGLES
         }
     except (UnsupportedSceneError, EngineFailedError, ReboundError) as error:
@@ -133,19 +124,23 @@ def _cushions(
     )
 
 
+def _measured(row: Row, played: float) -> Measured:
+    """Return a figure beside what was played; its facts grade, so that it has an error."""
+    assert row.error is not None
+    return Measured(at=place_of(row), value=row.value, error=row.error, played=played)
+
+
 def _slope(figures: list[Measured]) -> Measured:
     """Return the slope of measured and of played figures, by the same weighted least squares."""
-    at, weight = (np.array([getattr(one, name) for one in figures]) for name in ("at", "error"))
-    columns = np.column_stack([np.ones(len(at)), at]) / weight[:, None]
-    inverse = np.linalg.inv(columns.T @ columns)
-    value, played = (
-        float(
-            (inverse @ columns.T @ (np.array([getattr(one, name) for one in figures]) / weight))[1]
-        )
-        for name in ("value", "played")
-    )
+    at, value, error, played = np.array(
+        [(one.at, one.value, one.error, one.played) for one in figures]
+    ).T
+    slopes, covariance = np.polyfit(at, value, 1, w=1.0 / error, cov="unscaled")
     return Measured(
-        at=float(np.mean(at)), value=value, error=float(np.sqrt(inverse[1, 1])), played=played
+        at=float(np.mean(at)),
+        value=float(slopes[0]),
+        error=float(np.sqrt(covariance[0, 0])),
+        played=float(np.polyfit(at, played, 1, w=1.0 / error)[0]),
     )
 
 
@@ -157,14 +152,7 @@ def _rolling(
     physics = Physics(motion="sliding", **cloth, **(cushion or {}))
     try:
         figures = tuple(
-            Measured(
-                at=place_of(row),
-                value=row.value,
-                error=row.error,
-                played=deceleration(play, physics, place_of(row)),
-            )
-            for row in facts.rows
-            if row.error is not None
+            _measured(row, deceleration(play, physics, place_of(row))) for row in facts.rows
         )
     except (UnsupportedSceneError, EngineFailedError, ReboundError) as error:
         return family(lacks=_why(error))

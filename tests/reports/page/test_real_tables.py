@@ -29,6 +29,7 @@ def family(**fields) -> Family:
 
 FIGURES = (
     Measured(at=0.5, value=0.55, error=0.01, played=0.56),
+    Measured(at=1.0, value=0.55, error=0.01, played=0.56),
     Measured(at=1.5, value=0.54, error=0.01, played=0.57),
 )
 FOUND = [
@@ -50,7 +51,7 @@ def test_a_folder_without_them_has_no_section(tmp_path):
 
 def test_an_engine_is_shown_by_how_far_it_is_off(html):
     text = " ".join(re.sub(r"<[^>]*>", " ", html).split())
-    assert "ghostball 2.2 (3.0) other –" in text
+    assert "ghostball 1.9 (3.0) other –" in text
     assert "Somebody 2024" in text
     assert "cushion = x" in text
 
@@ -64,3 +65,10 @@ def test_measured_points_have_bars_and_engines_curves(html):
 def test_what_an_engine_lacks_is_said_and_harmless(html):
     assert "can't:" in html
     assert "<img" not in html
+
+
+def test_a_first_engine_that_lacks_all_hides_no_curve_of_the_others(tmp_path):
+    found = FOUND[::-1]
+    (tmp_path / FILE).write_text(f"[{','.join(one.model_dump_json() for one in found)}]")
+    html = str(real_tables_html(Results(tmp_path, [], {})))
+    assert "<title>ghostball</title>" in html

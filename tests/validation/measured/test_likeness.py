@@ -46,6 +46,11 @@ def test_an_engine_that_turns_no_balls_says_so():
     assert families["cushion"].figures == ()
 
 
+def test_an_engine_that_mentions_few_features_lacks_the_others():
+    families = likeness_of("ghostball.validation.examples.stepper:Stepper")
+    assert all(family.lacks for family in families.values())
+
+
 def test_a_ball_that_does_not_bounce_is_said():
     assert "bounced 0 times" in likeness_of("pybullet:config=default")["cushion"].lacks
 

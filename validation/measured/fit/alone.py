@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ghostball.validation.measured.cushion_contacts import Windows
 from ghostball.validation.measured.fit.lines import window
 from ghostball.validation.measured.tracks import FloatArray, Surface, Track
 
@@ -15,10 +16,6 @@ ROLLED = 0.7
 One that came from a cushion slides for less where the friction of the cloth is at least 0.13; one
 that was struck with much draw for longer.
 """
-_MARGIN = 0.03
-"""The gap to a ball or a cushion up to which it may have been met [m]."""
-_UNSEEN = 0.2
-"""The longest time without a sample [s]."""
 
 
 def has_rolled(
@@ -35,10 +32,10 @@ def is_free(
     if track.times[0] > first or track.times[-1] < last:
         return False
     seen = window(track, first, last)
-    if np.max(np.diff([first, *seen.times, last])) > _UNSEEN:
+    if np.max(np.diff([first, *seen.times, last])) > Windows.gap:
         return False
     gaps: FloatArray = np.min(surface.gaps(seen.positions), axis=1)
     for other in others:
         apart = np.linalg.norm(other.at(seen.times) - seen.positions, axis=1)
         gaps = np.minimum(gaps, apart - 2.0 * surface.radius)
-    return bool(np.min(gaps, initial=np.inf) > _MARGIN)
+    return bool(np.min(gaps, initial=np.inf) > Windows.ball_margin)

@@ -12,7 +12,7 @@ from scipy.special import stdtrit
 from threadpoolctl import threadpool_limits
 
 from ghostball.model import GhostballError, Physics, Result, Scene
-from ghostball.model.features import Feature
+from ghostball.model.features import Feature, has_feature
 from ghostball.model.impact_laws import CUSHION_LAWS, LawEntry
 from ghostball.reference_adapters import ReferenceEngine
 from ghostball.validation.measured.fit.events import Event
@@ -114,7 +114,7 @@ def fit_table(
     asked for; `GhostballError` where the engine has no such law.
     """
     # The matrices are small. Threads for them only wait for each other, beside another program for
-    # a hundred times as long as they work.
+    # far longer than they work.
     with threadpool_limits(limits=1, user_api="blas"):
         return _Fitting(found, engine, play, preset, law, tuple(fields), progress).run()
 
@@ -157,7 +157,10 @@ class _Fitting:
         self._steps = len(laws) + 2 if laws else 1
         values = self._begin(fields)
         if not laws:
-            return self._fit_of(fields, self._solve("all", fields, values, {}, _ALL), {}, {}, [])
+            held = {} if self._law is None else {"cushion": self._law}
+            return self._fit_of(
+                fields, self._solve("all", fields, values, held, _ALL), held, {}, []
+            )
         others = [one for one in fields if _told_by(one) != _CUSHION]
         if others:
             first = self._solve("cloth and balls", others, values, {}, _ALL - _CUSHION)
@@ -243,8 +246,10 @@ class _Fitting:
             why = ""
             if not _told_by(one) <= set(self._families):
                 why = self._too_few(_told_by(one))
-            elif name in _NEEDS and not _has(self._engine, _NEEDS[name]):
+            elif name in _NEEDS and not has_feature(self._engine.capabilities, _NEEDS[name]):
                 why = f"{self._engine.name} has no {_NEEDS[name].value}"
+            elif _told_by(one) == _CUSHION and not _cushion_laws(self._engine):
+                why = f"{self._engine.name} has no law of cushions that can be fitted"
             if why and self._asked:
                 raise NotEnoughError(f"not enough to tell `{name}`: {why}")
             if why:
@@ -369,16 +374,14 @@ def _by_name(fields: Sequence[Field], solution: Solution) -> dict[str, float]:
     return dict(zip([one.name for one in fields], map(float, solution.values), strict=True))
 
 
-def _has(engine: ReferenceEngine, feature: Feature) -> bool:
-    return engine.capabilities[feature].support != "none"
-
-
 def _lacking(engine: ReferenceEngine, preset: str) -> dict[str, Any]:
     """Return what stands for the physics of a preset that an engine lacks."""
     changes: dict[str, Any] = {
-        name: 0.0 for name, feature in _NEEDS.items() if not _has(engine, feature)
+        name: 0.0
+        for name, feature in _NEEDS.items()
+        if not has_feature(engine.capabilities, feature)
     }
-    if not _has(engine, Feature.SPEED_DEPENDENT_FRICTION):
+    if not has_feature(engine.capabilities, Feature.SPEED_DEPENDENT_FRICTION):
         changes["ball_friction"] = _BEGIN["ball_friction"]
     laws = [law.name for law in _cushion_laws(engine)]
     if laws and Physics(preset=preset).cushion not in laws:
@@ -388,4 +391,8 @@ def _lacking(engine: ReferenceEngine, preset: str) -> dict[str, Any]:
 
 def _cushion_laws(engine: ReferenceEngine) -> list[LawEntry]:
     """Return the laws of cushions that can be fitted and that an engine has, the simplest first."""
-    return [law for law in CUSHION_LAWS if law.uses and _has(engine, Feature[law.feature or ""])]
+    return [
+        law
+        for law in CUSHION_LAWS
+        if law.uses and has_feature(engine.capabilities, Feature[law.feature or ""])
+    ]

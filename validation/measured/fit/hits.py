@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
+from ghostball.validation.measured.cushion_contacts import Windows
 from ghostball.validation.measured.fit.alone import has_rolled, is_free
 from ghostball.validation.measured.fit.events import Event, HitEvent
 from ghostball.validation.measured.fit.lines import Curve, window
@@ -23,10 +24,6 @@ _AGREE = 0.06
 """How far the nearest samples may be from when the line of a ball says that they meet [s]."""
 _RESTING = 0.003
 """How far samples of a ball at rest may be from each other, but for noise [m]."""
-_STRAIGHT = 0.004
-"""How far samples may be from their line, the root mean square of both coordinates [m]."""
-_SLOWEST = 0.15
-"""The least speed [m/s]."""
 _LEFT_OUT = 0.3
 """Time without a sample from which on a ball was left out since it rested [s]."""
 _SAMPLES = 5
@@ -75,10 +72,10 @@ class _Meeting:
         line = Curve.through(before.times - origin, 1)
         middle, velocity = line.of(before.positions)
         speed, (x, y) = float(np.linalg.norm(velocity)), velocity
-        axes = np.array([[x, y], [-y, x]]) / max(speed, _SLOWEST)
+        axes = np.array([[x, y], [-y, x]]) / max(speed, Windows.slowest)
         ahead, aside = axes @ (place - middle)
         reach = 2.0 * self._surface.radius
-        if speed < _SLOWEST or abs(aside) > _GLANCING * reach:
+        if speed < Windows.slowest or abs(aside) > _GLANCING * reach:
             return None
         time = origin + line.middle + float(ahead - np.sqrt(reach**2 - aside**2)) / speed
         if abs(time - near) > _AGREE or time < before.times[-1]:
@@ -88,7 +85,7 @@ class _Meeting:
         afters = [window(one, time + AFTER[0], time + AFTER[1]) for one in self._pair]
         if min(len(after.times) for after in afters) < _SAMPLES:
             return None
-        if line.off(before.positions) > max(_STRAIGHT, 2.0 * self._noise):
+        if line.off(before.positions) > max(Windows.straight, 2.0 * self._noise):
             return None
         curves = [Curve.through(after.times - origin, 1) for after in afters]
         seen = [

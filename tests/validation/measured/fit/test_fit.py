@@ -6,8 +6,8 @@ from functools import partial
 
 import pytest
 
-from benchmarks.synthetic_tracks import POOL, synthetic_tracks
-from ghostball.model import GhostballError, Physics
+from benchmarks.synthetic_tracks import EXAMPLE_PHYSICS, POOL, synthetic_tracks
+from ghostball.model import GhostballError, Physics, UnsupportedSceneError
 from ghostball.reference_adapters import make_engine
 from ghostball.validation.measured.fit.fit import (
     DEFAULT_FIELDS,
@@ -17,21 +17,10 @@ from ghostball.validation.measured.fit.fit import (
 )
 from ghostball.validation.measured.fit.harvest import Harvest, harvest
 
-TRUE = Physics(
-    preset="pool",
-    rolling_friction=0.009,
-    rolling_friction_quadratic=0.01,
-    sliding_friction=0.19,
-    ball_restitution=0.93,
-    cushion_restitution=0.88,
-    cushion_restitution_loss=0.06,
-    cushion_friction=0.17,
-)
-
 
 @pytest.fixture(scope="module")
 def found():
-    return harvest(synthetic_tracks(TRUE, 100, 12, noise=5e-4, side=0.2), POOL)
+    return harvest(synthetic_tracks(EXAMPLE_PHYSICS, 100, 12, noise=5e-4, side=0.2), POOL)
 
 
 def fitted(found, engine="ghostball", **options):
@@ -44,7 +33,9 @@ def test_known_values_come_out_and_the_law_is_told(found):
     fit = fitted(found)
     assert set(fit.errors) == set(DEFAULT_FIELDS)
     for name, error in fit.errors.items():
-        assert getattr(fit.physics, name) == pytest.approx(getattr(TRUE, name), abs=3.5 * error)
+        assert getattr(fit.physics, name) == pytest.approx(
+            getattr(EXAMPLE_PHYSICS, name), abs=3.5 * error
+        )
     assert fit.physics.cushion == "han2005"
     assert min(fit.laws, key=fit.laws.get) == "han2005"
     assert fit.laws_alike == ["han2005"]
@@ -65,7 +56,7 @@ def test_chosen_fields_alone_are_fitted_and_the_rest_is_the_preset_s(found):
 
 @pytest.mark.slow
 def test_another_engine_is_fitted_without_what_it_lacks(found):
-    few = Harvest(found.rolling[:20], found.cushion[:12], [], found.noise)
+    few = Harvest(found.rolling[:10], found.cushion[:8], [], found.noise)
     fit = fitted(few, "pybullet", fields=["rolling_friction", "cushion_restitution"])
     assert fit.laws.keys() <= {"frictional", "restitution"}
     assert fit.physics.rolling_friction_quadratic == 0.0
@@ -96,6 +87,17 @@ def test_a_field_that_was_asked_for_must_be_told(found):
         fitted(few, fields=["ball_restitution"])
     with pytest.raises(NotEnoughError, match="pybullet has no cushions whose restitution falls"):
         fitted(found, "pybullet", fields=["cushion_restitution_loss"])
+
+
+def test_an_engine_that_mentions_few_features_is_refused_by_what_it_lacks(found):
+    with pytest.raises(UnsupportedSceneError, match="no sliding that turns into rolling"):
+        fitted(found, "ghostball.validation.examples.stepper:Stepper")
+
+
+def test_a_law_is_held_where_no_field_of_cushions_is_fitted(found):
+    few = Harvest(found.rolling[:20], [], [], found.noise)
+    fit = fitted(few, fields=["rolling_friction"], law="frictional")
+    assert fit.physics.cushion == "frictional"
 
 
 def test_a_law_that_uses_no_such_field_is_refused(found):

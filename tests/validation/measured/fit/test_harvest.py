@@ -9,7 +9,6 @@ from benchmarks.synthetic_tracks import POOL, synthetic_tracks
 from ghostball.model import Physics
 from ghostball.validation.measured.fit.alone import has_rolled, is_free
 from ghostball.validation.measured.fit.harvest import harvest
-from ghostball.validation.measured.fit.lines import Curve
 from ghostball.validation.measured.tracks import Track
 
 TIMES = np.arange(0.0, 3.0, 0.02)
@@ -87,7 +86,3 @@ def test_a_fast_ball_must_have_gone_alone_for_longer():
     track = goes(0.1, 0.6, 0.5)
     assert has_rolled(track, [], POOL, 1.0, 0.5)
     assert not has_rolled(track, [], POOL, 1.0, 2.0)
-
-
-def test_a_curve_keeps_when_its_samples_are():
-    assert Curve.through(TIMES, 1).times is TIMES
