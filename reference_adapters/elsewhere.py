@@ -40,6 +40,7 @@ from ghostball.model import (
     COLLISION_KINDS,
     CUSHIONS,
     EVENT_DTYPE,
+    POCKETS,
     EventKind,
     Record,
     Result,
@@ -47,6 +48,7 @@ from ghostball.model import (
     Samples,
     Scene,
     Status,
+    partner_index,
 )
 from ghostball.model.features import EXACT, Capabilities, Capability, Feature
 from ghostball.reference_adapters.base import (
@@ -198,12 +200,14 @@ class Run(_Part):
             )
         b = -1 if event.b is None else event.b
         if isinstance(b, str):
-            if b not in CUSHIONS:
+            try:
+                b = partner_index(kind, b)
+            except ValueError:
+                known = POCKETS if kind is EventKind.POCKETED else CUSHIONS
                 raise EngineError(
-                    f"`b` of an event of the {name} must be one of {', '.join(CUSHIONS)} where it "
-                    f"is a cushion, got {b!r}"
-                )
-            b = CUSHIONS.index(b)
+                    f"`b` of an event of the {name} must be one of {', '.join(known)} where it "
+                    f"is a {'pocket' if kind is EventKind.POCKETED else 'cushion'}, got {b!r}"
+                ) from None
         a = event.a
         if kind is EventKind.BALL_BALL and b < a:
             a, b = b, a

@@ -101,11 +101,11 @@ class ObstacleRow(Row):
     kind: float  # LINE, SEGMENT or DISC
     x: float  # a point of the line, an end of the segment, the disc's centre [m]
     y: float
-    nx: float  # the line's unit normal into the table; the segment's other end [m]
-    ny: float
+    nx: float  # the line's unit normal into the table; the segment's other end [m]; of a disc that
+    ny: float  # balls reach from one side alone, such as a jaw, the unit normal there, else 0
     radius: float  # of the disc, or of the nose around a segment [m]
     law: float  # the place of its law in `impact_laws.CUSHION_LAWS`, or TAKES_OUT
-    index: float  # what events call it: a cushion's in `model.scene.CUSHIONS`, or one above those
+    index: float  # what events call it, see `model.scene.obstacles`
     turns: float  # 1: its law turns balls; see `impact_laws.LawEntry`
     restitution: float  # e of e / (1 + c sqrt(v)), v the speed of the approach
     loss: float  # c of that [sqrt(s/m)]

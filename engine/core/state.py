@@ -159,7 +159,7 @@ class Laws(NamedTuple):
 
 
 TAKES_OUT = -1.0
-"""In place of a law: a ball that touches the obstacle leaves the run."""
+"""In place of a law: a ball whose centre enters the obstacle leaves the run."""
 
 # Values of `ObstacleRow.kind`.
 LINE = 0.0

@@ -28,7 +28,7 @@ from ghostball.engine.event_loop.in_flight import (
 from ghostball.engine.event_loop.record import (
     BALL_BALL_EVENT,
     BALL_CUSHION_EVENT,
-    BALL_GONE_EVENT,
+    POCKETED_EVENT,
     SLIDE_TO_ROLL_EVENT,
     note_event,
     note_rest,
@@ -134,7 +134,7 @@ def _resolve_own(world: World, contacts: Contacts | None, i: int, t: float) -> i
         cushion = kind - st.OWN_CUSHION
         if world.laws.obstacles[cushion].law == st.TAKES_OUT:
             log.counters[st.BALLS_GONE] += 1
-            note_event(BALL_GONE_EVENT, i, _index(world.laws, cushion), t, log)
+            note_event(POCKETED_EVENT, i, _index(world.laws, cushion), t, log)
             leave(balls, i)
             mark(balls, i)
             return 0

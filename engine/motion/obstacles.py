@@ -53,7 +53,12 @@ def _facing_nearest(laws: Laws, k: int, x: float, y: float) -> tuple[float, floa
 
 @kernel(inline=True)
 def nose_reach(balls: Balls, i: int, laws: Laws, k: int) -> float:
-    """Return how far from obstacle k ball i touches it, on the cloth [m]; see `motion.flight`."""
+    """Return how far from obstacle k ball i touches it, on the cloth [m]; see `motion.flight`.
+
+    A hole takes it when its centre is there.
+    """
+    if laws.obstacles[k].law == st.TAKES_OUT and laws.obstacles[k].kind == st.DISC:
+        return 0.0
     return _nose_reach(balls.height, laws, k, balls.state[i].radius)
 
 
@@ -91,22 +96,80 @@ def time_to_obstacle(
         if rate >= 0.0 and pull >= 0.0:
             return math.inf, True
         _, _, away = facing(laws, k, ball.x, ball.y)
-        gap = max(away - nose_reach(balls, i, laws, k), 0.0)
-        # Without pull the root is that of a line: the same number, without a square root.
-        return (gap / -rate if pull == 0.0 else first_crossing(gap, rate, pull)), True
-    return _time_by_bounds(balls, i, laws, k, duration, lasts)
+        gap = max(away - _nose_reach(balls.height, laws, k, ball.radius), 0.0)
+        return _crossing(gap, rate, pull), True
+    return _time_to_any(balls, i, laws, k, duration, lasts)
+
+
+@kernel(inline=True)
+def _crossing(gap: float, rate: float, pull: float) -> float:
+    """`first_crossing`; without pull that of a line: the same number, without a square root."""
+    return gap / -rate if pull == 0.0 else first_crossing(gap, rate, pull)
+
+
+@kernel
+def _time_to_any(
+    balls: Balls, i: int, laws: Laws, k: int, duration: float, lasts: float
+) -> tuple[float, bool]:
+    """`time_to_obstacle`, of one that isn't a line, or where the motion is of a higher degree.
+
+    What lies behind a line is reached after it: so most obstacles of a table are known not to be
+    met, and where on its line a segment is met says whether it is.
+    """
+    ball = balls.state[i]
+    nx, ny, away = _half_plane(laws, k, ball.x, ball.y)
+    away -= nose_reach(balls, i, laws, k)
+    if not away >= 0.0 or jerk(balls, i) != 0.0:
+        return _time_by_bounds(balls, i, laws, k, duration, lasts, 0.0)
+    rate, pull = nx * ball.vx + ny * ball.vy, nx * ball.ax + ny * ball.ay
+    if rate >= 0.0 and pull >= 0.0:
+        return math.inf, True
+    s = _crossing(away, rate, pull)
+    if not s < duration:
+        return math.inf, True
+    if laws.obstacles[k].kind == st.SEGMENT:
+        x0, y0 = laws.obstacles[k].x, laws.obstacles[k].y
+        dx, dy = laws.obstacles[k].nx - x0, laws.obstacles[k].ny - y0
+        x = ball.x + (ball.vx + 0.5 * ball.ax * s) * s - x0
+        y = ball.y + (ball.vy + 0.5 * ball.ay * s) * s - y0
+        along = x * dx + y * dy
+        if along >= 0.0 and along <= dx * dx + dy * dy:
+            return s, True
+    return _time_by_bounds(balls, i, laws, k, duration, lasts, s)
+
+
+@kernel(inline=True)
+def _half_plane(laws: Laws, k: int, x: float, y: float) -> tuple[float, float, float]:
+    """Return the unit normal, towards a place, of a line that obstacle k lies behind.
+
+    And how far in front of the line the place is [m]; -1 where no such line is known.
+    """
+    nx, ny = laws.obstacles[k].nx, laws.obstacles[k].ny
+    x, y = x - laws.obstacles[k].x, y - laws.obstacles[k].y
+    if laws.obstacles[k].kind == st.DISC:
+        if nx == 0.0 and ny == 0.0:
+            return 0.0, 0.0, -1.0
+        return nx, ny, nx * x + ny * y - laws.obstacles[k].radius
+    if laws.obstacles[k].kind == st.LINE:
+        return nx, ny, nx * x + ny * y
+    dx, dy = nx - laws.obstacles[k].x, ny - laws.obstacles[k].y
+    size = math.sqrt(dx * dx + dy * dy)
+    nx, ny = -dy / size, dx / size
+    away = nx * x + ny * y
+    if away < 0.0:
+        nx, ny, away = -nx, -ny, -away
+    return nx, ny, away - laws.obstacles[k].radius
 
 
 @kernel
 def _time_by_bounds(
-    balls: Balls, i: int, laws: Laws, k: int, duration: float, lasts: float
+    balls: Balls, i: int, laws: Laws, k: int, duration: float, lasts: float, s: float
 ) -> tuple[float, bool]:
-    """`time_to_obstacle`, by bounds each of which is found from the one before.
+    """`time_to_obstacle`, by bounds each of which is found from the one before; `s` is the first.
 
     The bounds are the same whichever obstacles were asked before, and so is what a mirror shows.
     """
     ball = balls.state[i]
-    s = 0.0
     for _ in range(MOST_BOUNDS):
         balls.counters[st.WORK] += 4
         t = ball.epoch + s

@@ -39,7 +39,16 @@ from ghostball.engine.running.skips import (
     uses_cells,
 )
 from ghostball.engine.running.variants import Variant, variant_of
-from ghostball.model import CUSHIONS, INWARD, Physics, Scene, UnsupportedSceneError
+from ghostball.model import (
+    CUSHIONS,
+    INWARD,
+    Hole,
+    Obstacle,
+    Physics,
+    Scene,
+    Segment,
+    UnsupportedSceneError,
+)
 from ghostball.model.features import check_supported
 from ghostball.model.impact_laws import BALL_LAW_NAMES, CUSHION_LAW_NAMES, CUSHION_LAWS
 from ghostball.model.scene import check_whole
@@ -110,6 +119,9 @@ def admit(scene: Scene) -> None:
         check_supported("ghostball", CAPABILITIES, scene)
         if scene.physics.airborne and scene.physics.air_drag > 0.0:
             raise UnsupportedSceneError("ghostball", ("no air drag of balls that leave the cloth",))
+        if scene.physics.airborne and scene.table is not None and scene.table.obstacles:
+            lacks = "no pockets, polygons and posts where balls leave the cloth"
+            raise UnsupportedSceneError("ghostball", (lacks,))
 
 
 def _is_laid_out(scene: Scene) -> bool:
@@ -265,14 +277,14 @@ square is one, too."""
 
 
 def obstacles_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> FloatArray:
-    """Return what balls bounce off: a line for each cushion, through its nose.
+    """Return what balls bounce off, or fall into: a line for each cushion, through its nose.
 
     A side without a cushion has none; with the skip of cushions switched off, one that is too far
-    away to be met.
+    away to be met. What else is on the table follows, in the table's order.
     """
     table, law = scene.table, CUSHION_LAW_NAMES.index(scene.physics.cushion)
     coefficients = coefficients_of(scene.physics)
-    rows = []
+    rows: list[tuple[float, ...]] = []
     sides = {} if table is None else {side.name: side for side in table.sides}
     for index, name in enumerate(CUSHIONS):
         normal = INWARD[name]
@@ -283,7 +295,19 @@ def obstacles_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> FloatArray
         else:
             continue
         rows.append((st.LINE, *point, *normal, 0.0, law, index, *coefficients))
+    for one in () if table is None else table.obstacles:
+        rows.append((*_place_of(one, law), *coefficients))
     return np.array(rows, dtype=np.float64).reshape(-1, OBSTACLE_COLUMNS)
+
+
+def _place_of(one: Obstacle, law: int) -> tuple[float, ...]:
+    """Return the first numbers of an `ObstacleRow`, as far as `index`."""
+    if isinstance(one, Segment):
+        return (st.SEGMENT, *one.start, *one.end, 0.0, law, one.obstacle)
+    normal = one.inward or (0.0, 0.0)
+    if isinstance(one, Hole):
+        return (st.DISC, *one.centre, *normal, one.radius, st.TAKES_OUT, one.pocket)
+    return (st.DISC, *one.centre, *normal, one.radius, law, one.obstacle)
 
 
 def coefficients_of(physics: Physics) -> tuple[float, ...]:

@@ -31,7 +31,7 @@ from ghostball.model.events import EventKind
 
 _BALL_BALL = int(EventKind.BALL_BALL)
 _BALL_CUSHION = int(EventKind.BALL_CUSHION)
-_BALL_GONE = int(EventKind.BALL_GONE)
+_POCKETED = int(EventKind.POCKETED)
 
 
 @kernel(entry=True)
@@ -87,7 +87,7 @@ def _pass_event(run: Tangents, e: int) -> None:
     alone = _reach(run, i, t) and run.due[i] < 2
     if kind == _BALL_BALL:
         alone = _reach(run, j, t) and run.due[j] < 2 and alone
-    if not alone or kind == _BALL_GONE:
+    if not alone or kind == _POCKETED:
         _give_up_event(run, e)
         return
     arrive(run, i, t, 0)

@@ -26,7 +26,7 @@ class EventKind(enum.IntEnum):
     BALL_CUSHION = 1
     SLIDE_TO_ROLL = 2
     ROLL_TO_REST = 3
-    BALL_GONE = 4  # it touched an obstacle that takes balls out of the run
+    POCKETED = 4  # its centre entered the hole of a pocket
     BALL_CLOTH = 5  # one in the air came down, or its last bounces ended
     LEAVES_TABLE = 6  # it flew over a cushion
 
@@ -37,8 +37,8 @@ class EventKind(enum.IntEnum):
 
 
 COLLISION_KINDS = (EventKind.BALL_BALL, EventKind.BALL_CUSHION)
-OBSTACLE_KINDS = (EventKind.BALL_CUSHION, EventKind.BALL_GONE, EventKind.LEAVES_TABLE)
-"""Those of a ball and an obstacle, whose index the event names."""
+OBSTACLE_KINDS = (EventKind.BALL_CUSHION, EventKind.POCKETED, EventKind.LEAVES_TABLE)
+"""Those of a ball and an obstacle, or a pocket, whose index the event names."""
 
 
 class Status(enum.Enum):

@@ -31,6 +31,9 @@ class Feature(enum.Enum):
     PER_BALL_FRICTION = "balls with a friction of their own"
     UNBOUNDED_CLOTH = "a cloth without cushions"
     OPEN_SIDES = "a table with open sides"
+    POLYGON = "a table that isn't a rectangle"
+    POCKETS = "pockets with jaws"
+    POSTS = "posts on the table"
     MIRROR_CUSHION = "cushions that mirror"
     CUSHION_RESTITUTION = "cushions with normal restitution"
     FALLING_RESTITUTION = "cushions whose restitution falls with speed"
@@ -74,6 +77,9 @@ def scene_features(scene: Scene) -> tuple[Feature, ...]:
         Feature.PER_BALL_FRICTION: _has_friction_of_its_own(scene),
         Feature.UNBOUNDED_CLOTH: table is None or not table.cushions,
         Feature.OPEN_SIDES: table is not None and 0 < len(table.cushions) < len(CUSHIONS),
+        Feature.POLYGON: table is not None and bool(table.vertices),
+        Feature.POCKETS: table is not None and table.pockets is not None,
+        Feature.POSTS: table is not None and bool(table.posts),
         Feature.AIR_DRAG: physics.air_drag > 0.0,
         Feature.QUADRATIC_ROLLING: physics.rolling_friction_quadratic > 0.0,
         Feature.FLIGHT: physics.airborne,

@@ -17,9 +17,9 @@ from numpy.typing import ArrayLike, NDArray
 from ghostball.model.errors import EngineFailedError, GhostballError
 from ghostball.model.events import OBSTACLE_KINDS, EventKind, Events, Status
 from ghostball.model.hashes import bits_hash
+from ghostball.model.scene.obstacles import partner_name
 from ghostball.model.scene.picture import picture
 from ghostball.model.scene.scene import Scene
-from ghostball.model.scene.sides import CUSHIONS
 from ghostball.model.trajectory.tangent_map import TangentMap
 from ghostball.model.trajectory.trajectory import (
     Energy,
@@ -334,8 +334,7 @@ def event_dict(event: Any) -> dict[str, Any]:
     kind = EventKind(int(event["kind"]))
     b: int | str | None = int(event["b"])
     if kind in OBSTACLE_KINDS:
-        index = int(event["b"])
-        b = CUSHIONS[index] if index < len(CUSHIONS) else f"obstacle-{index}"
+        b = partner_name(kind, int(event["b"]))
     elif kind is not EventKind.BALL_BALL:
         b = None
     return {"t": float(event["t"]), "kind": kind.label, "a": int(event["a"]), "b": b}

@@ -14,6 +14,8 @@ NAME = "certified"
 
 _INTEGRATED = Capability("none", "its law is integrated over the impact and has no closed form")
 
+_LINES = Capability("none", "only lines are certified as cushions")
+
 CAPABILITIES: Capabilities = {
     Feature.ROLLING: EXACT,
     Feature.SLIDING: EXACT,
@@ -28,6 +30,9 @@ CAPABILITIES: Capabilities = {
     Feature.PER_BALL_FRICTION: EXACT,
     Feature.UNBOUNDED_CLOTH: EXACT,
     Feature.OPEN_SIDES: EXACT,
+    Feature.POLYGON: _LINES,
+    Feature.POCKETS: _LINES,
+    Feature.POSTS: _LINES,
     Feature.MIRROR_CUSHION: EXACT,
     Feature.CUSHION_RESTITUTION: EXACT,
     Feature.FALLING_RESTITUTION: EXACT,

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ghostball.engine.tangents import tangents_of
-from ghostball.model import CUSHIONS, EventKind, ExactTrajectory, GhostballError, Scene
+from ghostball.model import EventKind, ExactTrajectory, GhostballError, Scene, partner_name
 from ghostball.model.trajectory import segment
 
 Ending = Literal[
@@ -135,7 +135,7 @@ class Choice:
         if self.kind is EventKind.BALL_BALL:
             return f'{self.kind.label} {first} with "{ids[self.b]}"'
         if self.kind is EventKind.BALL_CUSHION:
-            return f"{self.kind.label} {first} with {CUSHIONS[self.b]}"
+            return f"{self.kind.label} {first} with {partner_name(self.kind, self.b)}"
         return f"{self.kind.label} {first}"
 
 

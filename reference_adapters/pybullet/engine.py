@@ -46,6 +46,7 @@ _ROLLING = Capability(
     "planar, without gravity; mu g is applied around Bullet's steps, in closed form between them",
 )
 _FLAT_CUSHION = none("Bullet's cushion is a vertical plane: it has no nose above the ball's centre")
+_LINES = none("the adapter builds the cushions of a rectangle")
 _LIFTED = (
     "in space: a ball that friction lifts bounces, and has no cloth until it lands; one that it "
     "pushes down is rubbed by the cloth, and slowed as it rolls, in the same instant"
@@ -79,6 +80,9 @@ CAPABILITIES: Capabilities = {
     ),
     Feature.UNBOUNDED_CLOTH: EXACT,
     Feature.OPEN_SIDES: EXACT,
+    Feature.POLYGON: _LINES,
+    Feature.POCKETS: _LINES,
+    Feature.POSTS: _LINES,
     Feature.MIRROR_CUSHION: EXACT,
     Feature.CUSHION_RESTITUTION: EXACT,
     Feature.FALLING_RESTITUTION: none("Bullet's restitution is one number at any speed"),

@@ -93,6 +93,7 @@ def tuned_capabilities(title: str, impacts: Capability, rubs: Capability) -> Cap
     between = Capability(
         "approximate", f"the adapter applies the cloth between {title}'s steps, in closed form"
     )
+    lines = none("the adapter builds the cushions of a rectangle")
     flat = none(f"{title}'s cushion is a vertical plane: it has no nose above the ball's centre")
     return {
         Feature.ROLLING: EXACT,
@@ -112,6 +113,9 @@ def tuned_capabilities(title: str, impacts: Capability, rubs: Capability) -> Cap
         Feature.PER_BALL_FRICTION: EXACT,
         Feature.UNBOUNDED_CLOTH: EXACT,
         Feature.OPEN_SIDES: EXACT,
+        Feature.POLYGON: lines,
+        Feature.POCKETS: lines,
+        Feature.POSTS: lines,
         Feature.MIRROR_CUSHION: impacts,
         Feature.CUSHION_RESTITUTION: impacts,
         Feature.FALLING_RESTITUTION: none(f"{title}'s restitution is one number at any speed"),

@@ -102,6 +102,7 @@ class PooltoolEngine(WorkerEngine):
         moved = Capability(
             "approximate", "exact, but that balls are moved 1 um apart at each impact"
         )
+        lines = none("driven here with rectangles")
         one = none("pooltool has one number of each kind for all balls here")
         no_law = none("driven here with mirrors and Han's cushions alone")
         return {
@@ -120,6 +121,9 @@ class PooltoolEngine(WorkerEngine):
             Feature.PER_BALL_FRICTION: one,
             Feature.UNBOUNDED_CLOTH: Capability("approximate", "on a table of 1 km"),
             Feature.OPEN_SIDES: none("its tables have all four cushions here"),
+            Feature.POLYGON: lines,
+            Feature.POCKETS: lines,
+            Feature.POSTS: lines,
             Feature.MIRROR_CUSHION: moved,
             Feature.CUSHION_RESTITUTION: no_law,
             Feature.FALLING_RESTITUTION: none("pooltool's restitution is one at any speed"),
@@ -154,6 +158,7 @@ class BilliardsEngine(WorkerEngine):
     def capabilities(self) -> Capabilities:
         """How each feature of a scene is represented."""
         elastic = none("its impacts are elastic, and without friction")
+        lines = none("driven here with rectangles")
         cloth = none("it has no cloth: its balls are never slowed")
         return {
             Feature.ROLLING: Capability("approximate", "where nothing slows them"),
@@ -169,6 +174,9 @@ class BilliardsEngine(WorkerEngine):
             Feature.PER_BALL_FRICTION: cloth,
             Feature.UNBOUNDED_CLOTH: EXACT,
             Feature.OPEN_SIDES: EXACT,
+            Feature.POLYGON: lines,
+            Feature.POCKETS: lines,
+            Feature.POSTS: lines,
             Feature.MIRROR_CUSHION: EXACT,
             Feature.CUSHION_RESTITUTION: elastic,
             Feature.FALLING_RESTITUTION: elastic,

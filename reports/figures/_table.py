@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.model import CUSHIONS, Scene
+from ghostball.model import CUSHIONS, Scene, Table
 from ghostball.reports import style
 
 if TYPE_CHECKING:
@@ -36,7 +36,8 @@ def view_of(scene: Scene, *positions: FloatArray, needed: FloatArray | None = No
     if table is not None:
         # A ball that an engine lost a kilometre away must not shrink the table to a dot.
         reach = np.array([table.length, table.width])
-        margin = 1.4 * CUSHION_DEPTH
+        holes = (hole.radius - min(hole.centre) for hole in table.holes)
+        margin = max(1.4 * CUSHION_DEPTH, *holes, 0.0)
         near_low = np.minimum(near_low, -margin)
         near_high = np.maximum(near_high, reach + margin)
         low = np.clip(low, np.minimum(near_low, -0.25 * reach), near_low)
@@ -72,7 +73,9 @@ def draw_table(axes: Axes, scene: Scene, view: View, *, ticks: bool = True) -> N
     left, right, bottom, top = view
     table = scene.table
     axes.set_facecolor(style.CLOTH if table is None else "white")
-    if table is not None:
+    if table is not None and not table.is_rectangle:
+        _draw_shaped(axes, table)
+    elif table is not None:
         length, width, depth = table.length, table.width, CUSHION_DEPTH
         axes.add_patch(Rectangle((0, 0), length, width, facecolor=style.CLOTH, zorder=0))
         bars = {
@@ -95,6 +98,8 @@ def draw_table(axes: Axes, scene: Scene, view: View, *, ticks: bool = True) -> N
                 )
             else:
                 axes.plot(*edges[name], color=style.GREY, linestyle=":", linewidth=1, zorder=0.5)
+    for post in () if table is None else table.posts:
+        draw_ball(axes, np.array(post.centre), post.radius, facecolor=style.CUSHION, zorder=0.6)
     axes.set_xlim(left, right)
     axes.set_ylim(bottom, top)
     axes.set_aspect("equal", anchor="N")
@@ -107,6 +112,18 @@ def draw_table(axes: Axes, scene: Scene, view: View, *, ticks: bool = True) -> N
     else:
         axes.set_xticks([])
         axes.set_yticks([])
+
+
+def _draw_shaped(axes: Axes, table: Table) -> None:
+    """Draw a table that isn't a plain rectangle: what surrounds it, its cloth, and its holes."""
+    from matplotlib.patches import Polygon, Rectangle  # noqa: PLC0415
+
+    depth = CUSHION_DEPTH
+    size = (table.length + 2.0 * depth, table.width + 2.0 * depth)
+    axes.add_patch(Rectangle((-depth, -depth), *size, facecolor=style.CUSHION, zorder=0))
+    axes.add_patch(Polygon(np.array(table.drawn), facecolor=style.CLOTH, linewidth=0, zorder=0.4))
+    for hole in table.holes:
+        draw_ball(axes, np.array(hole.centre), hole.radius, facecolor=style.BLACK, zorder=0.5)
 
 
 def _few_ticks(axes: Axes, view: View) -> None:

@@ -16,7 +16,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.model import CUSHIONS, EventKind, Events, Scene
+from ghostball.model import CUSHIONS, EventKind, Events, Scene, Table
 from ghostball.reports.accuracy import accuracy_text
 from ghostball.reports.figures._table import view_of
 from ghostball.reports.page.replay_tracks import (
@@ -86,6 +86,7 @@ def _data(
             "length": table.length,
             "width": table.width,
             "cushions": list(table.cushions),
+            **_shape_of(table),
         },
         "cushions": list(CUSHIONS),
         "kinds": [kind.label for kind in EventKind],
@@ -102,6 +103,17 @@ def _data(
         "engines": engines,
         "packed": _compressed(b"".join(parts)),
     }
+
+
+def _shape_of(table: Table) -> dict[str, Any]:
+    """Return what is drawn of a table besides a plain rectangle; nothing of one that is that."""
+    shape: dict[str, Any] = {}
+    if not table.is_rectangle:
+        shape["outline"] = [[round(c, 6) for c in point] for point in table.drawn]
+        shape["holes"] = [[*hole.centre, hole.radius] for hole in table.holes]
+    if table.posts:
+        shape["posts"] = [[*post.centre, post.radius] for post in table.posts]
+    return shape
 
 
 def _highest(scene: Scene, runs: Sequence[Run]) -> float:

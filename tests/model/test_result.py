@@ -51,7 +51,7 @@ def test_kinds_have_the_names_of_files_and_reports():
         "ball-cushion",
         "slide-to-roll",
         "roll-to-rest",
-        "ball-gone",
+        "pocketed",
         "ball-cloth",
         "leaves-table",
     ]

@@ -53,6 +53,10 @@ def collision(other: dict[str, Any] = OBJECT, **physics: Any) -> Scene:
     return scene_of(CUE, other, t_max=0.1, **physics)
 
 
+def on_table(**table: Any) -> Scene:
+    return scene_of(CUE, OBJECT, table=Table.model_validate(table), t_max=0.1)
+
+
 SLIDING = {"motion": "sliding"}
 
 # The least scene that needs each feature.
@@ -72,6 +76,9 @@ SCENES = {
     Feature.OPEN_SIDES: scene_of(
         CUE, table=Table(length=1.0, width=1.0, cushions=("left",)), t_max=0.1
     ),
+    Feature.POLYGON: on_table(vertices=[(0.0, 0.0), (1.0, 0.0), (0.5, 1.0)]),
+    Feature.POCKETS: on_table(preset="wpa-9ft", length=1.0, width=1.0),
+    Feature.POSTS: on_table(length=1.0, width=1.0, posts=[{"centre": (0.2, 0.2), "radius": 0.05}]),
     Feature.MIRROR_CUSHION: cushion_shot("mirror"),
     Feature.CUSHION_RESTITUTION: cushion_shot("restitution", cushion_restitution=0.8),
     Feature.FALLING_RESTITUTION: cushion_shot("restitution", cushion_restitution_loss=0.15),

@@ -10,7 +10,14 @@ from typing import Any
 import numpy as np
 from pydantic_core import PydanticCustomError
 
-from ghostball.model import CUSHIONS, EVENT_DTYPE, OBSTACLE_KINDS, EventKind, Events, event_dict
+from ghostball.model import (
+    EVENT_DTYPE,
+    OBSTACLE_KINDS,
+    EventKind,
+    Events,
+    event_dict,
+    partner_index,
+)
 
 
 def line_of_event(event: Any) -> str:
@@ -36,7 +43,7 @@ def events_of_lines(lines: tuple[str, ...]) -> Events:
             if kind is EventKind.BALL_BALL:
                 b = int(rest[0])
             elif kind in OBSTACLE_KINDS:
-                b = CUSHIONS.index(rest[0])
+                b = partner_index(kind, rest[0])
             events[i] = (float(t), int(kind), int(a), b)
         except (ValueError, KeyError, OverflowError):
             raise PydanticCustomError(

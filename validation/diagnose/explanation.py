@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ghostball.model import (
-    CUSHIONS,
+    OBSTACLE_KINDS,
     EngineFailedError,
-    EventKind,
     GhostballError,
     Result,
     Scene,
     Status,
+    partner_name,
 )
 from ghostball.reference_adapters import ReferenceEngine
 from ghostball.validation.diagnose.attribution import Attribution, attribute
@@ -327,7 +327,7 @@ def _event(one: Event | None) -> dict[str, Any] | None:
     """Return a collision as plain values, like an event of `run --format json`."""
     if one is None:
         return None
-    b: int | str = CUSHIONS[one.b] if one.kind is EventKind.BALL_CUSHION else one.b
+    b: int | str = partner_name(one.kind, one.b) if one.kind in OBSTACLE_KINDS else one.b
     return {"t": one.t, "kind": one.kind.label, "a": one.a, "b": b}
 
 

@@ -20,7 +20,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.model import COLLISION_KINDS, CUSHIONS, EventKind, Events, Scene
+from ghostball.model import COLLISION_KINDS, CUSHIONS, EventKind, Events, Scene, partner_name
 from ghostball.validation.grading.tolerances import TIE
 
 FloatArray = NDArray[np.float64]
@@ -61,7 +61,10 @@ class Event:
         if self.kind is EventKind.BALL_BALL:
             return f'{first} hits "{scene.balls[self.b].id}"'
         if self.kind is EventKind.BALL_CUSHION:
-            return f"{first} hits the {CUSHIONS[self.b]} cushion"
+            name = partner_name(self.kind, self.b)
+            return f"{first} hits {f'the {name} cushion' if self.b < len(CUSHIONS) else name}"
+        if self.kind is EventKind.POCKETED:
+            return f'{first} falls into the pocket "{partner_name(self.kind, self.b)}"'
         return f"{first}: {self.kind.label}"
 
 

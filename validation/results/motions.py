@@ -11,7 +11,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.model import CUSHIONS, EVENT_DTYPE, EventKind, Events, Phase
+from ghostball.model import EVENT_DTYPE, POCKETS, EventKind, Events, Phase
 from ghostball.validation.results.database import AGAIN, name_text, reading
 from ghostball.validation.results.files import ResultsError
 from ghostball.validation.results.records import Motion
@@ -83,8 +83,12 @@ def _check(parts: dict[str, NDArray[Any]], events: Events) -> None:
             )
     if "phases" in parts and not np.all(np.isin(parts["phases"], [int(one) for one in Phase])):
         raise ValueError("`phases` must be those of balls")
-    partners = np.where(events["kind"] == EventKind.BALL_BALL, n, max(n, len(CUSHIONS)))
-    if not np.all((events["a"] >= 0) & (events["a"] < n) & (events["b"] < partners)):
+    known = np.select(
+        [events["kind"] == EventKind.BALL_BALL, events["kind"] == EventKind.POCKETED],
+        [n, len(POCKETS)],
+        np.iinfo(np.int32).max,
+    )
+    if not np.all((events["a"] >= 0) & (events["a"] < n) & (events["b"] < known)):
         raise ValueError(f"`events` must be of the {n} balls, got a = {events['a'].tolist()}")
     if k == 0 or not np.all(np.diff(parts["times"]) >= 0.0):
         raise ValueError("`times` must be instants in order of time")

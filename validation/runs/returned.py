@@ -15,15 +15,17 @@ import numpy as np
 
 from ghostball.model import (
     COLLISION_KINDS,
-    CUSHIONS,
     EVENT_DTYPE,
     EventKind,
+    Hole,
     Record,
     Result,
     SampledTrajectory,
     Samples,
     Scene,
     Status,
+    Table,
+    partner_name,
 )
 
 MOST = 2**53
@@ -188,12 +190,30 @@ def _rules_of_events(result: Result, scene: Scene) -> Iterator[tuple[str, Any, s
     of_cushion = np.isin(kind, [EventKind.BALL_CUSHION, EventKind.LEAVES_TABLE])
     yield "b", of_balls & ((b < 0) | (b >= n)), balls
     yield "b", of_balls & (a == b), "another ball than a"
-    there = () if scene.table is None else scene.table.cushions
-    known = {index: name for index, name in enumerate(CUSHIONS) if name in there}
-    listed = ", ".join(f"{index} ({name})" for index, name in known.items())
-    rule = f"the index of a cushion that is there: {listed or 'this scene has none'}"
-    yield "b", of_cushion & ~np.isin(b, [*known]), rule
-    yield "b", ~of_balls & ~of_cushion & (b != -1), "-1, for a ball alone"
+    cushions, pockets = _met(scene.table)
+    yield (
+        "b",
+        of_cushion & ~np.isin(b, cushions),
+        _rule("cushion", EventKind.BALL_CUSHION, cushions),
+    )
+    pocketed = kind == EventKind.POCKETED
+    yield "b", pocketed & ~np.isin(b, pockets), _rule("pocket", EventKind.POCKETED, pockets)
+    yield "b", ~of_balls & ~of_cushion & ~pocketed & (b != -1), "-1, for a ball alone"
+
+
+def _met(table: Table | None) -> tuple[list[int], list[int]]:
+    """Return the indices of the cushions, sides and posts, and of the pockets, of a table."""
+    if table is None:
+        return [], []
+    others = table.obstacles
+    cushions = {side.cushion for side in table.sides}
+    cushions |= {one.obstacle for one in others if not isinstance(one, Hole)}
+    return sorted(cushions), [one.pocket for one in others if isinstance(one, Hole)]
+
+
+def _rule(what: str, kind: EventKind, indices: list[int]) -> str:
+    listed = ", ".join(f"{index} ({partner_name(kind, index)})" for index in indices)
+    return f"the index of a {what} that is there: {listed or 'this scene has none'}"
 
 
 def _of_motion(result: Result, scene: Scene, record: Record) -> str:

@@ -22,6 +22,23 @@ TABLES: Final = {
     "open": Table(length=1.2, width=0.7),
 }
 
+_POLYGONS: Final = (
+    ((0.0, 0.0), (1.2, 0.0), (1.2, 0.5), (0.7, 0.5), (0.7, 1.0), (0.0, 1.0)),  # an L
+    ((0.0, 0.0), (1.25, 0.0), (0.5, 1.0)),
+    ((0.25, 0.0), (1.0, 0.0), (1.3, 0.45), (1.0, 0.9), (0.25, 0.9), (0.0, 0.45)),
+    ((0.0, 0.0), (0.6, 0.2), (1.2, 0.0), (1.2, 0.8), (0.6, 0.55), (0.0, 0.8)),  # with a waist
+)
+"""Tables that are polygons: with acute corners, and with corners that point into the table [m]."""
+
+_POCKETED: Final = (
+    "wpa-9ft",
+    "bar-7ft",
+    "snooker-12ft",
+    {"preset": "wpa-9ft", "length": 1.0, "width": 0.6},
+    {"preset": "bar-7ft", "pockets": {"side": Table.PRESETS["wpa-9ft"]["pockets"]["side"]}},
+)
+"""Tables with pockets: one of them small, one with pockets in the middle alone."""
+
 SPREAD: Final = (1.2, 0.7)
 """Where balls lie on an unbounded cloth [m]."""
 
@@ -163,12 +180,32 @@ def table_of(
         widest = 2.0 * max(ball["radius"] if flies else reach(ball, physics) for ball in sizes)
         least = 0.125 if flies or _is_elastic(options, physics) else 0.0
         return Table(length=_CHANNEL, width=widest * (1.0 + chance.choice((least, 0.0625, 0.5))))
+    if kind == "polygon":
+        return Table.model_validate({"vertices": chance.choice(_POLYGONS)})
+    if kind == "pockets":
+        return Table.model_validate(chance.choice(_POCKETED))
+    if kind == "posts":
+        return _posts_on(chance, sizes)
     if kind == "open":
         sides = ["left", "bottom"] if options["layout"] == "corner" else []
         others = [name for name in CUSHIONS if name not in sides]
         sides += chance.sample(others, chance.randint(0 if sides else 1, 3 - len(sides)))
         return TABLES["open"].model_copy(update={"cushions": tuple(sides)})
     return TABLES[kind]
+
+
+def _posts_on(chance: random.Random, sizes: list[Draft]) -> Table:
+    """Return a small table with one to three posts, as far apart as a ball, or hardly farther."""
+    small = TABLES["small"]
+    widest = 2.0 * max(ball["radius"] for ball in sizes)
+    first = (chance.uniform(0.35, 0.5) * small.length, chance.uniform(0.4, 0.6) * small.width)
+    posts: list[Draft] = [{"centre": first, "radius": sized(chance, -7, -5)}]
+    for k in range(chance.randint(0, 2)):
+        radius = sized(chance, -7, -5)
+        apart = posts[0]["radius"] + radius + widest * chance.choice((1.0625, 1.5))
+        sign = 1.0 if k else -1.0
+        posts.append({"centre": (first[0] + sign * apart, first[1]), "radius": radius})
+    return Table.model_validate({"length": small.length, "width": small.width, "posts": posts})
 
 
 def reach(ball: Draft, physics: Draft) -> float:

@@ -12,7 +12,10 @@ import random
 from collections.abc import Sequence
 from typing import Final
 
-from ghostball.model import Ball, Side, Table
+import numpy as np
+
+from ghostball.model import Ball, Hole, Side, Table
+from ghostball.model.scene.obstacles import gap_to, is_inside
 from ghostball.validation.scenes.random_parts import SPREAD, Draft, Options, reach, sized
 
 _SPEEDS: Final = {"slow": (-20, -5), "usual": (-2, 2), "fast": (3, 4)}
@@ -304,6 +307,8 @@ class _Places:
         edge = reach(ball, self.physics)
         if any(side.distance(x, y) < edge - 1e-15 for side in self.sides):
             return False
+        if self.table is not None and not self._is_off_obstacles(ball, x, y):
+            return False
         for other in self.balls:
             dx, dy = x - other["position"][0], y - other["position"][1]
             if math.sqrt(dx * dx + dy * dy) < self._apart(ball, other) + apart * ball["radius"]:
@@ -311,6 +316,17 @@ class _Places:
         ball["position"] = (x, y)
         self.balls.append(ball)
         return True
+
+    def _is_off_obstacles(self, ball: Draft, x: float, y: float) -> bool:
+        """Whether a ball at a place touches nothing of a table that isn't a plain rectangle."""
+        assert self.table is not None
+        at = np.array([x]), np.array([y])
+        if not self.table.is_rectangle and not is_inside(self.table.outline, *at)[0]:
+            return False
+        return all(
+            gap_to(one, *at)[0] > (0.0 if isinstance(one, Hole) else ball["radius"])
+            for one in self.table.obstacles
+        )
 
 
 def _corner_of(

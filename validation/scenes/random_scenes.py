@@ -46,7 +46,16 @@ ASPECTS: Final[Mapping[str, Mapping[str, int]]] = {
     "impacts": {"simultaneous": 3, "sequential": 1},
     "masses": {"equal": 2, "unequal": 1},
     "radii": {"equal": 2, "unequal": 1},
-    "table": {"none": 1, "pool": 2, "small": 3, "narrow": 1, "open": 2},
+    "table": {
+        "none": 1,
+        "pool": 2,
+        "small": 3,
+        "narrow": 1,
+        "open": 2,
+        "polygon": 0,
+        "pockets": 0,
+        "posts": 0,
+    },
     "cushion": {
         "none": 1,
         "mirror": 1,
@@ -95,6 +104,9 @@ OF_FEATURES: Final[Mapping[Feature, tuple[Option, ...]]] = {
     Feature.PER_BALL_FRICTION: (("own-friction", "yes"),),
     Feature.UNBOUNDED_CLOTH: (("table", "none"),),
     Feature.OPEN_SIDES: (("table", "open"),),
+    Feature.POLYGON: (("table", "polygon"),),
+    Feature.POCKETS: (("table", "pockets"),),
+    Feature.POSTS: (("table", "posts"),),
     Feature.MIRROR_CUSHION: (("cushion", "mirror"),),
     Feature.CUSHION_RESTITUTION: (("cushion", "restitution"), ("cushion", "tangential")),
     Feature.FALLING_RESTITUTION: (("cushion", "falling"),),
@@ -116,6 +128,8 @@ def _all(aspect: str, but: str) -> tuple[Option, ...]:
 _INTEGRATED = (("ball-law", "mathavan2014"), ("cushion", "mathavan2010"))
 _RACKS = ("rack", "rack-at-rail", "loose-rack")
 _AT_RAILS = (("layout", "rail"), ("layout", "corner"), ("layout", "rack-at-rail"))
+
+_SHAPED = tuple(("table", shape) for shape in ("polygon", "pockets", "posts"))
 
 _NEVER: Final[tuple[tuple[tuple[Option, ...], tuple[Option, ...]], ...]] = (
     # A ball that always rolls has the spin of its velocity, and stays on the cloth.
@@ -151,6 +165,8 @@ _NEVER: Final[tuple[tuple[tuple[Option, ...], tuple[Option, ...]], ...]] = (
     # A triangle has no room in a narrow table; one of balls of all sizes has gaps.
     (tuple(("layout", rack) for rack in _RACKS), (("table", "narrow"),)),
     ((("layout", "rack"), ("layout", "rack-at-rail")), (("radii", "unequal"),)),
+    # Balls that fly know plain rectangles alone; rails of others aren't where balls are laid.
+    (_SHAPED, (*_all("flight", "no"), *_AT_RAILS, ("along-rail", "yes"))),
     # Where nothing slows balls, a run is stopped.
     ((("cloth", "frictionless"),), (("stop", "rest"),)),
 )

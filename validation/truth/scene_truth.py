@@ -19,12 +19,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ghostball.model import (
-    CUSHIONS,
     EventKind,
     GhostballError,
     Result,
     Scene,
     UnsupportedSceneError,
+    partner_index,
 )
 from ghostball.reference_adapters.base import Resolution, stated_error
 from ghostball.reference_adapters.certified import Certificate, CertifiedSettings
@@ -359,5 +359,5 @@ def _halves(value: Fraction) -> tuple[float, float]:
 
 def _from_labels(kind: str, a: int, b: int | str) -> Key:
     if kind == EventKind.BALL_CUSHION.label:
-        return (int(EventKind.BALL_CUSHION), a, CUSHIONS.index(b))
+        return (int(EventKind.BALL_CUSHION), a, partner_index(EventKind.BALL_CUSHION, str(b)))
     return lower_first(int(EventKind.BALL_BALL), a, int(b))

@@ -1,28 +1,44 @@
 """Scenes: what every engine simulates, checked once, read from and written to TOML."""
 
+from ghostball.model.scene.obstacles import (
+    POCKETS,
+    Disc,
+    Hole,
+    Obstacle,
+    Segment,
+    partner_index,
+    partner_name,
+)
 from ghostball.model.scene.parts import (
     POOL_BALL_MASS,
     POOL_BALL_RADIUS,
     Ball,
-    Table,
     rolling_angular_velocity,
 )
 from ghostball.model.scene.physics import Physics
 from ghostball.model.scene.scene import Scene, check_whole, json_schema
 from ghostball.model.scene.sides import CUSHIONS, INWARD, CushionName, Side
+from ghostball.model.scene.table import Table
 
 __all__ = [
     "CUSHIONS",
     "INWARD",
+    "POCKETS",
     "POOL_BALL_MASS",
     "POOL_BALL_RADIUS",
     "Ball",
     "CushionName",
+    "Disc",
+    "Hole",
+    "Obstacle",
     "Physics",
     "Scene",
+    "Segment",
     "Side",
     "Table",
     "check_whole",
     "json_schema",
+    "partner_index",
+    "partner_name",
     "rolling_angular_velocity",
 ]

@@ -14,8 +14,9 @@ from pydantic import BeforeValidator, Field
 
 from ghostball.model.rounding import EPS
 from ghostball.model.scene.fields import Positive, SceneName, Text, whole_number
-from ghostball.model.scene.parts import Ball, Part, Table, rolling_angular_velocity
+from ghostball.model.scene.parts import Ball, Part, rolling_angular_velocity
 from ghostball.model.scene.physics import Physics
+from ghostball.model.scene.table import Table
 
 ROLLING_ULPS = 4.0
 """Slip of a ball that counts as rolling, in units of EPS times its speed; see `Scene.rolls`."""

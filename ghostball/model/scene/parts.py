@@ -1,4 +1,4 @@
-"""The parts of a scene that can be touched: balls, the table; and what all parts have in common.
+"""Balls, and what all parts of a scene have in common.
 
 What a field may hold is in `scene.fields`.
 """
@@ -15,7 +15,6 @@ from pydantic import (
     ConfigDict,
     Field,
     ValidationError,
-    field_validator,
     model_validator,
 )
 
@@ -26,10 +25,8 @@ from ghostball.model.scene.fields import (
     Positive,
     SpaceVector,
     Text,
-    problem,
 )
 from ghostball.model.scene.messages import describe
-from ghostball.model.scene.sides import CUSHIONS, CushionName, Side, side_of
 
 # The paper's ball is Alciatore's pool ball (2 1/4 in, 6 oz).
 POOL_BALL_RADIUS = 0.028575  # [m]
@@ -123,35 +120,6 @@ class Ball(Part):
     def speed(self) -> float:
         """Speed of the centre [m/s]."""
         return math.hypot(*self.velocity)
-
-
-class Table(Part):
-    """A rectangle between cushion noses, from (0, 0) to (length, width) [m].
-
-    `cushions` names the sides that have one; a side without is open and the cloth continues. Where
-    a neighbouring side is open, a cushion's line continues too, without end.
-    """
-
-    length: Positive = Field(description="along x, between the noses of the cushions [m]")
-    width: Positive = Field(description="along y [m]")
-    cushions: tuple[CushionName, ...] = Field(
-        default=CUSHIONS, description="the sides that have one: x = 0, x = length, y = 0, y = width"
-    )
-
-    @field_validator("cushions")
-    @classmethod
-    def _each_once(cls, value: tuple[str, ...]) -> tuple[str, ...]:
-        if len(set(value)) != len(value):
-            raise problem(
-                "repeated",
-                f"must name each cushion once, got {value}",
-            )
-        return tuple(name for name in CUSHIONS if name in value)
-
-    @property
-    def sides(self) -> tuple[Side, ...]:
-        """The sides that have a cushion: where each is, and which way is in."""
-        return tuple(side_of(name, self.length, self.width) for name in self.cushions)
 
 
 def rolling_angular_velocity(

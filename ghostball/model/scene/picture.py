@@ -77,7 +77,15 @@ def picture(scene: SceneContents, path: NDArray[np.float64] | None = None) -> st
     if scene.table is not None:
         x, y = at(0.0, scene.table.width)
         size = f'width="{scene.table.length * scale:.1f}" height="{scene.table.width * scale:.1f}"'
-        parts.append(f'<rect x="{x:.1f}" y="{y:.1f}" {size} fill="#3d7a62" stroke="#23382f"/>')
+        if scene.table.is_rectangle:
+            parts.append(f'<rect x="{x:.1f}" y="{y:.1f}" {size} fill="#3d7a62" stroke="#23382f"/>')
+        else:
+            shape = " ".join("{:.1f},{:.1f}".format(*at(*point)) for point in scene.table.drawn)
+            parts.append(f'<polygon points="{shape}" fill="#3d7a62" stroke="#23382f"/>')
+        for hole in scene.table.holes:
+            parts.append(circle(np.array(hole.centre), hole.radius, 'fill="#111"'))
+        for post in scene.table.posts:
+            parts.append(circle(np.array(post.centre), post.radius, 'fill="#8c9a91"'))
     names = []
     for i, ball in enumerate(scene.balls):
         colour, start = COLOURS[i % len(COLOURS)], xy[0, i]

@@ -13,6 +13,15 @@ from ghostball.model.scene.contents import SceneContents
 from ghostball.model.scene.fields import problem
 from ghostball.model.scene.law_rules import check_laws_in_scene
 from ghostball.model.scene.motion_rules import check_motions
+from ghostball.model.scene.obstacles import (
+    FIRST_SIDE,
+    POCKETS,
+    Disc,
+    Hole,
+    gap_to,
+    is_inside,
+    obstacle_name,
+)
 from ghostball.model.scene.starts import Starts, starts_of
 
 
@@ -42,6 +51,7 @@ def check_places(scene: SceneContents, starts: Starts) -> None:
     _check_height(scene, starts)
     _check_resolved(scene, starts)
     _check_inside(scene, starts)
+    _check_obstacles(scene, starts)
     _check_overlaps(scene, starts)
 
 
@@ -131,6 +141,60 @@ def _check_inside(scene: SceneContents, starts: Starts) -> None:
             f'"{scene.balls[starts.ball[k]].id}" at ({float(x[k])}, {float(y[k])}) m reaches '
             f"{-gaps[side, k]:.6g} m beyond the {table.sides[side].name} cushion. Its centre must "
             f"be at least {far}, {float(reach[k])} m, from each cushion",
+            at=("balls", int(starts.ball[k]), "position"),
+        )
+
+
+def _check_obstacles(scene: SceneContents, starts: Starts) -> None:
+    """Check that balls begin inside a table that isn't a plain rectangle, and off what is on it."""
+    table = scene.table
+    if table is None or not table.obstacles:
+        return
+    x, y, radii = starts.position[:, 0], starts.position[:, 1], scene.radii[starts.ball]
+    permitted = position_rounding(x, y, np.array(table.length), np.array(table.width))
+    if not table.is_rectangle:
+        _refuse_where(
+            ~is_inside(table.outline, x, y),
+            scene,
+            starts,
+            "must be inside the table, which it isn't. Move the ball",
+        )
+    for one in table.obstacles:
+        gap = gap_to(one, x, y)
+        if isinstance(one, Hole):
+            _refuse_where(
+                gap <= 0.0,
+                scene,
+                starts,
+                f'must be outside of the hole of the pocket "{POCKETS[one.pocket]}", round '
+                f"{one.centre} m with a radius of {one.radius:g} m. Leave the ball out, or move it",
+            )
+        else:
+            _refuse_where(
+                gap < radii - permitted,
+                scene,
+                starts,
+                f'must be at least the radius from "{obstacle_name(one.obstacle)}", '
+                f"{'a jaw' if one.obstacle < FIRST_SIDE else 'a post'} round {one.centre} m with a "
+                f"radius of {one.radius:g} m. Move the ball"
+                if isinstance(one, Disc)
+                else f'must be at least the radius from "{obstacle_name(one.obstacle)}"'
+                f" between {one.start} and {one.end} m. Move the ball",
+            )
+
+
+def _refuse_where(
+    wrong: NDArray[np.bool_], scene: SceneContents, starts: Starts, rule: str
+) -> None:
+    """Refuse the first ball whose place is wrong, (m,)."""
+    k = _first(wrong)
+    if k is not None:
+        x, y = starts.position[k, :2].tolist()
+        ball = scene.balls[starts.ball[k]]
+        raise problem(
+            "outside",
+            f'{starts.name(k, ".position")} {rule}: ball "{ball.id}" is at ({x}, {y}) m, and its '
+            f"radius is {ball.radius:g} m",
             at=("balls", int(starts.ball[k]), "position"),
         )
 

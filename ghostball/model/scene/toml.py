@@ -15,6 +15,7 @@ import tomli_w
 from ghostball.model.scene.contents import SceneContents
 from ghostball.model.scene.messages import refusal
 from ghostball.model.scene.parts import Ball, Part
+from ghostball.model.scene.table import Table
 
 LARGEST_FILE = 2**26
 """Most bytes of a scene file: those of half a million balls. A device may continue for ever."""
@@ -119,7 +120,7 @@ def dumps(scene: SceneContents) -> str:
         if value != getattr(preset, name)
     }
     if scene.table is not None:
-        data["table"] = _differing(scene.table, keep=("length", "width"))
+        data["table"] = _table_fields(scene.table)
     data["balls"] = [_ball_fields(ball) for ball in scene.balls]
     return tomli_w.dumps(data, multiline_strings=False)
 
@@ -132,11 +133,26 @@ def _reason(error: OSError | ValueError) -> str:
 
 def _differing(part: Part, keep: tuple[str, ...]) -> dict[str, Any]:
     fields = type(part).model_fields
-    values = part.model_dump(mode="json")
+    values = part.model_dump(mode="json", exclude_none=True)
     return {
         name: value
         for name, value in values.items()
         if name in keep or getattr(part, name) != fields[name].default
+    }
+
+
+def _table_fields(table: Table) -> dict[str, Any]:
+    """Return a table's fields: its preset's name, and what differs from that."""
+    if table.preset is None:
+        keep = () if table.vertices else ("length", "width")
+        skip = {"length", "width"} if table.vertices else set()
+        fields = _differing(table, keep=keep)
+        return {name: value for name, value in fields.items() if name not in skip}
+    preset = Table.model_validate(table.preset)
+    return {"preset": table.preset} | {
+        name: value
+        for name, value in table.model_dump(mode="json", exclude_none=True).items()
+        if getattr(table, name) != getattr(preset, name)
     }
 
 

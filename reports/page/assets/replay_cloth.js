@@ -33,7 +33,24 @@ globalThis.Ghostball ??= {};
       context.fillStyle = css(colour);
       context.fillRect(left, bottom - dy * scale, dx * scale, dy * scale);
     };
-    box(0, 0, length, breadth, theme.cloth);
+    const disc = ([x, y, radius], colour) => {
+      context.fillStyle = css(colour);
+      context.beginPath();
+      context.arc(...plate.toPixels(x, y), radius * plate.view.scale, 0, 2 * Math.PI);
+      context.fill();
+    };
+    if (table.outline) {
+      box(-depth, -depth, length + 2 * depth, breadth + 2 * depth, theme.cushion);
+      context.fillStyle = css(theme.cloth);
+      context.beginPath();
+      for (const point of table.outline) context.lineTo(...plate.toPixels(...point));
+      context.fill();
+    } else {
+      box(0, 0, length, breadth, theme.cloth);
+    }
+    for (const hole of table.holes ?? []) disc(hole, theme.ink);
+    for (const post of table.posts ?? []) disc(post, theme.cushion);
+    if (table.outline) return;
     const sides = {
       left: [[-depth, -depth, depth, breadth + 2 * depth], [0, 0, 0, breadth]],
       right: [[length, -depth, depth, breadth + 2 * depth], [length, 0, length, breadth]],

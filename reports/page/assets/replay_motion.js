@@ -197,8 +197,8 @@ globalThis.Ghostball ??= {};
         return `${first} lands`;
       case "leaves-table":
         return `${first} leaves the table over ${cushion}`;
-      case "ball-gone":
-        return `${first} is gone`;
+      case "pocketed":
+        return `${first} falls into a pocket`;
       case "slide-to-roll":
         return `${first} starts to roll`;
       default:

@@ -134,16 +134,16 @@ def test_more_obstacles_than_bits_are_refused(played: Play) -> None:
 # --- balls that are gone
 
 HOLE = (st.DISC, 0.5, 0.0, 0.0, 0.0, 0.05, st.TAKES_OUT, 4)
-WAY = 0.5 - 0.05 - R
-"""To where a ball that comes along x touches it [m]."""
+WAY = 0.5 - 0.05
+"""To where the centre of a ball that comes along x enters it [m]."""
 
 
 def gone(result: Result) -> list[tuple[float, int, int]]:
-    kept = result.events[result.events["kind"] == EventKind.BALL_GONE]
+    kept = result.events[result.events["kind"] == EventKind.POCKETED]
     return [(float(t), int(a), int(b)) for t, _, a, b in kept.tolist()]
 
 
-def test_a_ball_leaves_where_it_touches_with_all_its_energy(played, either):
+def test_a_ball_leaves_where_its_centre_enters_with_all_its_energy(played, either):
     still = ball((0.0, 1.0), (0.4, 0.0))
     scene = scene_of(
         ball((0.0, 0.0), (2.0, 0.0), angular_velocity=(0.0, 0.0, 30.0)), still,
@@ -163,7 +163,7 @@ def test_a_ball_leaves_where_it_touches_with_all_its_energy(played, either):
     alone = simulate(scene_of(still, **scene.physics.model_dump(), t_max=1.0), record="trajectory")
     assert result.energy([0.9]).total == pytest.approx(alone.energy([0.9]).total)
     assert result.work["balls_gone"] == 1
-    assert event_dict(result.events[-1])["b"] == "obstacle-4"
+    assert event_dict(result.events[-1])["b"] == "top"
     assert np.all(np.isinf(result.sensitivity([0.9])[:, 0]))
 
 

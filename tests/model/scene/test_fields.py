@@ -70,7 +70,9 @@ def test_every_field_is_spoilt():
     # Breaks where a new field joins a scene, and nothing tries it.
     assert set(Physics.model_fields) == {*NUMBERS["physics"], *CHOICES, "airborne"}
     assert set(Ball.model_fields) == {*NUMBERS["balls"], *VECTORS, "id"}
-    assert set(Table.model_fields) == {*NUMBERS["table"], "cushions"}
+    # Shapes of tables are spoilt in test_table.py, and in test_table_rules.py.
+    shapes = {"preset", "vertices", "pockets", "posts"}
+    assert set(Table.model_fields) == {*NUMBERS["table"], "cushions", *shapes}
     texts = {"schema_version", "name", "title", "tags", "physics", "table", "balls"}
     assert set(Scene.model_fields) == {*NUMBERS[""], *texts}
 
@@ -261,7 +263,16 @@ WRONG: list[tuple[Location, Any, str]] = [
     (("physics", "airborne"), 1, "true or false"),
     (("physics",), 3, "table of fields"),
     (("physics",), [1], "table of fields"),
-    (("table",), "pool", "table of fields"),
+    (("table",), "pool", "'wpa-9ft'"),
+    (("table",), 3, "table of fields"),
+    (("table", "preset"), 3, "'wpa-9ft'"),
+    (("table", "vertices"), 3, "must be a list"),
+    (("table", "vertices"), [[0, 0], [1, "x"], [0, 1]], "must be a number"),
+    (("table", "vertices"), [[0, 0], [1], [0, 1]], "must be given"),
+    (("table", "posts"), 3, "must be a list"),
+    (("table", "posts"), [{"centre": [1.0, 0.5]}], "radius` must be given"),
+    (("table", "pockets"), "round", "table of fields"),
+    (("table", "pockets"), {"corner": {"mouth": 0.1}}, "corner.angle` must be given"),
     (("table", "cushions"), "left", "must be a list"),
     (("table", "cushions"), ["north"], "'left'"),
     (("table", "cushions"), ["left", "left"], "each cushion once"),

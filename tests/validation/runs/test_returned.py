@@ -212,7 +212,7 @@ WRONG = {
     "a kind that is none": (
         lambda r: planted(r, 0, kind=17),
         "`events[0].kind` must be one of 0 (ball-ball), 1 (ball-cushion), 2 (slide-to-roll), "
-        "3 (roll-to-rest), 4 (ball-gone), 5 (ball-cloth), 6 (leaves-table), got 17",
+        "3 (roll-to-rest), 4 (pocketed), 5 (ball-cloth), 6 (leaves-table), got 17",
     ),
     "ball 99": (
         lambda r: planted(r, first(r, 0), a=99),

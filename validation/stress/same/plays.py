@@ -19,9 +19,9 @@ from ghostball.engine import (
 )
 from ghostball.engine.running import skips
 from ghostball.engine.running.skips import BUILT_IN, Skip, explain_skips
-from ghostball.engine.sines import cosines_and_sines
 from ghostball.model import Ball, Record, Result, Scene
 from ghostball.model.hashes import log_bits
+from ghostball.model.sines import cosines_and_sines
 
 MOST_EVENTS = 1_000_000
 MOST_WORK = 4_000_000_000

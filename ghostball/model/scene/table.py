@@ -1,0 +1,313 @@
+"""The table: a rectangle between cushions, with or without pockets, or any polygon; and posts."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Annotated, Any, ClassVar, Literal, Self
+
+import numpy as np
+from pydantic import (
+    Field,
+    SerializerFunctionWrapHandler,
+    field_validator,
+    model_serializer,
+    model_validator,
+)
+
+from ghostball.model.scene.fields import NonNegative, Positive, Real, problem
+from ghostball.model.scene.obstacles import (
+    FIRST_POST,
+    Disc,
+    Hole,
+    Obstacle,
+    PocketShape,
+    is_inside,
+    obstacles_of_pockets,
+    obstacles_of_polygon,
+    outline_of_pockets,
+)
+from ghostball.model.scene.parts import Part
+from ghostball.model.scene.sides import CUSHIONS, CushionName, Point, Side, side_of
+from ghostball.model.scene.table_rules import check_pockets, check_polygon
+
+_LATER_FIELDS = ("preset", "vertices", "pockets", "posts")
+
+_INCH = 0.0254  # [m]
+
+_Shapes = tuple[PocketShape | None, PocketShape | None]
+"""Of the pockets in the corners, and of those in the middle of the length."""
+
+
+class Pocket(Part):
+    """A pocket: its mouth between two rounded jaws, the facings behind them, and its hole."""
+
+    mouth: Positive = Field(
+        description="between the points where noses and facings would meet, were they not rounded "
+        "[m]"
+    )
+    angle: Annotated[Real, Field(ge=90.0, lt=180.0)] = Field(
+        description="between a cushion's nose and its facing, the cut angle [degrees]"
+    )
+    jaw_radius: Positive = Field(description="of the rounding between nose and facing [m]")
+    depth: NonNegative = Field(
+        description="from the middle of the mouth to the edge of the hole, the shelf [m]"
+    )
+    radius: Positive = Field(description="of the hole: it takes a ball whose centre enters it [m]")
+
+    @property
+    def shape(self) -> PocketShape:
+        """The same numbers, as the geometry takes them."""
+        return PocketShape(self.mouth, self.angle, self.jaw_radius, self.depth, self.radius)
+
+
+class Pockets(Part):
+    """The pockets of a rectangular table: four in its corners, two in the middle of its length."""
+
+    corner: Pocket | None = Field(default=None, description="all four; left out: there are none")
+    side: Pocket | None = Field(
+        default=None, description='those of the cushions "bottom" and "top"; left out: none'
+    )
+
+
+class Post(Part):
+    """A round obstacle that stands on the table."""
+
+    centre: tuple[Real, Real] = Field(description="[m]")
+    radius: Positive = Field(description="[m]")
+
+
+def _pool_pockets() -> dict[str, Any]:
+    """Pockets by the rules of the World Pool Association, each number in the middle of its range.
+
+    Rules: mouths of 4 1/2 to 4 5/8 in and 5 to 5 1/8 in, cut angles of 142 and 104 degrees, shelves
+    of 1 to 2 1/4 in and 0 to 3/8 in. They don't give holes and jaws: the holes are those of
+    Alciatore's technical proofs 3.6 and 3.5, the jaws those of pooltool's table of 7 ft.
+    """
+    return {
+        "corner": {
+            "mouth": 4.5625 * _INCH,
+            "angle": 142.0,
+            "jaw_radius": 0.02095,
+            "depth": 1.625 * _INCH,
+            "radius": 2.75 * _INCH,
+        },
+        "side": {
+            "mouth": 5.0625 * _INCH,
+            "angle": 104.0,
+            "jaw_radius": 0.00795,
+            "depth": 0.1875 * _INCH,
+            "radius": 3.0 * _INCH,
+        },
+    }
+
+
+class Table(Part):
+    """Between cushion noses, from (0, 0) to (length, width) [m]: a rectangle, or a polygon.
+
+    `cushions` names the sides of a rectangle that have one; a side without is open and the cloth
+    continues. Where a neighbouring side is open, a cushion's line continues too, without end.
+
+    A `preset` gives size and pockets of a table that the rules know; any field overrides it, and
+    its name alone may stand for the table. `vertices` make it any simple polygon instead. A ball
+    meets a corner that points into the table as a point.
+    """
+
+    PRESETS: ClassVar[dict[str, dict[str, Any]]] = {
+        "wpa-9ft": {"length": 2.54, "width": 1.27, "pockets": _pool_pockets()},
+        "wpa-8ft": {"length": 2.337, "width": 1.168, "pockets": _pool_pockets()},
+        # No rules: all of it is pooltool's table "seven_foot_showood" (`collection.py`, commit
+        # 13a571d).
+        "bar-7ft": {
+            "length": 1.9812,
+            "width": 0.9906,
+            "pockets": {
+                "corner": {
+                    "mouth": 0.118,
+                    "angle": 140.3,
+                    "jaw_radius": 0.02095,
+                    "depth": 0.0417,
+                    "radius": 0.062,
+                },
+                "side": {
+                    "mouth": 0.137,
+                    "angle": 97.14,
+                    "jaw_radius": 0.00795,
+                    "depth": 0.0685,
+                    "radius": 0.0645,
+                },
+            },
+        },
+        # The pockets are pooltool's (`collection.py`, commit 13a571d): the rules of snooker show
+        # templates and no numbers.
+        "snooker-12ft": {
+            "length": 3.569,
+            "width": 1.778,
+            "pockets": {
+                "corner": {
+                    "mouth": 0.083,
+                    "angle": 135.0,
+                    "jaw_radius": 3.6 * _INCH,
+                    "depth": 0.036,
+                    "radius": 0.043,
+                },
+                "side": {
+                    "mouth": 0.075,
+                    "angle": 90.0,
+                    "jaw_radius": 2.5 * _INCH,
+                    "depth": 0.95 * _INCH,
+                    "radius": 1.68 * _INCH,
+                },
+            },
+        },
+        "carom-10ft": {"length": 2.84, "width": 1.42},
+    }
+
+    preset: Literal["wpa-9ft", "wpa-8ft", "bar-7ft", "snooker-12ft", "carom-10ft"] | None = Field(
+        default=None, description="a table that the rules know: gives the size and the pockets"
+    )
+    length: Positive = Field(description="along x, between the noses of the cushions [m]")
+    width: Positive = Field(description="along y [m]")
+    cushions: tuple[CushionName, ...] = Field(
+        default=CUSHIONS, description="the sides that have one: x = 0, x = length, y = 0, y = width"
+    )
+    vertices: tuple[tuple[Real, Real], ...] = Field(
+        default=(),
+        description="of a polygon in place of the rectangle, counterclockwise [m]; the least x and "
+        "the least y are 0, and `length` and `width` are left out",
+    )
+    pockets: Pockets | None = Field(
+        default=None, description="of a rectangle with all four cushions; left out: there are none"
+    )
+    posts: tuple[Post, ...] = Field(
+        default=(), description="round obstacles that stand on the table"
+    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _complete(cls, data: Any) -> Any:
+        """Let a preset's name stand for its table, and a polygon have its size."""
+        if isinstance(data, str):
+            data = {"preset": data}
+        if not isinstance(data, dict):
+            return data
+        preset = data.get("preset")
+        defaults = cls.PRESETS.get(preset, {}) if isinstance(preset, str) else {}
+        if preset is not None and not defaults:
+            # What the preset would have given isn't missing: its name is what is wrong.
+            defaults = {"length": 1.0, "width": 1.0}
+        if data.get("vertices"):
+            defaults = {**_size_of(data["vertices"]), "pockets": None}
+        return {**defaults, **data}
+
+    @model_serializer(mode="wrap")
+    def _without_later_fields(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Leave out fields that came later and say nothing: scenes stored before stay the same."""
+        fields: dict[str, Any] = dump(self)
+        for name in _LATER_FIELDS:
+            if name in fields and getattr(self, name) == type(self).model_fields[name].default:
+                del fields[name]
+        return fields
+
+    @field_validator("cushions")
+    @classmethod
+    def _each_once(cls, value: tuple[str, ...]) -> tuple[str, ...]:
+        if len(set(value)) != len(value):
+            raise problem(
+                "repeated",
+                f"must name each cushion once, got {value}",
+            )
+        return tuple(name for name in CUSHIONS if name in value)
+
+    @model_validator(mode="after")
+    def _is_one(self) -> Self:
+        size = (self.length, self.width)
+        if self.vertices:
+            if self.pockets is not None:
+                raise problem(
+                    "pockets",
+                    "`pockets` must be left out beside `vertices`: a polygon has none. Leave one "
+                    "of them out",
+                    at=("pockets",),
+                )
+            check_polygon(self.vertices, size, self.cushions)
+        if self._pocketed is not None:
+            check_pockets(size, self.cushions, *self._pocketed)
+        for k, post in enumerate(self.posts):
+            if not is_inside(self.outline, *np.array([post.centre]).T)[0]:
+                raise problem(
+                    "post",
+                    f"`posts[{k}].centre` must be inside the table, got {post.centre} m. Move the "
+                    "post",
+                    at=("posts", k, "centre"),
+                )
+        return self
+
+    @property
+    def is_rectangle(self) -> bool:
+        """Whether it is a rectangle without pockets, whose cushions are infinite lines."""
+        return not self.vertices and self._pocketed is None
+
+    @property
+    def sides(self) -> tuple[Side, ...]:
+        """The sides of a rectangle without pockets that have a cushion, and which way is in.
+
+        What else a table has is in `obstacles`.
+        """
+        if not self.is_rectangle:
+            return ()
+        return tuple(side_of(name, self.length, self.width) for name in self.cushions)
+
+    @property
+    def obstacles(self) -> tuple[Obstacle, ...]:
+        """What stands on the table besides `sides`: rails, jaws, facings, posts and holes."""
+        posts = [Disc(FIRST_POST + k, p.centre, p.radius) for k, p in enumerate(self.posts)]
+        return (*_walls(self.vertices, (self.length, self.width), self._pocketed), *posts)
+
+    @property
+    def outline(self) -> tuple[Point, ...]:
+        """The corners of what lies inside the cushions and their facings, counterclockwise [m]."""
+        if self.vertices:
+            return self.vertices
+        shapes = self._pocketed or (None, None)
+        return tuple(outline_of_pockets(self.length, self.width, *shapes))
+
+    @property
+    def drawn(self) -> tuple[Point, ...]:
+        """The outline with the jaws rounded, for pictures [m]."""
+        if self._pocketed is None:
+            return self.outline
+        return tuple(outline_of_pockets(self.length, self.width, *self._pocketed, arc=8))
+
+    @property
+    def holes(self) -> tuple[Hole, ...]:
+        """The holes of its pockets."""
+        return tuple(one for one in self.obstacles if isinstance(one, Hole))
+
+    @property
+    def _pocketed(self) -> _Shapes | None:
+        """The shapes of the corner and side pockets; None where there are none at all."""
+        if self.pockets is None:
+            return None
+        corner, side = self.pockets.corner, self.pockets.side
+        if corner is None and side is None:
+            return None
+        return None if corner is None else corner.shape, None if side is None else side.shape
+
+
+@lru_cache(maxsize=32)
+def _walls(
+    vertices: tuple[Point, ...], size: tuple[float, float], pocketed: _Shapes | None
+) -> tuple[Obstacle, ...]:
+    """Return the obstacles of a table without its posts."""
+    if vertices:
+        return tuple(obstacles_of_polygon(vertices))
+    return () if pocketed is None else tuple(obstacles_of_pockets(*size, *pocketed))
+
+
+def _size_of(vertices: Any) -> dict[str, float]:
+    """Return the size of a polygon; 1 where it isn't one, which its own rules will say."""
+    try:
+        xs, ys = zip(*((float(x), float(y)) for x, y in vertices), strict=True)
+    except (TypeError, ValueError):
+        return {"length": 1.0, "width": 1.0}
+    return {"length": max(xs), "width": max(ys)}

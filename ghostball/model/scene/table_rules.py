@@ -1,0 +1,238 @@
+"""The rules of tables with pockets, and of polygons."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+
+from ghostball.model.scene.fields import problem
+from ghostball.model.scene.obstacles import (
+    PocketShape,
+    facing_of,
+    hole_of,
+    place_pockets,
+)
+from ghostball.model.scene.sides import CUSHIONS, Point
+
+
+def check_polygon(
+    vertices: Sequence[Point], size: tuple[float, float], cushions: Sequence[str]
+) -> None:
+    """Check the vertices of a table, its size [m], and that each side has a cushion.
+
+    Raises
+    ------
+    PydanticCustomError
+        For the first rule that is broken.
+    """
+    if len(vertices) < 3:
+        raise problem(
+            "polygon",
+            f"`vertices` must be at least 3, got {len(vertices)}. Leave them out for a rectangle",
+            at=("vertices",),
+        )
+    if tuple(cushions) != CUSHIONS:
+        raise problem(
+            "polygon",
+            f"`cushions` must be left out beside `vertices`, got {list(cushions)}: each side of a "
+            "polygon has a cushion. Leave it out",
+            at=("cushions",),
+        )
+    low = tuple(min(point[k] for point in vertices) for k in (0, 1))
+    high = tuple(max(point[k] for point in vertices) for k in (0, 1))
+    if low != (0.0, 0.0):
+        raise problem(
+            "polygon",
+            f"`vertices` must have 0 as their least x and as their least y, got {low[0]:.9g} and "
+            f"{low[1]:.9g} m. Move the table there",
+            at=("vertices",),
+        )
+    for name, given, there in zip(("length", "width"), size, high, strict=True):
+        if given != there:
+            raise problem(
+                "polygon",
+                f"`{name}` must be that of the vertices, {there:.9g} m, got {given:.9g} m. Leave "
+                "it out",
+                at=(name,),
+            )
+    _check_simple(vertices)
+    area = math.fsum(a[0] * b[1] - b[0] * a[1] for a, b in _edges(vertices))
+    if area <= 0.0:
+        raise problem(
+            "polygon",
+            "`vertices` must go round counterclockwise, with the table on the left, but go round "
+            "clockwise. Turn their order round",
+            at=("vertices",),
+        )
+
+
+def _edges(vertices: Sequence[Point]) -> list[tuple[Point, Point]]:
+    return list(pairwise([*vertices, vertices[0]]))
+
+
+def _check_simple(vertices: Sequence[Point]) -> None:
+    """Check that no side of a polygon is a point, or meets another but at their common vertex."""
+    edges, n = _edges(vertices), len(vertices)
+    for k, (start, end) in enumerate(edges):
+        if start == end:
+            raise problem(
+                "polygon",
+                f"`vertices[{(k + 1) % n}]` must differ from the one before, got {end} m twice. "
+                "Leave one out",
+                at=("vertices", (k + 1) % n),
+            )
+    for k, edge in enumerate(edges):
+        following = edges[(k + 1) % n]
+        turns_back = _side(*edge, following[1]) == 0.0 and _dot(*edge, following[1]) < 0.0
+        if turns_back:
+            raise problem(
+                "polygon",
+                f"`vertices[{(k + 1) % n}]` must have room between its sides, but both lie on "
+                "each other there. Move a vertex",
+                at=("vertices", (k + 1) % n),
+            )
+        for other in range(k + 2, n if k else n - 1):
+            if _meet(edge, edges[other]):
+                raise problem(
+                    "polygon",
+                    f"`vertices` must be those of a polygon that doesn't cross itself, but the "
+                    f"side from {edge[0]} to {edge[1]} m meets that from {edges[other][0]} to "
+                    f"{edges[other][1]} m. Mend their order",
+                    at=("vertices", k),
+                )
+
+
+def _side(a: Point, b: Point, c: Point) -> float:
+    """Return on which side of the way from a to b a point c is: positive on the left."""
+    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+
+
+def _dot(a: Point, b: Point, c: Point) -> float:
+    """Return whether the way from b to c continues that from a to b (positive), or turns back."""
+    return (b[0] - a[0]) * (c[0] - b[0]) + (b[1] - a[1]) * (c[1] - b[1])
+
+
+def _meet(one: tuple[Point, Point], other: tuple[Point, Point]) -> bool:
+    """Whether two segments have a point in common."""
+    (a, b), (c, d) = one, other
+    first, second = _side(a, b, c), _side(a, b, d)
+    third, fourth = _side(c, d, a), _side(c, d, b)
+    if (first > 0.0) != (second > 0.0) and (third > 0.0) != (fourth > 0.0) and first != second:
+        return True
+    spans = ((a, b, c, first), (a, b, d, second), (c, d, a, third), (c, d, b, fourth))
+    return any(side == 0.0 and _is_between(p, q, point) for p, q, point, side in spans)
+
+
+def _is_between(a: Point, b: Point, c: Point) -> bool:
+    """Whether a point c on the line through a and b is between them."""
+    return all(min(a[k], b[k]) <= c[k] <= max(a[k], b[k]) for k in (0, 1))
+
+
+def check_pockets(
+    size: tuple[float, float],
+    cushions: Sequence[str],
+    corner: PocketShape | None,
+    side: PocketShape | None,
+) -> None:
+    """Check the pockets of a rectangle of that size [m].
+
+    Raises
+    ------
+    PydanticCustomError
+        For the first rule that is broken.
+    """
+    if tuple(cushions) != CUSHIONS:
+        raise problem(
+            "pockets",
+            f"`cushions` must be left out beside `pockets`, got {list(cushions)}: pockets lie "
+            "between cushions. Leave it out",
+            at=("cushions",),
+        )
+    _check_rails(size, corner, side)
+    for name, shape in (("corner", corner), ("side", side)):
+        if shape is not None:
+            _check_pocket(name, shape)
+    _check_holes(size, corner, side)
+
+
+def _check_pocket(name: str, pocket: PocketShape) -> None:
+    """Check one pocket: it must be open as far as its hole, and the hole as wide as it."""
+    is_corner = name == "corner"
+    facing, hole = facing_of(pocket, is_corner), hole_of(pocket, is_corner)
+    half = math.dist(facing.end, hole)
+    if is_corner and hole[0] >= 0.0:
+        raise problem(
+            "pockets",
+            f"`pockets.{name}.depth` must put the middle of the hole behind the corner: it is "
+            f"{pocket.depth + pocket.radius:.6g} m behind the middle of the mouth, and the corner "
+            f"{pocket.mouth / 2.0:.6g} m. Give a larger depth, or a larger radius",
+            at=("pockets", name, "depth"),
+        )
+    behind = math.dist(facing.start, facing.end)
+    leads_out = (facing.end[1] < facing.start[1]) and behind > 0.0
+    across = _crosses_axis(facing.end, is_corner)
+    if not leads_out or across:
+        raise problem(
+            "pockets",
+            f"`pockets.{name}` must be open as far as its hole, but "
+            + (
+                f"its facings, at {pocket.angle:g} degrees, meet before. Give a smaller angle"
+                if across
+                else f"its jaws, of radius {pocket.jaw_radius:g} m, reach beyond it. Give a "
+                "smaller `jaw_radius`"
+            ),
+            at=("pockets", name, "angle" if across else "jaw_radius"),
+        )
+    if not half < pocket.radius:
+        raise problem(
+            "pockets",
+            f"`pockets.{name}.radius` must be more than {half:.6g} m, so that no ball passes the "
+            f"hole, got {pocket.radius:g} m: so far are the facings from its middle. Give a larger "
+            "radius",
+            at=("pockets", name, "radius"),
+        )
+
+
+def _crosses_axis(end: Point, is_corner: bool) -> bool:
+    """Whether the end of a facing, in the coordinates of `Facing`, is beyond the pocket's axis."""
+    return end[0] <= end[1] if is_corner else end[0] <= 0.0
+
+
+def _check_rails(
+    size: tuple[float, float], corner: PocketShape | None, side: PocketShape | None
+) -> None:
+    """Check that between two pockets, or a pocket and a corner, a straight rail is left."""
+    corner_joint = facing_of(corner, is_corner=True).joint if corner else 0.0
+    side_joint = facing_of(side, is_corner=False).joint if side else 0.0
+    length, width = size
+    free = {
+        "length": length - 2.0 * (corner_joint + side_joint),
+        "width": width - 2.0 * corner_joint,
+    }
+    for name, left in free.items():
+        if left <= 0.0:
+            raise problem(
+                "pockets",
+                f"`pockets` must leave a part of each cushion straight, but along the {name} of "
+                f"{dict(zip(free, size, strict=True))[name]:g} m mouths and jaws take "
+                f"{-left:.6g} m more than there is. Give smaller ones",
+                at=("pockets",),
+            )
+
+
+def _check_holes(
+    size: tuple[float, float], corner: PocketShape | None, side: PocketShape | None
+) -> None:
+    """Check that no two holes overlap."""
+    holes = [one.hole for one in place_pockets(*size, corner, side)]
+    for k, one in enumerate(holes):
+        for other in holes[:k]:
+            if math.dist(one.centre, other.centre) <= one.radius + other.radius:
+                raise problem(
+                    "pockets",
+                    f"`pockets` must have holes apart from each other, but two of radius "
+                    f"{one.radius:g} and {other.radius:g} m are "
+                    f"{math.dist(one.centre, other.centre):.6g} m apart. Give smaller ones",
+                    at=("pockets",),
+                )

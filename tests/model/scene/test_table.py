@@ -1,0 +1,106 @@
+"""Tables: presets, polygons and posts, as a scene has them, and as it is written and read."""
+
+from __future__ import annotations
+
+import pytest
+from refusals import refusal_of
+
+from ghostball.model import Ball, Disc, Hole, Scene, SceneError, Segment, Table
+
+L_SHAPE = ((0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 1.0), (1.0, 2.0), (0.0, 2.0))
+
+
+def scene_on(table: Table | str, **fields: object) -> Scene:
+    place = {"id": "cue", "position": (0.5, 0.5), "velocity": (1.0, 0.3)}
+    return Scene.model_validate({"name": "on-table", "table": table, "balls": [place], **fields})
+
+
+@pytest.mark.parametrize("name", Table.PRESETS)
+def test_the_name_of_a_preset_stands_for_its_table(name):
+    scene = Scene.loads(
+        f'schema = 1\nname = "a"\ntable = "{name}"\n[[balls]]\nid = "cue"\nposition = [0.5, 0.5]\n'
+    )
+    assert scene.table == Table(preset=name)
+    assert (scene.table.length, scene.table.width) == (
+        Table.PRESETS[name]["length"],
+        Table.PRESETS[name]["width"],
+    )
+    assert scene.table.is_rectangle == ("pockets" not in Table.PRESETS[name])
+
+
+@pytest.mark.parametrize(
+    "table",
+    [
+        *(Table(preset=name) for name in Table.PRESETS),
+        Table(preset="wpa-9ft", length=2.2),
+        Table(preset="wpa-9ft", pockets={"side": Table.PRESETS["bar-7ft"]["pockets"]["side"]}),
+        Table(vertices=L_SHAPE),
+        Table(length=2.0, width=1.0, posts=[{"centre": (1.5, 0.5), "radius": 0.05}]),
+        Table(length=2.0, width=1.0, cushions=("left",)),
+    ],
+    ids=repr,
+)
+def test_a_table_is_written_and_read(table, tmp_path):
+    scene = scene_on(table)
+    scene.save(tmp_path / "scene.toml")
+    assert Scene.load(tmp_path / "scene.toml") == scene
+    assert Scene.model_validate_json(scene.model_dump_json(by_alias=True)) == scene
+
+
+def test_what_a_plain_rectangle_says_is_as_it_was():
+    assert Table(length=2.0, width=1.0).model_dump() == {
+        "length": 2.0,
+        "width": 1.0,
+        "cushions": ("left", "right", "bottom", "top"),
+    }
+
+
+def test_a_pool_table_has_six_rails_twelve_jaws_twelve_facings_and_six_holes():
+    obstacles = Table(preset="wpa-9ft").obstacles
+    assert [type(one) for one in obstacles[:6]] == [Segment] * 6
+    assert [type(one) for one in obstacles[6:30]] == [Disc, Segment] * 12
+    assert [one.pocket for one in obstacles[30:] if isinstance(one, Hole)] == list(range(6))
+
+
+def test_a_polygon_has_its_size_and_a_side_for_each_two_vertices():
+    table = Table(vertices=L_SHAPE)
+    assert (table.length, table.width, table.sides) == (2.0, 2.0, ())
+    assert [(one.start, one.end) for one in table.obstacles] == list(
+        zip(L_SHAPE, (*L_SHAPE[1:], L_SHAPE[0]), strict=True)
+    )
+
+
+@pytest.mark.parametrize(
+    ("position", "tells"),
+    [
+        ((0.02, 0.3), ("at least the radius", '"left"')),
+        ((-0.2, 0.3), ("inside the table",)),
+        ((0.01, 0.01), ("hole", '"bottom-left"')),
+        ((1.27, -0.05), ("hole", '"bottom"')),
+        ((1.22, 0.0), ("at least the radius", '"bottom"')),
+        ((3.0, 3.0), ("inside the table",)),
+    ],
+)
+def test_a_ball_that_begins_beyond_a_rail_or_in_a_jaw_or_a_hole_is_refused(position, tells):
+    ball = {"id": "cue", "position": position}
+    message = refusal_of(lambda: Scene(name="a", table="wpa-9ft", balls=[ball]))
+    assert all(tell in message for tell in ("`balls[0].position", *tells))
+
+
+def test_a_ball_may_begin_in_the_mouth_of_a_pocket():
+    Scene(name="a", table="wpa-9ft", balls=[{"id": "cue", "position": (1.27, 0.001)}])
+
+
+@pytest.mark.parametrize(
+    ("position", "tells"),
+    [((1.5, 1.5), "inside the table"), ((0.99, 1.01), '"side-3"'), ((0.01, 1.0), '"side-6"')],
+)
+def test_a_ball_that_begins_outside_of_a_polygon_or_in_a_side_is_refused(position, tells):
+    with pytest.raises(SceneError, match=tells):
+        Scene(name="a", table=Table(vertices=L_SHAPE), balls=[Ball(id="cue", position=position)])
+
+
+def test_a_ball_that_begins_in_a_post_is_refused():
+    table = Table(length=2.0, width=1.0, posts=[{"centre": (0.5, 0.5), "radius": 0.05}])
+    with pytest.raises(SceneError, match='"post-1", a post round'):
+        scene_on(table)
