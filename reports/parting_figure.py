@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.model import CUSHIONS, EventKind, Result
+from ghostball.model import EventKind, Result
 from ghostball.reports import style
 from ghostball.reports.figures._table import View, aspect_of, draw_ball, draw_table, view_of
 from ghostball.reports.plot import write_picture
@@ -128,8 +128,9 @@ def _point(explanation: Explanation, run: Result, one: Event) -> FloatArray:
         a, b = scene.radii[one.a], scene.radii[one.b]
         between: FloatArray = (b * centres[one.a] + a * centres[one.b]) / (a + b)
         return between
-    outwards = {"left": (-1, 0), "right": (1, 0), "bottom": (0, -1), "top": (0, 1)}
-    touch: FloatArray = centres[one.a] + scene.radii[one.a] * np.array(outwards[CUSHIONS[one.b]])
+    assert scene.table is not None
+    inward, _ = scene.table.facing(one.b, *centres[one.a].tolist())
+    touch: FloatArray = centres[one.a] - scene.radii[one.a] * np.array(inward)
     return touch
 
 

@@ -147,7 +147,7 @@ def is_uniform(scene: Scene) -> bool:
 
 def has_cushions(scene: Scene) -> bool:
     """Whether a ball may meet a cushion."""
-    return scene.table is not None and bool(scene.table.cushions or scene.table.posts)
+    return scene.table is not None and scene.table.has_cushions
 
 
 def balls_rub(scene: Scene) -> bool:

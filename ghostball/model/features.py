@@ -86,7 +86,7 @@ def scene_features(scene: Scene) -> tuple[Feature, ...]:
     }
     if several:
         needed |= _needed_by(BALL_LAWS, physics.ball_impact)
-    if table is not None and table.cushions:
+    if table is not None and table.has_cushions:
         needed |= _needed_by(CUSHION_LAWS, physics.cushion)
         falls = physics.cushion_restitution_loss > 0.0 and physics.cushion != "mirror"
         needed[Feature.FALLING_RESTITUTION] = falls

@@ -198,6 +198,22 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "graded/three-cushions",
     ),
     Mutation(
+        "jaw too small",
+        "running/from_scene.py",
+        "    return (st.DISC, *one.centre, *normal, one.radius, law, one.obstacle)",
+        "    return (st.DISC, *one.centre, *normal, 0.9 * one.radius, law, one.obstacle)",
+        "A jaw, or a post, has nine tenths of its radius.",
+        "combined/shape-00000-00009",
+    ),
+    Mutation(
+        "hole beside its pocket",
+        "running/from_scene.py",
+        "        return (st.DISC, *one.centre, *normal, one.radius, st.TAKES_OUT, one.pocket)",
+        "        return (st.DISC, 1.0, 0.0, *normal, one.radius, st.TAKES_OUT, one.pocket)",
+        "All holes lie at one place of the bottom cushion.",
+        "combined/shape-00000-00009",
+    ),
+    Mutation(
         "cushion spins the wrong way",
         "impacts/laws/cushion_han2005.py",
         "        impact.wz + turn * (along * cosine),",

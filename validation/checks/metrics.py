@@ -161,7 +161,7 @@ def ball_errors(result: Result, truth: Truth) -> FloatArray:
 def conserves_energy(scene: Scene) -> bool:
     """Whether energy should hold in a scene: no friction, no drag, everything elastic."""
     physics = scene.physics
-    cushions = scene.table is not None and bool(scene.table.cushions)
+    cushions = scene.table is not None and scene.table.has_cushions
     elastic_cushions = physics.cushion == "mirror" or (
         physics.cushion == "restitution"
         and physics.cushion_restitution == physics.cushion_tangential_restitution == 1.0
@@ -174,6 +174,7 @@ def conserves_energy(scene: Scene) -> bool:
         and physics.rolling_friction == 0.0
         and physics.air_drag == physics.rolling_friction_quadratic == 0.0
         and not physics.airborne
+        and (scene.table is None or not scene.table.holes)
         and (len(scene.balls) == 1 or physics.ball_restitution == 1.0)
         and (not cushions or elastic_cushions)
     )

@@ -72,8 +72,9 @@ def approach_speed(result: Result, collision: Event) -> float:
     positions, velocities = state.positions[0, :, :2], state.velocities[0, :, :2]
     a, b = collision.a, collision.b
     if collision.kind is EventKind.BALL_CUSHION:
-        outwards = velocities[a, 0 if b < 2 else 1] * (-1.0 if b % 2 == 0 else 1.0)
-        return float(outwards)
+        assert result.scene.table is not None
+        inward, _ = result.scene.table.facing(b, *positions[a].tolist())
+        return float(-(velocities[a] @ np.array(inward)))
     between = positions[b] - positions[a]
     normal = between / np.hypot(*between)
     return float((velocities[a] - velocities[b]) @ normal)
@@ -86,10 +87,9 @@ def gaps(scene: Scene, collision: Event, centres: FloatArray) -> FloatArray:
         gap: FloatArray = np.hypot(*(centres[:, 1] - centres[:, 0]).T) - radii.sum()
         return gap
     assert scene.table is not None
-    along = centres[:, 0, 0 if collision.b < 2 else 1]
-    far = scene.table.length if collision.b < 2 else scene.table.width
-    distance: FloatArray = along if collision.b % 2 == 0 else far - along
-    gap_to_cushion: FloatArray = distance - radii[0]
+    facing = scene.table.facing
+    distances = [facing(collision.b, *place)[1] for place in centres[:, 0].tolist()]
+    gap_to_cushion: FloatArray = np.array(distances) - radii[0]
     return gap_to_cushion
 
 

@@ -18,6 +18,7 @@ from ghostball.engine.core.tolerances import LOWEST_BOUNCE, MOTION_ERROR
 from ghostball.engine.running.skips import is_integrated
 from ghostball.model import (
     ExactTrajectory,
+    Hole,
     Phase,
     Result,
     SampledTrajectory,
@@ -26,6 +27,7 @@ from ghostball.model import (
     Status,
     energy_of,
 )
+from ghostball.model.scene.obstacles import gap_to
 from ghostball.validation.checks.criteria import common_criteria
 from ghostball.validation.checks.energy_gain import largest_rise
 from ghostball.validation.grading.tolerances import EPS
@@ -154,6 +156,10 @@ def overlaps(scene: Scene, positions: FloatArray) -> FloatArray:
         for side in scene.table.sides:
             beyond = radii - side.distance(x, y)
             deepest[:, 1] = np.maximum(deepest[:, 1], np.max(beyond, axis=1))
+        for one in scene.table.obstacles:
+            if not isinstance(one, Hole):
+                beyond = radii - gap_to(one, x, y)
+                deepest[:, 1] = np.maximum(deepest[:, 1], np.max(beyond, axis=1))
     return deepest
 
 

@@ -32,7 +32,7 @@ def _check_laws_without_spin(scene: SceneContents) -> None:
     if physics.motion != "rolling":
         return
     wrong: dict[str, str] = {}  # field, and what to set it to
-    if table is not None and table.cushions and entry_of(CUSHION_LAWS, physics.cushion).turns:
+    if table is not None and table.has_cushions and entry_of(CUSHION_LAWS, physics.cushion).turns:
         wrong["cushion"] = choice(law.name for law in CUSHION_LAWS if not law.turns)
     if len(scene.balls) > 1:
         if entry_of(BALL_LAWS, physics.ball_impact).turns:
@@ -81,7 +81,7 @@ def _check_limits(scene: SceneContents) -> None:
 
 def _check_cushion_height(scene: SceneContents) -> None:
     physics, table = scene.physics, scene.table
-    if table is None or not table.cushions:
+    if table is None or not table.has_cushions:
         return
     in_space = physics.airborne
     if not in_space and "cushion_height" not in entry_of(CUSHION_LAWS, physics.cushion).uses:

@@ -352,6 +352,20 @@ def gap_to(obstacle: Obstacle, x: FloatArray, y: FloatArray) -> FloatArray:
     return distance - obstacle.radius
 
 
+def facing(obstacle: Obstacle, x: float, y: float) -> tuple[Point, float]:
+    """Return an obstacle's unit normal towards a place off it, and how far that is from it [m]."""
+    if isinstance(obstacle, Segment):
+        (x0, y0), (x1, y1) = obstacle.start, obstacle.end
+        dx, dy = x1 - x0, y1 - y0
+        part = ((x - x0) * dx + (y - y0) * dy) / (dx * dx + dy * dy)
+        part = min(max(part, 0.0), 1.0)
+        nearest, radius = (x0 + part * dx, y0 + part * dy), 0.0
+    else:
+        nearest, radius = obstacle.centre, obstacle.radius
+    away = math.dist(nearest, (x, y))
+    return ((x - nearest[0]) / away, (y - nearest[1]) / away), away - radius
+
+
 def is_inside(outline: Sequence[Point], x: FloatArray, y: FloatArray) -> NDArray[np.bool_]:
     """Whether points are inside a polygon, (m,): a line from them to the left crosses it oddly."""
     inside = np.zeros(len(x), dtype=np.bool_)

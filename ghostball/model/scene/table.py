@@ -21,6 +21,7 @@ from ghostball.model.scene.obstacles import (
     Hole,
     Obstacle,
     PocketShape,
+    facing,
     is_inside,
     obstacles_of_pockets,
     obstacles_of_polygon,
@@ -246,6 +247,24 @@ class Table(Part):
     def is_rectangle(self) -> bool:
         """Whether it is a rectangle without pockets, whose cushions are infinite lines."""
         return not self.vertices and self._pocketed is None
+
+    @property
+    def has_cushions(self) -> bool:
+        """Whether there is anything that a ball may bounce off."""
+        return bool(self.cushions or self.posts)
+
+    def facing(self, obstacle: int, x: float, y: float) -> tuple[Point, float]:
+        """Return the unit normal of an obstacle towards a place, and how far that is from it [m].
+
+        `obstacle` is its index in events; of several pieces of one cushion, the nearest counts.
+        """
+        for side in self.sides:
+            if side.cushion == obstacle:
+                return side.normal, side.distance(x, y)
+        pieces = [
+            one for one in self.obstacles if not isinstance(one, Hole) and one.obstacle == obstacle
+        ]
+        return min((facing(one, x, y) for one in pieces), key=lambda found: found[1])
 
     @property
     def sides(self) -> tuple[Side, ...]:

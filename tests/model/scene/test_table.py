@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 from refusals import refusal_of
 
@@ -104,3 +106,31 @@ def test_a_ball_that_begins_in_a_post_is_refused():
     table = Table(length=2.0, width=1.0, posts=[{"centre": (0.5, 0.5), "radius": 0.05}])
     with pytest.raises(SceneError, match='"post-1", a post round'):
         scene_on(table)
+
+
+@pytest.mark.parametrize(
+    ("obstacle", "place", "normal", "gap"),
+    [
+        (0, (0.3, 0.6), (1.0, 0.0), 0.3),  # the nose of the left cushion
+        (2, (0.6, 0.4), (0.0, 1.0), 0.4),
+        (65536, (1.5, 0.7), (0.0, 1.0), 0.15),  # the post
+    ],
+)
+@pytest.mark.parametrize("pockets", [None, Table.PRESETS["wpa-9ft"]["pockets"]])
+def test_which_way_an_obstacle_is_and_how_far(pockets, obstacle, place, normal, gap):
+    posts = [{"centre": (1.5, 0.5), "radius": 0.05}]
+    table = Table(length=2.54, width=1.27, pockets=pockets, posts=posts)
+    found, away = table.facing(obstacle, *place)
+    assert found == pytest.approx(normal, abs=1e-15)
+    assert away == pytest.approx(gap, abs=1e-15)
+
+
+@pytest.mark.parametrize("name", ["wpa-9ft", "snooker-12ft"])
+def test_a_drawn_jaw_is_round_and_joins_nose_and_facing(name):
+    table = Table.model_validate(name)
+    jaws = [one for one in table.obstacles if isinstance(one, Disc)]
+    assert len(table.drawn) == len(table.outline) + 12 * 8
+    near = [
+        min(abs(math.dist(point, jaw.centre) - jaw.radius) for jaw in jaws) for point in table.drawn
+    ]
+    assert sum(distance < 1e-15 for distance in near) >= 12 * 9

@@ -230,3 +230,20 @@ def test_a_shot_is_solved_by_its_shape_whatever_it_is_called(name: str) -> None:
 def test_a_shot_that_is_not_of_collisions_of_two_alone_has_no_form() -> None:
     for name in ("three-ball-symmetric", "frozen-break", "break-7"):
         assert closed_form(find_scene(name).model_copy(update={"name": "mine"})) is None
+
+
+@pytest.mark.parametrize(
+    "shape",
+    [
+        {"preset": "wpa-9ft"},
+        {"vertices": [(0.0, 0.0), (2.54, 0.0), (2.54, 1.27), (0.0, 1.27)]},
+        {"length": 2.54, "width": 1.27, "posts": [{"centre": (2.0, 1.0), "radius": 0.1}]},
+    ],
+)
+def test_there_is_none_of_a_table_that_is_no_plain_rectangle(shape: dict[str, Any]) -> None:
+    # Breaks where a form knows of no cushions, and takes the table for an unbounded one.
+    ball = Ball(id="cue", position=(0.5, 0.5), velocity=(2.0, 1.0))
+    assert closed_form(Scene(name="roll", physics=Physics(preset="pool"), balls=[ball])) is not None
+    table = Table.model_validate(shape)
+    shaped = Scene(name="roll", table=table, physics=Physics(preset="pool"), balls=[ball])
+    assert closed_form(shaped) is None

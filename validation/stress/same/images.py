@@ -41,12 +41,15 @@ def renumbered(scene: Scene) -> str | None:
 def mirrored(scene: Scene) -> str | None:
     """Return what differs in a mirror: x = y; and without cushions also x = 0, and a quarter turn.
 
-    Across a table's length a mirror rounds. In air, or where the cloth slows fast balls by more,
-    cushions are met to within rounding, and an image to no more: nothing is compared there. Nor
-    where a ball begins exactly above another: it falls off along x, in an image too.
+    Across a table's length a mirror rounds; so does one of what lies aslant, or is round. In air,
+    or where the cloth slows fast balls by more, cushions are met to within rounding, and an image
+    to no more: nothing is compared there. Nor where a ball begins exactly above another: it falls
+    off along x, in an image too.
     """
-    bounded = scene.table is not None and bool(scene.table.cushions)
+    bounded = scene.table is not None and scene.table.has_cushions
     if not is_promised(scene) or (bounded and has_drag(scene)):
+        return None
+    if scene.table is not None and scene.table.obstacles:
         return None
     places = {ball.position[:2] for ball in scene.balls}
     if len(places) < len(scene.balls):

@@ -114,9 +114,11 @@ def _solved(scene: Scene) -> tuple[Form, Outcome] | None:
 
 
 def _is_covered(scene: Scene) -> bool:
-    """Whether the scene's physics is among what the forms' impacts and motions cover."""
-    physics = scene.physics
-    cushions = scene.table is not None and bool(scene.table.cushions)
+    """Whether the scene's physics and table are among what the forms cover."""
+    physics, table = scene.physics, scene.table
+    if table is not None and table.obstacles:
+        return False
+    cushions = table is not None and bool(table.cushions)
     rubs = physics.ball_friction != 0.0 or physics.cushion in ("frictional", "han2005")
     return (
         (physics.motion == "sliding" or not rubs)
