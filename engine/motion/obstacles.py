@@ -45,10 +45,27 @@ def _facing_nearest(laws: Laws, k: int, x: float, y: float) -> tuple[float, floa
     if laws.obstacles[k].kind == st.SEGMENT:
         dx = laws.obstacles[k].nx - laws.obstacles[k].x
         dy = laws.obstacles[k].ny - laws.obstacles[k].y
-        part = min(max((rx * dx + ry * dy) / (dx * dx + dy * dy), 0.0), 1.0)
-        rx, ry = rx - part * dx, ry - part * dy
+        along, square = rx * dx + ry * dy, dx * dx + dy * dy
+        if along >= 0.0 and along <= square:
+            # The same normal for every place: that from the nearest point has rounding in it, by
+            # which friction along the segment would drive a ball into it, or off.
+            nx, ny, away = _across(rx, ry, dx, dy)
+            return nx, ny, away - laws.obstacles[k].radius
+        if along > 0.0:
+            rx, ry = rx - dx, ry - dy
     size = math.sqrt(rx * rx + ry * ry)
     return rx / size, ry / size, size - laws.obstacles[k].radius
+
+
+@kernel(inline=True)
+def _across(rx: float, ry: float, dx: float, dy: float) -> tuple[float, float, float]:
+    """Return the unit normal of a line along (dx, dy) towards (rx, ry), and how far that is [m]."""
+    size = math.sqrt(dx * dx + dy * dy)
+    nx, ny = -dy / size, dx / size
+    away = nx * rx + ny * ry
+    if away < 0.0:
+        nx, ny, away = -nx, -ny, -away
+    return nx, ny, away
 
 
 @kernel(inline=True)
@@ -152,12 +169,7 @@ def _half_plane(laws: Laws, k: int, x: float, y: float) -> tuple[float, float, f
         return nx, ny, nx * x + ny * y - laws.obstacles[k].radius
     if laws.obstacles[k].kind == st.LINE:
         return nx, ny, nx * x + ny * y
-    dx, dy = nx - laws.obstacles[k].x, ny - laws.obstacles[k].y
-    size = math.sqrt(dx * dx + dy * dy)
-    nx, ny = -dy / size, dx / size
-    away = nx * x + ny * y
-    if away < 0.0:
-        nx, ny, away = -nx, -ny, -away
+    nx, ny, away = _across(x, y, nx - laws.obstacles[k].x, ny - laws.obstacles[k].y)
     return nx, ny, away - laws.obstacles[k].radius
 
 

@@ -93,7 +93,9 @@ def faults_in(found: Measured) -> list[str]:
 
 def _depths_on_cloth(result: Result, times: FloatArray, states: Samples, random: bool) -> Measured:
     """Return how deep balls overlap each other, of exact motion, and how deep cushions."""
-    depths = overlaps(result.scene, states.positions)
+    exact = isinstance(result.trajectory, ExactTrajectory)
+    here = result.phases(times) != Phase.GONE if exact else None
+    depths = overlaps(result.scene, states.positions, here)
     limit = overlap_limit(result, states.positions)
     ways = np.zeros(len(times))
     if random:  # the instant of an impact is rounded, and two balls continue for that long
@@ -137,10 +139,13 @@ def _depths_in_space(result: Result, times: FloatArray, states: Samples) -> Meas
     return found
 
 
-def overlaps(scene: Scene, positions: FloatArray) -> FloatArray:
+def overlaps(
+    scene: Scene, positions: FloatArray, here: NDArray[np.bool_] | None = None
+) -> FloatArray:
     """Return the deepest overlap of two balls, and of a ball with a cushion, at each instant.
 
     `positions` (k, n, 3) float64 [m].
+    `here` (k, n) bool: whether a ball is on the table, which one in a pocket isn't; None: all are.
 
     Returns (k, 2) float64 [m]: negative where nothing touches.
     """
@@ -150,8 +155,10 @@ def overlaps(scene: Scene, positions: FloatArray) -> FloatArray:
     x, y = positions[:, :, 0], positions[:, :, 1]
     if len(first):
         dx, dy = x[:, first] - x[:, second], y[:, first] - y[:, second]
-        reach = radii[first] + radii[second]
-        deepest[:, 0] = np.max(reach - np.sqrt(dx * dx + dy * dy), axis=1)
+        depths = radii[first] + radii[second] - np.sqrt(dx * dx + dy * dy)
+        if here is not None:
+            depths = np.where(here[:, first] & here[:, second], depths, -np.inf)
+        deepest[:, 0] = np.max(depths, axis=1)
     if scene.table is not None:
         for side in scene.table.sides:
             beyond = radii - side.distance(x, y)
