@@ -54,7 +54,7 @@ def board_html(results: Path) -> Markup:
 
 def _replay(board: Board, folder: Path, column: Column) -> Markup | None:
     """Return the data of a column's replay, or None where nothing is to be seen."""
-    if not column.replay or not has_database(folder):
+    if not (column.replay and column.scenes) or not has_database(folder):
         return None
     cells = [cell for row in board.rows if (cell := board.cell(row, column.id)) and cell.scene]
     found = {cell.row: motion_of_case(folder, cell.scene, cell.label) for cell in cells}
@@ -73,5 +73,5 @@ def _cell(board: Board, row: str, column: Column) -> dict[str, Any]:
     return shown | {
         "kind": look.slug,
         "value": "" if cell.size is None else repr(cell.size),
-        "why": f"{why}. Again: {command(cell)}",
+        "why": f"{why}. Measured on {cell.measured or board.measured}. Again: {command(cell)}",
     }

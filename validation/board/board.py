@@ -1,5 +1,7 @@
 """The board: its columns' scenes run by the suite, its cells made of what that stored.
 
+A column beside what is right is what the suite keeps of real tables.
+
 >>> from ghostball.validation.board.board import run_board
 >>> board, outcome = run_board(["ghostball", "mujoco"], Path("out/board"))
 """
@@ -7,7 +9,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
 from typing import Final, Literal
@@ -17,12 +19,19 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from ghostball.model import GhostballError, Scene
 from ghostball.reference_adapters.registry import EngineUnavailableError, make_engine
 from ghostball.validation.board.asking import asked
-from ghostball.validation.board.cell import Cell, cell_of, law_of
-from ghostball.validation.board.column import COLUMNS, QUESTIONS, Column, scene_path
+from ghostball.validation.board.cell import Cell, cell_of, cell_of_likeness, law_of
+from ghostball.validation.board.column import (
+    COLUMNS,
+    LIKENESS,
+    QUESTIONS,
+    Column,
+    scene_path,
+)
 from ghostball.validation.checks.criteria import Criteria, criteria_beside
+from ghostball.validation.measured.likeness import Likeness
 from ghostball.validation.parallel.pool import Progress
 from ghostball.validation.results.environment import describe_environment
-from ghostball.validation.results.fields import EnvironmentValues
+from ghostball.validation.results.fields import Environment, EnvironmentValues
 from ghostball.validation.results.files import (
     BOARD,
     cannot_write,
@@ -31,6 +40,7 @@ from ghostball.validation.results.files import (
 )
 from ghostball.validation.results.records import CaseRecord
 from ghostball.validation.results.store import Pair, Results, has_results
+from ghostball.validation.suite.real_tables import measure_likenesses
 from ghostball.validation.suite.suite import Outcome, run_suite
 
 ROWS: Final = (
@@ -72,7 +82,8 @@ CellKey = tuple[str, str]
 class Board(BaseModel):
     """The board as it is kept and shown.
 
-    `environment`: where, when and with which versions the last of its cells was measured.
+    `environment`: where, when and with which versions it was measured, but for cells that say
+        another place or time.
     `absent`: rows that can't run here, and why.
     """
 
@@ -83,6 +94,11 @@ class Board(BaseModel):
     columns: tuple[Column, ...]
     cells: tuple[Cell, ...]
     absent: Mapping[str, str] = {}
+
+    @property
+    def measured(self) -> str:
+        """Where and when it was measured."""
+        return _measured(self.environment)
 
     @property
     def rows(self) -> tuple[str, ...]:
@@ -105,6 +121,13 @@ class Board(BaseModel):
         return tuple(sorted(self.rows, key=size))
 
 
+def _measured(environment: EnvironmentValues) -> str:
+    where = Environment.model_validate(environment)
+    revision = "unknown" if where.git is None else where.git.revision[:7]
+    changed = " with changes" if where.git is not None and where.git.dirty else ""
+    return f"{where.cpu}, {where.cores} cores, {where.date[:10]}, at {revision}{changed}"
+
+
 def command(cell: Cell) -> str:
     """Return the command that measures a cell again."""
     return f"ghostball leaderboard --only -e {cell.row} --column {cell.column} --rerun"
@@ -112,9 +135,15 @@ def command(cell: Cell) -> str:
 
 @dataclass(frozen=True)
 class _Plan:
-    """What cells are made of: the cases of each, and what the suite runs."""
+    """What cells are made of: the cases of each, and what the suite runs.
+
+    `rows`: those that can run here.
+    `beside`: the columns that are about real tables.
+    """
 
     absent: Mapping[str, str]
+    rows: tuple[str, ...]
+    beside: tuple[Column, ...]
     pairs_of: Mapping[CellKey, tuple[Pair, ...]]
     scenes: Mapping[str, Scene]
     criteria: Mapping[str, Criteria]
@@ -134,6 +163,7 @@ def run_board(
     time_limit: float = CASE_LIMIT,
     progress: Progress[CaseRecord] | None = None,
     compiling: Progress[str] | None = None,
+    beside: Progress[Likeness] | None = None,
 ) -> tuple[Board, Outcome | None]:
     """Run what the cells of these columns are made of, and return the board with all that are.
 
@@ -145,9 +175,10 @@ def run_board(
     `rerun`: whether to run anew all that is asked for; what isn't stays as it is.
     `time_limit` [s]: time after which a shot is given up.
     `compiling`: how far the compiling of our engine's kernels is, where they aren't.
+    `beside`: called as each engine was put beside real tables.
 
-    Returns the board, and the outcome of the suite's run: None where no engine could be asked
-    anything.
+    Returns the board, and the outcome of the suite's run, which an interrupt of anything after it
+    interrupts; None where no engine could be asked anything that is right or wrong.
 
     Raises `GhostballError` where an engine or a setting is unknown, or the folder can't be read or
     written.
@@ -169,12 +200,19 @@ def run_board(
             time_limit=time_limit,
             only=plan.pairs,
         )
-    cells = {} if stored is None else {(one.row, one.column): one for one in stored.cells}
+    environment = describe_environment()
+    cells = {} if stored is None else _of_before(stored, _measured(environment))
     cells |= _of_cases(folder, plan, {one.id: one for one in columns})
+    if (tables := plan.beside) and not (outcome is not None and outcome.interrupted):
+        ran = measure_likenesses(plan.rows, folder, time_limit, reuse=not rerun, progress=beside)
+        if ran.interrupted:
+            outcome = replace(outcome or Outcome(folder), interrupted=True)
+        for column, found in product(tables, ran.records.values()):
+            cells[found.label, column.id] = cell_of_likeness(column, found)
     known = {one.id: one for one in (*COLUMNS.values(), *(stored.columns if stored else ()))}
     shown = known | {one.id: one for one in columns}
     board = Board(
-        environment=describe_environment(),
+        environment=environment,
         columns=tuple(shown[name] for name in shown if any(name == c for _, c in cells)),
         cells=tuple(cells.values()),
         absent=plan.absent,
@@ -198,14 +236,25 @@ def _plan(rows: Sequence[str], columns: Sequence[Column]) -> _Plan:
     pairs_of: dict[CellKey, tuple[Pair, ...]] = {}
     scenes: dict[str, Scene] = {}
     criteria: dict[str, Criteria] = {}
-    for row, column in product(present, columns):
+    beside = tuple(one for one in columns if one.metric == LIKENESS) if present else ()
+    for row, column in product(present, [one for one in columns if one not in beside]):
         shots = asked(column, row)
         pairs_of[row, column.id] = tuple((scene.name, label) for _, scene, label in shots)
         for name, scene, _ in shots:
             scenes[scene.name] = scene
             if scene.name not in criteria:
                 criteria[scene.name] = criteria_beside(scene_path(name))
-    return _Plan(absent, pairs_of, scenes, criteria)
+    return _Plan(absent, present, beside, pairs_of, scenes, criteria)
+
+
+def _of_before(stored: Board, now: str) -> dict[CellKey, Cell]:
+    """Return the cells of a board that is continued, with where and when if that isn't `now`."""
+    cells = {}
+    for one in stored.cells:
+        measured = one.measured or stored.measured
+        kept = one.model_copy(update={"measured": "" if measured == now else measured})
+        cells[one.row, one.column] = kept
+    return cells
 
 
 def _of_cases(folder: Path, plan: _Plan, columns: Mapping[str, Column]) -> dict[CellKey, Cell]:
