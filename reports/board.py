@@ -12,6 +12,7 @@ from ghostball.reports.accuracy import CLASSES
 from ghostball.validation.board.board import Board, load
 from ghostball.validation.board.cell import Cell, Shade
 from ghostball.validation.board.column import LIKENESS, Column
+from ghostball.validation.results.fields import Environment, EnvironmentValues
 from ghostball.validation.results.files import BOARD
 from ghostball.validation.results.records import AccuracyKind
 
@@ -58,14 +59,23 @@ def board_beside(results: Path) -> Board | None:
 
 def about(board: Board, columns: Collection[Column] | None = None) -> str:
     """Return where and when a board was measured: most of it, then the columns of other cells."""
-    shown = board.columns if columns is None else columns
     where: dict[str, list[str]] = {}
-    for column in shown:
+    for column in board.columns if columns is None else columns:
         for cell in board.cells:
             if cell.column == column.id:
-                where.setdefault(cell.measured or board.measured, []).append(column.title)
-    most, *others = sorted(where, key=lambda one: -len(where[one])) or [board.measured]
+                where.setdefault(measured(board.environment_of(cell)), []).append(column.title)
+    if not where:
+        return measured(board.environment)
+    most, *others = sorted(where, key=lambda one: -len(where[one]))
     return "; ".join([most, *(f"{', '.join(dict.fromkeys(where[one]))}: {one}" for one in others)])
+
+
+def measured(environment: EnvironmentValues) -> str:
+    """Return where and when something was measured, by which revision."""
+    where = Environment.model_validate(environment)
+    revision = "unknown" if where.git is None else where.git.revision[:7]
+    changed = " with changes" if where.git is not None and where.git.dirty else ""
+    return f"{where.cpu}, {where.cores} cores, {where.date[:10]}, at {revision}{changed}"
 
 
 def columns_of(board: Board, *, reported: bool) -> list[Column]:

@@ -15,6 +15,7 @@ from ghostball.reports.board import (
     cell_text,
     columns_of,
     looks_of,
+    measured,
 )
 from ghostball.reports.page.rendering import embedded_json, render
 from ghostball.reports.page.replay_data import motions_data
@@ -70,8 +71,9 @@ def _cell(board: Board, row: str, column: Column) -> dict[str, Any]:
         return shown | {"kind": "", "value": "", "why": "not measured"}
     look = LOOKS[cell.kind]
     why = f"{row}: {column.question}. {look.says}" + (f" ({cell.note})" if cell.note else "")
+    where = measured(board.environment_of(cell))
     return shown | {
         "kind": look.slug,
         "value": "" if cell.size is None else repr(cell.size),
-        "why": f"{why}. Measured on {cell.measured or board.measured}. Again: {command(cell)}",
+        "why": f"{why}. Measured on {where}. Again: {command(cell)}",
     }

@@ -12,9 +12,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
-from typing import Final, Literal
+from typing import Final, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 
 from ghostball.model import GhostballError, Scene
 from ghostball.reference_adapters.registry import EngineUnavailableError, make_engine
@@ -31,7 +31,7 @@ from ghostball.validation.checks.criteria import Criteria, criteria_beside
 from ghostball.validation.measured.likeness import Likeness
 from ghostball.validation.parallel.pool import Progress
 from ghostball.validation.results.environment import describe_environment
-from ghostball.validation.results.fields import Environment, EnvironmentValues
+from ghostball.validation.results.fields import EnvironmentValues
 from ghostball.validation.results.files import (
     BOARD,
     cannot_write,
@@ -82,8 +82,8 @@ CellKey = tuple[str, str]
 class Board(BaseModel):
     """The board as it is kept and shown.
 
-    `environment`: where, when and with which versions it was measured, but for cells that say
-        another place or time.
+    `environment`: where, when and with which versions the last of its cells was measured.
+    `earlier`: those of cells that say so, for they were measured elsewhere or by other code.
     `absent`: rows that can't run here, and why.
     """
 
@@ -91,14 +91,24 @@ class Board(BaseModel):
 
     version: Literal[3] = 3
     environment: EnvironmentValues
+    earlier: tuple[EnvironmentValues, ...] = ()
     columns: tuple[Column, ...]
     cells: tuple[Cell, ...]
     absent: Mapping[str, str] = {}
 
-    @property
-    def measured(self) -> str:
-        """Where and when it was measured."""
-        return _measured(self.environment)
+    @model_validator(mode="after")
+    def _each_somewhere(self) -> Self:
+        for one in self.cells:
+            if one.earlier is not None and one.earlier >= len(self.earlier):
+                raise ValueError(
+                    f"cell {one.row!r}, {one.column!r}: `earlier` must be below "
+                    f"{len(self.earlier)}, the number of earlier environments, got {one.earlier}"
+                )
+        return self
+
+    def environment_of(self, cell: Cell) -> EnvironmentValues:
+        """Return where, when and with which versions a cell was measured."""
+        return self.environment if cell.earlier is None else self.earlier[cell.earlier]
 
     @property
     def rows(self) -> tuple[str, ...]:
@@ -119,13 +129,6 @@ class Board(BaseModel):
             return size is None, size or 0.0
 
         return tuple(sorted(self.rows, key=size))
-
-
-def _measured(environment: EnvironmentValues) -> str:
-    where = Environment.model_validate(environment)
-    revision = "unknown" if where.git is None else where.git.revision[:7]
-    changed = " with changes" if where.git is not None and where.git.dirty else ""
-    return f"{where.cpu}, {where.cores} cores, {where.date[:10]}, at {revision}{changed}"
 
 
 def command(cell: Cell) -> str:
@@ -200,23 +203,20 @@ def run_board(
             time_limit=time_limit,
             only=plan.pairs,
         )
-    environment = describe_environment()
-    cells = {} if stored is None else _of_before(stored, _measured(environment))
-    cells |= _of_cases(folder, plan, {one.id: one for one in columns})
+    cells = _of_cases(folder, plan, {one.id: one for one in columns})
     if (tables := plan.beside) and not (outcome is not None and outcome.interrupted):
         ran = measure_likenesses(plan.rows, folder, time_limit, reuse=not rerun, progress=beside)
         if ran.interrupted:
             outcome = replace(outcome or Outcome(folder), interrupted=True)
         for column, found in product(tables, ran.records.values()):
             cells[found.label, column.id] = cell_of_likeness(column, found)
-    known = {one.id: one for one in (*COLUMNS.values(), *(stored.columns if stored else ()))}
-    shown = known | {one.id: one for one in columns}
-    board = Board(
-        environment=environment,
-        columns=tuple(shown[name] for name in shown if any(name == c for _, c in cells)),
+    new = Board(
+        environment=describe_environment(),
+        columns=tuple(one for one in columns if any(one.id == name for _, name in cells)),
         cells=tuple(cells.values()),
         absent=plan.absent,
     )
+    board = _continued(stored, new)
     try:
         folder.mkdir(parents=True, exist_ok=True)
         write_whole(folder / BOARD, board.model_dump_json(indent=1, exclude_defaults=True) + "\n")
@@ -247,14 +247,28 @@ def _plan(rows: Sequence[str], columns: Sequence[Column]) -> _Plan:
     return _Plan(absent, present, beside, pairs_of, scenes, criteria)
 
 
-def _of_before(stored: Board, now: str) -> dict[CellKey, Cell]:
-    """Return the cells of a board that is continued, with where and when if that isn't `now`."""
+def _continued(stored: Board | None, board: Board) -> Board:
+    """Return a board with the cells of an earlier one that it lacks, and where those are from."""
+    if stored is None:
+        return board
+    earlier: list[EnvironmentValues] = []
+    new = {(one.row, one.column): one for one in board.cells}
     cells = {}
     for one in stored.cells:
-        measured = one.measured or stored.measured
-        kept = one.model_copy(update={"measured": "" if measured == now else measured})
-        cells[one.row, one.column] = kept
-    return cells
+        where, number = stored.environment_of(one), None
+        if (one.row, one.column) not in new and _code_of(where) != _code_of(board.environment):
+            earlier += [] if where in earlier else [where]
+            number = earlier.index(where)
+        cells[one.row, one.column] = one.model_copy(update={"earlier": number})
+    cells |= new
+    known = {one.id: one for one in (*COLUMNS.values(), *stored.columns, *board.columns)}
+    columns = tuple(one for name, one in known.items() if any(name == c for _, c in cells))
+    changes = {"cells": tuple(cells.values()), "columns": columns, "earlier": tuple(earlier)}
+    return board.model_copy(update=changes)
+
+
+def _code_of(environment: EnvironmentValues) -> EnvironmentValues:
+    return {key: one for key, one in environment.items() if key not in ("date", "command")}
 
 
 def _of_cases(folder: Path, plan: _Plan, columns: Mapping[str, Column]) -> dict[CellKey, Cell]:

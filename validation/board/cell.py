@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from functools import partial
-from typing import Final, Literal, get_args
+from typing import Annotated, Final, Literal, get_args
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, Field
 
 from ghostball.validation.board.column import ACCURACY, Column
 from ghostball.validation.checks.verdict import is_unfinished, unfinished_text
@@ -47,7 +47,8 @@ class Cell(BaseModel):
     `note`: why there is no value, or more of it.
     `scene`, `label`: the run that the cell is of; "" where the engine lacks what is asked, or no
         single run answers it.
-    `measured`: where and when, if not where and when the board was.
+    `earlier`: the number of the board's earlier environment that it was measured in; None: in that
+        of the last run.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
@@ -59,7 +60,7 @@ class Cell(BaseModel):
     note: str = ""
     scene: str = ""
     label: str = ""
-    measured: str = ""
+    earlier: Annotated[int, Field(ge=0)] | None = None
 
     @property
     def size(self) -> float | None:

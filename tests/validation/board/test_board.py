@@ -278,18 +278,27 @@ def test_an_interrupt_beside_real_tables_keeps_what_is_done(tmp_path, monkeypatc
 
 @pytest.mark.usefixtures("in_this_process")
 def test_a_board_from_elsewhere_is_continued_and_says_what_was_measured_where(tmp_path):
-    earlier = Board(
-        environment={"cpu": "Z80", "cores": 1, "date": "1976-07-01"},
-        columns=(QUESTIONS["cut"],),
-        cells=(Cell(row="ghostball", column="cut", kind="exact"),),
-    )
-    (tmp_path / BOARD).write_text(earlier.model_dump_json())
-    board, _ = ask(tmp_path, ["ghostball"], "table")
-    assert board.cell("ghostball", "cut").measured == "Z80, 1 cores, 1976-07-01, at unknown"
-    assert board.cell("ghostball", "table").measured == ""
-    again, _ = ask(tmp_path, ["ghostball"], "table")
-    assert again.cells == board.cells
-    assert again.columns == (QUESTIONS["cut"], QUESTIONS["table"])
+    elsewhere = {"cpu": "Z80", "date": "1976-07-01", "versions": {"pooltool": "0.6.0"}}
+    kept = Cell(row="pooltool", column="cut", kind="exact")
+    replaced = Cell(row="ghostball", column="line", kind="bad", value=1.0)
+    columns = (QUESTIONS["cut"], QUESTIONS["line"])
+    before = Board(environment=elsewhere, columns=columns, cells=(kept, replaced))
+    (tmp_path / BOARD).write_text(before.model_dump_json())
+    board, _ = ask(tmp_path, ["ghostball"], "table", "line")
+    assert board.environment_of(board.cell("pooltool", "cut")) == elsewhere
+    for name in ("table", "line"):
+        assert board.environment_of(board.cell("ghostball", name)) == board.environment
+    again, _ = ask(tmp_path, ["ghostball"], "table", "throw")
+    assert again.cell("pooltool", "cut") == board.cell("pooltool", "cut")
+    assert (again.earlier, again.cell("ghostball", "line").earlier) == ((elsewhere,), None)
+    assert [one.id for one in again.columns] == ["cut", "line", "throw", "table"]
+
+
+def test_a_cell_of_an_environment_that_is_not_there_is_refused(tmp_path):
+    cell = '{"row": "a", "column": "cut", "kind": "good", "earlier": 0}'
+    (tmp_path / BOARD).write_text(f'{{"environment": {{}}, "columns": [], "cells": [{cell}]}}')
+    with pytest.raises(GhostballError, match="`earlier` must be below 0"):
+        load(tmp_path / BOARD)
 
 
 @pytest.mark.parametrize(
