@@ -42,7 +42,9 @@ LOOKS: Final[dict[AccuracyKind | Shade, CellLook]] = {
     "good": CellLook("●", "right, or cheap, by the column's threshold", "pass", "green", "#E3F4E8"),
     "fair": CellLook("◐", "less so", "holds", "yellow", "#FBF1D7"),
     "bad": CellLook("✗", "wrong, or not reached", "fail", "red", "#FDE8E6"),
-    "beside": CellLook("", "neither right nor wrong: a measure", "ref", "default", "#EEF0F8"),
+    "beside": CellLook(
+        "", "neither right nor wrong: how far off tables", "ref", "default", "#EEF0F8"
+    ),
     "partly": CellLook("", "the same in part: it lacks the rest", "ref", "dim", "#F8F8FC"),
     "none": CellLook("–", "it lacks what the question is of", "ref", "dim", "#F2F2F2"),
     "failed": CellLook(
@@ -150,7 +152,7 @@ def draw_board(board: Board, columns: Collection[Column] | None = None) -> Figur
         for look in looks_of(board, columns)
     ]
     figure.legend(handles=legend, loc="outside lower center", ncols=2, fontsize=7.5)
-    where = about(board, columns).replace("; ", "\n")
+    where = about(board, columns).replace("; ", ";\n")
     style.set_title(figure, f"Engines on the questions that distinguish them ({where})")
     return figure
 
