@@ -42,9 +42,7 @@ LOOKS: Final[dict[AccuracyKind | Shade, CellLook]] = {
     "good": CellLook("●", "right, or cheap, by the column's threshold", "pass", "green", "#E3F4E8"),
     "fair": CellLook("◐", "less so", "holds", "yellow", "#FBF1D7"),
     "bad": CellLook("✗", "wrong, or not reached", "fail", "red", "#FDE8E6"),
-    "beside": CellLook(
-        "", "neither right nor wrong: how far off tables", "ref", "default", "#EEF0F8"
-    ),
+    "beside": CellLook("", "neither right nor wrong: how far off", "ref", "default", "#EEF0F8"),
     "partly": CellLook("", "the same in part: it lacks the rest", "ref", "dim", "#F8F8FC"),
     "none": CellLook("–", "it lacks what the question is of", "ref", "dim", "#F2F2F2"),
     "failed": CellLook(
