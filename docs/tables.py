@@ -175,8 +175,8 @@ def board_table(board: Board, *, reported: bool) -> str:
     rows = ((f"`{row}`", *(cell_text(board, row, one) for one in columns)) for row in board.rows)
     lines = [_table(("engine", *(column.title for column in columns)), rows)]
     signs = [f"{one.sign} {one.says}" for one in looks_of(board, columns) if one.sign]
-    said = f"{'; '.join(signs)}. Lengths are how far off a run ends. Measured on {about(board)}."
-    lines += ["", said, ""]
+    said = f"{'; '.join(signs)}. Lengths are how far off a run ends."
+    lines += ["", f"{said} Measured on {about(board, columns)}.", ""]
     if not reported:
         lines += (f"- **{one.title}**{unit_of(one)}: {one.question}." for one in columns)
     return "\n".join(lines)

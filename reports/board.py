@@ -11,7 +11,8 @@ from ghostball.reports import style
 from ghostball.reports.accuracy import CLASSES
 from ghostball.validation.board.board import Board, load
 from ghostball.validation.board.cell import Cell, Shade
-from ghostball.validation.board.column import Column
+from ghostball.validation.board.column import LIKENESS, Column
+from ghostball.validation.results.fields import Environment, EnvironmentValues
 from ghostball.validation.results.files import BOARD
 from ghostball.validation.results.records import AccuracyKind
 
@@ -41,6 +42,8 @@ LOOKS: Final[dict[AccuracyKind | Shade, CellLook]] = {
     "good": CellLook("●", "right, or cheap, by the column's threshold", "pass", "green", "#E3F4E8"),
     "fair": CellLook("◐", "less so", "holds", "yellow", "#FBF1D7"),
     "bad": CellLook("✗", "wrong, or not reached", "fail", "red", "#FDE8E6"),
+    "beside": CellLook("", "neither right nor wrong: how far off", "ref", "default", "#EEF0F8"),
+    "partly": CellLook("", "the same in part: it lacks the rest", "ref", "dim", "#F8F8FC"),
     "none": CellLook("–", "it lacks what the question is of", "ref", "dim", "#F2F2F2"),
     "failed": CellLook(
         "!", "not measured: it crashed, hung or raised", "acc-crashed", "bold red", "#D9B8D0"
@@ -54,12 +57,25 @@ def board_beside(results: Path) -> Board | None:
     return load(results / "board" / BOARD)
 
 
-def about(board: Board) -> str:
-    """Return where and when a board was measured."""
-    where = board.environment
-    revision = (where.get("git") or {}).get("revision", "unknown")[:7]
-    changed = " with changes" if (where.get("git") or {}).get("dirty") else ""
-    return f"{where['cpu']}, {where['cores']} cores, {where['date'][:10]}, at {revision}{changed}"
+def about(board: Board, columns: Collection[Column] | None = None) -> str:
+    """Return where and when a board was measured: most of it, then the columns of other cells."""
+    where: dict[str, list[str]] = {}
+    for column in board.columns if columns is None else columns:
+        for cell in board.cells:
+            if cell.column == column.id:
+                where.setdefault(measured(board.environment_of(cell)), []).append(column.title)
+    if not where:
+        return measured(board.environment)
+    most, *others = sorted(where, key=lambda one: -len(where[one]))
+    return "; ".join([most, *(f"{', '.join(dict.fromkeys(where[one]))}: {one}" for one in others)])
+
+
+def measured(environment: EnvironmentValues) -> str:
+    """Return where and when something was measured, by which revision."""
+    where = Environment.model_validate(environment)
+    revision = "unknown" if where.git is None else where.git.revision[:7]
+    changed = " with changes" if where.git is not None and where.git.dirty else ""
+    return f"{where.cpu}, {where.cores} cores, {where.date[:10]}, at {revision}{changed}"
 
 
 def columns_of(board: Board, *, reported: bool) -> list[Column]:
@@ -75,6 +91,8 @@ def value_text(column: Column, cell: Cell) -> str:
         return CLASSES[cell.kind].short
     if cell.value is None:
         return "not reached" if cell.kind == "bad" else ""
+    if column.metric == LIKENESS:
+        return f"{cell.value:.1f}" + " in part" * (cell.kind == "partly")
     if column.laws and cell.kind != "bad":
         return cell.note.partition(":")[0]
     if column.unit in ("m", "s"):
@@ -132,10 +150,11 @@ def draw_board(board: Board, columns: Collection[Column] | None = None) -> Figur
         for look in looks_of(board, columns)
     ]
     figure.legend(handles=legend, loc="outside lower center", ncols=2, fontsize=7.5)
-    style.set_title(figure, f"Engines on the questions that distinguish them ({about(board)})")
+    where = about(board, columns).replace("; ", ";\n")
+    style.set_title(figure, f"Engines on the questions that distinguish them ({where})")
     return figure
 
 
 def unit_of(column: Column) -> str:
     """Return the unit of a column's heading; lengths and times say theirs in the cells."""
-    return f" [{column.unit}]" if column.unit == "m/s" else ""
+    return "" if column.unit in ("m", "s") else f" [{column.unit}]" * bool(column.unit)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 from ghostball.reports import style
 from ghostball.validation.measured.likeness import Family
 from ghostball.validation.results.records import number_with_unit
@@ -55,6 +57,12 @@ def number_text(value: float | None) -> str:
     if value is None:
         return "–"
     return str(value) if isinstance(value, int) else f"{value:.3g}"
+
+
+LIKENESS_KEY: Final = (
+    "The numbers are standard errors of the measurement: what is below 2 is within the measurement."
+)
+"""How `likeness_cell` is read."""
 
 
 def likeness_cell(family: Family) -> str:

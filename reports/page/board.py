@@ -15,6 +15,7 @@ from ghostball.reports.board import (
     cell_text,
     columns_of,
     looks_of,
+    measured,
 )
 from ghostball.reports.page.rendering import embedded_json, render
 from ghostball.reports.page.replay_data import motions_data
@@ -54,7 +55,7 @@ def board_html(results: Path) -> Markup:
 
 def _replay(board: Board, folder: Path, column: Column) -> Markup | None:
     """Return the data of a column's replay, or None where nothing is to be seen."""
-    if not column.replay or not has_database(folder):
+    if not (column.replay and column.scenes) or not has_database(folder):
         return None
     cells = [cell for row in board.rows if (cell := board.cell(row, column.id)) and cell.scene]
     found = {cell.row: motion_of_case(folder, cell.scene, cell.label) for cell in cells}
@@ -70,8 +71,9 @@ def _cell(board: Board, row: str, column: Column) -> dict[str, Any]:
         return shown | {"kind": "", "value": "", "why": "not measured"}
     look = LOOKS[cell.kind]
     why = f"{row}: {column.question}. {look.says}" + (f" ({cell.note})" if cell.note else "")
+    where = measured(board.environment_of(cell))
     return shown | {
         "kind": look.slug,
         "value": "" if cell.size is None else repr(cell.size),
-        "why": f"{why}. Again: {command(cell)}",
+        "why": f"{why}. Measured on {where}. Again: {command(cell)}",
     }

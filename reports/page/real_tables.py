@@ -10,7 +10,7 @@ from markupsafe import Markup
 from ghostball.reports import style
 from ghostball.reports.page.chart import Series, draw, linear_axis
 from ghostball.reports.page.rendering import render
-from ghostball.reports.words import likeness_cell
+from ghostball.reports.words import LIKENESS_KEY, likeness_cell
 from ghostball.validation.measured.likeness import Family, Likeness, Measured
 from ghostball.validation.results.store import Results
 from ghostball.validation.suite.real_tables import load_likenesses
@@ -37,6 +37,7 @@ def real_tables_html(results: Results) -> Markup:
     ]
     return render(
         "real_tables.html",
+        key=LIKENESS_KEY,
         charts=charts,
         series=_legend(results, found),
         families=families,

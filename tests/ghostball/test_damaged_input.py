@@ -16,6 +16,7 @@ from pathlib import Path
 
 import pytest
 import tomli_w
+from likenesses import keep_likenesses, likeness
 from pydantic import TypeAdapter
 from stored_results import store_findings
 from typer.testing import CliRunner
@@ -117,6 +118,8 @@ def valid(tmp_path_factory):
     with writing(folder) as database, transaction(database):
         text = f"[{dumped(changed)}]"
         database.execute("INSERT INTO documents VALUES (?, ?)", ["regression", text])
+    beside = {"rebound": 1.0, "rolling": "it rolls none"}
+    keep_likenesses(folder, [likeness(label, **beside) for label in ("pymunk", "my:Engine")])
     (folder / "stress").mkdir()
     tried = StressRun("quick", ("grazing",), ("pymunk",), environment)
     finding = Finding("grazing", "one", "pymunk", "broken", ("it fell",), scene=case.definition)

@@ -7,7 +7,14 @@ from pathlib import Path
 import pytest
 
 from ghostball.reports import style
-from ghostball.reports.board import LOOKS, board_beside, cell_text, draw_board
+from ghostball.reports.board import (
+    LOOKS,
+    about,
+    board_beside,
+    cell_text,
+    draw_board,
+    measured,
+)
 from ghostball.reports.page.board import board_html
 from ghostball.validation.board.asking import board_scene
 from ghostball.validation.board.board import ROWS, Board, load, run_board
@@ -32,6 +39,8 @@ CELLS = [
     Cell(row="ghostball", column="um", kind="good", value=2.7e-6),
     Cell(row="ghostball", column="line", kind="bad", value=0.17, note="another law: 0.1, 0.9"),
     Cell(row="my:Engine", column="exact-steps", kind="another shot"),
+    Cell(row="ghostball", column="table", kind="beside", value=2.67, note="rebound 2.7"),
+    Cell(row="my:Engine", column="table", kind="partly", value=1.44, earlier=0),
 ]
 TEXTS = {
     ("my:Engine", "cut"): "! failed",
@@ -47,7 +56,11 @@ TEXTS = {
     ("ghostball", "um"): "● 2.7 µs",
     ("ghostball", "line"): "✗ 1.7e-01",
     ("my:Engine", "exact-steps"): "other shot",
+    ("ghostball", "table"): "2.7",
+    ("my:Engine", "table"): "1.4 in part",
 }
+
+ELSEWHERE = {"cpu": "Z80", "cores": 1, "date": "1976-07-01"}
 
 
 @pytest.fixture
@@ -55,6 +68,7 @@ def folder(tmp_path: Path) -> Path:
     ids = {cell.column for cell in CELLS}
     stored = Board(
         environment=describe_environment(),
+        earlier=(ELSEWHERE,),
         columns=tuple(one for one in COLUMNS.values() if one.id in ids),
         cells=tuple(CELLS),
     )
@@ -83,6 +97,21 @@ def test_cells_say_their_class_or_have_the_sign_of_their_shade(folder: Path) -> 
 def test_every_class_and_shade_has_a_look_of_its_own() -> None:
     assert list(LOOKS)[: len(ACCURACY_KINDS)] == list(ACCURACY_KINDS)
     assert len({(look.sign, look.paper) for look in LOOKS.values()}) == len(LOOKS)
+
+
+def test_what_is_beside_right_and_wrong_looks_like_neither() -> None:
+    judged = {LOOKS[kind].slug for kind in ("good", "fair", "bad", *ACCURACY_KINDS)}
+    assert LOOKS["beside"].slug not in judged
+    assert LOOKS["partly"].slug not in judged
+
+
+def test_it_says_where_most_was_measured_and_which_columns_elsewhere(folder: Path) -> None:
+    board = board_beside(folder)
+    here, there = measured(board.environment), measured(ELSEWHERE)
+    assert there == "Z80, 1 cores, 1976-07-01, at unknown"
+    assert about(board) == f"{here}; like a table: {there}"
+    assert about(board, [COLUMNS["cut"]]) == here
+    assert f"Measured on {there}. Again: " in board_html(folder)
 
 
 def test_a_picture_has_every_cell(folder: Path) -> None:

@@ -6,6 +6,7 @@ from dataclasses import replace
 from xml.etree import ElementTree
 
 import pytest
+from likenesses import keep_likenesses, likeness
 from regressions import identical, quantity, regression, uncompared, worse
 from typer.testing import CliRunner
 
@@ -134,6 +135,19 @@ def test_one_document_holds_what_limits_judge_and_what_moved(small_folder):
     plain = json.loads(invoke(small_folder, "--format", "json").stdout)
     assert {"state", "cases", "checks", "metrics"} < set(plain)
     assert [one["outcome"] for one in plain["regressions"]] == ["failed"]
+
+
+def test_the_json_has_what_engines_make_of_real_tables(small_folder):
+    assert json.loads(invoke(small_folder, "--format", "json").stdout)["real_tables"] == []
+    keep_likenesses(small_folder, [likeness("ghostball", rebound=-3.0, rolling="it rolls none")])
+    (one,) = json.loads(invoke(small_folder, "--format", "json").stdout)["real_tables"]
+    assert (one["label"], one["typical"]) == ("ghostball", pytest.approx(3.0))
+    rebound, rolling = one["families"]
+    assert (rebound["name"], rebound["grades"], rebound["lacks"]) == ("rebound", True, "")
+    assert (rebound["typical"], rebound["most"]) == (pytest.approx(3.0), pytest.approx(3.0))
+    assert set(rebound["figures"][0]) == {"at", "value", "error", "played"}
+    assert (rolling["typical"], rolling["most"]) == (None, None)
+    assert rolling["lacks"] == "it rolls none"
 
 
 def test_bad_input_is_refused(tmp_path):

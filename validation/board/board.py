@@ -1,5 +1,7 @@
 """The board: its columns' scenes run by the suite, its cells made of what that stored.
 
+A column beside what is right is what the suite keeps of real tables.
+
 >>> from ghostball.validation.board.board import run_board
 >>> board, outcome = run_board(["ghostball", "mujoco"], Path("out/board"))
 """
@@ -7,19 +9,26 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
-from typing import Final, Literal
+from typing import Final, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 
 from ghostball.model import GhostballError, Scene
 from ghostball.reference_adapters.registry import EngineUnavailableError, make_engine
 from ghostball.validation.board.asking import asked
-from ghostball.validation.board.cell import Cell, cell_of, law_of
-from ghostball.validation.board.column import COLUMNS, QUESTIONS, Column, scene_path
+from ghostball.validation.board.cell import Cell, cell_of, cell_of_likeness, law_of
+from ghostball.validation.board.column import (
+    COLUMNS,
+    LIKENESS,
+    QUESTIONS,
+    Column,
+    scene_path,
+)
 from ghostball.validation.checks.criteria import Criteria, criteria_beside
+from ghostball.validation.measured.likeness import Likeness
 from ghostball.validation.parallel.pool import Progress
 from ghostball.validation.results.environment import describe_environment
 from ghostball.validation.results.fields import EnvironmentValues
@@ -31,6 +40,7 @@ from ghostball.validation.results.files import (
 )
 from ghostball.validation.results.records import CaseRecord
 from ghostball.validation.results.store import Pair, Results, has_results
+from ghostball.validation.suite.real_tables import measure_likenesses
 from ghostball.validation.suite.suite import Outcome, run_suite
 
 ROWS: Final = (
@@ -73,6 +83,7 @@ class Board(BaseModel):
     """The board as it is kept and shown.
 
     `environment`: where, when and with which versions the last of its cells was measured.
+    `earlier`: those of cells that say so, for they were measured elsewhere or by other code.
     `absent`: rows that can't run here, and why.
     """
 
@@ -80,9 +91,24 @@ class Board(BaseModel):
 
     version: Literal[3] = 3
     environment: EnvironmentValues
+    earlier: tuple[EnvironmentValues, ...] = ()
     columns: tuple[Column, ...]
     cells: tuple[Cell, ...]
     absent: Mapping[str, str] = {}
+
+    @model_validator(mode="after")
+    def _each_somewhere(self) -> Self:
+        for one in self.cells:
+            if one.earlier is not None and one.earlier >= len(self.earlier):
+                raise ValueError(
+                    f"cell {one.row!r}, {one.column!r}: `earlier` must be below "
+                    f"{len(self.earlier)}, the number of earlier environments, got {one.earlier}"
+                )
+        return self
+
+    def environment_of(self, cell: Cell) -> EnvironmentValues:
+        """Return where, when and with which versions a cell was measured."""
+        return self.environment if cell.earlier is None else self.earlier[cell.earlier]
 
     @property
     def rows(self) -> tuple[str, ...]:
@@ -112,9 +138,15 @@ def command(cell: Cell) -> str:
 
 @dataclass(frozen=True)
 class _Plan:
-    """What cells are made of: the cases of each, and what the suite runs."""
+    """What cells are made of: the cases of each, and what the suite runs.
+
+    `rows`: those that can run here.
+    `beside`: the columns that are about real tables.
+    """
 
     absent: Mapping[str, str]
+    rows: tuple[str, ...]
+    beside: tuple[Column, ...]
     pairs_of: Mapping[CellKey, tuple[Pair, ...]]
     scenes: Mapping[str, Scene]
     criteria: Mapping[str, Criteria]
@@ -134,6 +166,7 @@ def run_board(
     time_limit: float = CASE_LIMIT,
     progress: Progress[CaseRecord] | None = None,
     compiling: Progress[str] | None = None,
+    beside: Progress[Likeness] | None = None,
 ) -> tuple[Board, Outcome | None]:
     """Run what the cells of these columns are made of, and return the board with all that are.
 
@@ -145,9 +178,10 @@ def run_board(
     `rerun`: whether to run anew all that is asked for; what isn't stays as it is.
     `time_limit` [s]: time after which a shot is given up.
     `compiling`: how far the compiling of our engine's kernels is, where they aren't.
+    `beside`: called as each engine was put beside real tables.
 
-    Returns the board, and the outcome of the suite's run: None where no engine could be asked
-    anything.
+    Returns the board, and the outcome of the suite's run, which an interrupt of anything after it
+    interrupts; None where no engine could be asked anything that is right or wrong.
 
     Raises `GhostballError` where an engine or a setting is unknown, or the folder can't be read or
     written.
@@ -169,16 +203,20 @@ def run_board(
             time_limit=time_limit,
             only=plan.pairs,
         )
-    cells = {} if stored is None else {(one.row, one.column): one for one in stored.cells}
-    cells |= _of_cases(folder, plan, {one.id: one for one in columns})
-    known = {one.id: one for one in (*COLUMNS.values(), *(stored.columns if stored else ()))}
-    shown = known | {one.id: one for one in columns}
-    board = Board(
+    cells = _of_cases(folder, plan, {one.id: one for one in columns})
+    if (tables := plan.beside) and not (outcome is not None and outcome.interrupted):
+        ran = measure_likenesses(plan.rows, folder, time_limit, reuse=not rerun, progress=beside)
+        if ran.interrupted:
+            outcome = replace(outcome or Outcome(folder), interrupted=True)
+        for column, found in product(tables, ran.records.values()):
+            cells[found.label, column.id] = cell_of_likeness(column, found)
+    new = Board(
         environment=describe_environment(),
-        columns=tuple(shown[name] for name in shown if any(name == c for _, c in cells)),
+        columns=tuple(one for one in columns if any(one.id == name for _, name in cells)),
         cells=tuple(cells.values()),
         absent=plan.absent,
     )
+    board = _continued(stored, new)
     try:
         folder.mkdir(parents=True, exist_ok=True)
         write_whole(folder / BOARD, board.model_dump_json(indent=1, exclude_defaults=True) + "\n")
@@ -198,14 +236,39 @@ def _plan(rows: Sequence[str], columns: Sequence[Column]) -> _Plan:
     pairs_of: dict[CellKey, tuple[Pair, ...]] = {}
     scenes: dict[str, Scene] = {}
     criteria: dict[str, Criteria] = {}
-    for row, column in product(present, columns):
+    beside = tuple(one for one in columns if one.metric == LIKENESS) if present else ()
+    for row, column in product(present, [one for one in columns if one not in beside]):
         shots = asked(column, row)
         pairs_of[row, column.id] = tuple((scene.name, label) for _, scene, label in shots)
         for name, scene, _ in shots:
             scenes[scene.name] = scene
             if scene.name not in criteria:
                 criteria[scene.name] = criteria_beside(scene_path(name))
-    return _Plan(absent, pairs_of, scenes, criteria)
+    return _Plan(absent, present, beside, pairs_of, scenes, criteria)
+
+
+def _continued(stored: Board | None, board: Board) -> Board:
+    """Return a board with the cells of an earlier one that it lacks, and where those are from."""
+    if stored is None:
+        return board
+    earlier: list[EnvironmentValues] = []
+    new = {(one.row, one.column): one for one in board.cells}
+    cells = {}
+    for one in stored.cells:
+        where, number = stored.environment_of(one), None
+        if (one.row, one.column) not in new and _code_of(where) != _code_of(board.environment):
+            earlier += [] if where in earlier else [where]
+            number = earlier.index(where)
+        cells[one.row, one.column] = one.model_copy(update={"earlier": number})
+    cells |= new
+    known = {one.id: one for one in (*COLUMNS.values(), *stored.columns, *board.columns)}
+    columns = tuple(one for name, one in known.items() if any(name == c for _, c in cells))
+    changes = {"cells": tuple(cells.values()), "columns": columns, "earlier": tuple(earlier)}
+    return board.model_copy(update=changes)
+
+
+def _code_of(environment: EnvironmentValues) -> EnvironmentValues:
+    return {key: one for key, one in environment.items() if key not in ("date", "command")}
 
 
 def _of_cases(folder: Path, plan: _Plan, columns: Mapping[str, Column]) -> dict[CellKey, Cell]:

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Final, Literal
+from functools import partial
+from typing import Annotated, Final, Literal, get_args
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, Field
 
 from ghostball.validation.board.column import ACCURACY, Column
 from ghostball.validation.checks.verdict import is_unfinished, unfinished_text
+from ghostball.validation.measured.likeness import Likeness
 from ghostball.validation.results.records import (
     ACCURACY_KINDS,
     INDEPENDENT,
@@ -21,12 +23,18 @@ from ghostball.validation.results.records import (
     scene_from,
 )
 
-Shade = Literal["good", "fair", "bad", "none", "failed"]
+Beside = Literal["beside", "partly"]
+"""Of a cell that is neither right nor wrong: of all that is asked, or of what it can play."""
+
+Shade = Literal["good", "fair", "bad", "none", "failed"] | Beside
 """What a cell is worth that has no class of accuracy.
 
 Up to the first threshold; up to the second; above; no value, for the engine lacks what the question
-is of; not measured, for the engine crashed, hung, raised or came to no end.
+is of; not measured, for the engine crashed, hung, raised or came to no end. Or none of that.
 """
+
+_IN_ORDER: Final = (ACCURACY_KINDS, get_args(Beside))
+"""Kinds that a column is sorted by, each before the next, whatever their values."""
 
 LIKE_A_LAW: Final = 0.01
 """How near to a law's the speeds are that are called by its name, over the first ball's."""
@@ -37,7 +45,10 @@ class Cell(BaseModel):
 
     `value`: in the column's unit: of a class, the largest error; None where there is none.
     `note`: why there is no value, or more of it.
-    `scene`, `label`: the run that the cell is of; "" where the engine lacks what is asked.
+    `scene`, `label`: the run that the cell is of; "" where the engine lacks what is asked, or no
+        single run answers it.
+    `earlier`: the number of the board's earlier environment that it was measured in; None: in that
+        of the last run.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
@@ -49,13 +60,15 @@ class Cell(BaseModel):
     note: str = ""
     scene: str = ""
     label: str = ""
+    earlier: Annotated[int, Field(ge=0)] | None = None
 
     @property
     def size(self) -> float | None:
         """What a column is sorted by, the least first; None comes last."""
-        if self.kind in ACCURACY_KINDS:
-            worse = abs(self.value or 0.0)
-            return ACCURACY_KINDS.index(self.kind) + worse / (1.0 + worse)
+        for kinds in _IN_ORDER:
+            if self.kind in kinds:
+                worse = abs(self.value or 0.0)
+                return kinds.index(self.kind) + worse / (1.0 + worse)
         return self.value
 
 
@@ -89,6 +102,23 @@ def cell_of(column: Column, row: str, cases: Sequence[CaseRecord]) -> Cell:
         ]
     k = int(np.argmax(sizes))
     return _cell(column, row, cases[k], shade(column, sizes[k]), sizes[k])
+
+
+def cell_of_likeness(column: Column, found: Likeness) -> Cell:
+    """Return how far off real tables an engine is, and what of them it lacks."""
+    here = partial(Cell, row=found.label, column=column.id)
+    lacking: dict[str, list[str]] = {}
+    for family in found.graded:
+        if family.lacks:
+            lacking.setdefault(family.lacks, []).append(family.short)
+    lacks = "; ".join(f"no {', '.join(names)}: {why}" for why, names in lacking.items())
+    if any(family.failed for family in found.graded):
+        return here(kind="failed", note=lacks)
+    if found.typical is None:
+        return here(kind="none", note=lacks)
+    played = [f"{one.short} {one.typical:.1f}" for one in found.graded if not one.lacks]
+    note = "; ".join([", ".join(played), *([lacks] if lacks else [])])
+    return here(kind="partly" if lacks else "beside", value=found.typical, note=note)
 
 
 def shade(column: Column, value: float) -> Shade:

@@ -1,5 +1,6 @@
 """The columns of the board, as TOML lists them: each a question, its scenes, a metric, thresholds.
 
+One has no scenes: it stands beside what is right, and tells how like a real table an engine can be.
 `columns.toml` has those that distinguish engines, `reported.toml` the faults that people reported.
 """
 
@@ -11,7 +12,16 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Annotated, Final, Literal, Self
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Field,
+    ValidationError,
+    ValidatorFunctionWrapHandler,
+    WrapValidator,
+    model_validator,
+)
 
 from ghostball.model import GhostballError
 from ghostball.validation.checks.criterion import MetricName, Number, Sentence
@@ -24,6 +34,9 @@ FOLDER: Final = Path(str(files("ghostball.validation.board")))
 
 ACCURACY: Final = "accuracy"
 """The metric of a column that shows the class of each run."""
+
+LIKENESS: Final = "likeness"
+"""What a column shows, in place of a metric, that tells how far off real tables an engine is."""
 
 
 def scene_path(name: str) -> Path:
@@ -38,6 +51,10 @@ def _known_scene(name: str) -> str:
     close = get_close_matches(name, known, n=1)
     hint = f"Did you mean {close[0]!r}?" if close else f"Put a file {name}.toml there"
     raise ValueError(f"must be a scene of {scene_path(name).parent}, got {name!r}. {hint}")
+
+
+def _metric_or_likeness(name: object, metric: ValidatorFunctionWrapHandler) -> str:
+    return LIKENESS if name == LIKENESS else str(metric(name))
 
 
 class _Model(BaseModel):
@@ -57,8 +74,8 @@ class Column(_Model):
     id: Annotated[str, Field(pattern=r"^[a-z0-9-]+$")]
     title: Sentence
     question: Sentence
-    metric: MetricName
-    scenes: Annotated[tuple[Annotated[str, AfterValidator(_known_scene)], ...], Field(min_length=1)]
+    metric: Annotated[MetricName, WrapValidator(_metric_or_likeness)]
+    scenes: tuple[Annotated[str, AfterValidator(_known_scene)], ...] = ()
     settings: tuple[Settings, ...] = ()
     required: bool = False
     pick: Literal["worst", "least", "fastest"] = "worst"
@@ -77,6 +94,8 @@ class Column(_Model):
     @property
     def unit(self) -> str:
         """The unit of what it shows; "" for a pure number."""
+        if self.metric == LIKENESS:
+            return "standard errors"
         if self.pick == "fastest":
             return "m/s"
         unit = "m" if self.metric == ACCURACY else METRICS[self.metric].unit
@@ -84,6 +103,19 @@ class Column(_Model):
 
     @model_validator(mode="after")
     def _belongs_together(self) -> Self:
+        if self.metric == LIKENESS:
+            given = self.model_dump(exclude_defaults=True).keys()
+            if more := sorted(given - {"id", "title", "question", "metric"}):
+                raise ValueError(
+                    f"column {self.id!r}: metric {LIKENESS!r} must have no `{more[0]}`: it plays "
+                    "what was measured on real tables, and nothing of it is right. Leave it out"
+                )
+            return self
+        if not self.scenes:
+            raise ValueError(
+                f"column {self.id!r}: `scenes` must name at least one, got none. Name a file of "
+                f"{FOLDER / 'scenes'}"
+            )
         if self.metric == ACCURACY and (self.good, self.fair, self.pick) != (None, None, "worst"):
             raise ValueError(
                 f"column {self.id!r}: metric 'accuracy' must have no `good`, `fair` or `pick`: its "

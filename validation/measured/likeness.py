@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import partial
-from typing import Any, Final
+from typing import Annotated, Any, Final, Self
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from ghostball.model import (
     Ball,
@@ -32,11 +32,11 @@ ANGLES: Final = (5.0, 45.0)
 class Measured(BaseModel):
     """One figure that was measured, and what a model makes of it."""
 
-    model_config = ConfigDict(frozen=True)
+    model_config = ConfigDict(frozen=True, allow_inf_nan=False)
 
     at: float
     value: float
-    error: float
+    error: Annotated[float, Field(gt=0.0)]
     played: float
 
     @property
@@ -45,8 +45,15 @@ class Measured(BaseModel):
         return (self.played - self.value) / self.error
 
 
+_FAILED = "it failed: "
+"""How it begins why an engine that crashed, hung or raised has no figures."""
+
+
 class Family(BaseModel):
-    """Figures of one kind; or why an engine has none of them."""
+    """Figures of one kind; or why an engine has none of them.
+
+    `grades`: whether they count in what is said of the engine as a whole.
+    """
 
     model_config = ConfigDict(frozen=True)
 
@@ -60,6 +67,21 @@ class Family(BaseModel):
     settings: dict[str, str | float] = {}
     figures: tuple[Measured, ...] = ()
     lacks: str = ""
+    grades: bool = True
+
+    @model_validator(mode="after")
+    def _either(self) -> Self:
+        if bool(self.figures) == bool(self.lacks):
+            raise ValueError(
+                f"family {self.name!r}: must either have `figures` or say what is lacking in "
+                "`lacks`. Give one of them"
+            )
+        return self
+
+    @property
+    def failed(self) -> bool:
+        """Whether there are none because the engine crashed, hung or raised."""
+        return self.lacks.startswith(_FAILED)
 
     @property
     def typical(self) -> float:
@@ -79,6 +101,16 @@ class Likeness(BaseModel):
 
     label: str
     families: tuple[Family, ...]
+
+    @property
+    def graded(self) -> tuple[Family, ...]:
+        """The families that count in what is said of the engine as a whole."""
+        return tuple(family for family in self.families if family.grades)
+
+    @property
+    def typical(self) -> float | None:
+        """The largest of what its graded families are typically off; None where it has none."""
+        return max((one.typical for one in self.graded if not one.lacks), default=None)
 
 
 def likeness(label: str, engine: ReferenceEngine, play: Play) -> Likeness:
@@ -163,7 +195,7 @@ def _why(error: GhostballError) -> str:
     """Return what an engine lacks, or did instead, without its name."""
     if isinstance(error, UnsupportedSceneError):
         return f"it has {'; '.join(error.features)}"
-    return f"it failed: {error.reason}" if isinstance(error, EngineFailedError) else str(error)
+    return f"{_FAILED}{error.reason}" if isinstance(error, EngineFailedError) else str(error)
 
 
 def deceleration(play: Play, physics: Physics, speed: float) -> float:

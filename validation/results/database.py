@@ -35,7 +35,7 @@ APPLICATION: Final = int.from_bytes(b"ball")
 Document = Literal["suite", "stress", "regression"]
 """What there is one of in a folder: what each kind of run was asked for, and how it ended."""
 
-Kind = Literal["case", "finding"]
+Kind = Literal["case", "finding", "likeness"]
 """What a record is of: of which there are many, each with a name of its own."""
 
 _TABLES = """

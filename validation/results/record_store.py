@@ -262,7 +262,7 @@ def _is_ours(path: Path) -> bool:
     Such as out/against/REVISION in out, or out/board.
     """
     if not path.is_dir():
-        return path.name.startswith((LOCK, DATABASE))
+        return path.name.startswith((LOCK, DATABASE, BOARD))
     inside = list(path.iterdir())
     if [one.name for one in inside] == [BOARD]:
         return True

@@ -69,7 +69,7 @@ def inputs_hash(
     `truth`: what the scene's criteria ask for.
     `metrics`: those that are computed; None is all.
     """
-    return _hash(
+    return hash_of(
         {
             "schema": SCHEMA,
             "scene": scene.model_dump(mode="json", by_alias=True),
@@ -91,7 +91,7 @@ def is_ours(label: str) -> bool:
 def code_hash() -> str:
     """Return the hash of the code that runs here; "" where its sources can't be found."""
     try:
-        return _hash(describe_code())
+        return hash_of(describe_code())
     except SourcesError:
         return ""
 
@@ -117,7 +117,8 @@ def _loaded_sources() -> str:
     return hash_sources(source_folders())
 
 
-def _hash(values: Any) -> str:
+def hash_of(values: Any) -> str:
+    """Return the hash of plain values."""
     # Floats are written so that they read back to the same bits; -0.0 keeps its sign.
     text = json.dumps(values, sort_keys=True, ensure_ascii=True, allow_nan=True)
     return hashlib.sha256(text.encode()).hexdigest()

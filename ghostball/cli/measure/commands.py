@@ -302,8 +302,9 @@ def leaderboard(
 ) -> None:
     """Put engines on one board: how right each is in what distinguishes engines, and how fast.
 
-    Cells are cases of the suite: what earlier runs measured with the same code is reused, and exit
-    statuses are those of `validate`. An engine that crashes or hangs costs its own cells.
+    Beside that, how like a real table each can be. Cells are cases of the suite: what earlier runs
+    measured with the same code is reused, and exit statuses are those of `validate`. An engine that
+    crashes or hangs costs its own cells.
     """
 
 

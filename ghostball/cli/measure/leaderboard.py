@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from itertools import product
 from pathlib import Path
 
 import typer
@@ -20,9 +21,12 @@ from ghostball.model import GhostballError
 from ghostball.reports import style
 from ghostball.reports.board import LOOKS, about, draw_board, value_text
 from ghostball.validation.board.board import ROWS, Board, command, run_board
-from ghostball.validation.board.column import COLUMNS, FAULTS, QUESTIONS, Column
+from ghostball.validation.board.column import COLUMNS, FAULTS, LIKENESS, QUESTIONS, Column
 from ghostball.validation.checks.verdict import NOTHING_JUDGED, is_nothing_judged
-from ghostball.validation.exit_status import ExitStatus
+from ghostball.validation.exit_status import ExitStatus, worst
+
+BESIDE = "real tables"
+"""The step that puts engines beside real tables."""
 
 
 def run(
@@ -49,8 +53,8 @@ def run(
     if sort is not None:
         _chosen("--sort", [sort])
     started = time.perf_counter()
-    with Steps(COMPILING, "measuring").bar() as step:
-        count = step("measuring")
+    with Steps(COMPILING, "measuring", BESIDE).bar() as step:
+        count, put = step("measuring"), step(BESIDE)
         board, outcome = run_board(
             rows,
             out,
@@ -62,9 +66,11 @@ def run(
                 done, planned, f"{case.scene} on {case.label}"
             ),
             compiling=step(COMPILING),
+            beside=lambda done, planned, one: put(done, planned, one.label),
         )
     asked = [row for row in dict.fromkeys(rows) if row not in board.absent]
     shown = [row for row in (board.sorted_rows(sort) if sort else asked) if row in asked]
+    failed = list(_failed_beside(board, shown, chosen))
     if plot is not None:
         with style.drawing():
             style.save_one(draw_board(board, chosen), plot, about(board))
@@ -78,15 +84,18 @@ def run(
         for one in chosen:
             unit = f" [{one.unit}]" if one.unit else ""
             stdout().print(f"{one.id}{unit}: {one.question}", markup=False, style="dim")
+        for line in (*([] if outcome is None else failures(outcome.cases)), *failed):
+            stdout().print(line, soft_wrap=True)
         if outcome is not None:
-            for line in failures(outcome.cases):
-                stdout().print(line, soft_wrap=True)
             console.print(headline(outcome, time.perf_counter() - started), soft_wrap=True)
-    if outcome is not None and is_nothing_judged(outcome.cases):
+    if is_nothing_judged([] if outcome is None else outcome.cases):
         say(f"[bold yellow]{NOTHING_JUDGED}[/]")
     for row, why in board.absent.items():
         say(f"[bold]{escape(row)}[/] is absent: {escape(why)}")
-    return ExitStatus.NOT_JUDGED if outcome is None else outcome.exit_status
+    return worst(
+        ExitStatus.NOT_JUDGED if outcome is None else outcome.exit_status,
+        ExitStatus.CHECK_FAILED if failed else ExitStatus.PASSED,
+    )
 
 
 def _chosen(option: str, names: Sequence[str]) -> list[Column]:
@@ -101,6 +110,15 @@ def _table(board: Board, rows: Sequence[str], columns: Sequence[Column]) -> Tabl
     names = [column.id for column in columns]
     cells = ((escape(row), *(_shown(board, row, column) for column in columns)) for row in rows)
     return table_of(("engine", *names), cells, right=names, whole=("engine", *names))
+
+
+def _failed_beside(board: Board, rows: Sequence[str], columns: Sequence[Column]) -> Iterator[str]:
+    """Say which engines failed beside real tables: that is no case, which would say so."""
+    for row, column in product(rows, columns):
+        cell = board.cell(row, column.id) if column.metric == LIKENESS else None
+        if cell is not None and cell.kind == "failed":
+            where, why = escape(f"{column.title} on {row}"), escape(cell.note)
+            yield f"[bold red]did not finish[/] {where}: {why}"
 
 
 def _shown(board: Board, row: str, column: Column) -> str:

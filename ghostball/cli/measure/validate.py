@@ -55,7 +55,7 @@ from ghostball.validation.runs.runner import Reuse
 from ghostball.validation.scenes import commands
 from ghostball.validation.scenes.library import scene_names, select
 from ghostball.validation.suite.plan import criteria_beside_paths
-from ghostball.validation.suite.real_tables import forget_likenesses, measure_likenesses
+from ghostball.validation.suite.real_tables import measure_likenesses
 from ghostball.validation.suite.suite import DEFAULT_ENGINES, Outcome, run_suite
 from ghostball.validation.suite.unchanged import is_ours
 from ghostball.validation.suite.varied import Ensemble, Size
@@ -128,12 +128,13 @@ def run(
         if request.metrics is None:
             for regression in compare_guarded(results, request.gates, request.scenes, time_limit):
                 status = worst(status, _say_moved(regression, console))
-        if request.whole:
-            with busy("engines beside real tables"):
-                found = measure_likenesses(request.engines, request.out, time_limit)
+        with busy("engines beside real tables"):
+            beside = request.engines if request.whole else ()
+            measured = measure_likenesses(beside, request.out, time_limit, reuse=not rerun)
+        if found := list(measured.records.values()):
             console.print(likeness_table(found), crop=False)
-        else:
-            forget_likenesses(request.out)
+        if measured.interrupted:
+            raise KeyboardInterrupt
         if report:
             written = write_report(request.out, jobs=jobs, figures=figures.value, steps=steps)
             console.print(f"report: {written.page}", soft_wrap=True, markup=False)

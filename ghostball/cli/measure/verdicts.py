@@ -21,7 +21,7 @@ from ghostball.reports.accuracy import (
     tally,
 )
 from ghostball.reports.spread_text import HEADER, KEY as SPREAD_KEY, remarks_of, rows_of
-from ghostball.reports.words import likeness_cell
+from ghostball.reports.words import LIKENESS_KEY, likeness_cell
 from ghostball.validation.checks.verdict import Verdict, unfinished_text, verdict_of
 from ghostball.validation.measured.likeness import Likeness
 from ghostball.validation.results.store import CaseRecord, Results
@@ -168,15 +168,16 @@ def failures(cases: Iterable[CaseRecord]) -> Sequence[str]:
 
 
 def likeness_table(found: Sequence[Likeness]) -> RenderableType:
-    """Return by how many standard errors each engine is off what was measured on real tables."""
-    families = found[0].families if found else ()
+    """Return by how many standard errors each of some engines is off what was measured."""
+    families = found[0].families
     rows = (
         (escape(one.label), *(likeness_cell(family) for family in one.families))
         for one in found
         if any(not family.lacks for family in one.families)
     )
-    return table_of(
+    table = table_of(
         ("engine", *(family.short for family in families)),
         rows,
-        title="Standard errors off what real tables do: typically (most)",
+        title="How far off real tables each engine is: typically (at most)",
     )
+    return Group(table, f"[dim]{LIKENESS_KEY}[/]")

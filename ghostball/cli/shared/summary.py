@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 from ghostball.cli.shared.options import Format
 from ghostball.reports import summary_markdown, summary_text
 from ghostball.reports.junit import junit_xml
 from ghostball.validation.baselines import load_regressions
+from ghostball.validation.measured.likeness import Likeness
 from ghostball.validation.results.frames import rows_of
 from ghostball.validation.results.store import Results
+from ghostball.validation.suite.real_tables import load_likenesses
 
 
 def printed(folder: Path, form: Format) -> str:
@@ -24,4 +27,16 @@ def printed(folder: Path, form: Format) -> str:
         return junit_xml(results.cases, regressions)
     tables = {name: rows_of(folder, name) for name in ("cases", "checks", "metrics")}
     found = [one.model_dump(mode="json", by_alias=True) for one in regressions]
-    return json.dumps({"state": results.state, **tables, "regressions": found}) + "\n"
+    beside = [_plain(one) for one in load_likenesses(folder)]
+    whole = {"state": results.state, **tables, "regressions": found, "real_tables": beside}
+    return json.dumps(whole) + "\n"
+
+
+def _plain(found: Likeness) -> dict[str, Any]:
+    """Return what an engine makes of real tables, with how far off it is."""
+    families = [
+        one.model_dump(mode="json")
+        | {"typical": None if one.lacks else one.typical, "most": None if one.lacks else one.most}
+        for one in found.families
+    ]
+    return {"label": found.label, "typical": found.typical, "families": families}

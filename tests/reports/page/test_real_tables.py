@@ -5,11 +5,12 @@ from __future__ import annotations
 import re
 
 import pytest
+from likenesses import keep_likenesses
 
 from ghostball.reports.page.real_tables import real_tables_html
+from ghostball.reports.words import LIKENESS_KEY
 from ghostball.validation.measured.likeness import Family, Likeness, Measured
 from ghostball.validation.results.store import Results
-from ghostball.validation.suite.real_tables import FILE
 
 EVIL = "</script><img src=x onerror=alert(1)>"
 
@@ -38,11 +39,14 @@ FOUND = [
 ]
 
 
+def html_of(found, folder) -> str:
+    keep_likenesses(folder, found)
+    return str(real_tables_html(Results(folder, [], {})))
+
+
 @pytest.fixture
 def html(tmp_path) -> str:
-    text = f"[{','.join(one.model_dump_json() for one in FOUND)}]"
-    (tmp_path / FILE).write_text(text)
-    return str(real_tables_html(Results(tmp_path, [], {})))
+    return html_of(FOUND, tmp_path)
 
 
 def test_a_folder_without_them_has_no_section(tmp_path):
@@ -68,7 +72,8 @@ def test_what_an_engine_lacks_is_said_and_harmless(html):
 
 
 def test_a_first_engine_that_lacks_all_hides_no_curve_of_the_others(tmp_path):
-    found = FOUND[::-1]
-    (tmp_path / FILE).write_text(f"[{','.join(one.model_dump_json() for one in found)}]")
-    html = str(real_tables_html(Results(tmp_path, [], {})))
-    assert "<title>ghostball</title>" in html
+    assert "<title>ghostball</title>" in html_of(FOUND[::-1], tmp_path)
+
+
+def test_it_says_how_to_read_it(html):
+    assert LIKENESS_KEY in html

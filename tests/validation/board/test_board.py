@@ -8,6 +8,7 @@ import json
 import numpy as np
 import pytest
 from engine_facts import needs
+from likenesses import likeness
 from typer.testing import CliRunner
 
 from ghostball.cli import app
@@ -15,12 +16,13 @@ from ghostball.engine.running.driver import Run
 from ghostball.model import POOL_BALL_RADIUS, GhostballError
 from ghostball.validation.board import board as boards
 from ghostball.validation.board.board import Board, load, run_board
-from ghostball.validation.board.cell import Cell, cell_of, shade
+from ghostball.validation.board.cell import Cell, cell_of, cell_of_likeness, shade
 from ghostball.validation.board.column import ACCURACY, COLUMNS, QUESTIONS, scene_path
 from ghostball.validation.results.files import BOARD
 from ghostball.validation.results.motions import motion_of_case
 from ghostball.validation.results.store import Results
 from ghostball.validation.scenes.library import find_scene
+from ghostball.validation.suite import real_tables
 from ghostball.validation.suite.suite import Outcome, run_suite
 
 SLOWING, DYING = "board_engines:Slowing", "board_engines:Dying"
@@ -60,7 +62,7 @@ def ran(monkeypatch):
 def test_our_engine_is_right_in_every_column(tmp_path):
     board, outcome = run_board(["ghostball"], tmp_path, columns=COLUMNS.values())
     kinds = {one.id: "exact" if one.metric == ACCURACY else "good" for one in COLUMNS.values()}
-    kinds |= {"exact-steps": "none"}  # it has no steps
+    kinds |= {"exact-steps": "none", "table": "beside"}  # it has no steps
     assert {cell.column: cell.kind for cell in board.cells} == kinds
     assert outcome.counts.checks_failed == outcome.counts.unfinished == 0
 
@@ -210,6 +212,93 @@ def test_thresholds_shade():
         "bad",
     ]
     assert shade(COLUMNS["time"], 1e9) == "fair"
+
+
+@pytest.mark.usefixtures("in_this_process")
+def test_an_engine_beside_real_tables_is_neither_right_nor_wrong(tmp_path):
+    few = "ghostball.validation.examples.stepper:Stepper"
+    board, outcome = ask(tmp_path, ["ghostball", SLOWING, "pymunk:config=default", few], "table")
+    assert outcome is None  # nothing was judged
+    ours = board.cell("ghostball", "table")
+    assert ours.kind == "beside"
+    assert f"rebound against speed {ours.value:.1f}" in ours.note
+    assert board.cell(SLOWING, "table").value == ours.value  # one ball alone tells nothing of two
+    assert board.cell("pymunk:config=default", "table").kind == "none"
+    assert board.cell(few, "table").kind == "none"
+    assert board.cell(few, "table").note.startswith("no rebound, rebound against speed: it has")
+    assert load(tmp_path / BOARD) == board
+
+
+def test_what_an_engine_lacks_is_beside_what_it_is_off():
+    column = QUESTIONS["table"]
+    part = cell_of_likeness(column, likeness("x", rebound="it has none", rolling=1.4))
+    assert (part.kind, part.value) == ("partly", pytest.approx(1.4))
+    assert part.note == "rolling 1.4; no rebound: it has none"
+    failed = cell_of_likeness(column, likeness("x", rebound="it failed: it hung", rolling=1.4))
+    assert (failed.kind, failed.value) == ("failed", None)
+
+
+def test_what_is_played_in_part_comes_after_what_is_played_whole():
+    column = QUESTIONS["table"]
+    found = [
+        likeness("lacking", rebound="no", rolling="no"),
+        likeness("part", rebound="no", rolling=0.1),
+        likeness("far", rebound=30.0, rolling=1.0),
+        likeness("near", rebound=3.0, rolling=1.0),
+    ]
+    cells = tuple(cell_of_likeness(column, one) for one in found)
+    board = Board(environment={}, columns=(column,), cells=cells)
+    assert board.sorted_rows("table") == ("near", "far", "part", "lacking")
+
+
+def test_an_engine_that_dies_beside_real_tables_did_not_finish(tmp_path):
+    arguments = ["leaderboard", "--only", "-e", "ghostball", "-e", DYING, "--out", str(tmp_path)]
+    done = CliRunner().invoke(app, [*arguments, "--column", "table"])
+    assert done.exit_code == 1, done.output
+    assert f"did not finish like a table on {DYING}: no rebound" in done.output
+    assert load(tmp_path / BOARD).cell("ghostball", "table").kind == "beside"
+
+
+@pytest.mark.usefixtures("in_this_process")
+def test_an_interrupt_beside_real_tables_keeps_what_is_done(tmp_path, monkeypatch):
+    real = real_tables.likeness
+
+    def interrupting(label, *rest):
+        if label == "paper-discrete":
+            raise KeyboardInterrupt
+        return real(label, *rest)
+
+    monkeypatch.setattr(real_tables, "likeness", interrupting)
+    board, outcome = ask(tmp_path, ["ghostball", "paper-discrete"], "table", "line")
+    assert outcome.exit_status == 130
+    assert len(outcome.cases) == 2
+    assert board.cell("ghostball", "table").kind == "beside"
+    assert board.cell("paper-discrete", "table") is None
+
+
+@pytest.mark.usefixtures("in_this_process")
+def test_a_board_from_elsewhere_is_continued_and_says_what_was_measured_where(tmp_path):
+    elsewhere = {"cpu": "Z80", "date": "1976-07-01", "versions": {"pooltool": "0.6.0"}}
+    kept = Cell(row="pooltool", column="cut", kind="exact")
+    replaced = Cell(row="ghostball", column="line", kind="bad", value=1.0)
+    columns = (QUESTIONS["cut"], QUESTIONS["line"])
+    before = Board(environment=elsewhere, columns=columns, cells=(kept, replaced))
+    (tmp_path / BOARD).write_text(before.model_dump_json())
+    board, _ = ask(tmp_path, ["ghostball"], "table", "line")
+    assert board.environment_of(board.cell("pooltool", "cut")) == elsewhere
+    for name in ("table", "line"):
+        assert board.environment_of(board.cell("ghostball", name)) == board.environment
+    again, _ = ask(tmp_path, ["ghostball"], "table", "throw")
+    assert again.cell("pooltool", "cut") == board.cell("pooltool", "cut")
+    assert (again.earlier, again.cell("ghostball", "line").earlier) == ((elsewhere,), None)
+    assert [one.id for one in again.columns] == ["cut", "line", "throw", "table"]
+
+
+def test_a_cell_of_an_environment_that_is_not_there_is_refused(tmp_path):
+    cell = '{"row": "a", "column": "cut", "kind": "good", "earlier": 0}'
+    (tmp_path / BOARD).write_text(f'{{"environment": {{}}, "columns": [], "cells": [{cell}]}}')
+    with pytest.raises(GhostballError, match="`earlier` must be below 0"):
+        load(tmp_path / BOARD)
 
 
 @pytest.mark.parametrize(

@@ -14,14 +14,18 @@ from ghostball.validation.truth.scene_truth import truth_of
 GOOD = 'id = "cut"\ntitle = "single collision"\nquestion = "How far off"\nmetric = "energy_drift"\n'
 SCENES, LIMITS = 'scenes = ["throw"]\n', "good = 1e-4\nfair = 1e-2\n"
 
+BESIDE = GOOD.replace("energy_drift", "likeness")
+
 
 @pytest.mark.parametrize(
     ("text", "says"),
     [
         (GOOD + SCENES + "good = 1e-2\nfair = 1e-4\n", "`fair` must be at least `good`"),
         (GOOD + SCENES, "`good` must be given"),
-        (GOOD + LIMITS, r"`column\[0\].scenes` is missing"),
-        (GOOD + LIMITS + "scenes = []", r"`column\[0\].scenes`"),
+        (GOOD + LIMITS, "column 'cut': `scenes` must name at least one, got none"),
+        (GOOD + LIMITS + "scenes = []", "column 'cut': `scenes` must name at least one, got none"),
+        (BESIDE + LIMITS, "metric 'likeness' must have no `fair`"),
+        (BESIDE + SCENES, "metric 'likeness' must have no `scenes`"),
         (
             GOOD + LIMITS + 'scenes = ["trow"]',
             r"scenes\[0\]` must be a scene of .*'throw'",
@@ -58,6 +62,9 @@ def test_a_list_that_keeps_them_is_read(tmp_path):
     path.write_text("[[column]]\n" + GOOD + SCENES + LIMITS)
     (column,) = load_columns(path).values()
     assert (column.unit, column.good, column.fair) == ("", 1e-4, 1e-2)
+    path.write_text("[[column]]\n" + BESIDE)
+    (column,) = load_columns(path).values()
+    assert (column.unit, column.scenes, column.good) == ("standard errors", (), None)
     with pytest.raises(GhostballError, match="can't read the columns"):
         load_columns(tmp_path / "nowhere.toml")
 

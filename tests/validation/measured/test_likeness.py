@@ -5,6 +5,8 @@ from __future__ import annotations
 from functools import partial
 
 import pytest
+from likenesses import family, likeness as likeness_made_up
+from pydantic import ValidationError
 
 from benchmarks.rebounds import ReboundsMeasurement
 from ghostball.model import Physics
@@ -12,7 +14,13 @@ from ghostball.model.features import Feature
 from ghostball.reference_adapters import EngineUnavailableError, make_engine
 from ghostball.validation.measured.best import best_cloth, best_cushion, place_of
 from ghostball.validation.measured.facts import facts_of
-from ghostball.validation.measured.likeness import Family, Measured, deceleration, likeness
+from ghostball.validation.measured.likeness import (
+    Family,
+    Likeness,
+    Measured,
+    deceleration,
+    likeness,
+)
 
 
 def likeness_of(spec: str) -> dict[str, Family]:
@@ -104,3 +112,23 @@ def test_errors_off_are_those_of_the_measurement():
 def test_a_row_is_in_the_middle_where_it_says_no_more():
     first = facts_of("rolling-pool").rows[0]
     assert place_of(first) == pytest.approx(0.225)
+
+
+def test_an_engine_as_a_whole_is_where_it_is_furthest_off_of_what_grades():
+    graded = likeness_made_up("any", rebound=-2.0, slope=1.0, rolling="it rolls none")
+    assert graded.typical == pytest.approx(2.0)
+    shown = family("shown", 9.0, grades=False)
+    assert Likeness(label="any", families=(*graded.families, shown)).typical == graded.typical
+    assert likeness_made_up("any", rolling="it rolls none").typical is None
+
+
+@pytest.mark.parametrize("fields", [{"figures": ()}, {"lacks": "it rolls none"}])
+def test_a_family_has_figures_or_says_why_not(fields):
+    with pytest.raises(ValidationError, match="must either have `figures` or say what is lacking"):
+        Family(**family("rolling", 1.0).model_dump() | fields)
+
+
+def test_what_failed_is_told_from_what_is_lacking():
+    assert family("rolling", "it failed: it crashed").failed
+    assert not family("rolling", "it rolls none").failed
+    assert not family("rolling", 1.0).failed

@@ -1,0 +1,44 @@
+"""What engines make of real tables, made up: so many standard errors off, or lacking."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from ghostball.validation.measured.likeness import Family, Likeness, Measured
+from ghostball.validation.suite.real_tables import LikenessWriter
+
+
+def family(name: str, off: float | str, *, grades: bool = True) -> Family:
+    """Return a family of three figures that are so much off, or that is lacking, as said."""
+    figures = ()
+    if not isinstance(off, str):
+        figures = tuple(
+            Measured(at=at, value=0.5, error=0.1, played=0.5 + 0.1 * off) for at in (0.5, 1.0, 1.5)
+        )
+    return Family(
+        name=name,
+        short=name,
+        title=name.title(),
+        quantity="ratio",
+        unit="1",
+        against="speed [m/s]",
+        citation="Somebody 2024",
+        figures=figures,
+        lacks="" if figures else str(off),
+        grades=grades,
+    )
+
+
+def likeness(label: str, **off: float | str) -> Likeness:
+    """Return what an engine makes of families of these names."""
+    return Likeness(label=label, families=tuple(family(name, one) for name, one in off.items()))
+
+
+def keep_likenesses(folder: Path, found: Iterable[Likeness]) -> None:
+    """Store them, as a run would."""
+    writer = LikenessWriter(folder)
+    writer.begin({})
+    for one in found:
+        writer.write(one)
+    writer.finish("complete")
