@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from importlib.resources import files
-from typing import Self
+from typing import Literal, Self, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
@@ -36,6 +36,34 @@ class Row(BaseModel):
         return self
 
 
+class Hit(BaseModel):
+    """A rolling ball hits one at rest: speeds [m/s], and angles from the way it came [degrees].
+
+    The speeds and angles of both balls afterwards are those once they roll.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    speed: float = Field(gt=0.0)
+    cut: float = Field(ge=0.0, lt=90.0)
+    cue_speed: float = Field(ge=0.0)
+    object_speed: float = Field(gt=0.0)
+    cue_angle: float = Field(ge=0.0, le=180.0)
+    object_angle: float = Field(ge=0.0, lt=90.0)
+
+
+class Hits(BaseModel):
+    """Hits that were measured, without errors, so that no engine may be judged by them."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    title: str
+    citation: str = Field(min_length=20)
+    conditions: str = Field(min_length=20)
+    grades: Literal[False]
+    rows: tuple[Hit, ...] = Field(min_length=1)
+
+
 class Facts(BaseModel):
     """What one measurement found, row by row.
 
@@ -61,6 +89,9 @@ class Facts(BaseModel):
         return self
 
 
+_Kind = TypeVar("_Kind", Facts, Hits)
+
+
 def names_of_facts() -> list[str]:
     """Return the names of all tables."""
     folder = files("ghostball.validation.measured") / "facts"
@@ -72,22 +103,34 @@ def names_of_facts() -> list[str]:
 def facts_of(name: str) -> Facts:
     """Return the table of this name.
 
-    Raises `FactsError` where there is none.
+    Raises `FactsError` where there is none, or it is one of hits.
     """
+    return parsed(_text(name), f"{name}.toml", Facts)
+
+
+def hits_of(name: str) -> Hits:
+    """Return the table of hits of this name.
+
+    Raises `FactsError` where there is none, or it is none of hits.
+    """
+    return parsed(_text(name), f"{name}.toml", Hits)
+
+
+def _text(name: str) -> str:
     known = names_of_facts()
     if name not in known:
         raise FactsError(f'no facts called "{name}"; there are {", ".join(known)}')
     file = files("ghostball.validation.measured") / "facts" / f"{name}.toml"
-    return parsed(file.read_text(encoding="utf-8"), f"{name}.toml")
+    return file.read_text(encoding="utf-8")
 
 
-def parsed(text: str, name: str) -> Facts:
+def parsed(text: str, name: str, kind: type[_Kind]) -> _Kind:
     """Return what the text of a table says.
 
     Raises `FactsError`, which names the file, the field and the rule, where it isn't one.
     """
     try:
-        return Facts.model_validate(tomllib.loads(text))
+        return kind.model_validate(tomllib.loads(text))
     except tomllib.TOMLDecodeError as error:
         raise FactsError(f"{name}: not TOML: {error}") from error
     except ValidationError as error:
