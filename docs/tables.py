@@ -16,6 +16,7 @@ from benchmarks.pictures.gallery import committed_board
 from benchmarks.rebounds import ReboundsMeasurement
 from benchmarks.synthetic_tracks import EXAMPLE_PHYSICS
 from ghostball.engine import simulate
+from ghostball.engine.capabilities import CAPABILITIES
 from ghostball.model import Ball, Physics, Table
 from ghostball.model.features import Capability, Feature
 from ghostball.model.impact_laws import BALL_LAWS, CUSHION_LAWS
@@ -25,6 +26,9 @@ from ghostball.reports.board import about, cell_text, columns_of, looks_of, unit
 from ghostball.validation.board.board import Board
 from ghostball.validation.board.column import FAULTS
 from ghostball.validation.checks.metric_table import METRICS
+from ghostball.validation.measured.best import best_cloth, place_of
+from ghostball.validation.measured.facts import facts_of
+from ghostball.validation.measured.likeness import deceleration
 from ghostball.validation.measured.rebounds import rebounds as measured_rebounds
 from ghostball.validation.scenes.library import select
 
@@ -128,6 +132,31 @@ def rebounds() -> str:
             (f"{row.low:g} to {row.high:g} m/s", f"{row.value:.3f} ± {row.error:.3f}", *ratios)
         )
     heads = ("speed", "measured", "`carom`, 5°", "`carom`, 45°", "one restitution, 0.87, 5°")
+    return _table(heads, rows)
+
+
+def pool_rolling() -> str:
+    """Return how cue balls were measured to roll, and what the preset `pool` makes of it."""
+    play = partial(simulate, record="trajectory")
+    pool = Physics(preset="pool")
+    set_so = {
+        name: float(f"{value:.2g}")
+        for name, value in best_cloth("rolling-pool", CAPABILITIES).items()
+    }
+    models = (pool, Physics(preset="pool", **set_so))
+    rows = []
+    for row in facts_of("rolling-pool").rows:
+        assert row.error is not None
+        played = [deceleration(play, physics, place_of(row)) for physics in models]
+        rows.append(
+            (
+                f"{row.low:g} to {row.high:g}",
+                f"{row.value:.3f} ± {row.error:.3f}",
+                *(f"{one:.3f} ({(one - row.value) / row.error:+.1f})" for one in played),
+            )
+        )
+    fields = ", ".join(f"{name} = {value:g}" for name, value in set_so.items())
+    heads = ("speed [m/s]", "measured [m/s²]", "`pool`", f"with {fields}")
     return _table(heads, rows)
 
 
