@@ -203,7 +203,8 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "    return (st.DISC, *one.centre, *normal, one.radius, law, one.obstacle)",
         "    return (st.DISC, *one.centre, *normal, 0.9 * one.radius, law, one.obstacle)",
         "A jaw, or a post, has nine tenths of its radius.",
-        "combined/shape-00000-00009",
+        "tests/engine/test_pockets.py::"
+        "test_no_ball_of_a_random_scene_gets_out_or_into_an_obstacle[posts]",
     ),
     Mutation(
         "hole beside its pocket",
@@ -211,7 +212,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "        return (st.DISC, *one.centre, *normal, one.radius, st.TAKES_OUT, one.pocket)",
         "        return (st.DISC, 1.0, 0.0, *normal, one.radius, st.TAKES_OUT, one.pocket)",
         "All holes lie at one place of the bottom cushion.",
-        "combined/shape-00000-00009",
+        "tests/engine/test_pockets.py::test_a_ball_is_pocketed_where_its_centre_enters_the_hole",
     ),
     Mutation(
         "cushion spins the wrong way",
