@@ -114,14 +114,9 @@ def time_to_obstacle(
             return math.inf, True
         _, _, away = facing(laws, k, ball.x, ball.y)
         gap = max(away - _nose_reach(balls.height, laws, k, ball.radius), 0.0)
-        return _crossing(gap, rate, pull), True
+        # Without pull the root is that of a line: the same number, without a square root.
+        return (gap / -rate if pull == 0.0 else first_crossing(gap, rate, pull)), True
     return _time_to_any(balls, i, laws, k, duration, lasts)
-
-
-@kernel(inline=True)
-def _crossing(gap: float, rate: float, pull: float) -> float:
-    """`first_crossing`; without pull that of a line: the same number, without a square root."""
-    return gap / -rate if pull == 0.0 else first_crossing(gap, rate, pull)
 
 
 @kernel
@@ -141,7 +136,7 @@ def _time_to_any(
     rate, pull = nx * ball.vx + ny * ball.vy, nx * ball.ax + ny * ball.ay
     if rate >= 0.0 and pull >= 0.0:
         return math.inf, True
-    s = _crossing(away, rate, pull)
+    s = away / -rate if pull == 0.0 else first_crossing(away, rate, pull)
     if not s < duration:
         return math.inf, True
     if laws.obstacles[k].kind == st.SEGMENT:
