@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from ghostball.model import POOL_BALL_RADIUS, Disc, Hole, Segment, Table
 
 _SCALE = 1500.0  # pixels a metre
@@ -53,7 +55,7 @@ def side_pocket() -> str:
     parts += [line((middle + half, 0.0), (middle + half, 0.03), look=dashed)]
     parts += [line((middle - half, 0.025), (middle + half, 0.025), look=thin)]
     parts += [text(middle, 0.029, f"mouth {1e3 * pocket.mouth:.1f} mm")]
-    parts += [text(middle - half - 0.012, -0.03, f"angle {pocket.angle:g}°", "end")]
+    parts += [text(middle - half - 0.012, -0.03, f"angle {math.degrees(pocket.angle):.0f}°", "end")]
     parts += [text(middle + half + 0.02, -0.02, "jaw_radius", "start")]
     ball = (1.17, 0.05)
     parts += [circle(ball, POOL_BALL_RADIUS, thin), text(*ball, "a ball")]

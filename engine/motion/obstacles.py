@@ -128,10 +128,12 @@ def _time_to_any(
     What lies behind a line is reached after it: so most obstacles of a table are known not to be
     met, and where on its line a segment is met says whether it is.
     """
+    if jerk(balls, i) != 0.0:
+        return _time_by_bounds(balls, i, laws, k, duration, lasts, 0.0)
     ball = balls.state[i]
     nx, ny, away = _half_plane(laws, k, ball.x, ball.y)
     away -= nose_reach(balls, i, laws, k)
-    if not away >= 0.0 or jerk(balls, i) != 0.0:
+    if not away >= 0.0:
         return _time_by_bounds(balls, i, laws, k, duration, lasts, 0.0)
     rate, pull = nx * ball.vx + ny * ball.vy, nx * ball.ax + ny * ball.ay
     if rate >= 0.0 and pull >= 0.0:
@@ -152,7 +154,7 @@ def _time_to_any(
 
 @kernel(inline=True)
 def _half_plane(laws: Laws, k: int, x: float, y: float) -> tuple[float, float, float]:
-    """Return the unit normal, towards a place, of a line that obstacle k lies behind.
+    """Return the unit normal, towards a place, of a line that a segment or a disc lies behind.
 
     And how far in front of the line the place is [m]; -1 where no such line is known.
     """
@@ -162,8 +164,6 @@ def _half_plane(laws: Laws, k: int, x: float, y: float) -> tuple[float, float, f
         if nx == 0.0 and ny == 0.0:
             return 0.0, 0.0, -1.0
         return nx, ny, nx * x + ny * y - laws.obstacles[k].radius
-    if laws.obstacles[k].kind == st.LINE:
-        return nx, ny, nx * x + ny * y
     nx, ny, away = _across(x, y, nx - laws.obstacles[k].x, ny - laws.obstacles[k].y)
     return nx, ny, away - laws.obstacles[k].radius
 

@@ -78,7 +78,7 @@ def scene_features(scene: Scene) -> tuple[Feature, ...]:
         Feature.UNBOUNDED_CLOTH: table is None or not table.cushions,
         Feature.OPEN_SIDES: table is not None and 0 < len(table.cushions) < len(CUSHIONS),
         Feature.POLYGON: table is not None and bool(table.vertices),
-        Feature.POCKETS: table is not None and table.pockets is not None,
+        Feature.POCKETS: table is not None and bool(table.holes),
         Feature.POSTS: table is not None and bool(table.posts),
         Feature.AIR_DRAG: physics.air_drag > 0.0,
         Feature.QUADRATIC_ROLLING: physics.rolling_friction_quadratic > 0.0,

@@ -37,7 +37,7 @@ def view_of(scene: Scene, *positions: FloatArray, needed: FloatArray | None = No
         # A ball that an engine lost a kilometre away must not shrink the table to a dot.
         reach = np.array([table.length, table.width])
         holes = (hole.radius - min(hole.centre) for hole in table.holes)
-        margin = max(1.4 * CUSHION_DEPTH, *holes, 0.0)
+        margin = max([1.4 * CUSHION_DEPTH, *holes])
         near_low = np.minimum(near_low, -margin)
         near_high = np.maximum(near_high, reach + margin)
         low = np.clip(low, np.minimum(near_low, -0.25 * reach), near_low)

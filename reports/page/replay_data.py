@@ -16,7 +16,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.model import CUSHIONS, EventKind, Events, Scene, Table
+from ghostball.model import CUSHIONS, POCKETS, EventKind, Events, Scene, Table
 from ghostball.reports.accuracy import accuracy_text
 from ghostball.reports.figures._table import view_of
 from ghostball.reports.page.replay_tracks import (
@@ -89,6 +89,7 @@ def _data(
             **_shape_of(table),
         },
         "cushions": list(CUSHIONS),
+        "pockets": list(POCKETS),
         "kinds": [kind.label for kind in EventKind],
         "balls": [{"id": ball.id, "radius": ball.radius} for ball in scene.balls],
         "view": [round(edge, 6) for edge in _view(scene, runs)],

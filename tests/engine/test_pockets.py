@@ -9,7 +9,18 @@ import numpy as np
 import pytest
 
 from ghostball.engine import simulate
-from ghostball.model import Ball, EventKind, Hole, Physics, Result, Scene, Status, Table, event_dict
+from ghostball.model import (
+    Ball,
+    EventKind,
+    Hole,
+    Physics,
+    Result,
+    Scene,
+    Status,
+    Table,
+    UnsupportedSceneError,
+    event_dict,
+)
 from ghostball.model.scene.obstacles import gap_to, is_inside
 from ghostball.validation.scenes.random_scenes import random_scene
 
@@ -35,7 +46,7 @@ ALCIATORE = Table.model_validate(
         "pockets": {
             "side": {
                 "mouth": 5.0625 * INCH,
-                "angle": 104.0,
+                "angle": math.radians(104.0),
                 "jaw_radius": 1e-7,
                 "depth": 0.1875 * INCH,
                 "radius": 3.0 * INCH,
@@ -180,8 +191,6 @@ def test_no_ball_of_a_random_scene_gets_out_or_into_an_obstacle(kind: str):
 
 
 def test_they_are_refused_where_balls_leave_the_cloth():
-    from ghostball.model import UnsupportedSceneError
-
     ball = Ball(id="cue", position=(1.0, 0.6), velocity=(0.0, -1.5))
     with pytest.raises(UnsupportedSceneError, match="no pockets, polygons and posts where balls"):
         played("wpa-9ft", ball, physics=Physics(preset="pool-coulomb", airborne=True))

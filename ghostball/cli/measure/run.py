@@ -16,7 +16,7 @@ from rich.text import Text
 from ghostball.cli.shared.options import Plain, RecordChoice, check_plot
 from ghostball.cli.shared.tables import facts_table, table_of
 from ghostball.cli.shared.terminal import busy, say, say_printed, stdout
-from ghostball.model import Result
+from ghostball.model import EventKind, Result, partner_name
 from ghostball.reference_adapters import make_engine
 from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.runs.playing import in_other_process, run_engine
@@ -41,6 +41,8 @@ def run(
         check_plot(plot, films=True)
     made = make_engine(engine)
     shot = find_scene(scene)
+    if record is None and shot.table is not None and shot.table.holes:
+        record = RecordChoice.EVENTS  # which say what was pocketed
     with (
         busy(f"{shot.name} on {engine}"),
         in_other_process(made, time_limit, partial(say_printed, made.name)) as player,
@@ -96,8 +98,20 @@ def _outcome(result: Result) -> dict[str, str]:
         "wall time": f"{result.wall_time * 1e3:.3f} ms",
     }
     if result.events is not None:
+        if pocketed := _pocketed(result):
+            rows["pocketed"] = pocketed
         rows["events"] = f"{len(result.events)} recorded; `--format json` prints them"
     return rows
+
+
+def _pocketed(result: Result) -> str:
+    """Return which balls fell into which pockets, in order of time."""
+    assert result.events is not None
+    events = result.events[result.events["kind"] == EventKind.POCKETED]
+    return ", ".join(
+        f"{result.scene.balls[a].id} ({partner_name(EventKind.POCKETED, b)})"
+        for a, b in zip(events["a"].tolist(), events["b"].tolist(), strict=True)
+    )
 
 
 def _pairs(counts: Mapping[str, Any]) -> str:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from functools import lru_cache
-from typing import Annotated, Any, ClassVar, Literal, Self
+from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import (
@@ -14,20 +15,18 @@ from pydantic import (
     model_validator,
 )
 
-from ghostball.model.scene.fields import NonNegative, Positive, Real, problem
+from ghostball.model.scene.fields import Positive, Real, problem
 from ghostball.model.scene.obstacles import (
     FIRST_POST,
     Disc,
     Hole,
     Obstacle,
-    PocketShape,
     facing,
     is_inside,
-    obstacles_of_pockets,
     obstacles_of_polygon,
-    outline_of_pockets,
 )
 from ghostball.model.scene.parts import Part
+from ghostball.model.scene.pockets import Pockets, obstacles_of_pockets, outline_of_pockets
 from ghostball.model.scene.sides import CUSHIONS, CushionName, Point, Side, side_of
 from ghostball.model.scene.table_rules import check_pockets, check_polygon
 
@@ -35,39 +34,7 @@ _LATER_FIELDS = ("preset", "vertices", "pockets", "posts")
 
 _INCH = 0.0254  # [m]
 
-_Shapes = tuple[PocketShape | None, PocketShape | None]
-"""Of the pockets in the corners, and of those in the middle of the length."""
-
-
-class Pocket(Part):
-    """A pocket: its mouth between two rounded jaws, the facings behind them, and its hole."""
-
-    mouth: Positive = Field(
-        description="between the points where noses and facings would meet, were they not rounded "
-        "[m]"
-    )
-    angle: Annotated[Real, Field(ge=90.0, lt=180.0)] = Field(
-        description="between a cushion's nose and its facing, the cut angle [degrees]"
-    )
-    jaw_radius: Positive = Field(description="of the rounding between nose and facing [m]")
-    depth: NonNegative = Field(
-        description="from the middle of the mouth to the edge of the hole, the shelf [m]"
-    )
-    radius: Positive = Field(description="of the hole: it takes a ball whose centre enters it [m]")
-
-    @property
-    def shape(self) -> PocketShape:
-        """The same numbers, as the geometry takes them."""
-        return PocketShape(self.mouth, self.angle, self.jaw_radius, self.depth, self.radius)
-
-
-class Pockets(Part):
-    """The pockets of a rectangular table: four in its corners, two in the middle of its length."""
-
-    corner: Pocket | None = Field(default=None, description="all four; left out: there are none")
-    side: Pocket | None = Field(
-        default=None, description='those of the cushions "bottom" and "top"; left out: none'
-    )
+_DEGREE = math.pi / 180.0  # [rad]
 
 
 class Post(Part):
@@ -87,14 +54,14 @@ def _pool_pockets() -> dict[str, Any]:
     return {
         "corner": {
             "mouth": 4.5625 * _INCH,
-            "angle": 142.0,
+            "angle": 142.0 * _DEGREE,
             "jaw_radius": 0.02095,
             "depth": 1.625 * _INCH,
             "radius": 2.75 * _INCH,
         },
         "side": {
             "mouth": 5.0625 * _INCH,
-            "angle": 104.0,
+            "angle": 104.0 * _DEGREE,
             "jaw_radius": 0.00795,
             "depth": 0.1875 * _INCH,
             "radius": 3.0 * _INCH,
@@ -124,14 +91,14 @@ class Table(Part):
             "pockets": {
                 "corner": {
                     "mouth": 0.118,
-                    "angle": 140.3,
+                    "angle": 140.3 * _DEGREE,
                     "jaw_radius": 0.02095,
                     "depth": 0.0417,
                     "radius": 0.062,
                 },
                 "side": {
                     "mouth": 0.137,
-                    "angle": 97.14,
+                    "angle": 97.14 * _DEGREE,
                     "jaw_radius": 0.00795,
                     "depth": 0.0685,
                     "radius": 0.0645,
@@ -146,14 +113,14 @@ class Table(Part):
             "pockets": {
                 "corner": {
                     "mouth": 0.083,
-                    "angle": 135.0,
+                    "angle": 135.0 * _DEGREE,
                     "jaw_radius": 3.6 * _INCH,
                     "depth": 0.036,
                     "radius": 0.043,
                 },
                 "side": {
                     "mouth": 0.075,
-                    "angle": 90.0,
+                    "angle": 90.0 * _DEGREE,
                     "jaw_radius": 2.5 * _INCH,
                     "depth": 0.95 * _INCH,
                     "radius": 1.68 * _INCH,
@@ -232,7 +199,7 @@ class Table(Part):
                 )
             check_polygon(self.vertices, size, self.cushions)
         if self._pocketed is not None:
-            check_pockets(size, self.cushions, *self._pocketed)
+            check_pockets(size, self.cushions, self._pocketed)
         for k, post in enumerate(self.posts):
             if not is_inside(self.outline, *np.array([post.centre]).T)[0]:
                 raise problem(
@@ -287,15 +254,14 @@ class Table(Part):
         """The corners of what lies inside the cushions and their facings, counterclockwise [m]."""
         if self.vertices:
             return self.vertices
-        shapes = self._pocketed or (None, None)
-        return tuple(outline_of_pockets(self.length, self.width, *shapes))
+        return tuple(outline_of_pockets(self.length, self.width, self._pocketed or Pockets()))
 
     @property
     def drawn(self) -> tuple[Point, ...]:
         """The outline with the jaws rounded, for pictures [m]."""
         if self._pocketed is None:
             return self.outline
-        return tuple(outline_of_pockets(self.length, self.width, *self._pocketed, arc=8))
+        return tuple(outline_of_pockets(self.length, self.width, self._pocketed, arc=8))
 
     @property
     def holes(self) -> tuple[Hole, ...]:
@@ -303,24 +269,19 @@ class Table(Part):
         return tuple(one for one in self.obstacles if isinstance(one, Hole))
 
     @property
-    def _pocketed(self) -> _Shapes | None:
-        """The shapes of the corner and side pockets; None where there are none at all."""
-        if self.pockets is None:
-            return None
-        corner, side = self.pockets.corner, self.pockets.side
-        if corner is None and side is None:
-            return None
-        return None if corner is None else corner.shape, None if side is None else side.shape
+    def _pocketed(self) -> Pockets | None:
+        """Its pockets; None also where none is given of those that there may be."""
+        return None if self.pockets == Pockets() else self.pockets
 
 
 @lru_cache(maxsize=32)
 def _walls(
-    vertices: tuple[Point, ...], size: tuple[float, float], pocketed: _Shapes | None
+    vertices: tuple[Point, ...], size: tuple[float, float], pocketed: Pockets | None
 ) -> tuple[Obstacle, ...]:
     """Return the obstacles of a table without its posts."""
     if vertices:
         return tuple(obstacles_of_polygon(vertices))
-    return () if pocketed is None else tuple(obstacles_of_pockets(*size, *pocketed))
+    return () if pocketed is None else tuple(obstacles_of_pockets(*size, pocketed))
 
 
 def _size_of(vertices: Any) -> dict[str, float]:

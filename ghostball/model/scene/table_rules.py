@@ -7,12 +7,7 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 from ghostball.model.scene.fields import problem
-from ghostball.model.scene.obstacles import (
-    PocketShape,
-    facing_of,
-    hole_of,
-    place_pockets,
-)
+from ghostball.model.scene.pockets import Pocket, Pockets, facing_of, hole_of, place_pockets
 from ghostball.model.scene.sides import CUSHIONS, Point
 
 
@@ -32,13 +27,7 @@ def check_polygon(
             f"`vertices` must be at least 3, got {len(vertices)}. Leave them out for a rectangle",
             at=("vertices",),
         )
-    if tuple(cushions) != CUSHIONS:
-        raise problem(
-            "polygon",
-            f"`cushions` must be left out beside `vertices`, got {list(cushions)}: each side of a "
-            "polygon has a cushion. Leave it out",
-            at=("cushions",),
-        )
+    _check_cushions(cushions, "vertices", "each side of a polygon has a cushion")
     low = tuple(min(point[k] for point in vertices) for k in (0, 1))
     high = tuple(max(point[k] for point in vertices) for k in (0, 1))
     if low != (0.0, 0.0):
@@ -64,6 +53,17 @@ def check_polygon(
             "`vertices` must go round counterclockwise, with the table on the left, but go round "
             "clockwise. Turn their order round",
             at=("vertices",),
+        )
+
+
+def _check_cushions(cushions: Sequence[str], beside: str, why: str) -> None:
+    """Check that all four cushions are there, as where nobody says which."""
+    if tuple(cushions) != CUSHIONS:
+        raise problem(
+            "cushions",
+            f"`cushions` must be left out beside `{beside}`, got {list(cushions)}: {why}. Leave it "
+            "out",
+            at=("cushions",),
         )
 
 
@@ -129,12 +129,7 @@ def _is_between(a: Point, b: Point, c: Point) -> bool:
     return all(min(a[k], b[k]) <= c[k] <= max(a[k], b[k]) for k in (0, 1))
 
 
-def check_pockets(
-    size: tuple[float, float],
-    cushions: Sequence[str],
-    corner: PocketShape | None,
-    side: PocketShape | None,
-) -> None:
+def check_pockets(size: tuple[float, float], cushions: Sequence[str], pockets: Pockets) -> None:
     """Check the pockets of a rectangle of that size [m].
 
     Raises
@@ -142,21 +137,15 @@ def check_pockets(
     PydanticCustomError
         For the first rule that is broken.
     """
-    if tuple(cushions) != CUSHIONS:
-        raise problem(
-            "pockets",
-            f"`cushions` must be left out beside `pockets`, got {list(cushions)}: pockets lie "
-            "between cushions. Leave it out",
-            at=("cushions",),
-        )
-    _check_rails(size, corner, side)
-    for name, shape in (("corner", corner), ("side", side)):
+    _check_cushions(cushions, "pockets", "pockets lie between cushions")
+    _check_rails(size, pockets)
+    for name, shape in (("corner", pockets.corner), ("side", pockets.side)):
         if shape is not None:
             _check_pocket(name, shape)
-    _check_holes(size, corner, side)
+    _check_holes(size, pockets)
 
 
-def _check_pocket(name: str, pocket: PocketShape) -> None:
+def _check_pocket(name: str, pocket: Pocket) -> None:
     """Check one pocket: it must be open as far as its hole, and the hole as wide as it."""
     is_corner = name == "corner"
     facing, hole = facing_of(pocket, is_corner), hole_of(pocket, is_corner)
@@ -177,7 +166,7 @@ def _check_pocket(name: str, pocket: PocketShape) -> None:
             "pockets",
             f"`pockets.{name}` must be open as far as its hole, but "
             + (
-                f"its facings, at {pocket.angle:g} degrees, meet before. Give a smaller angle"
+                f"its facings, at {pocket.angle:g} rad, meet before. Give a smaller angle"
                 if across
                 else f"its jaws, of radius {pocket.jaw_radius:g} m, reach beyond it. Give a "
                 "smaller `jaw_radius`"
@@ -199,10 +188,9 @@ def _crosses_axis(end: Point, is_corner: bool) -> bool:
     return end[0] <= end[1] if is_corner else end[0] <= 0.0
 
 
-def _check_rails(
-    size: tuple[float, float], corner: PocketShape | None, side: PocketShape | None
-) -> None:
+def _check_rails(size: tuple[float, float], pockets: Pockets) -> None:
     """Check that between two pockets, or a pocket and a corner, a straight rail is left."""
+    corner, side = pockets.corner, pockets.side
     corner_joint = facing_of(corner, is_corner=True).joint if corner else 0.0
     side_joint = facing_of(side, is_corner=False).joint if side else 0.0
     length, width = size
@@ -221,11 +209,9 @@ def _check_rails(
             )
 
 
-def _check_holes(
-    size: tuple[float, float], corner: PocketShape | None, side: PocketShape | None
-) -> None:
+def _check_holes(size: tuple[float, float], pockets: Pockets) -> None:
     """Check that no two holes overlap."""
-    holes = [one.hole for one in place_pockets(*size, corner, side)]
+    holes = [one.hole for one in place_pockets(*size, pockets)]
     for k, one in enumerate(holes):
         for other in holes[:k]:
             if math.dist(one.centre, other.centre) <= one.radius + other.radius:

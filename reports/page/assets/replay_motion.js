@@ -198,7 +198,7 @@ globalThis.Ghostball ??= {};
       case "leaves-table":
         return `${first} leaves the table over ${cushion}`;
       case "pocketed":
-        return `${first} falls into a pocket`;
+        return `${first} falls into the ${scene.pockets[b]} pocket`;
       case "slide-to-roll":
         return `${first} starts to roll`;
       default:
