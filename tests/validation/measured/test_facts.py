@@ -34,7 +34,14 @@ def test_a_table_that_is_not_there_is_named():
     [
         ("title", "titel", "t.toml: title: Field required"),
         ("= 2.0", '= "two"', r"t.toml: rows.0.value: Input should be a valid number"),
-        (", error = 0.1", "", "facts that grade need the `error` of each row"),
+        (", error = 0.1", "", "facts that grade need the `error` of each row, or several"),
+        ("value = 2.0", "value = 2.0, of_each = [1.0, 2.0]", "`value` and `spread` are computed"),
+        ("value = 2.0", "of_each = [1.0]", "`of_each` must be a list of two numbers or more"),
+        ("value = 2.0", 'of_each = [1.0, "2"]', "`of_each` must be a list of two numbers"),
+        ("value = 2.0", "of_each = [1.0, 2.0]", "in `of_each` one figure of each of the `tables`"),
+        ("value = 2.0", "value = 2.0, given = { v = 1.0 }", "each row needs in `given` what"),
+        ("grades", "given = { v = 'speed' }\ngrades", "each row needs in `given` what"),
+        ("= 0.1 }", "= 0.1, also = { v = 1.0 } }", "each row needs in `also` what"),
         ("at = 1.0, ", "", "a row needs `at`, or `low` and `high`"),
         ("at = 1.0, ", "low = 1.0, ", "a row needs `at`, or `low` and `high`"),
         ("at = 1.0, ", "low = 1.0, high = 0.5, ", "a row needs `low` below `high`"),
@@ -48,3 +55,34 @@ def test_a_wrong_table_is_refused(old, new, said):
     with pytest.raises(FactsError) as refused:
         parsed(text, "t.toml")
     assert said in str(refused.value)
+
+
+def test_what_has_no_error_does_not_grade():
+    also = "also = { v = { quantity = 'speed', unit = 'm/s' } }\ngrades"
+    text = TABLE.replace("grades", also).replace("= 0.1 }", "= 0.1, also = { v = 1.0 } }")
+    with pytest.raises(FactsError, match="facts that grade have no `also`"):
+        parsed(text, "t.toml")
+    (row,) = parsed(text.replace("true", "false"), "t.toml").rows
+    assert row.also == {"v": 1.0}
+
+
+def test_errors_of_measurement_and_spread_of_tables_add_as_squares():
+    (row,) = parsed(TABLE.replace("error = 0.1", "error = 0.3, spread = 0.4"), "t.toml").rows
+    assert row.uncertainty == pytest.approx(0.5)
+
+
+def test_mean_and_spread_of_tables_are_computed():
+    (row,) = parsed(
+        TABLE.replace("value = 2.0, error = 0.1", "of_each = [1.0, 2.0, 6.0]").replace(
+            "grades", "tables = ['a', 'b', 'c']\ngrades"
+        ),
+        "t.toml",
+    ).rows
+    assert row.value == 3.0
+    assert row.spread == row.uncertainty == pytest.approx(7.0**0.5)
+
+
+def test_rebounds_of_snooker_are_those_of_the_published_curve():
+    for row in facts_of("cushion-snooker").rows:
+        assert row.at is not None
+        assert row.value == pytest.approx(-0.0877 * row.at**2 + 1.131 * row.at - 0.0953, abs=5e-5)
