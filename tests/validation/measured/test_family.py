@@ -1,0 +1,63 @@
+"""Families of figures: how far off they are, and what stands for those that an engine lacks."""
+
+from __future__ import annotations
+
+import pytest
+
+from ghostball.model import EngineFailedError, UnsupportedSceneError
+from ghostball.validation.measured.facts import facts_of
+from ghostball.validation.measured.family import Measured, family_of
+from ghostball.validation.measured.play import OperatorError
+
+GRADED = family_of(facts_of("banks-pool"), "banks-pool", "bank")
+SHOWN = family_of(facts_of("cushion-snooker"), "cushion-snooker", "snooker rebound")
+
+
+def figures(error: float | None) -> tuple[Measured, ...]:
+    return tuple(Measured(at=1.0, value=0.5, error=error, played=x) for x in (0.48, 0.49))
+
+
+def test_a_family_says_what_its_facts_say_but_for_what_is_given():
+    facts = facts_of("banks-pool")
+    assert (GRADED.title, GRADED.unit, GRADED.grades) == (facts.title, "diamonds", True)
+    assert SHOWN.grades is False
+    assert "doesn't grade" in SHOWN.conditions
+    assert family_of(facts, "a", "b", unit="m").unit == "m"
+
+
+def test_figures_with_errors_are_off_by_standard_errors():
+    family = GRADED.played({"a": 1.0}, lambda: figures(0.01))
+    assert [one.errors_off for one in family.figures] == pytest.approx([-2.0, -1.0])
+    assert family.typical == pytest.approx(2.5**0.5)
+    assert family.most == pytest.approx(2.0)
+    assert family.settings == {"a": 1.0}
+
+
+def test_figures_without_errors_are_off_in_their_unit_and_by_nothing_else():
+    family = SHOWN.played({}, lambda: figures(None))
+    assert family.typical_difference == pytest.approx(0.00025**0.5)
+    with pytest.raises(ValueError, match="no standard error of this figure is known"):
+        _ = family.typical
+    with pytest.raises(ValueError, match="it has a `difference`"):
+        _ = family.most
+
+
+@pytest.mark.parametrize(
+    ("error", "said"),
+    [
+        (
+            UnsupportedSceneError("somebody", ("no friction", "no air")),
+            "it has no friction; no air",
+        ),
+        (EngineFailedError("somebody", "lost the balls"), "it failed: lost the balls"),
+        (OperatorError("a ball rests"), "a ball rests"),
+    ],
+)
+def test_what_an_engine_lacks_stands_for_its_figures(error, said):
+    def play():
+        raise error
+
+    family = GRADED.played({"a": 1.0}, play)
+    assert family.lacks == said
+    assert family.figures == ()
+    assert family.settings == {}
