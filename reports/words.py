@@ -58,5 +58,19 @@ def number_text(value: float | None) -> str:
 
 
 def likeness_cell(family: Family) -> str:
-    """Return by how many standard errors an engine is off what was measured: typically, at most."""
-    return "–" if family.lacks else f"{family.typical:.1f} ({family.most:.1f})"
+    """Return how far an engine is off what was measured, a dash where it lacks it.
+
+    By how many standard errors, typically and at most; where no error is known, how far typically,
+    in the unit of the figures.
+    """
+    if family.lacks:
+        return "–"
+    if family.grades:
+        return f"{family.typical:.1f} ({family.most:.1f})"
+    return _difference_text(family.typical_difference, family.unit)
+
+
+def _difference_text(value: float, unit: str) -> str:
+    if unit == "1":
+        return f"{100.0 * value:.1f} %"
+    return f"{value:.1f}°" if unit == "degrees" else f"{value:.3f} {unit}"
