@@ -28,7 +28,7 @@ from ghostball.reports.board import about, cell_text, columns_of, looks_of, unit
 from ghostball.validation.board.board import Board
 from ghostball.validation.board.column import FAULTS
 from ghostball.validation.checks.metric_table import METRICS
-from ghostball.validation.measured.banks import through_point
+from ghostball.validation.measured.banks import through_points
 from ghostball.validation.measured.best import best_cloth, best_cushion, place_of
 from ghostball.validation.measured.cloth_families import deceleration
 from ghostball.validation.measured.facts import Row, facts_of
@@ -208,21 +208,23 @@ def hits() -> str:
 def banks() -> str:
     """Return slid banks: five tables, the preset `pool`, and what speed makes of it."""
     best = best_cushion("banks-pool", "ghostball", make_engine("ghostball").capabilities) or {}
-    rows = []
-    for row in facts_of("banks-pool").rows:
-        aim = place_of(row)
-        through = partial(through_point, _PLAY)
-        found = [
-            through(Physics(preset="pool"), aim),
-            through(Physics(preset="pool"), aim, speed=3.0),
-            through(Physics(preset="pool"), aim, speed=7.0),
-            through(Physics(preset="pool", **best), aim),
-        ]
-        each = ", ".join(f"{value:.2f}" for value in row.of_each)
-        rows.append((f"{aim:g}", each, _plus_minus(row, 2), *_errors_off(row, found, 2)))
+    rows = facts_of("banks-pool").rows
+    through = partial(through_points, _PLAY, aims=[place_of(row) for row in rows])
+    pool = Physics(preset="pool")
+    columns = [through(pool), through(pool, speed=3.0), through(pool, speed=7.0)]
+    columns.append(through(Physics(preset="pool", **best)))
+    cells = [
+        (
+            f"{row.at:g}",
+            ", ".join(f"{value:.2f}" for value in row.of_each),
+            _plus_minus(row, 2),
+            *_errors_off(row, found, 2),
+        )
+        for row, *found in zip(rows, *columns, strict=True)
+    ]
     name = f"{best['cushion']}`, e = {best['cushion_restitution']:g}"
     speeds = ("`pool`", "`pool`, 3 m/s", "`pool`, 7 m/s", f"`{name}")
-    return _table(("aimed at", "aimed from, five tables", "mean ± spread", *speeds), rows)
+    return _table(("aimed at", "aimed from, five tables", "mean ± spread", *speeds), cells)
 
 
 def throws() -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ghostball.reports import style
-from ghostball.validation.measured.likeness import Family
+from ghostball.validation.measured.family import Family
 from ghostball.validation.results.records import number_with_unit
 from ghostball.validation.results.store import CaseRecord, Results
 

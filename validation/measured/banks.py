@@ -12,6 +12,7 @@ Both places are counted in diamonds from the corner; the line of aim goes straig
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
@@ -30,33 +31,39 @@ SPEED: Final = 4.0
 BEFORE: Final = 0.2
 """How far from the cushion's groove it begins [m]: it still slides when it comes there."""
 
-_PLAYED: Final = 1.5  # [s]
+_WAY: Final = 4.0
+"""What a ball would go meanwhile at its first speed [m]; banks need 2.8 to 3.6."""
 _RATE: Final = 500.0  # of samples [1/s]
 _FAR: Final = 4.0  # from the lower end of the table, where it is aimed at [m]
 _BEYOND: Final = 0.5  # how far the other cushion is behind its groove [m]
-_ROUNDS: Final = 2
 _FIRST: Final = 0.8
 """What the way back is of the way there, along the cushion; 1 : 1.2 is about what tables have."""
 
 
-def through_point(
-    play: Play, physics: Physics, aim: float, *, speed: float = SPEED, before: float = BEFORE
-) -> float:
-    """Return where the line of aim crosses the opposite line of diamonds [diamonds].
+def through_points(
+    play: Play,
+    physics: Physics,
+    aims: Sequence[float],
+    *,
+    speed: float = SPEED,
+    before: float = BEFORE,
+) -> list[float]:
+    """Return where each line of aim crosses the opposite line of diamonds [diamonds].
 
-    `aim`: where it crosses the cushion's [diamonds]; `speed`: of a ball that begins without spin
-    [m/s], `before` the cushion's groove [m].
+    `aims`: where they cross the cushion's, rising [diamonds]; `speed`: of a ball that begins
+    without spin [m/s], `before` the cushion's groove [m].
 
     How far a ball comes back along the cushion, over how far it came, hardly depends on the angle:
-    so two rounds find the angle to a hundredth of a diamond.
+    so what it is of one aim leads to the angle of the next, to a hundredth of a diamond.
 
-    Raises `OperatorError` where the ball doesn't come back to the opposite groove.
+    Raises `OperatorError` where a ball doesn't come back to the opposite groove.
     """
-    kept = _FIRST
-    for _ in range(_ROUNDS):
-        slope = _slope(aim, kept)
-        kept = _way_back(play, physics, slope, speed, before) / (slope * _ACROSS)
-    return aim + _slope(aim, kept) * (_ACROSS + 2.0 * _BEHIND) / _DIAMOND
+    found = []
+    kept = _kept(play, physics, _slope(aims[0], _FIRST), speed, before)
+    for aim in aims:
+        kept = _kept(play, physics, _slope(aim, kept), speed, before)
+        found.append(aim + _slope(aim, kept) * (_ACROSS + 2.0 * _BEHIND) / _DIAMOND)
+    return found
 
 
 def _slope(aim: float, kept: float) -> float:
@@ -69,8 +76,8 @@ def _slope(aim: float, kept: float) -> float:
     return aim * _DIAMOND / (kept * _ACROSS - _BEHIND)
 
 
-def _way_back(play: Play, physics: Physics, slope: float, speed: float, before: float) -> float:
-    """Return how far along the cushion a ball comes back to the opposite groove [m]."""
+def _kept(play: Play, physics: Physics, slope: float, speed: float, before: float) -> float:
+    """Return how far along the cushion a ball comes back, over how far it came."""
     radius, mass = POOL_BALL
     groove = radius + _BEYOND + _ACROSS
     table = Table(length=_FAR + 2.0, width=groove + radius)
@@ -84,8 +91,9 @@ def _way_back(play: Play, physics: Physics, slope: float, speed: float, before: 
         radius=radius,
         mass=mass,
     )
-    scene = Scene(name="bank", table=table, physics=physics, balls=[ball], t_max=_PLAYED)
-    return _FAR - _crossing(tracks_of(play(scene), _RATE)["cue"].positions, groove - _ACROSS)
+    scene = Scene(name="bank", table=table, physics=physics, balls=[ball], t_max=_WAY / speed)
+    crossing = _crossing(tracks_of(play(scene), _RATE)["cue"].positions, groove - _ACROSS)
+    return (_FAR - crossing) / (slope * _ACROSS)
 
 
 def _crossing(positions: FloatArray, line: float) -> float:
@@ -93,7 +101,7 @@ def _crossing(positions: FloatArray, line: float) -> float:
     along, across = positions.T
     beyond = np.flatnonzero(across <= line)
     if not len(beyond):
-        raise OperatorError(f"a bank doesn't come back across the table within {_PLAYED:g} s")
+        raise OperatorError("a bank doesn't come back across the table")
     k = int(beyond[0])
     part = (across[k - 1] - line) / (across[k - 1] - across[k])
     return float(along[k - 1] + part * (along[k] - along[k - 1]))

@@ -15,7 +15,7 @@ from ghostball.validation.measured.tracks import Surface, tracks_of
 
 _WINDOWS: Final = RollingWindows(slowest=0.0)
 _LONG: Final = 10.0  # table [m]
-_PLAYED: Final = 2.0  # [s]
+_PLAYED: Final = 1.65  # [s]
 
 
 def pool_rolling(engine: ReferenceEngine, play: Play) -> Family:

@@ -9,7 +9,7 @@ import numpy as np
 
 from ghostball.model import Physics
 from ghostball.reference_adapters import ReferenceEngine
-from ghostball.validation.measured.banks import through_point
+from ghostball.validation.measured.banks import through_points
 from ghostball.validation.measured.best import best_cloth, best_cushion, place_of
 from ghostball.validation.measured.facts import facts_of
 from ghostball.validation.measured.family import Family, Measured, family_of
@@ -107,15 +107,11 @@ def banks(engine: ReferenceEngine, play: Play) -> Family:
         return family.lacking(_LACKS)
 
     def figures() -> tuple[Measured, ...]:
-        physics = Physics(preset="pool", **cushion)
+        aims = [place_of(row) for row in facts.rows]
+        found = through_points(play, Physics(preset="pool", **cushion), aims)
         return tuple(
-            Measured(
-                at=place_of(row),
-                value=row.value,
-                error=row.uncertainty,
-                played=through_point(play, physics, place_of(row)),
-            )
-            for row in facts.rows
+            Measured(at=aim, value=row.value, error=row.uncertainty, played=played)
+            for row, aim, played in zip(facts.rows, aims, found, strict=True)
         )
 
     return family.played(cushion, figures)

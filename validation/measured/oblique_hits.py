@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
@@ -24,8 +25,8 @@ _MIDDLE: Final = (2.0, 2.5)
 """Where the cue ball is when it hits: no ball comes to a cushion while it is looked at."""
 _COMES: Final = 0.2
 """How long before the hit a cue ball that rolls begins [s]."""
-_SEEN: Final = 1.0
-"""How long after the hit balls are looked at [s]: slides end within 0.3 s at snooker's speeds."""
+_SEEN: Final = 0.6
+"""How long after a hit balls are looked at [s]: slides end within 0.3 s at snooker's speeds."""
 _RATE: Final = 200.0  # of samples [1/s]
 _ROLLS: Final = 0.2
 """What is looked at of each ball's rolling, from where its slide ends [s]."""
@@ -55,11 +56,12 @@ def oblique_hit(play: Play, physics: Physics, speed: float, cut: float) -> Obliq
     Each ball is read where its slide ends, as the measurement does: where the cloth no longer slows
     it as one that slides.
 
-    Raises `OperatorError` where a ball doesn't roll again within a second.
+    Raises `OperatorError` where a ball doesn't roll again soon.
     """
     start = speed + rolling_deceleration(physics, speed) * _COMES
     way = (start + speed) / 2.0 * _COMES
-    scene = _scene("oblique-hit", physics, SNOOKER_BALL, cut, way, (start, 0.0), None)
+    rolls = {"velocity": (start, 0.0)}
+    scene = _scene("oblique-hit", physics, SNOOKER_BALL, cut, way, rolls, _COMES + _SEEN)
     tracks = tracks_of(play(scene), _RATE)
     cue, other = (_when_it_rolls(tracks[name], physics, name) for name in ("cue", "object"))
     return ObliqueHit(
@@ -77,8 +79,8 @@ def throw_angle(play: Play, physics: Physics, speed: float, cut: float) -> float
 
     Raises `OperatorError` where the object ball isn't hit.
     """
-    none = (0.0, 0.0, 0.0)
-    scene = _scene("throw", physics, POOL_BALL, cut, _GAP, (speed, 0.0), none)
+    slides = {"velocity": (speed, 0.0), "angular_velocity": (0.0, 0.0, 0.0)}
+    scene = _scene("throw", physics, POOL_BALL, cut, _GAP, slides, _THROWN[1] + 2.0 / _RATE)
     track = tracks_of(play(scene), _RATE)["object"]
     first, last = track.at(np.array(_THROWN))
     if not first[0] < last[0]:
@@ -92,17 +94,16 @@ def _scene(
     size: BallSize,
     cut: float,
     way: float,
-    velocity: tuple[float, float],
-    spin: tuple[float, float, float] | None,
+    motion: Mapping[str, tuple[float, ...]],
+    lasts: float,
 ) -> Scene:
     """Return two balls of which the cue ball goes a `way` along x and then hits the other."""
     x, y = _MIDDLE
     apart, angle = 2.0 * size.radius, math.radians(cut)
     place = (x + apart * math.cos(angle), y - apart * math.sin(angle))
-    kind = {"radius": size.radius, "mass": size.mass}
-    cue = Ball(id="cue", position=(x - way, y), velocity=velocity, angular_velocity=spin, **kind)
-    balls = [cue, Ball(id="object", position=place, **kind)]
-    return Scene(name=name, table=_TABLE, physics=physics, balls=balls, t_max=_COMES + _SEEN)
+    cue = Ball(id="cue", position=(x - way, y), **motion, **size._asdict())
+    balls = [cue, Ball(id="object", position=place, **size._asdict())]
+    return Scene(name=name, table=_TABLE, physics=physics, balls=balls, t_max=lasts)
 
 
 def _when_it_rolls(track: Track, physics: Physics, name: str) -> FloatArray:

@@ -24,6 +24,7 @@ from ghostball.validation.measured.play import (
 from ghostball.validation.measured.tracks import Surface, Track, tracks_of
 
 _ROLLS = 0.6  # how long before the contact it begins [s]
+_PLAYED = 1.45  # until the contact has been alone for long enough [s]
 
 _ANY = Windows(slowest=0.0, straight=math.inf)
 """The windows of the measurement, of a contact that is known to be free: what a model's ball still
@@ -78,7 +79,7 @@ def rebound(play: Play, physics: Physics, speed: float, degrees: float) -> Cushi
         name="rebound",
         table=table,
         physics=physics,
-        t_max=2.0,
+        t_max=_PLAYED,
         balls=[Ball(id="cue", position=place, velocity=velocity, radius=radius, mass=mass)],
     )
     surface = Surface(table.length, table.width, radius)
@@ -86,7 +87,7 @@ def rebound(play: Play, physics: Physics, speed: float, degrees: float) -> Cushi
     if len(contacts) != 1:
         raise OperatorError(
             f"a ball that came to a cushion at {speed:g} m/s, {degrees:g} degrees from the normal, "
-            f"bounced {len(contacts)} times in 2 s where it should once"
+            f"bounced {len(contacts)} times in {_PLAYED:g} s where it should once"
         )
     return contacts[0]
 

@@ -13,7 +13,7 @@ from ghostball.engine import simulate
 from ghostball.model import Physics
 from ghostball.model.features import Feature
 from ghostball.reference_adapters import EngineUnavailableError, make_engine
-from ghostball.validation.measured.banks import through_point
+from ghostball.validation.measured.banks import through_points
 from ghostball.validation.measured.best import best_cloth, best_cushion, place_of
 from ghostball.validation.measured.facts import facts_of
 from ghostball.validation.measured.rebounds import square_rebound
@@ -32,10 +32,9 @@ def off_rebounds(**cushion: float | str) -> list[float]:
 
 def off_banks(**cushion: float | str) -> list[float]:
     physics = Physics(preset="pool", **cushion)
-    return [
-        (through_point(PLAY, physics, row.at) - row.value) / row.uncertainty
-        for row in facts_of("banks-pool").rows
-    ]
+    rows = facts_of("banks-pool").rows
+    found = through_points(PLAY, physics, [row.at for row in rows])
+    return [(one - row.value) / row.uncertainty for row, one in zip(rows, found, strict=True)]
 
 
 def sought(off, names, **fixed):
