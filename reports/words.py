@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 from ghostball.reports import style
-from ghostball.validation.measured.likeness import Family
+from ghostball.validation.measured.family import Family
 from ghostball.validation.results.records import number_with_unit
 from ghostball.validation.results.store import CaseRecord, Results
 
@@ -60,11 +60,26 @@ def number_text(value: float | None) -> str:
 
 
 LIKENESS_KEY: Final = (
-    "The numbers are standard errors of the measurement: what is below 2 is within the measurement."
+    "The numbers are standard errors of the measurement, and of what tables differ by where several"
+    " were measured: what is below 2 is within them."
 )
 """How `likeness_cell` is read."""
 
 
 def likeness_cell(family: Family) -> str:
-    """Return by how many standard errors an engine is off what was measured: typically, at most."""
-    return "–" if family.lacks else f"{family.typical:.1f} ({family.most:.1f})"
+    """Return how far an engine is off what was measured, a dash where it lacks it.
+
+    By how many standard errors, typically and at most; where no error is known, how far typically,
+    in the unit of the figures.
+    """
+    if family.lacks:
+        return "–"
+    if family.grades:
+        return f"{family.typical:.1f} ({family.most:.1f})"
+    return _difference_text(family.typical_difference, family.unit)
+
+
+def _difference_text(value: float, unit: str) -> str:
+    if unit == "1":
+        return f"{100.0 * value:.1f} %"
+    return f"{value:.1f}°" if unit == "degrees" else f"{value:.3f} {unit}"

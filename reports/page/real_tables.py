@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Final
 
 import numpy as np
 from markupsafe import Markup
@@ -15,36 +16,74 @@ from ghostball.validation.measured.likeness import Family, Likeness, Measured
 from ghostball.validation.results.store import Results
 from ghostball.validation.suite.real_tables import load_likenesses
 
+SIGNS: Final = ("●", "■")
+"""Of what was measured, one for each thing that a family has figures of."""
+
+_UPWARDS: Final = {
+    "cushion": "speed left, of that before",
+    "rolling-pool": "deceleration [m/s²]",
+    "banks-pool": "aimed from, over aimed at",
+    "cushion-snooker": "speed left, of that before",
+    "hit-speeds": "speed, of that before",
+    "hit-angle": "direction [degrees]",
+    "throw-pool": "throw [degrees]",
+}
+"""What is drawn upwards, in a few words."""
+
+_OVER: Final = ("banks-pool", "cushion-snooker")
+"""Families that are nearly proportional to what they are drawn against: they are drawn over it."""
+
 
 def real_tables_html(results: Results) -> Markup:
     """Return a chart for each family of figures, and how far off each engine is."""
     found = load_likenesses(results.path)
     if not found:
         return Markup()
-    families = found[0].families
-    charts = [
-        (family, _chart(results, found, k))
-        for k, family in enumerate(families)
-        if any(len(_first_of_each(one.families[k].figures)) > 2 for one in found)
-    ]
-    rows = [(one.label, [(likeness_cell(f), f.lacks) for f in one.families]) for one in found]
-    lacking = [(one.label, f.lacks) for one in found for f in one.families[:1] if f.lacks]
-    settings = [
-        (one.label, ", ".join(f"{name} = {_text(value)}" for name, value in f.settings.items()))
-        for one in found
-        for f in one.families[:1]
-        if f.settings
-    ]
+    charts = []
+    for k in range(len(found[0].families)):
+        drawn = [(one.label, one.families[k]) for one in found if one.families[k].figures]
+        if any(len({one.at for one in family.figures}) > 2 for _, family in drawn):
+            charts.append((drawn[0][1], _signs(drawn[0][1]), _chart(results, drawn)))
     return render(
         "real_tables.html",
         key=LIKENESS_KEY,
         charts=charts,
         series=_legend(results, found),
-        families=families,
-        rows=rows,
-        lacking=lacking,
-        settings=settings,
+        tables=[(grades, *_table(found, grades=grades)) for grades in (True, False)],
+        lacking=_by_engine(found, lambda family: family.lacks),
+        settings=_by_engine(found, _settings),
     )
+
+
+def _table(
+    found: Sequence[Likeness], *, grades: bool
+) -> tuple[list[str], list[tuple[str, list[tuple[str, str]]]]]:
+    """Return heads and rows of the families that grade, or of those that don't."""
+    heads = [family.short for family in found[0].families if family.grades == grades]
+    rows = [
+        (one.label, [(likeness_cell(f), f.lacks) for f in one.families if f.grades == grades])
+        for one in found
+    ]
+    return heads, rows
+
+
+def _by_engine(
+    found: Sequence[Likeness], text_of: Callable[[Family], str]
+) -> list[tuple[str, list[tuple[str, str]]]]:
+    """Return what is said of each engine, each text once, with the families that it is said of."""
+    said = []
+    for one in found:
+        families: dict[str, list[str]] = {}
+        for family in one.families:
+            if text := text_of(family):
+                families.setdefault(text, []).append(family.short)
+        if families:
+            said.append((one.label, [(", ".join(names), text) for text, names in families.items()]))
+    return said
+
+
+def _settings(family: Family) -> str:
+    return ", ".join(f"{name} = {_text(value)}" for name, value in family.settings.items())
 
 
 def _text(value: str | float) -> str:
@@ -61,48 +100,85 @@ def _colour(results: Results, label: str) -> str:
     return f"var(--engine-{labels.index(label)})" if label in labels else "var(--muted)"
 
 
-def _chart(results: Results, found: Sequence[Likeness], index: int) -> Markup:
-    """Draw what was measured with bars of two standard errors, and each engine's curve."""
-    drawn = [(one.label, one.families[index]) for one in found if one.families[index].figures]
-    measured = _first_of_each(drawn[0][1].figures)
-    at, value, error = (
-        np.array([getattr(one, name) for one in measured]) for name in ("at", "value", "error")
-    )
-    bars = [
-        Series("two standard errors", "var(--ink)", np.array([x, x]), np.array([y - e, y + e]))
-        for x, y, e in zip(at, value, 2.0 * error, strict=True)
+def _signs(family: Family) -> list[tuple[str, str]]:
+    """Return which sign is of what, where a family has figures of several things."""
+    things = list(_of_each(family.figures))
+    return list(zip(SIGNS, things, strict=True)) if len(things) > 1 else []
+
+
+def _chart(results: Results, drawn: Sequence[tuple[str, Family]]) -> Markup:
+    """Draw what was measured, with bars of two standard errors where known, and engines' curves."""
+    family = drawn[0][1]
+    series = [
+        _curve(label, _colour(results, label), figures)
+        for label, other in drawn
+        for figures in _of_each(_upwards(other)).values()
     ]
-    points = Series("measured", "var(--ink)", at, value, marker="●", line=False)
-    curves = [
-        Series(
-            label,
-            _colour(results, label),
-            np.array([one.at for one in _first_of_each(family.figures)]),
-            np.array([one.played for one in _first_of_each(family.figures)]),
-            dash="" if style.engine_style(label).ours else "5 3",
-        )
-        for label, family in drawn
-    ]
-    every = np.concatenate([value - 2.0 * error, value + 2.0 * error, *(one.y for one in curves)])
+    for sign, measured in zip(SIGNS, _of_each(_upwards(family)).values(), strict=False):
+        series += _bars(measured)
+        series.append(_points(sign, measured))
+    every = np.concatenate([one.y for one in series])
     margin = 0.05 * float(np.ptp(every))
-    family: Family = drawn[0][1]
     return draw(
         f"{family.title}: measured, and played",
-        [*curves, *bars, points],
-        linear_axis(family.against, 1.05 * float(at.max())),
-        linear_axis(_short(family), float(every.max()) + margin, float(every.min()) - margin),
+        series,
+        linear_axis(family.against, 1.05 * max(one.at for one in family.figures)),
+        linear_axis(
+            _UPWARDS.get(family.name, family.unit),
+            float(every.max()) + margin,
+            float(every.min()) - margin,
+        ),
     )
 
 
-def _short(family: Family) -> str:
-    """Return what is drawn upwards, in a few words."""
-    names = {"cushion": "speed left, of that before", "rolling-pool": "deceleration [m/s²]"}
-    return names.get(family.name, family.unit)
+def _upwards(family: Family) -> Sequence[Measured]:
+    """Return the figures as they are drawn."""
+    if family.name not in _OVER:
+        return family.figures
+    return [
+        one.model_copy(
+            update={
+                "value": one.value / one.at,
+                "error": None if one.error is None else one.error / one.at,
+                "played": one.played / one.at,
+            }
+        )
+        for one in family.figures
+    ]
 
 
-def _first_of_each(figures: Sequence[Measured]) -> list[Measured]:
-    """Return the first figure at each place: those at the smallest angle."""
-    found: dict[float, Measured] = {}
+def _curve(label: str, colour: str, figures: Sequence[Measured]) -> Series:
+    return Series(
+        label,
+        colour,
+        np.array([one.at for one in figures]),
+        np.array([one.played for one in figures]),
+        dash="" if style.engine_style(label).ours else "5 3",
+    )
+
+
+def _bars(measured: Sequence[Measured]) -> list[Series]:
+    return [
+        Series(
+            "two standard errors",
+            "var(--ink)",
+            np.array([one.at, one.at]),
+            one.value + 2.0 * one.error * np.array([-1.0, 1.0]),
+        )
+        for one in measured
+        if one.error is not None
+    ]
+
+
+def _points(sign: str, measured: Sequence[Measured]) -> Series:
+    at, value = (np.array([getattr(one, name) for one in measured]) for name in ("at", "value"))
+    titles = [": ".join(filter(None, (one.what, f"{one.value:.4g}"))) for one in measured]
+    return Series("measured", "var(--ink)", at, value, marker=sign, line=False, titles=titles)
+
+
+def _of_each(figures: Sequence[Measured]) -> dict[str, list[Measured]]:
+    """Return the figures of each thing, the first at each place: those at the smallest angle."""
+    found: dict[str, dict[float, Measured]] = {}
     for one in figures:
-        found.setdefault(one.at, one)
-    return list(found.values())
+        found.setdefault(one.what, {}).setdefault(one.at, one)
+    return {what: list(places.values()) for what, places in found.items()}

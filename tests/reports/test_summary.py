@@ -145,7 +145,7 @@ def test_the_json_has_what_engines_make_of_real_tables(small_folder):
     rebound, rolling = one["families"]
     assert (rebound["name"], rebound["grades"], rebound["lacks"]) == ("rebound", True, "")
     assert (rebound["typical"], rebound["most"]) == (pytest.approx(3.0), pytest.approx(3.0))
-    assert set(rebound["figures"][0]) == {"at", "value", "error", "played"}
+    assert set(rebound["figures"][0]) == {"at", "value", "error", "played", "what"}
     assert (rolling["typical"], rolling["most"]) == (None, None)
     assert rolling["lacks"] == "it rolls none"
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
-from ghostball.validation.measured.likeness import Family, Likeness, Measured
+from ghostball.validation.measured.family import Family, Likeness, Measured
 from ghostball.validation.suite.real_tables import LikenessWriter
 
 
@@ -26,6 +26,7 @@ def family(name: str, off: float | str, *, grades: bool = True) -> Family:
         citation="Somebody 2024",
         figures=figures,
         lacks="" if figures else str(off),
+        failed=str(off).startswith("it failed"),
         grades=grades,
     )
 

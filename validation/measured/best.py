@@ -16,20 +16,20 @@ from ghostball.validation.measured.facts import Row, facts_of
 _OURS = "ghostball"
 
 
-def best_cushion(engine: str, capabilities: Capabilities) -> dict[str, Any] | None:
-    """Return the law of cushions and its numbers, of what was sought; None: it has no such law.
+def best_cushion(facts: str, engine: str, capabilities: Capabilities) -> dict[str, Any] | None:
+    """Return the law of cushions and its numbers for some facts; None: it has no law for them.
 
     Where the restitution may fall with speed, it does.
     """
     text = (files("ghostball.validation.measured") / "best.toml").read_text(encoding="utf-8")
-    known = tomllib.loads(text)["best"]
+    known = [one for one in tomllib.loads(text)["best"] if one["facts"] == facts]
     mine = [one for one in known if one["engine"] == engine]
     for one in mine or [one for one in known if one["engine"] == _OURS]:
         law = next(law for law in CUSHION_LAWS if law.name == one["cushion"])
         falls = one["cushion_restitution_loss"] > 0.0
         needed = [Feature[law.feature or ""]] + [Feature.FALLING_RESTITUTION] * falls
         if all(has_feature(capabilities, feature) for feature in needed):
-            return {name: value for name, value in one.items() if name != "engine"}
+            return {name: value for name, value in one.items() if name not in ("facts", "engine")}
     return None
 
 

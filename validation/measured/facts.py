@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import tomllib
 from importlib.resources import files
-from typing import Literal, Self, TypeVar
+from statistics import mean, stdev
+from typing import Any, Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
@@ -15,16 +17,46 @@ class FactsError(GhostballError):
     """A table of facts that isn't there, or that says something else than it must."""
 
 
+class Quantity(BaseModel):
+    """What a number is, and its unit."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    quantity: str
+    unit: str
+
+
 class Row(BaseModel):
-    """One figure: of all that lies from `low` to `high`, on average `at`; or at one number."""
+    """One figure: of all that lies from `low` to `high`, on average `at`; or at one number.
+
+    Where several tables were measured, `of_each` is the figure of each of them; `value` is their
+    mean then, and `spread` their standard deviation.
+    """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     value: float
     error: float | None = Field(default=None, gt=0.0, description="one standard error")
+    spread: float | None = Field(default=None, gt=0.0, description="one, from table to table")
+    of_each: tuple[float, ...] = ()
     at: float | None = None
     low: float | None = None
     high: float | None = None
+    given: dict[str, float] = {}
+    also: dict[str, float] = {}
+
+    @model_validator(mode="before")
+    @classmethod
+    def _of_tables(cls, data: Any) -> Any:
+        """Compute mean and spread of several tables."""
+        if not isinstance(data, dict) or "of_each" not in data:
+            return data
+        each = data["of_each"]
+        if "value" in data or "spread" in data:
+            raise ValueError("`value` and `spread` are computed where there is `of_each`")
+        if not isinstance(each, list) or len(each) < 2 or not all(map(_is_number, each)):
+            raise ValueError("`of_each` must be a list of two numbers or more")
+        return {**data, "value": mean(each), "spread": stdev(each)}
 
     @model_validator(mode="after")
     def _is_somewhere(self) -> Self:
@@ -35,40 +67,24 @@ class Row(BaseModel):
             raise ValueError("a row needs `low` below `high`, and `at` between them")
         return self
 
-
-class Hit(BaseModel):
-    """A rolling ball hits one at rest: speeds [m/s], and angles from the way it came [degrees].
-
-    The speeds and angles of both balls afterwards are those once they roll.
-    """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    speed: float = Field(gt=0.0)
-    cut: float = Field(ge=0.0, lt=90.0)
-    cue_speed: float = Field(ge=0.0)
-    object_speed: float = Field(gt=0.0)
-    cue_angle: float = Field(ge=0.0, le=180.0)
-    object_angle: float = Field(ge=0.0, lt=90.0)
+    @property
+    def uncertainty(self) -> float | None:
+        """One standard error of the measurement and of the spread together; None: unknown."""
+        known = [one for one in (self.error, self.spread) if one is not None]
+        return math.hypot(*known) if known else None
 
 
-class Hits(BaseModel):
-    """Hits that were measured, without errors, so that no engine may be judged by them."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    title: str
-    citation: str = Field(min_length=20)
-    conditions: str = Field(min_length=20)
-    grades: Literal[False]
-    rows: tuple[Hit, ...] = Field(min_length=1)
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 class Facts(BaseModel):
     """What one measurement found, row by row.
 
-    `against` says what `at`, `low` and `high` are. Only where `grades` is true may an engine be
-    judged by the figures; elsewhere `conditions` says why not.
+    `against` says what `at`, `low` and `high` are. `given` says what else each row was measured
+    at; `also`, what else was measured there, without an error. `tables` are those of `of_each`.
+    Only where `grades` is true may an engine be judged by the figures; elsewhere `conditions` says
+    why not.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -77,19 +93,31 @@ class Facts(BaseModel):
     quantity: str
     unit: str
     against: str
+    given: dict[str, str] = {}
+    also: dict[str, Quantity] = {}
+    tables: tuple[str, ...] = ()
     citation: str = Field(min_length=20)
     conditions: str = Field(min_length=20)
     grades: bool
     rows: tuple[Row, ...] = Field(min_length=1)
 
     @model_validator(mode="after")
-    def _grades_by_errors(self) -> Self:
-        if self.grades and any(row.error is None for row in self.rows):
-            raise ValueError("facts that grade need the `error` of each row")
+    def _rows_are_whole(self) -> Self:
+        for name in ("given", "also"):
+            wanted = set(getattr(self, name))
+            if any(set(getattr(row, name)) != wanted for row in self.rows):
+                raise ValueError(f"each row needs in `{name}` what the table names there")
+        if any(len(row.of_each) != len(self.tables) for row in self.rows):
+            raise ValueError("each row needs in `of_each` one figure of each of the `tables`")
         return self
 
-
-_Kind = TypeVar("_Kind", Facts, Hits)
+    @model_validator(mode="after")
+    def _grades_by_errors(self) -> Self:
+        if self.grades and any(row.uncertainty is None for row in self.rows):
+            raise ValueError("facts that grade need the `error` of each row, or several `tables`")
+        if self.grades and self.also:
+            raise ValueError("facts that grade have no `also`: it has no errors")
+        return self
 
 
 def names_of_facts() -> list[str]:
@@ -103,34 +131,22 @@ def names_of_facts() -> list[str]:
 def facts_of(name: str) -> Facts:
     """Return the table of this name.
 
-    Raises `FactsError` where there is none, or it is one of hits.
+    Raises `FactsError` where there is none.
     """
-    return parsed(_text(name), f"{name}.toml", Facts)
-
-
-def hits_of(name: str) -> Hits:
-    """Return the table of hits of this name.
-
-    Raises `FactsError` where there is none, or it is none of hits.
-    """
-    return parsed(_text(name), f"{name}.toml", Hits)
-
-
-def _text(name: str) -> str:
     known = names_of_facts()
     if name not in known:
         raise FactsError(f'no facts called "{name}"; there are {", ".join(known)}')
     file = files("ghostball.validation.measured") / "facts" / f"{name}.toml"
-    return file.read_text(encoding="utf-8")
+    return parsed(file.read_text(encoding="utf-8"), f"{name}.toml")
 
 
-def parsed(text: str, name: str, kind: type[_Kind]) -> _Kind:
+def parsed(text: str, name: str) -> Facts:
     """Return what the text of a table says.
 
     Raises `FactsError`, which names the file, the field and the rule, where it isn't one.
     """
     try:
-        return kind.model_validate(tomllib.loads(text))
+        return Facts.model_validate(tomllib.loads(text))
     except tomllib.TOMLDecodeError as error:
         raise FactsError(f"{name}: not TOML: {error}") from error
     except ValidationError as error:

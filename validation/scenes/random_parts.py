@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from typing import Any, Final
 
 from ghostball.model import CUSHIONS, POOL_BALL_MASS, POOL_BALL_RADIUS, Ball, Physics, Table
+from ghostball.model.impact_laws import any_integrated
 
 Options = Mapping[str, str]
 Draft = dict[str, Any]
@@ -128,7 +129,19 @@ def physics_of(chance: random.Random, options: Options, sizes: list[Draft]) -> D
         lasts = 1.0 if options["stop"] == "t-max" else 0.9
         returned = chance.choice((0.0, 0.5, lasts, chance.uniform(0.0, 0.95)))
         physics["table_restitution"] = returned
-    return physics
+    return {**_not_asked_for(options), **physics}
+
+
+def _not_asked_for(options: Options) -> Draft:
+    """Return what takes from a preset the features that a scene has by other options alone."""
+    preset = Physics.PRESETS[options["preset"]]
+    without: Draft = {}
+    for field in ("rolling_friction_quadratic", "cushion_restitution_loss"):
+        if field in preset:
+            without[field] = 0.0
+    if any_integrated(preset.get("cushion", "")):  # holds balls on the cloth, with cushions or not
+        without["cushion"] = "mirror"
+    return without
 
 
 def _law_of(chance: random.Random, options: Options) -> str:

@@ -35,7 +35,7 @@ Wanted = str | tuple[str, ...]
 """The option that a scene must have of an aspect, or several of which it must have one."""
 
 ASPECTS: Final[Mapping[str, Mapping[str, int]]] = {
-    "preset": {"paper": 1, "pool": 1, "pool-coulomb": 1},
+    "preset": {"paper": 1, "pool": 1, "pool-coulomb": 1, "carom": 0, "snooker": 0},
     "motion": {"rolling": 1, "sliding": 1},
     "cloth": {"slows": 3, "frictionless": 1},
     "own-friction": {"no": 3, "yes": 1},

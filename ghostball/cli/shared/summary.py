@@ -34,9 +34,13 @@ def printed(folder: Path, form: Format) -> str:
 
 def _plain(found: Likeness) -> dict[str, Any]:
     """Return what an engine makes of real tables, with how far off it is."""
-    families = [
-        one.model_dump(mode="json")
-        | {"typical": None if one.lacks else one.typical, "most": None if one.lacks else one.most}
-        for one in found.families
-    ]
+    families = []
+    for one in found.families:
+        graded = one.grades and not one.lacks
+        off = {
+            "typical": one.typical if graded else None,
+            "most": one.most if graded else None,
+            "typical_difference": None if one.lacks else one.typical_difference,
+        }
+        families.append(one.model_dump(mode="json") | off)
     return {"label": found.label, "typical": found.typical, "families": families}

@@ -40,7 +40,8 @@ class Physics(Part):
     Sources: the paper's own model ("paper": section 4.2 and 5.2, mu = 0.02, everything elastic);
     Alciatore's table of pool constants ("pool"); the same with a restitution and a coefficient of
     friction at each contact, as engines of games have them ("pool-coulomb"); a heated table of
-    three-cushion, most of it fitted to measurements, as `docs/real-tables.md` says ("carom").
+    three-cushion ("carom") and a table of snooker ("snooker"), both mostly from measurements, as
+    `docs/real-tables.md` says.
     """
 
     PRESETS: ClassVar[dict[str, dict[str, Any]]] = {
@@ -75,9 +76,22 @@ class Physics(Part):
             "cushion_friction": 0.254,
             "cushion_height": 0.037,
         },
+        "snooker": {
+            "motion": "sliding",
+            "rolling_friction": 0.0128,
+            "sliding_friction": 0.21,
+            "spinning_friction_rate": 22.0,
+            "ball_restitution": 0.89,
+            "ball_friction": 0.05,
+            "cushion": "mathavan2010",
+            "cushion_restitution": 1.0,
+            "cushion_restitution_loss": 0.065,
+            "cushion_friction": 0.14,
+            "cushion_height": 0.03675,
+        },
     }
 
-    preset: Literal["paper", "pool", "pool-coulomb", "carom"] = "paper"
+    preset: Literal["paper", "pool", "pool-coulomb", "carom", "snooker"] = "paper"
     gravity: Positive = Field(default=9.81, description="acceleration of free fall [m/s^2]")
     motion: Literal["rolling", "sliding"] = Field(
         default="rolling",

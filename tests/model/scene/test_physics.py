@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import get_args
 
 import pytest
 from refusals import loading
@@ -64,7 +65,7 @@ def test_physics_that_cannot_fly(physics, message):
 class TestFieldsWithoutEffect:
     """A field that the chosen law ignores in silence is a mistake of whoever set it."""
 
-    @pytest.mark.parametrize("preset", ["paper", "pool", "pool-coulomb", "carom"])
+    @pytest.mark.parametrize("preset", sorted(Physics.PRESETS))
     @pytest.mark.parametrize(("law", "field"), UNUSED)
     def test_a_field_that_the_cushion_law_ignores(self, law, field, preset):
         with pytest.raises(SceneError) as caught:
@@ -76,7 +77,7 @@ class TestFieldsWithoutEffect:
             assert (f'"{other.name}"' in message.split("Set ")[1]) == (field in other.uses)
 
     @pytest.mark.parametrize("law", CUSHION_LAW_NAMES)
-    @pytest.mark.parametrize("preset", ["paper", "pool", "pool-coulomb", "carom"])
+    @pytest.mark.parametrize("preset", sorted(Physics.PRESETS))
     def test_what_preset_or_default_give_is_allowed_also_when_spelled_out(self, preset, law):
         # So that a preset's law can be swapped for another with nothing else changed.
         given = Physics(preset=preset)
@@ -89,6 +90,9 @@ class TestFieldsWithoutEffect:
     def test_a_zero_that_a_preset_has_otherwise_is_kept(self, field):
         given = Physics(preset="carom", **{field: 0.0})
         assert Physics.model_validate_json(given.model_dump_json()) == given
+
+    def test_the_presets_that_a_scene_may_name_are_all_there(self):
+        assert get_args(Physics.model_fields["preset"].annotation) == tuple(Physics.PRESETS)
 
     @pytest.mark.parametrize("field", ["rolling_friction_quadratic", "cushion_restitution_loss"])
     def test_a_zero_of_a_field_that_came_later_is_left_out(self, field):

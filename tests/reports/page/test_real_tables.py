@@ -33,9 +33,31 @@ FIGURES = (
     Measured(at=1.0, value=0.55, error=0.01, played=0.56),
     Measured(at=1.5, value=0.54, error=0.01, played=0.57),
 )
+SHOWN = Family(
+    name="hit-speeds",
+    short="hits",
+    title="Hits",
+    quantity="speed",
+    unit="1",
+    against="cut [degrees]",
+    citation="Somebody else 2023",
+    conditions="no error is known",
+    grades=False,
+)
+HITS = tuple(
+    Measured(at=at, value=value, error=None, played=value + 0.025, what=what)
+    for at in (10.0, 20.0, 30.0)
+    for what, value in (("cue ball", 0.4), ("object ball", 0.5))
+)
 FOUND = [
-    Likeness(label="ghostball", families=(family(figures=FIGURES, settings={"cushion": "x"}),)),
-    Likeness(label="other", families=(family(lacks=EVIL),)),
+    Likeness(
+        label="ghostball",
+        families=(
+            family(figures=FIGURES, settings={"cushion": "x"}),
+            SHOWN.model_copy(update={"figures": HITS}),
+        ),
+    ),
+    Likeness(label="other", families=(family(lacks=EVIL), SHOWN.lacking("no balls"))),
 ]
 
 
@@ -55,19 +77,34 @@ def test_a_folder_without_them_has_no_section(tmp_path):
 
 def test_an_engine_is_shown_by_how_far_it_is_off(html):
     text = " ".join(re.sub(r"<[^>]*>", " ", html).split())
-    assert "ghostball 1.9 (3.0) other –" in text
+    assert "engine rebound ghostball 1.9 (3.0) other –" in text
+    assert "engine hits ghostball 2.5 % other –" in text
     assert "Somebody 2024" in text
-    assert "cushion = x" in text
+    assert "rebound: cushion = x" in text
 
 
 def test_measured_points_have_bars_and_engines_curves(html):
     assert html.count("two standard errors</title>") == len(FIGURES)
-    assert html.count("●") == len(FIGURES)
-    assert "<title>ghostball</title>" in html
+    assert html.count("<title>ghostball</title>") == 3
+
+
+def test_each_thing_that_was_measured_has_its_sign(html):
+    assert html.count("■<title>object ball: 0.5</title>") == 3
+    assert html.count("●<title>cue ball: 0.4</title>") == 3
+    assert "Measured: ● cue ball, ■ object ball; Somebody else 2023." in html
+
+
+def test_what_is_nearly_proportional_is_drawn_over_it(tmp_path):
+    banks = family(figures=FIGURES).model_copy(update={"name": "banks-pool"})
+    found = Likeness(label="ghostball", families=(banks,))
+    keep_likenesses(tmp_path, [found])
+    html = str(real_tables_html(Results(tmp_path, [], {})))
+    assert [f"<title>{x}</title>" in html for x in ("1.1", "0.55", "0.36")] == [True] * 3
 
 
 def test_what_an_engine_lacks_is_said_and_harmless(html):
-    assert "can't:" in html
+    assert "can't: rebound, since" in html
+    assert "hits, since no balls" in html
     assert "<img" not in html
 
 

@@ -225,7 +225,9 @@ def test_an_engine_beside_real_tables_is_neither_right_nor_wrong(tmp_path):
     assert board.cell(SLOWING, "table").value == ours.value  # one ball alone tells nothing of two
     assert board.cell("pymunk:config=default", "table").kind == "none"
     assert board.cell(few, "table").kind == "none"
-    assert board.cell(few, "table").note.startswith("no rebound, rebound against speed: it has")
+    assert board.cell(few, "table").note.startswith(
+        "no rebound, rebound against speed, bank: it has"
+    )
     assert load(tmp_path / BOARD) == board
 
 

@@ -10,6 +10,7 @@ from collections import Counter
 import numpy as np
 import pytest
 
+from ghostball.model import Physics
 from ghostball.model.features import Feature, scene_features
 from ghostball.validation.scenes.random_parts import reach
 from ghostball.validation.scenes.random_scenes import (
@@ -79,6 +80,19 @@ def test_a_scene_is_its_number_in_another_process_too(few):
     )
     assert said.stdout.strip() == str(few[:40])
     assert len({scene.model_dump_json() for scene in few}) == len(few)
+
+
+@pytest.mark.parametrize("preset", ["carom", "snooker"])
+def test_a_preset_that_is_asked_for_brings_no_features_of_its_own(preset):
+    for number in FEW:
+        scene = random_scene(number, preset=preset, count="few")
+        expected = tuple(one for one in Feature if has(one, options_in(scene)))
+        assert scene_features(scene) == expected, scene.name
+        assert scene.physics.preset == preset
+
+
+def test_the_presets_are_those_of_physics():
+    assert list(ASPECTS["preset"]) == list(Physics.PRESETS)
 
 
 def test_what_is_asked_for_is_there():

@@ -103,7 +103,7 @@ def test_bad_tracks_are_one_line_and_leave_nothing(cli, tmp_path, text, said):
         (("--table", "254", "127", "--radius", "0.028575"), "LENGTH must be above 0 and at most"),
         (("--table", "2.54", "1.27", "--radius", "2.8"), "well below the width of the table"),
         ((*TABLE, "--fields", "mass"), "can't fit 'mass'; there are rolling_friction,"),
-        ((*TABLE, "--preset", "felt"), "must be one of pool, pool-coulomb, carom"),
+        ((*TABLE, "--preset", "felt"), "must be one of pool, pool-coulomb, carom, snooker"),
         ((*TABLE, "--preset", "paper"), "in which balls slide; got 'paper'"),
         ((*TABLE, "--law", "mirror"), "must be one of restitution,"),
         ((*TABLE, "--plot", "left.gif"), "must end in"),

@@ -1,0 +1,153 @@
+"""Figures of one kind, measured and played: how far an engine is off, or what it lacks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Annotated, Self
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from ghostball.model import EngineFailedError, GhostballError, UnsupportedSceneError
+from ghostball.validation.measured.facts import Facts
+from ghostball.validation.measured.play import OperatorError
+
+
+class Measured(BaseModel):
+    """One figure that was measured, and what a model makes of it.
+
+    `error`: one standard error of the measurement and of the spread of tables together; None where
+    neither is known. `what` says of what the figure is, where a family has several at one place.
+    """
+
+    model_config = ConfigDict(frozen=True, allow_inf_nan=False)
+
+    at: float
+    value: float
+    error: Annotated[float, Field(gt=0.0)] | None
+    played: float
+    what: str = ""
+
+    @property
+    def difference(self) -> float:
+        """How far the model is above the measurement, in the figure's unit."""
+        return self.played - self.value
+
+    @property
+    def errors_off(self) -> float:
+        """How many standard errors the model is above the measurement.
+
+        Raises `ValueError` where none is known.
+        """
+        if self.error is None:
+            raise ValueError("no standard error of this figure is known; it has a `difference`")
+        return self.difference / self.error
+
+
+class Family(BaseModel):
+    """Figures of one kind; or why an engine has none of them.
+
+    `grades`: whether an error of each is known; where it isn't, there is a typical difference and
+    nothing else to go by. `failed`: whether there are none because the engine crashed, hung or
+    raised.
+    """
+
+    model_config = ConfigDict(frozen=True)
+
+    name: str
+    short: str
+    title: str
+    quantity: str
+    unit: str
+    against: str
+    citation: str
+    conditions: str = ""
+    grades: bool = True
+    settings: dict[str, str | float] = {}
+    figures: tuple[Measured, ...] = ()
+    lacks: str = ""
+    failed: bool = False
+
+    @property
+    def typical(self) -> float:
+        """The root of the mean square of how many standard errors the figures are off.
+
+        Raises `ValueError` where the family doesn't grade.
+        """
+        return float(np.sqrt(np.mean([one.errors_off**2 for one in self.figures])))
+
+    @property
+    def most(self) -> float:
+        """How many standard errors the worst of them is off.
+
+        Raises `ValueError` where the family doesn't grade.
+        """
+        return max(abs(one.errors_off) for one in self.figures)
+
+    @property
+    def typical_difference(self) -> float:
+        """The root of the mean square of how far the figures are off, in their unit."""
+        return float(np.sqrt(np.mean([one.difference**2 for one in self.figures])))
+
+    def played(
+        self, settings: Mapping[str, str | float], play: Callable[[], tuple[Measured, ...]]
+    ) -> Family:
+        """Return it with the figures that are played, or with what an engine lacks for them."""
+        try:
+            figures = play()
+        except (UnsupportedSceneError, EngineFailedError, OperatorError) as error:
+            return self.lacking(_why(error), failed=isinstance(error, EngineFailedError))
+        return self.model_copy(update={"figures": figures, "settings": dict(settings)})
+
+    def lacking(self, why: str, *, failed: bool = False) -> Family:
+        """Return it without figures, and why: the engine lacks something, or it failed."""
+        return self.model_copy(update={"lacks": why, "failed": failed})
+
+
+class Likeness(BaseModel):
+    """What one engine makes of all that was measured."""
+
+    model_config = ConfigDict(frozen=True)
+
+    label: str
+    families: tuple[Family, ...]
+
+    @model_validator(mode="after")
+    def _is_whole(self) -> Self:
+        for one in self.families:
+            if bool(one.figures) == bool(one.lacks):
+                raise ValueError(
+                    f"family {one.name!r}: must either have `figures` or say what is lacking in "
+                    "`lacks`. Give one of them"
+                )
+        return self
+
+    @property
+    def graded(self) -> tuple[Family, ...]:
+        """The families that count in what is said of the engine as a whole."""
+        return tuple(family for family in self.families if family.grades)
+
+    @property
+    def typical(self) -> float | None:
+        """The largest of what its graded families are typically off; None where it has none."""
+        return max((one.typical for one in self.graded if not one.lacks), default=None)
+
+
+def family_of(facts: Facts, name: str, short: str, **other: str) -> Family:
+    """Return a family without figures: it says what its facts say, but for what is given."""
+    said = {
+        "title": facts.title,
+        "quantity": facts.quantity,
+        "unit": facts.unit,
+        "against": facts.against,
+        "citation": facts.citation,
+        "conditions": facts.conditions,
+    }
+    return Family(name=name, short=short, grades=facts.grades, **{**said, **other})
+
+
+def _why(error: GhostballError) -> str:
+    """Return what an engine lacks, or did instead, without its name."""
+    if isinstance(error, UnsupportedSceneError):
+        return f"it has {'; '.join(error.features)}"
+    return f"it failed: {error.reason}" if isinstance(error, EngineFailedError) else str(error)

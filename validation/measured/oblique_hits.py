@@ -1,0 +1,123 @@
+"""Oblique hits, played: where two balls go and how fast, and how far friction throws a ball."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from ghostball.model import Ball, Physics, Scene, Table
+from ghostball.validation.measured.play import (
+    POOL_BALL,
+    SNOOKER_BALL,
+    BallSize,
+    OperatorError,
+    Play,
+    rolling_deceleration,
+)
+from ghostball.validation.measured.tracks import FloatArray, Track, tracks_of
+
+_TABLE: Final = Table(length=6.0, width=5.0)
+_MIDDLE: Final = (2.0, 2.5)
+"""Where the cue ball is when it hits: no ball comes to a cushion while it is looked at."""
+_COMES: Final = 0.2
+"""How long before the hit a cue ball that rolls begins [s]."""
+_SEEN: Final = 0.6
+"""How long after a hit balls are looked at [s]: slides end within 0.3 s at snooker's speeds."""
+_RATE: Final = 200.0  # of samples [1/s]
+_ROLLS: Final = 0.2
+"""What is looked at of each ball's rolling, from where its slide ends [s]."""
+_GAP: Final = 1e-3
+"""From where a cue ball without spin begins [m]: the cloth turns it by nothing that counts."""
+_THROWN: Final = (0.02, 0.3)
+"""When the direction of a thrown ball is read [s]; it slides and rolls along one line."""
+
+
+@dataclass(frozen=True)
+class ObliqueHit:
+    """Two balls when each rolls, after a rolling cue ball hit a resting one; speeds [m/s].
+
+    The angles are from the direction in which the cue ball came, each to the ball's own side
+    [degrees].
+    """
+
+    cue_speed: float
+    object_speed: float
+    cue_angle: float
+    object_angle: float
+
+
+def oblique_hit(play: Play, physics: Physics, speed: float, cut: float) -> ObliqueHit:
+    """Return what a cue ball does that rolls at `speed` [m/s] when it hits at a cut [degrees].
+
+    Each ball is read where its slide ends, as the measurement does: where the cloth no longer slows
+    it as one that slides.
+
+    Raises `OperatorError` where a ball doesn't roll again soon.
+    """
+    start = speed + rolling_deceleration(physics, speed) * _COMES
+    way = (start + speed) / 2.0 * _COMES
+    rolls = {"velocity": (start, 0.0)}
+    scene = _scene("oblique-hit", physics, SNOOKER_BALL, cut, way, rolls, _COMES + _SEEN)
+    tracks = tracks_of(play(scene), _RATE)
+    cue, other = (_when_it_rolls(tracks[name], physics, name) for name in ("cue", "object"))
+    return ObliqueHit(
+        cue_speed=math.hypot(*cue),
+        object_speed=math.hypot(*other),
+        cue_angle=math.degrees(math.atan2(cue[1], cue[0])),
+        object_angle=-math.degrees(math.atan2(other[1], other[0])),
+    )
+
+
+def throw_angle(play: Play, physics: Physics, speed: float, cut: float) -> float:
+    """Return how far a pool ball is thrown by a cue ball without spin, at `speed` [m/s] [degrees].
+
+    It is the angle from the line of the balls' centres at the hit to the way of the object ball.
+
+    Raises `OperatorError` where the object ball isn't hit.
+    """
+    slides = {"velocity": (speed, 0.0), "angular_velocity": (0.0, 0.0, 0.0)}
+    scene = _scene("throw", physics, POOL_BALL, cut, _GAP, slides, _THROWN[1] + 2.0 / _RATE)
+    track = tracks_of(play(scene), _RATE)["object"]
+    first, last = track.at(np.array(_THROWN))
+    if not first[0] < last[0]:
+        raise OperatorError(f"a ball that was hit at {speed:g} m/s, a cut of {cut:g}, rests")
+    return cut - math.degrees(math.atan2(first[1] - last[1], last[0] - first[0]))
+
+
+def _scene(
+    name: str,
+    physics: Physics,
+    size: BallSize,
+    cut: float,
+    way: float,
+    motion: Mapping[str, tuple[float, ...]],
+    lasts: float,
+) -> Scene:
+    """Return two balls of which the cue ball goes a `way` along x and then hits the other."""
+    x, y = _MIDDLE
+    apart, angle = 2.0 * size.radius, math.radians(cut)
+    place = (x + apart * math.cos(angle), y - apart * math.sin(angle))
+    cue = Ball(id="cue", position=(x - way, y), **motion, **size._asdict())
+    balls = [cue, Ball(id="object", position=place, **size._asdict())]
+    return Scene(name=name, table=_TABLE, physics=physics, balls=balls, t_max=lasts)
+
+
+def _when_it_rolls(track: Track, physics: Physics, name: str) -> FloatArray:
+    """Return the velocity of a ball where it ends to slide [m/s]."""
+    steps = np.diff(track.positions, axis=0) * _RATE
+    slowing = np.linalg.norm(np.diff(steps, axis=0), axis=1) * _RATE
+    sliding = physics.sliding_friction * physics.gravity
+    limit = (sliding + rolling_deceleration(physics, 0.0)) / 2.0
+    slides = np.flatnonzero(slowing > limit)
+    # The step before, the one in which it ends, and the one after have a share in what is seen.
+    first = int(slides[-1]) + 2 if len(slides) else 0
+    last = first + int(_ROLLS * _RATE)
+    if not len(slides) or last >= len(track.times):
+        raise OperatorError(f"the {name} ball doesn't roll again within {_SEEN:g} s of a hit")
+    since = track.times[first:last] - track.times[first]
+    line = np.polynomial.polynomial.polyfit(since, track.positions[first:last], 2)
+    return np.asarray(line[1])
