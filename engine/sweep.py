@@ -12,12 +12,12 @@ from ghostball.engine.batch import Batch, batch_of, workers_of
 from ghostball.engine.running.room import Limits, shots_of
 from ghostball.engine.running.sweep_driver import rows_of_starts, run_sweep
 from ghostball.engine.shot import MAX_EVENTS, MAX_WORK, check_request
-from ghostball.engine.sines import cosines_and_sines
 from ghostball.model import Ball, Scene, rolling_angular_velocity
 from ghostball.model.errors import GhostballError, SceneError
 from ghostball.model.scene.messages import refusal
 from ghostball.model.scene.motion_rules import check_motions
 from ghostball.model.scene.starts import Starts
+from ghostball.model.sines import cosines_and_sines
 
 
 def simulate_sweep(
@@ -139,7 +139,7 @@ def _check_shots(
     if len(velocity) == 0:
         return
     shot = scene.balls[ball]
-    fields = shot.model_dump()
+    fields = shot.without_strike().model_dump()
     given = np.full(len(velocity), shot.angular_velocity is not None)
     for name, vectors in (("velocity", velocity), ("angular_velocity", spin)):
         if name == "velocity" or given[0]:

@@ -34,6 +34,7 @@ from ghostball.model.scene import (
     Physics,
     Scene,
     Side,
+    Strike,
     Table,
     rolling_angular_velocity,
 )
@@ -74,6 +75,7 @@ __all__ = [
     "SceneError",
     "Side",
     "Status",
+    "Strike",
     "Table",
     "Trajectory",
     "UnsupportedSceneError",

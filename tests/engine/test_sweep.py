@@ -8,8 +8,8 @@ from batches import assert_same, two_ball_shot
 from shots import POOL_TABLE, R, ball, scene_of
 
 from ghostball.engine import STATUSES, simulate, simulate_sweep
-from ghostball.engine.sines import cosines_and_sines
 from ghostball.model import GhostballError, Scene, SceneError, Status
+from ghostball.model.sines import cosines_and_sines
 
 
 def test_a_sweep_of_frozen_balls_is_as_shot_by_shot_in_any_order():

@@ -10,6 +10,7 @@ from ghostball.model.scene.parts import (
 from ghostball.model.scene.physics import Physics
 from ghostball.model.scene.scene import Scene, check_whole, json_schema
 from ghostball.model.scene.sides import CUSHIONS, INWARD, CushionName, Side
+from ghostball.model.scene.strike import Strike, Stroke, stroke_of
 
 __all__ = [
     "CUSHIONS",
@@ -21,8 +22,11 @@ __all__ = [
     "Physics",
     "Scene",
     "Side",
+    "Strike",
+    "Stroke",
     "Table",
     "check_whole",
     "json_schema",
     "rolling_angular_velocity",
+    "stroke_of",
 ]

@@ -3,7 +3,7 @@
 import mpmath
 import numpy as np
 
-from ghostball.engine.sines import cosines_and_sines
+from ghostball.model.sines import cosines_and_sines
 
 
 def test_they_are_right_to_less_than_a_unit_in_the_last_place():
