@@ -54,7 +54,7 @@ class Ball(Part):
         default=None, description="[rad/s]; left out: that of rolling without slip"
     )
     strike: Strike | None = Field(
-        default=None, description="stroke of a cue, in place of the velocities; see below"
+        default=None, description="stroke of a cue, in place of `velocity` and `angular_velocity`"
     )
     radius: Positive = Field(default=POOL_BALL_RADIUS, description="[m]")
     mass: Positive = Field(default=POOL_BALL_MASS, description="[kg]")
@@ -101,7 +101,7 @@ class Ball(Part):
                 at=("position",),
             )
         stroke = stroke_of(self.strike, self.radius, self.mass)
-        self.take_motion((*stroke.velocity[:2], 0.0), stroke.angular_velocity)
+        fill_in_motion(self, (*stroke.velocity[:2], 0.0), stroke.angular_velocity)
         return self
 
     @model_serializer(mode="wrap")
@@ -112,12 +112,6 @@ class Ball(Part):
         for name in follows:
             fields.pop(name, None)
         return fields
-
-    def take_motion(self, velocity: Vector, angular_velocity: Vector) -> None:
-        """Fill in the velocities [m/s, rad/s] that the strike gives; for who makes a scene."""
-        # Frozen for everyone else; this is still construction.
-        object.__setattr__(self, "velocity", velocity)
-        object.__setattr__(self, "angular_velocity", angular_velocity)
 
     def without_strike(self) -> Ball:
         """Return the ball with its velocities in place of its strike; itself where it has none."""
@@ -130,6 +124,16 @@ class Ball(Part):
     def speed(self) -> float:
         """Speed of the centre [m/s]."""
         return math.hypot(*self.velocity)
+
+
+def fill_in_motion(ball: Ball, velocity: Vector, angular_velocity: Vector) -> None:
+    """Fill in the velocities [m/s, rad/s] that a ball's strike gives, where it or a scene is made.
+
+    They don't count as given, so that the ball can become part of another scene.
+    """
+    # Frozen for everyone else; this is still construction.
+    object.__setattr__(ball, "velocity", velocity)
+    object.__setattr__(ball, "angular_velocity", angular_velocity)
 
 
 class Table(Part):

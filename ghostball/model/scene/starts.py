@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ghostball.model.scene.contents import SceneContents
-from ghostball.model.scene.parts import rolling_angular_velocity
+from ghostball.model.scene.parts import fill_in_motion, rolling_angular_velocity
 from ghostball.model.scene.strike import bounced, stroke_of
 
 
@@ -44,7 +44,7 @@ def let_table_answer_strikes(scene: SceneContents) -> None:
         velocity, spin, _ = stroke_of(ball.strike, ball.radius, ball.mass)
         if velocity[2] < 0.0:
             velocity, spin = bounced(velocity, spin, ball.radius, friction, restitution)
-        ball.take_motion(velocity, spin)
+        fill_in_motion(ball, velocity, spin)
 
 
 def starts_of(scene: SceneContents) -> Starts:

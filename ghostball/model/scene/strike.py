@@ -13,6 +13,10 @@ that gives way across its axis (m_e = 0, no squirt) leaves J along d, and the eq
 Leckie and Greenspan (2006, equation 1) and of Alciatore (technical proof A.30, equation 2) for any
 restitution e of the tip. With an end mass and B = 0 it has the squirt angle of Alciatore's proof
 A.31. The velocity is J / m, the angular velocity (5 / 2 R) n x J / m.
+
+The defaults are a cue of 20 ounces; Alciatore's constants of a leather tip, e 0.71 to 0.75 and a
+friction of 0.6; and the end mass of the median of 46 shafts that Platinum Billiards measured, by
+their pivot lengths L, of 7.6 to 14.1 inches: L = (2/5) R (7/2 + m / m_e), with 9.4 inches.
 """
 
 from __future__ import annotations
