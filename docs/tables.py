@@ -19,9 +19,10 @@ from benchmarks.pictures.gallery import committed_board
 from benchmarks.rebounds import ReboundsMeasurement
 from benchmarks.synthetic_tracks import EXAMPLE_PHYSICS
 from ghostball.engine import simulate
-from ghostball.model import Ball, Physics, Table
+from ghostball.model import POOL_BALL_MASS, POOL_BALL_RADIUS, Ball, Physics, Strike, Table
 from ghostball.model.features import Capability, Feature
 from ghostball.model.impact_laws import BALL_LAWS, CUSHION_LAWS
+from ghostball.model.scene import stroke_of
 from ghostball.reference_adapters import EngineUnavailableError, engine_names, make_engine
 from ghostball.reports.accuracy import CLASSES
 from ghostball.reports.board import about, cell_text, columns_of, looks_of, unit_of
@@ -55,7 +56,7 @@ def scenes() -> str:
     )
 
 
-def fields(part: type[Ball | Physics | Table]) -> str:
+def fields(part: type[Ball | Physics | Strike | Table]) -> str:
     """Return the fields of a part of a scene: defaults and meaning."""
     rows = []
     for name, field in part.model_json_schema()["properties"].items():
@@ -70,6 +71,23 @@ def fields(part: type[Ball | Physics | Table]) -> str:
             )
         )
     return _table(("field", "default", "meaning"), rows)
+
+
+def squirt() -> str:
+    """Return the squirt of a level cue, seen from above, by offset and model."""
+    shafts = (("end-mass", 0.0061), ("end-mass", 0.0098), ("end-mass", 0.0127))
+    models = (*shafts, ("alciatore", 0.0098))
+    rows = []
+    for left, up in ((0.1, 0.0), (0.2, 0.0), (0.3, 0.0), (0.4, 0.0), (0.3, 0.3), (0.3, -0.3)):
+        angles = []
+        for model, end_mass in models:
+            fields = {"offset_left": left, "offset_up": up, "squirt": model, "end_mass": end_mass}
+            strike = Strike(speed=3.0, direction=0.0, **fields)
+            x, y, _ = stroke_of(strike, POOL_BALL_RADIUS, POOL_BALL_MASS).velocity
+            angles.append(f"{math.degrees(math.atan2(-y, x)):.2f}")
+        rows.append((f"{left:g}", f"{up:g}", *angles))
+    heads = (f"`{model}`, {1e3 * end_mass:g} g [degrees]" for model, end_mass in models)
+    return _table(("`offset_left`", "`offset_up`", *heads), rows)
 
 
 def metrics() -> str:

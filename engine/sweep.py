@@ -35,11 +35,12 @@ def simulate_sweep(
     Parameters
     ----------
     scene : Scene
-        Its ball `ball` is shot; if that has an angular velocity of its own, it is turned with the
-        direction and scaled with the speed, so that the tip would hit the same spot. Else it rolls.
-        Where it is shot upwards, that velocity is scaled with the speed, too.
+        Its ball `ball` is shot; if that has an angular velocity of its own, or is struck by a cue,
+        its spin is turned with the direction and scaled with the speed, so that the tip would hit
+        the same spot. Else it rolls. Where it is shot upwards, that velocity is scaled with the
+        speed, too.
     speeds : (k,) float64 [m/s], or one number for all; more than 0
-        Over the cloth.
+        Of the ball, over the cloth.
     angles : (k,) float64 [rad], or one number for all; from the x axis, counterclockwise
     ball : int
         Index of the ball that is shot.
@@ -139,7 +140,7 @@ def _check_shots(
     if len(velocity) == 0:
         return
     shot = scene.balls[ball]
-    fields = shot.model_dump()
+    fields = shot.without_strike().model_dump()
     given = np.full(len(velocity), shot.angular_velocity is not None)
     for name, vectors in (("velocity", velocity), ("angular_velocity", spin)):
         if name == "velocity" or given[0]:

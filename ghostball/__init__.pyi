@@ -13,6 +13,7 @@ from .model import (
     Scene as Scene,
     SceneError as SceneError,
     Status as Status,
+    Strike as Strike,
     Table as Table,
 )
 from .reference_adapters import make_engine as make_engine

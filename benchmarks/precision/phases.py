@@ -69,7 +69,7 @@ def _earlier(scene: Scene, i: int, dt: float) -> Ball:
         w[:] = rolling_spin(velocity.tolist(), radius, float(w[2]))
     return Ball(
         **{
-            **dict(ball),
+            **dict(ball.without_strike()),
             "position": tuple(start.tolist()),
             "velocity": tuple(velocity.tolist()),
             "angular_velocity": tuple(w.tolist()),

@@ -20,6 +20,7 @@ from ghostball.model.hashes import bits_hash
 from ghostball.model.scene.obstacles import partner_name
 from ghostball.model.scene.picture import picture
 from ghostball.model.scene.scene import Scene
+from ghostball.model.strokes import struck_balls
 from ghostball.model.trajectory.tangent_map import TangentMap
 from ghostball.model.trajectory.trajectory import (
     Energy,
@@ -210,6 +211,7 @@ class Result:
             "engine": self.engine,
             "settings": dict(self.settings),
             "scene": self.scene.name,
+            "strikes": [struck.to_dict() for struck in struck_balls(self.scene)],
             "status": self.status.name.lower().replace("_", "-"),
             "reason": self.reason,
             "rest_time": self.rest_time,

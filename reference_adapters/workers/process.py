@@ -106,7 +106,7 @@ class Worker:
         """
         if self._process is None:
             self._start(longest)
-        values = scene.model_dump(mode="json", by_alias=True)
+        values = scene.without_strikes().model_dump(mode="json", by_alias=True)
         answer = self._ask(json.dumps({"scene": values, "record": record}), longest)
         if "error" in answer:
             raise WorkerFailedError(str(answer["error"]))

@@ -39,6 +39,14 @@ def test_what_is_not_given_is_as_the_scene_has_it():
     assert_same(batch, 0, simulate(scene))
     assert_same(batch, 1, simulate(begun(scene, position=there[1])))
     assert_same(simulate_starts(scene), 0, simulate(scene))
+    strike = {"speed": 2.0, "direction": 0.05, "offset_left": 0.2, "elevation": 0.1}
+    struck = Scene(
+        **{
+            **dict(scene),
+            "balls": [Ball(id="cue", position=(0.6, 0.6), strike=strike), scene.balls[1]],
+        }
+    )
+    assert_same(simulate_starts(struck), 0, simulate(struck))
 
 
 def test_balls_whose_velocities_are_given_without_spins_roll():

@@ -148,6 +148,25 @@ def test_every_part_of_a_long_sweep_is_as_shot_by_shot(threads):
         assert_same(batch, k, simulate(scene_of(ball((0.6, 0.6), velocity), table=POOL_TABLE)))
 
 
+def test_a_ball_that_is_struck_is_struck_harder_in_another_direction():
+    # What a stroke gives turns with the cue and grows with its speed, and so does a bounce.
+    def struck(speed, direction):
+        strike = {"elevation": 0.4, "offset_left": 0.2, "offset_up": -0.2}
+        cue = {"position": (0.5, 0.5), "strike": {"speed": speed, "direction": direction, **strike}}
+        other = ball((0.9, 0.55))
+        return scene_of(cue, other, motion="sliding", airborne=True, table_restitution=0.5)
+
+    scene, other = struck(1.0, 0.2), struck(1.6, 0.3)
+    (vx, vy, _), (wx, wy, _) = scene.velocities[0], other.velocities[0]
+    batch = simulate_sweep(
+        scene,
+        [math.hypot(vx, vy), math.hypot(wx, wy)],
+        [math.atan2(vy, vx), math.atan2(wy, wx)],
+    )
+    for k, one in enumerate((scene, other)):
+        assert batch.rest_positions[k] == pytest.approx(simulate(one).rest_positions, abs=1e-9)
+
+
 def test_a_ball_that_only_spins_gives_no_direction():
     with pytest.raises(GhostballError, match="spins but doesn't move"):
         simulate_sweep(two_ball_shot((0.0, 0.0), angular_velocity=(0.0, 0.0, 9.0)), 1.0, 0.0)

@@ -95,7 +95,7 @@ def gaps(scene: Scene, collision: Event, centres: FloatArray) -> FloatArray:
 
 def _coast(scene: Scene, state: Samples, ball: int) -> Result:
     """Let a ball continue alone from a state, on a cloth without end."""
-    old = scene.balls[ball]
+    old = scene.balls[ball].without_strike()
     rolling = scene.physics.motion == "rolling"
     alone = Ball(
         **{

@@ -109,7 +109,10 @@ def _shoot(
     speed: float,
     way: tuple[float, float],
 ) -> None:
-    """Give a ball its velocity along a way, and its spin."""
+    """Give a ball its velocity along a way, and its spin; or the stroke of a cue, on the cloth."""
+    if options["spin"] == "struck" and len(ball["position"]) == 2:
+        ball["strike"] = _strike(chance, speed, way, jumps=options["flight"] == "jump")
+        return
     radius = ball["radius"]
     velocity = (speed * way[0], speed * way[1])
     ball["velocity"] = velocity
@@ -122,8 +125,26 @@ def _shoot(
     ball["angular_velocity"] = (
         (side * velocity[0] - top * velocity[1]) / radius,
         (side * velocity[1] + top * velocity[0]) / radius,
-        turn * speed / radius if options["spin"] == "vertical" else 0.0,
+        0.0 if options["spin"] == "across" else turn * speed / radius,
     )
+
+
+def _strike(chance: random.Random, speed: float, way: tuple[float, float], *, jumps: bool) -> Draft:
+    """Return the stroke of a cue about along a way, within the friction of its tip."""
+    squirt = chance.choice(("end-mass", "alciatore", "none"))
+    raised = chance.choice((0.0, chance.uniform(0.0, 0.2), chance.uniform(0.0, 1.4)))
+    strike = {
+        "speed": speed,
+        # Arc tangents differ in the last bits from one machine to another.
+        "direction": round(math.atan2(way[1], way[0]), 6),
+        "elevation": chance.uniform(0.4, 1.2) if jumps else raised,
+        "offset_left": chance.choice((0.0, chance.uniform(-0.35, 0.35))),
+        "offset_up": chance.choice((0.0, chance.uniform(-0.35, 0.35))),
+        "cue_mass": chance.uniform(0.2, 0.6),
+        "tip_restitution": chance.uniform(0.5, 1.0),
+        "squirt": squirt,
+    }
+    return strike if squirt == "none" else {**strike, "end_mass": chance.uniform(0.005, 0.02)}
 
 
 class _Places:

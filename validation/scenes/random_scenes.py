@@ -39,7 +39,7 @@ ASPECTS: Final[Mapping[str, Mapping[str, int]]] = {
     "motion": {"rolling": 1, "sliding": 1},
     "cloth": {"slows": 3, "frictionless": 1},
     "own-friction": {"no": 3, "yes": 1},
-    "spin": {"rolls": 2, "across": 1, "vertical": 2},
+    "spin": {"rolls": 2, "across": 1, "vertical": 2, "struck": 0},
     "restitution": {"elastic": 2, "lossy": 3, "none": 1},
     "friction": {"none": 2, "constant": 2, "alciatore": 1},
     "ball-law": {"frictional": 4, "mathavan2014": 1},
@@ -87,14 +87,14 @@ ASPECTS: Final[Mapping[str, Mapping[str, int]]] = {
 
 One of weight 0 is drawn where it is asked for alone, so that it changes no scene of a number.
 "tangential" is the law "restitution" with a factor along the cushion, too; "falling" is any law
-whose restitution falls with speed; "low" is flight of balls that all begin on the cloth; "on-top"
-is a ball that lies, or falls, on another."""
+whose restitution falls with speed; "struck" is the spin that the stroke of a cue gives; "low" is
+flight of balls that all begin on the cloth; "on-top" is a ball that lies, or falls, on another."""
 
 OF_FEATURES: Final[Mapping[Feature, tuple[Option, ...]]] = {
     Feature.ROLLING: (("motion", "rolling"),),
     Feature.SLIDING: (("motion", "sliding"),),
     Feature.FRICTIONLESS_CLOTH: (("cloth", "frictionless"),),
-    Feature.VERTICAL_SPIN: (("spin", "vertical"),),
+    Feature.VERTICAL_SPIN: (("spin", "vertical"), ("spin", "struck")),
     Feature.BALL_RESTITUTION: (("restitution", "lossy"), ("restitution", "none")),
     Feature.BALL_FRICTION: (("friction", "constant"),),
     Feature.SPEED_DEPENDENT_FRICTION: (("friction", "alciatore"),),
@@ -149,6 +149,8 @@ _NEVER: Final[tuple[tuple[tuple[Option, ...], tuple[Option, ...]], ...]] = (
     ((("table", "none"),), _all("cushion", "none")),
     (_all("table", "none"), (("cushion", "none"),)),
     ((("table", "none"), ("cushion", "none")), (*_AT_RAILS, ("along-rail", "yes"))),
+    # A cue's ball leaves a rail by its squirt.
+    ((("spin", "struck"),), (("along-rail", "yes"),)),
     # What two balls have in common.
     (
         (("count", "one"),),

@@ -46,7 +46,7 @@ def begun_at_end(result: Result, t_max: float, sign: float = 1.0) -> Scene:
     """
     positions, velocities, _ = (samples[0] for samples in result.final_state)
     balls = [
-        ball.model_copy(
+        ball.without_strike().model_copy(
             update={"position": tuple(r), "velocity": tuple(v), "angular_velocity": None}
         )
         for ball, r, v in zip(

@@ -170,7 +170,8 @@ class _Numbers:
 
 
 def _moved(ball: Ball, place: Sequence[float], motion: Mapping[str, Any]) -> Ball:
-    return ball.model_copy(update={"position": (*place, ball.position[2]), **motion})
+    moved = ball.without_strike() if motion else ball
+    return moved.model_copy(update={"position": (*place, ball.position[2]), **motion})
 
 
 def _motion_of(ball: Ball, rolls: bool, drawn: NDArray[np.float64]) -> dict[str, Any]:

@@ -48,8 +48,11 @@ def export_scenes(folder: Path, names: Sequence[str] = ()) -> int:
 
 
 def plain(scene: Scene) -> dict[str, object]:
-    """Return a scene as plain values, with each ball's angular velocity also where it rolls."""
-    values = scene.model_dump(mode="json", by_alias=True)
+    """Return a scene as plain values, with each ball's angular velocity also where it rolls.
+
+    And its velocities where it is struck.
+    """
+    values = scene.without_strikes().model_dump(mode="json", by_alias=True)
     for ball, spin in zip(values["balls"], scene.angular_velocities.tolist(), strict=True):
         ball["angular_velocity"] = spin
     return values

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
@@ -17,6 +18,7 @@ from ghostball.cli.shared.options import Plain, RecordChoice, check_plot
 from ghostball.cli.shared.tables import facts_table, table_of
 from ghostball.cli.shared.terminal import busy, say, say_printed, stdout
 from ghostball.model import EventKind, Result, partner_name
+from ghostball.model.strokes import Struck, struck_balls
 from ghostball.reference_adapters import make_engine
 from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.runs.playing import in_other_process, run_engine
@@ -89,7 +91,7 @@ def _outcome(result: Result) -> dict[str, str]:
     energy = result.to_dict()["energy"]
     status = result.status.value + (f": {result.reason}" if result.reason else "")
     settings = ", ".join(f"{key}={value}" for key, value in result.settings.items())
-    rows = {
+    rows = _strokes(result) | {
         "engine": f"{result.engine} {settings}".strip(),
         "ended": f"at t = {result.rest_time:.9f} s, {status}",
         "collisions": _pairs(result.collision_counts),
@@ -112,6 +114,48 @@ def _pocketed(result: Result) -> str:
         f"{result.scene.balls[a].id} ({partner_name(EventKind.POCKETED, b)})"
         for a, b in zip(events["a"].tolist(), events["b"].tolist(), strict=True)
     )
+
+
+def _strokes(result: Result) -> dict[str, str]:
+    """Return what each strike of the scene was, and what it gave."""
+    rows = {}
+    for struck in struck_balls(result.scene):
+        rows[f"strike of {struck.ball.id}"] = _typed(struck)
+        rows[f"{struck.ball.id} begins with"] = _given(struck)
+    return rows
+
+
+def _typed(struck: Struck) -> str:
+    strike = struck.strike
+    offsets = _sided(strike.offset_left, "radii", "to the left", "to the right")
+    offsets += _sided(strike.offset_up, "radii", "up", "down")
+    aim = f"{strike.speed:.6g} m/s in the direction {_angle(strike.direction)}"
+    where = f"hit {' and '.join(offsets) or 'in the middle'}"
+    return f"{aim}, elevated by {_angle(strike.elevation)}, {where}"
+
+
+def _given(struck: Struck) -> str:
+    wx, wy, wz = struck.ball.angular_velocity or (0.0, 0.0, 0.0)
+    turned = math.degrees(struck.squirt_angle)
+    squirt = _sided(round(turned, 3), "degrees", "to the left", "to the right")
+    parts = [
+        f"{struck.ball.speed:.6g} m/s",
+        f"spin ({wx:.4g}, {wy:.4g}, {wz:.4g}) rad/s",
+        f"squirt {squirt[0] if squirt else 'none'} ({struck.strike.squirt})",
+        *_sided(-struck.tip_velocity[2], "m/s", "into the table", "up, off the tip"),
+    ]
+    return ", ".join(parts) + f"; the cue goes on at {struck.cue_speed:.4g} m/s"
+
+
+def _angle(radians: float) -> str:
+    return f"{math.degrees(radians):.5g} degrees ({radians:.6g} rad)"
+
+
+def _sided(value: float, unit: str, positive: str, negative: str) -> list[str]:
+    """Return a signed value in words; nothing for 0."""
+    if value == 0.0:
+        return []
+    return [f"{abs(value):.4g} {unit} {positive if value > 0.0 else negative}"]
 
 
 def _pairs(counts: Mapping[str, Any]) -> str:

@@ -18,6 +18,7 @@ from ghostball.model.scene.parts import (
 from ghostball.model.scene.physics import Physics
 from ghostball.model.scene.scene import Scene, check_whole, json_schema
 from ghostball.model.scene.sides import CUSHIONS, INWARD, CushionName, Side
+from ghostball.model.scene.strike import Strike, Stroke, stroke_of
 from ghostball.model.scene.table import Table
 
 __all__ = [
@@ -35,10 +36,13 @@ __all__ = [
     "Scene",
     "Segment",
     "Side",
+    "Strike",
+    "Stroke",
     "Table",
     "check_whole",
     "json_schema",
     "partner_index",
     "partner_name",
     "rolling_angular_velocity",
+    "stroke_of",
 ]

@@ -14,7 +14,8 @@ from pydantic import BeforeValidator, Field
 
 from ghostball.model.rounding import EPS
 from ghostball.model.scene.fields import Positive, SceneName, Text, whole_number
-from ghostball.model.scene.parts import Ball, Part, rolling_angular_velocity
+from ghostball.model.scene.part import Part
+from ghostball.model.scene.parts import Ball, rolling_angular_velocity
 from ghostball.model.scene.physics import Physics
 from ghostball.model.scene.table import Table
 

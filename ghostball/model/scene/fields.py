@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Any
 
 from pydantic import AfterValidator, AllowInfNan, Field, Strict
@@ -45,6 +46,11 @@ def problem(kind: str, rule: str, *, at: tuple[int | str, ...] = ()) -> Pydantic
         The field to blame, from where the validator stands down; it finds the line in a file.
     """
     return PydanticCustomError(kind, "{sentence}", {"sentence": rule, "at": at})
+
+
+def in_degrees(value: float) -> str:
+    """Return the advice for an angle that somebody may have typed in degrees."""
+    return f"Angles are in radians: {value:g} degrees are {math.radians(value):.9g}"
 
 
 def _not_tiny(value: float) -> float:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ghostball.model.scene.messages import refusal
+from ghostball.model.scene.strike import Strike
 
 _COMPONENTS = {"position": (2, 3), "velocity": (2, 3), "angular_velocity": (3,)}
 _PLURALS = {"radius": "radii", "mass": "masses", "velocity": "velocities"} | {
@@ -41,6 +42,23 @@ def fields_of_balls(
         vector = name in _COMPONENTS
         lists[name] = values.tolist() if vector else np.broadcast_to(values, n).tolist()
     return [dict(zip(lists, row, strict=True)) for row in zip(*lists.values(), strict=True)]
+
+
+def add_strikes(balls: list[dict[str, Any]], strikes: Mapping[int, Strike]) -> None:
+    """Give balls, as `fields_of_balls` makes them, their strikes, by index.
+
+    Raises
+    ------
+    SceneError
+        Where there is no such ball.
+    """
+    for i, strike in strikes.items():
+        if type(i) is not int or not 0 <= i < len(balls):
+            raise refusal(
+                f"`strikes` must name balls by index, 0 to {len(balls) - 1}, got {i!r}. Give "
+                "{index: Strike(...)}"
+            )
+        balls[i]["strike"] = strike
 
 
 def _array(name: str, values: ArrayLike) -> NDArray[np.float64]:

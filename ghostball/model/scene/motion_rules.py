@@ -30,6 +30,15 @@ def _check_rolling(scene: SceneContents, starts: Starts) -> None:
     spin, rolling = starts.spin, starts.rolling
     scale = np.max(np.abs(np.hstack((rolling, spin))), axis=1, keepdims=True)
     for k in np.flatnonzero(np.any(np.abs(spin - rolling) > 1e-9 * scale, axis=1))[:1]:
+        if scene.balls[starts.ball[k]].strike is not None and starts.shot is None:
+            raise problem(
+                "not_rolling",
+                f"{starts.name(k, '.strike')} must make the ball roll without slip where "
+                f'`motion` = "rolling": level, without side, with `offset_up` = 0.4 and `squirt` = '
+                f'"none". It gives {tuple(spin[k].tolist())} rad/s, and the ball would roll with '
+                f'{tuple(rolling[k].tolist())}. Strike it so, or set `motion` = "sliding"',
+                at=("balls", int(starts.ball[k]), "strike"),
+            )
         raise problem(
             "not_rolling",
             f"{starts.name(k, '.angular_velocity')} must be that of rolling without slip, "

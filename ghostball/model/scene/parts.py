@@ -1,4 +1,4 @@
-"""Balls, and what all parts of a scene have in common.
+"""Balls.
 
 What a field may hold is in `scene.fields`.
 """
@@ -11,78 +11,34 @@ from typing import Annotated, Any, Self
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import (
-    BaseModel,
-    ConfigDict,
     Field,
-    ValidationError,
+    SerializerFunctionWrapHandler,
+    model_serializer,
     model_validator,
 )
 
-from ghostball.model.errors import SceneError
 from ghostball.model.scene.fields import (
     NonNegative,
     PlaneVector,
     Positive,
     SpaceVector,
     Text,
+    problem,
 )
-from ghostball.model.scene.messages import describe
+from ghostball.model.scene.part import Part
+from ghostball.model.scene.strike import Strike, Vector, stroke_of
 
 # The paper's ball is Alciatore's pool ball (2 1/4 in, 6 oz).
 POOL_BALL_RADIUS = 0.028575  # [m]
 POOL_BALL_MASS = 0.170097  # [kg]
 
 
-class Part(BaseModel):
-    """What is checked as it is made, frozen, and refused with one sentence."""
-
-    # A part that pydantic made without its checks is checked where it becomes part of a whole.
-    model_config = ConfigDict(
-        frozen=True, extra="forbid", populate_by_name=True, revalidate_instances="always"
-    )
-
-    def __init__(self, /, **data: Any) -> None:
-        try:
-            super().__init__(**data)
-        except ValidationError as error:
-            raise SceneError(describe(error, type(self))) from None
-
-    @classmethod
-    def model_validate(cls, obj: Any, **options: Any) -> Self:
-        """Make one of plain values, such as those of a JSON object.
-
-        Raises
-        ------
-        SceneError
-            Where a rule is broken.
-        """
-        try:
-            return super().model_validate(obj, **options)
-        except ValidationError as error:
-            raise SceneError(describe(error, cls)) from None
-
-    @classmethod
-    def model_validate_json(cls, json_data: str | bytes | bytearray, **options: Any) -> Self:
-        """Make one of JSON text, such as `model_dump_json` writes.
-
-        Raises
-        ------
-        SceneError
-            Where it is no JSON, or a rule is broken.
-        """
-        try:
-            return super().model_validate_json(json_data, **options)
-        except ValidationError as error:
-            raise SceneError(describe(error, cls)) from None
-
-    # pydantic would otherwise run this for nested models too, and lose where in the scene they are.
-    __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]
-
-
 class Ball(Part):
     """One ball. The cloth's friction on it is the scene's, unless it has one of its own.
 
-    `position` and `velocity` are given with 2 or 3 components and kept with 3.
+    `position` and `velocity` are given with 2 or 3 components and kept with 3. A ball with a
+    `strike` has the velocities that the cue gives it: where balls stay on the cloth, until it is
+    part of a scene where they may fly.
     """
 
     id: Annotated[Text, Field(min_length=1, max_length=64)] = Field(
@@ -94,6 +50,9 @@ class Ball(Part):
     )
     angular_velocity: SpaceVector | None = Field(
         default=None, description="[rad/s]; left out: that of rolling without slip"
+    )
+    strike: Strike | None = Field(
+        default=None, description="stroke of a cue, in place of `velocity` and `angular_velocity`"
     )
     radius: Positive = Field(default=POOL_BALL_RADIUS, description="[m]")
     mass: Positive = Field(default=POOL_BALL_MASS, description="[kg]")
@@ -116,10 +75,63 @@ class Ball(Part):
             object.__setattr__(self, "velocity", (*self.velocity, 0.0))
         return self
 
+    @model_validator(mode="after")
+    def _set_in_motion(self) -> Self:
+        if self.strike is None:
+            return self
+        # What is filled in below doesn't count as given, not in a copy either.
+        for field in ("velocity", "angular_velocity"):
+            value = getattr(self, field)
+            if field in self.model_fields_set and value is not None:
+                name = field.replace("_", " ")
+                raise problem(
+                    "struck_in_motion",
+                    f"must have no {name} beside its strike, got {value}: the cue sets the ball in "
+                    f"motion. Leave out the strike or the {name}",
+                    at=(field,),
+                )
+        if self.position[2] != self.radius:
+            raise problem(
+                "struck_in_the_air",
+                f"must lie on the cloth where it has a strike, its centre z at its radius, "
+                f"{self.radius} m, got {self.position[2]} m. Leave z out, or give it a velocity in "
+                "place of the strike",
+                at=("position",),
+            )
+        stroke = stroke_of(self.strike, self.radius, self.mass)
+        fill_in_motion(self, (*stroke.velocity[:2], 0.0), stroke.angular_velocity)
+        return self
+
+    @model_serializer(mode="wrap")
+    def _as_typed(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Leave out a strike that isn't there, as in scenes stored before; else what it gives."""
+        fields: dict[str, Any] = dump(self)
+        follows = ("strike",) if self.strike is None else ("velocity", "angular_velocity")
+        for name in follows:
+            fields.pop(name, None)
+        return fields
+
+    def without_strike(self) -> Ball:
+        """Return the ball with its velocities in place of its strike; itself where it has none."""
+        if self.strike is None:
+            return self
+        motion = {"velocity": self.velocity, "angular_velocity": self.angular_velocity}
+        return self.model_copy(update={"strike": None, **motion})
+
     @property
     def speed(self) -> float:
         """Speed of the centre [m/s]."""
         return math.hypot(*self.velocity)
+
+
+def fill_in_motion(ball: Ball, velocity: Vector, angular_velocity: Vector) -> None:
+    """Fill in the velocities [m/s, rad/s] that a ball's strike gives, where it or a scene is made.
+
+    They don't count as given, so that the ball can become part of another scene.
+    """
+    # Frozen for everyone else; this is still construction.
+    object.__setattr__(ball, "velocity", velocity)
+    object.__setattr__(ball, "angular_velocity", angular_velocity)
 
 
 def rolling_angular_velocity(

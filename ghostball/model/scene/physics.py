@@ -25,7 +25,7 @@ from ghostball.model.scene.fields import (
     Positive,
     problem,
 )
-from ghostball.model.scene.parts import Part
+from ghostball.model.scene.part import Part
 
 _LATER_FIELDS = ("rolling_friction_quadratic", "cushion_restitution_loss")
 

@@ -13,9 +13,9 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from pydantic import AfterValidator, Field
 
-from ghostball.model.scene.fields import NonNegative, Positive, Real, problem
+from ghostball.model.scene.fields import NonNegative, Positive, Real, in_degrees, problem
 from ghostball.model.scene.obstacles import POCKETS, Disc, Hole, Obstacle, Segment
-from ghostball.model.scene.parts import Part
+from ghostball.model.scene.part import Part
 from ghostball.model.scene.sides import CUSHIONS, Point
 from ghostball.model.sines import cosines_and_sines
 
@@ -24,8 +24,7 @@ def _cut_angle(value: float) -> float:
     if not 0.5 * math.pi <= value < math.pi:
         raise problem(
             "angle",
-            f"must be an angle from pi / 2, and less than pi, got {value:g}. Angles are in "
-            f"radians: {value:g} degrees are {math.radians(value):.9g}",
+            f"must be an angle from pi / 2, and less than pi, got {value:g}. {in_degrees(value)}",
         )
     return value
 

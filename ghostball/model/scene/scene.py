@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import weakref
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Self
 
@@ -19,11 +19,13 @@ from pydantic import ValidationError, model_validator
 from ghostball.model.errors import SceneError
 from ghostball.model.scene import toml
 from ghostball.model.scene.contents import SceneContents
-from ghostball.model.scene.from_arrays import fields_of_balls
+from ghostball.model.scene.from_arrays import add_strikes, fields_of_balls
 from ghostball.model.scene.messages import describe, refusal
 from ghostball.model.scene.parts import POOL_BALL_MASS, POOL_BALL_RADIUS
 from ghostball.model.scene.picture import picture
 from ghostball.model.scene.rules import check_scene
+from ghostball.model.scene.starts import let_table_answer_strikes
+from ghostball.model.scene.strike import Strike
 
 
 class Scene(SceneContents):
@@ -84,6 +86,7 @@ class Scene(SceneContents):
         ids: Sequence[str] | None = None,
         radii: ArrayLike = POOL_BALL_RADIUS,
         masses: ArrayLike = POOL_BALL_MASS,
+        strikes: Mapping[int, Strike] | None = None,
         **fields: Any,
     ) -> Scene:
         """Make a scene of n balls from arrays: sooner than ball by ball, checked as well.
@@ -100,6 +103,8 @@ class Scene(SceneContents):
         ids : sequence of n str
             None: "ball-0", "ball-1", ...
         radii, masses : (n,) float64 [m, kg], or one number for all
+        strikes : dict of int to Strike
+            By index of the ball, in place of `velocities` and `angular_velocities`. None: none.
         **fields
             `table`, `physics`, `t_max` and so on, as `Scene` takes them.
 
@@ -110,11 +115,23 @@ class Scene(SceneContents):
         """
         columns = {"position": positions, "velocity": velocities, "radius": radii, "mass": masses}
         columns["angular_velocity"] = angular_velocities
-        return cls(name=name, balls=fields_of_balls(ids, columns), **fields)
+        balls = fields_of_balls(ids, columns)
+        add_strikes(balls, strikes or {})
+        return cls(name=name, balls=balls, **fields)
 
     def save(self, path: str | Path) -> None:
         """Write the scene as TOML; `load` reads back an equal scene, to the last bit."""
         toml.write(toml.dumps(self), Path(path))
+
+    def without_strikes(self) -> Scene:
+        """Return the scene whose balls have velocities in place of strikes, which moves alike.
+
+        Itself where none has a strike. For engines that read velocities alone.
+        """
+        if all(ball.strike is None for ball in self.balls):
+            return self
+        fields = {name: getattr(self, name) for name in type(self).model_fields}
+        return Scene(**fields | {"balls": [ball.without_strike() for ball in self.balls]})
 
     def _repr_svg_(self) -> str:
         """Return what a notebook shows: the balls, and where those that move are going."""
@@ -122,6 +139,7 @@ class Scene(SceneContents):
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
+        let_table_answer_strikes(self)
         check_scene(self)
         _note_checked(self)
         return self

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ghostball.model.scene.contents import SceneContents
-from ghostball.model.scene.parts import rolling_angular_velocity
+from ghostball.model.scene.parts import fill_in_motion, rolling_angular_velocity
+from ghostball.model.scene.strike import bounced, stroke_of
 
 
 class Starts(NamedTuple):
@@ -26,6 +27,24 @@ class Starts(NamedTuple):
         """Return how a message calls ball k of these, or a field of it."""
         name = f"`balls[{self.ball[k]}]{field}`"
         return name if self.shot is None else f"{name} in shot {self.shot[k]}"
+
+
+def let_table_answer_strikes(scene: SceneContents) -> None:
+    """Fill in how balls that are struck begin where they may fly.
+
+    The cue pushes them up, or into the table, which answers at once. Where balls stay on the cloth,
+    it takes what is vertical of the velocity, and they have that already.
+    """
+    if not scene.physics.airborne:
+        return
+    restitution = scene.physics.table_restitution
+    for ball, friction in zip(scene.balls, scene.sliding_frictions.tolist(), strict=True):
+        if ball.strike is None:
+            continue
+        velocity, spin, _ = stroke_of(ball.strike, ball.radius, ball.mass)
+        if velocity[2] < 0.0:
+            velocity, spin = bounced(velocity, spin, ball.radius, friction, restitution)
+        fill_in_motion(ball, velocity, spin)
 
 
 def starts_of(scene: SceneContents) -> Starts:

@@ -25,7 +25,7 @@ from ghostball.model.scene.obstacles import (
     is_inside,
     obstacles_of_polygon,
 )
-from ghostball.model.scene.parts import Part
+from ghostball.model.scene.part import Part
 from ghostball.model.scene.pockets import Pockets, obstacles_of_pockets, outline_of_pockets
 from ghostball.model.scene.sides import CUSHIONS, CushionName, Point, Side, side_of
 from ghostball.model.scene.table_rules import check_pockets, check_polygon

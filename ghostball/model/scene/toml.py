@@ -14,7 +14,8 @@ import tomli_w
 
 from ghostball.model.scene.contents import SceneContents
 from ghostball.model.scene.messages import refusal
-from ghostball.model.scene.parts import Ball, Part
+from ghostball.model.scene.part import Part
+from ghostball.model.scene.parts import Ball
 from ghostball.model.scene.table import Table
 
 LARGEST_FILE = 2**26
@@ -160,6 +161,8 @@ def _ball_fields(ball: Ball) -> dict[str, Any]:
     fields = _differing(ball, keep=("id", "position"))
     if ball.position[2] == ball.radius:
         fields["position"] = list(ball.position[:2])
+    if ball.strike is not None:
+        fields["strike"] = _differing(ball.strike, keep=("speed", "direction"))
     if "velocity" in fields and ball.velocity[2] == 0.0:
         fields["velocity"] = list(ball.velocity[:2])
     return fields

@@ -20,9 +20,10 @@ from refusals import loading, refusal_of
 from scene_texts import Location, literal, name_of, written
 
 from ghostball.engine import simulate
-from ghostball.model import Ball, Physics, Scene, Table
+from ghostball.model import Ball, Physics, Scene, Strike, Table
 
 POSITIVE, NOT_NEGATIVE, FRACTION, REAL = "positive", "not negative", "fraction", "real"
+CUE_SPEED = "speed of a cue"
 
 NUMBERS = {
     "": {"t_max": POSITIVE},
@@ -50,6 +51,17 @@ NUMBERS = {
         "sliding_friction": NOT_NEGATIVE,
         "spinning_friction_rate": NOT_NEGATIVE,
     },
+    "strike": {
+        "speed": CUE_SPEED,
+        "direction": REAL,
+        "elevation": REAL,
+        "offset_left": REAL,
+        "offset_up": REAL,
+        "cue_mass": POSITIVE,
+        "tip_restitution": FRACTION,
+        "tip_friction": NOT_NEGATIVE,
+        "end_mass": POSITIVE,
+    },
 }
 """Every field that is one number, and what it must be."""
 
@@ -69,7 +81,8 @@ VECTORS = ("position", "velocity", "angular_velocity")
 def test_every_field_is_spoilt():
     # Breaks where a new field joins a scene, and nothing tries it.
     assert set(Physics.model_fields) == {*NUMBERS["physics"], *CHOICES, "airborne"}
-    assert set(Ball.model_fields) == {*NUMBERS["balls"], *VECTORS, "id"}
+    assert set(Ball.model_fields) == {*NUMBERS["balls"], *VECTORS, "id", "strike"}
+    assert set(Strike.model_fields) == {*NUMBERS["strike"], "squirt"}
     # Shapes of tables are spoilt in test_table.py, and in test_table_rules.py.
     shapes = {"preset", "vertices", "pockets", "posts"}
     assert set(Table.model_fields) == {*NUMBERS["table"], "cushions", *shapes}
@@ -93,6 +106,12 @@ BALLS: list[dict[str, Any]] = [
     {"id": "ball 0", "position": [0.2, 0.2], "velocity": [2.0, 1.25]},
     {"id": "ball 1", "position": [0.45, 0.2], "radius": 0.05, "mass": 1},
     {"id": "ball 2", "position": [0.7, 0.45], "velocity": [-1, 0.5], "radius": 0.03},
+    {
+        "id": "ball 3",
+        "position": [1.2, 0.5],
+        # So that it rolls at once, as some of the physics want it.
+        "strike": {"speed": 1, "direction": 0.5, "offset_up": 0.4, "squirt": "none"},
+    },
 ]
 
 SCENES = [
@@ -171,6 +190,7 @@ BEYOND = {
         *((value, "at most 1") for value in (math.nextafter(1.0, 2.0), 1.3, 2)),
     ],
     REAL: [(value, "at least -1e+50") for value in (-1.1e50, -1e300)],
+    CUE_SPEED: [(0.0, "greater than 0"), (1e-51, "at least 1e-50"), (1.1e49, "at most 1e+49")],
 }
 """Numbers beyond their bounds, and the rule that they break."""
 
@@ -183,7 +203,7 @@ LARGE = [1.1e50, 1e308, 10**60, 10**400]
 def wrong_numbers(rule: str) -> Iterator[tuple[Any, str, bool]]:
     """Yield what isn't a number of that kind, the rule that it breaks, whether TOML has it."""
     yield from ((value, broken, True) for value, broken in BEYOND[rule])
-    if rule != FRACTION:
+    if rule not in (FRACTION, CUE_SPEED):
         yield from ((value, "at most 1e+50", True) for value in LARGE)
     yield from ((value, "finite number", True) for value in NO_NUMBERS)
     yield from ((value, "must be a number", True) for value in NO_FLOATS)
@@ -195,14 +215,16 @@ PLACES: dict[str, Location] = {
     "physics": ("physics",),
     "table": ("table",),
     "balls": ("balls", 2),
+    "strike": ("balls", 3, "strike"),
 }
 """Where the fields of each part are."""
 
-PARTS = {"": Scene, "physics": Physics, "table": Table, "balls": Ball}
+PARTS = {"": Scene, "physics": Physics, "table": Table, "balls": Ball, "strike": Strike}
 NEEDED = {
     "physics": {},
     "table": {"length": 1, "width": 1},
     "balls": {"id": "a", "position": (0, 0)},
+    "strike": {"speed": 1, "direction": 0},
 }
 
 
@@ -289,6 +311,12 @@ WRONG: list[tuple[Location, Any, str]] = [
     (("balls", 0, "velocity"), [[1.0, 0.0]], "velocity[0]` must be a number"),
     (("balls", 0, "angular_velocity"), [1.0, 0.0], "angular_velocity[2]` must be given"),
     (("balls", 0, "angular_velocity"), [1.0] * 4, "at most 3 items"),
+    (("balls", 3, "strike"), 2.0, "table of fields"),
+    (("balls", 3, "strike"), [1.0, 0.0], "table of fields"),
+    *(
+        (("balls", 3, "strike", "squirt"), value, "'end-mass', 'alciatore' or 'none'")
+        for value in ("", "A.31", True, 0.0)
+    ),
 ]
 
 
@@ -309,6 +337,8 @@ def test_a_text_a_list_or_a_table_of_another_type_or_size(at, value, rule):
         ("table", "width"),
         ("balls", 0, "id"),
         ("balls", 2, "position"),
+        ("balls", 3, "strike", "speed"),
+        ("balls", 3, "strike", "direction"),
     ],
     ids=name_of,
 )

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from shots import POOL_TABLE, R, ball, scene_of
 
-from ghostball.model import Ball, Scene, SceneError
+from ghostball.model import Ball, Scene, SceneError, Strike
 
 
 def test_a_scene_from_arrays_is_that_from_balls():
@@ -33,6 +33,18 @@ def test_what_is_left_out_is_that_of_a_ball():
     assert Scene.from_arrays([[0, 0, 0.5]], name="large", radii=[0.5]).balls[0].radius == 0.5
 
 
+def test_strikes_are_given_by_index():
+    strike = Strike(speed=2.0, direction=0.3, offset_up=0.2)
+    scene = Scene.from_arrays(
+        [[0.0, 0.0], [1.0, 0.0]], name="a", strikes={1: strike}, physics={"preset": "pool"}
+    )
+    assert [one.strike for one in scene.balls] == [None, strike]
+    assert scene.velocities[1, 0] > 0.0 == scene.velocities[0, 0]
+
+
+STRIKE = Strike(speed=2.0, direction=0.0)
+
+
 @pytest.mark.parametrize(
     ("arrays", "message"),
     [
@@ -46,6 +58,12 @@ def test_what_is_left_out_is_that_of_a_ball():
         ({"positions": [[0, 0], [np.nan, 1]]}, r"`balls\[1\].position\[0\]` must be a finite"),
         ({"positions": [[0, 0], [0.01, 0]]}, "must not overlap, but do by 0.04715 m"),
         ({"positions": [[0, 0]], "masses": -1.0}, r"`balls\[0\].mass` must be greater than 0"),
+        ({"positions": [[0, 0]], "strikes": {1: STRIKE}}, "by index, 0 to 0, got 1. Give"),
+        ({"positions": [[0, 0]], "strikes": {"cue": STRIKE}}, "by index, 0 to 0, got 'cue'"),
+        (
+            {"positions": [[0, 0]], "velocities": [[0, 0]], "strikes": {0: STRIKE}},
+            r"`balls\[0\]` must have no velocity beside its strike",
+        ),
         ({"positions": [[0, 0]], "tmax": 1.0}, "`tmax` is not a known field. Did you mean `t_max`"),
     ],
 )

@@ -259,6 +259,7 @@ VALUES = st.one_of(
     st.lists(st.one_of(st.floats(), st.text(max_size=2), st.booleans()), max_size=4),
     st.dictionaries(st.text(max_size=5), st.integers(), max_size=2),
     st.dates(),
+    st.fixed_dictionaries({"speed": st.just(2.0), "direction": st.floats(-7.0, 7.0)}),
 )
 FIELDS = [
     *("schema", "name", "tags", "t_max", "physics", "table", "balls", "id", "position"),
@@ -266,7 +267,7 @@ FIELDS = [
     *("mirror", "float", "str", "ball_friction", "ball_restitution", "airborne", "cushions"),
     *("rolling_friction", "sliding_friction", "spinning_friction_rate", "impacts", "ball_impact"),
     *("cushion_friction", "cushion_height", "cushion_restitution"),
-    "cushion_restitution_loss",
+    *("cushion_restitution_loss", "strike", "elevation"),
 ]
 KEYS = st.one_of(st.text(max_size=6), st.sampled_from(FIELDS))
 

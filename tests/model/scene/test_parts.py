@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import math
+from typing import ClassVar
+
 import numpy as np
 import pytest
 
-from ghostball.model import Ball, SceneError, Table, rolling_angular_velocity
+from ghostball.model import Ball, Scene, SceneError, Strike, Table, rolling_angular_velocity
+from ghostball.model.scene import stroke_of
 
 
 def test_z_defaults_to_the_radius_and_vertical_velocity_to_zero():
@@ -29,3 +33,56 @@ def test_rolling_means_that_the_lowest_point_of_the_ball_does_not_slip():
     lever = np.stack([np.zeros(2), np.zeros(2), -radius], axis=1)
     slip = velocity + np.cross(omega, lever)
     assert np.all(np.abs(slip) < 4 * 2**-52)
+
+
+class TestStrike:
+    """A ball with the stroke of a cue, which gives it its velocities."""
+
+    FIELDS: ClassVar = {"id": "cue", "position": (0.5, 0.25)}
+    STRIKE: ClassVar = {"speed": 2.0, "direction": 0.5, "offset_left": 0.2, "elevation": 0.3}
+
+    def test_it_has_what_the_stroke_gives_where_balls_stay_on_the_cloth(self):
+        ball = Ball(**self.FIELDS, strike=self.STRIKE, mass=0.16, radius=0.03)
+        stroke = stroke_of(Strike(**self.STRIKE), 0.03, 0.16)
+        assert stroke.velocity[2] < 0.0
+        assert ball.velocity == (*stroke.velocity[:2], 0.0)
+        assert ball.angular_velocity == stroke.angular_velocity
+        assert ball.speed == math.hypot(*stroke.velocity[:2])
+
+    def test_what_was_typed_is_kept_and_no_more(self):
+        ball = Ball(**self.FIELDS, strike=Strike(**self.STRIKE))
+        fields = ball.model_dump()
+        assert fields["strike"] == Strike(**self.STRIKE).model_dump()
+        assert not {"velocity", "angular_velocity"} & set(fields)
+        assert Ball(**fields) == Ball.model_validate(ball) == ball
+        assert "strike" not in Ball(**self.FIELDS).model_dump()
+
+    @pytest.mark.parametrize(
+        ("field", "name", "value"),
+        [
+            ("velocity", "velocity", (1.0, 0.0, 0.0)),
+            ("velocity", "velocity", (0.0, 0.0, 0.0)),
+            ("angular_velocity", "angular velocity", (0.0, 0.0, 1.0)),
+        ],
+    )
+    def test_it_has_no_velocity_beside_it(self, field, name, value):
+        fields = {**self.FIELDS, "strike": self.STRIKE, field: value}
+        with pytest.raises(SceneError, match=f"must have no {name} beside its strike, got"):
+            Ball(**fields)
+        # Nor may it come in by a copy, which isn't checked until it is part of a scene.
+        copied = Ball(**self.FIELDS, strike=self.STRIKE).model_copy(update={field: value})
+        with pytest.raises(SceneError, match=r"`balls\[0\]` must have no"):
+            Scene(name="a", balls=[copied])
+
+    def test_it_lies_on_the_cloth(self):
+        with pytest.raises(SceneError, match=r"must lie on the cloth .* got 0.1 m. Leave z out"):
+            Ball(id="a", position=(0.0, 0.0, 0.1), strike=self.STRIKE)
+        assert Ball(id="a", position=(0.0, 0.0, 0.1), radius=0.1, strike=self.STRIKE).speed > 0.0
+
+    def test_without_its_strike_it_has_the_velocities(self):
+        ball = Ball(**self.FIELDS, strike=self.STRIKE)
+        moving = ball.without_strike()
+        assert moving.strike is None
+        assert (moving.velocity, moving.angular_velocity) == (ball.velocity, ball.angular_velocity)
+        assert Ball(**moving.model_dump()) == moving
+        assert moving.without_strike() is moving

@@ -100,6 +100,21 @@ class TestSave:
         for name in ("rolling_frictions", "sliding_frictions", "spinning_friction_rates", "rolls"):
             assert getattr(read, name).tobytes() == getattr(scene, name).tobytes()
 
+    @pytest.mark.parametrize("airborne", [False, True])
+    def test_a_strike_is_written_as_it_was_typed(self, airborne):
+        typed = {"speed": 2.5, "direction": 0.1 + 0.2, "elevation": 0.4, "offset_up": -0.1 / 3.0}
+        balls = [Ball(id="cue", position=(0, 0), strike=typed), Ball(id="b", position=(1, 0))]
+        scene = Scene(name="a", balls=balls, physics=Physics(motion="sliding", airborne=airborne))
+        text = dumps(scene)
+        for field, value in typed.items():
+            assert f"{field} = {value}" in text
+        for other in ("velocity", "cue_mass", "squirt"):
+            assert other not in text
+        read = Scene.loads(text)
+        again = Scene.model_validate_json(scene.model_dump_json(by_alias=True))
+        assert repr(read) == repr(again) == repr(scene)
+        assert read.velocities.tobytes() == scene.velocities.tobytes()
+
     def test_what_a_ball_takes_from_the_scene_is_not_written(self):
         # Else editing the scene's friction in the file would change nothing.
         text = dumps(scene_of(ball((0, 0)), rolling_friction=0.03))

@@ -14,7 +14,7 @@ import pytest
 from engine_facts import needs, play, rack
 
 from ghostball.engine import simulate
-from ghostball.model import UnsupportedSceneError
+from ghostball.model import Ball, Physics, Scene, UnsupportedSceneError
 from ghostball.reference_adapters.registry import EngineUnavailableError, make_engine
 from ghostball.reference_adapters.workers import engine as workers
 from ghostball.reference_adapters.workers.process import (
@@ -173,7 +173,8 @@ def test_pooltool_parts_balls_by_a_micrometre() -> None:
         play("pooltool", find_scene("half-ball-cut"))
 
 
-def test_what_is_sent_is_a_scene(tmp_path: Path) -> None:
+def sent_with(tmp_path: Path, scene: Scene) -> dict:
+    """Return what a worker is sent that is to play a scene."""
     script = tmp_path / "keep.py"
     kept = tmp_path / "kept"
     script.write_text(
@@ -181,9 +182,27 @@ def test_what_is_sent_is_a_scene(tmp_path: Path) -> None:
         f"open({str(kept)!r}, 'w').write(sys.stdin.readline())\nprint('{{}}', flush=True)\n"
     )
     one = Worker([sys.executable, str(script)])
-    scene = find_scene("draw-shot")
     one.play(scene, "events", 20.0)
     one.close()
-    sent = json.loads(kept.read_text())
+    sent: dict = json.loads(kept.read_text())
+    return sent
+
+
+def test_what_is_sent_is_a_scene(tmp_path: Path) -> None:
+    scene = find_scene("draw-shot")
+    sent = sent_with(tmp_path, scene)
     assert sent["record"] == "events"
     assert type(scene).model_validate(sent["scene"]) == scene
+
+
+def test_a_struck_ball_is_sent_with_its_velocities(tmp_path: Path) -> None:
+    strike = {"speed": 2.0, "direction": 0.3, "offset_left": 0.2}
+    scene = Scene(
+        name="struck",
+        physics=Physics(motion="sliding"),
+        balls=[Ball(id="cue", position=(0.0, 0.0), strike=strike)],
+    )
+    (ball,) = sent_with(tmp_path, scene)["scene"]["balls"]
+    assert "strike" not in ball
+    assert ball["velocity"] == scene.velocities[0].tolist()
+    assert ball["angular_velocity"] == scene.angular_velocities[0].tolist()

@@ -123,7 +123,7 @@ def proved():
 
 def test_of_each_shot_that_is_judged_so_something_is_proved():
     shots = list(proved())
-    assert len(shots) == 123
+    assert len(shots) == 125
     for scene, judge in shots:
         proof = judge.proof(scene)  # raises where it says nothing
         assert proof.proved or proof.events

@@ -59,6 +59,13 @@ def test_what_random_scenes_found_is_gone(number, having):
     assert differences(random_scene(number, **having), OFTEN) == {}
 
 
+@pytest.mark.compiled
+@pytest.mark.slow
+@pytest.mark.parametrize("number", range(12))
+def test_the_stroke_of_a_cue_comes_out_the_same_by_every_path(number):
+    assert differences(random_scene(number, spin="struck"), OFTEN) == {}
+
+
 @pytest.mark.skipif(COMPILED, reason="`stress` plays them in kernels that take minutes")
 @pytest.mark.parametrize("number", [0, 2])
 def test_a_few_come_out_the_same_without_compilation(number):

@@ -108,6 +108,16 @@ def test_spin_is_turned_and_scaled_with_the_velocity():
     assert math.atan2(y, x) == pytest.approx(math.atan2(spin[1], spin[0]) + turn, rel=1e-13)
 
 
+def test_a_ball_that_is_struck_is_scaled_and_turned_as_one_that_moves():
+    strike = {"speed": 2.0, "direction": 0.3, "offset_left": 0.2}
+    balls = [Ball(id="a", position=(0, 0), strike=strike), Ball(id="b", position=(1, 0))]
+    scene = Scene(name="struck", physics=Physics(motion="sliding"), balls=balls)
+    member = varied(scene, Size(velocity=0.1), 1)
+    assert member == varied(scene.without_strikes(), Size(velocity=0.1), 1)
+    assert member.balls[0].strike is None
+    assert member.balls[0].velocity != scene.balls[0].velocity
+
+
 def test_a_ball_without_room_stays_where_it_is():
     balls = [Ball(id="a", position=(0.5, 0.028575)), Ball(id="b", position=(0.3, 0.028575))]
     scene = Scene(name="slot", table=Table(length=1.0, width=0.05715), balls=balls)

@@ -35,10 +35,11 @@ class LongSweep(Trial):
 def _trials(suite: Suite) -> Iterator[Trial]:
     quick = suite == "quick"
     yield from random_trials("all", Same(OFTEN), *((50, 8) if quick else (200, 100)))
-    seldom = (10, 2) if quick else (20, 20)
-    yield from random_trials("falling", Same(OFTEN), *seldom, cushion="falling")
+    fewer = (10, 2) if quick else (20, 20)
     shapes = ("polygon", "pockets", "posts")
-    yield from random_trials("shape", Same(OFTEN), *seldom, table=shapes)
+    yield from random_trials("falling", Same(OFTEN), *fewer, cushion="falling")
+    yield from random_trials("shape", Same(OFTEN), *fewer, table=shapes)
+    yield from random_trials("struck", Same(OFTEN), *fewer, spin="struck")
     yield from random_trials("stored", Same(SELDOM), *((4, 1) if quick else (10, 10)))
     for flight in ASPECTS["flight"]:
         for number in range(1 if quick else 20):

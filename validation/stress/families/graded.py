@@ -32,6 +32,7 @@ SHIPPED = (
     "sliding-swerve",
     "draw-shot",
     "masse",
+    "cue-masse",
     "english-check",
     "han-running",
     "three-cushions",
@@ -45,6 +46,7 @@ SHIPPED = (
     "chaos-a",
     "pool-break-9",
     "flight-jump",
+    "cue-jump",
     "flight-leaves",
 )
 """The shipped scenes that are graded here: each law and way of moving, from one ball to breaks."""

@@ -95,7 +95,7 @@ def image(scene: Scene, name: str) -> Scene:
 def image_of_ball(one: Ball, name: str) -> Ball:
     """Return one ball under the map of that name."""
     plane, sign = MAPS[name]
-    fields = one.model_dump(exclude_none=True)
+    fields = one.without_strike().model_dump(exclude_none=True)
     for field in ("position", "velocity"):
         x, y, z = fields[field]
         fields[field] = (*plane(x, y), z)

@@ -121,7 +121,7 @@ def starts(scene: Scene) -> str | None:
     slow = [
         Ball(
             **{
-                **dict(ball),
+                **dict(ball.without_strike()),
                 "velocity": tuple(0.5 * v for v in ball.velocity),
                 "angular_velocity": ball.angular_velocity
                 and tuple(0.5 * w for w in ball.angular_velocity),
@@ -129,7 +129,9 @@ def starts(scene: Scene) -> str | None:
         )
         for ball in scene.balls
     ]
-    rest = with_balls(scene, [Ball(**{**dict(ball), **still}) for ball in scene.balls])
+    rest = with_balls(
+        scene, [Ball(**{**dict(ball.without_strike()), **still}) for ball in scene.balls]
+    )
     slower = play(with_balls(scene, slow), "rest")
     turned = any(ball.angular_velocity is not None for ball in scene.balls)
     each = np.array([1.0, 0.5, 1.0])[:, None, None]
@@ -239,7 +241,7 @@ def _single_shots(scene: Scene, cue: int, speeds: Any, angles: Any) -> Iterator[
     along, across = speeds * cosines, speeds * sines
     turns = cosines * x + sines * y, sines * x - cosines * y
     for speed, vx, vy, c, s in zip(speeds, along, across, *turns, strict=True):
-        fields = shot.model_dump(exclude_none=True)
+        fields = shot.without_strike().model_dump(exclude_none=True)
         up = speed / first * shot.velocity[2] if shot.velocity[2] != 0.0 else 0.0
         fields["velocity"] = (float(vx), float(vy), float(up))
         if shot.angular_velocity is not None:
