@@ -144,7 +144,7 @@ def _given(struck: Struck) -> str:
         f"squirt {squirt[0] if squirt else 'none'} ({struck.strike.squirt})",
         *_sided(-struck.tip_velocity[2], "m/s", "into the table", "up, off the tip"),
     ]
-    return ", ".join(parts) + f"; the cue goes on at {struck.cue_speed:.4g} m/s"
+    return ", ".join(parts) + f"; the cue then moves at {struck.cue_speed:.4g} m/s"
 
 
 def _angle(radians: float) -> str:

@@ -1,7 +1,6 @@
 """The command line: what it prints where, and the exit status of every kind of input."""
 
 import json
-import math
 import re
 import signal
 import subprocess
@@ -84,34 +83,6 @@ def test_run_shows_rest_positions_counts_energy_work_and_time(cli):
         assert f"{y:.9f}" in result.stdout
     for part in ("x [m]", "ball-ball 1, ball-cushion 0", "J at the start", "events 3", "ms"):
         assert part in result.stdout
-
-
-STRUCK = """strike = { speed = 3, direction = 0.5, elevation = 0.1, offset_left = -0.2 }
-[physics]
-preset = "pool"
-"""
-
-
-def test_run_shows_the_strokes_of_cues(cli, tmp_path):
-    path = tmp_path / "struck.toml"
-    path.write_text(HEAD + ball().replace("velocity = [1.0, 0.0]\n", "") + STRUCK)
-    shown = cli("run", path)
-    assert shown.exit_code == 0, shown.output
-    (told,) = json.loads(cli("run", path, "--format=json").stdout)["strikes"]
-    degrees = math.degrees(told["squirt_angle"])
-    assert degrees > 0.5
-    for part in (
-        "strike of cue",
-        "3 m/s in the direction 28.648 degrees (0.5 rad)",
-        "elevated by 5.7296 degrees (0.1 rad)",
-        "hit 0.2 radii to the right",
-        f"{math.hypot(*told['velocity']):.6g} m/s",
-        f"squirt {degrees:.4g} degrees to the left (end-mass)",
-        f"{-told['tip_velocity'][2]:.4g} m/s into the table",
-        f"the cue goes on at {told['cue_speed']:.4g} m/s",
-    ):
-        assert part in " ".join(shown.stdout.split()), part
-    assert "strike" not in cli("run", "stop").stdout
 
 
 def test_json_reads_back_to_the_same_bits(cli):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from ghostball.cli.measure.run import result_table
 from ghostball.cli.shared.terminal import stdout
 from ghostball.engine import simulate
@@ -26,3 +28,26 @@ def test_what_was_pocketed_is_named_by_ball_and_pocket() -> None:
     assert line.split(maxsplit=1)[1].strip() == "two (bottom-left), one (bottom)"
     plain = Scene.model_validate({"name": "three", "table": "carom-10ft", "balls": balls})
     assert "pocketed" not in shown(plain)
+
+
+def test_the_stroke_of_a_cue_is_told_with_what_it_gave() -> None:
+    strike = {"speed": 3, "direction": 0.5, "elevation": 0.1, "offset_left": -0.2}
+    ball = {"id": "cue", "position": (0.6, 0.6), "strike": strike}
+    scene = Scene.model_validate({"name": "struck", "physics": {"preset": "pool"}, "balls": [ball]})
+    (told,) = simulate(scene).to_dict()["strikes"]
+    degrees = math.degrees(told["squirt_angle"])
+    assert degrees > 0.5
+    text = " ".join(shown(scene).split())
+    for part in (
+        "strike of cue",
+        "3 m/s in the direction 28.648 degrees (0.5 rad)",
+        "elevated by 5.7296 degrees (0.1 rad)",
+        "hit 0.2 radii to the right",
+        f"{math.hypot(*told['velocity']):.6g} m/s",
+        f"squirt {degrees:.4g} degrees to the left (end-mass)",
+        f"{-told['tip_velocity'][2]:.4g} m/s into the table",
+        f"the cue then moves at {told['cue_speed']:.4g} m/s",
+    ):
+        assert part in text, part
+    still = Scene(name="still", balls=[Ball(id="cue", position=(0.6, 0.6))])
+    assert "strike" not in shown(still)
