@@ -53,7 +53,7 @@ from ghostball.validation.results.records import (
 from ghostball.validation.results.store import CaseRecord, Results, has_results
 from ghostball.validation.runs.runner import Reuse
 from ghostball.validation.scenes import commands
-from ghostball.validation.scenes.library import scene_names, select
+from ghostball.validation.scenes.library import FULL, scene_names, select
 from ghostball.validation.suite.plan import criteria_beside_paths
 from ghostball.validation.suite.real_tables import measure_likenesses
 from ghostball.validation.suite.suite import DEFAULT_ENGINES, Outcome, run_suite
@@ -182,7 +182,7 @@ def _plan(
         criteria_beside_paths(names),
         specs,
         bool(named),
-        not (wanted or config.scenes or metrics),
+        not metrics and (not names or FULL in names),
         gates,
         metrics or None,
         starts,
