@@ -45,6 +45,13 @@ without friction each inelastic impulse leaves a ball in a corner 1e-16 of its s
 SLIP_ROUNDING = 4.0 * EPS
 """Slip, in units of the speeds that it is the difference of, that is but their rounding."""
 
+AT_THE_FRAME = 2.0**-26
+"""How near a rail's end, or the next rail in time, a ball's way is looked at closely; see below.
+
+In parts of the way's length or its time. Where a ball meets the middle of a rail before it comes
+near to anything else, nothing else is asked: far more than rounding lies between.
+"""
+
 CONTACT_TOLERANCE = 2.0**-37
 """Opening or overlap, in diameters, of a gap that a contact force holds closed.
 

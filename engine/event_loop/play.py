@@ -186,6 +186,9 @@ def laws_from(numbers: FloatArray, obstacles: Any, integrated: int | None) -> La
         numbers[11],
         numbers[12],
         numbers[13],
+        int(numbers[14]),
+        numbers[15],
+        numbers[16],
         obstacles,
         integrated,
     )

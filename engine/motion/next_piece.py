@@ -15,6 +15,7 @@ from ghostball.engine.core.tolerances import SLIP_ROUNDING, TIME_ROUNDING
 from ghostball.engine.motion.air import in_air
 from ghostball.engine.motion.drag import roll_piece, slide_piece, trim_piece
 from ghostball.engine.motion.flight import bounce_on, fly
+from ghostball.engine.motion.frame import ALL, NONE, rail_ahead
 from ghostball.engine.motion.geometry import speed_of
 from ghostball.engine.motion.obstacles import time_to_obstacle
 from ghostball.engine.motion.position import advance, straighten, turn_about_vertical
@@ -256,11 +257,31 @@ def predict_obstacles(balls: Balls, i: int, laws: Laws, duration: float, held: i
         balls.state[i].own_time = balls.state[i].epoch
         return
     lasts = duration
-    for k in range(len(laws.obstacles)):
+    for k in range(laws.outer):
         if held >> k & 1:
             continue
         s, met = time_to_obstacle(balls, i, laws, k, duration, lasts)
         if s < duration:
             duration = s
             balls.own_kind[i] = st.OWN_CUSHION + k if met else st.OWN_PIECE
+    if laws.outer < len(laws.obstacles):
+        duration = _predict_outer(balls, i, laws, duration, lasts, held)
     balls.state[i].own_time = balls.state[i].epoch + duration
+
+
+@kernel
+def _predict_outer(
+    balls: Balls, i: int, laws: Laws, duration: float, lasts: float, held: int
+) -> float:
+    """`predict_obstacles`, of those outside of the frame; return when the own event comes [s]."""
+    only = ALL if held else rail_ahead(balls, i, laws, duration)
+    if only == NONE:
+        return duration
+    for k in range(laws.outer, len(laws.obstacles)):
+        if held >> k & 1 or only not in (ALL, k):
+            continue
+        s, met = time_to_obstacle(balls, i, laws, k, duration, lasts)
+        if s < duration:
+            duration = s
+            balls.own_kind[i] = st.OWN_CUSHION + k if met else st.OWN_PIECE
+    return duration

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import weakref
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Any
@@ -42,6 +43,7 @@ from ghostball.engine.running.variants import Variant, variant_of
 from ghostball.model import (
     CUSHIONS,
     INWARD,
+    Disc,
     Hole,
     Obstacle,
     Physics,
@@ -266,6 +268,9 @@ def laws_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Laws:
         gravity=float(physics.gravity),
         table_restitution=float(physics.table_restitution),
         roll_quadratic=float(physics.rolling_friction_quadratic),
+        outer=_outer_of(scene, len(obstacles), off),
+        frame_x=0.0 if scene.table is None else scene.table.length,
+        frame_y=0.0 if scene.table is None else scene.table.width,
         obstacles=obstacles,
         integrated=1 if is_integrated(scene) or Skip.INTEGRATED_LAWS in off else None,
     )
@@ -280,7 +285,8 @@ def obstacles_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> FloatArray
     """Return what balls bounce off, or fall into: a line for each cushion, through its nose.
 
     A side without a cushion has none; with the skip of cushions switched off, one that is too far
-    away to be met. What else is on the table follows, in the table's order.
+    away to be met. Posts follow, then what lies along the sides and behind them, in the table's
+    order.
     """
     table, law = scene.table, CUSHION_LAW_NAMES.index(scene.physics.cushion)
     coefficients = coefficients_of(scene.physics)
@@ -295,9 +301,27 @@ def obstacles_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> FloatArray
         else:
             continue
         rows.append((st.LINE, *point, *normal, 0.0, law, index, *coefficients))
-    for one in () if table is None else table.obstacles:
-        rows.append((*_place_of(one, law), *coefficients))
+    posts, walls = _obstacles_in_order(scene)
+    rows += [(*_place_of(one, law), *coefficients) for one in (*posts, *walls)]
     return np.array(rows, dtype=np.float64).reshape(-1, OBSTACLE_COLUMNS)
+
+
+def _obstacles_in_order(scene: Scene) -> tuple[Sequence[Obstacle], Sequence[Obstacle]]:
+    """Return a table's posts, and what else there is besides lines."""
+    obstacles = () if scene.table is None else scene.table.obstacles
+    posts = [one for one in obstacles if isinstance(one, Disc) and one.inward is None]
+    return posts, [one for one in obstacles if one not in posts]
+
+
+def _outer_of(scene: Scene, count: int, off: frozenset[Skip]) -> int:
+    """Return from which row on obstacles lie outside of a table's rectangle, of so many.
+
+    All of a table with pockets but its posts do: rails lie along the sides, the rest behind them.
+    """
+    if scene.table is None or not scene.table.holes or Skip.FAR_OBSTACLES in off:
+        return count
+    _, walls = _obstacles_in_order(scene)
+    return count - len(walls)
 
 
 def _place_of(one: Obstacle, law: int) -> tuple[float, ...]:

@@ -39,6 +39,7 @@ class Skip(enum.StrEnum):
     FAR_CELLS = "far-cells"
     ADVANCEMENT = "advancement"
     CUSHIONS = "cushions"
+    FAR_OBSTACLES = "far-obstacles"
     BALL_FRICTION = "ball-friction"
     CONTACTS = "contacts"
     INTEGRATED_LAWS = "integrated-laws"
@@ -59,6 +60,7 @@ _LEAVES_OUT = {
     Skip.FAR_CELLS: "pairs of balls whose cells don't adjoin",
     Skip.ADVANCEMENT: "the steps towards a contact: where nothing slows, a quadratic gives it",
     Skip.CUSHIONS: "when a ball meets a cushion",
+    Skip.FAR_OBSTACLES: "jaws, facings and holes, until a ball comes near a pocket",
     Skip.BALL_FRICTION: "slip and friction between two balls",
     Skip.CONTACTS: "kernels and room for joint impacts and resting contact, until one turns up",
     Skip.INTEGRATED_LAWS: "kernels of the laws that integrate over an impact",
@@ -180,6 +182,9 @@ def _use_of(skip: Skip, scene: Scene, record: str, off: Collection[Skip]) -> tup
     if skip is Skip.CUSHIONS:
         used = not has_cushions(scene)
         return used, "the scene has none" if used else "the table has some"
+    if skip is Skip.FAR_OBSTACLES:
+        used = scene.table is not None and bool(scene.table.holes)
+        return used, "the table has pockets" if used else "the table has no pockets"
     if skip is Skip.BALL_FRICTION:
         used = not balls_rub(scene)
         return used, "`ball_friction` is 0" if used else "`ball_friction` isn't 0"

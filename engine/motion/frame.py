@@ -1,0 +1,102 @@
+"""What a ball meets of a table with pockets: first of all, where it leaves the frame.
+
+The frame is the rectangle of the noses. Rails lie along its sides; jaws, facings and holes lie
+behind them. As long as a ball is inside, it meets nothing; and where it leaves the frame in front
+of a rail, it meets that. Only near a mouth are all obstacles asked, which is three dozen of them.
+The answer has the same bits as theirs.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+from ghostball.engine.core import state as st
+from ghostball.engine.core.kernel import kernel
+from ghostball.engine.core.state import Balls, Laws
+from ghostball.engine.core.tolerances import AT_THE_FRAME
+from ghostball.engine.motion.crossings import first_crossing
+from ghostball.engine.motion.position import jerk
+
+ALL: Final = -1
+"""All obstacles are to be asked."""
+
+NONE: Final = -2
+"""None is met."""
+
+
+@kernel
+def rail_ahead(balls: Balls, i: int, laws: Laws, duration: float) -> int:
+    """Return the row of the rail that ball i meets within a duration [s]; or `ALL`, or `NONE`.
+
+    Contract: no allocation. Without jerk the rail's own time is the one that is compared here, to
+    the bit.
+    """
+    ball = balls.state[i]
+    if jerk(balls, i) != 0.0:
+        return ALL
+    x, y, radius = ball.x, ball.y, ball.radius
+    low_x, high_x = x - radius, laws.frame_x - x - radius
+    low_y, high_y = y - radius, laws.frame_y - y - radius
+    edge = AT_THE_FRAME * radius
+    left = _time_out(low_x, ball.vx, ball.ax, edge)
+    right = _time_out(high_x, -ball.vx, -ball.ax, edge)
+    bottom = _time_out(low_y, ball.vy, ball.ay, edge)
+    top = _time_out(high_y, -ball.vy, -ball.ay, edge)
+    first = min(left, right, bottom, top)
+    if first > (1.0 + AT_THE_FRAME) * duration:
+        return NONE
+    soon = (1.0 + AT_THE_FRAME) * first
+    sides = int(left <= soon) + int(right <= soon) + int(bottom <= soon) + int(top <= soon)
+    if not first > 0.0 or sides != 1:
+        return ALL
+    if first in (left, right):
+        along = y + (ball.vy + 0.5 * ball.ay * first) * first
+        return _rail_at(laws, True, 0.0 if left == first else laws.frame_x, along, edge)
+    along = x + (ball.vx + 0.5 * ball.ax * first) * first
+    return _rail_at(laws, False, 0.0 if bottom == first else laws.frame_y, along, edge)
+
+
+@kernel(inline=True)
+def _time_out(away: float, rate: float, pull: float, edge: float) -> float:
+    """Return in how long a ball reaches a side of the frame [s]; 0 where it isn't inside of it.
+
+    `away` [m]: the gap to the side; one that touches it, to within `edge` [m], is inside where it
+    leaves it.
+    """
+    if away < edge and not (rate > 0.0 and away > -edge):
+        return 0.0
+    if rate >= 0.0 and pull >= 0.0:
+        return math.inf
+    return first_crossing(away, rate, pull)
+
+
+@kernel(inline=True)
+def _rail_at(laws: Laws, upright: bool, side: float, along: float, edge: float) -> int:
+    """Return the row of the rail on a side of the frame at whose middle a place lies, or `ALL`."""
+    for k in range(laws.outer, len(laws.obstacles)):
+        row = laws.obstacles[k]
+        if row.kind != st.SEGMENT:
+            return ALL  # rails come first
+        across, other = (row.x, row.nx) if upright else (row.y, row.ny)
+        start, end = (row.y, row.ny) if upright else (row.x, row.nx)
+        inside = along > min(start, end) + edge and along < max(start, end) - edge
+        if across == side and other == side and inside:
+            return k
+    return ALL
+
+
+@kernel
+def only_rail(laws: Laws, k: int, x: float, y: float, reach: float) -> bool:
+    """Whether obstacle k is a rail, and no other one is within a reach [m] of a place at it."""
+    row = laws.obstacles[k]
+    if k < laws.outer or row.kind != st.SEGMENT:
+        return False
+    upright, level = row.x == row.nx, row.y == row.ny
+    if not (upright or level):
+        return False
+    along = y if upright else x
+    start, end = (row.y, row.ny) if upright else (row.x, row.nx)
+    room = laws.frame_x if upright else laws.frame_y
+    inside = along > min(start, end) + reach and along < max(start, end) - reach
+    return bool(inside and room > 2.0 * reach)
