@@ -18,6 +18,7 @@ from ghostball.reference_adapters.base import EngineSettings
 from ghostball.reference_adapters.stepping.laws import restitutions
 from ghostball.reference_adapters.stepping.plane import IN_SINGLE_PRECISION, ExactSteps
 from ghostball.reference_adapters.stepping.plane_engine import (
+    NO_PARTS,
     PlaneEngine,
     default_capabilities,
     frictionless_capabilities,
@@ -53,7 +54,7 @@ class Box2d3Engine(PlaneEngine):
     WORLD: ClassVar[str] = "ghostball.reference_adapters.box2d3.world:World"
     PACKAGE: ClassVar[str] = "pyb2d3"
     Settings: ClassVar[type[EngineSettings]] = Box2d3Settings
-    TUNED: ClassVar[Capabilities] = frictionless_capabilities("Box2D", _IMPACTS)
+    TUNED: ClassVar[Capabilities] = frictionless_capabilities("Box2D", _IMPACTS, NO_PARTS)
     DEFAULT: ClassVar[Capabilities] = default_capabilities(TUNED, "Box2D", _LARGER)
     EXACT_STEPS: ClassVar[ExactSteps] = IN_SINGLE_PRECISION
 

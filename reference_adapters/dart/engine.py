@@ -20,6 +20,7 @@ from ghostball.model.features import Capabilities, Capability
 from ghostball.reference_adapters.base import EngineSettings
 from ghostball.reference_adapters.stepping.laws import fastest
 from ghostball.reference_adapters.stepping.plane_engine import (
+    NO_PARTS,
     default_capabilities,
     tuned_capabilities,
 )
@@ -84,7 +85,7 @@ class DartEngine(SpaceEngine):
         "in space, one ball on a cloth without cushions; a landing is seen up to a step late, and "
         "one slower than 0.1 unit/s doesn't bounce",
     )
-    TUNED: ClassVar[Capabilities] = tuned_capabilities("DART", _IMPACTS, _RUBS)
+    TUNED: ClassVar[Capabilities] = tuned_capabilities("DART", _IMPACTS, _RUBS, NO_PARTS)
     DEFAULT: ClassVar[Capabilities] = default_capabilities(TUNED, "DART", _MULTIPLIED)
 
     def _lacking(self, scene: Scene) -> Iterator[str]:

@@ -15,6 +15,7 @@ from ghostball.model.features import Capabilities, Capability, Feature
 from ghostball.reference_adapters.base import EngineSettings
 from ghostball.reference_adapters.stepping.plane import ExactSteps
 from ghostball.reference_adapters.stepping.plane_engine import (
+    NO_PARTS,
     PlaneEngine,
     default_capabilities,
     tuned_capabilities,
@@ -55,7 +56,7 @@ _SOFT = Capability(
 )
 
 _TUNED: Capabilities = {
-    **tuned_capabilities("MuJoCo", _HARD, _RUBS),
+    **tuned_capabilities("MuJoCo", _HARD, _RUBS, NO_PARTS),
     Feature.SLIDING: _BETWEEN_STEPS,
 }
 

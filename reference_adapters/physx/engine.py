@@ -16,6 +16,7 @@ from ghostball.model.features import Capabilities, Capability
 from ghostball.reference_adapters.base import EngineSettings
 from ghostball.reference_adapters.stepping.plane import IN_SINGLE_PRECISION, ExactSteps
 from ghostball.reference_adapters.stepping.plane_engine import (
+    NO_PARTS,
     default_capabilities,
     tuned_capabilities,
 )
@@ -71,6 +72,6 @@ class PhysxEngine(SpaceEngine):
         "falls at less than (1 + 1 / (1 - e)) g dt doesn't bounce: balls that lie on the table "
         "would tremble",
     )
-    TUNED: ClassVar[Capabilities] = tuned_capabilities("PhysX", _IMPACTS, _RUBS)
+    TUNED: ClassVar[Capabilities] = tuned_capabilities("PhysX", _IMPACTS, _RUBS, NO_PARTS)
     DEFAULT: ClassVar[Capabilities] = default_capabilities(TUNED, "PhysX", _INELASTIC)
     EXACT_STEPS: ClassVar[ExactSteps] = IN_SINGLE_PRECISION

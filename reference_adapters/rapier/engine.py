@@ -16,6 +16,7 @@ from ghostball.model.features import Capabilities, Capability
 from ghostball.reference_adapters.base import EngineSettings
 from ghostball.reference_adapters.stepping.plane import IN_SINGLE_PRECISION, ExactSteps
 from ghostball.reference_adapters.stepping.plane_engine import (
+    NO_PARTS,
     PlaneEngine,
     default_capabilities,
     frictionless_capabilities,
@@ -49,6 +50,6 @@ class RapierEngine(PlaneEngine):
     WORLD: ClassVar[str] = "ghostball.reference_adapters.rapier.world:World"
     PACKAGE: ClassVar[str] = "rapier3d"
     Settings: ClassVar[type[EngineSettings]] = RapierSettings
-    TUNED: ClassVar[Capabilities] = frictionless_capabilities("Rapier", _IMPACTS)
+    TUNED: ClassVar[Capabilities] = frictionless_capabilities("Rapier", _IMPACTS, NO_PARTS)
     DEFAULT: ClassVar[Capabilities] = default_capabilities(TUNED, "Rapier", _PREDICTED)
     EXACT_STEPS: ClassVar[ExactSteps] = IN_SINGLE_PRECISION

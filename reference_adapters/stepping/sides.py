@@ -1,16 +1,55 @@
-"""The cushions of a scene as engines that step have them: infinite lines, or parts of these."""
+"""The cushions of a scene as engines that step have them: lines, or parts of these, and discs."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from ghostball.model import CUSHIONS, Scene, Side
+from ghostball.model import CUSHIONS, Disc, Scene, Segment, Side
+from ghostball.model.scene.sides import Point
 from ghostball.reference_adapters.stepping.laws import fastest
 
 
 def sides_of(scene: Scene) -> tuple[Side, ...]:
     """Return the cushions of a scene, in the order of `CUSHIONS`."""
     return () if scene.table is None else scene.table.sides
+
+
+def segments_of(scene: Scene) -> tuple[Segment, ...]:
+    """Return the straight pieces of cushions that aren't sides of a plain rectangle.
+
+    A ball meets their ends as points.
+    """
+    others = () if scene.table is None else scene.table.obstacles
+    return tuple(one for one in others if isinstance(one, Segment))
+
+
+def discs_of(scene: Scene) -> tuple[Disc, ...]:
+    """Return the jaws of pockets, and the posts."""
+    others = () if scene.table is None else scene.table.obstacles
+    return tuple(one for one in others if isinstance(one, Disc))
+
+
+def is_plain(scene: Scene) -> bool:
+    """Whether the cushions of a scene are the sides of a rectangle, or there are none."""
+    return scene.table is None or not scene.table.obstacles
+
+
+class Normals:
+    """The normals of a scene's cushions, towards the balls that meet them."""
+
+    def __init__(self, scene: Scene) -> None:
+        self._table = scene.table
+        self._fixed = {side.cushion: side.normal for side in sides_of(scene)}
+
+    def at(self, cushion: int, place: Sequence[float]) -> Point:
+        """Return the unit normal of a cushion, by its index in events, towards a place [m]."""
+        fixed = self._fixed.get(cushion)
+        if fixed is not None:
+            return fixed
+        assert self._table is not None  # whose cushion was met
+        return self._table.facing(cushion, float(place[0]), float(place[1]))[0]
 
 
 def reach_beyond(scene: Scene) -> float:
