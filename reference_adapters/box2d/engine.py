@@ -88,8 +88,8 @@ _RUBS = Capability(
 )
 _PARTS = Capability(
     "approximate",
-    "edges and circles; Box2D rounds the ends of an edge by its skin of 0.01 units, 0.05 to 0.1 mm "
-    "with `scale` = 200 to 100",
+    "edges and circles; in fixed steps Box2D rounds corners by its skin of 0.01 units, 0.05 mm "
+    "with `scale` = 200",
 )
 _LARGER = Capability(
     "approximate",

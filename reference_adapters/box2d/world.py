@@ -22,9 +22,9 @@ from ghostball.reference_adapters.stepping.laws import FallingRestitution, resti
 from ghostball.reference_adapters.stepping.plane import Collision
 from ghostball.reference_adapters.stepping.sides import (
     Normals,
-    discs_of,
+    parts_of,
+    points_of,
     reach_beyond_corners,
-    segments_of,
     sides_of,
 )
 
@@ -60,10 +60,14 @@ class World(ContactWorld):
         self._bodies = [self._ball(i) for i in range(len(scene.balls))]
         for side in sides_of(scene):
             self._side(side)
-        for segment in segments_of(scene):
-            self._segment(segment)
-        for disc in discs_of(scene):
-            self._disc(disc)
+        for part in parts_of(scene):
+            if isinstance(part, Disc):
+                self._disc(part)
+            else:
+                self._segment(part)
+        if self._skin:
+            for point in points_of(scene):
+                self._disc(point)
 
     def start(self, velocities: FloatArray, spins: FloatArray | None) -> FloatArray:
         """Give the balls velocities, (n, 2) [m/s], and spins, (n, 3) [rad/s], for a step."""
@@ -169,10 +173,11 @@ class World(ContactWorld):
     def _segment(self, one: Segment) -> None:
         (x0, y0), (x1, y1) = one.start, one.end
         length = math.dist(one.start, one.end)
-        # To the right of the way: the table is on the left.
-        aside = self._skin * (y1 - y0) / length, self._skin * (x0 - x1) / length
-        ends = (x0 + aside[0], y0 + aside[1]), (x1 + aside[0], y1 + aside[1])
-        self._edge(ends, one.obstacle)
+        # To the right of the way: the table is on the left. And so much shorter that a ball meets a
+        # corner's point, see `points_of`, before it meets the skin round the ends.
+        skin = min(self._skin, 0.25 * length)
+        dx, dy = skin * (x1 - x0) / length, skin * (y1 - y0) / length
+        self._edge(((x0 + dx + dy, y0 + dy - dx), (x1 - dx + dy, y1 - dy - dx)), one.obstacle)
 
     def _edge(self, ends: tuple[Point, Point], index: int) -> None:
         self._cushion("CreateEdgeFixture", index, vertices=[self._scaled(end) for end in ends])

@@ -107,9 +107,11 @@ class NativeRolling(plane.Stepper):
         after = self._positions + self._velocities * self._clock.dt
         self.falls = self._pocketing.take(self._positions, after)
         if not self.falls:
+            self.moving = None
             return
         moving = _faster(self._velocities, self._half_kick)
-        self.moving = rolling_state(after[np.newaxis], moving[np.newaxis], self._radii)
+        state = rolling_state(after[np.newaxis], moving[np.newaxis], self._radii)
+        self._note_falls(self._positions, state)
         for fall in self.falls:
             self._world.remove(fall.ball)
             self._velocities[fall.ball] = 0.0

@@ -25,9 +25,8 @@ from ghostball.reference_adapters.stepping.plane import Collision
 from ghostball.reference_adapters.stepping.settings import SteppingSettings
 from ghostball.reference_adapters.stepping.sides import (
     Normals,
-    discs_of,
+    parts_of,
     reach_beyond,
-    segments_of,
     sides_of,
 )
 
@@ -92,10 +91,8 @@ class World:
             self._add_ball(i)
         for side in sides_of(scene):
             self._add_side(side)
-        for segment in segments_of(scene):
-            self._add_segment(segment)
-        for disc in discs_of(scene):
-            self._add_disc(disc)
+        for part in parts_of(scene):
+            self._add_part(part)
         for other in (_BALL, _CUSHION):
             self._space.on_collision(_BALL, other, post_solve=self._note)
 
@@ -212,16 +209,14 @@ class World:
         spine = side.ends(beyond, outward=radius)
         self._add_cushion(pymunk.Segment(self._space.static_body, *spine, radius), side.cushion)
 
-    def _add_segment(self, one: Segment) -> None:
-        """Add a part of a cushion without thickness: round ends would reach into the table."""
-        self._add_cushion(
-            pymunk.Segment(self._space.static_body, one.start, one.end, 0.0), one.obstacle
-        )
-
-    def _add_disc(self, one: Disc) -> None:
-        self._add_cushion(
-            pymunk.Circle(self._space.static_body, one.radius, one.centre), one.obstacle
-        )
+    def _add_part(self, part: Segment | Disc) -> None:
+        """Add a part of a cushion; segments without thickness: it would reach into the table."""
+        body = self._space.static_body
+        if isinstance(part, Disc):
+            shape: pymunk.Shape = pymunk.Circle(body, part.radius, part.centre)
+        else:
+            shape = pymunk.Segment(body, part.start, part.end, 0.0)
+        self._add_cushion(shape, part.obstacle)
 
     def _add_cushion(self, shape: pymunk.Shape, index: int) -> None:
         shape.elasticity = cushion_restitution(self.scene.physics)

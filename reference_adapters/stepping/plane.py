@@ -148,8 +148,8 @@ class Stepper(ABC):
     `seen_at`: when the engine saw the collisions of the last step [s].
     `changes`: which balls began to roll or came to rest in the last step.
     `falls`: which balls fell into pockets in the last step, in order of time.
-    `moving`: the state as that step would have ended without them, arrays (1, n, 3); of a step in
-        which some fell.
+    `moving`: the state as that step would have ended without these, arrays (1, n, 3); else None.
+    `states_at_falls`: the states just before and just after each of these.
     `keep_frame`: whether the state now belongs in a recorded trajectory whatever its spacing.
     """
 
@@ -159,6 +159,7 @@ class Stepper(ABC):
         self.changes: list[tuple[EventKind, int]] = []
         self.falls: list[Fall] = []
         self.moving: Samples | None = None
+        self.states_at_falls: list[tuple[Fall, Samples]] = []
         self.keep_frame = False
         self._radii = scene.radii
         self._pocketing = Pocketing(scene)
@@ -181,10 +182,14 @@ class Stepper(ABC):
     def step(self) -> None:
         """Make one step."""
 
-    @property
-    def has_pockets(self) -> bool:
-        """Whether a ball may fall."""
-        return bool(self._pocketing)
+    def _note_falls(self, before: FloatArray, moving: Samples | None) -> None:
+        """Keep what is asked of the falls of a step.
+
+        `before` (n, 2) float64 [m]: the centres as it begins.
+        """
+        self.moving = moving
+        if moving is not None:
+            self.states_at_falls = list(states_at_falls(before, moving, self.falls))
 
     def keep(self, recorder: Recorder, t: float, state: Samples) -> None:
         """Hand a state at the instant t [s] within the last step to a recorder."""
@@ -240,9 +245,7 @@ class _ClosedForm(Stepper):
     def _let_fall(self, before: FloatArray, after: FloatArray) -> None:
         """Take out the balls that fall on their way in this step, (n, 2) [m] each."""
         self.falls = self._pocketing.take(before, after)
-        if not self.falls:
-            return
-        self.moving = self._cloth.state(after)
+        self._note_falls(before, self._cloth.state(after) if self.falls else None)
         fallen = {fall.ball for fall in self.falls}
         for ball in fallen:
             self._world.remove(ball)
@@ -317,24 +320,21 @@ def run(
     steps = 0
     # Else a recorded motion would turn a ball within the step after the one in which it turned.
     jumps = record == "trajectory" and world.collides_first
-    falls = record == "trajectory" and stepper.has_pockets
 
     recorder.start()
     stepper.record(recorder)
     while not stepper.resting.all() and stepper.t < t_end and steps < settings.max_steps:
-        before = stepper.state() if jumps or falls else None
+        before = stepper.state() if jumps else None
         started = stepper.t
         stepper.step()
         steps += 1
-        if before is not None and jumps and world.collisions:
-            after = stepper.state()
-            if stepper.falls and stepper.moving is not None:
-                after = stepper.moving
+        if before is not None and world.collisions:
+            after = stepper.state() if stepper.moving is None else stepper.moving
             recorder.frame(stepper.seen_at, before, force=True)
             jumped = after._replace(positions=before.positions)
             recorder.frame(stepper.seen_at, jumped, force=True)
-        if before is not None and stepper.falls:
-            _keep_falls(stepper, recorder, started, before)
+        for fall, state in stepper.states_at_falls if stepper.falls else ():
+            stepper.keep(recorder, instant_of(fall, started, stepper.t), state)
         for fall in stepper.falls:
             t = instant_of(fall, started, stepper.t)
             recorder.event(t, EventKind.POCKETED, fall.ball, fall.pocket)
@@ -362,13 +362,6 @@ def run(
 def settings_as_used(settings: SteppingSettings, world: PlaneWorld) -> dict[str, Any]:
     """Return the settings with what None stood for."""
     return settings.model_dump() | {"dt": settings.step, "iterations": world.iterations}
-
-
-def _keep_falls(stepper: Stepper, recorder: Recorder, started: float, before: Samples) -> None:
-    """Record the states at the falls of a step that `started` [s] in the state `before`."""
-    assert stepper.moving is not None  # as balls fell
-    for fall, state in states_at_falls(before.positions, stepper.moving, stepper.falls):
-        stepper.keep(recorder, instant_of(fall, started, stepper.t), state)
 
 
 def scale_along_cushions(

@@ -19,6 +19,10 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 
+ROUNDING = 1e-12
+"""Share of a distance that is left out of it, far more than rounding takes [1]."""
+
+
 class Fall(NamedTuple):
     """A ball that is pocketed within a step.
 
@@ -47,6 +51,9 @@ class Pocketing:
         self._places = np.zeros((len(scene.balls), 2))
         self._heights = scene.radii
         self.gone = np.zeros(len(scene.balls), dtype=np.bool_)
+        self._any_gone = False
+        # How far a ball can go at least before it is in a hole; so most steps cost little.
+        self._free = np.zeros(len(scene.balls))
 
     def __bool__(self) -> bool:
         return bool(self._pockets)
@@ -54,7 +61,7 @@ class Pocketing:
     @property
     def here(self) -> BoolArray | slice:
         """Which balls are on the table, as an index; all of them, as long as none is gone."""
-        return ~self.gone if self.gone.any() else slice(None)
+        return ~self.gone if self._any_gone else slice(None)
 
     def take(self, before: FloatArray, after: FloatArray) -> list[Fall]:
         """Return which balls fall in a step, in order of time; from now on they are gone.
@@ -62,8 +69,16 @@ class Pocketing:
         `before`, `after` (n, 2) float64 [m]: centres as the step begins, and as it ends where
             nothing falls.
         """
-        way = (after - before)[:, np.newaxis]
-        off = before[:, np.newaxis] - self._centres
+        ways = after - before
+        self._free -= np.hypot(ways[:, 0], ways[:, 1])
+        near = np.flatnonzero(~(self._free > 0.0) & ~self.gone)
+        return self._take_near(near, before, after) if len(near) else []
+
+    def _take_near(
+        self, near: NDArray[np.intp], before: FloatArray, after: FloatArray
+    ) -> list[Fall]:
+        way = (after - before)[near, np.newaxis]
+        off = before[near, np.newaxis] - self._centres
         away = np.hypot(off[..., 0], off[..., 1])
         length2 = np.sum(way * way, axis=2)
         along = np.sum(off * way, axis=2)
@@ -74,19 +89,22 @@ class Pocketing:
         divisor = np.sqrt(np.maximum(discriminant, 0.0)) - along
         parts = np.where(enters, gap / np.where(enters, divisor, 1.0), np.inf)
         parts[gap <= 0.0] = 0.0  # it is inside, where contacts have pushed it there
-        parts[self.gone] = np.inf
+        length = np.sqrt(length2[:, 0])
+        self._free[near] = np.min(away - self._radii, axis=1) * (1.0 - ROUNDING) - length
         falls = []
-        for ball in np.flatnonzero(np.any(parts <= 1.0, axis=1)).tolist():
-            hole = int(np.argmin(parts[ball]))
-            part = float(parts[ball, hole])
+        for k in np.flatnonzero(np.any(parts <= 1.0, axis=1)).tolist():
+            ball, hole = int(near[k]), int(np.argmin(parts[k]))
+            part = float(parts[k, hole])
             place = before[ball] + part * (after[ball] - before[ball])
             falls.append(Fall(ball, self._pockets[hole], part, place))
-            self.gone[ball] = True
+            self.gone[ball] = self._any_gone = True
             self._places[ball] = place
         return sorted(falls, key=lambda fall: fall.part)
 
     def keep(self, positions: FloatArray) -> None:
         """Write the places of balls that are gone into positions, (n, 2) or (n, 3) [m]."""
+        if not self._any_gone:
+            return
         positions[self.gone, :2] = self._places[self.gone]
         if positions.shape[1] > 2:
             positions[self.gone, 2] = self._heights[self.gone]
@@ -102,12 +120,13 @@ def states_at_falls(
 ) -> Iterator[tuple[Fall, Samples]]:
     """Yield the states just before and just after each fall of a step, with the fall.
 
-    `before` (1, n, 3) float64 [m]: the centres as the step begins.
+    `before` (n, 2) float64 [m]: the centres as the step begins.
     `moving` Samples, arrays (1, n, 3): as it ends where nothing falls.
     """
     state = Samples(*(array.copy() for array in moving))
     for fall in falls:
-        places = before + fall.part * (moving.positions - before)
+        places = moving.positions.copy()
+        places[0, :, :2] = before + fall.part * (places[0, :, :2] - before)
         for earlier in falls:
             if earlier.part <= fall.part:
                 places[0, earlier.ball, :2] = earlier.place

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 
-from ghostball.model import CUSHIONS, Disc, Scene, Segment, Side
+from ghostball.model import CUSHIONS, Disc, Hole, Scene, Segment, Side
 from ghostball.model.scene.sides import Point
 from ghostball.reference_adapters.stepping.laws import fastest
 
@@ -16,24 +17,28 @@ def sides_of(scene: Scene) -> tuple[Side, ...]:
     return () if scene.table is None else scene.table.sides
 
 
-def segments_of(scene: Scene) -> tuple[Segment, ...]:
-    """Return the straight pieces of cushions that aren't sides of a plain rectangle.
+def parts_of(scene: Scene) -> tuple[Segment | Disc, ...]:
+    """Return the cushions that aren't sides of a plain rectangle: parts of them, jaws and posts.
 
-    A ball meets their ends as points.
+    A ball meets the ends of a segment as points.
     """
     others = () if scene.table is None else scene.table.obstacles
-    return tuple(one for one in others if isinstance(one, Segment))
+    return tuple(one for one in others if not isinstance(one, Hole))
 
 
-def discs_of(scene: Scene) -> tuple[Disc, ...]:
-    """Return the jaws of pockets, and the posts."""
-    others = () if scene.table is None else scene.table.obstacles
-    return tuple(one for one in others if isinstance(one, Disc))
+def points_of(scene: Scene) -> tuple[Disc, ...]:
+    """Return the corners that point into the table, as discs without a radius.
 
-
-def is_plain(scene: Scene) -> bool:
-    """Whether the cushions of a scene are the sides of a rectangle, or there are none."""
-    return scene.table is None or not scene.table.obstacles
+    For engines whose segments don't end in points; each has the index of the side that ends there.
+    """
+    segments = [one for one in parts_of(scene) if isinstance(one, Segment)]
+    points = []
+    for one, following in pairwise((*segments, *segments[:1])):
+        (x0, y0), (x1, y1), (x2, y2) = one.start, one.end, following.end
+        turns = (x1 - x0) * (y2 - y1) - (y1 - y0) * (x2 - x1)
+        if one.end == following.start and turns < 0.0:
+            points.append(Disc(one.obstacle, one.end, 0.0))
+    return tuple(points)
 
 
 class Normals:
