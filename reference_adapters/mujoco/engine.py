@@ -15,7 +15,6 @@ from ghostball.model.features import Capabilities, Capability, Feature
 from ghostball.reference_adapters.base import EngineSettings
 from ghostball.reference_adapters.stepping.plane import ExactSteps
 from ghostball.reference_adapters.stepping.plane_engine import (
-    NO_PARTS,
     PlaneEngine,
     default_capabilities,
     tuned_capabilities,
@@ -45,6 +44,7 @@ _RUBS = Capability(
     "that stick are 7e-5 off, those that slip get too much of both impulses, 0.5 % with mu = 0.06 "
     "and 11 % with 0.2; the adapter keeps the balls in the plane",
 )
+_PARTS = Capability("exact", "capsules of 1 nm, whose ends are points, and spheres")
 _BETWEEN_STEPS = Capability(
     "approximate",
     "the adapter applies the cloth between MuJoCo's steps, in closed form: with MuJoCo's own "
@@ -56,7 +56,7 @@ _SOFT = Capability(
 )
 
 _TUNED: Capabilities = {
-    **tuned_capabilities("MuJoCo", _HARD, _RUBS, NO_PARTS),
+    **tuned_capabilities("MuJoCo", _HARD, _RUBS, _PARTS),
     Feature.SLIDING: _BETWEEN_STEPS,
 }
 

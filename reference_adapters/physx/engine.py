@@ -16,7 +16,6 @@ from ghostball.model.features import Capabilities, Capability
 from ghostball.reference_adapters.base import EngineSettings
 from ghostball.reference_adapters.stepping.plane import IN_SINGLE_PRECISION, ExactSteps
 from ghostball.reference_adapters.stepping.plane_engine import (
-    NO_PARTS,
     default_capabilities,
     tuned_capabilities,
 )
@@ -52,6 +51,10 @@ _RUBS = Capability(
     "coefficient, so that slip along both gets up to 41 % too much; the adapter keeps the balls in "
     "the plane",
 )
+_PARTS = Capability(
+    "approximate",
+    "upright boxes 2 um thick, and spheres, in single precision",
+)
 _INELASTIC = Capability(
     "approximate",
     "impacts slower than 2 m/s are inelastic, and the temporal solver changes the energy of others",
@@ -72,6 +75,6 @@ class PhysxEngine(SpaceEngine):
         "falls at less than (1 + 1 / (1 - e)) g dt doesn't bounce: balls that lie on the table "
         "would tremble",
     )
-    TUNED: ClassVar[Capabilities] = tuned_capabilities("PhysX", _IMPACTS, _RUBS, NO_PARTS)
+    TUNED: ClassVar[Capabilities] = tuned_capabilities("PhysX", _IMPACTS, _RUBS, _PARTS)
     DEFAULT: ClassVar[Capabilities] = default_capabilities(TUNED, "PhysX", _INELASTIC)
     EXACT_STEPS: ClassVar[ExactSteps] = IN_SINGLE_PRECISION

@@ -84,10 +84,6 @@ class PlaneEngine(EngineBase):
         return run(scene, record, self.name, self.settings, world, self.stepper(scene, world))
 
 
-NO_PARTS = none("the adapter builds the cushions of a rectangle")
-"""How parts of cushions are represented by those that have none."""
-
-
 def tuned_capabilities(
     title: str, impacts: Capability, rubs: Capability, parts: Capability
 ) -> Capabilities:
