@@ -22,8 +22,8 @@ from ghostball.reference_adapters.stepping.laws import FallingRestitution, resti
 from ghostball.reference_adapters.stepping.plane import Collision
 from ghostball.reference_adapters.stepping.sides import (
     Normals,
+    corners_of,
     parts_of,
-    points_of,
     reach_beyond_corners,
     sides_of,
 )
@@ -66,8 +66,8 @@ class World(ContactWorld):
             else:
                 self._segment(part)
         if self._skin:
-            for point in points_of(scene):
-                self._disc(point)
+            for corner in corners_of(scene):
+                self._disc(Disc(corner.before, corner.place, 0.0))
 
     def start(self, velocities: FloatArray, spins: FloatArray | None) -> FloatArray:
         """Give the balls velocities, (n, 2) [m/s], and spins, (n, 3) [rad/s], for a step."""
@@ -174,7 +174,7 @@ class World(ContactWorld):
         (x0, y0), (x1, y1) = one.start, one.end
         length = math.dist(one.start, one.end)
         # To the right of the way: the table is on the left. And so much shorter that a ball meets a
-        # corner's point, see `points_of`, before it meets the skin round the ends.
+        # corner's point, see `corners_of`, before it meets the skin round the ends.
         skin = min(self._skin, 0.25 * length)
         dx, dy = skin * (x1 - x0) / length, skin * (y1 - y0) / length
         self._edge(((x0 + dx + dy, y0 + dy - dx), (x1 - dx + dy, y1 - dy - dx)), one.obstacle)

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from ghostball.model import Disc, EventKind, Scene, Segment, Side
 from ghostball.reference_adapters.base import EngineError
 from ghostball.reference_adapters.pybullet.coefficients import Coefficients
-from ghostball.reference_adapters.stepping.sides import parts_of, sides_of
+from ghostball.reference_adapters.stepping.sides import SharedCorners, parts_of, sides_of
 
 FloatArray = NDArray[np.float64]
 Config = Literal["tuned", "default"]
@@ -94,6 +94,11 @@ class Contact(NamedTuple):
     b: int
 
     @property
+    def cushion(self) -> bool:
+        """Whether it is with a cushion."""
+        return self.kind is EventKind.BALL_CUSHION
+
+    @property
     def balls(self) -> tuple[int, ...]:
         """Indices of the balls in it."""
         return (self.a, self.b) if self.kind is EventKind.BALL_BALL else (self.a,)
@@ -132,6 +137,7 @@ class World:
         self._cushion_of_body: dict[int, int] = {}
         self._cloths: list[int] = []
         self._flies = scene.physics.airborne
+        self._corners = SharedCorners(scene)
         self._touching: frozenset[Contact] = frozenset()
         self.coefficients = Coefficients.of(scene, planar=planar)
         idle = _IDLE[config]
@@ -187,7 +193,7 @@ class World:
             if point[_NORMAL_FORCE] > 0.0
             and (contact := self._contact(point[_BODY_A], point[_BODY_B])) is not None
         )
-        new = pushing - self._touching
+        new = self._corners.once(pushing - self._touching)
         self._touching = pushing
         return sorted(pushing), sorted(new)
 

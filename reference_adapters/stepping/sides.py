@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from itertools import pairwise
+from typing import NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
@@ -26,19 +27,67 @@ def parts_of(scene: Scene) -> tuple[Segment | Disc, ...]:
     return tuple(one for one in others if not isinstance(one, Hole))
 
 
-def points_of(scene: Scene) -> tuple[Disc, ...]:
-    """Return the corners that point into the table, as discs without a radius.
+class Corner(NamedTuple):
+    """A corner that points into the table, where a ball meets a point that two sides share."""
 
-    For engines whose segments don't end in points; each has the index of the side that ends there.
-    """
+    place: Point  # [m]
+    before: int  # index of the side that ends there
+    after: int  # index of the side that begins there
+
+
+def corners_of(scene: Scene) -> tuple[Corner, ...]:
+    """Return the corners of a polygon that point into the table."""
     segments = [one for one in parts_of(scene) if isinstance(one, Segment)]
-    points = []
+    corners = []
     for one, following in pairwise((*segments, *segments[:1])):
         (x0, y0), (x1, y1), (x2, y2) = one.start, one.end, following.end
         turns = (x1 - x0) * (y2 - y1) - (y1 - y0) * (x2 - x1)
         if one.end == following.start and turns < 0.0:
-            points.append(Disc(one.obstacle, one.end, 0.0))
-    return tuple(points)
+            corners.append(Corner(one.end, one.obstacle, following.obstacle))
+    return tuple(corners)
+
+
+class Met(Protocol):
+    """What a ball met: with a cushion, whose index is `b`, or else with another ball."""
+
+    @property
+    def a(self) -> int:
+        """The ball."""
+        ...
+
+    @property
+    def b(self) -> int:
+        """The other one."""
+        ...
+
+    @property
+    def cushion(self) -> bool:
+        """Whether that is a cushion."""
+        ...
+
+
+AnyMet = TypeVar("AnyMet", bound=Met)
+
+
+class SharedCorners:
+    """The corners of a scene as engines meet them, whose two sides both end there."""
+
+    def __init__(self, scene: Scene) -> None:
+        self._sides = [(corner.before, corner.after) for corner in corners_of(scene)]
+
+    def once(self, met: Collection[AnyMet]) -> list[AnyMet]:
+        """Return what was met in a step, each corner once: it is one collision.
+
+        A ball can't meet two sides of such a corner but at their common point.
+        """
+        pairs = {(one.a, one.b) for one in met if one.cushion} if self._sides else set()
+        doubled = {
+            (ball, after)
+            for before, after in self._sides
+            for ball, cushion in pairs
+            if cushion == before and (ball, after) in pairs
+        }
+        return [one for one in met if not (one.cushion and (one.a, one.b) in doubled)]
 
 
 class Normals:
