@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from ghostball.model import Disc, EventKind, Scene, Segment, Side
 from ghostball.reference_adapters.base import EngineError
 from ghostball.reference_adapters.pybullet.coefficients import Coefficients
-from ghostball.reference_adapters.stepping.sides import SharedCorners, parts_of, sides_of
+from ghostball.reference_adapters.stepping.sides import CornerNames, parts_of, sides_of
 
 FloatArray = NDArray[np.float64]
 Config = Literal["tuned", "default"]
@@ -94,11 +94,6 @@ class Contact(NamedTuple):
     b: int
 
     @property
-    def cushion(self) -> bool:
-        """Whether it is with a cushion."""
-        return self.kind is EventKind.BALL_CUSHION
-
-    @property
     def balls(self) -> tuple[int, ...]:
         """Indices of the balls in it."""
         return (self.a, self.b) if self.kind is EventKind.BALL_BALL else (self.a,)
@@ -137,7 +132,8 @@ class World:
         self._cushion_of_body: dict[int, int] = {}
         self._cloths: list[int] = []
         self._flies = scene.physics.airborne
-        self._corners = SharedCorners(scene)
+        self._corners = CornerNames(scene)
+        self._places = scene.positions
         self._touching: frozenset[Contact] = frozenset()
         self.coefficients = Coefficients.of(scene, planar=planar)
         idle = _IDLE[config]
@@ -177,6 +173,8 @@ class World:
         if dt != self._dt:
             self._bullet.setTimeStep(dt, physicsClientId=self._client)
             self._dt = dt
+        if self._corners:
+            self._places = self.positions()
         self._bullet.stepSimulation(physicsClientId=self._client)
 
     def contacts(self) -> tuple[list[Contact], list[Contact]]:
@@ -193,9 +191,16 @@ class World:
             if point[_NORMAL_FORCE] > 0.0
             and (contact := self._contact(point[_BODY_A], point[_BODY_B])) is not None
         )
-        new = self._corners.once(pushing - self._touching)
+        new = pushing - self._touching
         self._touching = pushing
+        if self._corners:
+            new = frozenset(map(self._named, new))
         return sorted(pushing), sorted(new)
+
+    def _named(self, contact: Contact) -> Contact:
+        if contact.kind is not EventKind.BALL_CUSHION:
+            return contact
+        return contact._replace(b=self._corners.name(contact.b, self._places[contact.a]))
 
     def set_velocity(self, ball: int, velocity: list[float], angular_velocity: list[float]) -> None:
         """Set a ball's velocity [m/s] and angular velocity [rad/s], 3 components each."""

@@ -76,11 +76,12 @@ class NativeRolling(plane.Stepper):
         self._world.step(self._clock.dt)
         self.t = self.seen_at = self._clock.tick()
         self._positions, self._velocities = self._world.positions_and_velocities()
-        if self._along != 1.0 and self._world.collisions:
+        self._take_collisions(self._world.collisions, self._positions)
+        if self._along != 1.0 and self.collisions:
             plane.scale_along_cushions(
                 self._velocities,
                 self._positions,
-                self._world.collisions,
+                self.collisions,
                 self._normals,
                 self._along,
             )
@@ -92,7 +93,7 @@ class NativeRolling(plane.Stepper):
         resting = ~moving
         self._velocities[resting] = 0.0
         stopped = self._moving & resting
-        for a, b, cushion in self._world.collisions:  # stopped by a ball, not by the cloth
+        for a, b, cushion in self.collisions:  # stopped by a ball, not by the cloth
             stopped[[a] if cushion else [a, b]] = False
         self.changes = [(EventKind.ROLL_TO_REST, i) for i in stopped.nonzero()[0].tolist()]
         self._moving = moving

@@ -25,7 +25,6 @@ from ghostball.reference_adapters.stepping.plane import Collision
 from ghostball.reference_adapters.stepping.settings import SteppingSettings
 from ghostball.reference_adapters.stepping.sides import (
     Normals,
-    SharedCorners,
     parts_of,
     reach_beyond,
     sides_of,
@@ -81,7 +80,6 @@ class World:
         self.friction: ContactFriction | None = None
         self._falling = FallingRestitution.of(scene.physics)
         self._normals = Normals(scene)
-        self._corners = SharedCorners(scene)
         if self.tuned:
             self._tune()
             if rubs(scene):
@@ -102,8 +100,6 @@ class World:
         """Let Pymunk step by `dt` [s]: it moves, then finds overlaps, then solves velocities."""
         self.collisions.clear()
         self._space.step(dt)
-        if self.collisions:
-            self.collisions = self._corners.once(self.collisions)
 
     @property
     def rubs(self) -> bool:

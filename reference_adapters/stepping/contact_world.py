@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from ghostball.model import Scene
 from ghostball.reference_adapters.stepping.laws import largest_momenta
 from ghostball.reference_adapters.stepping.plane import Collision, untouched
-from ghostball.reference_adapters.stepping.sides import SharedCorners
 
 FloatArray = NDArray[np.float64]
 
@@ -43,7 +42,6 @@ class ContactWorld:
         self._scene = scene
         self._units = units
         self._noise = noise * units * float(np.max(largest_momenta(scene)))
-        self._corners = SharedCorners(scene)
         self._pushing: Set[Collision] = set()
         self._lasting: Set[Collision] = set()
         self._given, self._start = scene.velocities[:, :2], scene.angular_velocities
@@ -58,7 +56,7 @@ class ContactWorld:
         One that stops pushing for a step, but stays `near`, is still the same collision.
         """
         self.contacts_solved += len(pushing)
-        self.collisions = sorted(self._corners.once(pushing - self._lasting))
+        self.collisions = sorted(pushing - self._lasting)
         self._lasting = pushing | (self._lasting & near)
         self._pushing = pushing
 

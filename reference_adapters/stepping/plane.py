@@ -37,7 +37,7 @@ from ghostball.reference_adapters.stepping.pocketing import (
     states_at_falls,
 )
 from ghostball.reference_adapters.stepping.settings import SteppingSettings
-from ghostball.reference_adapters.stepping.sides import Normals
+from ghostball.reference_adapters.stepping.sides import CornerNames, Normals
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -146,6 +146,7 @@ class Stepper(ABC):
 
     `t`: now [s].
     `seen_at`: when the engine saw the collisions of the last step [s].
+    `collisions`: of the last step, a corner once, by the name of the side that ends there.
     `changes`: which balls began to roll or came to rest in the last step.
     `falls`: which balls fell into pockets in the last step, in order of time.
     `moving`: the state as that step would have ended without these, arrays (1, n, 3); else None.
@@ -156,6 +157,7 @@ class Stepper(ABC):
     def __init__(self, scene: Scene, world: PlaneWorld) -> None:
         self.t = 0.0
         self.seen_at = 0.0
+        self.collisions: list[Collision] = []
         self.changes: list[tuple[EventKind, int]] = []
         self.falls: list[Fall] = []
         self.moving: Samples | None = None
@@ -163,6 +165,7 @@ class Stepper(ABC):
         self.keep_frame = False
         self._radii = scene.radii
         self._pocketing = Pocketing(scene)
+        self._corners = CornerNames(scene)
         self._positions, _ = world.positions_and_velocities()
 
     @property
@@ -181,6 +184,16 @@ class Stepper(ABC):
     @abstractmethod
     def step(self) -> None:
         """Make one step."""
+
+    def _take_collisions(self, found: list[Collision], positions: FloatArray) -> None:
+        """Take over the collisions that the world found with the balls there, (n, 2) [m]."""
+        if self._corners:
+            named = (
+                one._replace(b=self._corners.name(one.b, positions[one.a])) if one.cushion else one
+                for one in found
+            )
+            found = list(dict.fromkeys(named))
+        self.collisions = found
 
     def _note_falls(self, before: FloatArray, moving: Samples | None) -> None:
         """Keep what is asked of the falls of a step.
@@ -231,9 +244,10 @@ class _ClosedForm(Stepper):
         given = world.start(displacements / dt, spins)
         world.step(dt)
         self._positions, velocities = world.positions_and_velocities()
+        met_at = before if world.collides_first else self._positions
+        self._take_collisions(world.collisions, met_at)
         if self._along != 1.0:
-            met_at = before if world.collides_first else self._positions
-            scale_along_cushions(velocities, met_at, world.collisions, self._normals, self._along)
+            scale_along_cushions(velocities, met_at, self.collisions, self._normals, self._along)
         self._cloth.kick(velocities - given, world.turns() if world.rubs else None, dt)
         if self._pocketing:
             if world.collides_first:
@@ -328,7 +342,7 @@ def run(
         started = stepper.t
         stepper.step()
         steps += 1
-        if before is not None and world.collisions:
+        if before is not None and stepper.collisions:
             after = stepper.state() if stepper.moving is None else stepper.moving
             recorder.frame(stepper.seen_at, before, force=True)
             jumped = after._replace(positions=before.positions)
@@ -338,7 +352,7 @@ def run(
         for fall in stepper.falls:
             t = instant_of(fall, started, stepper.t)
             recorder.event(t, EventKind.POCKETED, fall.ball, fall.pocket)
-        for contact in world.collisions:
+        for contact in stepper.collisions:
             kind = EventKind.BALL_CUSHION if contact.cushion else EventKind.BALL_BALL
             recorder.event(stepper.seen_at, kind, contact.a, contact.b)
         for changed, ball in stepper.changes:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from itertools import pairwise
-from typing import NamedTuple, Protocol, TypeVar
+from typing import NamedTuple
 
 import numpy as np
 
@@ -33,6 +33,7 @@ class Corner(NamedTuple):
     place: Point  # [m]
     before: int  # index of the side that ends there
     after: int  # index of the side that begins there
+    along: Point  # from there to where that one ends [m]
 
 
 def corners_of(scene: Scene) -> tuple[Corner, ...]:
@@ -43,51 +44,28 @@ def corners_of(scene: Scene) -> tuple[Corner, ...]:
         (x0, y0), (x1, y1), (x2, y2) = one.start, one.end, following.end
         turns = (x1 - x0) * (y2 - y1) - (y1 - y0) * (x2 - x1)
         if one.end == following.start and turns < 0.0:
-            corners.append(Corner(one.end, one.obstacle, following.obstacle))
+            along = x2 - x1, y2 - y1
+            corners.append(Corner(one.end, one.obstacle, following.obstacle, along))
     return tuple(corners)
 
 
-class Met(Protocol):
-    """What a ball met: with a cushion, whose index is `b`, or else with another ball."""
-
-    @property
-    def a(self) -> int:
-        """The ball."""
-        ...
-
-    @property
-    def b(self) -> int:
-        """The other one."""
-        ...
-
-    @property
-    def cushion(self) -> bool:
-        """Whether that is a cushion."""
-        ...
-
-
-AnyMet = TypeVar("AnyMet", bound=Met)
-
-
-class SharedCorners:
-    """The corners of a scene as engines meet them, whose two sides both end there."""
+class CornerNames:
+    """What a collision at a corner of two sides is called: by the side that ends there."""
 
     def __init__(self, scene: Scene) -> None:
-        self._sides = [(corner.before, corner.after) for corner in corners_of(scene)]
+        self._corner_of = {corner.after: corner for corner in corners_of(scene)}
 
-    def once(self, met: Collection[AnyMet]) -> list[AnyMet]:
-        """Return what was met in a step, each corner once: it is one collision.
+    def __bool__(self) -> bool:
+        return bool(self._corner_of)
 
-        A ball can't meet two sides of such a corner but at their common point.
-        """
-        pairs = {(one.a, one.b) for one in met if one.cushion} if self._sides else set()
-        doubled = {
-            (ball, after)
-            for before, after in self._sides
-            for ball, cushion in pairs
-            if cushion == before and (ball, after) in pairs
-        }
-        return [one for one in met if not (one.cushion and (one.a, one.b) in doubled)]
+    def name(self, cushion: int, place: Sequence[float]) -> int:
+        """Return the index of the cushion that a ball at a place [m] met, given one that it met."""
+        corner = self._corner_of.get(cushion)
+        if corner is None:
+            return cushion
+        (x, y), (along_x, along_y) = corner.place, corner.along
+        before = along_x * (place[0] - x) + along_y * (place[1] - y) <= 0.0
+        return corner.before if before else cushion
 
 
 class Normals:
