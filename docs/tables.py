@@ -128,6 +128,17 @@ def engines() -> str:
     )
 
 
+def shapes() -> str:
+    """Return what each engine that is installed makes of pockets, polygons and posts."""
+    rows = []
+    for name in engine_names():
+        with suppress(EngineUnavailableError):
+            known = make_engine(name).capabilities[Feature.POCKETS]
+            said = {"exact": "exact", "approximate": "nearly", "none": "refuses them"}
+            rows.append((f"`{name}`", said[known.support], known.how))
+    return _table(("engine", "plays them", "how"), rows)
+
+
 def laws() -> str:
     """Return the laws of impacts: what each uses, and where it comes from."""
     return _table(

@@ -159,7 +159,7 @@ def _resolve_cushion(world: World, i: int, cushion: int, t: float) -> None:
     balls, laws, log = world.balls, world.laws, world.log
     cushion = nose_of(balls.height, balls, laws, i, cushion)
     log.counters[st.BALL_CUSHION] += 1
-    note_event(BALL_CUSHION_EVENT, i, _index(laws, cushion), t, log)
+    note_event(BALL_CUSHION_EVENT, i, _name(balls, laws, i, cushion), t, log)
     if bounces_in_space(balls.height, balls, laws, i, cushion):
         return
     other = _corner_cushion(balls, laws, i, cushion, t)
@@ -169,7 +169,31 @@ def _resolve_cushion(world: World, i: int, cushion: int, t: float) -> None:
     bounce_in_corner(balls, i, cushion, other, laws)
     log.counters[st.BALL_CUSHION] += 1
     log.counters[st.JOINT_IMPACTS] += 1
-    note_event(BALL_CUSHION_EVENT, i, _index(laws, other), t, log)
+    note_event(BALL_CUSHION_EVENT, i, _name(balls, laws, i, other), t, log)
+
+
+@kernel(inline=True)
+def _name(balls: Balls, laws: Laws, i: int, k: int) -> int:
+    """Return the index by which events name an obstacle that ball i meets."""
+    if laws.obstacles[k].kind != st.SEGMENT:
+        return _index(laws, k)
+    return _name_of_segment(laws, k, balls.state[i].x, balls.state[i].y)
+
+
+@kernel
+def _name_of_segment(laws: Laws, k: int, x: float, y: float) -> int:
+    """Return the index of a segment; at its start, of the one that ends there, if any does.
+
+    A ball meets the corner of both as a point, and which of them it is said to be rounding decides.
+    """
+    x0, y0 = laws.obstacles[k].x, laws.obstacles[k].y
+    dx, dy = laws.obstacles[k].nx - x0, laws.obstacles[k].ny - y0
+    if (x - x0) * dx + (y - y0) * dy <= 0.0:
+        for other in range(len(laws.obstacles)):
+            row = laws.obstacles[other]
+            if row.kind == st.SEGMENT and row.nx == x0 and row.ny == y0:
+                return _index(laws, other)
+    return _index(laws, k)
 
 
 @kernel(inline=True)

@@ -86,6 +86,11 @@ _RUBS = Capability(
     "Box2D's own friction along the contact, with the share of the coefficient that belongs to it; "
     "the adapter turns the balls by the share up or down, of which Box2D's plane knows nothing",
 )
+_PARTS = Capability(
+    "approximate",
+    "edges and circles; in fixed steps Box2D rounds corners by its skin of 0.01 units, 0.05 mm "
+    "with `scale` = 200",
+)
 _LARGER = Capability(
     "approximate",
     "impacts slower than 1 m/s are inelastic, and Box2D takes the larger of two restitutions",
@@ -99,7 +104,7 @@ class Box2dEngine(PlaneEngine):
     WORLD: ClassVar[str] = "ghostball.reference_adapters.box2d.world:World"
     PACKAGE: ClassVar[str] = "Box2D"
     Settings: ClassVar[type[EngineSettings]] = Box2dSettings
-    TUNED: ClassVar[Capabilities] = disc_capabilities("Box2D", _INELASTIC, _RUBS)
+    TUNED: ClassVar[Capabilities] = disc_capabilities("Box2D", _INELASTIC, _RUBS, _PARTS)
     DEFAULT: ClassVar[Capabilities] = default_capabilities(TUNED, "Box2D", _LARGER)
     EXACT_STEPS: ClassVar[ExactSteps] = IN_SINGLE_PRECISION
 

@@ -6,19 +6,27 @@ what it is given isn't quite what the adapter has; `start` says what it was.
 
 from __future__ import annotations
 
+import math
 import warnings
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.model import Scene, Side
+from ghostball.model import Disc, Scene, Segment, Side
+from ghostball.model.scene.sides import Point
 from ghostball.reference_adapters.box2d.engine import SLOP, Box2dSettings
 from ghostball.reference_adapters.stepping.contact_world import SINGLE, ContactWorld, collision_of
 from ghostball.reference_adapters.stepping.friction import ContactFriction
 from ghostball.reference_adapters.stepping.laws import FallingRestitution, restitutions, rubs
 from ghostball.reference_adapters.stepping.plane import Collision
-from ghostball.reference_adapters.stepping.sides import reach_beyond_corners, sides_of
+from ghostball.reference_adapters.stepping.sides import (
+    Normals,
+    corners_of,
+    parts_of,
+    reach_beyond_corners,
+    sides_of,
+)
 
 # Its types warn of what SWIG left out as they are made; where warnings are errors, Python crashes.
 with warnings.catch_warnings():
@@ -43,6 +51,7 @@ class World(ContactWorld):
         self._restitutions = restitutions(scene.physics)
         self._friction = ContactFriction(scene) if rubbing else None
         self._falling = FallingRestitution.of(scene.physics)
+        self._normals = Normals(scene)
         self._found: set[Collision] = set()
         self._listener = _listener(self)
         self._world = Box2D.b2World(gravity=(0, 0), doSleep=False, contactListener=self._listener)
@@ -50,7 +59,15 @@ class World(ContactWorld):
             self._world.warmStarting = False  # contacts don't last, and steps are of any length
         self._bodies = [self._ball(i) for i in range(len(scene.balls))]
         for side in sides_of(scene):
-            self._cushion(side)
+            self._side(side)
+        for part in parts_of(scene):
+            if isinstance(part, Disc):
+                self._disc(part)
+            else:
+                self._segment(part)
+        if self._skin:
+            for corner in corners_of(scene):
+                self._disc(Disc(corner.before, corner.place, 0.0))
 
     def start(self, velocities: FloatArray, spins: FloatArray | None) -> FloatArray:
         """Give the balls velocities, (n, 2) [m/s], and spins, (n, 3) [rad/s], for a step."""
@@ -80,17 +97,24 @@ class World(ContactWorld):
         assert self._friction is not None
         return self._friction.turns(self._vertical_spins())
 
+    def remove(self, ball: int) -> None:
+        """Take a ball out: it is listed, and nothing meets it."""
+        self._bodies[ball].active = False
+
     def prepare(self, contact: Any) -> None:
         """Set the coefficients of a contact before it is solved."""
         parts = self._parts(contact)
         contact.restitution = self._restitutions[parts.cushion]
         one = self._bodies[parts.a]
-        if parts.cushion and self._falling is not None:
-            speed = one.linearVelocity / self._units
-            contact.restitution = self._falling.at(parts.b, (speed[0], speed[1]))
+        line, relative = (0.0, 0.0), one.linearVelocity
+        if parts.cushion and not (self._falling is None and self._friction is None):
+            nx, ny = self._normals.at(parts.b, one.position / self._units)
+            line = -nx, -ny
+            if self._falling is not None:
+                speed = relative / self._units
+                contact.restitution = self._falling.at((nx, ny), (speed[0], speed[1]))
         if self._friction is None:
             return
-        line, relative = (0.0, 0.0), one.linearVelocity
         if not parts.cushion:
             other = self._bodies[parts.b]
             line = tuple(other.position - one.position)
@@ -135,18 +159,42 @@ class World(ContactWorld):
             body.massData = Box2D.b2MassData(mass=ball.mass, center=(0, 0), I=inertia)
         return body
 
-    def _cushion(self, side: Side) -> None:
-        units = self._units
-        # What steps don't find late they find in the skin: early, so that is moved out of the way.
-        skin = SKIN / units if self._settings.contact_steps == "exact" else 0.0
-        ends = side.ends(reach_beyond_corners(self._scene), outward=skin)
-        body = self._world.CreateStaticBody()
-        fixture = body.CreateEdgeFixture(
-            vertices=[(units * x, units * y) for x, y in ends],
-            restitution=self._restitutions[True],
-            friction=0.0,
+    @property
+    def _skin(self) -> float:
+        """How far edges are moved out of the way [m].
+
+        What steps don't find late they find in the skin: early.
+        """
+        return SKIN / self._units if self._settings.contact_steps == "exact" else 0.0
+
+    def _side(self, side: Side) -> None:
+        self._edge(side.ends(reach_beyond_corners(self._scene), outward=self._skin), side.cushion)
+
+    def _segment(self, one: Segment) -> None:
+        (x0, y0), (x1, y1) = one.start, one.end
+        length = math.dist(one.start, one.end)
+        # To the right of the way: the table is on the left. And so much shorter that a ball meets a
+        # corner's point, see `corners_of`, before it meets the skin round the ends.
+        skin = min(self._skin, 0.25 * length)
+        dx, dy = skin * (x1 - x0) / length, skin * (y1 - y0) / length
+        self._edge(((x0 + dx + dy, y0 + dy - dx), (x1 - dx + dy, y1 - dy - dx)), one.obstacle)
+
+    def _edge(self, ends: tuple[Point, Point], index: int) -> None:
+        self._cushion("CreateEdgeFixture", index, vertices=[self._scaled(end) for end in ends])
+
+    def _disc(self, one: Disc) -> None:
+        place = self._scaled(one.centre)
+        self._cushion(
+            "CreateCircleFixture", one.obstacle, pos=place, radius=self._units * one.radius
         )
-        fixture.userData = side.cushion, True
+
+    def _scaled(self, point: Point) -> Point:
+        return self._units * point[0], self._units * point[1]
+
+    def _cushion(self, create: str, index: int, **shape: Any) -> None:
+        body = self._world.CreateStaticBody()
+        fixture = getattr(body, create)(**shape, restitution=self._restitutions[True], friction=0.0)
+        fixture.userData = index, True
 
 
 def _listener(world: World) -> Any:

@@ -43,6 +43,11 @@ class Box2d3Settings(SteppingSettings):
 _IMPACTS = Capability(
     "approximate", "in single precision; contacts that share a ball take up to half of the energy"
 )
+_PARTS = Capability(
+    "approximate",
+    "segments, whose ends are points, and circles; Box2D begins to resolve a contact up to 0.02 "
+    "units before it",
+)
 _LARGER = Capability("approximate", "impacts slower than 1 m/s are inelastic")
 
 
@@ -53,7 +58,7 @@ class Box2d3Engine(PlaneEngine):
     WORLD: ClassVar[str] = "ghostball.reference_adapters.box2d3.world:World"
     PACKAGE: ClassVar[str] = "pyb2d3"
     Settings: ClassVar[type[EngineSettings]] = Box2d3Settings
-    TUNED: ClassVar[Capabilities] = frictionless_capabilities("Box2D", _IMPACTS)
+    TUNED: ClassVar[Capabilities] = frictionless_capabilities("Box2D", _IMPACTS, _PARTS)
     DEFAULT: ClassVar[Capabilities] = default_capabilities(TUNED, "Box2D", _LARGER)
     EXACT_STEPS: ClassVar[ExactSteps] = IN_SINGLE_PRECISION
 

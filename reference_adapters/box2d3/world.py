@@ -8,7 +8,8 @@ import numpy as np
 import pyb2d3
 from numpy.typing import NDArray
 
-from ghostball.model import Scene, Side
+from ghostball.model import Disc, Scene, Segment
+from ghostball.model.scene.sides import Point
 from ghostball.reference_adapters.box2d3.engine import Box2d3Settings
 from ghostball.reference_adapters.stepping.contact_world import (
     SINGLE,
@@ -17,7 +18,7 @@ from ghostball.reference_adapters.stepping.contact_world import (
     collision_of,
 )
 from ghostball.reference_adapters.stepping.laws import cushion_restitution, fastest
-from ghostball.reference_adapters.stepping.sides import reach_beyond_corners, sides_of
+from ghostball.reference_adapters.stepping.sides import parts_of, reach_beyond_corners, sides_of
 
 FloatArray = NDArray[np.float64]
 
@@ -42,7 +43,10 @@ class World(ContactWorld):
         self._parts: dict[int, Part] = {}
         self._balls = [self._ball(i) for i in range(len(scene.balls))]
         for side in sides_of(scene):
-            self._cushion(side)
+            ends = side.ends(reach_beyond_corners(scene))
+            self._cushion("segment", self._segment(*ends), side.cushion)
+        for part in parts_of(scene):
+            self._add_part(part)
 
     def start(self, velocities: FloatArray, _: FloatArray | None) -> FloatArray:
         """Give the balls velocities, (n, 2) [m/s], for a step."""
@@ -85,12 +89,25 @@ class World(ContactWorld):
         self._parts[shape.id] = i, False
         return body
 
-    def _cushion(self, side: Side) -> None:
+    def remove(self, ball: int) -> None:
+        """Take a ball out: it is listed, and nothing meets it."""
+        self._balls[ball].enabled = False
+
+    def _add_part(self, part: Segment | Disc) -> None:
+        if isinstance(part, Disc):
+            x, y = (self._units * place for place in part.centre)
+            circle = pyb2d3.circle(center=(x, y), radius=self._units * part.radius)
+            self._cushion("circle", circle, part.obstacle)
+        else:
+            self._cushion("segment", self._segment(part.start, part.end), part.obstacle)
+
+    def _segment(self, *ends: Point) -> Any:
+        return pyb2d3.segment(*((self._units * x, self._units * y) for x, y in ends))
+
+    def _cushion(self, kind: str, geometry: Any, index: int) -> None:
         definition = self._definition(cushion_restitution(self._scene.physics))
-        ends = side.ends(reach_beyond_corners(self._scene))
-        edge = pyb2d3.segment(*((self._units * x, self._units * y) for x, y in ends))
-        shape = self._world.create_static_body().create_segment_shape(definition, edge)
-        self._parts[shape.id] = side.cushion, True
+        create = getattr(self._world.create_static_body(), f"create_{kind}_shape")
+        self._parts[create(definition, geometry).id] = index, True
 
     @staticmethod
     def _definition(restitution: float) -> Any:

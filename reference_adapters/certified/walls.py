@@ -135,7 +135,9 @@ def _face(one: Segment, row: int, is_open: tuple[bool, bool]) -> Wall:
 
 
 def _ends_met(obstacles: Sequence[Obstacle]) -> dict[Point, int]:
-    """Return the ends of straight pieces that a ball can meet, each with its obstacle's index.
+    """Return the ends of straight pieces that a ball can meet, and what events name them by.
+
+    That is the side that ends there, going round counterclockwise.
 
     None is where a jaw begins, or in a hole; nor where two pieces join and the table's corner is
     less than two right angles, or they go straight on: there a ball meets their faces.
@@ -151,7 +153,7 @@ def _ends_met(obstacles: Sequence[Obstacle]) -> dict[Point, int]:
                 continue
             joined = end in before and end in after
             if not joined or _turns_right(before[end], after[end]):
-                found[end] = one.obstacle
+                found[end] = before.get(end, one).obstacle
     return found
 
 

@@ -65,6 +65,10 @@ _RUBS = Capability(
     "upright, it has the whole coefficient, so that slip along both gets up to 41 % too much; the "
     "adapter keeps the balls in the plane",
 )
+_PARTS = Capability(
+    "approximate",
+    "upright boxes 2 nm thick, and spheres",
+)
 _MULTIPLIED = Capability(
     "approximate",
     "rebounds slower than 0.1 m/s are left out, and DART multiplies the restitutions of the two",
@@ -84,7 +88,7 @@ class DartEngine(SpaceEngine):
         "in space, one ball on a cloth without cushions; a landing is seen up to a step late, and "
         "one slower than 0.1 unit/s doesn't bounce",
     )
-    TUNED: ClassVar[Capabilities] = tuned_capabilities("DART", _IMPACTS, _RUBS)
+    TUNED: ClassVar[Capabilities] = tuned_capabilities("DART", _IMPACTS, _RUBS, _PARTS)
     DEFAULT: ClassVar[Capabilities] = default_capabilities(TUNED, "DART", _MULTIPLIED)
 
     def _lacking(self, scene: Scene) -> Iterator[str]:

@@ -6,13 +6,14 @@ factors are split between them. Lengths are in a unit of the adapter's; see `dar
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import dartpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.model import Scene
+from ghostball.model import Disc, Scene, Segment
 from ghostball.reference_adapters.dart.engine import DartSettings
 from ghostball.reference_adapters.stepping.contact_world import (
     DOUBLE,
@@ -28,11 +29,14 @@ from ghostball.reference_adapters.stepping.laws import (
     rubs,
 )
 from ghostball.reference_adapters.stepping.plane import Collision
-from ghostball.reference_adapters.stepping.sides import sides_of
+from ghostball.reference_adapters.stepping.sides import parts_of, sides_of
 
 FloatArray = NDArray[np.float64]
 
 _CLOTH = "cloth"
+
+THICKNESS = 1e-9
+"""Half of that of a part of a cushion [m]: DART has no plane that ends, but a thin box."""
 
 
 class World(ContactWorld):
@@ -46,6 +50,8 @@ class World(ContactWorld):
     def __init__(self, scene: Scene, settings: DartSettings, *, own_cloth: bool) -> None:
         rubbing = rubs(scene) or own_cloth
         super().__init__(scene, noise=DOUBLE, rubs=rubbing, units=settings.units(scene))
+        self._skeletons: list[Any] = []
+        self._own_cloth, self._height = own_cloth, float(np.max(scene.radii))
         self._names: dict[str, Part] = {}
         self.on_cloth: set[int] = set()
         physics, split = scene.physics, settings.config == "tuned"
@@ -60,11 +66,14 @@ class World(ContactWorld):
         self._bodies = [
             self._ball(i, ball_factor, rub, own_cloth=own_cloth) for i in range(len(scene.balls))
         ]
+        laws = cushion_factor, cushion_friction(physics)
         for side in sides_of(scene):
             self._names[f"cushion {side.cushion}"] = side.cushion, True
             normal, point = (*side.normal, 0.0), (*side.point, 0.0)
-            laws = cushion_factor, cushion_friction(physics)
             self._plane(f"cushion {side.cushion}", normal, point, *laws)
+        for k, part in enumerate(parts_of(scene)):
+            self._names[f"part {k}"] = part.obstacle, True
+            self._part(f"part {k}", part, *laws)
         if own_cloth:
             bounce = physics.table_restitution / ball_factor if physics.airborne else 0.0
             self._plane(_CLOTH, (0.0, 0.0, 1.0), (0.0, 0.0, 0.0), bounce, most)
@@ -135,6 +144,10 @@ class World(ContactWorld):
             joint.setPositions(place)
             joint.setVelocities(motion)
 
+    def remove(self, ball: int) -> None:
+        """Take a ball out of the world; it is still listed."""
+        self._world.removeSkeleton(self._skeletons[ball])
+
     def _parts(self, contact: Any) -> list[Part]:
         """Return which balls and cushions a contact is of; the cloth isn't named."""
         sides = (contact.collisionObject1, contact.collisionObject2)
@@ -160,6 +173,7 @@ class World(ContactWorld):
             np.array([0.0, 0.0, 0.0, x, y, height]) if self.rubs else np.array([x, y])
         )
         self._world.addSkeleton(skeleton)
+        self._skeletons.append(skeleton)
         return joint, body
 
     def _plane(
@@ -171,10 +185,31 @@ class World(ContactWorld):
         friction: float,
     ) -> None:
         offset = self._units * float(np.dot(normal, point))
-        skeleton = dartpy.dynamics.Skeleton(name)
-        _, body = skeleton.createWeldJointAndBodyNodePair()
         plane = dartpy.dynamics.PlaneShape(np.array(normal), offset)
-        self._shape(body, plane, name, restitution, friction)
+        self._fixed(plane, None, name, restitution, friction)
+
+    def _part(self, name: str, part: Segment | Disc, restitution: float, friction: float) -> None:
+        units, height = self._units, self._height if self._own_cloth else 0.0
+        pose = dartpy.math.Isometry3()
+        if isinstance(part, Disc):
+            shape: Any = dartpy.dynamics.SphereShape(units * part.radius)
+            pose.set_translation(units * np.array([*part.centre, height]))
+        else:
+            start, end = (units * np.array([*at, height]) for at in (part.start, part.end))
+            length = math.dist(start, end)
+            size = [length, 2.0 * units * THICKNESS, 4.0 * units * self._height]
+            shape = dartpy.dynamics.BoxShape(size)
+            pose.set_translation(0.5 * (start + end))
+            along, up = (end - start) / length, np.array([0.0, 0.0, 1.0])
+            pose.set_rotation(np.column_stack([along, np.cross(up, along), up]))
+        self._fixed(shape, pose, name, restitution, friction)
+
+    def _fixed(self, shape: Any, pose: Any, name: str, restitution: float, friction: float) -> None:
+        skeleton = dartpy.dynamics.Skeleton(name)
+        joint, body = skeleton.createWeldJointAndBodyNodePair()
+        if pose is not None:
+            joint.setTransformFromParentBodyNode(pose)
+        self._shape(body, shape, name, restitution, friction)
         skeleton.setMobile(False)
         self._world.addSkeleton(skeleton)
 

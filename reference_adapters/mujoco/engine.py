@@ -44,6 +44,11 @@ _RUBS = Capability(
     "that stick are 7e-5 off, those that slip get too much of both impulses, 0.5 % with mu = 0.06 "
     "and 11 % with 0.2; the adapter keeps the balls in the plane",
 )
+_PARTS = Capability(
+    "approximate",
+    "capsules of 1 nm, whose ends are points, and spheres; at a corner that points into the table "
+    "two of them share a ball",
+)
 _BETWEEN_STEPS = Capability(
     "approximate",
     "the adapter applies the cloth between MuJoCo's steps, in closed form: with MuJoCo's own "
@@ -55,7 +60,7 @@ _SOFT = Capability(
 )
 
 _TUNED: Capabilities = {
-    **tuned_capabilities("MuJoCo", _HARD, _RUBS),
+    **tuned_capabilities("MuJoCo", _HARD, _RUBS, _PARTS),
     Feature.SLIDING: _BETWEEN_STEPS,
 }
 

@@ -12,7 +12,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.model import Scene, Side
+from ghostball.model import Disc, Scene, Segment, Side
 from ghostball.reference_adapters.stepping.contact_world import DOUBLE, ContactWorld
 from ghostball.reference_adapters.stepping.laws import (
     ball_friction,
@@ -22,12 +22,18 @@ from ghostball.reference_adapters.stepping.laws import (
 )
 from ghostball.reference_adapters.stepping.plane import Collision
 from ghostball.reference_adapters.stepping.settings import SteppingSettings
-from ghostball.reference_adapters.stepping.sides import sides_of
+from ghostball.reference_adapters.stepping.sides import parts_of, sides_of
 
 FloatArray = NDArray[np.float64]
 
 MARGIN = 1e-9
 """Gap at which balls touch [m]. With 0, frozen balls that just touch would not collide together."""
+
+NOSE_RADIUS = 1e-9
+"""Of a part of a cushion [m]: MuJoCo has no line, but a thin capsule; no more than `MARGIN`."""
+
+NEVER = -1e6
+"""Gap at which a pair touches that can't [m]."""
 
 HARDEST = 0.9999
 """Impedance of a contact, MuJoCo's cap: what it leaves out is how far impulses are off [1]."""
@@ -47,6 +53,7 @@ class World(ContactWorld):
         self._tuned = settings.config == "tuned"
         self._n = len(scene.balls)
         self._cushions = [side.cushion for side in sides_of(scene)]
+        self._cushions += [part.obstacle for part in parts_of(scene)]
         ball, cushion = restitutions(scene.physics)
         self._ball_bounce, self._cushion_bounce = 1.0 + ball, 1.0 + cushion
         self._model = self._compile(scene, settings.iterations)
@@ -92,6 +99,13 @@ class World(ContactWorld):
             mujoco.mju_rotVecQuat(spins[i], self._motions[i, 3:], self._places[i, 3:])
         return self._turned(spins)
 
+    def remove(self, ball: int) -> None:
+        """Take a ball out: it is listed, and nothing meets it."""
+        geom = len(self._cushions) + ball
+        self._model.geom_contype[geom] = self._model.geom_conaffinity[geom] = 0
+        of_ball = (self._model.pair_geom1 == geom) | (self._model.pair_geom2 == geom)
+        self._model.pair_margin[of_ball] = NEVER
+
     def _pushed(self, dt: float) -> set[Collision]:
         pushing: set[Collision] = set()
         for k, (a, b) in enumerate(self._data.contact.geom.tolist()):
@@ -131,8 +145,11 @@ class World(ContactWorld):
             spec.option.ls_tolerance = 1e-6
         if iterations is not None:
             spec.option.iterations = iterations
-        for side in sides_of(scene):
-            self._add_cushion(spec, side, scene)
+        sides = sides_of(scene)
+        for k, side in enumerate(sides):
+            self._add_side(spec, f"cushion {k}", side, scene)
+        for k, part in enumerate(parts_of(scene), start=len(sides)):
+            self._add_part(spec, f"cushion {k}", part, scene)
         for i in range(self._n):
             self._add_ball(spec, i, scene)
         if self._tuned and self.rubs:
@@ -156,16 +173,36 @@ class World(ContactWorld):
         )
         self._harden(geom)
 
-    def _add_cushion(self, spec: mujoco.MjSpec, side: Side, scene: Scene) -> None:
+    def _add_part(self, spec: mujoco.MjSpec, name: str, part: Segment | Disc, scene: Scene) -> None:
+        if isinstance(part, Disc):
+            geom = spec.worldbody.add_geom(
+                name=name,
+                type=mujoco.mjtGeom.mjGEOM_SPHERE,
+                size=[part.radius, 0.0, 0.0],
+                pos=[*part.centre, 0.0],
+            )
+        else:
+            geom = spec.worldbody.add_geom(
+                name=name,
+                type=mujoco.mjtGeom.mjGEOM_CAPSULE,
+                size=[NOSE_RADIUS, 0.0, 0.0],
+                fromto=[*part.start, 0.0, *part.end, 0.0],
+            )
+        self._finish_cushion(geom, scene)
+
+    def _add_side(self, spec: mujoco.MjSpec, name: str, side: Side, scene: Scene) -> None:
         nx, ny = side.normal
         geom = spec.worldbody.add_geom(
-            name=f"cushion {side.cushion}",
+            name=name,
             type=mujoco.mjtGeom.mjGEOM_PLANE,
             size=[1, 1, 1],  # for drawing: a plane has no end
             pos=[*side.point, 0.0],
             quat=[1.0, -ny, nx, 0.0],  # turns z inward
-            friction=[cushion_friction(scene.physics), 0.0, 0.0],
         )
+        self._finish_cushion(geom, scene)
+
+    def _finish_cushion(self, geom: mujoco.MjsGeom, scene: Scene) -> None:
+        geom.friction = [cushion_friction(scene.physics), 0.0, 0.0]
         # Of two priorities, MuJoCo takes the coefficients of the higher one, and mixes none.
         geom.priority = 1
         self._harden(geom)
@@ -183,7 +220,8 @@ class World(ContactWorld):
         friction = ball_friction(scene)
         pairs = [(a, b, friction) for i, a in enumerate(balls) for b in balls[i + 1 :]]
         mu = cushion_friction(scene.physics)
-        pairs += [(ball, f"cushion {b}", mu) for ball in balls for b in self._cushions]
+        cushions = [f"cushion {k}" for k in range(len(self._cushions))]
+        pairs += [(ball, cushion, mu) for ball in balls for cushion in cushions]
         for one, other, coefficient in pairs:
             pair = spec.add_pair(geomname1=one, geomname2=other)
             pair.condim = 3 if coefficient > 0.0 else 1

@@ -51,6 +51,10 @@ _RUBS = Capability(
     "coefficient, so that slip along both gets up to 41 % too much; the adapter keeps the balls in "
     "the plane",
 )
+_PARTS = Capability(
+    "approximate",
+    "upright boxes 2 um thick, and spheres, in single precision",
+)
 _INELASTIC = Capability(
     "approximate",
     "impacts slower than 2 m/s are inelastic, and the temporal solver changes the energy of others",
@@ -71,6 +75,6 @@ class PhysxEngine(SpaceEngine):
         "falls at less than (1 + 1 / (1 - e)) g dt doesn't bounce: balls that lie on the table "
         "would tremble",
     )
-    TUNED: ClassVar[Capabilities] = tuned_capabilities("PhysX", _IMPACTS, _RUBS)
+    TUNED: ClassVar[Capabilities] = tuned_capabilities("PhysX", _IMPACTS, _RUBS, _PARTS)
     DEFAULT: ClassVar[Capabilities] = default_capabilities(TUNED, "PhysX", _INELASTIC)
     EXACT_STEPS: ClassVar[ExactSteps] = IN_SINGLE_PRECISION

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.model import Scene
+from ghostball.model import Disc, Scene, Segment
 from ghostball.reference_adapters.physx.engine import PhysxSettings
 from ghostball.reference_adapters.stepping.contact_world import (
     SINGLE,
@@ -30,7 +30,7 @@ from ghostball.reference_adapters.stepping.laws import (
     rubs,
 )
 from ghostball.reference_adapters.stepping.plane import Collision
-from ghostball.reference_adapters.stepping.sides import sides_of
+from ghostball.reference_adapters.stepping.sides import parts_of, sides_of
 from ghostball.reference_adapters.stepping.space import slowest_bounce
 
 # It warns that there is no graphics driver, and that its own types lack something.
@@ -42,6 +42,12 @@ FloatArray = NDArray[np.float64]
 
 _BALLS, _CUSHIONS, _CLOTH = 1, 2, 4
 """What a shape of a ball touches."""
+
+THICKNESS = 1e-6
+"""Half of that of a part of a cushion [m]: PhysX has no plane that ends, but a thin box."""
+
+FAR = -1e4
+"""Where balls are taken that are out of the game [m]."""
 
 FASTEST_SPIN = 1e6
 """Bound on spins [rad/s]; PhysX's own of 100 would clamp a pool ball that rolls at 2.86 m/s."""
@@ -118,6 +124,10 @@ class World(ContactWorld):
             body.set_linear_velocity(velocity)
             body.set_angular_velocity(spin)
 
+    def remove(self, ball: int) -> None:
+        """Take a ball away, to where nothing can come: it is still listed."""
+        self._bodies[ball].set_entity_pose(sapien.Pose([FAR * (ball + 1), 0.0, 0.0]))
+
     def _centres(self) -> FloatArray:
         return np.array([body.entity_pose.p for body in self._bodies], dtype=np.float64)
 
@@ -172,6 +182,9 @@ class World(ContactWorld):
             normal, point = (*side.normal, 0.0), (*side.point, 0.0)
             entity = self._plane(normal, point, materials[_CUSHIONS], _CUSHIONS)
             self._parts[entity] = side.cushion, True
+        height = float(self._scene.radii[0]) if self._own_cloth else 0.0
+        for part in parts_of(self._scene):
+            self._parts[self._part(part, height, materials[_CUSHIONS])] = part.obstacle, True
         if self._own_cloth:
             self._cloth = self._plane((0.0, 0.0, 1.0), (0, 0, 0), materials[_CLOTH], _CLOTH)
 
@@ -208,12 +221,29 @@ class World(ContactWorld):
         turned = np.array([1.0 + normal[0], 0.0, -normal[2], normal[1]])
         if normal[0] == -1.0:
             turned = np.array([0.0, 0.0, 0.0, 1.0])
-        body = sapien.physx.PhysxRigidStaticComponent()
         shape = sapien.physx.PhysxCollisionShapePlane(material)
+        return self._fixed(shape, touched, point, turned / np.linalg.norm(turned))
+
+    def _part(self, part: Segment | Disc, height: float, material: Any) -> Any:
+        """Add a part of a cushion, with its middle at a height [m]."""
+        if isinstance(part, Disc):
+            shape = sapien.physx.PhysxCollisionShapeSphere(part.radius, material)
+            return self._fixed(shape, _CUSHIONS, [*part.centre, height])
+        (x0, y0), (x1, y1) = part.start, part.end
+        half = 0.5 * math.dist(part.start, part.end)
+        angle = 0.5 * math.atan2(y1 - y0, x1 - x0)
+        size = [half, THICKNESS, 2.0 * float(np.max(self._scene.radii))]
+        shape = sapien.physx.PhysxCollisionShapeBox(size, material)
+        turned = np.array([math.cos(angle), 0.0, 0.0, math.sin(angle)])
+        place = [0.5 * (x0 + x1), 0.5 * (y0 + y1), height]
+        return self._fixed(shape, _CUSHIONS, place, turned)
+
+    def _fixed(self, shape: Any, touched: int, place: Any, *turned: Any) -> Any:
+        body = sapien.physx.PhysxRigidStaticComponent()
         if self._tuned:
             shape.set_collision_groups([16, touched, 0, 0])
         body.attach(shape)
-        return self._add(body, point, turned / np.linalg.norm(turned))
+        return self._add(body, place, *turned)
 
     def _add(self, body: Any, place: Any, turned: Any = (1.0, 0.0, 0.0, 0.0)) -> Any:
         entity = sapien.Entity()

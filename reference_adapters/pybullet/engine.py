@@ -38,6 +38,7 @@ from ghostball.reference_adapters.stepping import contact_time
 from ghostball.reference_adapters.stepping.contact_time import CONTACT_GAP
 from ghostball.reference_adapters.stepping.ending import end_of, ending_of
 from ghostball.reference_adapters.stepping.laws import largest_momenta
+from ghostball.reference_adapters.stepping.plane_engine import pocketed
 from ghostball.reference_adapters.stepping.settings import SteppingSettings
 from ghostball.reference_adapters.stepping.space import slowest_bounce
 
@@ -46,7 +47,12 @@ _ROLLING = Capability(
     "planar, without gravity; mu g is applied around Bullet's steps, in closed form between them",
 )
 _FLAT_CUSHION = none("Bullet's cushion is a vertical plane: it has no nose above the ball's centre")
-_LINES = none("the adapter builds the cushions of a rectangle")
+_PARTS = Capability(
+    "approximate",
+    "lines and spheres at the height of the balls' centres: right for balls that roll, in the "
+    "plane; one that slides, and that friction has lifted, meets them lower, and is lifted a "
+    "little more; a ball that goes farther than its radius in a step can pass through a line",
+)
 _LIFTED = (
     "in space: a ball that friction lifts bounces, and has no cloth until it lands; one that it "
     "pushes down is rubbed by the cloth, and slowed as it rolls, in the same instant"
@@ -80,9 +86,9 @@ CAPABILITIES: Capabilities = {
     ),
     Feature.UNBOUNDED_CLOTH: EXACT,
     Feature.OPEN_SIDES: EXACT,
-    Feature.POLYGON: _LINES,
-    Feature.POCKETS: _LINES,
-    Feature.POSTS: _LINES,
+    Feature.POLYGON: _PARTS,
+    Feature.POCKETS: pocketed(_PARTS),
+    Feature.POSTS: _PARTS,
     Feature.MIRROR_CUSHION: EXACT,
     Feature.CUSHION_RESTITUTION: EXACT,
     Feature.FALLING_RESTITUTION: none("Bullet's restitution is one number at any speed"),

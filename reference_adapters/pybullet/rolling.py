@@ -26,6 +26,11 @@ from ghostball.reference_adapters.stepping.contact_time import (
     time_to_contact,
     time_to_rest,
 )
+from ghostball.reference_adapters.stepping.pocketing import (
+    Pocketing,
+    instant_of,
+    states_at_falls,
+)
 
 EPS = float(np.finfo(np.float64).eps)
 
@@ -52,6 +57,7 @@ class PlanarRun:
         self._slowed_by: list[float] = self._decelerations.tolist()
         self._velocities: Vectors = scene.velocities[:, :2].tolist()
         self._in_bullet: Vectors = [[0.0, 0.0] for _ in self._velocities]  # what each body has now
+        self._pocketing = Pocketing(scene)
         self.t = 0.0
         self.rest_time = 0.0
         self.work = {"steps": 0, "contacts": 0}
@@ -92,11 +98,12 @@ class PlanarRun:
             stops = time_to_rest(velocities, self._decelerations)
             # Up to the next stop, and by a few roundings past it, so that the ball does stop.
             horizon = min(dt, float(np.min(stops[stops > 0.0])) * (1.0 + 4.0 * EPS))
+            here = self._pocketing.here
             to_contact = time_to_contact(
-                self._positions(),
-                velocities,
-                rolling_accelerations(velocities, self._decelerations),
-                self._radii,
+                self._positions()[here],
+                velocities[here],
+                rolling_accelerations(velocities, self._decelerations)[here],
+                self._radii[here],
                 self._scene.table,
                 horizon=horizon,
             )
@@ -112,6 +119,7 @@ class PlanarRun:
         `dt` is given too because a short one would lose its digits in the difference of two times.
         """
         before = self._velocities
+        started_at = self._positions() if self._pocketing else None
         speeds = _speeds(before)
         self._send(before, speeds, dt)
         self._world.step(dt)
@@ -127,8 +135,10 @@ class PlanarRun:
         if new:
             self._note_collisions(new, touched, before, dt)
         self._velocities = self._second_half_kick(dt)
+        if started_at is not None:
+            self._let_fall(started_at, t)
         for i, (speed, (x, y)) in enumerate(zip(speeds, self._velocities, strict=True)):
-            if speed > 0.0 and not (x or y):
+            if speed > 0.0 and not (x or y) and not self._pocketing.gone[i]:
                 # One that Bullet left alone stops where the closed form says, within the step.
                 slowed_by = 0.0 if i in touched else self._slowed_by[i]
                 rolled = min(dt, speed / slowed_by) if slowed_by else dt
@@ -140,8 +150,32 @@ class PlanarRun:
         if not self.at_rest and self._recorder.wants_frame(t):
             self._recorder.rolling_frame(t, self._positions(), np.array(self._velocities))
 
+    def _let_fall(self, before: FloatArray, t: float) -> None:
+        """Take out the balls that fell on the way from `before`, (n, 2) [m], until `t` [s]."""
+        after = self._positions()
+        falls = self._pocketing.take(before, after)
+        if not falls:
+            return
+        moving = rolling_state(
+            after[np.newaxis], np.array(self._velocities)[np.newaxis], self._radii
+        )
+        for fall, state in states_at_falls(before, moving, falls):
+            places, velocities = state.positions[0, :, :2], state.velocities[0, :, :2]
+            self._recorder.rolling_frame(
+                instant_of(fall, self.t, t), places, velocities, force=True
+            )
+        for fall in falls:
+            at = instant_of(fall, self.t, t)
+            self._recorder.event(at, EventKind.POCKETED, fall.ball, fall.pocket)
+            self.rest_time = max(self.rest_time, at)
+            self._world.remove(fall.ball)
+            self._velocities[fall.ball] = [0.0, 0.0]
+            self._in_bullet[fall.ball] = [0.0, 0.0]
+
     def _positions(self) -> FloatArray:
-        return self._world.positions()[:, :2]
+        positions = self._world.positions()[:, :2]
+        self._pocketing.keep(positions)
+        return positions
 
     def _send(self, velocities: Vectors, speeds: list[float], dt: float) -> None:
         """Give every ball its mean velocity over the coming step: v (|v| - mu g dt/2) / |v|."""

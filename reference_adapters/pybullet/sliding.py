@@ -18,6 +18,11 @@ from ghostball.reference_adapters.pybullet.world import Contact, World
 from ghostball.reference_adapters.recording import Recorder
 from ghostball.reference_adapters.stepping.clock import Clock
 from ghostball.reference_adapters.stepping.laws import slips_of
+from ghostball.reference_adapters.stepping.pocketing import (
+    Pocketing,
+    instant_of,
+    states_at_falls,
+)
 from ghostball.reference_adapters.stepping.sides import sides_of
 from ghostball.reference_adapters.stepping.space import slowest_bounce
 
@@ -63,6 +68,7 @@ class SlidingRun:
         self._flies = scene.physics.airborne
         self._noses = sides_of(scene) if scene.physics.airborne else []
         self._gone = np.zeros(len(scene.balls), dtype=np.bool_)
+        self._pocketing = Pocketing(scene)
         self._height = scene.physics.cushion_height
         # What falls no faster lies on the table, and what is no higher than it could bounce.
         self._slow = slowest_bounce(scene, dt)
@@ -88,7 +94,7 @@ class SlidingRun:
 
     def state(self) -> Samples:
         """Return the state now, arrays (1, n, 3)."""
-        return self._samples(self._world.positions(), self._velocities, self._spins)
+        return self._samples(self._positions(), self._velocities, self._spins)
 
     def run(self, t_end: float, max_steps: int) -> None:
         """Run until every ball rests, or to `t_end` exactly, in steps of `dt`."""
@@ -96,7 +102,13 @@ class SlidingRun:
         while not self.at_rest and clock.t < t_end and self.work["steps"] < max_steps:
             self._advance(clock.dt, clock.tick())
 
+    def _positions(self) -> FloatArray:
+        positions = self._world.positions()
+        self._pocketing.keep(positions)
+        return positions
+
     def _advance(self, dt: float, t: float) -> None:
+        started_at = self._positions() if self._pocketing else None
         self._world.step(dt)
         self.work["steps"] += 1
         contacts, new = self._world.contacts()
@@ -107,6 +119,8 @@ class SlidingRun:
         new = [c for c in new if c.b >= 0 or before[0][c.a, 2] < -self._slow]
         if new:
             self._note_collisions(new, before, dt)
+        if started_at is not None:
+            self._let_fall(started_at, t)
         self.t = t
         if self._noses:
             self._take_out_what_left()
@@ -141,6 +155,22 @@ class SlidingRun:
                 self._gone[i] = True
                 self._velocities[i] = self._spins[i] = 0.0
 
+    def _let_fall(self, before: FloatArray, t: float) -> None:
+        """Take out the balls that fell on the way from `before`, (n, 3) [m], until `t` [s]."""
+        after = self._positions()
+        falls = self._pocketing.take(before[:, :2], after[:, :2])
+        moving = self._samples(after, self._velocities.copy(), self._spins.copy())
+        for fall, state in states_at_falls(before[:, :2], moving, falls):
+            self._recorder.frame(instant_of(fall, self.t, t), state, force=True)
+        for fall in falls:
+            at, ball = instant_of(fall, self.t, t), fall.ball
+            self._recorder.event(at, EventKind.POCKETED, ball, fall.pocket)
+            self.rest_time = max(self.rest_time, at)
+            self._world.remove(ball)
+            self._velocities[ball] = self._spins[ball] = 0.0
+            self._resting[ball] = self._rolling[ball] = True
+            self._spinning[ball] = False
+
     def _spins_on(self) -> Flags:
         """Whether each ball has a spin about the vertical that will end, and hasn't yet."""
         surface = self._radii * np.abs(self._spins[:, 2])
@@ -174,7 +204,7 @@ class SlidingRun:
         for contact in new:
             self._recorder.event(self.t, contact.kind, contact.a, contact.b)
         if self._recorder.record == "trajectory":
-            positions = self._world.positions() - self._velocities * dt
+            positions = self._positions() - self._velocities * dt
             for velocities, spins in (before, (self._velocities, self._spins)):
                 state = self._samples(positions, velocities, spins)
                 self._recorder.frame(self.t, state, force=True)

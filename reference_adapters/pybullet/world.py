@@ -20,10 +20,10 @@ from typing import Any, Literal, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.model import EventKind, Scene, Side
+from ghostball.model import Disc, EventKind, Scene, Segment, Side
 from ghostball.reference_adapters.base import EngineError
 from ghostball.reference_adapters.pybullet.coefficients import Coefficients
-from ghostball.reference_adapters.stepping.sides import sides_of
+from ghostball.reference_adapters.stepping.sides import CornerNames, parts_of, sides_of
 
 FloatArray = NDArray[np.float64]
 Config = Literal["tuned", "default"]
@@ -132,6 +132,8 @@ class World:
         self._cushion_of_body: dict[int, int] = {}
         self._cloths: list[int] = []
         self._flies = scene.physics.airborne
+        self._corners = CornerNames(scene)
+        self._places = scene.positions
         self._touching: frozenset[Contact] = frozenset()
         self.coefficients = Coefficients.of(scene, planar=planar)
         idle = _IDLE[config]
@@ -171,6 +173,8 @@ class World:
         if dt != self._dt:
             self._bullet.setTimeStep(dt, physicsClientId=self._client)
             self._dt = dt
+        if self._corners:
+            self._places = self.positions()
         self._bullet.stepSimulation(physicsClientId=self._client)
 
     def contacts(self) -> tuple[list[Contact], list[Contact]]:
@@ -189,7 +193,14 @@ class World:
         )
         new = pushing - self._touching
         self._touching = pushing
+        if self._corners:
+            new = frozenset(map(self._named, new))
         return sorted(pushing), sorted(new)
+
+    def _named(self, contact: Contact) -> Contact:
+        if contact.kind is not EventKind.BALL_CUSHION:
+            return contact
+        return contact._replace(b=self._corners.name(contact.b, self._places[contact.a]))
 
     def set_velocity(self, ball: int, velocity: list[float], angular_velocity: list[float]) -> None:
         """Set a ball's velocity [m/s] and angular velocity [rad/s], 3 components each."""
@@ -281,6 +292,11 @@ class World:
                 # Else a ball is stopped at the cushion in the step before it gets there, and
                 # what it has left of the step is taken from its restitution.
                 self._change(body, contactProcessingThreshold=0.0)
+        for part in parts_of(scene):
+            body = self._part(part, 0.0 if planar else float(scene.radii[0]), *laws)
+            self._cushion_of_body[body] = part.obstacle
+            if self._tuned:
+                self._change(body, contactProcessingThreshold=0.0)
         for i in range(len(scene.balls)):
             self._ball(i, planar)
         if factors.own_cloths:
@@ -318,6 +334,37 @@ class World:
         )
         if self._tuned:
             self._change(body, linearDamping=0.0, angularDamping=0.0, maxJointVelocity=FASTEST)
+
+    def _part(
+        self, part: Segment | Disc, height: float, restitution: float, friction: float
+    ) -> int:
+        """Add a part of a cushion at the height of the balls' centres [m]: a line, or a sphere.
+
+        The line is the edge of a triangle: where Bullet meets a triangle, or a sphere, with a ball,
+        the contact is right to the last digits. Of capsules and cylinders it is so nearly alone, as
+        it searches for it, and a box has round edges.
+        """
+        if isinstance(part, Disc):
+            place = (*part.centre, height)
+            shape = self._bullet.createCollisionShape(
+                self._bullet.GEOM_SPHERE, radius=part.radius, physicsClientId=self._client
+            )
+        else:
+            place = (0.0, 0.0, 0.0)
+            (x0, y0), (x1, y1) = part.start, part.end
+            top = (0.5 * (x0 + x1), 0.5 * (y0 + y1), height + math.dist(part.start, part.end))
+            shape = self._bullet.createCollisionShape(
+                self._bullet.GEOM_MESH,
+                vertices=[(x0, y0, height), (x1, y1, height), top],
+                indices=[0, 1, 2],
+                flags=self._bullet.GEOM_FORCE_CONCAVE_TRIMESH,
+                physicsClientId=self._client,
+            )
+        body: int = self._bullet.createMultiBody(
+            0.0, shape, basePosition=place, physicsClientId=self._client
+        )
+        self._change(body, restitution=restitution, lateralFriction=friction)
+        return body
 
     def _nose(self, side: Side, restitution: float, friction: float) -> int:
         """Add a cushion's nose: a capsule along its line, at its height above the cloth."""

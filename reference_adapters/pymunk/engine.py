@@ -42,9 +42,14 @@ _RUBS = (
 _MULTIPLIED = Capability(
     "approximate", "elasticities set as a newcomer does: Chipmunk multiplies those of the two"
 )
+_PARTS = Capability(
+    "exact",
+    "segments without thickness, whose ends are points, and circles; a ball that goes farther than "
+    "its radius in a step can pass through a segment",
+)
 
 _TUNED: Capabilities = {
-    **disc_capabilities("Pymunk", EXACT, Capability("approximate", _RUBS)),
+    **disc_capabilities("Pymunk", EXACT, Capability("approximate", _RUBS), _PARTS),
     Feature.SPEED_DEPENDENT_FRICTION: Capability(
         "approximate", f"the coefficient of the slip before the impact, as in the law. {_RUBS}"
     ),

@@ -12,6 +12,7 @@ from ghostball.reference_adapters.recording import Recorder, rolling_state
 from ghostball.reference_adapters.stepping import plane
 from ghostball.reference_adapters.stepping.clock import Clock
 from ghostball.reference_adapters.stepping.laws import tangential_restitution
+from ghostball.reference_adapters.stepping.sides import Normals
 
 if TYPE_CHECKING:
     from ghostball.reference_adapters.pymunk.world import World
@@ -33,6 +34,7 @@ class NativeRolling(plane.Stepper):
         super().__init__(scene, world)
         self._world = world
         self._along = tangential_restitution(scene.physics)
+        self._normals = Normals(scene)
         self._clock = Clock(dt, t_end)
         self._kick = scene.rolling_frictions * scene.physics.gravity * self._clock.dt
         self._half_kick = np.zeros_like(self._kick)
@@ -62,13 +64,27 @@ class NativeRolling(plane.Stepper):
         velocities = _faster(self._velocities, self._half_kick)
         recorder.rolling_frame(self.t, self._positions, velocities, force=force)
 
+    def keep(self, recorder: Recorder, t: float, state: Samples) -> None:
+        """Hand a state at the instant t [s] within the last step to a recorder."""
+        positions, velocities, _ = state
+        recorder.rolling_frame(t, positions[0, :, :2], velocities[0, :, :2], force=True)
+
     def step(self) -> None:
         """Let Pymunk step by dt."""
+        if self._pocketing:
+            self._let_fall()
         self._world.step(self._clock.dt)
         self.t = self.seen_at = self._clock.tick()
         self._positions, self._velocities = self._world.positions_and_velocities()
-        if self._along != 1.0 and self._world.collisions:
-            plane.scale_along_cushions(self._velocities, self._world.collisions, self._along)
+        self._take_collisions(self._world.collisions, self._positions)
+        if self._along != 1.0 and self.collisions:
+            plane.scale_along_cushions(
+                self._velocities,
+                self._positions,
+                self.collisions,
+                self._normals,
+                self._along,
+            )
             self._world.set_velocities(self._velocities)
         if not self._world.tuned:
             self._velocities = _faster(self._velocities, -self._kick)
@@ -77,10 +93,31 @@ class NativeRolling(plane.Stepper):
         resting = ~moving
         self._velocities[resting] = 0.0
         stopped = self._moving & resting
-        for a, b, cushion in self._world.collisions:  # stopped by a ball, not by the cloth
+        for a, b, cushion in self.collisions:  # stopped by a ball, not by the cloth
             stopped[[a] if cushion else [a, b]] = False
         self.changes = [(EventKind.ROLL_TO_REST, i) for i in stopped.nonzero()[0].tolist()]
         self._moving = moving
+        if self._pocketing:
+            self._pocketing.keep(self._positions)
+
+    def _let_fall(self) -> None:
+        """Take out the balls that fall in the coming step: it moves them before they can collide.
+
+        Pymunk moves a ball by its velocity now, straight on.
+        """
+        after = self._positions + self._velocities * self._clock.dt
+        self.falls = self._pocketing.take(self._positions, after)
+        if not self.falls:
+            self.moving = None
+            return
+        moving = _faster(self._velocities, self._half_kick)
+        state = rolling_state(after[np.newaxis], moving[np.newaxis], self._radii)
+        self._note_falls(self._positions, state)
+        for fall in self.falls:
+            self._world.remove(fall.ball)
+            self._velocities[fall.ball] = 0.0
+            self._moving[fall.ball] = False
+        self._world.set_velocities(self._velocities)
 
 
 def _faster(velocities: FloatArray, changes: FloatArray) -> FloatArray:

@@ -13,7 +13,7 @@ import pymunk
 from numpy.typing import NDArray
 from pymunk import batch
 
-from ghostball.model import Scene, Side
+from ghostball.model import Disc, Scene, Segment, Side
 from ghostball.reference_adapters.stepping.friction import ContactFriction
 from ghostball.reference_adapters.stepping.laws import (
     FallingRestitution,
@@ -23,7 +23,12 @@ from ghostball.reference_adapters.stepping.laws import (
 )
 from ghostball.reference_adapters.stepping.plane import Collision
 from ghostball.reference_adapters.stepping.settings import SteppingSettings
-from ghostball.reference_adapters.stepping.sides import reach_beyond, sides_of
+from ghostball.reference_adapters.stepping.sides import (
+    Normals,
+    parts_of,
+    reach_beyond,
+    sides_of,
+)
 
 FloatArray = NDArray[np.float64]
 
@@ -74,6 +79,7 @@ class World:
         self._buffer = batch.Buffer()
         self.friction: ContactFriction | None = None
         self._falling = FallingRestitution.of(scene.physics)
+        self._normals = Normals(scene)
         if self.tuned:
             self._tune()
             if rubs(scene):
@@ -84,7 +90,9 @@ class World:
         for i in range(len(scene.balls)):
             self._add_ball(i)
         for side in sides_of(scene):
-            self._add_cushion(side)
+            self._add_side(side)
+        for part in parts_of(scene):
+            self._add_part(part)
         for other in (_BALL, _CUSHION):
             self._space.on_collision(_BALL, other, post_solve=self._note)
 
@@ -130,6 +138,10 @@ class World:
         buffer = batch.Buffer()
         buffer.set_float_buf(with_static_body)
         batch.set_space_bodies(self._space, batch.BodyFields.VELOCITY, buffer)
+
+    def remove(self, ball: int) -> None:
+        """Take a ball's disc out of the space; its body stays, and nothing meets that."""
+        self._space.remove(*self._bodies[ball].shapes)
 
     def add_rolling_joints(self) -> None:
         """Slow every ball by mu g with a joint to the table that can't correct positions.
@@ -191,15 +203,26 @@ class World:
         self._bodies.append(body)
         self._index[shape] = i
 
-    def _add_cushion(self, side: Side) -> None:
+    def _add_side(self, side: Side) -> None:
         radius = CUSHION_THICKNESS if self.tuned else 0.0
         beyond = CUSHION_THICKNESS + reach_beyond(self.scene) if self.tuned else 0.0
         spine = side.ends(beyond, outward=radius)
-        shape = pymunk.Segment(self._space.static_body, *spine, radius)
+        self._add_cushion(pymunk.Segment(self._space.static_body, *spine, radius), side.cushion)
+
+    def _add_part(self, part: Segment | Disc) -> None:
+        """Add a part of a cushion; segments without thickness: it would reach into the table."""
+        body = self._space.static_body
+        if isinstance(part, Disc):
+            shape: pymunk.Shape = pymunk.Circle(body, part.radius, part.centre)
+        else:
+            shape = pymunk.Segment(body, part.start, part.end, 0.0)
+        self._add_cushion(shape, part.obstacle)
+
+    def _add_cushion(self, shape: pymunk.Shape, index: int) -> None:
         shape.elasticity = cushion_restitution(self.scene.physics)
         shape.collision_type = _CUSHION
         self._space.add(shape)
-        self._index[shape] = side.cushion
+        self._index[shape] = index
 
     def _parts(self, arbiter: pymunk.Arbiter) -> Collision:
         shape_a, shape_b = arbiter.shapes
@@ -212,10 +235,13 @@ class World:
             return
         contact = self._parts(arbiter)
         one = self._bodies[contact.a]
-        if contact.cushion and self._falling is not None:
-            arbiter.restitution = self._falling.at(contact.b, one.velocity)
+        line, velocity = (0.0, 0.0), one.velocity
+        if contact.cushion:
+            nx, ny = self._normals.at(contact.b, one.position)
+            line = -nx, -ny
+            if self._falling is not None:
+                arbiter.restitution = self._falling.at((nx, ny), velocity)
         if self.friction is not None:
-            line, velocity = (0.0, 0.0), one.velocity
             if not contact.cushion:
                 other = self._bodies[contact.b]
                 line, velocity = other.position - one.position, one.velocity - other.velocity
@@ -235,5 +261,6 @@ class World:
         balls = [contact.a] if contact.cushion else [contact.a, contact.b]
         noise = min(self._impulse_rounding[balls])
         # `begin` also fires for discs that overlap while they move apart: no impulse, no collision.
-        if impulse.length > noise:
+        # Where it meets two parts of one cushion at once, that is one collision.
+        if impulse.length > noise and contact not in self.collisions:
             self.collisions.append(contact)

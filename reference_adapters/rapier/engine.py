@@ -36,6 +36,9 @@ class RapierSettings(SteppingSettings):
 _IMPACTS = Capability(
     "approximate", "in single precision; contacts that share a ball make or take energy"
 )
+_PARTS = Capability(
+    "approximate", "segments, whose ends are points, and spheres, in single precision"
+)
 _PREDICTED = Capability(
     "approximate",
     "contacts are resolved up to 2 cm before balls touch, along the line that they have then",
@@ -49,6 +52,6 @@ class RapierEngine(PlaneEngine):
     WORLD: ClassVar[str] = "ghostball.reference_adapters.rapier.world:World"
     PACKAGE: ClassVar[str] = "rapier3d"
     Settings: ClassVar[type[EngineSettings]] = RapierSettings
-    TUNED: ClassVar[Capabilities] = frictionless_capabilities("Rapier", _IMPACTS)
+    TUNED: ClassVar[Capabilities] = frictionless_capabilities("Rapier", _IMPACTS, _PARTS)
     DEFAULT: ClassVar[Capabilities] = default_capabilities(TUNED, "Rapier", _PREDICTED)
     EXACT_STEPS: ClassVar[ExactSteps] = IN_SINGLE_PRECISION

@@ -8,7 +8,7 @@ import numpy as np
 import rapier3d
 from numpy.typing import NDArray
 
-from ghostball.model import Scene, Side
+from ghostball.model import Disc, Scene, Segment, Side
 from ghostball.reference_adapters.stepping.contact_world import (
     SINGLE,
     ContactWorld,
@@ -18,7 +18,7 @@ from ghostball.reference_adapters.stepping.contact_world import (
 from ghostball.reference_adapters.stepping.laws import multiplied_restitutions, restitutions
 from ghostball.reference_adapters.stepping.plane import Collision
 from ghostball.reference_adapters.stepping.settings import SteppingSettings
-from ghostball.reference_adapters.stepping.sides import sides_of
+from ghostball.reference_adapters.stepping.sides import parts_of, sides_of
 
 FloatArray = NDArray[np.float64]
 
@@ -43,9 +43,12 @@ class World(ContactWorld):
             scene.physics
         )
         self._parts: dict[Any, Part] = {}
+        self._colliders: list[Any] = []
         self._balls = [self._ball(i) for i in range(len(scene.balls))]
         for side in sides_of(scene):
             self._cushion(side)
+        for part in parts_of(scene):
+            self._add_part(part)
 
     def start(self, velocities: FloatArray, _: FloatArray | None) -> FloatArray:
         """Give the balls velocities, (n, 2) [m/s], for a step."""
@@ -85,8 +88,21 @@ class World(ContactWorld):
         body = body.enabled_translations((True, True, False))
         handle = self._world.add_body(body.enabled_rotations((False, False, False)).build())
         shape = rapier3d.Collider.ball(ball.radius).mass(ball.mass)
-        self._add(shape, self._restitutions[False], handle, (i, False))
+        self._colliders.append(self._add(shape, self._restitutions[False], handle, (i, False)))
         return handle
+
+    def remove(self, ball: int) -> None:
+        """Take out a ball's shape; its body stays, and nothing meets that."""
+        self._world.remove_collider(self._colliders[ball])
+
+    def _add_part(self, part: Segment | Disc) -> None:
+        if isinstance(part, Disc):
+            place, shape = part.centre, rapier3d.Collider.ball(part.radius)
+        else:
+            place = (0.0, 0.0)
+            shape = rapier3d.Collider.segment((*part.start, 0.0), (*part.end, 0.0))
+        body = self._world.add_body(rapier3d.RigidBody.fixed().translation((*place, 0.0)).build())
+        self._add(shape, self._restitutions[True], body, (part.obstacle, True))
 
     def _cushion(self, side: Side) -> None:
         body = rapier3d.RigidBody.fixed().translation((*side.point, 0.0))
@@ -94,8 +110,10 @@ class World(ContactWorld):
         part = side.cushion, True
         self._add(shape, self._restitutions[True], self._world.add_body(body.build()), part)
 
-    def _add(self, shape: Any, restitution: float, body: Any, part: Part) -> None:
+    def _add(self, shape: Any, restitution: float, body: Any, part: Part) -> Any:
         shape = shape.restitution(restitution).friction(0.0)
         if self._tuned:
             shape = shape.restitution_combine_rule(rapier3d.CoefficientCombineRule.MULTIPLY)
-        self._parts[self._world.add_collider(shape.build(), body)] = part
+        collider = self._world.add_collider(shape.build(), body)
+        self._parts[collider] = part
+        return collider

@@ -120,6 +120,11 @@ class ClosedFormCloth:
             self._end_slides(collided, max(dt, SHORTEST))
         self._end_rolls(collided & self.rolling, max(dt, SHORTEST))
 
+    def stop(self, ball: int) -> None:
+        """Take all its motion from a ball: nothing of it goes on."""
+        self.velocities[ball] = self._angular_velocities[ball] = 0.0
+        self.rolling[ball] = True
+
     def state(self, positions: FloatArray) -> Samples:
         """Return the state at `positions`, (n, 2) [m], as arrays (1, n, 3)."""
         return Samples(

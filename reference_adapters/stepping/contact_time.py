@@ -9,14 +9,14 @@ compared, but the decorator: with so few balls numpy would cost its calls.
 from __future__ import annotations
 
 import math
-from functools import cache
+from functools import cache, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ghostball.engine.core.kernel import kernel
 from ghostball.engine.library.entry import Needed
-from ghostball.model import Table
+from ghostball.model import Hole, Segment, Table
 from ghostball.reference_adapters.stepping.slowing import slow, stop
 
 FloatArray = NDArray[np.float64]
@@ -57,10 +57,13 @@ def time_to_contact(
 ) -> float:
     """Return the time until a step should end because two balls, or a ball and a cushion, touch.
 
+    Or because a ball's centre enters a hole.
+
     `positions`, `velocities`, `accelerations` (n, 2) float64 [m], [m/s], [m/s^2]: motion is x + v t
         + a t^2 / 2, valid up to `horizon` (the next time a ball stops, say).
     `radii` (n,) float64 [m].
-    `table`: its `cushions` are infinite lines; None is a cloth without any.
+    `table`: its `sides` are infinite lines, its `obstacles` what they say; None is a cloth without
+        any.
     `gap` [m]: gap at which to end, positive.
     `horizon` [s]: how far to look, positive; may be inf.
 
@@ -80,18 +83,33 @@ def time_to_contact(
     centres is at least the projection of their separation on the present line of centres, d + b t +
     a t^2 / 2. The first time this falls to the level is a lower bound of the contact time, so
     repeating from there converges from outside, quadratically, and can't miss a contact. For a
-    cushion the projection is the gap itself. The true quartic is never formed.
+    cushion that is a line the projection is the gap itself; for a part of one, and for a disc, it
+    is taken along the line to its nearest point, as they are convex. The true quartic is never
+    formed.
     """
     # One layout for all, or each would be compiled for.
     x, v, a = map(np.ascontiguousarray, (positions, velocities, accelerations))
     dt = np.inf
     if table is not None:
-        for side in table.sides:
-            across = side.across
-            inward, nose = side.normal[across], side.point[across]
-            dt = min(dt, _to_cushion(x, v, a, radii, across, inward, nose, gap))
+        lines, rows = _cushions_of(table)
+        for line in lines:
+            dt = min(dt, _to_cushion(x, v, a, radii, *line, gap))
+        if len(rows):
+            dt = min(dt, _to_obstacle(x, v, a, radii, rows, gap, min(horizon, dt)))
     dt = min(dt, _to_ball(x, v, a, radii, gap, min(horizon, dt)))
     return float(dt) if dt <= horizon else math.inf
+
+
+@lru_cache(maxsize=32)
+def _cushions_of(table: Table) -> tuple[list[tuple[int, float, float]], FloatArray]:
+    """Return the lines of a table, as `_to_cushion` takes them, and rows for `_to_obstacle`."""
+    lines = [(one.across, one.normal[one.across], one.point[one.across]) for one in table.sides]
+    rows = np.zeros((len(table.obstacles), 6))
+    for row, one in zip(rows, table.obstacles, strict=True):
+        start, end = (one.start, one.end) if isinstance(one, Segment) else (one.centre, one.centre)
+        reach = 0.0 if isinstance(one, Segment) else one.radius
+        row[:] = *start, *end, reach, not isinstance(one, Hole)
+    return lines, rows
 
 
 def rolling_accelerations(velocities: FloatArray, decelerations: FloatArray) -> FloatArray:
@@ -133,6 +151,11 @@ def needed() -> tuple[Needed, ...]:
         Needed(slow, (vectors, numbers, vectors), f"{name}: accelerations"),
         Needed(stop, (vectors, numbers, numbers), f"{name}: durations"),
         Needed(_to_cushion, (*motion, 0, 1.0, 0.0, CONTACT_GAP), f"{name}: cushions"),
+        Needed(
+            _to_obstacle,
+            (*motion, np.zeros((1, 6)), CONTACT_GAP, math.inf),
+            f"{name}: parts of cushions, and holes",
+        ),
         Needed(_to_ball, (*motion, CONTACT_GAP, math.inf), f"{name}: balls"),
     )
 
@@ -188,6 +211,83 @@ def _to_cushion(
         level = _level(present, rate, acceleration, gap)
         first = min(first, _first_root(present - level, rate, acceleration))
     return first
+
+
+@kernel
+def _from_nearest(rows: FloatArray, k: int, x: float, y: float) -> tuple[float, float]:
+    """Return the way to a place from the nearest point of an obstacle's segment, or centre [m]."""
+    dx, dy = rows[k, 2] - rows[k, 0], rows[k, 3] - rows[k, 1]
+    along, length2 = (x - rows[k, 0]) * dx + (y - rows[k, 1]) * dy, dx * dx + dy * dy
+    part = 0.0 if along <= 0.0 else (1.0 if along >= length2 else along / length2)
+    return x - rows[k, 0] - part * dx, y - rows[k, 1] - part * dy
+
+
+@kernel(entry=True)
+def _to_obstacle(
+    x: FloatArray,
+    v: FloatArray,
+    a: FloatArray,
+    radii: FloatArray,
+    rows: FloatArray,
+    gap: float,
+    horizon: float,
+) -> float:
+    """Return the time to the first contact of a ball with an obstacle within `horizon`, or inf.
+
+    `rows` (m, 6) float64 [m]: the ends of a segment, the same for a disc; its radius; and whether
+        that of the ball is added to it (1), or the ball's centre counts (0), as for a hole.
+    """
+    first = math.inf
+    for k in range(len(rows)):
+        farthest = max(abs(rows[k, 0]), abs(rows[k, 1]), abs(rows[k, 2]), abs(rows[k, 3]))
+        for i in range(len(radii)):
+            reach = rows[k, 4] + rows[k, 5] * radii[i]
+            rounding = 8.0 * EPS * (max(farthest, abs(x[i, 0]), abs(x[i, 1])) + reach)
+            t = _of_obstacle(x, v, a, i, rows, k, reach, gap, rounding, min(horizon, first))
+            first = min(first, t)
+    return first
+
+
+@kernel
+def _of_obstacle(
+    x: FloatArray,
+    v: FloatArray,
+    a: FloatArray,
+    i: int,
+    rows: FloatArray,
+    k: int,
+    reach: float,
+    gap: float,
+    rounding: float,
+    horizon: float,
+) -> float:
+    """Return the time to the contact of ball `i` and obstacle `k`, or inf where after `horizon`."""
+    v0, v1, a0, a1 = v[i, 0], v[i, 1], a[i, 0], a[i, 1]
+    if v0 == 0.0 and v1 == 0.0 and a0 == 0.0 and a1 == 0.0:
+        return math.inf
+    r0, r1 = _from_nearest(rows, k, x[i, 0], x[i, 1])
+    distance = math.sqrt(r0 * r0 + r1 * r1)
+    if distance == 0.0:  # on the middle of it, which no shot comes to
+        return math.inf
+    n0, n1 = r0 / distance, r1 / distance
+    target = reach + _level(distance - reach, n0 * v0 + n1 * v1, n0 * a0 + n1 * a1, gap)
+    t = 0.0
+    for _ in range(MAX_ROUNDS):
+        r0, r1 = _from_nearest(
+            rows, k, x[i, 0] + (v0 + 0.5 * a0 * t) * t, x[i, 1] + (v1 + 0.5 * a1 * t) * t
+        )
+        distance = math.sqrt(r0 * r0 + r1 * r1)
+        remaining = distance - target
+        n0, n1 = r0 / distance, r1 / distance
+        rate = n0 * (v0 + a0 * t) + n1 * (v1 + a1 * t)
+        step = _first_root(max(remaining, rounding), rate, n0 * a0 + n1 * a1)
+        # As for two balls, see `_of_pair`.
+        if (t > 0.0 and remaining <= rounding) or step <= 4e-16 * t:
+            return t
+        t += step
+        if not t <= horizon or t == math.inf:
+            return math.inf
+    return t
 
 
 @kernel(entry=True)

@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.model import CUSHIONS, INWARD, Scene
+from ghostball.model import Scene
 from ghostball.reference_adapters.stepping.laws import cushion_friction
 from ghostball.reference_adapters.stepping.plane import Collision
 
@@ -83,7 +83,7 @@ class ContactFriction:
     ) -> float:
         """Return the coefficient of friction that a contact must have in the engine [1].
 
-        `line`: from ball a to ball b, of any length; not needed at a cushion.
+        `line`: from ball a to ball b, of any length; at a cushion the unit vector into it.
         `velocity` [m/s]: the velocity of ball a, less that of ball b.
         """
         slip = (self._cushion_slip if contact.cushion else self._ball_slip)(contact, line, velocity)
@@ -122,12 +122,12 @@ class ContactFriction:
         return self._slip(normal, velocity, spin, mass, cushion=False)
 
     def _cushion_slip(
-        self, contact: Collision, _: tuple[float, float], velocity: tuple[float, float]
+        self, contact: Collision, line: tuple[float, float], velocity: tuple[float, float]
     ) -> _Slip:
-        """Return the slip of the surface of `ball` over the cushion, at the centre's height."""
-        ball, (x, y) = contact.a, INWARD[CUSHIONS[contact.b]]
+        """Return the slip of the ball's surface over the cushion, at the centre's height."""
+        ball = contact.a
         spin = self._radii[ball] * self._spins[ball]
-        return self._slip((-x, -y), velocity, spin, self._masses[ball], cushion=True)
+        return self._slip(line, velocity, spin, self._masses[ball], cushion=True)
 
     def _slip(
         self,

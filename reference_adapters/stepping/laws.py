@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.model import CUSHIONS, INWARD, Physics, Scene, energy_of, initial_state
+from ghostball.model import Physics, Scene, energy_of, initial_state
 
 FloatArray = NDArray[np.float64]
 
@@ -55,9 +55,9 @@ class FallingRestitution:
         falls = physics.cushion_restitution_loss > 0.0 and physics.cushion != "mirror"
         return cls(physics) if falls else None
 
-    def at(self, cushion: int, velocity: tuple[float, float]) -> float:
-        """Return it for a ball that comes to a cushion with a velocity [m/s]."""
-        nx, ny = INWARD[CUSHIONS[cushion]]
+    def at(self, normal: tuple[float, float], velocity: tuple[float, float]) -> float:
+        """Return it for a ball that comes with a velocity [m/s] to a cushion of that normal."""
+        nx, ny = normal
         approach = max(-(nx * velocity[0] + ny * velocity[1]), 0.0)
         return self._slow / (1.0 + self._loss * math.sqrt(approach))
 

@@ -17,8 +17,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ghostball.model import (
-    CUSHIONS,
-    INWARD,
     EventKind,
     Record,
     Result,
@@ -32,7 +30,14 @@ from ghostball.reference_adapters.stepping.cloth import ClosedFormCloth
 from ghostball.reference_adapters.stepping.contact_time import time_to_contact
 from ghostball.reference_adapters.stepping.ending import end_of, ending_of
 from ghostball.reference_adapters.stepping.laws import tangential_restitution
+from ghostball.reference_adapters.stepping.pocketing import (
+    Fall,
+    Pocketing,
+    instant_of,
+    states_at_falls,
+)
 from ghostball.reference_adapters.stepping.settings import SteppingSettings
+from ghostball.reference_adapters.stepping.sides import CornerNames, Normals
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -116,6 +121,13 @@ class PlaneWorld(Protocol):
         """Return what the step's contacts added to the spins, (n, 3) [rad/s]; asked if `rubs`."""
         ...
 
+    def remove(self, ball: int) -> None:
+        """Take a ball out, whatever it does: nothing can meet it any more.
+
+        It is still given velocities, of 0, and listed; what is said of it then doesn't matter.
+        """
+        ...
+
 
 def untouched(n: int, pushing: Set[Collision]) -> BoolArray:
     """Return which of n balls none of the contacts that pushed is of, (n,) bool.
@@ -134,16 +146,26 @@ class Stepper(ABC):
 
     `t`: now [s].
     `seen_at`: when the engine saw the collisions of the last step [s].
+    `collisions`: of the last step, a corner once, by the name of the side that ends there.
     `changes`: which balls began to roll or came to rest in the last step.
+    `falls`: which balls fell into pockets in the last step, in order of time.
+    `moving`: the state as that step would have ended without these, arrays (1, n, 3); else None.
+    `states_at_falls`: the states just before and just after each of these.
     `keep_frame`: whether the state now belongs in a recorded trajectory whatever its spacing.
     """
 
     def __init__(self, scene: Scene, world: PlaneWorld) -> None:
         self.t = 0.0
         self.seen_at = 0.0
+        self.collisions: list[Collision] = []
         self.changes: list[tuple[EventKind, int]] = []
+        self.falls: list[Fall] = []
+        self.moving: Samples | None = None
+        self.states_at_falls: list[tuple[Fall, Samples]] = []
         self.keep_frame = False
         self._radii = scene.radii
+        self._pocketing = Pocketing(scene)
+        self._corners = CornerNames(scene)
         self._positions, _ = world.positions_and_velocities()
 
     @property
@@ -163,6 +185,29 @@ class Stepper(ABC):
     def step(self) -> None:
         """Make one step."""
 
+    def _take_collisions(self, found: list[Collision], positions: FloatArray) -> None:
+        """Take over the collisions that the world found with the balls there, (n, 2) [m]."""
+        if self._corners:
+            named = (
+                one._replace(b=self._corners.name(one.b, positions[one.a])) if one.cushion else one
+                for one in found
+            )
+            found = list(dict.fromkeys(named))
+        self.collisions = found
+
+    def _note_falls(self, before: FloatArray, moving: Samples | None) -> None:
+        """Keep what is asked of the falls of a step.
+
+        `before` (n, 2) float64 [m]: the centres as it begins.
+        """
+        self.moving = moving
+        if moving is not None:
+            self.states_at_falls = list(states_at_falls(before, moving, self.falls))
+
+    def keep(self, recorder: Recorder, t: float, state: Samples) -> None:
+        """Hand a state at the instant t [s] within the last step to a recorder."""
+        recorder.frame(t, state, force=True)
+
 
 class _ClosedForm(Stepper):
     """Steps in which the engine moves the balls as the closed form says; see the module."""
@@ -173,6 +218,7 @@ class _ClosedForm(Stepper):
         self._world = world
         self._cloth = ClosedFormCloth(scene)
         self._along = tangential_restitution(scene.physics)
+        self._normals = Normals(scene)
 
     @property
     def resting(self) -> BoolArray:
@@ -188,17 +234,37 @@ class _ClosedForm(Stepper):
         recorder.frame(self.t, self.state(), force=force)
 
     def _advance(self, dt: float, t: float) -> None:
-        world = self._world
+        world, before = self._world, self._positions
         displacements, self.changes = self._cloth.advance(dt)
+        if self._pocketing and not world.collides_first:
+            # It goes that way before it can collide: so what has fallen collides no more.
+            self._let_fall(before, before + displacements)
+            displacements[self._pocketing.gone] = 0.0
         spins = self._cloth.angular_velocities if world.rubs else None
         given = world.start(displacements / dt, spins)
         world.step(dt)
         self._positions, velocities = world.positions_and_velocities()
+        met_at = before if world.collides_first else self._positions
+        self._take_collisions(world.collisions, met_at)
         if self._along != 1.0:
-            scale_along_cushions(velocities, world.collisions, self._along)
+            scale_along_cushions(velocities, met_at, self.collisions, self._normals, self._along)
         self._cloth.kick(velocities - given, world.turns() if world.rubs else None, dt)
+        if self._pocketing:
+            if world.collides_first:
+                self._let_fall(before, self._positions)
+            self._pocketing.keep(self._positions)
         self.seen_at = self.t if world.collides_first else t
         self.t = t
+
+    def _let_fall(self, before: FloatArray, after: FloatArray) -> None:
+        """Take out the balls that fall on their way in this step, (n, 2) [m] each."""
+        self.falls = self._pocketing.take(before, after)
+        self._note_falls(before, self._cloth.state(after) if self.falls else None)
+        fallen = {fall.ball for fall in self.falls}
+        for ball in fallen:
+            self._world.remove(ball)
+            self._cloth.stop(ball)
+        self.changes = [(kind, ball) for kind, ball in self.changes if ball not in fallen]
 
 
 class FixedSteps(_ClosedForm):
@@ -234,11 +300,12 @@ class StepsToContacts(_ClosedForm):
         """Step to the next contact, the next change of motion, `dt` or the end."""
         left = self._t_end - self.t
         horizon = min(self._longest, left, self._cloth.time_to_change())
+        here = self._pocketing.here
         to_contact = time_to_contact(
-            self._positions,
-            self._cloth.velocities,
-            self._cloth.accelerations(),
-            self._radii,
+            self._positions[here],
+            self._cloth.velocities[here],
+            self._cloth.accelerations()[here],
+            self._radii[here],
             self._table,
             gap=self._gap,
             horizon=horizon,
@@ -272,14 +339,20 @@ def run(
     stepper.record(recorder)
     while not stepper.resting.all() and stepper.t < t_end and steps < settings.max_steps:
         before = stepper.state() if jumps else None
+        started = stepper.t
         stepper.step()
         steps += 1
-        if before is not None and world.collisions:
-            after = stepper.state()
+        if before is not None and stepper.collisions:
+            after = stepper.state() if stepper.moving is None else stepper.moving
             recorder.frame(stepper.seen_at, before, force=True)
             jumped = after._replace(positions=before.positions)
             recorder.frame(stepper.seen_at, jumped, force=True)
-        for contact in world.collisions:
+        for fall, state in stepper.states_at_falls if stepper.falls else ():
+            stepper.keep(recorder, instant_of(fall, started, stepper.t), state)
+        for fall in stepper.falls:
+            t = instant_of(fall, started, stepper.t)
+            recorder.event(t, EventKind.POCKETED, fall.ball, fall.pocket)
+        for contact in stepper.collisions:
             kind = EventKind.BALL_CUSHION if contact.cushion else EventKind.BALL_BALL
             recorder.event(stepper.seen_at, kind, contact.a, contact.b)
         for changed, ball in stepper.changes:
@@ -306,10 +379,22 @@ def settings_as_used(settings: SteppingSettings, world: PlaneWorld) -> dict[str,
 
 
 def scale_along_cushions(
-    velocities: FloatArray, collisions: list[Collision], factor: float
+    velocities: FloatArray,
+    positions: FloatArray,
+    collisions: list[Collision],
+    normals: Normals,
+    factor: float,
 ) -> None:
-    """Multiply the velocities, (n, 2) [m/s], of balls that met a cushion along it by a factor."""
+    """Multiply the velocities, (n, 2) [m/s], of balls that met a cushion along it by a factor.
+
+    `positions` (n, 2) [m]: where they met it.
+    """
     for contact in collisions:
         if contact.cushion:
-            along_x = INWARD[CUSHIONS[contact.b]][0] == 0.0
-            velocities[contact.a, 0 if along_x else 1] *= factor
+            nx, ny = normals.at(contact.b, positions[contact.a])
+            if nx == 0.0 or ny == 0.0:
+                velocities[contact.a, 0 if nx == 0.0 else 1] *= factor
+                continue
+            vx, vy = velocities[contact.a]
+            loss = (1.0 - factor) * (nx * vy - ny * vx)
+            velocities[contact.a] += loss * ny, -loss * nx

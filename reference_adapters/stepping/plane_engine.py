@@ -84,16 +84,18 @@ class PlaneEngine(EngineBase):
         return run(scene, record, self.name, self.settings, world, self.stepper(scene, world))
 
 
-def tuned_capabilities(title: str, impacts: Capability, rubs: Capability) -> Capabilities:
+def tuned_capabilities(
+    title: str, impacts: Capability, rubs: Capability, parts: Capability
+) -> Capabilities:
     """Return what an engine represents in the plane.
 
     `title`: the engine's name as its users write it.
     `impacts`, `rubs`: how it represents restitution, and friction at contacts.
+    `parts`: how it represents parts of cushions, and discs.
     """
     between = Capability(
         "approximate", f"the adapter applies the cloth between {title}'s steps, in closed form"
     )
-    lines = none("the adapter builds the cushions of a rectangle")
     flat = none(f"{title}'s cushion is a vertical plane: it has no nose above the ball's centre")
     return {
         Feature.ROLLING: EXACT,
@@ -113,9 +115,9 @@ def tuned_capabilities(title: str, impacts: Capability, rubs: Capability) -> Cap
         Feature.PER_BALL_FRICTION: EXACT,
         Feature.UNBOUNDED_CLOTH: EXACT,
         Feature.OPEN_SIDES: EXACT,
-        Feature.POLYGON: lines,
-        Feature.POCKETS: lines,
-        Feature.POSTS: lines,
+        Feature.POLYGON: parts,
+        Feature.POCKETS: pocketed(parts),
+        Feature.POSTS: parts,
         Feature.MIRROR_CUSHION: impacts,
         Feature.CUSHION_RESTITUTION: impacts,
         Feature.FALLING_RESTITUTION: none(f"{title}'s restitution is one number at any speed"),
@@ -132,12 +134,25 @@ def tuned_capabilities(title: str, impacts: Capability, rubs: Capability) -> Cap
     }
 
 
-def disc_capabilities(title: str, impacts: Capability, rubs: Capability) -> Capabilities:
+def pocketed(parts: Capability) -> Capability:
+    """Return how pockets are represented, given how parts of cushions, and discs, are."""
+    if parts.support == "none":
+        return parts
+    return Capability(
+        parts.support,
+        f"{parts.how}; the adapter takes a ball out where the way of its centre in a step enters "
+        "the hole",
+    )
+
+
+def disc_capabilities(
+    title: str, impacts: Capability, rubs: Capability, parts: Capability
+) -> Capabilities:
     """Return what a 2D engine represents, whose friction is given its share of the slip."""
     flat = none(f"{title}'s plane has no height for the nose to touch a ball at")
     cloth = none(f"the cloth takes part in this impact, and {title}'s plane has none")
     return {
-        **tuned_capabilities(title, impacts, rubs),
+        **tuned_capabilities(title, impacts, rubs, parts),
         Feature.FALLING_RESTITUTION: Capability(
             "approximate",
             f"{title} asks for the restitution of each contact: it is given that of the speed with "
@@ -151,10 +166,10 @@ def disc_capabilities(title: str, impacts: Capability, rubs: Capability) -> Capa
     }
 
 
-def frictionless_capabilities(title: str, impacts: Capability) -> Capabilities:
+def frictionless_capabilities(title: str, impacts: Capability, parts: Capability) -> Capabilities:
     """Return what an engine represents in the plane whose contacts are driven without friction."""
     flat = none(f"{title} is driven here without friction at contacts")
-    tuned = tuned_capabilities(title, impacts, flat)
+    tuned = tuned_capabilities(title, impacts, flat, parts)
     return {**tuned, Feature.SPEED_DEPENDENT_FRICTION: flat}
 
 

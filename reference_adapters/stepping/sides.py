@@ -1,16 +1,87 @@
-"""The cushions of a scene as engines that step have them: infinite lines, or parts of these."""
+"""The cushions of a scene as engines that step have them: lines, or parts of these, and discs."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import NamedTuple
+
 import numpy as np
 
-from ghostball.model import CUSHIONS, Scene, Side
+from ghostball.model import CUSHIONS, Disc, Hole, Scene, Segment, Side
+from ghostball.model.scene.sides import Point
 from ghostball.reference_adapters.stepping.laws import fastest
 
 
 def sides_of(scene: Scene) -> tuple[Side, ...]:
     """Return the cushions of a scene, in the order of `CUSHIONS`."""
     return () if scene.table is None else scene.table.sides
+
+
+def parts_of(scene: Scene) -> tuple[Segment | Disc, ...]:
+    """Return the cushions that aren't sides of a plain rectangle: parts of them, jaws and posts.
+
+    A ball meets the ends of a segment as points.
+    """
+    others = () if scene.table is None else scene.table.obstacles
+    return tuple(one for one in others if not isinstance(one, Hole))
+
+
+class Corner(NamedTuple):
+    """A corner that points into the table, where a ball meets a point that two sides share."""
+
+    place: Point  # [m]
+    before: int  # index of the side that ends there
+    after: int  # index of the side that begins there
+    along: Point  # from there to where that one ends [m]
+
+
+def corners_of(scene: Scene) -> tuple[Corner, ...]:
+    """Return the corners of a polygon that point into the table."""
+    segments = [one for one in parts_of(scene) if isinstance(one, Segment)]
+    corners = []
+    for one, following in pairwise((*segments, *segments[:1])):
+        (x0, y0), (x1, y1), (x2, y2) = one.start, one.end, following.end
+        turns = (x1 - x0) * (y2 - y1) - (y1 - y0) * (x2 - x1)
+        if one.end == following.start and turns < 0.0:
+            along = x2 - x1, y2 - y1
+            corners.append(Corner(one.end, one.obstacle, following.obstacle, along))
+    return tuple(corners)
+
+
+class CornerNames:
+    """What a collision at a corner of two sides is called: by the side that ends there."""
+
+    def __init__(self, scene: Scene) -> None:
+        self._corner_of = {corner.after: corner for corner in corners_of(scene)}
+
+    def __bool__(self) -> bool:
+        return bool(self._corner_of)
+
+    def name(self, cushion: int, place: Sequence[float]) -> int:
+        """Return the index of the cushion that a ball at a place [m] met, given one that it met."""
+        corner = self._corner_of.get(cushion)
+        if corner is None:
+            return cushion
+        (x, y), (along_x, along_y) = corner.place, corner.along
+        before = along_x * (place[0] - x) + along_y * (place[1] - y) <= 0.0
+        return corner.before if before else cushion
+
+
+class Normals:
+    """The normals of a scene's cushions, towards the balls that meet them."""
+
+    def __init__(self, scene: Scene) -> None:
+        self._table = scene.table
+        self._fixed = {side.cushion: side.normal for side in sides_of(scene)}
+
+    def at(self, cushion: int, place: Sequence[float]) -> Point:
+        """Return the unit normal of a cushion, by its index in events, towards a place [m]."""
+        fixed = self._fixed.get(cushion)
+        if fixed is not None:
+            return fixed
+        assert self._table is not None  # whose cushion was met
+        return self._table.facing(cushion, float(place[0]), float(place[1]))[0]
 
 
 def reach_beyond(scene: Scene) -> float:

@@ -116,10 +116,12 @@ class OnItsOwnCloth(Stepper):
     def step(self) -> None:
         """Let the engine step by dt; then slow the balls that roll."""
         rested, falls = self.resting, -self._velocities[:, 2]
+        before = self._centres[:, :2]
         self.seen_at = self.t
         self._world.step(self._clock.dt)
         self.t = self._clock.tick()
         self._centres, self._velocities, self._spins = self._world.motion()
+        self._take_collisions(self._world.collisions, before)
         on_cloth = self._world.on_cloth
         lands = [i for i in on_cloth - self._touching if falls[i] > self._slowest_fall]
         self._touching = on_cloth
@@ -134,6 +136,22 @@ class OnItsOwnCloth(Stepper):
         stops = np.flatnonzero(rests & ~rested).tolist()
         self.changes += [(EventKind.ROLL_TO_REST, i) for i in stops]
         self._rolling = rolling
+        if self._pocketing:
+            self._let_fall(before)
+
+    def _let_fall(self, before: FloatArray) -> None:
+        """Take out the balls that fell on their way from `before`, (n, 2) [m], in this step."""
+        self.falls = self._pocketing.take(before, self._centres[:, :2])
+        self._note_falls(before, self.state() if self.falls else None)
+        fallen = {fall.ball for fall in self.falls}
+        for ball in fallen:
+            self._world.remove(ball)
+            self._velocities[ball] = self._spins[ball] = 0.0
+            self._rolling[ball] = True
+        if fallen:
+            self._world.set_motion(self._velocities, self._spins)
+            self.changes = [(kind, ball) for kind, ball in self.changes if ball not in fallen]
+        self._pocketing.keep(self._centres)
 
     def _slow(self, rolling: BoolArray) -> None:
         if np.any(self._slows_by) or np.any(self._spins_by):

@@ -160,6 +160,17 @@ def test_a_ball_meets_a_corner_that_points_into_the_table_as_a_point():
     assert result.sample([0.55]).velocities[0, 0, :2] == pytest.approx(want, abs=1e-11)
 
 
+def test_a_contact_at_a_corner_is_named_by_the_side_that_ends_there():
+    """Whichever of the two rounding finds first."""
+    shape = [(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 1.0), (1.0, 2.0), (0.0, 2.0)]
+    table = Table.model_validate({"vertices": shape})
+    for k in range(40):
+        angle = 0.1 + 0.034 * k
+        way = np.array([math.cos(angle), math.sin(angle)])
+        ball = Ball(id="cue", position=tuple(np.array([1.0, 1.0]) - 0.4 * way), velocity=tuple(way))
+        assert met(played(table, ball, t_max=0.5)) == [("ball-cushion", "side-3")]
+
+
 def test_a_billiard_round_a_post_keeps_its_energy():
     table = Table.model_validate(
         {"length": 1.0, "width": 1.0, "posts": [{"centre": (0.5, 0.5), "radius": 0.1}]}

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ghostball.model import (
     Energy,
+    EventKind,
     Events,
     ExactTrajectory,
     GhostballError,
@@ -118,10 +119,32 @@ def largest_overlap(result: Result) -> float:
             uniform=DENSE_TIMES,
             limit=2 * DENSE_TIMES,
         )
-        chunks = (result.sample(times[start : start + _CHUNK]) for start in _starts(times))
-        return max(_overlap(result.scene, chunk.positions) for chunk in chunks)
-    stored = frames.positions
-    return max(_overlap(result.scene, stored[start : start + _CHUNK]) for start in _starts(stored))
+    else:
+        times = frames.times
+    here = times[:, np.newaxis] < times_gone(result) if _may_go(result.scene) else None
+    largest = 0.0
+    for start in _starts(times):
+        rows = slice(start, start + _CHUNK)
+        places = result.sample(times[rows]).positions if frames is None else frames.positions[rows]
+        there = None if here is None else here[rows]
+        largest = max(largest, _overlap(result.scene, places, there))
+    return largest
+
+
+def times_gone(result: Result) -> FloatArray:
+    """Return when each ball left the table, into a pocket or over a cushion, (n,) [s]; else inf.
+
+    From then on it stays where it was, and nothing meets it.
+    """
+    gone = np.full(len(result.scene.balls), np.inf)
+    events = events_of(result)
+    leaves = np.isin(events["kind"], (EventKind.POCKETED, EventKind.LEAVES_TABLE))
+    np.minimum.at(gone, events["a"][leaves], events["t"][leaves])
+    return gone
+
+
+def _may_go(scene: Scene) -> bool:
+    return scene.physics.airborne or (scene.table is not None and bool(scene.table.holes))
 
 
 def first_not_finite(result: Result) -> str:
@@ -181,11 +204,17 @@ def _starts(rows: FloatArray) -> range:
     return range(0, len(rows), _CHUNK)
 
 
-def _overlap(scene: Scene, positions: FloatArray) -> float:
-    """Largest overlap in a few states, positions (k, n, 3) [m]; 0 where there is none."""
+def _overlap(scene: Scene, positions: FloatArray, here: NDArray[np.bool_] | None) -> float:
+    """Largest overlap in a few states, positions (k, n, 3) [m]; 0 where there is none.
+
+    `here` (k, n): whether each ball is on the table; None: all are.
+    """
     # On the cloth balls touch in the plane of their centres; see "Geometry" in engine/__init__.py.
     centres = positions[:, :, : 3 if scene.physics.airborne else 2]
     first, second = np.triu_indices(len(scene.balls), k=1)
     reach = scene.radii[first] + scene.radii[second]
     distance = np.linalg.norm(centres[:, first] - centres[:, second], axis=2)
-    return float(np.max(reach - distance, initial=0.0))
+    overlaps = reach - distance
+    if here is not None:
+        overlaps[~(here[:, first] & here[:, second])] = 0.0
+    return float(np.max(overlaps, initial=0.0))

@@ -31,6 +31,7 @@ from ghostball.model.scene.obstacles import gap_to
 from ghostball.validation.checks.criteria import common_criteria
 from ghostball.validation.checks.energy_gain import largest_rise
 from ghostball.validation.grading.tolerances import EPS
+from ghostball.validation.runs.sampling import times_gone
 from ghostball.validation.runs.steps import STEP_SETTINGS
 
 FloatArray = NDArray[np.float64]
@@ -94,7 +95,9 @@ def faults_in(found: Measured) -> list[str]:
 def _depths_on_cloth(result: Result, times: FloatArray, states: Samples, random: bool) -> Measured:
     """Return how deep balls overlap each other, of exact motion, and how deep cushions."""
     exact = isinstance(result.trajectory, ExactTrajectory)
-    here = result.phases(times) != Phase.GONE if exact else None
+    here = (
+        result.phases(times) != Phase.GONE if exact else times[:, np.newaxis] < times_gone(result)
+    )
     depths = overlaps(result.scene, states.positions, here)
     limit = overlap_limit(result, states.positions)
     ways = np.zeros(len(times))

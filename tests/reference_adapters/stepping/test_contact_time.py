@@ -5,7 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from ghostball.model import Table
+from ghostball.model import Hole, Table
+from ghostball.model.scene.obstacles import gap_to, is_inside
 from ghostball.reference_adapters.stepping.contact_time import (
     CONTACT_GAP,
     rolling_accelerations,
@@ -137,3 +138,59 @@ def test_a_contact_beyond_all_time_is_none(speed):
     v[0] = (-1.0, 0.0)
     returning = np.array([[5e-324, 0.0], [0.0, 0.0]])
     assert time_to_contact(x, v, returning, radii, None, horizon=math.inf) == math.inf
+
+
+SHAPED = (
+    Table.model_validate({"preset": "wpa-9ft", "length": 1.0, "width": 1.0}),
+    Table.model_validate(
+        {
+            "vertices": [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.55, 1.0), (0.5, 0.6), (0.0, 1.0)],
+            "posts": [{"centre": (0.3, 0.2), "radius": 0.04}],
+        }
+    ),
+)
+
+
+@pytest.mark.parametrize("table", SHAPED, ids=["pockets", "polygon and post"])
+def test_parts_of_cushions_and_holes_are_met_at_the_gap_and_never_sooner(table):
+    """Fails where a jaw, a facing, a corner, a post or a hole is missed, or taken for longer."""
+    rng = np.random.default_rng(354)
+    met = np.zeros(len(table.obstacles), dtype=int)
+    for _ in range(600):
+        x = rng.uniform(0.05, 0.95, (1, 2))
+        reaches = [0.0 if isinstance(one, Hole) else R for one in table.obstacles]
+        gaps = [
+            gap_to(one, *x.T)[0] - reach
+            for one, reach in zip(table.obstacles, reaches, strict=True)
+        ]
+        if min(gaps) < 1e-3 or not is_inside(table.outline, *x.T)[0]:
+            continue
+        v = rng.normal(size=(1, 2))
+        a = rolling_accelerations(v, np.array([float(rng.choice([0.0, 0.5]))]))
+        horizon = min(1.0, *time_to_rest(v, np.array([0.5])))
+        dt = time_to_contact(x, v, a, np.array([R]), table, horizon=horizon)
+        times = np.linspace(0.0, min(dt, horizon), 2001)[:, np.newaxis]
+        path = x + v * times + 0.5 * a * times**2
+        away = np.array(
+            [
+                gap_to(one, *path.T) - reach
+                for one, reach in zip(table.obstacles, reaches, strict=True)
+            ]
+        )
+        assert away.min() >= CONTACT_GAP - ROUNDING
+        if dt < math.inf:
+            k = int(np.argmin(away[:, -1]))
+            met[k] += 1
+            assert away[k, -1] == pytest.approx(CONTACT_GAP, abs=ROUNDING)
+    kinds = {type(one) for one, count in zip(table.obstacles, met, strict=True) if count}
+    assert kinds == {type(one) for one in table.obstacles}
+
+
+def test_what_touches_a_part_of_a_cushion_is_driven_in_by_a_gap():
+    """The step after the one to the gap, as for balls; and none, as it leaves."""
+    table = SHAPED[1]
+    x, still = np.array([[0.3, 0.24 + R + CONTACT_GAP]]), np.zeros((1, 2))
+    v = np.array([[0.0, -1.0]])
+    dt = time_to_contact(x, v, still, np.array([R]), table, horizon=1.0)
+    assert dt == pytest.approx(2.0 * CONTACT_GAP, rel=1e-5)
+    assert time_to_contact(x, -v, still, np.array([R]), table, horizon=0.1) == math.inf

@@ -19,9 +19,8 @@ FALLS = {"cushion": "restitution", "cushion_restitution": 0.9, "cushion_restitut
 def test_the_restitution_is_that_of_the_speed_towards_the_cushion():
     falling = FallingRestitution.of(Physics(**FALLS))
     assert falling is not None
-    right, top = 1, 3
-    assert falling.at(right, (1.44, -3.0)) == 0.9 / (1.0 + 0.15 * math.sqrt(1.44))
-    assert falling.at(top, (1.44, -3.0)) == 0.9  # it leaves that one
+    assert falling.at((-1.0, 0.0), (1.44, -3.0)) == 0.9 / (1.0 + 0.15 * math.sqrt(1.44))
+    assert falling.at((0.0, -1.0), (1.44, -3.0)) == 0.9  # it leaves that one
 
 
 def test_one_number_is_none_that_falls():

@@ -13,6 +13,7 @@ from ghostball.validation.runs.sampling import (
     PATH_DEVIATION,
     largest_overlap,
     motion_of,
+    times_gone,
     union_times,
 )
 
@@ -111,3 +112,25 @@ def test_frames_are_stored_without_phases() -> None:
     scene = Scene(name="roll", balls=[Ball(id="cue", position=(0.0, 0.0), velocity=(1.0, 0.0))])
     result = make_engine("paper-discrete").simulate(scene, record="trajectory")
     assert motion_of(result).phases is None
+
+
+@pytest.mark.parametrize("spec", ["ghostball", "pymunk", "pymunk:contact_steps=exact"])
+def test_a_ball_that_is_gone_overlaps_none(spec: str) -> None:
+    """The second falls where the first did, and stays there, 57 mm deep in it."""
+    shot = Scene.model_validate(
+        {
+            "name": "shot",
+            "table": "wpa-9ft",
+            "balls": [
+                {"id": "first", "position": (1.27, 0.4), "velocity": (0.0, -1.0)},
+                {"id": "second", "position": (1.27, 0.6), "velocity": (0.0, -1.0)},
+            ],
+        }
+    )
+    result = make_engine(spec).simulate(shot, record="trajectory")
+    gone = times_gone(result)
+    assert result.events is not None
+    assert gone.tolist() == result.events["t"].tolist()
+    places = result.rest_positions
+    assert places[0] == pytest.approx(places[1], abs=1e-9)
+    assert largest_overlap(result) == 0.0
