@@ -68,7 +68,7 @@ def test_the_critical_angle_of_a_side_pocket_is_proved(degrees: float, goes: boo
 
 
 def test_a_ball_meets_a_corner_that_points_into_the_table_as_a_point():
-    """Head on, so that it goes back the way it came; its name is that of the side that ends there."""
+    """Head on, so that it goes back the way it came; its name is that of the side before it."""
     scene = scene_of(
         ball((0.5, 0.5), (1.0, 1.0)),
         table=Table.model_validate({"vertices": ELL}),
