@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from ghostball.reference_adapters.registry import OURS
 from ghostball.reports.words import many
-from ghostball.validation.baselines.regression import UNCOMPARED, Regression, SceneChange
+from ghostball.validation.baselines.regression import LENIENT, UNCOMPARED, Regression, SceneChange
 from ghostball.validation.checks.difference import FAILING
 from ghostball.validation.checks.verdict import Verdict, verdict_of
 from ghostball.validation.results.store import CaseRecord, Results
@@ -114,6 +114,8 @@ def of_comparison(regression: Regression) -> Answer:
         said.append(f"nothing moved in {count}" if regression.scenes else "nothing was compared")
     of = "" if regression.label == OURS else f" of `{regression.label}`"
     why = f"Against the accepted baselines{of}, {'; '.join(said)}"
+    if regression.fail_on in LENIENT:
+        why += f" ({LENIENT[regression.fail_on]})"
     gate = commands.regress(engine=regression.label)
     if regression.outcome == "failed":
         until = (

@@ -120,7 +120,7 @@ def invoke(*arguments):
 
 def test_the_command_prints_and_writes_no_report(small_folder):
     save_regressions([regression(worse())], small_folder)
-    assert "### What changed" in invoke(small_folder, "--format", "github").stdout
+    assert "### What changed" in invoke(small_folder, "--format", "markdown").stdout
     done = invoke(small_folder, "--format", "text")
     assert done.exit_code == 0
     assert done.stdout.startswith("break-7: error: worse: ")
@@ -151,7 +151,7 @@ def test_the_json_has_what_engines_make_of_real_tables(small_folder):
 
 
 def test_bad_input_is_refused(tmp_path):
-    for form in ("text", "json", "junit", "github"):
+    for form in ("text", "json", "junit", "markdown", "github", "sarif"):
         assert "no such results folder" in invoke(tmp_path / "none", "--format", form).stderr
         assert "not a results folder" in invoke(tmp_path, "--format", form).stderr
 

@@ -9,6 +9,7 @@ import typer
 
 from ghostball.cli.shared.options import (
     AUTO,
+    FORMATS,
     FigureChoice,
     Figures,
     Format,
@@ -37,7 +38,7 @@ def report(
         Format | None,
         typer.Option(
             "--format",
-            metavar="text|json|junit|github",
+            metavar=FORMATS,
             help="Instead, print what the results came to, as of `validate` and `regress`.",
         ),
     ] = None,

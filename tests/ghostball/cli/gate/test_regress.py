@@ -141,7 +141,7 @@ def test_what_breaks_limits_of_truth_is_refused_and_listed(accepted, planted):
     assert re.search(r"cut: .*must be <= .*, got ", refused.stderr)
     assert "--even-though-limits-fail" in refused.stderr
     assert contents(accepted / "accepted" / "ghostball") == before
-    page = cli("report", "out", "--format", "github").stdout
+    page = cli("report", "out", "--format", "markdown").stdout
     assert "fails until that is mended" in page
 
 
