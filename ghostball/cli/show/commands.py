@@ -120,6 +120,14 @@ def init(
             help="Your engine, such as my_package:MyEngine (default: an example is written).",
         ),
     ] = None,
+    ci: Annotated[
+        bool,
+        typer.Option(
+            "--ci",
+            help="Write also a workflow of GitHub Actions that guards it; in a project that has "
+            "settings, that alone.",
+        ),
+    ] = False,
 ) -> None:
     """Begin a project: its settings, and an engine to begin from.
 
