@@ -12,11 +12,11 @@ from pathlib import Path
 from typing import Final, Literal
 
 from ghostball.reports.outcome import bad_cases, kind_text
+from ghostball.reports.shift import shift_of
 from ghostball.validation.baselines.regression import (
     UNCOMPARED,
     Regression,
     SceneChange,
-    moved_text,
 )
 from ghostball.validation.checks.verdict import unfinished_text
 from ghostball.validation.results.records import CaseRecord
@@ -32,6 +32,9 @@ RULES: Final[dict[Rule, str]] = {
     "no-baseline": "A shot has no baseline to be compared with.",
 }
 """What is found, and what it means."""
+
+NAMED = 6
+"""More scenes than this are counted, not named."""
 
 HASH = "bits"
 """The line of a baseline that holds the hash of events and rest positions."""
@@ -114,19 +117,20 @@ def _of_regression(
     missing = [one.scene for one in regression.scenes if one.change in UNCOMPARED]
     if missing and regression.fail_on != "limits":
         command = commands.regress(engine=regression.label)
+        which = ", ".join(missing) if len(missing) <= NAMED else f"{len(missing)} scenes"
         message = (
-            f"{regression.label} can't be compared in {', '.join(missing)}. Run `{command}`, look "
-            "at what it did, keep it by `ghostball accept`, and commit the folder of baselines"
+            f"{regression.label} can't be compared with a baseline in {which}. Run `{command}`, "
+            "look at what it did, keep it by `ghostball accept`, and commit the folder of baselines"
         )
         place = places.engine(regression.label, "")
         yield Finding("no-baseline", "error", "no baseline", message, place)
 
 
 def _lines(regression: Regression, change: SceneChange) -> Iterator[str]:
-    yield f"{change.scene} on {regression.label}: {kind_text(change)}: {change.summary}"
-    for one in (*change.metrics, *change.counters):
-        if not one.within and one.level == "error":
-            yield moved_text(one)
+    shift = shift_of(change)
+    off = "" if shift is None else f", {shift.words} off the truth"
+    yield f"{change.scene} on {regression.label}: {kind_text(change)}{off}"
+    yield change.summary
     if change.command:
         yield f"Again: {change.command}"
 

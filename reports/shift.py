@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ghostball.reports import style
-from ghostball.validation.baselines.regression import Regression
+from ghostball.validation.baselines.regression import Regression, SceneChange
 
 WIDTH = 48
 """Characters of the axis."""
@@ -33,6 +33,11 @@ class Shift:
     now: float
 
     @property
+    def words(self) -> str:
+        """Say it in words: "3.4 mm -> 28 mm"."""
+        return f"{style.format_length(self.before)} -> {style.format_length(self.now)}"
+
+    @property
     def size(self) -> float:
         """By which factor it moved, as a logarithm; positive where it got worse."""
         return _log(self.now) - _log(self.before)
@@ -40,14 +45,18 @@ class Shift:
 
 def shifts_of(regression: Regression) -> list[Shift]:
     """Return the shots whose distance from the truth moved, those first that got worse by most."""
-    found = []
-    for change in regression.scenes:
-        for one in change.metrics:
-            before, now = one.base, one.head
-            if one.name != "rest_error_max" or before == now or before is None or now is None:
-                continue
-            found.append(Shift(change.scene, float(before), float(now)))
+    found = [shift for change in regression.scenes if (shift := shift_of(change)) is not None]
     return sorted(found, key=lambda one: -one.size)
+
+
+def shift_of(change: SceneChange) -> Shift | None:
+    """Return how far a shot ended off the truth; None where that is not known, or did not move."""
+    for one in change.metrics:
+        before, now = one.base, one.head
+        if one.name != "rest_error_max" or before == now or before is None or now is None:
+            continue
+        return Shift(change.scene, float(before), float(now))
+    return None
 
 
 def drawn(shifts: Sequence[Shift]) -> str:
@@ -72,8 +81,7 @@ def drawn(shifts: Sequence[Shift]) -> str:
         axis[before], axis[now] = _BEFORE, _NOW
         if before == now:
             axis[now] = _BOTH
-        lengths = f"{style.format_length(one.before)} -> {style.format_length(one.now)}"
-        lines.append(f"{one.scene:<{names}}  {''.join(axis)}  {lengths}")
+        lines.append(f"{one.scene:<{names}}  {''.join(axis)}  {one.words}")
     ends = style.format_length(10.0**first), style.format_length(10.0 ** (first + decades))
     gap = " " * max(1, WIDTH - len(ends[0]) - len(ends[1]))
     lines.append(f"{'':<{names}}  {ends[0]}{gap}{ends[1]}")

@@ -163,6 +163,12 @@ class SceneChange(_Model):
         return self if fails or not self.failed else self.model_copy(update={"failed": False})
 
     @property
+    def left_band(self) -> bool:
+        """Whether a number that may not move did."""
+        quantities = (*self.metrics, *self.counters)
+        return any(one.level == "error" and not one.within for one in quantities)
+
+    @property
     def moved(self) -> bool:
         """Whether something is other than its baseline says: broken limits alone are not."""
         quantities = (*self.metrics, *self.counters)

@@ -276,10 +276,10 @@ def _show(
     if broken:
         parts.append(f"{broken} limits of truth broken")
     verdict = _VERDICTS[_status(regression, outcome)]
-    lenient = f" ({LENIENT[regression.fail_on]})" if regression.fail_on in LENIENT else ""
+    lenient = f"; {LENIENT[regression.fail_on]}" if regression.fail_on in LENIENT else ""
     console.print(
         f"{verdict}: {', '.join(parts) or 'nothing was compared'}, "
-        f"against the accepted baselines{of}{lenient}, in {seconds:.0f} s",
+        f"against the accepted baselines{of}, in {seconds:.0f} s{lenient}",
         soft_wrap=True,
     )
     if changed or new or regression.stale:
