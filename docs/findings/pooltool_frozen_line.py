@@ -3,8 +3,8 @@
 Needs pooltool alone: `pip install pooltool-billiards --extra-index-url https://archive.panda3d.org/`.
 
 Three equal balls in a line, frictionless and elastic; the second and third touch. Expected after
-the impacts: velocities 0, 0 and that of the first ball, as when one contact is resolved after another;
-wherever on the table the line lies.
+the impacts: velocities 0, 0 and that of the first ball, as when one contact is resolved after
+another; wherever on the table the line lies.
 """
 
 from importlib import metadata
