@@ -52,6 +52,20 @@ def test_every_citation_has_its_source():
     assert not missing
 
 
+def test_the_draft_of_the_paper_cites_what_its_bibliography_has():
+    text = (ROOT / "paper/paper.md").read_text(encoding="utf-8")
+    bibliography = (ROOT / "paper/paper.bib").read_text(encoding="utf-8")
+    keys = re.findall(r"^@\w+\{(\w+),", bibliography, re.MULTILINE)
+    assert sorted(set(re.findall(r"@(\w+)", text.partition("# Summary")[2]))) == sorted(keys)
+    assert len(text.split()) < 1200
+    measured = re.search(
+        r"Of (\d+) events proved in (\d+) random shots",
+        " ".join((ROOT / "docs/measured.md").read_text(encoding="utf-8").split()),
+    )
+    said = [f"{int(number):,}".replace(",", " ") for number in measured.groups()]
+    assert "Of {} events proved in {} random shots".format(*said) in " ".join(text.split())
+
+
 def test_a_source_is_there_once_and_in_order():
     for table in PAGE.read_text(encoding="utf-8").split("\n## ")[1:]:
         rows = re.findall(r"^\| (\w.*?)[,:]? ", table, re.MULTILINE)[1:]
