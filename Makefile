@@ -158,7 +158,7 @@ wheel: $(READY)  ## build the source archive, the wheel from it, install that in
 	empty=$$(mktemp -d) && cd $$empty && GHOSTBALL_CACHE_DIR=$$empty/cache $(OF_WHEEL)/ghostball validate smoke --jobs $(JOBS) && \
 		test ! -e cache/libraries && rm -rf $$empty
 	$(OF_WHEEL)/python -m pip install --quiet --disable-pip-version-check "$$(echo $(WHEEL)/*.whl)[dev]"
-	cp -R tests benchmarks docs .github .ci Makefile *.md pyproject.toml hatch_build.py constraints.txt $(WHEEL)
+	cp -R tests benchmarks docs paper .github .ci Makefile *.md action.yml CITATION.cff pyproject.toml hatch_build.py constraints.txt $(WHEEL)
 	cd $(WHEEL) && $(OF_WHEEL)/python tests/support/compile_kernels.py $(JOBS)
 	cd $(WHEEL) && $(OF_WHEEL)/python -m pytest --quiet --numprocesses $(JOBS) -m "not slow and not checkout"
 

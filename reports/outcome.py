@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from ghostball.reference_adapters.registry import OURS
 from ghostball.reports.words import many
-from ghostball.validation.baselines.regression import UNCOMPARED, Regression, SceneChange
+from ghostball.validation.baselines.regression import LENIENT, UNCOMPARED, Regression, SceneChange
 from ghostball.validation.checks.difference import FAILING
 from ghostball.validation.checks.verdict import Verdict, verdict_of
 from ghostball.validation.results.store import CaseRecord, Results
@@ -100,7 +100,8 @@ def of_comparison(regression: Regression) -> Answer:
     failed = [one for one in regression.scenes if one.failed]
     rest = [one for one in regression.scenes if not one.failed]
     uncompared = [one for one in rest if one.change in UNCOMPARED]
-    moved = [one for one in rest if one.change not in ("identical", *UNCOMPARED)]
+    moved = [one for one in rest if one not in uncompared]
+    moved = [one for one in moved if one.change != "identical" or one.left_band]
     said = []
     if failed:
         verb = "fails" if len(failed) == 1 else "fail"
@@ -114,6 +115,8 @@ def of_comparison(regression: Regression) -> Answer:
         said.append(f"nothing moved in {count}" if regression.scenes else "nothing was compared")
     of = "" if regression.label == OURS else f" of `{regression.label}`"
     why = f"Against the accepted baselines{of}, {'; '.join(said)}"
+    if regression.fail_on in LENIENT:
+        why += f"; {LENIENT[regression.fail_on]}"
     gate = commands.regress(engine=regression.label)
     if regression.outcome == "failed":
         until = (
@@ -127,7 +130,7 @@ def of_comparison(regression: Regression) -> Answer:
 
 def kind_text(change: SceneChange) -> str:
     """Return the class of a change; the same bits may fail too, and then it says for what."""
-    if change.change != "identical" or not change.failed:
+    if change.change != "identical" or not (change.failed or change.left_band):
         return change.change
     causes = [
         *["other work"] * any(not count.within for count in change.counters),

@@ -27,6 +27,7 @@ from ghostball.reports.outcome import (
     of_limits,
     overall,
 )
+from ghostball.reports.shift import drawn, shift_of, shifts_of
 from ghostball.reports.shots import legend_text
 from ghostball.reports.words import many
 from ghostball.validation.baselines.regression import (
@@ -60,7 +61,7 @@ def summary_markdown(results: Results | None, *regressions: Regression) -> str:
     for regression in regressions:
         shown = [_change_cells(one) for one in _in_order(regression.scenes) if _is_shown(one)]
         before = [one for one in regression.scenes if not _is_shown(one)]
-        changes.append((regression, shown, before))
+        changes.append((regression, shown, before, drawn(shifts_of(regression))))
     given: dict[str, Any] = {"failures": [], "results": results}
     if results is not None:
         kinds, labels = kinds_of(results.cases), [_code(label) for label in results.labels]
@@ -161,7 +162,8 @@ def _in_order(changes: Sequence[SceneChange]) -> list[SceneChange]:
 
 def _change_cells(change: SceneChange) -> list[str]:
     sign = "✗" if change.failed else CHANGES[change.change][0]
-    words = [change.summary, *map(moved_text, _left_band(change))]
+    shift = shift_of(change)
+    words = [*([] if shift is None else [f"{shift.words} off the truth"]), change.summary]
     first = "" if change.first_difference is None else change.first_difference.words
     command = _code(change.command)
     kind = f"{sign} {kind_text(change)}"

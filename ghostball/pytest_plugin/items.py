@@ -27,7 +27,7 @@ from ghostball.validation.baselines.places import (
     engine_folder,
     engine_key,
 )
-from ghostball.validation.baselines.regression import UNCOMPARED
+from ghostball.validation.baselines.regression import UNCOMPARED, FailOn
 from ghostball.validation.checks.criteria import Criteria
 from ghostball.validation.checks.law import Asked
 from ghostball.validation.checks.metric_table import METRICS
@@ -133,6 +133,7 @@ class _Plan:
     options: tuple[str, ...]  # of the command that runs one of these tests again
     time_limit: float | None  # of a scene [s]; None: none, and in this process
     baselines: Path  # of this engine
+    fail_on: FailOn
     process: ExitStack = field(default_factory=ExitStack)
     printed: list[str] = field(default_factory=list)
 
@@ -173,7 +174,10 @@ class _Plan:
             "--ghostball-time-limit": None if seconds == TIME_LIMIT else f"{seconds:g}",
         }
         options = [word for pair in again.items() if pair[1] is not None for word in pair]
-        return cls(engine, tuple(scenes), own, for_all, tuple(options), time_limit, baselines)
+        fail_on = project.fail_on
+        return cls(
+            engine, tuple(scenes), own, for_all, tuple(options), time_limit, baselines, fail_on
+        )
 
     def asked(self, scene: Scene) -> Asked:
         return asked_of(self.engine, self.own[scene.name], self.for_all)
@@ -285,6 +289,7 @@ class MetricItem(pytest.Item):
             plan.baselines,
             plan.engine.spec,
             time_limit=plan.time_limit,
+            fail_on=plan.fail_on,
         )
         words = f"{change.change}: {change.summary}"
         if change.change in UNCOMPARED:

@@ -126,7 +126,7 @@ def test_a_run_in_which_nothing_was_judged_is_no_pass_and_says_what_to_do(faulty
         "message"
     )
     assert "Nothing judged" in (faulty / "out" / "report.html").read_text()
-    assert "○ Ghostball: Nothing judged" in run("report", "out", "--format=github").stdout
+    assert "○ Ghostball: Nothing judged" in run("report", "out", "--format=markdown").stdout
     assert (
         "ghostball: error: No limit covers what was run"
         in run("report", "out", "--format", "text").stdout
@@ -160,7 +160,7 @@ def test_titles_ids_and_reasons_are_no_markup_and_no_escapes_in_a_report(faulty)
     assert "alert(" in text
     for forbidden in ("<script>alert", "</script><", "<svg onload", "\x1b", "\0"):
         assert forbidden not in text
-    for form in ("github", "text"):
+    for form in ("markdown", "text"):
         printed = run("report", "out", "--format", form).stdout
         assert "in red" in printed
         assert "\0" not in printed

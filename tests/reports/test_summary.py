@@ -47,7 +47,7 @@ def test_what_changed_comes_with_where_and_how_to_see_it(results):
     (row,) = rows_of(summary_markdown(results, regression(worse(), identical())), "What changed")
     assert row[0] == "break-7"
     assert row[1] == "✗ worse"
-    assert "rest error 3 mm, was 7 fm; rest_error_max must be at most 1e-12, got 0.003" in row[2]
+    assert row[2] == "7 fm -> 3 mm off the truth; rest error 3 mm, was 7 fm"
     assert "which is missing now" in row[3]
     assert row[4] == "`ghostball run break-7`"
 
@@ -120,7 +120,7 @@ def invoke(*arguments):
 
 def test_the_command_prints_and_writes_no_report(small_folder):
     save_regressions([regression(worse())], small_folder)
-    assert "### What changed" in invoke(small_folder, "--format", "github").stdout
+    assert "### What changed" in invoke(small_folder, "--format", "markdown").stdout
     done = invoke(small_folder, "--format", "text")
     assert done.exit_code == 0
     assert done.stdout.startswith("break-7: error: worse: ")
@@ -151,7 +151,7 @@ def test_the_json_has_what_engines_make_of_real_tables(small_folder):
 
 
 def test_bad_input_is_refused(tmp_path):
-    for form in ("text", "json", "junit", "github"):
+    for form in ("text", "json", "junit", "markdown", "github", "sarif"):
         assert "no such results folder" in invoke(tmp_path / "none", "--format", form).stderr
         assert "not a results folder" in invoke(tmp_path, "--format", form).stderr
 

@@ -27,6 +27,9 @@ def line_of_event(event: Any) -> str:
     return f"{plain['t']!r} {plain['kind']} {plain['a']}{other}"
 
 
+MOST_BALLS = 2**31
+"""What an event can name, as `EVENT_DTYPE` holds it."""
+
 _KINDS = {kind.label: kind for kind in EventKind}
 
 
@@ -44,6 +47,8 @@ def events_of_lines(lines: tuple[str, ...]) -> Events:
                 b = int(rest[0])
             elif kind in OBSTACLE_KINDS:
                 b = partner_index(kind, rest[0])
+            if not (0 <= int(a) < MOST_BALLS and b < MOST_BALLS):
+                raise ValueError  # numpy below 2 would wrap it, with a warning
             events[i] = (float(t), int(kind), int(a), b)
         except (ValueError, KeyError, OverflowError):
             raise PydanticCustomError(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -52,6 +52,7 @@ def classify(
     moved = [one for one in (*metrics, *counters) if not one.within and one.level != "off"]
     change: Change = "identical"
     horizon, first, words = None, None, ""
+    explained: Allowance | None = None
     same = base.bits == head.bits
     if same and (base.status, base.rest_time) != (head.status, head.rest_time):
         same, change, words = False, "results-changed", _end_words(base, head)
@@ -82,6 +83,8 @@ def classify(
         change = "worse"
     elif 1 in directions and change == "results-changed":
         change = "better"
+    elif change == "results-changed" and explained is not None and base.truth == head.truth:
+        change = _towards(metrics, explained) or change
     failed = (
         any(one.level == "error" for one in moved)
         or (bands.hash_level == "error" and not same)
@@ -91,7 +94,7 @@ def classify(
         **common,
         change=change,
         failed=failed,
-        summary=_summary(change, first, moved, words, horizon),
+        summary=_summary(change, first, metrics, moved, words, horizon),
         horizon=horizon,
         first_difference=first,
         metrics=metrics,
@@ -101,6 +104,21 @@ def classify(
         rest_base=_places(base),
         rest_head=_places(head),
     )
+
+
+def _towards(metrics: Sequence[Quantity], explained: Allowance) -> Change | None:
+    """Say whether a shot that moved ends nearer to the truth than it did, or farther from it.
+
+    Within their band errors differ by as much as rounding may make of them. Here more than rounding
+    moved, so that an end which is farther off by more than rounding explains is worse.
+    """
+    ends = [one for one in metrics if one.name == "rest_error_max"]
+    if not ends or explained.rest is None or None in (ends[0].base, ends[0].head):
+        return None
+    farther = float(ends[0].head or 0.0) - float(ends[0].base or 0.0)
+    if not abs(farther) > float(np.max(explained.rest)):
+        return None
+    return "worse" if farther > 0.0 else "better"
 
 
 def _metrics(base: Observed, head: Observed, bands: Bands) -> tuple[Quantity, ...]:
@@ -292,6 +310,7 @@ def _distance_words(base: Observed, head: Observed) -> str:
 def _summary(
     change: Change,
     first: FirstDifference | None,
+    metrics: Sequence[Quantity],
     moved: list[Quantity],
     words: str,
     horizon: float | None,
@@ -303,9 +322,12 @@ def _summary(
         parts.append(f"nothing is compared past the horizon, {horizon:.3g} s")
     # In roundings a number says little of an engine that doesn't err by roundings.
     shown = sorted(moved, key=lambda one: one.name.endswith("_ulps"))[:3]
+    ends = [one for one in metrics if one.name == "rest_error_max" and one not in shown]
+    if change in ("worse", "better"):  # the one number that says by how much
+        shown = ends + shown
     parts += [f"{one.name} {_number(one, one.base)} -> {_number(one, one.head)}" for one in shown]
-    if len(moved) > len(shown):
-        parts.append(f"and {len(moved) - len(shown)} more")
+    if more := len([one for one in moved if one not in shown]):
+        parts.append(f"and {more} more")
     return "; ".join(parts) if parts else "the same bits"
 
 

@@ -21,7 +21,13 @@ from ghostball.validation.baselines.baseline import (
 from ghostball.validation.baselines.classify import classify
 from ghostball.validation.baselines.observed import Observed
 from ghostball.validation.baselines.places import baseline_names, baseline_path, engine_key
-from ghostball.validation.baselines.regression import Change, Regression, SceneChange
+from ghostball.validation.baselines.regression import (
+    UNCOMPARED,
+    Change,
+    FailOn,
+    Regression,
+    SceneChange,
+)
 from ghostball.validation.baselines.replay import PlayAgain, not_deterministic, playing_again
 from ghostball.validation.baselines.revision import checkout_of
 from ghostball.validation.baselines.rounding import Allowance, allowance_of, allowance_of_other
@@ -71,6 +77,7 @@ def compare_results(
     whole: bool,
     only: Container[str] | None = None,
     time_limit: float | None = None,
+    fail_on: FailOn = "changed",
 ) -> Regression:
     """Compare the runs of an engine in a results folder with their baselines.
 
@@ -81,6 +88,7 @@ def compare_results(
     `only`: names of the scenes that are compared; all that were run where it is left out.
     `time_limit` [s]: for each shot that is played again, as `run_suite` has it; see
         `baselines.replay`.
+    `fail_on`: what fails it; see `FailOn`.
 
     Raises `GhostballError` where a baseline is nonsense, or a motion can't be read.
     """
@@ -112,13 +120,15 @@ def compare_results(
                 change = change.model_copy(update={"candidate": candidate.text()})
             changes.append(change)
             accepted = before or accepted
+    changes = [change.judged(fail_on) for change in changes]
     stale = tuple(name for name in names if name not in scenes) if whole else ()
     return Regression(
         label=label,
         engine=engine,
         base=accepted,
         head=environment,
-        outcome=outcome_of(changes),
+        fail_on=fail_on,
+        outcome=outcome_of(changes, fail_on),
         scenes=tuple(changes),
         stale=stale,
         warnings=tuple(_warnings(changes, stale)),
@@ -132,12 +142,13 @@ def compare_case(
     label: str,
     *,
     time_limit: float | None = None,
+    fail_on: FailOn = "changed",
 ) -> SceneChange:
     """Compare one case of an engine that ran with its baseline.
 
     `folder`: of the baselines of this engine.
     `label`: the engine, as it was asked for.
-    `time_limit` [s]: as of `compare_results`.
+    `time_limit` [s], `fail_on`: as of `compare_results`.
 
     Raises `BaselineError` where the baseline is nonsense.
     """
@@ -145,7 +156,8 @@ def compare_case(
     if not found.is_finite:
         return _worse(scene.name, scene.title, label, NOT_FINITE)
     with playing_again(label, time_limit) as play_again:
-        return _compare(scene, found, folder, head_of(label), label, play_again)[0]
+        change = _compare(scene, found, folder, head_of(label), label, play_again)[0]
+    return change.judged(fail_on)
 
 
 def head_of(label: str) -> dict[str, Any]:
@@ -158,11 +170,11 @@ def head_of(label: str) -> dict[str, Any]:
     return environment
 
 
-def outcome_of(changes: Sequence[SceneChange]) -> Any:
-    """Return what a comparison comes to; nothing compared is no pass."""
+def outcome_of(changes: Sequence[SceneChange], fail_on: FailOn = "changed") -> Any:
+    """Return what a comparison comes to; nothing compared is no pass, where that is asked."""
     if any(change.failed for change in changes):
         return "failed"
-    incomparable = any(change.change in ("no-baseline", "not-comparable") for change in changes)
+    incomparable = any(change.change in UNCOMPARED for change in changes) and fail_on != "limits"
     return "no-baseline" if incomparable or not changes else "passed"
 
 

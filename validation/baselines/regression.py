@@ -23,7 +23,7 @@ from ghostball.validation.results.database import (
 )
 from ghostball.validation.results.fields import EnvironmentValues
 
-SCHEMA: Final = 7
+SCHEMA: Final = 8
 """Version of a stored comparison."""
 
 Change = Literal[
@@ -46,6 +46,21 @@ something else each time that it plays the shot.
 """
 
 Level = Literal["off", "warn", "error"]
+
+FailOn = Literal["changed", "worse", "limits"]
+"""What of a comparison fails its gate, the strictest first.
+
+"changed": whatever moved out of its band. "worse": of that, only what moved away from the truth,
+breaks its limits, or is another shot each time. "limits": only broken limits of truth, and shots
+that the engine didn't play; then no baseline is needed either.
+"""
+
+
+LENIENT: Final[dict[FailOn, str]] = {
+    "worse": "of what moved, only what is worse fails",
+    "limits": "of what moved, nothing fails but for broken limits",
+}
+"""What a gate that isn't the strictest says of itself."""
 
 
 class _Model(BaseModel):
@@ -140,6 +155,19 @@ class SceneChange(_Model):
     candidate: str = ""
     command: str = ""
 
+    def judged(self, fail_on: FailOn) -> SceneChange:
+        """Return the same as a gate judges it that is no stricter than `fail_on`."""
+        lost = self.change == "worse" and not self.head_hash  # it didn't run, or to no numbers
+        fails = bool(self.broken) or lost or fail_on == "changed"
+        fails |= fail_on == "worse" and self.change in ("worse", "not-deterministic")
+        return self if fails or not self.failed else self.model_copy(update={"failed": False})
+
+    @property
+    def left_band(self) -> bool:
+        """Whether a number that may not move did."""
+        quantities = (*self.metrics, *self.counters)
+        return any(one.level == "error" and not one.within for one in quantities)
+
     @property
     def moved(self) -> bool:
         """Whether something is other than its baseline says: broken limits alone are not."""
@@ -154,17 +182,19 @@ class Regression(_Model):
     `engine`: what its baselines call it.
     `base`, `head`: what is kept of the environment that the baselines were accepted in, and the
         environment now (`validation.results.environment.describe_environment`).
+    `fail_on`: what fails it.
     `outcome`: the last where nothing failed, but some scene could not be compared: that is no pass.
     `stale`: baselines of scenes that are no more.
     `warnings`: what doesn't fail the gate but should be known, one sentence each.
     """
 
-    schema_version: Literal[7] = Field(default=SCHEMA, alias="schema")
+    schema_version: Literal[8] = Field(default=SCHEMA, alias="schema")
     kind: Literal["regression"] = "regression"
     label: str = "ghostball"
     engine: str = "ghostball"
     base: EnvironmentValues
     head: EnvironmentValues
+    fail_on: FailOn = "changed"
     outcome: Literal["passed", "failed", "no-baseline"]
     scenes: tuple[SceneChange, ...]
     stale: tuple[str, ...] = ()

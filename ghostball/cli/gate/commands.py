@@ -10,6 +10,7 @@ import typer
 from ghostball.cli.shared.options import (
     AUTO,
     BaselineFolder,
+    FailOnChoice,
     Format,
     FormatOption,
     Jobs,
@@ -41,6 +42,15 @@ def regress(
         ),
     ] = None,
     baselines: BaselineFolder = None,
+    fail_on: Annotated[
+        FailOnChoice | None,
+        typer.Option(
+            metavar="changed|worse|limits",
+            help="What fails: whatever moved; of that only what moved away from the truth; or only "
+            "broken limits, and shots that the engine didn't play, for which no baseline is needed "
+            "(default: that of [tool.ghostball] in pyproject.toml, else changed).",
+        ),
+    ] = None,
     out: Annotated[Path | None, out_option("out")] = None,
     jobs: Jobs = AUTO,
     form: FormatOption = Format.TEXT,
@@ -53,7 +63,8 @@ def regress(
     scene is identical, rounding only (within what its conditioning explains, up to its horizon),
     changed, or better or worse against truth; named are the first event that differs and what
     moved. Exit status 1 where a deterministic number moved: an event, a bit, a counter, an error
-    against truth; 4 where a scene can't be compared, such as one that has no baseline.
+    against truth, unless `--fail-on` asks for less; 4 where a scene can't be compared, such as one
+    that has no baseline.
     """
 
 

@@ -9,13 +9,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import typer
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
 from ghostball.cli.gate.against import run_both
 from ghostball.cli.shared.config import Config, load_config
-from ghostball.cli.shared.options import Format
+from ghostball.cli.shared.options import FailOnChoice, Format
 from ghostball.cli.shared.progress import COMPILING, Steps
 from ghostball.cli.shared.summary import printed
 from ghostball.cli.shared.tables import table_of
@@ -36,7 +37,7 @@ from ghostball.validation.baselines.places import (
     engine_folder,
     engine_key,
 )
-from ghostball.validation.baselines.regression import Change
+from ghostball.validation.baselines.regression import LENIENT, Change, FailOn
 from ghostball.validation.checks.verdict import is_unfinished
 from ghostball.validation.exit_status import ExitStatus, worst
 from ghostball.validation.results.records import COMPLETE_STATUSES, CaseRecord
@@ -100,6 +101,7 @@ def run(
     engine: Sequence[str] | None,
     against: str | None,
     baselines: Path | None,
+    fail_on: FailOnChoice | None,
     out: Path | None,
     jobs: int,
     form: Format,
@@ -108,13 +110,21 @@ def run(
 ) -> ExitStatus:
     """Compare, print what changed, and return the exit status; see the options of the command."""
     if against is not None:
+        if fail_on is not None:
+            raise typer.BadParameter(
+                "judges a comparison with baselines, and --against makes none: it fails where an "
+                "engine is less right by a class. Leave out one of both",
+                param_hint="--fail-on",
+            )
         return run_both(scenes, engine, against, out, jobs, form, rerun, time_limit)
     started, config = time.perf_counter(), load_config()
     place = config.out if out is None else out
+    policy: FailOn = config.fail_on if fail_on is None else fail_on.value
+    kept_in = config.baselines if baselines is None else baselines
     names = scenes or config.scenes
     chosen, criteria = select(names), criteria_beside_paths(names)
     labels = labels_of(engine or (), config)
-    gates = gates_of(labels, config.baselines if baselines is None else baselines)
+    gates = gates_of(labels, kept_in)
     ran = {scene.name for scene in chosen}
     whole = not scenes or ran >= {scene.name for scene in select(config.scenes)}
     for gate in gates:
@@ -146,7 +156,13 @@ def run(
     only = ran | {scene.name for scene in many_ball_scenes()}
     found = [
         compare_results(
-            results, gate.folder, gate.label, whole=whole, only=only, time_limit=time_limit
+            results,
+            gate.folder,
+            gate.label,
+            whole=whole,
+            only=only,
+            time_limit=time_limit,
+            fail_on=policy,
         )
         for gate in gates
     ]
@@ -156,7 +172,7 @@ def run(
     for regression in found:
         _show(regression, outcome, place, tables(form), seconds, advice)
     if form is not Format.TEXT:
-        print(printed(place, form), end="")
+        print(printed(place, form, kept_in), end="")
     return worst(*(_status(regression, outcome) for regression in found))
 
 
@@ -176,7 +192,11 @@ def _accepting(engines: Sequence[str], baselines: Path | None, out: Path | None)
 
 
 def compare_guarded(
-    results: Results, gates: Sequence[Gate], scenes: Sequence[Scene], time_limit: float
+    results: Results,
+    gates: Sequence[Gate],
+    scenes: Sequence[Scene],
+    time_limit: float,
+    fail_on: FailOn,
 ) -> list[Regression]:
     """Compare what ran to its end and has a baseline, and store what was found."""
     found = []
@@ -189,7 +209,13 @@ def compare_guarded(
         if only := gate.guarded(scenes) & ended:
             found.append(
                 compare_results(
-                    results, gate.folder, gate.label, whole=False, only=only, time_limit=time_limit
+                    results,
+                    gate.folder,
+                    gate.label,
+                    whole=False,
+                    only=only,
+                    time_limit=time_limit,
+                    fail_on=fail_on,
                 )
             )
     if found:
@@ -203,10 +229,11 @@ def _status(regression: Regression, outcome: Outcome) -> ExitStatus:
         "no-baseline": ExitStatus.NOT_JUDGED,
         "passed": ExitStatus.PASSED,
     }[regression.outcome]
-    # A comparison judges without a limit.
+    # A comparison judges without a limit, unless it is to judge by limits alone.
     own = [case for case in outcome.cases if case.label == regression.label]
     limits = ExitStatus(replace(outcome, cases=own).exit_status)
-    return worst(compared, ExitStatus.PASSED if limits is ExitStatus.NOT_JUDGED else limits)
+    unlimited = limits is ExitStatus.NOT_JUDGED and regression.fail_on != "limits"
+    return worst(compared, ExitStatus.PASSED if unlimited else limits)
 
 
 def _show(
@@ -234,7 +261,8 @@ def _show(
     broken = sum(check.passed is False for case in own for check in case.checks)
     counts = Counter(one.change for one in regression.scenes)
     of = "" if regression.label == OUR_NAME else f" of {escape(regression.label)}"
-    if set(counts) == {"no-baseline"} and not (broken or unfinished):
+    asked = regression.fail_on != "limits"
+    if set(counts) == {"no-baseline"} and asked and not (broken or unfinished):
         console.print(
             f"{_VERDICTS[ExitStatus.NOT_JUDGED]} yet of {len(new)} scenes{of}, which ran in "
             f"{seconds:.0f} s",
@@ -248,9 +276,10 @@ def _show(
     if broken:
         parts.append(f"{broken} limits of truth broken")
     verdict = _VERDICTS[_status(regression, outcome)]
+    lenient = f"; {LENIENT[regression.fail_on]}" if regression.fail_on in LENIENT else ""
     console.print(
         f"{verdict}: {', '.join(parts) or 'nothing was compared'}, "
-        f"against the accepted baselines{of}, in {seconds:.0f} s",
+        f"against the accepted baselines{of}, in {seconds:.0f} s{lenient}",
         soft_wrap=True,
     )
     if changed or new or regression.stale:

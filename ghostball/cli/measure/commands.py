@@ -50,11 +50,20 @@ def run(
         Path | None, plot_option("Draw the paths of the balls; .gif and .mp4 are films of the shot")
     ] = None,
     form: PlainFormat = Plain.TEXT,
+    expect_hash: Annotated[
+        str | None,
+        typer.Option(
+            metavar="HASH",
+            help="Fail unless events and rest positions have this hash, which `--record events` "
+            "prints: a line of a workflow that must change wherever a bit of the shot does.",
+        ),
+    ] = None,
     time_limit: ShotLimit = 600.0,
 ) -> None:
     """Run one scene on one engine; print where the balls stop.
 
-    Exit status 1 where the engine fails, crashes, hangs or doesn't come to the end of the shot.
+    Exit status 1 where the engine fails, crashes, hangs or doesn't come to the end of the shot, or
+    where the shot has another hash than was expected.
     """
 
 

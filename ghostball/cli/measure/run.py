@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
@@ -24,6 +25,8 @@ from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.runs.playing import in_other_process, run_engine
 from ghostball.validation.scenes.library import find_scene
 
+_HASH = re.compile("[0-9a-f]{64}")
+
 
 def run(
     scene: str,
@@ -31,6 +34,7 @@ def run(
     record: RecordChoice | None,
     plot: Path | None,
     form: Plain,
+    expect_hash: str | None,
     time_limit: float,
 ) -> ExitStatus:
     """Simulate, and return the exit status; see the options of the command."""
@@ -41,6 +45,19 @@ def run(
             )
         record = RecordChoice.TRAJECTORY
         check_plot(plot, films=True)
+    if expect_hash is not None:
+        expect_hash = expect_hash.strip().lower()
+        if not _HASH.fullmatch(expect_hash):
+            raise typer.BadParameter(
+                f"must be 64 digits 0-9 and a-f, got {expect_hash!r}. `ghostball run {scene} "
+                "--record events` prints it",
+                param_hint="--expect-hash",
+            )
+        if record is RecordChoice.REST:
+            raise typer.BadParameter(
+                "--expect-hash needs --record events, got rest", param_hint="--record"
+            )
+        record = record or RecordChoice.EVENTS
     made = make_engine(engine)
     shot = find_scene(scene)
     if record is None and shot.table is not None and shot.table.holes:
@@ -62,11 +79,22 @@ def run(
         if plot is not None:
             stdout().print(f"paths drawn in {plot}", soft_wrap=True, markup=False)
     if result.status.complete:
-        return ExitStatus.PASSED
+        return _compare_hash(result, expect_hash)
     why = f": {result.reason}" if result.reason else ""
     say(
         f"[bold red]engine {escape(made.name)} did not finish:[/] "
         + escape(f"{result.status.value}{why}")
+    )
+    return ExitStatus.CHECK_FAILED
+
+
+def _compare_hash(result: Result, expected: str | None) -> ExitStatus:
+    found = result.to_dict()["hash"]
+    if expected in (None, found):
+        return ExitStatus.PASSED
+    say(
+        f"[bold red]another hash:[/] {escape(result.scene.name)} on {escape(result.engine)} has "
+        f"{found}, expected {expected}"
     )
     return ExitStatus.CHECK_FAILED
 
@@ -103,6 +131,7 @@ def _outcome(result: Result) -> dict[str, str]:
         if pocketed := _pocketed(result):
             rows["pocketed"] = pocketed
         rows["events"] = f"{len(result.events)} recorded; `--format json` prints them"
+        rows["hash"] = result.to_dict()["hash"]
     return rows
 
 

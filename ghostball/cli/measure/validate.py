@@ -34,7 +34,7 @@ from ghostball.reference_adapters import (
     parse_spec,
 )
 from ghostball.validation.baselines import Regression, check_baselines
-from ghostball.validation.baselines.regression import UNCOMPARED
+from ghostball.validation.baselines.regression import UNCOMPARED, FailOn
 from ghostball.validation.checks.criteria import SUFFIX, Criteria
 from ghostball.validation.checks.verdict import (
     NOTHING_JUDGED,
@@ -73,6 +73,7 @@ class _Request:
     named: bool  # whether the user or the project names the engines
     whole: bool  # whether all that is shipped is asked
     gates: list[Gate]
+    fail_on: FailOn
     metrics: Sequence[str] | None
     starts: Ensemble | None
     out: Path
@@ -126,7 +127,9 @@ def run(
         if outcome.interrupted:
             raise KeyboardInterrupt
         if request.metrics is None:
-            for regression in compare_guarded(results, request.gates, request.scenes, time_limit):
+            for regression in compare_guarded(
+                results, request.gates, request.scenes, time_limit, request.fail_on
+            ):
                 status = worst(status, _say_moved(regression, console))
         with busy("engines beside real tables"):
             beside = request.engines if request.whole else ()
@@ -184,6 +187,7 @@ def _plan(
         bool(named),
         not metrics and (not names or FULL in names),
         gates,
+        config.fail_on,
         metrics or None,
         starts,
         config.out if out is None else out,

@@ -4,6 +4,7 @@
     engines = ["my_package:MyEngine"]       # default: as each command says
     scenes = ["smoke", "scenes/*.toml"]     # default: all that are shipped
     baselines = "baselines"
+    fail_on = "changed"                     # or "worse", or "limits": what fails the gate
     out = "out"
 
 Commands take from it what they aren't given, and so does the pytest plugin. Paths are relative to
@@ -19,6 +20,7 @@ from typing import Annotated, Any
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from ghostball.model import GhostballError
+from ghostball.validation.baselines.regression import FailOn
 from ghostball.validation.results.files import describe_validation_error, toml_of
 
 FILE = "pyproject.toml"
@@ -35,6 +37,7 @@ class Config(BaseModel):
 
     `engines`, `scenes`: as on the command line; empty where nothing is said.
     `baselines`, `out`: folders of the accepted baselines and of results.
+    `fail_on`: what fails a comparison with baselines.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -42,6 +45,7 @@ class Config(BaseModel):
     engines: tuple[Text, ...] = ()
     scenes: tuple[Text, ...] = ()
     baselines: Path = Path("baselines")
+    fail_on: FailOn = "changed"
     out: Path = Path("out")
 
     def below(self, root: Path) -> Config:
@@ -55,6 +59,7 @@ class Config(BaseModel):
                 for one in self.scenes
             ),
             baselines=root / self.baselines,
+            fail_on=self.fail_on,
             out=root / self.out,
         )
 

@@ -20,13 +20,26 @@ class RecordChoice(enum.StrEnum):
     TRAJECTORY = "trajectory"
 
 
+FORMATS = "text|json|junit|markdown|github|sarif"
+
+
 class Format(enum.StrEnum):
     """What is printed on stdout."""
 
     TEXT = "text"
     JSON = "json"
     JUNIT = "junit"
+    MARKDOWN = "markdown"
     GITHUB = "github"
+    SARIF = "sarif"
+
+
+class FailOnChoice(enum.StrEnum):
+    """What fails a comparison with baselines; see `baselines.regression.FailOn`."""
+
+    CHANGED = "changed"
+    WORSE = "worse"
+    LIMITS = "limits"
 
 
 class Plain(enum.StrEnum):
@@ -160,9 +173,10 @@ FormatOption = Annotated[
     Format,
     typer.Option(
         "--format",
-        metavar="text|json|junit|github",
-        help="What is printed on stdout: tables, one JSON object, JUnit XML, or Markdown such as "
-        'for "$GITHUB_STEP_SUMMARY". Where it isn\'t text, the tables go to stderr.',
+        metavar=FORMATS,
+        help="What is printed on stdout: tables, one JSON object, JUnit XML, Markdown such as for "
+        '"$GITHUB_STEP_SUMMARY", notes that GitHub shows beside the lines of a pull request, or '
+        "SARIF for its Security tab. Where it isn't text, the tables go to stderr.",
     ),
 ]
 

@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 import json
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from ghostball.cli.shared.config import load_config
 from ghostball.cli.shared.options import Format
+from ghostball.cli.shared.places import places_in
 from ghostball.reports import summary_markdown, summary_text
+from ghostball.reports.findings import Place, findings
+from ghostball.reports.github import notes
 from ghostball.reports.junit import junit_xml
+from ghostball.reports.sarif import sarif_json
 from ghostball.validation.baselines import load_regressions
 from ghostball.validation.measured.likeness import Likeness
 from ghostball.validation.results.frames import rows_of
@@ -16,19 +22,28 @@ from ghostball.validation.results.store import Results
 from ghostball.validation.suite.real_tables import load_likenesses
 
 
-def printed(folder: Path, form: Format) -> str:
-    """Return what stored results came to, with what changed where the folder holds a comparison."""
+def printed(folder: Path, form: Format, baselines: Path | None = None) -> str:
+    """Return what stored results came to, with what changed where the folder holds a comparison.
+
+    `baselines`: the folder of all that it was compared with (default: the project's).
+    """
     results, regressions = Results.open(folder), load_regressions(folder)
-    if form is Format.GITHUB:
+    if form is Format.MARKDOWN:
         return summary_markdown(results, *regressions)
+    if form in (Format.GITHUB, Format.SARIF):
+        kept_in = load_config().baselines if baselines is None else baselines
+        found = findings(results, regressions, places_in(kept_in))
+        if form is Format.GITHUB:
+            return notes(found)
+        return sarif_json(found, version("ghostball"), Place("pyproject.toml", 1))
     if form is Format.TEXT:
         return summary_text(results, *regressions)
     if form is Format.JUNIT:
         return junit_xml(results.cases, regressions)
     tables = {name: rows_of(folder, name) for name in ("cases", "checks", "metrics")}
-    found = [one.model_dump(mode="json", by_alias=True) for one in regressions]
+    compared = [one.model_dump(mode="json", by_alias=True) for one in regressions]
     beside = [_plain(one) for one in load_likenesses(folder)]
-    whole = {"state": results.state, **tables, "regressions": found, "real_tables": beside}
+    whole = {"state": results.state, **tables, "regressions": compared, "real_tables": beside}
     return json.dumps(whole) + "\n"
 
 

@@ -9,6 +9,7 @@ import typer
 
 from ghostball.cli.shared.options import (
     AUTO,
+    FORMATS,
     FigureChoice,
     Figures,
     Format,
@@ -37,7 +38,7 @@ def report(
         Format | None,
         typer.Option(
             "--format",
-            metavar="text|json|junit|github",
+            metavar=FORMATS,
             help="Instead, print what the results came to, as of `validate` and `regress`.",
         ),
     ] = None,
@@ -119,6 +120,14 @@ def init(
             help="Your engine, such as my_package:MyEngine (default: an example is written).",
         ),
     ] = None,
+    ci: Annotated[
+        bool,
+        typer.Option(
+            "--ci",
+            help="Write also a workflow of GitHub Actions that guards it; in a project that has "
+            "settings, that alone.",
+        ),
+    ] = False,
 ) -> None:
     """Begin a project: its settings, and an engine to begin from.
 

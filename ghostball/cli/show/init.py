@@ -11,6 +11,7 @@ import typer
 
 from ghostball.cli.shared.config import FILE, ConfigError, load_table
 from ghostball.cli.shared.terminal import say
+from ghostball.cli.show.workflow import UNKNOWN, WORKFLOW, workflow_text
 from ghostball.model import GhostballError
 from ghostball.reference_adapters import make_engine
 from ghostball.validation.results.files import write_all_whole
@@ -37,11 +38,47 @@ class ExistsError(GhostballError, FileExistsError):
     """A file that would be overwritten."""
 
 
-def init(engine: str | None) -> None:
-    """Write `[tool.ghostball]`, and, unless one is named, an engine to begin from."""
+def init(engine: str | None, ci: bool) -> None:
+    """Write `[tool.ghostball]`, and, unless one is named, an engine to begin from.
+
+    `ci`: whether to write a workflow too; where there are settings already, it alone is written.
+    """
     path = Path(FILE)
-    if load_table(path) is not None:
+    begun = load_table(path) is not None
+    if begun and (not ci or engine is not None):
         raise ConfigError(f"{path}: has `[tool.ghostball]` already. Edit it there")
+    files: dict[Path, str] = {} if begun else _project(engine)
+    if ci:
+        files[WORKFLOW] = workflow_text(package=_is_package(path))
+    _write(files)
+    if not begun:
+        say(
+            "Next: `ghostball validate` runs it and says how right it is; `ghostball regress` and "
+            '`ghostball accept --reason "..."` keep what it did'
+        )
+    if ci:
+        say(
+            f"{WORKFLOW} compares each push with the baselines that `ghostball accept` made: "
+            "commit both"
+        )
+        if UNKNOWN in files[WORKFLOW]:
+            say(
+                f"In it, put the account that Ghostball lies under on GitHub in place of "
+                f"{UNKNOWN.partition('/')[0]}: this installation doesn't say which"
+            )
+
+
+def _is_package(path: Path) -> bool:
+    """Whether pip can install the project: its settings say how it is built."""
+    try:
+        return path.exists() and "[project]" in path.read_text(encoding="utf-8")
+    except UnicodeDecodeError:
+        return False
+
+
+def _project(engine: str | None) -> dict[Path, str]:
+    """Return the files that a project begins with."""
+    path = Path(FILE)
     files: dict[Path, str] = {}
     if engine is None:
         engine = "my_engine:MyEngine"
@@ -50,11 +87,7 @@ def init(engine: str | None) -> None:
         make_engine(engine)
     before = path.read_text(encoding="utf-8").rstrip("\n") + "\n\n" if path.exists() else ""
     files[path] = before + _CONFIG.format(engine=json.dumps(engine))
-    _write(files)
-    say(
-        "Next: `ghostball validate` runs it and says how right it is; `ghostball regress` and "
-        '`ghostball accept --reason "..."` keep what it did'
-    )
+    return files
 
 
 def _engine_text() -> str:
@@ -71,6 +104,8 @@ def _write(files: Mapping[Path, str]) -> None:
     if there:
         raise ExistsError(f"{there[0]}: is there already. Choose another name, or remove it")
     try:
+        for path in files:
+            path.parent.mkdir(parents=True, exist_ok=True)
         write_all_whole(files)
     except OSError as error:
         raise GhostballError(

@@ -242,7 +242,7 @@ def test_a_missing_optional_engine_is_listed_and_breaks_nothing(cli, tmp_path, m
     assert "cases without their engine here: 1" in validated.stderr
     assert "unavailable here" in (out / "report.html").read_text()
     assert "pybullet isn't installed" in validated.stdout
-    assert "unavailable" in cli("report", out, "--format", "github").stdout
+    assert "unavailable" in cli("report", out, "--format", "markdown").stdout
 
 
 # --- validate, report -------------------------------------------------------------------------

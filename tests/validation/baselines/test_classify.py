@@ -310,3 +310,17 @@ def test_another_scene_is_not_comparable_and_not_compared():
     assert change.change == "not-comparable"
     assert not change.failed
     assert not change.metrics
+
+
+def test_an_end_within_its_band_that_moved_by_more_than_rounding_is_better_or_worse():
+    # Breaks where a step's error that grows from 162 mm to 191 mm is only "changed".
+    base = with_metrics(BASE, rest_error_max=0.162)
+    moved = gate.at_rest(base, base.rest_positions + 0.03)
+    farther = of(with_metrics(moved, rest_error_max=0.191), base)
+    assert (farther.change, farther.failed) == ("worse", True)
+    assert "rest_error_max 0.162 m -> 0.191 m" in farther.summary
+    assert of(with_metrics(moved, rest_error_max=0.150), base).change == "better"
+    assert of(with_metrics(moved, rest_error_max=0.162 + 1e-13), base).change == "results-changed"
+    # Past the horizon no place says anything.
+    lost = of(with_metrics(moved, rest_error_max=0.191), base, rest=None, horizon=0.1)
+    assert lost.change != "worse"

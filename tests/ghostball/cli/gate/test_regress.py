@@ -141,7 +141,7 @@ def test_what_breaks_limits_of_truth_is_refused_and_listed(accepted, planted):
     assert re.search(r"cut: .*must be <= .*, got ", refused.stderr)
     assert "--even-though-limits-fail" in refused.stderr
     assert contents(accepted / "accepted" / "ghostball") == before
-    page = cli("report", "out", "--format", "github").stdout
+    page = cli("report", "out", "--format", "markdown").stdout
     assert "fails until that is mended" in page
 
 
@@ -390,3 +390,40 @@ def test_what_validate_found_can_be_accepted(here):
 
 
 # --- help -------------------------------------------------------------------------------------
+
+
+# --- what fails -------------------------------------------------------------------------------
+
+
+def test_what_fails_is_asked_by_an_option_or_by_the_project(accepted, planted):
+    assert regress("--rerun", "--fail-on", "worse").exit_code == 1  # it is
+    settings = accepted / "pyproject.toml"
+    settings.write_text('[tool.ghostball]\nfail_on = "wors"\n', "utf-8")
+    refused = regress()
+    assert refused.exit_code == 2
+    assert "`fail_on` must be 'changed', 'worse' or 'limits', got 'wors'" in refused.stderr
+    settings.write_text('[tool.ghostball]\nfail_on = "limits"\n', "utf-8")
+    assert regress().exit_code == 1  # the planted nanometre breaks a limit of truth, too
+
+
+def test_what_only_changed_may_pass(accepted, busier):
+    assert regress("--rerun").exit_code == 1
+    for asked in ("worse", "limits"):
+        passed = regress("--fail-on", asked)
+        assert passed.exit_code == 0, passed.output
+        assert "of what moved," in passed.stdout.splitlines()[-1]
+    page = cli("report", "out", "--format", "markdown").stdout
+    assert "1 of 2 scenes moved as they may" in page
+    assert "of what moved, nothing fails but for broken limits" in page
+
+
+def test_limits_alone_need_no_baseline(here):
+    passed = regress("--fail-on", "limits")
+    assert passed.exit_code == 0, passed.output
+    assert passed.stdout.splitlines()[-1].startswith("passed: 2 no baseline")
+
+
+def test_another_revision_is_no_baseline_of_which_something_fails(here):
+    refused = regress("--against", "HEAD", "--fail-on", "worse")
+    assert refused.exit_code == 2
+    assert "--against makes none" in refused.stderr

@@ -4,10 +4,15 @@ from __future__ import annotations
 
 import math
 
+import pytest
+from typer.testing import CliRunner
+
+from ghostball.cli import app
 from ghostball.cli.measure.run import result_table
 from ghostball.cli.shared.terminal import stdout
 from ghostball.engine import simulate
 from ghostball.model import Ball, Scene
+from ghostball.validation.scenes.library import find_scene
 
 
 def shown(scene: Scene) -> str:
@@ -51,3 +56,24 @@ def test_the_stroke_of_a_cue_is_told_with_what_it_gave() -> None:
         assert part in text, part
     still = Scene(name="still", balls=[Ball(id="cue", position=(0.6, 0.6))])
     assert "strike" not in shown(still)
+
+
+def test_a_hash_that_is_expected_is_compared_in_one_line() -> None:
+    found = simulate(find_scene("stop"), record="events").to_dict()["hash"]
+    assert found in " ".join(shown(find_scene("stop")).split())
+    invoke = CliRunner().invoke
+    same = invoke(app, ["run", "stop", "--expect-hash", found.upper()])
+    assert (same.exit_code, same.stderr) == (0, "")
+    other = invoke(app, ["run", "stop", "--expect-hash", "0" * 64])
+    assert other.exit_code == 1
+    assert other.stderr == (f"another hash: stop on ghostball has {found}, expected {'0' * 64}\n")
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [(["abc"], "must be 64 digits 0-9 and a-f, got 'abc'"), (["0" * 64, "--record=rest"], "needs")],
+)
+def test_a_hash_that_is_none_is_refused(options: list[str], said: str) -> None:
+    refused = CliRunner().invoke(app, ["run", "stop", "--expect-hash", *options])
+    assert refused.exit_code == 2
+    assert said in refused.stderr
