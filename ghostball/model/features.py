@@ -122,7 +122,7 @@ def missing_features(capabilities: Capabilities, scene: Scene) -> tuple[str, ...
         if not has_feature(capabilities, feature):
             capability = capabilities.get(feature, _NONE)
             because = f" ({capability.how})" if capability.how else ""
-            sentences.append(f"no {feature.value}{because}")
+            sentences.append(f"no {feature.value.removeprefix('a ')}{because}")
     return tuple(sentences)
 
 

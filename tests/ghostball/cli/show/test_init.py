@@ -28,8 +28,8 @@ def test_a_project_begins_with_two_files(here):
     assert result.stdout.split() == ["my_engine.py", "pyproject.toml"]
     assert "ghostball regress" in result.stderr
     table = tomllib.loads((here / "pyproject.toml").read_text("utf-8"))["tool"]["ghostball"]
-    assert table["engines"] == ["my_engine:MyEngine"]
-    assert cli("run", "stop", "-e", "my_engine:MyEngine").exit_code == 0
+    assert table["engines"] == ["my_engine:simulate"]
+    assert cli("run", "stop", "-e", "my_engine:simulate").exit_code == 0
 
 
 def test_what_a_project_has_stays(here):
