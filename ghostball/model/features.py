@@ -29,9 +29,9 @@ class Feature(enum.Enum):
     UNEQUAL_MASSES = "balls of different mass"
     UNEQUAL_RADII = "balls of different radius"
     PER_BALL_FRICTION = "balls with a friction of their own"
-    UNBOUNDED_CLOTH = "a cloth without cushions"
-    OPEN_SIDES = "a table with open sides"
-    POLYGON = "a table that isn't a rectangle"
+    UNBOUNDED_CLOTH = "cloth without cushions"
+    OPEN_SIDES = "table with open sides"
+    POLYGON = "table that is no rectangle"
     POCKETS = "pockets with jaws"
     POSTS = "posts on the table"
     MIRROR_CUSHION = "cushions that mirror"
@@ -122,7 +122,7 @@ def missing_features(capabilities: Capabilities, scene: Scene) -> tuple[str, ...
         if not has_feature(capabilities, feature):
             capability = capabilities.get(feature, _NONE)
             because = f" ({capability.how})" if capability.how else ""
-            sentences.append(f"no {feature.value.removeprefix('a ')}{because}")
+            sentences.append(f"no {feature.value}{because}")
     return tuple(sentences)
 
 
