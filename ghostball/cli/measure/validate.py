@@ -306,7 +306,7 @@ def _other_engines() -> str:
     if here:
         parts.append(f"here, and not run: {', '.join(here)}; `--engine` names one")
     if absent:
-        parts.append(f"not here: {', '.join(absent)}; `ghostball engines` says how to get them")
+        parts.append(f"not here: {', '.join(absent)}; `ghostball engines NAME` says how to get one")
     return f"Other engines are {'; '.join(parts)}" if parts else ""
 
 
