@@ -64,6 +64,8 @@ def engine_class(name: str) -> type[ReferenceEngine]:
     where = f"can't be imported from `{point.value}`{_package(point)}"
     with _guarded(name, where, ". Mend or reinstall that package"):
         loaded = point.load()
+    if callable(loaded) and not isinstance(loaded, type):
+        loaded = engine_of(loaded, point.value)
     lacks = _lacks(loaded)
     if lacks:
         raise EngineUnavailableError(

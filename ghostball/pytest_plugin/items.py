@@ -144,7 +144,7 @@ class _Plan:
 
     @classmethod
     def of(cls, config: pytest.Config, picked: Sequence[str]) -> _Plan:
-        option, project = config.option, load_config(config.rootpath)
+        option, project = config.option, load_config(config.invocation_params.dir)
         spec = option.ghostball_engine or _only_engine(project.engines)
         engine = engine_under_test(spec, option.ghostball_as)
         names = _asked_scenes(option.ghostball_scenes, project.scenes, picked)
