@@ -122,8 +122,11 @@ def engines_table() -> RenderableType:
     scenes = select()
     needed = Counter(feature for scene in scenes for feature in scene_features(scene))
     rows: list[Sequence[RenderableType]] = []
+    absent: list[RenderableType] = []
     for name in engine_names():
         found = _described(name)
+        if found.reason is not None:
+            absent.append(Text(f"{name} isn't here: {found.reason.partition('. ')[0]}."))
         lacks = [one for one in needed if not has_feature(found.capabilities, one)]
         lacks.sort(key=lambda one: -needed[one])
         said = [f"{one.value} ({needed[one]})" for one in lacks[:LACKS_SHOWN]]
@@ -135,7 +138,7 @@ def engines_table() -> RenderableType:
         rows.append((name, found.version, here, Text(", ".join(said))))
     key = ENGINES_KEY.format(count=len(scenes), recipes=", ".join(recipe_names()))
     heads = ("engine", "version", "here", "lacks most (scenes)")
-    return Group(table_of(heads, rows, whole=heads[:3]), Text(key))
+    return Group(table_of(heads, rows, whole=heads[:3]), *absent, Text(key))
 
 
 def recipe_names() -> tuple[str, ...]:
