@@ -11,11 +11,13 @@ from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
+from statistics import median
 
 import numpy as np
 
 from benchmarks.fits import FitsMeasurement
 from benchmarks.pictures.gallery import committed_board
+from benchmarks.precision.points import PrecisionMeasurement
 from benchmarks.rebounds import ReboundsMeasurement
 from benchmarks.synthetic_tracks import EXAMPLE_PHYSICS
 from ghostball.engine import simulate
@@ -26,6 +28,7 @@ from ghostball.model.scene import stroke_of
 from ghostball.reference_adapters import EngineUnavailableError, engine_names, make_engine
 from ghostball.reports.accuracy import CLASSES
 from ghostball.reports.board import about, cell_text, columns_of, looks_of, unit_of
+from ghostball.reports.style import format_length, format_time
 from ghostball.validation.board.board import Board
 from ghostball.validation.board.column import FAULTS
 from ghostball.validation.checks.metric_table import METRICS
@@ -336,6 +339,60 @@ def board() -> str:
     if stored is None:
         return "No board was measured yet: `ghostball leaderboard` does so."
     return board_table(stored, reported=False)
+
+
+USES = (
+    ("rules, an AI that tries many shots, a test's truth", "ghostball"),
+    ("a game in the plane that may move its balls itself", "pymunk:contact_steps=exact,dt=0.02"),
+    ("a game in the plane, in steps of 1 ms", "pymunk:dt=0.001"),
+    ("the same as one types it: 60 steps/s", "pymunk:config=default,dt=0.016666666666666666"),
+    ("a game in space that may move its balls itself", "pybullet:contact_steps=exact,dt=0.02"),
+    ("a game in space, in steps of 1 ms", "pybullet:dt=0.001"),
+    ("the same as one types it: 240 steps/s", "pybullet:config=default,dt=0.004166666666666667"),
+)
+"""What an engine is wanted for, and the label that was measured for it."""
+
+OTHERS = ("mujoco", "box2d", "box2d3", "rapier", "dart", "physx", "pooltool", "billiards")
+ASKED = ("cut", "exact-steps", "break", "slide")
+
+
+def choice() -> str:
+    """Return which engine with which settings is how right, and what it costs."""
+    measured = PrecisionMeasurement.committed()
+    if measured is None:
+        return "Nothing was measured yet: `python -m benchmarks precision` does so."
+    rows = []
+    for use, label in USES:
+        points = [one for one in measured.points if one.label == label]
+        errors = [one.error for one in points]
+        rows.append(
+            (
+                use,
+                f"`{_shortened(label)}`",
+                f"{format_length(median(errors))} ({format_length(max(errors))})",
+                format_time(median(one.seconds for one in points)),
+            )
+        )
+    heads = ("for", "engine and settings", "error: median (largest)", "time of a shot")
+    scenes = ", ".join(f"`{name}`" for name in sorted({one.scene for one in measured.points}))
+    place = f"{measured.environment['cpu']}, {str(measured.environment['date'])[:10]}"
+    return f"{_table(heads, rows)}\n\nOver those of {scenes} that each can play; {place}."
+
+
+def _shortened(label: str) -> str:
+    """Return a label with its step as one writes it."""
+    return label.replace("0.016666666666666666", "1/60").replace("0.004166666666666667", "1/240")
+
+
+def other_engines() -> str:
+    """Return what the board says of engines that the ladder of steps has not."""
+    stored = committed_board()
+    if stored is None:
+        return "No board was measured yet: `ghostball leaderboard` does so."
+    columns = [one for one in columns_of(stored, reported=False) if one.id in ASKED]
+    chosen = [row for row in stored.rows if row in OTHERS]
+    rows = ((f"`{row}`", *(cell_text(stored, row, one) for one in columns)) for row in chosen)
+    return _table(("engine", *(one.title for one in columns)), rows)
 
 
 def reported() -> str:

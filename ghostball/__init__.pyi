@@ -16,7 +16,8 @@ from .model import (
     Strike as Strike,
     Table as Table,
 )
-from .reference_adapters import make_engine as make_engine
+from .model.features import Feature as Feature
+from .reference_adapters import make_engine as make_engine, plays as plays
 from .validation.results.store import Results as Results
 from .validation.scenes.library import find_scene as find_scene
 from .validation.suite.suite import run_suite as run_suite

@@ -3,7 +3,10 @@ from .base import (
     EngineError as EngineError,
     EngineSettings as EngineSettings,
     ReferenceEngine as ReferenceEngine,
+    resolution_of_step as resolution_of_step,
 )
+from .function import plays as plays
+from .recording import Recorder as Recorder
 from .registry import (
     EngineUnavailableError as EngineUnavailableError,
     engine_class as engine_class,

@@ -101,7 +101,7 @@ class EngineBase(ABC):
     """What the engines of this package share: they keep their settings and check the scene."""
 
     name: ClassVar[str]
-    Settings: ClassVar[type[EngineSettings]]
+    Settings: ClassVar[type[EngineSettings]] = EngineSettings
 
     def __init__(self, settings: EngineSettings | None = None) -> None:
         self._settings = self.Settings() if settings is None else settings

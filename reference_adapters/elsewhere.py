@@ -63,7 +63,7 @@ Triple = tuple[float, float, float]
 Plain = str | float | int | bool | None
 
 _KINDS = {kind.label: kind for kind in EventKind}
-_STATUSES = {"rest": Status.REST, "t-max": Status.T_MAX, "failed": Status.FAILED}
+STATUSES = {"rest": Status.REST, "t-max": Status.T_MAX, "failed": Status.FAILED}
 
 
 _LARGEST = np.iinfo(np.int32).max
@@ -162,7 +162,7 @@ class Run(_Part):
                 f"`rest_positions` of the {name} must have {n} balls, got "
                 f"{len(self.rest_positions)}"
             )
-        events = np.array([self._event(event, name) for event in self.events], dtype=EVENT_DTYPE)
+        events = np.array([event_row(event, name) for event in self.events], dtype=EVENT_DTYPE)
         counts = Counter(event.kind for event in self.events)
         centres = np.array(self.rest_positions)[np.newaxis]
         still = np.zeros_like(centres)
@@ -179,7 +179,7 @@ class Run(_Part):
             engine=self.engine,
             settings=self.settings,
             scene=scene,
-            status=_STATUSES[self.status],
+            status=STATUSES[self.status],
             final_state=final,
             rest_time=self.rest_time,
             collision_counts={kind.label: counts[kind.label] for kind in COLLISION_KINDS},
@@ -189,29 +189,6 @@ class Run(_Part):
             trajectory=trajectory if record == "trajectory" else None,
             reason=self.reason,
         )
-
-    @staticmethod
-    def _event(event: RunEvent, name: str) -> tuple[float, int, int, int]:
-        kind = _KINDS.get(event.kind)
-        if kind is None:
-            raise EngineError(
-                f"`kind` of an event of the {name} must be one of {', '.join(_KINDS)}, got "
-                f"{event.kind!r}"
-            )
-        b = -1 if event.b is None else event.b
-        if isinstance(b, str):
-            try:
-                b = partner_index(kind, b)
-            except ValueError:
-                known = POCKETS if kind is EventKind.POCKETED else CUSHIONS
-                raise EngineError(
-                    f"`b` of an event of the {name} must be one of {', '.join(known)} where it "
-                    f"is a {'pocket' if kind is EventKind.POCKETED else 'cushion'}, got {b!r}"
-                ) from None
-        a = event.a
-        if kind is EventKind.BALL_BALL and b < a:
-            a, b = b, a
-        return event.t, int(kind), a, b
 
     @staticmethod
     def _motion(samples: RunSamples, n: int, name: str) -> SampledTrajectory:
@@ -227,6 +204,33 @@ class Run(_Part):
         if len(t) == 0 or np.any(np.diff(t) < 0.0):
             raise EngineError(f"`samples.t` of the {name} must be instants in order of time")
         return SampledTrajectory(t, *parts)
+
+
+def event_row(event: RunEvent, name: str) -> tuple[float, int, int, int]:
+    """Return an event as a row of `EVENT_DTYPE`; `name` is what the run is called in messages.
+
+    Raises `EngineError` where its kind, or what it names, is none.
+    """
+    kind = _KINDS.get(event.kind)
+    if kind is None:
+        raise EngineError(
+            f"`kind` of an event of the {name} must be one of {', '.join(_KINDS)}, got "
+            f"{event.kind!r}"
+        )
+    b = -1 if event.b is None else event.b
+    if isinstance(b, str):
+        try:
+            b = partner_index(kind, b)
+        except ValueError:
+            known = POCKETS if kind is EventKind.POCKETED else CUSHIONS
+            raise EngineError(
+                f"`b` of an event of the {name} must be one of {', '.join(known)} where it "
+                f"is a {'pocket' if kind is EventKind.POCKETED else 'cushion'}, got {b!r}"
+            ) from None
+    a = event.a
+    if kind is EventKind.BALL_BALL and b < a:
+        a, b = b, a
+    return event.t, int(kind), a, b
 
 
 def recorded_engine(run: Run) -> ReferenceEngine:

@@ -70,23 +70,22 @@ class Recorder:
         )
 
     def frame(self, t: float, state: Samples, *, force: bool = False) -> None:
-        """Keep a frame, arrays (1, n, 3), where one is due or `force` says so."""
+        """Keep a copy of a frame, arrays (1, n, 3), where one is due or `force` says so."""
         if self.record == "trajectory" and (force or self.wants_frame(t)):
-            self._frames.append(
-                (t, state.positions[0], state.velocities[0], state.angular_velocities[0])
-            )
+            x, v, w = (np.array(one[0]) for one in state)
+            self._frames.append((t, x, v, w))
             self._last, self._event_since_frame = t, False
 
     def rolling_frame(
         self, t: float, positions: FloatArray, velocities: FloatArray, *, force: bool = False
     ) -> None:
-        """Keep a frame of balls that roll on the cloth: arrays (n, 2), which nobody changes later.
+        """Keep a copy of a frame of balls that roll on the cloth, arrays (n, 2).
 
         What rolling ties to these, heights and spins, is worked out for all frames at once, in
         `result`. A run has frames of this kind or of the other.
         """
         if self.record == "trajectory" and (force or self.wants_frame(t)):
-            self._rolling_frames.append((t, positions, velocities))
+            self._rolling_frames.append((t, positions.copy(), velocities.copy()))
             self._last, self._event_since_frame = t, False
 
     def result(

@@ -1,8 +1,8 @@
 """Engines by name: found through the entry points of the group `ghostball.engines`.
 
 A spec says which engine with which settings, as on the command line:
-`pymunk:dt=1e-3,contact_steps=exact`. An engine that isn't installed is named by where its class is:
-`my_package:MyEngine:dt=1e-3`.
+`pymunk:dt=1e-3,contact_steps=exact`. An engine that isn't installed is named by where its function
+or its class is: `my_module:simulate`, `my_package:MyEngine:dt=1e-3`.
 """
 
 from __future__ import annotations
@@ -14,8 +14,10 @@ from contextlib import contextmanager, nullcontext
 from difflib import get_close_matches
 from functools import cache
 from importlib import import_module
+from importlib.machinery import PathFinder
 from importlib.metadata import EntryPoint, entry_points
 from operator import attrgetter
+from types import ModuleType
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
@@ -25,6 +27,7 @@ from ghostball.reference_adapters.base import (
     ReferenceEngine,
     renamed_settings,
 )
+from ghostball.reference_adapters.function import engine_of
 from ghostball.reference_adapters.output import Output, captured, harmless
 
 _LOGGER = logging.getLogger("ghostball.reference_adapters")
@@ -49,7 +52,7 @@ def engine_names() -> tuple[str, ...]:
 
 
 def engine_class(name: str) -> type[ReferenceEngine]:
-    """Import an engine, `NAME` or `MODULE:CLASS`, and return its class.
+    """Import an engine, `NAME`, `MODULE:FUNCTION` or `MODULE:CLASS`, and return its class.
 
     Raises `EngineError` where no engine has this name, two packages claim it, or another one claims
     ours; `EngineUnavailableError` where its module can't be imported, or what it names isn't an
@@ -61,6 +64,8 @@ def engine_class(name: str) -> type[ReferenceEngine]:
     where = f"can't be imported from `{point.value}`{_package(point)}"
     with _guarded(name, where, ". Mend or reinstall that package"):
         loaded = point.load()
+    if callable(loaded) and not isinstance(loaded, type):
+        loaded = engine_of(loaded, point.value)
     lacks = _lacks(loaded)
     if lacks:
         raise EngineUnavailableError(
@@ -163,12 +168,18 @@ def _class_at(where: str) -> type[ReferenceEngine]:
     try:
         loaded: Any = attrgetter(attribute)(there)
     except AttributeError:
-        engines = [key for key, value in vars(there).items() if not _lacks(value)]
-        close = get_close_matches(attribute, engines, n=1)
-        hint = f"Did you mean `{module}:{close[0]}`?" if close else "Name a class that is there"
+        engines = _engines_in(there)
+        close = get_close_matches(attribute, engines, n=1) or engines[:1]
+        hint = (
+            f"Did you mean `{module}:{close[0]}`?"
+            if close
+            else "Name a function or a class that is there"
+        )
         raise EngineUnavailableError(
             f"engine `{where}`: module `{module}` has no {attribute!r}. {hint}"
         ) from None
+    if callable(loaded) and not isinstance(loaded, type):
+        loaded = engine_of(loaded, where)
     lacks = _lacks(loaded)
     if not lacks and not isinstance(getattr(loaded, "name", None), str):
         lacks = "its `name` must be a text"
@@ -183,13 +194,30 @@ def _class_at(where: str) -> type[ReferenceEngine]:
     return engine
 
 
+def _engines_in(module: ModuleType) -> list[str]:
+    """Return the names of what may be an engine in a module: its own functions, and classes."""
+    return [
+        key
+        for key, value in vars(module).items()
+        if not key.startswith("_")
+        and (
+            not _lacks(value)
+            if isinstance(value, type)
+            else callable(value) and getattr(value, "__module__", "") == module.__name__
+        )
+    ]
+
+
 def _lacks(loaded: object) -> str:
     """Say what a loaded object lacks to be an engine; "" where that is nothing."""
     missing = [member for member in _REQUIRED if not hasattr(loaded, member)]
     if not missing:
         return ""
     named = ", ".join(f"`{member}`" for member in missing)
-    return f"it lacks {named}. See `ReferenceEngine` in reference_adapters/base.py"
+    return (
+        f"it lacks {named}. Begin with `class MyEngine(EngineBase)`, from "
+        "ghostball.reference_adapters; a function of a scene is an engine, too"
+    )
 
 
 def _made(engine: type[ReferenceEngine], name: str, texts: Mapping[str, str]) -> ReferenceEngine:
@@ -251,6 +279,9 @@ def _find_entry_point(name: str, searched: tuple[str, ...]) -> EntryPoint:  # no
     if not points:
         close = get_close_matches(name, engine_names(), n=1)
         hint = f"Did you mean `{close[0]}`? " if close else ""
+        module = name.removesuffix(".py").replace("/", ".")
+        if name.endswith(".py") or (name.isidentifier() and PathFinder.find_spec(name)):
+            hint = f"Name the function or class in that file, such as `{module}:simulate`. "
         raise EngineError(
             f"engine must be an installed one, got {name!r}. {hint}{_known_engines()}"
         )

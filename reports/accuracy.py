@@ -55,10 +55,18 @@ MARKS: Final = {
 }
 """What stands beside a class: is this what the engine's step allows?"""
 
+MEANINGS: Final = {
+    Verdict.PASS: "as the engine's step lets one expect",
+    Verdict.FAIL: "worse than that, or a limit is broken",
+    Verdict.LIMITS_HOLD: "keeps its limits, of which none is on how the shot ends",
+}
+"""What each mark says."""
+
 MARKS_KEY: Final = (
-    "✓ as the engine's step lets one expect; ✗ worse than that, or a limit is broken; "
-    "≈ keeps its limits, of which none is on how the shot ends; no mark: no limit"
+    "; ".join(f"{MARKS[one]} {meaning}" for one, meaning in MEANINGS.items())
+    + "; no mark: no limit"
 )
+"""What the marks mean, in one line."""
 
 
 def accuracy_text(case: CaseRecord | None) -> str:

@@ -17,6 +17,7 @@ from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
+from ghostball.reference_adapters.function import name_of_function
 from ghostball.validation.results.files import write_whole
 
 if TYPE_CHECKING:
@@ -137,7 +138,7 @@ def split_label(label: str) -> tuple[str, str]:
 def engine_name(label: str) -> str:
     """Return the name in figures: "pymunk:contact_steps=exact" -> "pymunk, exact steps"."""
     family, settings = split_label(label)
-    words = [family.rpartition(":")[2]]
+    words = [name_of_function(family) if ":" in family else family]
     for setting in filter(None, settings.split(",")):
         key, _, value = setting.partition("=")
         said = {"config": value, "contact_steps": f"{value} steps"}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import shlex
+import sys
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
@@ -60,9 +61,14 @@ def collect(session: pytest.Session, picked: Sequence[str]) -> list[pytest.Item]
     `picked`: tests on the command line, `ghostball::SCENE::METRIC`, or a part of that; empty is
     all.
     """
+    config = session.config
+    # As the commands do, after all others: `my_engine:simulate` is found where pytest is started.
+    for folder in (config.invocation_params.dir, config.rootpath):
+        if str(folder) not in sys.path:
+            sys.path.append(str(folder))
     try:
-        plan = _Plan.of(session.config, picked)
-        session.config.add_cleanup(plan.process.close)
+        plan = _Plan.of(config, picked)
+        config.add_cleanup(plan.process.close)
         root = _Node.from_parent(session, name="ghostball", nodeid="ghostball")
         nodes = [
             _SceneNode.from_parent(
@@ -139,7 +145,7 @@ class _Plan:
 
     @classmethod
     def of(cls, config: pytest.Config, picked: Sequence[str]) -> _Plan:
-        option, project = config.option, load_config(config.rootpath)
+        option, project = config.option, load_config(config.invocation_params.dir)
         spec = option.ghostball_engine or _only_engine(project.engines)
         engine = engine_under_test(spec, option.ghostball_as)
         names = _asked_scenes(option.ghostball_scenes, project.scenes, picked)

@@ -215,7 +215,7 @@ WRONG = {
     ),
     "no class": (
         ["--ghostball", "--ghostball-engine=pathlib:Engine"],
-        "Name a class that is there",
+        "module `pathlib` has no 'Engine'",
     ),
     "limit of time": (
         ["--ghostball", "--ghostball-time-limit=-1"],

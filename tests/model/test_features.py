@@ -160,7 +160,7 @@ def test_an_engine_lacks_what_it_does_not_mention_and_what_it_says_it_lacks():
     }
     assert missing_features(capabilities, scene) == (
         "no ball-ball restitution below 1",
-        "no a cloth without cushions (walls are built in)",
+        "no cloth without cushions (walls are built in)",
     )
 
 

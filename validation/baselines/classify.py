@@ -304,7 +304,7 @@ def _distance_words(base: Observed, head: Observed) -> str:
     if not np.any(moved > 0.0):
         return "all balls rest where they did, to the bit"
     ball = int(np.argmax(moved))
-    return f"{head.ids[ball]} rests {moved[ball]:.3g} m from where it did, the most of all"
+    return f"{head.ids[ball]} rests {moved[ball]:.3g} m from where it did"
 
 
 def _summary(

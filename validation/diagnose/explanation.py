@@ -26,6 +26,7 @@ from ghostball.validation.diagnose.near_misses import (
     nearest_approach,
     overlap_of,
 )
+from ghostball.validation.diagnose.wrong_factor import Factor, wrong_factor
 from ghostball.validation.grading.event_logs import (
     Agreement,
     Event,
@@ -39,9 +40,15 @@ from ghostball.validation.truth.known_shot import KnownShot, known_shot
 
 FloatArray = NDArray[np.float64]
 
-SCHEMA: Final = 4
+SCHEMA: Final = 5
 """Version of `Explanation.to_dict`."""
 
+
+INSTANTS: Final = 401
+"""Instants at which the two motions are compared."""
+
+SEEN: Final = 0.01
+"""Share of the largest distance from which on a motion counts as another one."""
 
 Side = Literal["truth", "engine"]
 What = Literal["miss", "collision", "order"]
@@ -100,6 +107,8 @@ class Explanation:
     `margins`: the smallest first; empty where nothing parts.
     `states`: of the balls that take part where they part, at that instant.
     `attribution`: None where it wasn't asked for.
+    `factor`: the one coefficient with which the engine's motion is explained; None where none is,
+        it wasn't asked for, or the difference is that of the step.
     """
 
     label: str
@@ -109,6 +118,7 @@ class Explanation:
     margins: tuple[Margin, ...]
     states: tuple[BallStates, ...]
     attribution: Attribution | None
+    factor: Factor | None = None
 
     @property
     def scene(self) -> Scene:
@@ -143,6 +153,33 @@ class Explanation:
         """Difference of the instants at which the last ball rests [s]; positive is late."""
         return self.result.rest_time - self.known.result.rest_time
 
+    @property
+    def onset(self) -> tuple[float, Event | None] | None:
+        """Since when the engine's motion is another one [s], and the collision that begins it.
+
+        No collision: from the start. None where no ball is ever anywhere else.
+        """
+        if self.factor is not None:
+            since = self.factor.since
+        else:
+            times = np.linspace(0.0, self.result.rest_time, INSTANTS)
+            off = self.distances(times)
+            since = float(times[max(int(np.argmax(off > SEEN * np.max(off))) - 1, 0)])
+            if not np.max(off) > 0.0:
+                return None
+        # What is seen after an instant may begin at a collision between it and the next one.
+        spacing = self.result.rest_time / (INSTANTS - 1)
+        true = [one for one in events_in(events_of(self.known.result)) if one.t <= since + spacing]
+        return since, true[-1] if true else None
+
+    def distances(self, times: FloatArray) -> FloatArray:
+        """Return the largest distance of a ball from where it should be, (k,) [m], at instants."""
+        own, true = (
+            one.sample(times).positions[..., :2] for one in (self.result, self.known.result)
+        )
+        farthest: FloatArray = np.max(np.linalg.norm(own - true, axis=2), axis=1)
+        return farthest
+
     def to_dict(self) -> dict[str, Any]:
         """Return everything as plain values, the object that `explain --format json` prints."""
         parting = self.parting
@@ -176,6 +213,7 @@ class Explanation:
             else {"event": _event(latest[0]), "seconds": latest[1]},
             "rest_differences": self.rest_distances.tolist(),
             "rest_time_difference": self.rest_time_difference,
+            "factor": None if self.factor is None else asdict(self.factor),
             "attribution": None if self.attribution is None else asdict(self.attribution),
         }
 
@@ -214,6 +252,10 @@ def explain(
         )
     agreement = _compare(known, result)
     parting = agreement.parting
+    found = attribute(scene, engine, label=label, known=known) if attributed else None
+    factor = None
+    if found is not None and found.outcome in ("model", "not compared"):
+        factor = wrong_factor(known, result, found.instant)
     return Explanation(
         label=label or engine.name,
         known=known,
@@ -221,7 +263,8 @@ def explain(
         agreement=agreement,
         margins=() if parting is None else _margins(known.result, result, agreement, parting),
         states=() if parting is None else _states(known.result, result, parting),
-        attribution=attribute(scene, engine, label=label, known=known) if attributed else None,
+        attribution=found,
+        factor=factor,
     )
 
 

@@ -31,6 +31,14 @@ from ghostball.model import (
 MOST = 2**53
 """Largest count: beyond it JSON's readers, whose numbers are doubles, lose ones."""
 
+START_SHARE = 1e-2
+"""How far from its place in the scene a ball may be in the first sample, in its radii.
+
+A solver in single precision, or one that settles a ball on its cloth, is off by far less.
+"""
+
+_COPY = "Arrays that are changed in place must be copied where they are recorded"
+
 _MEND = "Mend `simulate` of engine `{engine}`; `model.result.Result` says what it must hold"
 
 
@@ -232,7 +240,28 @@ def _of_motion(result: Result, scene: Scene, record: Record) -> str:
     if not np.isfinite(times).all() or (np.diff(times) < 0.0).any():
         return "`trajectory.times` must be finite and never decrease"
     shape = (len(times), len(scene.balls), 3)
-    return _of_states("trajectory", motion, shape)
+    return _of_states("trajectory", motion, shape) or _of_start(motion, scene)
+
+
+def _of_start(motion: SampledTrajectory, scene: Scene) -> str:
+    """Look whether the motion begins as the scene does.
+
+    It doesn't where it is of another scene, or where an engine that changes its arrays in place
+    handed over the arrays themselves: then all of its samples show the end.
+    """
+    if motion.times[0] > 0.0:
+        return f"`trajectory` must begin at t = 0, got {float(motion.times[0])!r} s"
+    off = np.linalg.norm(motion.positions[0] - scene.positions, axis=1)
+    away = np.flatnonzero(~(off <= START_SHARE * scene.radii))
+    if len(away):
+        ball = int(away[0])
+        return (
+            f'`trajectory` must begin as the scene does, with ball "{scene.balls[ball].id}" at '
+            f"{scene.positions[ball].tolist()}, got {motion.positions[0, ball].tolist()}. {_COPY}"
+        )
+    if scene.velocities.any() and not motion.velocities[0].any():
+        return f"`trajectory` must begin as the scene does, got balls at rest at t = 0. {_COPY}"
+    return ""
 
 
 def _of_states(where: str, states: object, shape: tuple[int, ...]) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import shlex
 import time
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -16,13 +16,15 @@ from rich.table import Table
 
 from ghostball.cli.gate.against import run_both
 from ghostball.cli.shared.config import Config, load_config
+from ghostball.cli.shared.hints import coverage
 from ghostball.cli.shared.options import FailOnChoice, Format
 from ghostball.cli.shared.progress import COMPILING, Steps
 from ghostball.cli.shared.summary import printed
 from ghostball.cli.shared.tables import table_of
 from ghostball.cli.shared.terminal import say, tables
 from ghostball.model import Scene
-from ghostball.reference_adapters import make_engine
+from ghostball.reference_adapters import make_engine, names_class
+from ghostball.reports import style
 from ghostball.validation.baselines import (
     Regression,
     SceneChange,
@@ -43,6 +45,7 @@ from ghostball.validation.exit_status import ExitStatus, worst
 from ghostball.validation.results.records import COMPLETE_STATUSES, CaseRecord
 from ghostball.validation.results.store import Results
 from ghostball.validation.scenes.library import select
+from ghostball.validation.suite.hints import shared
 from ghostball.validation.suite.plan import criteria_beside_paths
 from ghostball.validation.suite.suite import Outcome, run_suite
 from ghostball.validation.truth.scene_truth import OUR_NAME
@@ -275,6 +278,14 @@ def _show(
         parts.append(f"{unfinished} did not finish")
     if broken:
         parts.append(f"{broken} limits of truth broken")
+    moved = {one.scene for one in regression.moved}
+    if said := shared(
+        [case for case in own if case.scene in moved],
+        [case for case in own if case.scene not in moved and case.outcome == "ran"],
+    ):
+        console.print(f"Of the scenes that moved, {escape(said)}", soft_wrap=True)
+    for line in _blind(regression.label, own):
+        console.print(line, soft_wrap=True)
     verdict = _VERDICTS[_status(regression, outcome)]
     lenient = f"; {LENIENT[regression.fail_on]}" if regression.fail_on in LENIENT else ""
     console.print(
@@ -285,6 +296,17 @@ def _show(
     if changed or new or regression.stale:
         say(f"`ghostball report {escape(str(out))}` shows it, old and new side by side")
         say_what_next(regression, advice)
+
+
+def _blind(label: str, own: Sequence[CaseRecord]) -> Iterator[str]:
+    """Yield what a comparison of these scenes can't see."""
+    tries = f"ghostball stress{'' if label == OUR_NAME else f' -e {label}'}"
+    yield (
+        f"[dim]It sees what these {len(own)} scenes try; balls that graze, frozen racks, gases and "
+        f"extreme numbers are tried by `{escape(tries)}`[/]"
+    )
+    if names_class(label):
+        yield from coverage(own, label)
 
 
 def say_what_next(regression: Regression, advice: str) -> None:
@@ -298,11 +320,33 @@ def say_what_next(regression: Regression, advice: str) -> None:
 
 def _table(changes: Sequence[SceneChange]) -> Table:
     rows = []
-    for one in changes:
+    for one in sorted(changes, key=_severity):
         words = _WORDS[one.change]
         if one.change == "identical":
             other = any(not count.within for count in one.counters)
             words = "same bits" + ", other work" * other
         change = f"[{_COLOURS[one.change]}]{words}[/]"
-        rows.append((escape(one.scene), change, escape(one.summary)))
-    return table_of(("scene", "change", "what moved"), rows, whole=("change",))
+        # The first says what moved most; page and summary have all.
+        moved = one.summary if len(changes) == 1 else one.summary.partition("; ")[0]
+        rows.append((escape(one.scene), change, _off_truth(one), escape(moved)))
+    return table_of(("scene", "change", "off the truth", "what moved"), rows, whole=("scene",))
+
+
+def _severity(change: SceneChange) -> tuple[bool, int, float]:
+    """Return what changes are sorted by: what fails first, then what is worse, then by how much."""
+    _, head = _rest_errors(change)
+    return not change.failed, -list(_WORDS).index(change.change), -(head or 0.0)
+
+
+def _off_truth(change: SceneChange) -> str:
+    base, head = _rest_errors(change)
+    if base is None or head is None:
+        return ""
+    old, new = style.format_length(base), style.format_length(head)
+    return old if old == new else f"{old} -> {new}"
+
+
+def _rest_errors(change: SceneChange) -> tuple[float | None, float | None]:
+    """Return how far off the truth the worst ball ended, and ends [m]."""
+    found = next((one for one in change.metrics if one.name == "rest_error_max"), None)
+    return (None, None) if found is None else (found.base, found.head)

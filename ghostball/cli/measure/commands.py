@@ -24,6 +24,8 @@ from ghostball.cli.shared.options import (
     SceneNames,
     ShotLimit,
     TimeLimit,
+    complete_engine,
+    complete_scene,
     engines_option,
     out_option,
     plot_option,
@@ -132,8 +134,24 @@ def validate(
 @app.command()
 @runs("measure.explain")
 def explain(
-    scene: SceneName,
-    engine: EngineSpec,
+    scene: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="SCENE",
+            help="A shipped scene's name, or a TOML file (default: the worst of the last run).",
+            autocompletion=complete_scene,
+        ),
+    ] = None,
+    engine: Annotated[
+        str | None,
+        typer.Option(
+            "--engine",
+            "-e",
+            metavar="ENGINE",
+            help="Engine, as for `run` (default: the first of [tool.ghostball] in pyproject.toml).",
+            autocompletion=complete_engine,
+        ),
+    ] = None,
     plot: Annotated[
         Path | None,
         plot_option(
@@ -151,13 +169,13 @@ def explain(
     form: PlainFormat = Plain.TEXT,
     time_limit: ShotLimit = 600.0,
 ) -> None:
-    """Say where an engine's shot leaves the true one, and why.
+    """Say what is wrong with an engine's shot, since when, and where it leaves the true one.
 
-    The truth is certified where it can be. Named are the first collision that one of both lacks,
-    what the other has in its place, by how much, and the balls there; then whether the difference
-    goes away with a shorter step, which is the step's, or stays, which is the model's. Exit status
-    0, whether they part or not; 1 where the engine fails, crashes, hangs or doesn't come to the end
-    of the shot.
+    First comes what is wrong: a coefficient, such as a friction or a restitution, and by which
+    factor; the step, where the difference goes away with a shorter one; or other physics. Then the
+    first collision that the engine or the truth lacks, what the other has in its place, by how
+    much, and the balls there. The truth is certified where it can be. Exit status 0, whether they
+    part or not; 1 where the engine fails, crashes, hangs or doesn't come to the end of the shot.
     """
 
 

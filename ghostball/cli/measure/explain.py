@@ -6,27 +6,38 @@ from collections.abc import Callable, Iterator
 from functools import cache, partial
 from pathlib import Path
 
+import numpy as np
+import typer
+from numpy.typing import NDArray
 from pydantic_core import to_json
-from rich.console import Group, RenderableType
+from rich.console import RenderableType
 from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
+from ghostball.cli.shared.config import load_config
 from ghostball.cli.shared.options import Plain, check_plot
 from ghostball.cli.shared.tables import table_of
 from ghostball.cli.shared.terminal import busy, say, say_printed, stdout
 from ghostball.model import Status, energy_of, initial_state
 from ghostball.reference_adapters import make_engine
 from ghostball.reports import plot_explanation, style
+from ghostball.reports.reason import reason_of
 from ghostball.validation.diagnose.attribution import Attribution
 from ghostball.validation.diagnose.explanation import Explanation, Margin, explain
 from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.grading.event_logs import Event
+from ghostball.validation.results.store import Results, has_results
 from ghostball.validation.runs.playing import in_other_process
 from ghostball.validation.scenes.library import find_scene
 
 FEW_ULPS = 1e6
 """Spacings of doubles below which a length is also given in these [1]: a tenth of a nanometre."""
+
+BARS = 44
+"""Columns of the picture."""
+
+LEVELS = " ▁▂▃▄▅▆▇█"
 
 TRUTHS = {
     "certified": "the certified shot",
@@ -39,12 +50,27 @@ NAMES = {"truth": "in truth", "engine": "in {label}"}
 
 
 def run(
-    scene: str, engine: str, plot: Path | None, attribute: bool, form: Plain, time_limit: float
+    scene: str | None,
+    engine: str | None,
+    plot: Path | None,
+    attribute: bool,
+    form: Plain,
+    time_limit: float,
 ) -> ExitStatus:
     """Explain, and return the exit status; see the options of the command."""
     if plot is not None:
         check_plot(plot)
-    made, shot = make_engine(engine), find_scene(scene)
+    config = load_config()
+    if engine is None:
+        if not config.engines:
+            raise typer.BadParameter(
+                "names no engine, and no [tool.ghostball] does. Give one, such as "
+                "`-e my_module:simulate`",
+                param_hint="--engine",
+            )
+        engine = config.engines[0]
+    made = make_engine(engine)
+    shot = find_scene(_worst_scene(config.out, engine) if scene is None else scene)
     what = "three steps" if attribute else "one run"
     with (
         busy(f"explaining {shot.name} on {engine}: the truth, and {what}"),
@@ -60,7 +86,7 @@ def run(
     else:
         console = stdout()
         for part in parts_of(explanation):
-            console.print(part, soft_wrap=not isinstance(part, Group | Table))
+            console.print(part)
         if plot is not None:
             console.print(f"drawn in {plot}", soft_wrap=True, markup=False)
     status = explanation.result.status
@@ -69,6 +95,24 @@ def run(
         say(f"[bold red]engine {escape(made.name)} did not finish:[/] {escape(why)}")
         return ExitStatus.CHECK_FAILED
     return ExitStatus.PASSED
+
+
+def _worst_scene(folder: Path, engine: str) -> str:
+    """Return the scene of the last run that an engine played worst."""
+    cases = Results.open(folder).cases if has_results(folder) else ()
+    kinds = ("exact", "nanometres", "micrometres", "millimetres", "centimetres")
+    ran: list[tuple[bool, int, float, str]] = []
+    for case in cases:
+        found = case.accuracy
+        if case.label == engine and found is not None and found.kind in kinds:
+            right = -kinds.index(found.kind), -(found.error or 0.0)
+            ran.append((case.passed is not False, *right, case.scene))
+    if not ran:
+        raise typer.BadParameter(
+            f"must be given: {folder} holds no run of {engine} to take the worst scene from",
+            param_hint="SCENE",
+        )
+    return min(ran)[-1]
 
 
 def _said_once(engine: str) -> Callable[[str], None]:
@@ -85,6 +129,11 @@ def parts_of(explanation: Explanation) -> Iterator[RenderableType]:
         heading.append(f" (not certified: {known.why})", style="dim not bold")
     yield heading
     yield Text()
+    if reason := reason_of(explanation):
+        yield Text(reason, style="bold")
+        yield Text()
+    yield _picture(explanation)
+    yield Text()
     if explanation.parting is None:
         yield from _together(explanation)
     else:
@@ -93,6 +142,30 @@ def parts_of(explanation: Explanation) -> Iterator[RenderableType]:
         yield Text()
         yield Text("Where the difference comes from", style="bold")
         yield _attribution_table(explanation.attribution)
+
+
+def _picture(explanation: Explanation) -> RenderableType:
+    """Return how far off the worst ball is over time: the truth, and what explains its motion."""
+    end, factor = explanation.result.rest_time, explanation.factor
+    end = end if factor is None else factor.until
+    times = np.linspace(0.0, end, BARS)
+    off = explanation.distances(times)
+    most = float(np.max(off))
+    rows = [("off the truth", off, most)]
+    if factor is not None:
+        t, _, left = np.array(factor.curve).T
+        rows.append(("off that", np.interp(times, t, left), factor.after))
+    lines = [
+        f"  {name:<13} {_bars(values, most)} up to {style.format_length(largest)}"
+        for name, values, largest in rows
+    ]
+    return Text("\n".join([*lines, f"{'':16}0 s{style.format_time(end):>{BARS - 3}}"]))
+
+
+def _bars(values: NDArray[np.float64], most: float) -> str:
+    """Return a bar of each value, as high as it is of the largest one."""
+    shares = values / most if most > 0.0 else values
+    return "".join(LEVELS[round(float(share) * (len(LEVELS) - 1))] for share in shares.clip(0, 1))
 
 
 def _agreed(explanation: Explanation) -> str:
@@ -193,19 +266,12 @@ def _margin_text(explanation: Explanation, margin: Margin) -> str:
 
 
 def _balls_table(explanation: Explanation) -> Table:
-    heads = (
-        "ball",
-        "distance",
-        *(
-            escape(f"{what} in {where} {unit}")
-            for what, unit in (("x, y", "[m]"), ("velocity", "[m/s]"))
-            for where in ("truth", explanation.label)
-        ),
-    )
+    vectors_of = ("true x, y\n[m]", "its x, y\n[m]", "true velocity\n[m/s]", "its velocity\n[m/s]")
+    heads = ("ball", "distance", *map(escape, vectors_of))
     rows = []
     for one in explanation.states:
         vectors = (one.true_position, one.position, one.true_velocity, one.velocity)
-        shown = (f"{x:.6f}, {y:.6f}" for x, y in vectors)
+        shown = (f"{x:.3f}, {y:.3f}" for x, y in vectors)
         rows.append((escape(one.ball), style.format_length(one.distance), *shown))
     return table_of(heads, rows, right=heads[1:], whole=())
 

@@ -9,6 +9,7 @@ from itertools import product
 from pathlib import Path
 
 import typer
+from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
@@ -77,10 +78,11 @@ def run(
     if form is Plain.JSON:
         typer.echo(_plain(board, shown, chosen))
     else:
-        table, console = _table(board, shown, chosen), stdout()
-        # A cell that is cut short says nothing.
-        table.width = console.measure(table, options=console.options.update(width=1000)).maximum
-        console.print(table, crop=False)
+        console = stdout()
+        for table in _blocks(board, shown, chosen, console):
+            console.print(table, crop=False)
+        for line in _reasons(board, [row for row in shown if row in engines], chosen):
+            console.print(line, soft_wrap=True)
         for one in chosen:
             unit = f" [{one.unit}]" if one.unit else ""
             stdout().print(f"{one.id}{unit}: {one.question}", markup=False, style="dim")
@@ -104,6 +106,39 @@ def _chosen(option: str, names: Sequence[str]) -> list[Column]:
         if name not in COLUMNS:
             raise GhostballError(f"`{option}` must be one of {', '.join(COLUMNS)}, got {name!r}")
     return [COLUMNS[name] for name in dict.fromkeys(names)] or list(QUESTIONS.values())
+
+
+def _blocks(
+    board: Board, rows: Sequence[str], columns: Sequence[Column], console: Console
+) -> Iterator[Table]:
+    """Yield the board as tables, each of as many columns as there is room for."""
+    unlimited = console.options.update(width=1000)
+
+    def made(some: Sequence[Column]) -> Table:
+        table = _table(board, rows, some)
+        # A cell that is cut short says nothing.
+        table.width = console.measure(table, options=unlimited).maximum
+        return table
+
+    block: list[Column] = []
+    for column in columns:
+        if block and (made([*block, column]).width or 0) > console.width:
+            yield made(block)
+            block = []
+        block.append(column)
+    yield made(block)
+
+
+def _reasons(board: Board, rows: Sequence[str], columns: Sequence[Column]) -> Iterator[str]:
+    """Yield why cells of some rows are empty, each reason once."""
+    for row in rows:
+        empty: dict[str, list[str]] = {}
+        for column in columns:
+            cell = board.cell(row, column.id)
+            if cell is not None and cell.note and not value_text(column, cell):
+                empty.setdefault(cell.note, []).append(column.id)
+        for note, names in empty.items():
+            yield f"[dim]– of {escape(row)} in {', '.join(names)}: {escape(note)}[/]"
 
 
 def _table(board: Board, rows: Sequence[str], columns: Sequence[Column]) -> Table:

@@ -20,6 +20,7 @@ from ghostball.cli.measure.verdicts import (
     verdict_tables,
 )
 from ghostball.cli.shared.config import load_config
+from ghostball.cli.shared.hints import hints
 from ghostball.cli.shared.options import FigureChoice, Format
 from ghostball.cli.shared.progress import COMPILING, DRAWING, Steps
 from ghostball.cli.shared.report import write as write_report
@@ -31,8 +32,10 @@ from ghostball.reference_adapters import (
     engine_class,
     engine_names,
     make_engine,
+    names_class,
     parse_spec,
 )
+from ghostball.reference_adapters.registry import OURS
 from ghostball.validation.baselines import Regression, check_baselines
 from ghostball.validation.baselines.regression import UNCOMPARED, FailOn
 from ghostball.validation.checks.criteria import SUFFIX, Criteria
@@ -70,6 +73,7 @@ class _Request:
     scenes: list[Scene]
     criteria: dict[str, Criteria]
     engines: tuple[str, ...]
+    asked: tuple[str, ...]  # without the one that shows the true shots
     named: bool  # whether the user or the project names the engines
     whole: bool  # whether all that is shipped is asked
     gates: list[Gate]
@@ -95,7 +99,7 @@ def run(
     ensemble_size: str | None,
 ) -> int:
     """Validate, and return the exit status; see the options of the command."""
-    request = _plan(scenes or (), engine or (), out, metric, ensemble, ensemble_size)
+    request = _plan(scenes or (), engine or (), out, metric, ensemble, ensemble_size, report)
     steps = Steps(COMPILING, RUNNING, *((DRAWING,) if report else ()))
     started = time.perf_counter()
     with cluster_at(cluster) as there, steps.bar() as step:
@@ -161,6 +165,7 @@ def _plan(
     metrics: Sequence[str] | None,
     ensemble: int | None,
     ensemble_size: str | None,
+    report: bool,
 ) -> _Request:
     """Choose what is run, and check it."""
     if ensemble_size is not None and ensemble is None:
@@ -170,6 +175,8 @@ def _plan(
         )
     config = load_config()
     named = tuple(engines) or config.engines
+    # A replay over the true shots needs an engine that plays them.
+    drawn = (OURS,) if report and all(map(names_class, named)) else ()
     for spec in named:
         # Who names an engine wants its verdict; of the default ones, those that are here will do.
         make_engine(spec)
@@ -183,6 +190,7 @@ def _plan(
     return _Request(
         scenes,
         criteria_beside_paths(names),
+        (*specs, *(drawn if named else ())),
         specs,
         bool(named),
         not metrics and (not names or FULL in names),
@@ -221,6 +229,9 @@ def _show(
     _say_all_printed(outcome)
     if not request.named and (others := _other_engines()):
         console.print(f"[dim]{escape(others)}[/]", soft_wrap=True)
+    if request.named:
+        for line in hints(outcome.cases, request.asked):
+            console.print(line, soft_wrap=True)
     if is_nothing_judged(outcome.cases):
         say(f"[bold yellow]{NOTHING_JUDGED}.[/] {escape(_advice(outcome))}")
 
@@ -299,7 +310,7 @@ def _other_engines() -> str:
     if here:
         parts.append(f"here, and not run: {', '.join(here)}; `--engine` names one")
     if absent:
-        parts.append(f"not here: {', '.join(absent)}; `ghostball engines` says how to get them")
+        parts.append(f"not here: {', '.join(absent)}; `ghostball engines NAME` says how to get one")
     return f"Other engines are {'; '.join(parts)}" if parts else ""
 
 

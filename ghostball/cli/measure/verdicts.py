@@ -13,9 +13,8 @@ from ghostball.cli.shared.tables import table_of
 from ghostball.reports import style
 from ghostball.reports.accuracy import (
     CLASSES,
-    CLASSES_KEY,
     MARKS,
-    MARKS_KEY,
+    MEANINGS,
     cell_text,
     kinds_of,
     tally,
@@ -43,12 +42,6 @@ UNLIMITED = 100_000
 
 _VERDICTS = {mark: verdict for verdict, mark in MARKS.items()}
 
-KEY = (
-    f"[dim]How right, by number of scenes: {CLASSES_KEY}.\n"
-    "Typical: the median over its scenes; errors where the collisions are the true ones.\n"
-    f"As expected: is that what the engine's step allows? {MARKS_KEY}.[/]\n"
-)
-
 
 def verdict_tables(results: Results, console: Console) -> RenderableType:
     """Return what `console` has room for: the engines, their classes by scene, the failures."""
@@ -58,9 +51,22 @@ def verdict_tables(results: Results, console: Console) -> RenderableType:
     if Measurement.get(console, unlimited, matrix).maximum <= console.width:
         parts.append(matrix)
     engines = _engines(results)
+    if Measurement.get(console, unlimited, engines).maximum > console.width:
+        engines = _engines(results, broken=True)
     # What is cut short says nothing: a narrow window breaks its lines instead.
     engines.width = Measurement.get(console, unlimited, engines).maximum
-    return Group(*parts, engines, KEY, *failures(results.cases))
+    return Group(*parts, engines, _key(results), *failures(results.cases))
+
+
+def _key(results: Results) -> str:
+    """Return what the classes and marks mean that there are."""
+    classes = [f"{CLASSES[k].short}: {CLASSES[k].meaning}" for k in kinds_of(results.cases)]
+    seen = {verdict_of(case) for case in results.cases}
+    marks = [f"{MARKS[one]} {MEANINGS[one]}" for one in MARKS if one in seen]
+    if seen & {Verdict.NOT_REPRESENTABLE, Verdict.UNAVAILABLE}:
+        marks.append("– can't be played")
+    lines = ["; ".join(classes), "; ".join(marks)]
+    return "".join(f"[dim]{line}.[/]\n" for line in lines if line)
 
 
 def spread_table(results: Results, size: Size) -> RenderableType:
@@ -116,27 +122,38 @@ def _cell(case: CaseRecord | None) -> str:
     return f"[{colour}]{text}[/]"
 
 
-def _engines(results: Results) -> Table:
+def _engines(results: Results, *, broken: bool = False) -> Table:
     kinds = kinds_of(results.cases)
     heads = [f"[{CLASSES[k].terminal}]{_stacked(CLASSES[k].short)}[/]" for k in kinds]
-    heads += ["can't\nplay", "did not\nfinish", "typical\nerror", "typical\ntime"]
-    heads += ["as\nexpected", "worse"]
+    found = [tally(results, label) for label in results.labels]
+    unable, crashed = any(one.unable for one in found), any(one.crashed for one in found)
+    heads += ["can't\nplay"] * unable + ["did not\nfinish"] * crashed
+    heads += [
+        "median\nerror",
+        "median\ntime",
+        *(MARKS[one] for one in (Verdict.PASS, Verdict.FAIL)),
+    ]
     rows = []
-    for label in results.labels:
-        found = tally(results, label)
+    for one in found:
         rows.append(
             (
-                escape(label),
-                *(_count(found.counts.get(kind, 0), CLASSES[kind].terminal) for kind in kinds),
-                str(found.unable),
-                _alarming(found.crashed),
-                style.format_length(found.typical),
-                style.format_time(found.seconds),
-                str(found.expected),
-                _alarming(found.worse),
+                escape(_broken(one.label) if broken else one.label),
+                *(_count(one.counts.get(kind, 0), CLASSES[kind].terminal) for kind in kinds),
+                *([str(one.unable)] * unable),
+                *([_alarming(one.crashed)] * crashed),
+                style.format_length(one.typical),
+                style.format_time(one.seconds),
+                str(one.expected),
+                _alarming(one.worse),
             )
         )
     return table_of(("engine", *heads), rows, right=heads, whole=("engine", *heads))
+
+
+def _broken(label: str) -> str:
+    """Return an engine's label on several lines: what it is, then its settings."""
+    family, settings = style.split_label(label)
+    return "\n  ".join([family, *filter(None, settings.split(","))])
 
 
 def _stacked(heading: str) -> str:

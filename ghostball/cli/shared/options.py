@@ -96,7 +96,7 @@ Rerun = Annotated[
 
 _ENGINE = (
     "A name and settings, as `ghostball engines` lists them, such as pymunk:dt=1e-4; or where its "
-    "class is, such as my_package:MyEngine."
+    "function or class is, such as my_module:simulate."
 )
 
 EngineSpec = Annotated[

@@ -24,12 +24,13 @@ def table_of(
     first alone, unless others are named.
     """
     table = Table(box=box.SIMPLE_HEAD, title=title, pad_edge=False, padding=(0, 2, 0, 0))
+    stacked = any("\n" in head for head in heads)
     for head in heads:
         table.add_column(
             head,
             justify="right" if head in right else "left",
             no_wrap=head in (heads[:1] if whole is None else whole),
-            vertical="bottom" if "\n" in head else "top",
+            vertical="bottom" if stacked else "top",
         )
     for row in rows:
         table.add_row(*row)

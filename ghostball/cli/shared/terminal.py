@@ -199,10 +199,14 @@ def _explain(error: Exception) -> ExitStatus:
             return _our_bug(error.trace, error.reason)
         if error.trace:
             say(escape(error.trace.rstrip()))
-        say(
-            f"[bold red]engine {escape(error.engine)} failed:[/] {escape(error.reason)}. Please "
-            "report it to who maintains that engine" + ", with the lines above" * bool(error.trace)
-        )
+        from ghostball.reference_adapters import engine_names  # noqa: PLC0415
+
+        advice = ""  # to an author, of an engine of his own
+        if error.engine in engine_names():
+            advice = ". Please report it to who maintains that engine"
+            advice += ", with the lines above" * bool(error.trace)
+        said = f"{error.reason.rstrip('.')}{advice}"
+        say(f"[bold red]engine {escape(error.engine)} failed:[/] {escape(said)}")
         return ExitStatus.CHECK_FAILED
     if isinstance(error, GhostballError):
         hint = ""

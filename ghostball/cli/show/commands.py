@@ -98,6 +98,14 @@ def engines(
         list[str] | None,
         typer.Argument(metavar="ENGINE", help="Say all of these (default: a line of each)."),
     ] = None,
+    recipe: Annotated[
+        bool,
+        typer.Option(
+            "--recipe",
+            help="Print the best settings that were found as code of that engine, ready to be "
+            "pasted, with what each changes.",
+        ),
+    ] = False,
 ) -> None:
     """List the engines; of those that are named, their settings and what each represents."""
 

@@ -24,15 +24,6 @@ baselines = "baselines"  # what was accepted: to be committed
 out = "out"  # results: not to be committed
 """
 
-_ABOUT = '''\
-"""An engine for `ghostball validate` and `ghostball regress`: put your own in its place.
-
-It sees contacts up to a step late, and says so by its `resolution`: its shots are held to what a
-step of that size allows.
-"""
-
-'''
-
 
 class ExistsError(GhostballError, FileExistsError):
     """A file that would be overwritten."""
@@ -53,8 +44,8 @@ def init(engine: str | None, ci: bool) -> None:
     _write(files)
     if not begun:
         say(
-            "Next: `ghostball validate` runs it and says how right it is; `ghostball regress` and "
-            '`ghostball accept --reason "..."` keep what it did'
+            "Next: `ghostball validate` says how right it is, and `ghostball explain` what is "
+            'wrong; `ghostball regress` and `ghostball accept --reason "..."` guard what it does'
         )
     if ci:
         say(
@@ -81,7 +72,7 @@ def _project(engine: str | None) -> dict[Path, str]:
     path = Path(FILE)
     files: dict[Path, str] = {}
     if engine is None:
-        engine = "my_engine:MyEngine"
+        engine = "my_engine:simulate"
         files[Path("my_engine.py")] = _engine_text()
     else:
         make_engine(engine)
@@ -91,12 +82,11 @@ def _project(engine: str | None) -> dict[Path, str]:
 
 
 def _engine_text() -> str:
-    """Return the file of an engine: the example that comes with ghostball, under its new name."""
-    spec = importlib.util.find_spec("ghostball.validation.examples.stepper")
+    """Return the file of an engine: the first of the examples that come with ghostball."""
+    spec = importlib.util.find_spec("ghostball.validation.examples.first_engine")
     assert spec is not None
     assert spec.origin is not None
-    code = Path(spec.origin).read_text(encoding="utf-8").partition('"""\n\n')[2]
-    return _ABOUT + code.replace("Stepper", "MyEngine").replace('"stepper"', '"my-engine"')
+    return Path(spec.origin).read_text(encoding="utf-8")
 
 
 def _write(files: Mapping[Path, str]) -> None:

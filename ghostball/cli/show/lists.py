@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from importlib.metadata import PackageNotFoundError, version
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -17,19 +20,41 @@ from ghostball.cli.measure.elsewhere import export_scenes
 from ghostball.cli.shared.options import Plain
 from ghostball.cli.shared.tables import facts_table, table_of
 from ghostball.cli.shared.terminal import stdout
-from ghostball.model.features import Capability, Feature
+from ghostball.model.features import Capability, Feature, has_feature, scene_features
 from ghostball.model.scene import json_schema
 from ghostball.model.scene.toml import dumps
-from ghostball.reference_adapters import EngineError, engine_class, engine_names
+from ghostball.reference_adapters import (
+    EngineError,
+    ReferenceEngine,
+    engine_class,
+    engine_names,
+    recipes,
+)
 from ghostball.reference_adapters.base import EngineSettings
 from ghostball.reference_adapters.registry import known_settings
 from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.scenes.library import select
 
 ENGINES_KEY = (
-    "Of the {count} features of a shot, an engine represents so many exactly, nearly, or not; "
-    "`ghostball engines NAME`\nsays which, and its settings."
+    "Lacks most: what it doesn't represent and most of the {count} shipped scenes need.\n"
+    "`ghostball engines NAME` says all of it, its settings, and how to get it;\n"
+    "with --recipe, its best settings as code of that engine ({recipes})."
 )
+
+OURS = ("ghostball", "certified", "paper-continuous", "paper-discrete")
+"""Engines whose version is ghostball's."""
+
+PACKAGES = {
+    "box2d": "Box2D",
+    "dart": "dartpy",
+    "box2d3": "pyb2d3",
+    "rapier": "rapier3d",
+    "physx": "sapien",
+}
+"""Packages that bring an engine of another name."""
+
+LACKS_SHOWN = 2
+"""Features of the table of engines that each is said to lack."""
 
 SETTINGS_KEY = (
     "Settings with their defaults, and other choices in brackets; a setting that is unset is left "
@@ -78,27 +103,62 @@ def metrics(form: Plain) -> None:
     stdout().print(table_of(("metric", "unit", "meaning", "compared with"), lines))
 
 
-def engines(names: Sequence[str] | None) -> None:
-    """List the engines, or say all of those that are named."""
+def engines(names: Sequence[str] | None, recipe: bool) -> None:
+    """List the engines, or say all of those that are named, or how to set one up."""
+    if recipe:
+        for name in names or ():
+            typer.echo(recipe_of(name), nl=False)
+        if not names:
+            raise typer.BadParameter(
+                f"needs an engine: {', '.join(recipe_names())}", param_hint="--recipe"
+            )
+        return
     for block in engine_blocks(names) if names else [engines_table()]:
         stdout().print(block)
 
 
 def engines_table() -> RenderableType:
-    """Return a line for each engine: whether it runs here, its step, how much it represents."""
+    """Return a line for each engine: its version, whether it runs here, what it lacks most."""
+    scenes = select()
+    needed = Counter(feature for scene in scenes for feature in scene_features(scene))
     rows: list[Sequence[RenderableType]] = []
+    absent: list[RenderableType] = []
     for name in engine_names():
         found = _described(name)
-        supports = [found.capabilities.get(one, Capability("none")).support for one in Feature]
-        counts = [str(supports.count(kind)) for kind in ("exact", "approximate", "none")]
-        step = found.settings.get("dt", "none")
-        dt = "its own" if step is None else f"{step} s" if isinstance(step, float) else step
-        here = Text("yes", style="green") if found.reason is None else Text(found.reason)
-        rows.append((name, dt, *(counts if found.capabilities else ("", "", "")), here))
-    heads = ("engine", "step", "exact", "nearly", "not", "runs here")
-    return Group(
-        table_of(heads, rows, right=heads[2:5]), Text(ENGINES_KEY.format(count=len(Feature)))
-    )
+        if found.reason is not None:
+            absent.append(Text(f"{name} isn't here: {found.reason.partition('. ')[0]}."))
+        lacks = [one for one in needed if not has_feature(found.capabilities, one)]
+        lacks.sort(key=lambda one: -needed[one])
+        said = [f"{one.value} ({needed[one]})" for one in lacks[:LACKS_SHOWN]]
+        if not found.capabilities:
+            said = []
+        elif not lacks:
+            said = ["nothing"]
+        here = Text("yes", style="green") if found.reason is None else Text("no", style="red")
+        rows.append((name, found.version, here, Text(", ".join(said))))
+    key = ENGINES_KEY.format(count=len(scenes), recipes=", ".join(recipe_names()))
+    heads = ("engine", "version", "here", "lacks most (scenes)")
+    return Group(table_of(heads, rows, whole=heads[:3]), *absent, Text(key))
+
+
+def recipe_names() -> tuple[str, ...]:
+    """Return the engines whose best settings are written down as code."""
+    ending = "_recipe.py"
+    names = (one.name for one in files(recipes).iterdir())
+    return tuple(sorted(one.removesuffix(ending) for one in names if one.endswith(ending)))
+
+
+def recipe_of(name: str) -> str:
+    """Return the best settings of an engine as code of that engine.
+
+    Raises `EngineError` where there is none.
+    """
+    if name not in recipe_names():
+        raise EngineError(
+            f"engine {name!r} has no recipe. There are those of {', '.join(recipe_names())}; "
+            "the settings of others, and why, stand in reference_adapters/ENGINE/"
+        )
+    return (files(recipes) / f"{name}_recipe.py").read_text(encoding="utf-8")
 
 
 def engine_blocks(names: Sequence[str]) -> Iterator[RenderableType]:
@@ -125,6 +185,7 @@ class _Described:
     settings: Mapping[str, Any] = field(default_factory=dict)
     choices: str = ""
     capabilities: Mapping[Feature, Capability] = field(default_factory=dict)
+    version: str = ""
 
 
 def _described(name: str) -> _Described:
@@ -136,11 +197,24 @@ def _described(name: str) -> _Described:
             known_settings(engine.Settings),
             _defaults(engine.Settings),
             make().capabilities,
+            _version(engine),
         )
     except EngineError as error:
         return _Described(str(error))
     except Exception as error:  # someone's broken package must not hide the other engines
         return _Described(f"it failed when asked: {type(error).__name__}: {error}")
+
+
+def _version(engine: type[ReferenceEngine]) -> str:
+    """Return the version of what an engine's adapter, or its package, is named after; else ""."""
+    top = engine.__module__.partition(".")[0]
+    own = (top,) if top != "ghostball" or engine.name in OURS else ()
+    for package in (PACKAGES.get(engine.name, engine.name), *own):
+        try:
+            return version(package)
+        except PackageNotFoundError:
+            continue
+    return ""
 
 
 def _capability_rows(capabilities: Mapping[Feature, Capability]) -> dict[str, str]:

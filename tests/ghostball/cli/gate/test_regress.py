@@ -234,7 +234,7 @@ def project(tmp_path, monkeypatch, in_this_process):
     monkeypatch.setenv("COLUMNS", "200")
     monkeypatch.delitem(sys.modules, "my_engine", raising=False)
     assert cli("init").exit_code == 0
-    write_config(tmp_path, engines=["my_engine:MyEngine"], scenes=["stop", "head-on"])
+    write_config(tmp_path, engines=["my_engine:simulate"], scenes=["stop", "head-on"])
     yield tmp_path
     sys.modules.pop("my_engine", None)
 
@@ -259,7 +259,7 @@ def test_the_gate_of_an_engine_of_ones_own_from_none_to_a_change_and_its_accepta
     first = guard()
     assert first.exit_code == 4, first.output
     assert cli("accept", "--reason", "The first.").exit_code == 0
-    baseline = load_baseline(project / "baselines/my-engine/stop.toml", "my-engine")
+    baseline = load_baseline(project / "baselines/my_engine/stop.toml", "my_engine")
     assert baseline.hash.level == "warn"
     second = guard()
     assert second.exit_code == 0, second.output
@@ -275,11 +275,11 @@ def test_the_gate_of_an_engine_of_ones_own_from_none_to_a_change_and_its_accepta
 
 
 def test_each_of_several_engines_has_its_own_gate(project):
-    found = guard("stop", "-e", "my_engine:MyEngine", "-e", "ghostball", "--format=junit")
+    found = guard("stop", "-e", "my_engine:simulate", "-e", "ghostball", "--format=junit")
     assert found.exit_code == 4, found.output
     names = {one.get("name") for one in ElementTree.fromstring(found.stdout).iter("testcase")}
-    assert {"my_engine:MyEngine: baseline", "ghostball: baseline"} <= names
-    both = ["-e", "my_engine:MyEngine", "-e", "ghostball"]
+    assert {"my_engine:simulate: baseline", "ghostball: baseline"} <= names
+    both = ["-e", "my_engine:simulate", "-e", "ghostball"]
     printed = guard("stop", *both, "--format=json")
     assert printed.stdout.count("\n") == 1
     document = json.loads(printed.stdout)
@@ -287,7 +287,7 @@ def test_each_of_several_engines_has_its_own_gate(project):
     assert {case["label"] for case in document["cases"]} == set(both[1::2])
     assert cli("accept", "--reason", "Both.", *both).exit_code == 0
     folders = sorted(path.name for path in (project / "baselines").iterdir())
-    assert folders == ["ghostball", "my-engine"]
+    assert folders == ["ghostball", "my_engine"]
     assert refused(cli("accept", "--reason", "Again.", *both), "nothing to accept")
 
 
@@ -331,7 +331,7 @@ def test_an_engine_of_ones_own_is_compared_with_another_revision(project):
     edit_engine("x = t + dt, x + dt * v", "x = t + dt, x + 1.5 * dt * v")
     found = against()
     assert found.returncode == 1, found.stdout + found.stderr
-    assert re.search(r"stop +my_engine:MyEngine +", found.stdout)
+    assert re.search(r"stop +my_engine:simulate +", found.stdout)
     worktrees = subprocess.check_output(["git", "worktree", "list"], text=True)
     assert worktrees.count("\n") == 1, "a worktree was left"
 

@@ -1,5 +1,6 @@
 """`ghostball explain`: what it says, what it draws, and the exit status of bad input."""
 
+import inspect
 import json
 
 import pytest
@@ -30,7 +31,7 @@ def test_where_two_shots_part(cli, tmp_path):
         '"3" hits "5" at t =',
         "before what the other has",
         "comes no nearer to",
-        "velocity in truth",
+        "true velocity",
         f"drawn in {picture}",
     ):
         assert part in found.stdout
@@ -58,7 +59,7 @@ def test_json_is_one_object(cli):
     found = cli("stop", "--engine", "paper-continuous", "--format=json")
     assert found.exit_code == 0, found.output
     data = json.loads(found.stdout)
-    assert data["schema"] == 4
+    assert data["schema"] == 5
     assert data["parting"] is None
     assert data["attribution"]["outcome"] == "step"
     assert [one["step"] for one in data["attribution"]["ladder"]] == [0.02, 0.005, 0.00125]
@@ -97,3 +98,37 @@ def test_a_run_that_does_not_end_fails(cli):
     assert found.exit_code == 1
     assert "engine pymunk did not finish" in found.stderr
     assert "off;" not in found.stdout
+
+
+def test_a_wrong_factor_is_said_first(cli, tmp_path, monkeypatch):
+    # The engine that `init` writes, with 5/7 of the friction: what was found in all frames and
+    # events alike is one number.
+    from ghostball.validation.examples import first_engine
+
+    source = inspect.getsource(first_engine)
+    wrong = source.replace("physics.gravity * physics.rolling_friction", "5 / 7 * 0.02 * 9.81")
+    assert wrong != source
+    (tmp_path / "five_sevenths.py").write_text(wrong, "utf-8")
+    settings = '[tool.ghostball]\nengines = ["five_sevenths:simulate"]\n'
+    (tmp_path / "pyproject.toml").write_text(settings, "utf-8")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
+    found = cli("stop")
+    assert found.exit_code == 0, found.output
+    first = " ".join(found.stdout.split("\n\n")[1].split())
+    assert first.startswith(
+        "From the start, five_sevenths:simulate plays as if `rolling_friction` were 0.01429: 5/7 "
+        "of 0.02."
+    )
+    assert "A rolling ball should slow by 0.1962 m/s², and slows by 0.1402" in first
+    assert "█" in found.stdout.split("\n\n")[2]
+
+
+def test_without_a_run_there_is_no_worst_scene(cli, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    refused = cli()
+    assert refused.exit_code == 2
+    assert "names no engine" in refused.stderr
+    refused = cli("-e", "pymunk")
+    assert refused.exit_code == 2
+    assert "holds no run of pymunk" in " ".join(refused.stderr.split())

@@ -18,4 +18,4 @@ from ghostball.cli.measure.validate import _plan
     ],
 )
 def test_engines_are_put_beside_real_tables_where_all_scenes_are_asked(scenes, metrics, whole):
-    assert _plan(scenes, (), None, metrics, None, None).whole == whole
+    assert _plan(scenes, (), None, metrics, None, None, True).whole == whole

@@ -34,8 +34,8 @@ def test_a_project_begins_with_two_files(here):
     assert result.stdout.split() == ["my_engine.py", "pyproject.toml"]
     assert "ghostball regress" in result.stderr
     table = tomllib.loads((here / "pyproject.toml").read_text("utf-8"))["tool"]["ghostball"]
-    assert table["engines"] == ["my_engine:MyEngine"]
-    assert cli("run", "stop", "-e", "my_engine:MyEngine").exit_code == 0
+    assert table["engines"] == ["my_engine:simulate"]
+    assert cli("run", "stop", "-e", "my_engine:simulate").exit_code == 0
 
 
 def test_what_a_project_has_stays(here):
@@ -137,3 +137,21 @@ def test_the_shell_completes_scenes_tags_and_engines():
     assert complete_scene("half-ball-c") == ["half-ball-cut"]
     assert "smoke" in complete_scene("smo")
     assert complete_engine("pym") == ["pymunk"]
+
+
+def test_the_table_of_engines_fits_a_terminal(monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    lines = cli("engines").stdout.splitlines()
+    assert max(map(len, lines)) <= 80
+    assert len(lines) < 60
+    assert "".join(lines).count(" pymunk ") == 1
+
+
+def test_a_recipe_is_code_of_that_engine_alone():
+    found = cli("engines", "pymunk", "--recipe")
+    assert found.exit_code == 0, found.output
+    compile(found.stdout, "recipe", "exec")
+    assert "import pymunk" in found.stdout
+    assert "ghostball" not in found.stdout
+    assert "has no recipe" in cli("engines", "ghostball", "--recipe").stderr
+    assert "needs an engine: pybullet, pymunk" in cli("engines", "--recipe").stderr

@@ -1,0 +1,65 @@
+"""What a run says after its verdicts: what failures share, what to do next, what wasn't tried."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from rich.markup import escape
+
+from ghostball.reference_adapters import EngineError, make_engine, names_class
+from ghostball.validation.checks.verdict import Verdict, is_unfinished, verdict_of
+from ghostball.validation.results.records import CaseRecord
+from ghostball.validation.scenes import commands
+from ghostball.validation.suite.hints import lacked, shared, simplest, untried
+
+LISTED = 4
+"""Things of a kind that a line names; the rest is a number."""
+
+
+def hints(cases: Sequence[CaseRecord], labels: Sequence[str]) -> Iterator[str]:
+    """Yield lines on each engine that was named: what its failures share, and what to do next."""
+    for label in labels:
+        own = [case for case in cases if case.label == label]
+        yield from _failures(own, label)
+        if names_class(label):  # of an engine that somebody is writing
+            yield from coverage(own, label)
+
+
+def coverage(own: Sequence[CaseRecord], label: str) -> Iterator[str]:
+    """Yield what an engine could not play, and what it claims and nothing tried."""
+    name = escape(label)
+    if missing := lacked(own):
+        unable = sum(verdict_of(case) is Verdict.NOT_REPRESENTABLE for case in own)
+        listed = _listed([f"{what} ({count})" for what, count in missing.items()])
+        yield f"[dim]{name} can't play {unable} of these scenes (–), for it lacks {listed}[/]"
+    try:
+        found = untried(make_engine(label), [case.load_scene() for case in own])
+    except EngineError:
+        return
+    if found.features:
+        features = _listed([one.value for one in found.features])
+        rest = "no shipped scene tries that"
+        if found.scenes:
+            rest = f"`ghostball validate {' '.join(found.scenes)}{_option(label)}` does"
+        yield f"[yellow]Not tried, though {name} claims it:[/] {escape(features)}; {escape(rest)}"
+
+
+def _failures(own: Sequence[CaseRecord], label: str) -> Iterator[str]:
+    bad = [case for case in own if verdict_of(case) is Verdict.FAIL]
+    crashed = [case for case in own if is_unfinished(case)]
+    played = [case for case in own if case.outcome == "ran" and case not in bad + crashed]
+    if said := shared(bad, played):
+        yield f"Of the scenes that fail on {escape(label)}, {escape(said)}"
+    if (one := simplest(bad)) is not None:
+        yield f"next: `{escape(commands.explain(one.scene, label))}` says what is wrong"
+    elif (one := simplest(crashed)) is not None:
+        yield f"next: `{escape(commands.simulate(one.scene, label))}` shows where it stopped"
+
+
+def _option(label: str) -> str:
+    return f" -e {label}"
+
+
+def _listed(names: Sequence[str]) -> str:
+    more = len(names) - LISTED
+    return ", ".join(names[:LISTED]) + (f" and {more} more" if more > 0 else "")

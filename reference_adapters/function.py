@@ -1,0 +1,206 @@
+"""An engine that is a function of a scene, named by where it is: `my_module:simulate`.
+
+    def simulate(scene, dt=1e-3):
+        ...
+        return {"rest_positions": x, "events": events, "samples": samples}
+
+    rest_positions  where the balls end [m]: (n, 2) or (n, 3), in the order of the scene's balls
+    events          (t, kind, a, b) each: "ball-ball" of two balls, or "ball-cushion" of a ball and
+                    a cushion's name ("left", "right", "bottom", "top") or index; other kinds of
+                    `EventKind` too, without b where they are of a ball alone. In any order
+    samples         (t, positions, velocities, angular_velocities) each: the motion, from t = 0 to
+                    the end. Balls that roll without slip need no angular velocities. Or all at
+                    once, {"t": ..., "positions": ..., ...}, arrays (k,) and (k, n, 3)
+
+It may also say `rest_time` (else the last sample's), `status` ("rest", "t-max" or "failed"),
+`reason`, `wall_time` and `scene`, as runs in JSON do: see `elsewhere`.
+
+Its parameters with a default are its settings: `-e my_module:simulate:dt=1e-4`. One that is called
+`dt` is its step: what that allows is then computed, shot by shot. What it plays is said by `plays`;
+a function that says nothing is asked for balls that roll on a table with cushions that mirror.
+"""
+
+from __future__ import annotations
+
+import copyreg
+import inspect
+import time
+from abc import ABCMeta
+from collections.abc import Callable, Mapping, Sequence
+from functools import cache, partial
+from importlib import import_module
+from operator import attrgetter
+from typing import Any, ClassVar, Final, TypeVar
+
+from pydantic import Field, create_model
+
+from ghostball.model import (
+    EngineFailedError,
+    Record,
+    Result,
+    Scene,
+    UnsupportedSceneError,
+)
+from ghostball.model.features import EXACT, Capabilities, Capability, Feature
+from ghostball.reference_adapters.answer import Answer
+from ghostball.reference_adapters.base import (
+    EngineBase,
+    EngineError,
+    EngineSettings,
+    Resolution,
+    resolution_of_step,
+)
+
+Engine = TypeVar("Engine", bound=Callable[..., Any])
+
+STEP: Final = "dt"
+"""The parameter that is a function's step [s]."""
+
+FIRST: Final = (Feature.ROLLING, Feature.MIRROR_CUSHION)
+"""What a function is asked for that says nothing of what it plays."""
+
+_PLAYED = "__ghostball_features__"
+_UNSTATED = "a function without a step `dt` says nothing of how exact it is"
+
+
+def plays(*features: Feature) -> Callable[[Engine], Engine]:
+    """Say what of a scene an engine that is a function represents: only that is asked of it.
+
+    >>> @plays(Feature.ROLLING, Feature.MIRROR_CUSHION, Feature.BALL_RESTITUTION)
+    ... def simulate(scene, dt=1e-3): ...
+    """
+    for one in features:
+        if not isinstance(one, Feature):
+            raise EngineError(
+                f"`plays` must be given members of `Feature`, got {one!r}. "
+                f"There are {', '.join(feature.name for feature in Feature)}"
+            )
+
+    def decorate(function: Engine) -> Engine:
+        setattr(function, _PLAYED, features)
+        return function
+
+    return decorate
+
+
+def name_of_function(where: str) -> str:
+    """Return the name of the engine that a function is: of its module where it is `simulate`."""
+    module, _, attribute = where.partition(":")
+    return module.rpartition(".")[2] if attribute == "simulate" else attribute
+
+
+class FunctionSettings(EngineSettings):
+    """The parameters of a function that have defaults."""
+
+    where: ClassVar[str] = ""
+
+    def __reduce__(self) -> Any:
+        return _settings_again, (self.where, self.model_dump())
+
+
+class _FunctionType(ABCMeta):
+    """The type of classes that are made of functions: another process makes them again."""
+
+
+class FunctionEngine(EngineBase, metaclass=_FunctionType):
+    """A function as an engine.
+
+    `where`: `MODULE:FUNCTION`.
+    `features`: what it plays.
+    """
+
+    where: ClassVar[str] = ""
+    features: ClassVar[Sequence[Feature]] = FIRST
+    function: ClassVar[Callable[..., Any]]
+
+    @property
+    def capabilities(self) -> Capabilities:
+        """What it says it plays: exactly but for its step, or nearly where it states none."""
+        known = STEP in type(self.settings).model_fields
+        how = EXACT if known else Capability("approximate", _UNSTATED)
+        return dict.fromkeys(self.features, how)
+
+    def resolution(self, scene: Scene) -> Resolution:
+        """Return what a ball goes in a step [m]; None where the function has none."""
+        step = getattr(self.settings, STEP, None)
+        return None if step is None else resolution_of_step(step, scene)
+
+    def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
+        """Call the function, and make a result of what it returns.
+
+        Raises `EngineFailedError` where that is none; `UnsupportedSceneError` where the function
+        raises `NotImplementedError`.
+        """
+        self.check(scene)
+        started = time.perf_counter()
+        try:
+            answer = type(self).function(scene, **self.settings.model_dump())
+        except NotImplementedError as error:
+            raise UnsupportedSceneError(self.name, (str(error) or "not implemented",)) from error
+        seconds = time.perf_counter() - started
+        try:
+            read = Answer(self.where, scene, answer)
+            return read.result(self.name, self.settings.model_dump(), seconds, record)
+        except EngineError as error:
+            raise EngineFailedError(self.name, str(error)) from None
+
+
+copyreg.pickle(_FunctionType, lambda made: (engine_at, (made.__dict__["where"],)))
+
+
+def engine_at(where: str) -> type[FunctionEngine]:
+    """Return the engine that the function `MODULE:FUNCTION` is."""
+    module, _, attribute = where.partition(":")
+    return engine_of(attrgetter(attribute)(import_module(module)), where)
+
+
+@cache
+def engine_of(function: Callable[..., Any], where: str) -> type[FunctionEngine]:
+    """Return a function as the class of an engine; `where` is `MODULE:FUNCTION`.
+
+    Raises `EngineError` where it can't be called with a scene alone.
+    """
+    name = name_of_function(where)
+    features = getattr(function, _PLAYED, FIRST)
+    return _FunctionType(
+        name,
+        (FunctionEngine,),
+        {
+            "__module__": where.partition(":")[0],
+            "__doc__": function.__doc__,
+            "name": name,
+            "where": where,
+            "features": tuple(features),
+            "function": staticmethod(function),
+            "Settings": _settings_of(function, where),
+        },
+    )  # type: ignore[return-value]
+
+
+def _settings_of(function: Callable[..., Any], where: str) -> type[FunctionSettings]:
+    try:
+        _, *others = inspect.signature(function).parameters.values()
+    except (TypeError, ValueError):
+        raise EngineError(
+            f"engine `{where}` must take a scene: `def {where.rpartition(':')[2]}(scene): ...`"
+        ) from None
+    fields: dict[str, Any] = {}
+    for one in others:
+        if one.kind in (one.VAR_POSITIONAL, one.VAR_KEYWORD):
+            continue
+        if one.default is one.empty:
+            raise EngineError(
+                f"engine `{where}` is called with a scene alone: its parameter `{one.name}` must "
+                "have a default, which makes a setting of it"
+            )
+        if isinstance(one.default, str | int | float | bool):
+            kind = float if one.name == STEP else type(one.default)
+            rule = partial(Field, gt=0.0) if one.name == STEP else Field
+            fields[one.name] = (kind, rule(kind(one.default)))
+    made = create_model("Settings", __base__=FunctionSettings, **fields)
+    made.where = where
+    return made
+
+
+def _settings_again(where: str, values: Mapping[str, Any]) -> EngineSettings:
+    return engine_at(where).Settings(**values)

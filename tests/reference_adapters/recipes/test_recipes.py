@@ -1,0 +1,32 @@
+"""Each recipe plays a half-ball cut as near to the truth as it says."""
+
+from __future__ import annotations
+
+import importlib
+
+import numpy as np
+import pytest
+
+from ghostball import find_scene, simulate
+
+TRUE = simulate(find_scene("half-ball-cut")).rest_positions[:, :2]
+
+
+def off(places) -> float:
+    return float(np.max(np.linalg.norm(np.array(places) - TRUE, axis=1)))
+
+
+def test_pymunk_is_some_millimetres_off_in_its_own_steps_and_right_where_contacts_are_met():
+    pytest.importorskip("pymunk")
+    recipe = importlib.import_module("ghostball.reference_adapters.recipes.pymunk_recipe")
+    own, exact = (
+        off([tuple(ball.position) for ball in recipe.play(exact)]) for exact in (False, True)
+    )
+    assert 1e-3 < own < 5e-3
+    assert exact < 1e-6
+
+
+def test_pybullet_is_some_millimetres_off_in_its_own_steps():
+    pytest.importorskip("pybullet")
+    recipe = importlib.import_module("ghostball.reference_adapters.recipes.pybullet_recipe")
+    assert 1e-3 < off(recipe.play()) < 5e-3

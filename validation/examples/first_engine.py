@@ -1,0 +1,40 @@
+"""An engine for `ghostball validate`: put your own in its place."""
+
+from itertools import combinations
+
+import numpy as np
+
+from ghostball import Feature, Scene, plays
+
+
+@plays(
+    *(Feature.ROLLING, Feature.FRICTIONLESS_CLOTH, Feature.BALL_RESTITUTION),
+    *(Feature.MIRROR_CUSHION, Feature.UNBOUNDED_CLOTH),
+)
+def simulate(scene: Scene, dt: float = 1e-3) -> dict[str, object]:
+    """Let balls roll in steps of `dt` seconds, and bounce where they overlap."""
+    physics, table, end = scene.physics, scene.table, scene.t_max or np.inf
+    t, x, v, radius = 0.0, scene.positions[:, :2], scene.velocities[:, :2], scene.radii[0]
+    near = radius if table else -np.inf
+    far = np.array([table.length, table.width]) - radius if table else np.inf
+    events, samples = [], [(t, x, v)]
+    while v.any() and t < end:
+        step = min(dt, end - t)
+        slowing = step * physics.gravity * physics.rolling_friction
+        speed = np.linalg.norm(v, axis=1, keepdims=True)
+        v = v * np.maximum(1.0 - slowing / np.maximum(speed, 1e-9), 0.0)
+        x, t = x + step * v, t + step
+        leaving = ((x < near) & (v < 0.0)) | ((x > far) & (v > 0.0))
+        v[leaving] *= -1.0
+        for ball, axis in np.argwhere(leaving):  # cushions: 0 left, 1 right, 2 bottom, 3 top
+            events.append((t, "ball-cushion", ball, 2 * axis + (v[ball, axis] < 0.0)))
+        for a, b in combinations(range(len(x)), 2):
+            distance = np.linalg.norm(x[b] - x[a])
+            normal = (x[b] - x[a]) / distance
+            approach_speed = (v[a] - v[b]) @ normal
+            if distance < 2.0 * radius and approach_speed > 0.0:
+                impulse = 0.5 * (1.0 + physics.ball_restitution) * approach_speed * normal
+                v[[a, b]] += np.array([-impulse, impulse])
+                events.append((t, "ball-ball", a, b))
+        samples.append((t, x, v))
+    return {"rest_positions": x, "events": events, "samples": samples}
