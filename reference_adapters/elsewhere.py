@@ -17,11 +17,11 @@ A run is an object with these keys, in SI units; balls are in the order of the s
                         best, since between two samples the motion is interpolated
     settings, wall_time, version, reason, work, resolution, approximate
                         as wanted: how the engine was set; its run time [s]; its version; why it
-                        stopped early; counters of its work, such as {"steps": 500}; how far off a ball may be when it collides [m], 0 by
-                        rounding alone, left out where nothing is known of that; and what of the
-                        scene it represents only approximately, and how: {"rolling without slip":
-                        "in steps"}, by the names of `ghostball engines`. The rest it claims to be
-                        exact
+                        stopped early; counters of its work, such as {"steps": 500}; how far off a
+                        ball may be when it collides [m], 0 by rounding alone, left out where
+                        nothing is known of that; and what of the scene it represents only
+                        approximately, and how: {"rolling without slip": "in steps"}, by the names
+                        of `ghostball engines`. The rest it claims to be exact
 
 `ghostball run --format json` prints the same keys, but the samples.
 """

@@ -72,7 +72,7 @@ class MatterSettings(JavascriptSettings):
         what `Bodies.circle` makes.
     """
 
-    sides: Annotated[int, Field(ge=8, le=10_000, multiple_of=2)] = 720
+    sides: Annotated[int, Field(ge=8, le=10_000, multiple_of=2)] = 240
 
 
 @cache

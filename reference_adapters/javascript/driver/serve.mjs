@@ -39,7 +39,7 @@ try {
 
 // What the command of the module uses; ghostball sends all of these.
 const ALONE = { config, contact_steps: "fixed", dt: config === "default" ? 1 / 60 : 1e-3, iterations: null };
-const LIMITS = { max_time: 300, max_steps: 1e7, gap: 1e-10, shortest: 0, reach: 10, sides: 720 };
+const LIMITS = { max_time: 300, max_steps: 1e7, gap: 1e-10, shortest: 0, reach: 10, sides: 240 };
 
 for (const file of files) {
   const scene = JSON.parse(readFileSync(file, "utf8"));
