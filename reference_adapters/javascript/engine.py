@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import atexit
 import math
+import shutil
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -76,8 +77,8 @@ class MatterSettings(JavascriptSettings):
 
 
 @cache
-def _worker(name: str, config: str, packages: Path) -> Worker:
-    worker = Worker([NODE, str(DRIVER / "serve.mjs"), str(packages), name, config])
+def _worker(name: str, config: str, packages: Path, node: str) -> Worker:
+    worker = Worker([node, str(DRIVER / "serve.mjs"), str(packages), name, config])
     atexit.register(worker.close)
     return worker
 
@@ -103,7 +104,7 @@ class JavascriptEngine(PlaneEngine):
             "shortest": ends.shortest,
             "reach": reach_beyond(scene),
         }
-        worker = _worker(self.name, settings.config, folder())
+        worker = _worker(self.name, settings.config, folder(), shutil.which(NODE) or NODE)
         run = run_of(self.name, worker, scene, record, LONGEST, asked)
         used: dict[str, Any] = {"dt": settings.step, "iterations": run.settings.get("iterations")}
         run = run.model_copy(update={"settings": settings.model_dump() | used})

@@ -105,7 +105,8 @@ export function play(World, engine, scene, record, settings) {
 
   function step() {
     const [dt, until, keep] = nextStep();
-    const before = world.collidesFirst && record === "trajectory" ? [positions, motion()] : null;
+    const whole = record === "trajectory";
+    let before = whole && world.collidesFirst ? [positions, motion()] : null;
     const changes = [];
     const given = cloth.map((ball, i) => {
       const [dx, dy] = ball.advance(dt, (kind, at) => changes.push({ kind, at, ball: i }));
@@ -133,13 +134,15 @@ export function play(World, engine, scene, record, settings) {
     if (along !== 1)
       for (const [a, b] of collisions)
         if (typeof b === "string") state[a][NORMALS[b][0] === 0 ? 2 : 3] *= along;
+    const centres = state.map(([x, y]) => [x, y]);
+    if (whole && !world.collidesFirst) before = [centres, motion()];
     const pushed = new Set([...pushing.values()].flat());
     cloth.forEach((ball, i) => {
       const [dvx, dvy] = [state[i][2] - given[i][0], state[i][3] - given[i][1]];
       if ((world.damped || pushed.has(i)) && (dvx !== 0 || dvy !== 0)) ball.kick(dvx, dvy, dt);
     });
     const seen = world.collidesFirst ? t : until;
-    [positions, t] = [state.map(([x, y]) => [x, y]), until];
+    [positions, t] = [centres, until];
     // Else the recorded motion would turn a ball in the step after the one in which it turned.
     if (before && collisions.length) {
       recorder.frame(seen, ...before);
@@ -149,7 +152,7 @@ export function play(World, engine, scene, record, settings) {
       .sort(([a], [b]) => a - b)
       .forEach(([a, b]) => recorder.event(seen, typeof b === "string" ? "ball-cushion" : "ball-ball", a, b));
     changes.sort((one, other) => one.at - other.at).forEach(({ kind, ball }) => recorder.event(t, kind, ball));
-    if (record === "trajectory" && (keep || recorder.wants(t))) recorder.frame(t, positions, motion());
+    if (whole && (keep || recorder.wants(t))) recorder.frame(t, positions, motion());
   }
 
   const moving = () => cloth.some((ball) => !ball.rests);
