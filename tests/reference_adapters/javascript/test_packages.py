@@ -128,8 +128,6 @@ def test_a_beginning_that_is_none_is_named(node: Node) -> None:
         run_engine(PlanckEngine(), find_scene("stop"))
 
 
-
-
 def test_the_exit_status_tells_what_is_absent_from_what_fails(node: Node) -> None:
     def status() -> tuple[int, str]:
 
