@@ -17,6 +17,7 @@ from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
+import numpy as np
 from pydantic import Field
 
 from ghostball.model import Record, Result, Scene, Status
@@ -149,9 +150,14 @@ class PlanckEngine(JavascriptEngine):
     """How far bullets overlap where they meet [m]: three of its slops."""
 
     def resolution(self, scene: Scene) -> float:
-        """Return how far a ball goes in a step [m]; or how far bullets overlap."""
+        """Return how far a ball goes in a step [m]; or how far bullets overlap.
+
+        These meet where they touch, but with the mean velocities of the step: where the cloth
+        slows balls, that is as of a step.
+        """
         settings: PlanckSettings = self.settings
-        return self.BULLET if settings.bullets else super().resolution(scene)
+        slowed = bool(np.any(scene.rolling_frictions)) or scene.physics.motion == "sliding"
+        return self.BULLET if settings.bullets and not slowed else super().resolution(scene)
 
 
 class MatterEngine(JavascriptEngine):

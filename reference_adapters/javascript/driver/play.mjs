@@ -106,7 +106,7 @@ export function play(World, engine, scene, record, settings) {
   function step() {
     const [dt, until, keep] = nextStep();
     const whole = record === "trajectory";
-    let before = whole && world.collidesFirst ? [positions, motion()] : null;
+    const began = whole && motion();
     const changes = [];
     const given = cloth.map((ball, i) => {
       const [dx, dy] = ball.advance(dt, (kind, at) => changes.push({ kind, at, ball: i }));
@@ -135,18 +135,18 @@ export function play(World, engine, scene, record, settings) {
       for (const [a, b] of collisions)
         if (typeof b === "string") state[a][NORMALS[b][0] === 0 ? 2 : 3] *= along;
     const centres = state.map(([x, y]) => [x, y]);
-    if (whole && !world.collidesFirst) before = [centres, motion()];
     const pushed = new Set([...pushing.values()].flat());
     cloth.forEach((ball, i) => {
       const [dvx, dvy] = [state[i][2] - given[i][0], state[i][3] - given[i][1]];
       if ((world.damped || pushed.has(i)) && (dvx !== 0 || dvy !== 0)) ball.kick(dvx, dvy, dt);
     });
     const seen = world.collidesFirst ? t : until;
+    const met = world.collidesFirst ? positions : centres;
     [positions, t] = [centres, until];
     // Else the recorded motion would turn a ball in the step after the one in which it turned.
-    if (before && collisions.length) {
-      recorder.frame(seen, ...before);
-      recorder.frame(seen, before[0], motion());
+    if (whole && collisions.length) {
+      recorder.frame(seen, met, began);
+      recorder.frame(seen, met, motion());
     }
     collisions
       .sort(([a], [b]) => a - b)

@@ -60,11 +60,13 @@ export class World {
       this.world.contactPairsWith(collider, (other) => {
         const b = this.indices.get(other.handle);
         if (typeof b === "number" && b < a) return;
-        let impulse = 0;
+        let [contacts, impulse] = [0, 0];
         this.world.contactPair(collider, other, (manifold) => {
+          contacts += manifold.numContacts();
           for (let k = 0; k < manifold.numContacts(); k++) impulse += manifold.contactImpulse(k);
         });
-        touching.push([a, b, impulse]);
+        // A pair with a half-space lasts, wherever the ball is.
+        if (contacts) touching.push([a, b, impulse]);
       }),
     );
     return touching;
