@@ -3,7 +3,7 @@
 //     node serve.mjs FOLDER ENGINE CONFIG
 //
 // FOLDER has node_modules with the engines; ENGINE is a file beside this one; CONFIG is tuned or default.
-// With files of scenes after these it plays those and ends, for `ghostball grade`:
+// With files of scenes after these it plays those and ends, for `ghostball grade`, as ENGINE-alone:
 //
 //     ghostball scenes --export scenes
 //     node serve.mjs . planck tuned scenes/half-ball-cut.json > runs.jsonl
@@ -43,7 +43,7 @@ const LIMITS = { max_time: 300, max_steps: 1e7, gap: 1e-10, shortest: 0, reach: 
 
 for (const file of files) {
   const scene = JSON.parse(readFileSync(file, "utf8"));
-  answer({ engine: name, ...play(driver.World, engine, scene, "trajectory", { ...ALONE, ...LIMITS }) });
+  answer({ engine: `${name}-alone`, ...play(driver.World, engine, scene, "trajectory", { ...ALONE, ...LIMITS }) });
 }
 if (!files.length) {
   answer({ version: "1" });

@@ -25,7 +25,9 @@ from engine_facts import (
     throw,
     to_the_wall,
 )
+from typer.testing import CliRunner
 
+from ghostball.cli import app
 from ghostball.engine import simulate
 from ghostball.model import Ball, Scene, Status, Table, UnsupportedSceneError
 from ghostball.reference_adapters.javascript.engine import PlanckEngine
@@ -193,5 +195,8 @@ def test_the_driver_plays_files_for_grade(tmp_path: Path) -> None:
     scene.write_text(find_scene("stop").model_dump_json(by_alias=True))
     command = ["node", str(DRIVER / "serve.mjs"), str(folder()), "planck", "tuned", str(scene)]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
-    assert '"engine":"planck"' in done.stdout
-    assert '"scene":"stop"' in done.stdout
+    runs = tmp_path / "runs.jsonl"
+    runs.write_text(done.stdout)
+    graded = CliRunner().invoke(app, ["grade", str(runs)])
+    assert graded.exit_code == 0
+    assert "planck-alone" in graded.output
