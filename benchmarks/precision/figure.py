@@ -33,7 +33,12 @@ FLOOR = 1e-17
 LINES = {target: style.format_length(target) for target in TARGETS} | {2.0**-52: "an ulp of 1 m"}
 """Lines that are drawn across each panel [m], with their names."""
 
-_NAME: Any = {"xycoords": ("axes fraction", "data"), "fontsize": 6.5, "color": style.GREY}
+_NAME: Any = {
+    "xycoords": ("axes fraction", "data"),
+    "annotation_clip": True,
+    "fontsize": 6.5,
+    "color": style.GREY,
+}
 
 
 def draw_against_time(measured: PrecisionMeasurement) -> Figure:
@@ -58,6 +63,9 @@ def draw_against_steps(measured: PrecisionMeasurement) -> Figure:
     )
     for axes, scene in zip(figure.axes, dict.fromkeys(one.scene for one in points), strict=False):
         _ring_knees(axes, [one for one in points if one.scene == scene])
+    # The panels share their axes. Beneath all errors is room for the names of the steps.
+    least = max(min(one.error_low for one in points), FLOOR)
+    figure.axes[0].set_ylim(bottom=1e-3 * least, top=10.0 * max(one.error_high for one in points))
     return figure
 
 
@@ -102,21 +110,21 @@ def _draw(measured: PrecisionMeasurement, cost: _Cost, name: str, title: str) ->
 
 
 def _ring_knees(axes: Axes, points: Sequence[PrecisionPoint]) -> None:
-    for engine in dict.fromkeys(point.engine for point in points):
+    for row, engine in enumerate(dict.fromkeys(point.engine for point in points)):
         mine = [point for point in points if point.engine == engine]
-        knee, colour = knee_of(mine), style.engine_style(engine).colour
+        knee, look = knee_of(mine), style.engine_style(engine)
         if knee is None or knee.step is None:
             continue
         at = 1.0 / knee.step, max(knee.error, FLOOR)
-        axes.plot(*at, marker="o", markersize=9.0, color=colour, fillstyle="none", zorder=5)
+        axes.plot(*at, marker="o", markersize=9.0, color=look.colour, fillstyle="none", zorder=5)
         axes.annotate(
-            knee_text(mine),
-            at,
-            xytext=(0, 7),
+            f"{look.name}: {knee_text(mine)}",
+            (0.02, 0.02),
+            xytext=(0, 8 * row),
+            xycoords="axes fraction",
             textcoords="offset points",
             fontsize=6.5,
-            color=colour,
-            ha="center",
+            color=look.colour,
         )
 
 

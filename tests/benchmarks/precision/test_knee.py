@@ -65,7 +65,7 @@ def test_the_picture_rings_and_names_it():
     with style.drawing():
         figure = draw_against_steps(PrecisionMeasurement(points=(*exact, *mine)))
         (axes,) = figure.axes
-        assert "1 ms" in {text.get_text() for text in axes.texts}
+        assert "pymunk: 1 ms" in {text.get_text() for text in axes.texts}
         assert list(axes.containers[0][0].get_xdata()) == pytest.approx([1e2, 1e3, 1e4])
         assert len(axes.containers) == 1
         with pytest.raises(BenchError, match="has steps"):
