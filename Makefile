@@ -35,7 +35,7 @@ export OPENBLAS_NUM_THREADS ?= 1
 .NOTPARALLEL:
 .PHONY: help venv engines smoke validate regress stress kernels test test-slow test-nojit coverage \
 	coverage-of-changes lock \
-	test-boundscheck lint docs check wheel gallery peers clean
+	test-boundscheck lint docs check wheel gallery peers peers-js clean
 
 help:  ## list the commands
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-18s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -182,7 +182,14 @@ peers:  ## other billiards engines, into .venv-peers, for `python -m benchmarks`
 	.venv-peers/bin/python -m pip install --quiet --disable-pip-version-check --no-deps \
 		pooltool-billiards==0.6.0
 
+peers-js:  ## engines in JavaScript, into .peers-js, by the lock file of npm; needs Node.js 18 or newer
+	@command -v npm >/dev/null || { \
+		echo "error: npm is needed, which comes with Node.js 18 or newer (Debian, Ubuntu: apt install npm)" >&2; exit 2; }
+	mkdir -p .peers-js
+	cp reference_adapters/javascript/driver/package.json reference_adapters/javascript/driver/package-lock.json .peers-js
+	npm ci --prefix .peers-js --no-audit --no-fund --loglevel error
+
 clean:  ## remove the environment and the caches; results stay
-	rm -rf $(VENV) .venv-peers .venv-wheel .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache \
+	rm -rf $(VENV) .venv-peers .peers-js .venv-wheel .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache \
 		.coverage .coverage.* htmlcov build
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -14,14 +14,16 @@ from benchmarks.breaks import BREAKS, measure_breaks
 from benchmarks.fits import TABLES, measure_fits
 from benchmarks.measurements import BenchError, Measurement, machine_folder
 from benchmarks.pictures.gallery import write_gallery
+from benchmarks.precision.figure import draw_against_steps
 from benchmarks.precision.measure import DEFAULT_SCENES, PRECISION_ENGINES, measure_precision
 from benchmarks.racks import PEERS, measure_racks, our_player, peer
 from benchmarks.rebounds import measure_rebounds
 from benchmarks.skips import measure_skips
 from benchmarks.speed import chosen_workloads, measure_targets
-from ghostball.cli.shared.options import AUTO, Jobs, engines_option
+from ghostball.cli.shared.options import AUTO, Jobs, check_plot, engines_option
 from ghostball.cli.shared.progress import counting
 from ghostball.cli.shared.terminal import command, say, stdout
+from ghostball.reports import style
 from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.scenes.gases import many_balls
 from ghostball.validation.scenes.library import select
@@ -206,14 +208,27 @@ def precision(
     ] = 4,
     out: Out = None,
     store: Store = False,
+    plot: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Draw the error against the steps in a second of play, and name the step that "
+            "is worth it.",
+        ),
+    ] = None,
 ) -> None:
     """Measure each engine's error against its time, from long steps to short ones.
 
     The error is the largest distance of a ball from where it truly ends. Some minutes.
     """
+    if plot is not None:
+        check_plot(plot)
     chosen = select(scenes or DEFAULT_SCENES)
     measure = partial(measure_precision, chosen, engine or PRECISION_ENGINES, rounds=repeats)
-    measured_by(measure, out, store, part=bool(scenes) or engine is not None)
+    measured = measured_by(measure, out, store, part=bool(scenes) or engine is not None)
+    if plot is not None:
+        with style.drawing():
+            style.save_one(draw_against_steps(measured), plot)
 
 
 @app.command()

@@ -4,7 +4,8 @@ A run is an object with these keys, in SI units; balls are in the order of the s
 
     engine              the engine's name
     scene               the scene's name, where it is a shipped one, or the scene itself
-    status              "rest" (all balls rest), "t-max" (`t_max` was reached) or "failed"
+    status              "rest" (all balls rest), "t-max" (`t_max` was reached), "step-limit" (a
+                        limit of the engine was reached before) or "failed"
     rest_time           when the last ball came to rest, or the run ended [s]
     rest_positions      [[x, y, z], ...], centres then [m]
     events              [{"t", "kind", "a", "b"}, ...] in order of time; kinds "ball-ball",
@@ -14,13 +15,13 @@ A run is an object with these keys, in SI units; balls are in the order of the s
                         "angular_velocities": [...]}: of each instant, of each ball, three numbers.
                         From t = 0 to `rest_time`; just before and just after each collision is
                         best, since between two samples the motion is interpolated
-    settings, wall_time, version, reason, resolution, approximate
+    settings, wall_time, version, reason, work, resolution, approximate
                         as wanted: how the engine was set; its run time [s]; its version; why it
-                        stopped early; how far off a ball may be when it collides [m], 0 by
-                        rounding alone, left out where nothing is known of that; and what of the
-                        scene it represents only approximately, and how: {"rolling without slip":
-                        "in steps"}, by the names of `ghostball engines`. The rest it claims to be
-                        exact
+                        stopped early; counters of its work, such as {"steps": 500}; how far off a
+                        ball may be when it collides [m], 0 by rounding alone, left out where
+                        nothing is known of that; and what of the scene it represents only
+                        approximately, and how: {"rolling without slip": "in steps"}, by the names
+                        of `ghostball engines`. The rest it claims to be exact
 
 `ghostball run --format json` prints the same keys, but the samples.
 """
@@ -63,7 +64,12 @@ Triple = tuple[float, float, float]
 Plain = str | float | int | bool | None
 
 _KINDS = {kind.label: kind for kind in EventKind}
-STATUSES = {"rest": Status.REST, "t-max": Status.T_MAX, "failed": Status.FAILED}
+STATUSES = {
+    "rest": Status.REST,
+    "t-max": Status.T_MAX,
+    "step-limit": Status.STEP_LIMIT,
+    "failed": Status.FAILED,
+}
 
 
 _LARGEST = np.iinfo(np.int32).max
@@ -97,7 +103,7 @@ class Run(_Part):
 
     engine: Annotated[str, Field(min_length=1, pattern=r"^[^:,=]+$")]
     scene: str | dict[str, Any]
-    status: Literal["rest", "t-max", "failed"]
+    status: Literal["rest", "t-max", "step-limit", "failed"]
     rest_time: float
     rest_positions: list[Triple]
     events: list[RunEvent]
@@ -106,6 +112,7 @@ class Run(_Part):
     wall_time: float = 0.0
     version: str = ""
     reason: str = ""
+    work: dict[str, int] = Field(default_factory=dict)
     resolution: Annotated[float, Field(ge=0.0)] | None = None
     approximate: dict[Feature, str] = Field(default_factory=dict)
 
@@ -183,7 +190,7 @@ class Run(_Part):
             final_state=final,
             rest_time=self.rest_time,
             collision_counts={kind.label: counts[kind.label] for kind in COLLISION_KINDS},
-            work={"events": len(events)},
+            work={"events": len(events)} | self.work,
             wall_time=self.wall_time,
             events=None if record == "rest" else events,
             trajectory=trajectory if record == "trajectory" else None,

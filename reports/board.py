@@ -58,16 +58,26 @@ def board_beside(results: Path) -> Board | None:
 
 
 def about(board: Board, columns: Collection[Column] | None = None) -> str:
-    """Return where and when a board was measured: most of it, then the columns of other cells."""
-    where: dict[str, list[str]] = {}
+    """Return where and when a board was measured: most of it, then other cells.
+
+    These by their engines, where all that these show is from there, else by their columns.
+    """
+    where: dict[str, list[tuple[str, str]]] = {}
     for column in board.columns if columns is None else columns:
         for cell in board.cells:
             if cell.column == column.id:
-                where.setdefault(measured(board.environment_of(cell)), []).append(column.title)
+                of = cell.row.partition(":")[0], column.title
+                where.setdefault(measured(board.environment_of(cell)), []).append(of)
     if not where:
         return measured(board.environment)
     most, *others = sorted(where, key=lambda one: -len(where[one]))
-    return "; ".join([most, *(f"{', '.join(dict.fromkeys(where[one]))}: {one}" for one in others)])
+    said = [most]
+    for one in others:
+        engines = dict.fromkeys(engine for engine, _ in where[one])
+        elsewhere = {engine for place in where.keys() - {one} for engine, _ in where[place]}
+        titles = dict.fromkeys(title for _, title in where[one])
+        said.append(f"{', '.join(titles if elsewhere & engines.keys() else engines)}: {one}")
+    return "; ".join(said)
 
 
 def measured(environment: EnvironmentValues) -> str:

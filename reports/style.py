@@ -50,6 +50,11 @@ FAMILY_COLOURS = {
     "certified": BROWN,
     "pooltool": ORANGE,
     "billiards": SKY,
+    "planck": SKY,
+    "matter-js": VERMILLION,
+    "p2": PURPLE,
+    "cannon-es": ORANGE,
+    "rapier-js": GREEN,
 }
 OTHER_COLOURS = (ORANGE, SKY, YELLOW)
 
@@ -68,6 +73,12 @@ _FAMILY_LINES: dict[str, tuple[LineStyle, str]] = {
     "paper-continuous": ((0.0, (7.0, 2.0, 1.5, 2.0)), "s"),
     "paper-discrete": ((0.0, (3.5, 2.0)), "X"),
     "certified": ((0.0, (9.0, 1.5, 1.2, 1.5, 1.2, 1.5)), "*"),
+    # Engines in JavaScript share colours with others, and differ by line and marker.
+    "planck": ((0.0, (4.0, 1.0)), "<"),
+    "matter-js": ((0.0, (4.0, 1.0, 1.2, 1.0)), ">"),
+    "p2": ((0.0, (4.0, 1.0, 1.2, 1.0, 1.2, 1.0)), "p"),
+    "cannon-es": ((0.0, (2.0, 1.0)), "h"),
+    "rapier-js": ((0.0, (6.0, 1.0)), "d"),
 }
 
 PNG_DPI = 130

@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from benchmarks.precision.points import TARGETS, PrecisionMeasurement, PrecisionPoint
+from benchmarks.measurements import BenchError
+from benchmarks.precision.points import (
+    TARGETS,
+    PrecisionMeasurement,
+    PrecisionPoint,
+    knee_of,
+    knee_text,
+)
 from ghostball.reports import style
 
 if TYPE_CHECKING:
@@ -26,11 +33,46 @@ FLOOR = 1e-17
 LINES = {target: style.format_length(target) for target in TARGETS} | {2.0**-52: "an ulp of 1 m"}
 """Lines that are drawn across each panel [m], with their names."""
 
-_NAME: Any = {"xycoords": ("axes fraction", "data"), "fontsize": 6.5, "color": style.GREY}
+_NAME: Any = {
+    "xycoords": ("axes fraction", "data"),
+    "annotation_clip": True,
+    "fontsize": 6.5,
+    "color": style.GREY,
+}
 
 
 def draw_against_time(measured: PrecisionMeasurement) -> Figure:
     """Draw the largest rest error against the time of a run, of at least one point."""
+    title = f"What time buys: largest rest error against time of a run ({measured.where})"
+    return _draw(measured, lambda point: point.seconds, "time of a run [s]", title)
+
+
+def draw_against_steps(measured: PrecisionMeasurement) -> Figure:
+    """Draw it against the steps in a second of play, of engines that have steps, and its knee.
+
+    The same on every machine; the step that is worth it is ringed and named.
+    """
+    points = tuple(one for one in measured.points if one.step is not None)
+    if not points:
+        raise BenchError("no engine that was measured has steps. Name one that has")
+    figure = _draw(
+        measured.model_copy(update={"points": points}),
+        lambda point: 1.0 / (point.step or 1.0),
+        "steps in a second of play",
+        "What steps buy: largest rest error against steps; ringed is the step that is worth it",
+    )
+    for axes, scene in zip(figure.axes, dict.fromkeys(one.scene for one in points), strict=False):
+        _ring_knees(axes, [one for one in points if one.scene == scene])
+    # The panels share their axes. Beneath all errors is room for the names of the steps.
+    least = max(min(one.error_low for one in points), FLOOR)
+    figure.axes[0].set_ylim(bottom=1e-3 * least, top=10.0 * max(one.error_high for one in points))
+    return figure
+
+
+_Cost = Callable[[PrecisionPoint], float]
+
+
+def _draw(measured: PrecisionMeasurement, cost: _Cost, name: str, title: str) -> Figure:
     scenes = list(dict.fromkeys(point.scene for point in measured.points))
     columns = min(COLUMNS, len(scenes))
     rows = -(-len(scenes) // columns)
@@ -39,7 +81,7 @@ def draw_against_time(measured: PrecisionMeasurement) -> Figure:
     found: dict[str, Artist] = {}
     for axes, scene in zip(grid, scenes, strict=False):
         points = [point for point in measured.points if point.scene == scene]
-        _draw_panel(axes, points)
+        _draw_panel(axes, points, cost)
         axes.set_title(scene, fontsize=9)
         for handle, engine in zip(*axes.get_legend_handles_labels(), strict=True):
             found.setdefault(engine, handle)
@@ -54,7 +96,7 @@ def draw_against_time(measured: PrecisionMeasurement) -> Figure:
         axes.set_ylabel("largest rest error [m]" if k % columns == 0 else "")
         beneath = k + columns >= len(scenes)
         axes.tick_params(labelbottom=beneath)
-        axes.set_xlabel("time of a run [s]" if beneath else "")
+        axes.set_xlabel(name if beneath else "")
     names = [style.engine_name(engine) for engine in found]
     figure.legend(
         [*found.values()],
@@ -63,12 +105,30 @@ def draw_against_time(measured: PrecisionMeasurement) -> Figure:
         ncols=max(LEGEND_CHARACTERS // (max(map(len, names)) + HANDLE_CHARACTERS), 1),
         fontsize=7.5,
     )
-    title = f"What time buys: largest rest error against time of a run ({measured.where})"
     style.set_title(figure, title)
     return figure
 
 
-def _draw_panel(axes: Axes, points: Sequence[PrecisionPoint]) -> None:
+def _ring_knees(axes: Axes, points: Sequence[PrecisionPoint]) -> None:
+    for row, engine in enumerate(dict.fromkeys(point.engine for point in points)):
+        mine = [point for point in points if point.engine == engine]
+        knee, look = knee_of(mine), style.engine_style(engine)
+        if knee is None or knee.step is None:
+            continue
+        at = 1.0 / knee.step, max(knee.error, FLOOR)
+        axes.plot(*at, marker="o", markersize=9.0, color=look.colour, fillstyle="none", zorder=5)
+        axes.annotate(
+            f"{look.name}: {knee_text(mine)}",
+            (0.02, 0.02),
+            xytext=(0, 8 * row),
+            xycoords="axes fraction",
+            textcoords="offset points",
+            fontsize=6.5,
+            color=look.colour,
+        )
+
+
+def _draw_panel(axes: Axes, points: Sequence[PrecisionPoint], cost: _Cost) -> None:
     """Draw a line with error bars for each engine, over faint lines at the accuracies asked for."""
     for height, name in LINES.items():
         axes.axhline(height, color=style.FAINT, linewidth=0.8, zorder=1)
@@ -79,7 +139,7 @@ def _draw_panel(axes: Axes, points: Sequence[PrecisionPoint]) -> None:
     for engine in dict.fromkeys(point.engine for point in points):
         mine = [point for point in points if point.engine == engine]
         look = style.engine_style(engine)
-        x = [point.seconds for point in mine]
+        x = [cost(point) for point in mine]
         y = [max(point.error, FLOOR) for point in mine]
         low = [h - max(point.error_low, FLOOR) for h, point in zip(y, mine, strict=True)]
         high = [max(point.error_high, FLOOR) - h for h, point in zip(y, mine, strict=True)]

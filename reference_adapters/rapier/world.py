@@ -65,8 +65,10 @@ class World(ContactWorld):
         near: set[Collision] = set()
         for pair in self._world.narrow_phase.contact_pairs():
             collision = collision_of(self._parts[pair.collider1], self._parts[pair.collider2])
-            pushes = pair.total_impulse_magnitude() > self._noise
-            (pushing if pushes else near).add(collision)
+            if pair.total_impulse_magnitude() > self._noise:
+                pushing.add(collision)
+            elif pair.has_any_active_contact:  # a pair with a half-space lasts, however far it is
+                near.add(collision)
         self._note(pushing, near)
 
     def positions_and_velocities(self) -> tuple[FloatArray, FloatArray]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import atexit
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any, ClassVar
@@ -48,6 +48,31 @@ def _worker(module: str, python: Path) -> Worker:
     return worker
 
 
+def run_of(
+    engine: str,
+    worker: Worker,
+    scene: Scene,
+    record: Record,
+    longest: float,
+    settings: Mapping[str, Any] | None = None,
+) -> Run:
+    """Have a worker play a scene, and return the run that it answers.
+
+    `settings`: what it is sent besides, where it takes any.
+
+    Raises `EngineUnavailableError` where it can't start, `UnsupportedSceneError` where it says that
+    it can't represent the scene, `WorkerFailedError`, and `EngineError` where the run is none.
+    """
+    try:
+        answer = worker.play(scene, record, longest, settings)
+    except WorkerAbsentError as error:
+        raise EngineUnavailableError(f"engine `{engine}` can't start: {error}") from None
+    if "cannot" in answer:
+        raise UnsupportedSceneError(engine, (str(answer["cannot"]),))
+    values: dict[str, Any] = answer | {"engine": engine, "scene": scene.name}
+    return Run.parse(values, f"the answer of `{engine}`")
+
+
 class WorkerEngine(EngineBase):
     """An engine that a script in `scripts/` drives in another interpreter."""
 
@@ -66,14 +91,8 @@ class WorkerEngine(EngineBase):
     def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
         """Have the worker play the scene."""
         self.check(scene)
-        try:
-            answer = _worker(self.MODULE, interpreter()).play(scene, record, LONGEST)
-        except WorkerAbsentError as error:
-            raise EngineUnavailableError(f"engine `{self.name}` can't start: {error}") from None
-        if "cannot" in answer:
-            raise UnsupportedSceneError(self.name, (str(answer["cannot"]),))
-        values: dict[str, Any] = answer | {"engine": self.name, "scene": scene.name}
-        return Run.parse(values, f"the answer of `{self.name}`").result(scene, record=record)
+        worker = _worker(self.MODULE, interpreter())
+        return run_of(self.name, worker, scene, record, LONGEST).result(scene, record=record)
 
 
 _ONE_AFTER_ANOTHER = (

@@ -4,7 +4,8 @@ It begins with a line {"version": "1.2"}, or {"absent": why} and its end. Then i
 
     {"scene": {...}, "record": "rest" | "events" | "trajectory"}
 
-a scene as `ghostball scenes --export` writes them, and answers each with a run as
+with "settings" besides where the engine has some, a scene as `ghostball scenes --export` writes
+them, and answers each with a run as
 `reference_adapters.elsewhere` describes, whose `samples` are of its end at least; or with
 {"cannot": why} where it can't represent the scene, or {"error": what}.
 """
@@ -97,19 +98,35 @@ class Worker:
         self._process: subprocess.Popen[str] | None = None
         self._messages: IO[str] | None = None
 
-    def play(self, scene: Scene, record: Record, longest: float) -> dict[str, Any]:
+    def play(
+        self,
+        scene: Scene,
+        record: Record,
+        longest: float,
+        settings: Mapping[str, Any] | None = None,
+    ) -> dict[str, Any]:
         """Send a scene and return the answer.
 
         `longest` [s]: how long to wait for it, and for the start of the process.
+        `settings`: what is sent besides, where the engine takes any.
 
         Raises `WorkerAbsentError, WorkerFailedError`.
         """
         if self._process is None:
             self._start(longest)
         values = scene.without_strikes().model_dump(mode="json", by_alias=True)
-        answer = self._ask(json.dumps({"scene": values, "record": record}), longest)
+        asked = {"scene": values, "record": record}
+        if settings is not None:
+            asked["settings"] = dict(settings)
+        answer = self._ask(json.dumps(asked), longest)
         if "error" in answer:
             raise WorkerFailedError(str(answer["error"]))
+        if (answered := answer.get("scene", scene.name)) != scene.name:
+            self.close()  # whatever it says next may be of yet another one
+            raise WorkerFailedError(
+                f"its process must answer the scene that it was sent, {scene.name!r}, got "
+                f"{str(answered)[:80]!r}"
+            )
         return answer
 
     def close(self) -> None:
@@ -140,6 +157,11 @@ class Worker:
         if "absent" in hello:
             self.close()
             raise WorkerAbsentError(str(hello["absent"]))
+        if "version" not in hello:
+            self.close()
+            raise WorkerFailedError(
+                f'its process must begin with {{"version": ...}}, got {str(hello)[:80]}'
+            )
         self.version = str(hello["version"])
 
     def _ask(self, line: str | None, longest: float) -> dict[str, Any]:
@@ -148,7 +170,7 @@ class Worker:
         assert process is not None
         assert process.stdin is not None
         assert process.stdout is not None
-        late = threading.Event()
+        late, printed = threading.Event(), ""
 
         def give_up() -> None:
             late.set()
@@ -160,19 +182,31 @@ class Worker:
             if line is not None:
                 process.stdin.write(line + "\n")
                 process.stdin.flush()
-            answer: dict[str, Any] = json.loads(process.stdout.readline())
+            printed = process.stdout.readline()
+            answer: object = json.loads(printed)
+            if isinstance(answer, dict):
+                return answer
         except (OSError, ValueError):
             said = f"over {longest:.0f} s" if late.is_set() else self._last_message()
             self.close()
+            if printed and not late.is_set():
+                raise _not_an_object(printed) from None
             raise WorkerFailedError(f"its process ended without an answer: {said}") from None
         except KeyboardInterrupt:
             self.close()
             raise
         finally:
             watch.cancel()
-        return answer
+        self.close()
+        raise _not_an_object(printed)
 
     def _last_message(self) -> str:
         assert self._messages is not None
         self._messages.seek(0)
         return "".join(self._messages.read().strip().splitlines()[-1:])
+
+
+def _not_an_object(printed: str) -> WorkerFailedError:
+    return WorkerFailedError(
+        f"its process must answer with one JSON object on a line, got {printed.strip()[:80]!r}"
+    )

@@ -105,6 +105,18 @@ def test_what_is_beside_right_and_wrong_looks_like_neither() -> None:
     assert LOOKS["partly"].slug not in judged
 
 
+def test_engines_that_were_measured_elsewhere_are_named(folder: Path) -> None:
+    board = board_beside(folder)
+    cells = tuple(
+        Cell(row=row, column=one.id, kind="good", earlier=0)
+        for one in board.columns
+        for row in ("planck", "planck:config=default")
+    )
+    joined = board.model_copy(update={"cells": (*board.cells, *cells)})
+    there = measured(ELSEWHERE)
+    assert about(joined, [COLUMNS["cut"]]).endswith(f"planck: {there}")
+
+
 def test_it_says_where_most_was_measured_and_which_columns_elsewhere(folder: Path) -> None:
     board = board_beside(folder)
     here, there = measured(board.environment), measured(ELSEWHERE)

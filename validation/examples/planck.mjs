@@ -93,7 +93,7 @@ function play(scene) {
   }
   sample();
   return {
-    engine: "planck",
+    engine: "my-planck",
     settings: { dt: DT, units: UNITS },
     scene: scene.name,
     status: moving() ? "t-max" : "rest",

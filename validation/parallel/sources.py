@@ -12,12 +12,13 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from ghostball.model import GhostballError
+from ghostball.reference_adapters.javascript import packages as javascript
 from ghostball.reference_adapters.workers.process import DISTRIBUTIONS, installed
 
 OUR_PACKAGES = ("model", "engine", "reference_adapters", "validation")
 """Packages whose every line may decide a result."""
 
-CODE_ENDINGS = (".py", ".so", ".pyd")
+CODE_ENDINGS = (".py", ".mjs", ".so", ".pyd")
 """Files that hold code. Scenes and criteria lie beside them, and are inputs."""
 
 LIBRARIES = (
@@ -72,10 +73,9 @@ def code_files(folder: Path) -> list[Path]:
 
 def versions() -> dict[str, str | None]:
     """Return the versions of `PACKAGES`, and of the workers' engines; None of what isn't there."""
-    there = installed()
-    return {name: _version(name) for name in PACKAGES} | {
-        name: there.get(name) for name in DISTRIBUTIONS
-    }
+    there = {**installed(), **javascript.installed()}
+    others = (*DISTRIBUTIONS, javascript.NODE, *javascript.PACKAGES)
+    return {name: _version(name) for name in PACKAGES} | {name: there.get(name) for name in others}
 
 
 @cache  # reading what is installed takes milliseconds, and every results folder asks
@@ -92,7 +92,8 @@ def code_here() -> dict[str, str]:
     Of the workers' interpreter all that it has: what lies beneath an engine may change its numbers.
     """
     ours = {name: _version(name) for name in PACKAGES}
-    theirs = {f"{name} of the workers": found for name, found in installed().items()}
+    there = {**installed(), **javascript.installed()}
+    theirs = {f"{name} of the workers": found for name, found in there.items()}
     return {
         "ghostball's sources": hash_sources(source_folders())[:12],
         "Python": platform.python_version(),

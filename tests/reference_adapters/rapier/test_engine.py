@@ -73,3 +73,11 @@ def test_a_wrong_prediction_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr(world, "PREDICTION", 0.02)
     assert np.abs(cut_angles("rapier", 1e-4)).max() > 1.0
+
+
+def test_each_bounce_off_a_cushion_is_an_event() -> None:
+    # A ball and a half-space are a pair for good: taken for a lasting contact, it bounces once.
+    ball = Ball(id="cue", position=(0.5, 0.3), velocity=(2.0, 0.0))
+    table = Table(length=1.0, width=1.0)
+    scene = Scene(name="to-and-fro", balls=[ball], table=table, physics=FREE, t_max=2.0)
+    assert play("rapier", scene).collision_counts["ball-cushion"] == 4

@@ -49,7 +49,7 @@ def test_all_our_sources_are_hashed() -> None:
     wanted = {
         path.relative_to(ROOT).as_posix()
         for p in OUR_PACKAGES
-        for suffix in ("py", "so")  # a wheel brings libraries of the kernels
+        for suffix in ("py", "mjs", "so")  # a wheel brings libraries of the kernels
         for path in (ROOT / p).rglob(f"*.{suffix}")
     }
     assert hashed == wanted

@@ -6,6 +6,7 @@ import json
 import subprocess
 from pathlib import Path
 
+from ghostball.reference_adapters.javascript import packages as javascript
 from ghostball.reference_adapters.workers.process import DISTRIBUTIONS
 from ghostball.validation.parallel.sources import PACKAGES
 from ghostball.validation.results.environment import describe_environment, git_state
@@ -16,7 +17,12 @@ def test_the_description_is_plain_and_complete() -> None:
     assert set(described) == {
         *("date", "command", "cpu", "cores", "os", "python", "versions", "git")
     }
-    assert list(described["versions"]) == [*PACKAGES, *DISTRIBUTIONS]
+    assert list(described["versions"]) == [
+        *PACKAGES,
+        *DISTRIBUTIONS,
+        javascript.NODE,
+        *javascript.PACKAGES,
+    ]
     assert described["versions"]["numpy"]
     assert described["cpu"]
 

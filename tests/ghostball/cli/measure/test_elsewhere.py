@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
 import subprocess
 from pathlib import Path
@@ -167,3 +168,23 @@ def test_the_example_in_javascript_plays(tmp_path: Path) -> None:
     if subprocess.run(install, check=False, capture_output=True).returncode:
         pytest.skip("npm can't install planck here")
     assert played(tmp_path, "node", str(tmp_path / "planck.mjs")) == 0
+
+
+@pytest.mark.slow
+@pytest.mark.checkout
+def test_the_example_in_gdscript_plays(tmp_path: Path) -> None:
+    godot = shutil.which("godot3-server") or shutil.which("godot4") or shutil.which("godot")
+    if godot is None:
+        pytest.skip("there is no Godot")
+    scene = EXAMPLES.parent / "board" / "scenes" / "p2-156.toml"
+    CliRunner().invoke(app, ["scenes", str(scene), "--export", str(tmp_path)])
+    script = "godot3.gd" if godot.endswith("godot3-server") else "godot4.gd"
+    runs = tmp_path / "runs.jsonl"
+    asked = {"GHOSTBALL_SCENES": str(tmp_path / "p2-156.json"), "GHOSTBALL_RUNS": str(runs)}
+    command = [godot, "--headless", "--script", str(EXAMPLES / script), "--fixed-fps", "60"]
+    command = [one for one in command if one != "--headless" or script == "godot4.gd"]
+    subprocess.run(command, check=True, capture_output=True, env=os.environ | asked, timeout=60)
+    (run,) = Run.load(runs)
+    assert [event.kind for event in run.events] == ["ball-cushion"] * 4
+    graded = CliRunner().invoke(app, ["grade", str(runs)])
+    assert graded.exit_code == 0, graded.output

@@ -1,0 +1,58 @@
+// Serves one engine: a scene per line in, its run per line out, all as JSON, as workers/process.py says.
+//
+//     node serve.mjs FOLDER ENGINE CONFIG
+//
+// FOLDER has node_modules with the engines; ENGINE is a file beside this one; CONFIG is tuned or default.
+// With files of scenes after these it plays those and ends, for `ghostball grade`, as ENGINE-alone:
+//
+//     ghostball scenes --export scenes
+//     node serve.mjs . planck tuned scenes/half-ball-cut.json > runs.jsonl
+
+import { readFileSync } from "node:fs";
+import { createRequire } from "node:module";
+import { resolve } from "node:path";
+import { createInterface } from "node:readline";
+import { pathToFileURL } from "node:url";
+import { Worker } from "node:worker_threads";
+import { play } from "./play.mjs";
+
+const [folder, name, config, ...files] = process.argv.slice(2);
+const write = process.stdout.write.bind(process.stdout);
+const answer = (value) => write(`${JSON.stringify(value)}\n`);
+// Whatever the engine prints must not mix with the answers.
+process.stdout.write = process.stderr.write.bind(process.stderr);
+
+// Where the process that started this one was killed, nobody waits for an engine that loops.
+const ORPHAN = `const parent = process.ppid;
+setInterval(() => process.ppid === parent || process.kill(process.pid, "SIGKILL"), 500);`;
+new Worker(ORPHAN, { eval: true }).unref();
+
+const require = createRequire(pathToFileURL(resolve(folder, "package.json")));
+let driver, engine;
+try {
+  driver = await import(`./${name}.mjs`);
+  engine = await driver.load(require, config);
+} catch (error) {
+  answer({ absent: String(error).split("\n")[0] });
+  process.exit(0);
+}
+
+// What the command of the module uses; ghostball sends all of these.
+const ALONE = { config, contact_steps: "fixed", dt: config === "default" ? 1 / 60 : 1e-3, iterations: null };
+const LIMITS = { max_time: 300, max_steps: 1e7, gap: 1e-10, shortest: 0, reach: 10, sides: 240 };
+
+for (const file of files) {
+  const scene = JSON.parse(readFileSync(file, "utf8"));
+  answer({ engine: `${name}-alone`, ...play(driver.World, engine, scene, "trajectory", { ...ALONE, ...LIMITS }) });
+}
+if (!files.length) {
+  answer({ version: "1" });
+  for await (const line of createInterface({ input: process.stdin })) {
+    try {
+      const { scene, record, settings } = JSON.parse(line);
+      answer(play(driver.World, engine, scene, record, settings));
+    } catch (error) {
+      answer({ error: String(error?.stack ?? error).split("\n").slice(0, 2).join(" ").trim() });
+    }
+  }
+}

@@ -1,0 +1,202 @@
+"""Engines in JavaScript against closed forms, where node and their packages are there."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from engine_facts import (
+    FREE,
+    cut_angles,
+    energy_ratios,
+    frozen_line,
+    half_ball,
+    head_on,
+    needs,
+    play,
+    rack,
+    shares,
+    throw,
+    to_the_wall,
+)
+from typer.testing import CliRunner
+
+from ghostball.cli import app
+from ghostball.engine import simulate
+from ghostball.model import Ball, Scene, Status, Table, UnsupportedSceneError
+from ghostball.reference_adapters.javascript.engine import PlanckEngine
+from ghostball.reference_adapters.javascript.packages import DRIVER, folder
+from ghostball.reference_adapters.registry import make_engine
+from ghostball.validation.runs.playing import run_engine
+from ghostball.validation.scenes.library import find_scene
+
+ENGINES = ("planck", "matter-js", "p2", "cannon-es", "rapier-js")
+NAMES = [pytest.param(name, marks=needs(name)) for name in ENGINES]
+IN_DOUBLES = [pytest.param(name, marks=needs(name)) for name in ("planck", "p2", "cannon-es")]
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("restitution", [0.0, 0.5, 0.9, 1.0])
+def test_a_single_collision_is_right(name: str, restitution: float) -> None:
+    wanted = [(1.0 - restitution) / 2.0, (1.0 + restitution) / 2.0]
+    for spec in (name, f"{name}:contact_steps=exact"):
+        assert shares(spec, head_on(restitution=restitution)) == pytest.approx(wanted, abs=2e-6)
+        x, y = play(spec, to_the_wall(restitution)).final_state.velocities[0, 0, :2]
+        assert (x, y) == pytest.approx((-restitution, 1.0), abs=2e-6)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_balls_and_cushions_have_restitutions_of_their_own(name: str) -> None:
+    changes = {
+        "ball_restitution": 0.5,
+        "cushion": "restitution",
+        "cushion_restitution": 0.9,
+        "cushion_tangential_restitution": 0.8,
+    }
+    ball = Ball(id="cue", position=(1.5, 0.3), velocity=(1.0, 1.0))
+    physics = FREE.model_copy(update=changes)
+    table = Table(length=2.0, width=2.0)
+    scene = Scene(name="wall", balls=[ball], table=table, physics=physics, t_max=0.6)
+    velocity = play(name, scene).final_state.velocities[0, 0, :2]
+    assert velocity == pytest.approx((-0.9, 0.8), abs=1e-6)
+
+
+@pytest.mark.parametrize("name", IN_DOUBLES)
+def test_in_exact_steps_a_shot_is_right_to_nanometres(name: str) -> None:
+    for scene in map(find_scene, ("half-ball-cut", "draw-shot", "corner-exact", "english-running")):
+        engine = make_engine(f"{name}:contact_steps=exact")
+        if scene.physics.cushion not in ("mirror", "restitution"):
+            continue
+        result, truth = run_engine(engine, scene), simulate(scene, record="events")
+        assert np.abs(result.rest_positions - truth.rest_positions).max() < 2e-9, scene.name
+        assert result.collision_counts == truth.collision_counts
+
+
+@pytest.mark.parametrize("name", IN_DOUBLES)
+def test_what_the_cloth_does_is_that_of_the_other_adapters(name: str) -> None:
+    # No contact: only the closed form, and so nothing but rounding, sampled on the way too.
+    for scene in map(find_scene, ("sliding-swerve", "roll-distance", "stop")):
+        result, truth = run_engine(make_engine(name), scene), simulate(scene, record="trajectory")
+        assert result.status is truth.status
+        assert np.abs(result.rest_positions - truth.rest_positions).max() < 1e-9, scene.name
+        assert [tuple(one)[1:] for one in result.events] == [tuple(one)[1:] for one in truth.events]
+        times = np.linspace(0.0, truth.rest_time, 50)
+        ours, theirs = result.sample(times), truth.sample(times)
+        assert np.abs(ours.positions - theirs.positions).max() < 1e-5
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_cut_is_late_by_a_part_of_the_step_and_a_smaller_step_mends_it(name: str) -> None:
+    spec = f"{name}:bullet=no" if name == "planck" else name
+    sides = 0.8 if name == "matter-js" else 0.0  # half a side's angle of 240
+    coarse, fine = (np.abs(cut_angles(spec, dt)).max() for dt in (1e-3, 1e-4))
+    assert coarse < 0.8 + sides
+    assert fine < 0.08 + sides
+
+
+@needs("planck")
+def test_bullets_of_planck_meet_where_they_touch() -> None:
+    assert np.abs(cut_angles("planck", 1e-3)).max() < 1e-3
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_what_simultaneous_impacts_come_to(name: str) -> None:
+    # Findings: racks keep their energy, but for Rapier's; and balls that touch without overlap
+    # aren't in contact yet, so that a line of them plays one collision after another.
+    if name == "rapier-js":
+        assert energy_ratios(name, rack())[-1] > 1.2
+        return
+    assert shares(name, frozen_line()) == pytest.approx([0.0, 0.0, 1.0], abs=1e-6)
+    assert np.abs(energy_ratios(name, rack()) - 1.0).max() < 1e-6
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_what_is_not_driven_is_refused_and_a_limit_is_named(name: str) -> None:
+    with pytest.raises(UnsupportedSceneError, match="without friction at contacts"):
+        play(name, throw())
+    one_by_one = half_ball(physics=FREE.model_copy(update={"impacts": "sequential"}))
+    with pytest.raises(UnsupportedSceneError, match="never one after another"):
+        play(name, one_by_one)
+    result = play(f"{name}:max_steps=10", find_scene("half-ball-cut"))
+    assert result.status is Status.STEP_LIMIT
+    assert "`max_steps` = 10 (at t = 0.01 s) was reached" in result.reason
+    assert result.work["steps"] == 10
+    assert result.settings["dt"] == 1e-3
+
+
+@needs("planck")
+def test_a_newcomers_planck_has_inelastic_slow_impacts() -> None:
+    assert shares("planck:config=default", head_on(0.9)) == pytest.approx([0.5, 0.5], abs=1e-3)
+    assert shares("planck", head_on(0.009)) == pytest.approx([0.0, 1.0], abs=1e-6)
+
+
+PACKAGE = """
+console.log("chatter of the engine");
+exports.Settings = {};
+exports.World = class {
+  constructor() { LOOP }
+};
+"""
+
+
+@pytest.fixture
+def loops(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Put a planck that chatters, and loops, where it is looked for."""
+    package = tmp_path / "node_modules" / "planck"
+    package.mkdir(parents=True)
+    (package / "package.json").write_text('{"version": "1.0.0", "main": "index.js"}')
+    (package / "index.js").write_text(PACKAGE.replace("LOOP", "for (;;);"))
+    monkeypatch.setenv("GHOSTBALL_PEERS_JS", str(tmp_path))
+    return tmp_path
+
+
+@needs("planck")
+def test_what_an_engine_prints_is_no_answer_and_what_it_throws_is(loops: Path) -> None:
+    text = PACKAGE.replace("LOOP", 'console.log("more"); throw new Error("no chalk")')
+    (loops / "node_modules" / "planck" / "index.js").write_text(text)
+    with pytest.raises(Exception, match="Error: no chalk"):
+        run_engine(PlanckEngine(), find_scene("stop"))
+    (loops / "node_modules" / "planck" / "index.js").write_text("throw new Error('broken')")
+
+
+@needs("planck")
+@pytest.mark.slow
+def test_an_engine_that_loops_ends_with_who_asked(loops: Path) -> None:
+    ask = (
+        "import os, threading; from ghostball.reference_adapters.javascript import engine;"
+        "from ghostball.validation.scenes.library import find_scene;"
+        "asked = threading.Thread(target=engine.PlanckEngine().simulate,"
+        " args=(find_scene('stop'),), daemon=True); asked.start(); asked.join(3.0);"
+        f"worker = engine._worker('planck', 'tuned', engine.Path({str(folder())!r}),"
+        " engine.shutil.which('node'));"
+        "print(worker._process.pid, flush=True); os._exit(0)"
+    )
+    done = subprocess.run([sys.executable, "-c", ask], capture_output=True, text=True, check=True)
+    pid = int(done.stdout)
+    for _ in range(100):
+        try:
+            os.kill(pid, 0)
+        except ProcessLookupError:
+            return
+        time.sleep(0.1)
+    os.kill(pid, signal.SIGKILL)
+    pytest.fail("node went on")
+
+
+@needs("planck")
+def test_the_driver_plays_files_for_grade(tmp_path: Path) -> None:
+    scene = tmp_path / "stop.json"
+    scene.write_text(find_scene("stop").model_dump_json(by_alias=True))
+    command = ["node", str(DRIVER / "serve.mjs"), str(folder()), "planck", "tuned", str(scene)]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    runs = tmp_path / "runs.jsonl"
+    runs.write_text(done.stdout)
+    graded = CliRunner().invoke(app, ["grade", str(runs)])
+    assert graded.exit_code == 0
+    assert "planck-alone" in graded.output
