@@ -93,7 +93,7 @@ def _find_end_of_bounces(
     2 mu e up^2 / (g (1 - e)^2).
 
     The ball goes that way at its mean velocity: so much of the friction acts at once, the rest at
-    the end.
+    the end. So does the air, see `_slow_bounces`.
     """
     ball = balls.state[i]
     e, friction = laws.table_restitution, ball.cloth_friction
@@ -117,6 +117,33 @@ def _find_end_of_bounces(
     height[i, st.END_VX], height[i, st.END_VY] = ball.vx - taken * ux, ball.vy - taken * uy
     height[i, st.END_WX], height[i, st.END_WY] = ball.wx - turn * uy, ball.wy + turn * ux
     _rub(balls, i, -displacement / lasts * ux, -displacement / lasts * uy)
+    if laws.air_drag > 0.0:
+        _slow_bounces(height, balls, i, laws, up)
+
+
+@kernel
+def _slow_bounces(height: FloatArray, balls: Balls, i: int, laws: Laws, up: float) -> None:
+    """Let air slow ball i while bounces that begin with the speed `up` [m/s] end.
+
+    It goes along far faster than up, so that air slows its way by k v^2 and its rise by c = k v
+    times its speed there. Of a bounce at u that makes 2 u / g (1 - c u / 3g), after which it is
+    slower by 2 c u^2 / 3g; all together last shorter by c up / 3g (1 - e) of their time. The way is
+    that of the mean velocity; what friction changes meanwhile is left out, k times the square of
+    that change.
+    """
+    ball = balls.state[i]
+    lasts = height[i, st.LASTS]
+    speed = math.sqrt(ball.vx * ball.vx + ball.vy * ball.vy)
+    drag = laws.air_drag * speed
+    part = 1.0 / (1.0 + 0.5 * drag * lasts)  # of the speed, in the middle
+    taken = drag * lasts * part * part
+    height[i, st.END_VX] -= taken * ball.vx
+    height[i, st.END_VY] -= taken * ball.vy
+    ball.vx -= 0.5 * taken * ball.vx
+    ball.vy -= 0.5 * taken * ball.vy
+    height[i, st.LASTS] = lasts / (
+        1.0 + drag * up / (3.0 * laws.gravity * (1.0 - laws.table_restitution))
+    )
 
 
 @kernel
