@@ -98,19 +98,22 @@ def _find_end_of_bounces(
     ball = balls.state[i]
     e, friction = laws.table_restitution, ball.cloth_friction
     ux, uy = ball.vx - ball.radius * ball.wy, ball.vy + ball.radius * ball.wx
-    slip = math.sqrt(ux * ux + uy * uy)
-    taken, displacement = 0.0, 0.0
+    slip, rubbed = math.sqrt(ux * ux + uy * uy), 0.0
+    taken, displacement, rolls = 0.0, 0.0, lasts
     if slip > 0.0:
         if STICKING * slip >= friction * (1.0 + e) * up / (1.0 - e):
             taken = friction * (1.0 + e) * up / (1.0 - e)
             displacement = 2.0 * friction * e * up * up / (laws.gravity * (1.0 - e) * (1.0 - e))
+            rolls = 0.0
         else:
             speed, left = up, e * lasts
             while taken < STICKING * slip and speed > 0.0:
                 impulse = min(friction * (1.0 + e) * speed, STICKING * slip - taken)
                 taken += impulse
                 displacement += impulse * left
+                rolls = left
                 speed, left = e * speed, e * left
+        rubbed = taken
         taken, displacement = taken / slip, displacement / slip
     height[i, st.LASTS] = lasts
     turn = 2.5 * taken / ball.radius
@@ -118,32 +121,45 @@ def _find_end_of_bounces(
     height[i, st.END_WX], height[i, st.END_WY] = ball.wx - turn * uy, ball.wy + turn * ux
     _rub(balls, i, -displacement / lasts * ux, -displacement / lasts * uy)
     if laws.air_drag > 0.0:
-        _slow_bounces(height, balls, i, laws, up)
+        most = friction * (1.0 + e) * up / (1.0 - e)
+        _slow_bounces(height, balls, i, laws, up, rolls, most - rubbed)
 
 
 @kernel
-def _slow_bounces(height: FloatArray, balls: Balls, i: int, laws: Laws, up: float) -> None:
+def _slow_bounces(
+    height: FloatArray, balls: Balls, i: int, laws: Laws, up: float, rolls: float, spare: float
+) -> None:
     """Let air slow ball i while bounces that begin with the speed `up` [m/s] end.
 
-    It goes along far faster than up, so that air slows its way by k v^2 and its rise by c = k v
-    times its speed there. Of a bounce at u that makes 2 u / g (1 - c u / 3g), after which it is
-    slower by 2 c u^2 / 3g; all together last shorter by c up / 3g (1 - e) of their time. The way is
-    that of the mean velocity; what friction changes meanwhile is left out, k times the square of
-    that change.
+    It goes along far faster than up, so that air slows its way by D = k v^2, and its rise by c = k
+    v times its speed there. Of a bounce at u that makes 2 u / g (1 - c u / 3g), after which it is
+    slower by 2 c u^2 / 3g; all together are shorter by c up / 3g (1 - e) of their time L. In the
+    last of it, `rolls` [s], the ball doesn't slip after any impact: the cloth returns 2/7 of what
+    the air takes, each time at the next impact, as far as its friction reaches: `spare` [m/s] is
+    what is left of that. With s = L - `rolls` and f for 2/7, the way is then shorter by D / 2 times
+    s^2 + (1 - f) (L^2 - s^2) + f `rolls`^2 (1 - e) / (1 + e). Left out is k times the square of
+    what friction changes meanwhile, and that the slip turns.
     """
-    ball = balls.state[i]
+    ball, e = balls.state[i], laws.table_restitution
     lasts = height[i, st.LASTS]
-    speed = math.sqrt(ball.vx * ball.vx + ball.vy * ball.vy)
-    drag = laws.air_drag * speed
-    part = 1.0 / (1.0 + 0.5 * drag * lasts)  # of the speed, in the middle
-    taken = drag * lasts * part * part
-    height[i, st.END_VX] -= taken * ball.vx
-    height[i, st.END_VY] -= taken * ball.vy
-    ball.vx -= 0.5 * taken * ball.vx
-    ball.vy -= 0.5 * taken * ball.vy
-    height[i, st.LASTS] = lasts / (
-        1.0 + drag * up / (3.0 * laws.gravity * (1.0 - laws.table_restitution))
-    )
+    drag = laws.air_drag * math.sqrt(ball.vx * ball.vx + ball.vy * ball.vy)
+    height[i, st.LASTS] = lasts / (1.0 + drag * up / (3.0 * laws.gravity * (1.0 - e)))
+    middle = 1.0 / (1.0 + 0.5 * drag * lasts)  # of the speed
+    dx, dy = drag * middle * middle * ball.vx, drag * middle * middle * ball.vy
+    taken = lasts * math.sqrt(dx * dx + dy * dy)
+    part = 0.0
+    if rolls > 0.0 and taken > 0.0:
+        part = min(STICKING, max(spare, 0.0) / taken)
+    turn = 2.5 * part * lasts / ball.radius
+    height[i, st.END_VX] -= (1.0 - part) * lasts * dx
+    height[i, st.END_VY] -= (1.0 - part) * lasts * dy
+    height[i, st.END_WX] += turn * dy
+    height[i, st.END_WY] -= turn * dx
+    slips = lasts - rolls
+    way = slips * slips + (1.0 - part) * (lasts * lasts - slips * slips)
+    way += part * rolls * rolls * (1.0 - e) / (1.0 + e)
+    ball.vx -= 0.5 * way / lasts * dx
+    ball.vy -= 0.5 * way / lasts * dy
 
 
 @kernel
