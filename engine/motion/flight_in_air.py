@@ -185,9 +185,7 @@ def _time_to_land(
 
 
 @kernel
-def _falls_to_zero(
-    balls: Balls, c: FloatArray, degree: int, longest: float, guess: float
-) -> float:
+def _falls_to_zero(balls: Balls, c: FloatArray, degree: int, longest: float, guess: float) -> float:
     """Return when a polynomial that is positive at first comes to 0 within a time [s], or inf.
 
     Contract: it does so once at most. By Newton's steps, from a guess, and by halves where they
