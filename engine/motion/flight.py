@@ -29,7 +29,6 @@ from ghostball.engine.core.tolerances import (
     TIME_ROUNDING,
 )
 from ghostball.engine.motion.crossings import first_bent_crossing, first_crossing
-from ghostball.engine.motion.drag import trim_piece
 from ghostball.engine.motion.flight_in_air import flight_piece, time_to_pass
 from ghostball.engine.motion.obstacles import MOST_BOUNDS, facing
 from ghostball.engine.motion.position import FOR_EVER, jerk_along, whole_motion, with_rises
@@ -138,7 +137,6 @@ def fly(height: FloatArray, balls: Balls, i: int, laws: Laws) -> None:
                 duration = s
                 balls.own_kind[i] = st.OWN_OVER + k
     ball.own_time = ball.epoch + duration
-    trim_piece(balls, i)
 
 
 @kernel(inline=True)
@@ -152,9 +150,8 @@ def _time_in_air(
 ) -> float:
     """Begin a piece of ball i's flight in air; return how long it lasts [s], or -1 without air."""
     duration = -1.0
-    if higher is not None and air is not None:
-        if laws.air_drag > 0.0:
-            duration = flight_piece(higher, air, height, balls, i, laws)
+    if higher is not None and air is not None and laws.air_drag > 0.0:
+        duration = flight_piece(higher, air, height, balls, i, laws)
     return duration
 
 
@@ -171,9 +168,8 @@ def _time_over(
 ) -> float:
     """Return when ball i passes a line within a duration [s], by which it would without air."""
     s = away / -rate
-    if higher is not None and air is not None:
-        if laws.air_drag > 0.0:
-            s = time_to_pass(higher, air, balls, i, away, rate, duration)
+    if higher is not None and air is not None and laws.air_drag > 0.0:
+        s = time_to_pass(higher, air, balls, i, away, rate, duration)
     return s
 
 
@@ -183,9 +179,8 @@ def _in_plan(
 ) -> tuple[float, float, float, float, float, float]:
     """Return place, velocity and acceleration of a ball s seconds after its flight began."""
     ball = balls.state[i]
-    if higher is not None:
-        if higher[i, st.POWERS] > 0.0:
-            return whole_motion(balls, i, ball.epoch + s)
+    if higher is not None and higher[i, st.POWERS] > 0.0:
+        return whole_motion(balls, i, ball.epoch + s)
     return ball.x + s * ball.vx, ball.y + s * ball.vy, ball.vx, ball.vy, 0.0, 0.0
 
 

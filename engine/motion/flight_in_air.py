@@ -78,7 +78,7 @@ def flight_piece(
     slowed, degree = 0.0, 1
     if speed <= still:
         row[_ALONG, 1], row[_UP, 1] = 0.0, -gravity
-        duration = still / gravity
+        duration: float = still / gravity
     elif along == 0.0:
         degree = STRAIGHT_DEGREE
         drag = laws.air_drag if up > 0.0 else -laws.air_drag
@@ -111,7 +111,8 @@ def _still_speed(drag: float, gravity: float, fastest: float) -> float:
     least = math.sqrt(0.25 * LEFT_OUT * gravity / drag)
     part = max(fastest / least, 1.0)
     root = math.sqrt(math.sqrt(part))
-    return least * (root * math.sqrt(math.sqrt(root)))
+    slowest: float = least * (root * math.sqrt(math.sqrt(root)))
+    return slowest
 
 
 @kernel
@@ -209,7 +210,7 @@ def _falls_to_zero(balls: Balls, c: FloatArray, degree: int, longest: float, gue
         else:
             most = s
         later = s - value / slope if slope < 0.0 else least
-        if not (least < later and later < most):
+        if not least < later < most:
             if value == 0.0 or abs(later - s) <= 2.0 * EPS * s:
                 return s
             later = 0.5 * (least + most)

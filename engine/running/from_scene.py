@@ -173,7 +173,7 @@ def _columns_of(balls: Balls) -> int:
     columns += 0 if balls.higher is None else balls.higher.shape[1] - st.HIGHER
     if balls.air is None:
         return columns
-    return columns + balls.air.turning.shape[1] + balls.air.rising.shape[1]
+    return columns + int(balls.air.turning.shape[1] + balls.air.rising.shape[1])
 
 
 def _flag_of(part: object | None) -> int | None:

@@ -116,7 +116,7 @@ def test_a_mirror_shows_the_same_flight():
 
 
 def test_bounces_too_low_to_be_followed_are_slowed_by_air_too():
-    """Against all bounces followed one by one, friction and all, to a billionth of a metre a second."""
+    """Against all bounces followed one by one, with their friction, to 1e-9 m/s."""
     velocity, spin, e, mu = (3.0, 0.4, 0.5), (20.0, 50.0, 7.0), 0.6, 0.2
     scene = scene_of(
         ball((0, 0), velocity, angular_velocity=spin),
