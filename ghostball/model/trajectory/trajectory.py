@@ -79,7 +79,7 @@ class ExactTrajectory:
         with the third power of the time since [m/s^3], with the fourth, and so on; with `turns`,
         then as much of wx and wy, from the second power on [rad/s^3]. With `lifts`, before these:
         height of its lowest point above the cloth [m], velocity upwards [m/s], acceleration
-        downwards by gravity [m/s^2]; and with both, after these, what the air adds to the height,
+        downwards by gravity [m/s^2]. With `rises`, at the end: what the air adds to the height,
         m + 1 numbers, from the second power on [m/s^2].
     t_end : float [s]
     spin_decelerations : (n,) float64 [rad/s^2]
@@ -88,6 +88,8 @@ class ExactTrajectory:
         Whether the angular velocity changes with higher powers of the time, too.
     lifts : bool
         Whether balls may be in the air.
+    rises : bool
+        Whether air may slow them there.
     tangents : Tangents or None
         What finds how small changes of the motion grow; None: nobody knows.
     """
@@ -98,6 +100,7 @@ class ExactTrajectory:
     spin_decelerations: FloatArray
     turns: bool = False
     lifts: bool = False
+    rises: bool = False
     tangents: Tangents | None = None
 
     def powers(self, segments: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -106,7 +109,7 @@ class ExactTrajectory:
         (2 m, k) each, and (m + 1, k) where a ball may be in the air that slows it, else (0, k).
         """
         powers = segments[:, segment.COLUMNS + 3 * self.lifts :].T
-        rising = (len(powers) + 4) // 5 if self.turns and self.lifts else 0
+        rising = (len(powers) + 4) // 5 if self.rises else 0
         level = len(powers) - rising
         half = level // 2 if self.turns else level
         return powers[:half], powers[half:level], powers[level:]
