@@ -131,10 +131,11 @@ def _slow_bounces(
 ) -> None:
     """Let air slow ball i while bounces that begin with the speed `up` [m/s] end.
 
-    It goes along far faster than up, so that air slows its way by D = k v^2, and its rise by c = k
-    v times its speed there. Of a bounce at u that makes 2 u / g (1 - c u / 3g), after which it is
-    slower by 2 c u^2 / 3g; all together are shorter by c up / 3g (1 - e) of their time L. In the
-    last of it, `rolls` [s], the ball doesn't slip after any impact: the cloth returns 2/7 of what
+    Air slows its way by D = k v^2. Where it goes along far faster than up, air slows its rise by c
+    = k v times its speed there: of a bounce at u that makes 2 u / g (1 - c u / 3g), after which it
+    is slower by 2 c u^2 / 3g, and all together are shorter by c up / 3g (1 - e) of their time L.
+    Straight up and down c is 3/4 k u, and they are shorter by k up^2 (1 + e) / 4g (1 - e^3). In
+    between the root of both squares is as near as doubles can tell. In the last of L, `rolls` [s], the ball doesn't slip after any impact: the cloth returns 2/7 of what
     the air takes, each time at the next impact, as far as its friction reaches: `spare` [m/s] is
     what is left of that. With s = L - `rolls` and f for 2/7, the way is then shorter by D / 2 times
     s^2 + (1 - f) (L^2 - s^2) + f `rolls`^2 (1 - e) / (1 + e). Left out is k times the square of
@@ -142,8 +143,11 @@ def _slow_bounces(
     """
     ball, e = balls.state[i], laws.table_restitution
     lasts = height[i, st.LASTS]
-    drag = laws.air_drag * math.sqrt(ball.vx * ball.vx + ball.vy * ball.vy)
-    height[i, st.LASTS] = lasts / (1.0 + drag * up / (3.0 * laws.gravity * (1.0 - e)))
+    square = ball.vx * ball.vx + ball.vy * ball.vy
+    rise = up * (1.0 + e) / (4.0 * (1.0 + e + e * e))
+    slowed = laws.air_drag * math.sqrt(square / 9.0 + rise * rise)
+    height[i, st.LASTS] = lasts / (1.0 + slowed * up / (laws.gravity * (1.0 - e)))
+    drag = laws.air_drag * math.sqrt(square)
     middle = 1.0 / (1.0 + 0.5 * drag * lasts)  # of the speed
     dx, dy = drag * middle * middle * ball.vx, drag * middle * middle * ball.vy
     taken = lasts * math.sqrt(dx * dx + dy * dy)
