@@ -131,15 +131,17 @@ def _slow_bounces(
 ) -> None:
     """Let air slow ball i while bounces that begin with the speed `up` [m/s] end.
 
-    Air slows its way by D = k v^2. Where it goes along far faster than up, air slows its rise by c
-    = k v times its speed there: of a bounce at u that makes 2 u / g (1 - c u / 3g), after which it
-    is slower by 2 c u^2 / 3g, and all together are shorter by c up / 3g (1 - e) of their time L.
+    Air slows its way by D = k v^2. Where it goes along far faster than up, air slows its rise by
+    c = k v times its speed there: of a bounce at u that makes 2 u / g (1 - c u / 3g), after which
+    it is slower by 2 c u^2 / 3g, and all together are shorter by c up / 3g (1 - e) of their time L.
     Straight up and down c is 3/4 k u, and they are shorter by k up^2 (1 + e) / 4g (1 - e^3). In
-    between the root of both squares is as near as doubles can tell. In the last of L, `rolls` [s], the ball doesn't slip after any impact: the cloth returns 2/7 of what
-    the air takes, each time at the next impact, as far as its friction reaches: `spare` [m/s] is
-    what is left of that. With s = L - `rolls` and f for 2/7, the way is then shorter by D / 2 times
-    s^2 + (1 - f) (L^2 - s^2) + f `rolls`^2 (1 - e) / (1 + e). Left out is k times the square of
-    what friction changes meanwhile, and that the slip turns.
+    between the root of both squares is as near as doubles can tell.
+
+    In the last of L, `rolls` [s], the ball doesn't slip after any impact: the cloth returns 2/7 of
+    what the air takes, each time at the next impact, as far as its friction reaches: `spare` [m/s]
+    is what is left of that. With s = L - `rolls` and f for 2/7, the way is then shorter by D / 2
+    times s^2 + (1 - f) (L^2 - s^2) + f `rolls`^2 (1 - e) / (1 + e). Left out is k times the square
+    of what friction changes meanwhile, and that the slip turns.
     """
     ball, e = balls.state[i], laws.table_restitution
     lasts = height[i, st.LASTS]

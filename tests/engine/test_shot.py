@@ -26,6 +26,7 @@ from ghostball.model import (
     Scene,
     SceneError,
     Status,
+    Table,
     UnsupportedSceneError,
 )
 from ghostball.validation.scenes.library import find_scene

@@ -1,9 +1,9 @@
 """Balls that fall straight down, or are thrown straight up, in air, each alone: when they rest.
 
-v' = -g - k |v| v along a line. A throw at v rises ln(1 + k v^2 / g) / 2k within atan(v sqrt(k / g)) /
-sqrt(g k); a fall from h lasts acosh(exp(k h)) / sqrt(g k) and ends at sqrt((g / k)(1 - exp(-2 k h))).
-The table returns e of that. What is left once air does nothing more that counts are the bounces of
-no air, 2 v / (g (1 - e)) long.
+v' = -g - k |v| v along a line. A throw at v rises ln(1 + k v^2 / g) / 2k within
+atan(v sqrt(k / g)) / sqrt(g k); a fall from h lasts acosh(exp(k h)) / sqrt(g k) and ends at
+sqrt((g / k)(1 - exp(-2 k h))). The table returns e of that. What is left once air does nothing more
+that counts are the bounces of no air, 2 v / (g (1 - e)) long.
 """
 
 from __future__ import annotations
