@@ -42,11 +42,11 @@ need `motion` = "sliding".
 Flight
 ------
 With `airborne` = true a ball may begin above the cloth, or be lifted by an impact. It goes along a
-parabola (`engine/motion/flight.py`), bounces where it lands, `table_restitution` says how high, and
-may fly over a cushion and off the table. Contacts are where the surfaces meet in space, that with a
-cushion at its nose, `cushion_height` above the cloth. Impacts have the scene's restitution and
-friction, but follow no law by name, unless they are too slow to lift a ball
-(`engine/impacts/in_space.py`). There is no air drag in such scenes.
+parabola (`engine/motion/flight.py`), or as air lets it (`engine/motion/flight_in_air.py`). It
+bounces where it lands, `table_restitution` says how high, and may fly over a cushion and off the
+table. Contacts are where the surfaces meet in space, that with a cushion at its nose,
+`cushion_height` above the cloth. Impacts have the scene's restitution and friction, but follow no
+law by name, unless they are too slow to lift a ball (`engine/impacts/in_space.py`).
 
 Sustained contact
 -----------------

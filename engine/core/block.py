@@ -37,9 +37,10 @@ SCRATCH = 16
 TOUCHING = 16
 NEAR = 17
 TURNING = 18
-SERIES = 19
-TRACK = 20
-END = 21
+RISING = 19
+SERIES = 20
+TRACK = 21
+END = 22
 
 
 class Block:
@@ -65,6 +66,7 @@ class Block:
             balls.touching,
             balls.near,
             air and air.turning,
+            air and air.rising,
             air and air.series,
             pairs.track,
         ]

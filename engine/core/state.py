@@ -58,17 +58,23 @@ class Balls(NamedTuple):
 
 
 # Columns of `Balls.higher`: first how fast the acceleration may change along x and along y [m/s^3],
-# as long as the piece lasts, which then has an end; how many of the powers that follow aren't 0.
+# as long as the piece lasts, which then has an end; how many of the powers that follow aren't 0;
+# how fast the acceleration upwards may change, and how many powers of `Air.rising` aren't 0.
 # From HIGHER on, for x and for y, what goes with the third power of the time since `epoch` [m/s^3],
 # with the fourth, and so on.
 POWERS = 2
-HIGHER = 3
+JERK_UP = 3
+RISES = 4
+HIGHER = 5
 
 
 class Air(NamedTuple):
     """Room for motions whose deceleration depends on the speed; see `motion.drag`."""
 
     turning: FloatArray  # (n, 2 k): what goes in wx, wy with the second power of the time [rad/s^3]
+    # (n, k + 1), or (n, 0) where no ball flies: what air adds to the height of one that does, with
+    # the second power of the time [m/s^2], with the third, and so on
+    rising: FloatArray
     series: FloatArray  # (SERIES_ROWS, SERIES_TERMS) the power series of the piece at hand
 
 
@@ -76,7 +82,7 @@ class Air(NamedTuple):
 BASE = 0  # height of its centre where it lies on the cloth [m]; 0 where no ball may leave that
 RISE = 1  # of a ball's lowest point above the cloth, at `epoch` [m]
 UP_SPEED = 2  # its velocity upwards then [m/s]
-FALL = 3  # and its acceleration downwards [m/s^2]; 0 on the cloth
+FALL = 3  # and its acceleration downwards by gravity [m/s^2]; 0 on the cloth
 LASTS = 4  # how long bounces that are too low to be followed take [s]; 0: there are none
 END_VX = 5  # with which velocity [m/s] and angular velocity [rad/s] the ball continues
 END_VY = 6
@@ -91,7 +97,7 @@ STILL_SINCE = 14  # and since when [s]
 LOADED = 15  # until when it counts as loaded by a ball that bounces on it [s]
 HEIGHT_COLUMNS = 16
 
-SERIES_TERMS = 25
+SERIES_TERMS = 26
 SERIES_ROWS = 8
 MOST_POWERS = 2 * 23
 """Columns of `Air.turning`, and of the powers of `Balls.higher` there."""
@@ -295,7 +301,7 @@ class Log(NamedTuple):
     what: IntArray  # (3, m): rows WHAT_KIND (EventKind), WHAT_A, WHAT_B
     ball: IntArray  # (k,)
     # (k, SEGMENT_COLUMNS ...): the first columns of `Balls.state`; RISE, UP_SPEED and FALL; powers
-    # of `higher`, and those of `turning`.
+    # of `higher`, those of `turning`, and those of `rising`.
     motion: FloatArray
 
 

@@ -126,6 +126,9 @@ def _note_higher(
         if air is not None:
             for k in range(room):
                 motion[row, first + room + k] = air.turning[i, k] if k < count else 0.0
+            rises = int(higher[i, st.RISES])
+            for k in range(air.rising.shape[1]):
+                motion[row, first + 2 * room + k] = air.rising[i, k] if k < rises else 0.0
 
 
 @kernel(inline=True)

@@ -64,9 +64,13 @@ def _higher_in(numbers: FloatArray, offsets: IntArray, bends: int | None) -> Flo
 def _air_in(numbers: FloatArray, offsets: IntArray, drags: int | None) -> Air | None:
     if drags is None:
         return None
-    n, start, end = offsets[at.COUNT], offsets[at.TURNING], offsets[at.SERIES]
-    series = numbers[end : offsets[at.TRACK]].reshape(st.SERIES_ROWS, st.SERIES_TERMS)
-    return Air(numbers[start:end].reshape(n, (end - start) // n), series)
+    n, start, middle = offsets[at.COUNT], offsets[at.TURNING], offsets[at.RISING]
+    end = offsets[at.SERIES]
+    return Air(
+        numbers[start:middle].reshape(n, (middle - start) // n),
+        numbers[middle:end].reshape(n, (end - middle) // n),
+        numbers[end : offsets[at.TRACK]].reshape(st.SERIES_ROWS, st.SERIES_TERMS),
+    )
 
 
 @kernel(inline=True)

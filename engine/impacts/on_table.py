@@ -93,30 +93,79 @@ def _find_end_of_bounces(
     2 mu e up^2 / (g (1 - e)^2).
 
     The ball goes that way at its mean velocity: so much of the friction acts at once, the rest at
-    the end.
+    the end. So does the air, see `_slow_bounces`.
     """
     ball = balls.state[i]
     e, friction = laws.table_restitution, ball.cloth_friction
     ux, uy = ball.vx - ball.radius * ball.wy, ball.vy + ball.radius * ball.wx
-    slip = math.sqrt(ux * ux + uy * uy)
-    taken, displacement = 0.0, 0.0
+    slip, rubbed = math.sqrt(ux * ux + uy * uy), 0.0
+    taken, displacement, rolls = 0.0, 0.0, lasts
     if slip > 0.0:
         if STICKING * slip >= friction * (1.0 + e) * up / (1.0 - e):
             taken = friction * (1.0 + e) * up / (1.0 - e)
             displacement = 2.0 * friction * e * up * up / (laws.gravity * (1.0 - e) * (1.0 - e))
+            rolls = 0.0
         else:
             speed, left = up, e * lasts
             while taken < STICKING * slip and speed > 0.0:
                 impulse = min(friction * (1.0 + e) * speed, STICKING * slip - taken)
                 taken += impulse
                 displacement += impulse * left
+                rolls = left
                 speed, left = e * speed, e * left
+        rubbed = taken
         taken, displacement = taken / slip, displacement / slip
     height[i, st.LASTS] = lasts
     turn = 2.5 * taken / ball.radius
     height[i, st.END_VX], height[i, st.END_VY] = ball.vx - taken * ux, ball.vy - taken * uy
     height[i, st.END_WX], height[i, st.END_WY] = ball.wx - turn * uy, ball.wy + turn * ux
     _rub(balls, i, -displacement / lasts * ux, -displacement / lasts * uy)
+    if laws.air_drag > 0.0:
+        most = friction * (1.0 + e) * up / (1.0 - e)
+        _slow_bounces(height, balls, i, laws, up, rolls, most - rubbed)
+
+
+@kernel
+def _slow_bounces(
+    height: FloatArray, balls: Balls, i: int, laws: Laws, up: float, rolls: float, spare: float
+) -> None:
+    """Let air slow ball i while bounces that begin with the speed `up` [m/s] end.
+
+    Air slows its way by D = k v^2. Where it goes along far faster than up, air slows its rise by
+    c = k v times its speed there: of a bounce at u that makes 2 u / g (1 - c u / 3g), after which
+    it is slower by 2 c u^2 / 3g, and all together are shorter by c up / 3g (1 - e) of their time L.
+    Straight up and down c is 3/4 k u, and they are shorter by k up^2 (1 + e) / 4g (1 - e^3). In
+    between the root of both squares is as near as doubles can tell.
+
+    In the last of L, `rolls` [s], the ball doesn't slip after any impact: the cloth returns 2/7 of
+    what the air takes, each time at the next impact, as far as its friction reaches: `spare` [m/s]
+    is what is left of that. With s = L - `rolls` and f for 2/7, the way is then shorter by D / 2
+    times s^2 + (1 - f) (L^2 - s^2) + f `rolls`^2 (1 - e) / (1 + e). Left out is k times the square
+    of what friction changes meanwhile, and that the slip turns.
+    """
+    ball, e = balls.state[i], laws.table_restitution
+    lasts = height[i, st.LASTS]
+    square = ball.vx * ball.vx + ball.vy * ball.vy
+    rise = up * (1.0 + e) / (4.0 * (1.0 + e + e * e))
+    slowed = laws.air_drag * math.sqrt(square / 9.0 + rise * rise)
+    height[i, st.LASTS] = lasts / (1.0 + slowed * up / (laws.gravity * (1.0 - e)))
+    drag = laws.air_drag * math.sqrt(square)
+    middle = 1.0 / (1.0 + 0.5 * drag * lasts)  # of the speed
+    dx, dy = drag * middle * middle * ball.vx, drag * middle * middle * ball.vy
+    taken = lasts * math.sqrt(dx * dx + dy * dy)
+    part = 0.0
+    if rolls > 0.0 and taken > 0.0:
+        part = min(STICKING, max(spare, 0.0) / taken)
+    turn = 2.5 * part * lasts / ball.radius
+    height[i, st.END_VX] -= (1.0 - part) * lasts * dx
+    height[i, st.END_VY] -= (1.0 - part) * lasts * dy
+    height[i, st.END_WX] += turn * dy
+    height[i, st.END_WY] -= turn * dx
+    slips = lasts - rolls
+    way = slips * slips + (1.0 - part) * (lasts * lasts - slips * slips)
+    way += part * rolls * rolls * (1.0 - e) / (1.0 + e)
+    ball.vx -= 0.5 * way / lasts * dx
+    ball.vy -= 0.5 * way / lasts * dy
 
 
 @kernel

@@ -23,33 +23,28 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
 from ghostball.engine.core.state import Air, Balls, FloatArray, Laws
 from ghostball.engine.core.tolerances import EPS, TIME_ROUNDING
 from ghostball.engine.motion.air import felt_drag
 from ghostball.engine.motion.geometry import speed_of
-
-_STRAIGHT_DEGREE = 14
-"""Degree of the speed in a piece that goes straight on."""
-
-_STRAIGHT_PART = 2.0**-4
-"""Length of such a piece, in units of a time T: at every complex instant nearer than T the speed is
-at most twice its bound. By Cauchy's estimate the power n of the series is then at most that times
-16^-n, so that what is left out is below 2^-59 of the speed."""
-
-_DEGREE = 24
-"""Largest degree of the velocity in a piece that turns."""
+from ghostball.engine.motion.series import (
+    DEGREE,
+    LEFT_OUT,
+    OVER,
+    STRAIGHT_DEGREE,
+    WORK_OF_SERIES,
+    first_zero,
+    note_bend,
+    shorter,
+    straight_series,
+)
 
 _PART_OF_SERIES = 0.75
 """Longest piece that turns, in units of an estimate of the time until the slip or the velocity
 vanishes, at a real or complex instant: there the power series stops to converge. It is but the
 length that is tried: the last coefficients found say how long the piece may be."""
-
-_LEFT_OUT = EPS / 64.0
-"""What the series of a piece may leave out, in units of the speeds; or of a place, of that."""
 
 _STILL = 2.0**-18
 """Speed, in units of the slip, below which air does nothing that a double could tell, as long as it
@@ -57,12 +52,6 @@ would not slow a ball as fast as the slip by much more than friction does."""
 
 _STRAIGHT = 4.0 * EPS
 """Sine of the angle between slip and velocity that is but their rounding."""
-
-_WORK_OF_SERIES = 50
-"""What the power series of a piece that turns cost, in units of work."""
-
-_OVER = np.append(0.0, 1.0 / np.arange(1.0, _DEGREE + 2.0))
-"""1 / n, by n: a product takes less time than a quotient."""
 
 # Rows of `Air.series`, each by power of the time: velocity, slip, its size, its direction, speed.
 _VX, _VY, _UX, _UY, _SLIP, _EX, _EY, _SPEED = 0, 1, 2, 3, 4, 5, 6, 7
@@ -77,7 +66,7 @@ def slide_piece(balls: Balls, i: int, laws: Laws, ux: float, uy: float, size: fl
     higher, air = balls.higher, balls.air
     if higher is None or air is None:
         return math.inf
-    balls.counters[st.WORK] += _WORK_OF_SERIES
+    balls.counters[st.WORK] += WORK_OF_SERIES
     ball = balls.state[i]
     friction = ball.slide_slowing
     ex, ey = ux / size, uy / size
@@ -111,7 +100,7 @@ def roll_piece(balls: Balls, i: int, laws: Laws) -> float:
     dx, dy = ball.vx / speed, ball.vy / speed
     drag = laws.roll_quadratic + felt_drag(laws) * laws.air_drag
     duration = _go_straight(higher, air, balls, i, dx, dy, speed, ball.roll_slowing, drag)
-    stops = _first_zero(air.series[_SPEED], duration)
+    stops = first_zero(air.series[_SPEED], duration)
     balls.own_kind[i] = st.OWN_REST if stops <= duration else st.OWN_PIECE
     return min(stops, duration)
 
@@ -130,35 +119,20 @@ def _go_straight(
 ) -> float:
     """Begin a piece along (dx, dy) that is slowed by a + b p^2; return how long it may be [s]."""
     p = air.series[_SPEED]
-    p[0] = speed
-    for n in range(_STRAIGHT_DEGREE):
-        # p^2, of whose terms each comes twice but for the middle one.
-        square, half = 0.0, (n + 1) // 2
-        for j in range(half):
-            square += p[j] * p[n - j]
-        square += square
-        if n % 2 == 0:
-            square += p[half] * p[half]
-        p[n + 1] = -(b * square + (a if n == 0 else 0.0)) * _OVER[n + 1]
-    duration = math.inf
-    if b != 0.0:
-        # Where the majorant P' = a + b P^2 has come to twice p + a t: b (p + a t) t = 1/2.
-        # Nothing is divided by b, which may be so small that the quotient overflows.
-        fast = abs(b) * abs(speed)
-        duration = _STRAIGHT_PART / (fast + math.sqrt(fast * fast + 2.0 * a * abs(b)))
+    duration: float = straight_series(p, speed, a, b)
     ball = balls.state[i]
     ball.ax, ball.ay = p[1] * dx, p[1] * dy
-    for n in range(2, _STRAIGHT_DEGREE + 1):
-        power, at = p[n] * _OVER[n + 1], 2 * (n - 2)
+    for n in range(2, STRAIGHT_DEGREE + 1):
+        power, at = p[n] * OVER[n + 1], 2 * (n - 2)
         higher[i, st.HIGHER + at], higher[i, st.HIGHER + at + 1] = power * dx, power * dy
         air.turning[i, at], air.turning[i, at + 1] = 0.0, 0.0
     ball.bx, ball.by = 0.0, 0.0
     if b > 0.0 and speed > 0.0:
         # p'' = 2 b p (a + b p^2): what slows falls off.
         higher[i, 0], higher[i, 1] = 2.0 * abs(p[2] * dx), 2.0 * abs(p[2] * dy)
-        higher[i, st.POWERS] = _STRAIGHT_DEGREE - 1
+        higher[i, st.POWERS] = STRAIGHT_DEGREE - 1
     else:
-        _note_bend(higher, i, _STRAIGHT_DEGREE - 1, duration)
+        note_bend(higher, i, STRAIGHT_DEGREE - 1, duration)
     return duration
 
 
@@ -184,43 +158,14 @@ def _slide_straight(
     ball.bx, ball.by = spins * ey, -spins * ex
     slip = air.series[_SLIP]
     slip[0], slip[1] = size, p[1] - 2.5 * friction
-    for n in range(2, _STRAIGHT_DEGREE + 1):
+    for n in range(2, STRAIGHT_DEGREE + 1):
         slip[n] = p[n]
-    ends = _first_zero(slip, duration)
-    turns = _first_zero(p, duration) if with_slip else math.inf
+    ends = first_zero(slip, duration)
+    turns = first_zero(p, duration) if with_slip else math.inf
     if ends <= min(turns, duration):
         balls.own_kind[i] = st.OWN_ROLL
         return ends
     return min(turns, duration)
-
-
-@kernel
-def _first_zero(p: FloatArray, duration: float) -> float:
-    """Return when a speed p, which falls all the time, comes to 0 within a duration [s]; or inf.
-
-    By Newton's steps: of one that falls ever less they never go too far; of one that falls ever
-    faster only the first, from where the next ones come back. None goes beyond the duration.
-    """
-    if not p[1] < 0.0:
-        return math.inf
-    s: float = min(-p[0] / p[1], duration)
-    for _ in range(64):
-        value, slope = 0.0, 0.0
-        for n in range(_STRAIGHT_DEGREE, -1, -1):
-            slope = slope * s + value
-            value = value * s + p[n]
-        if not slope < 0.0:
-            return math.inf
-        step = -value / slope
-        later: float = s + step
-        if not later <= duration:
-            if s == duration:
-                return math.inf
-            later = duration
-        elif abs(step) <= 2.0 * EPS * later:
-            return later
-        s = later
-    return s
 
 
 @kernel
@@ -239,7 +184,7 @@ def _last_piece(
     left: float = size / slows
     place = max(abs(ball.x) + abs(ball.y), ball.radius)
     most = speed + size / 3.5
-    if 2.0 * k * most * most * left * left > 7.0 * _LEFT_OUT * place:
+    if 2.0 * k * most * most * left * left > 7.0 * LEFT_OUT * place:
         return 0.0
     # The drag at the middle of it.
     x, y = ball.vx - ux / 7.0, ball.vy - uy / 7.0
@@ -280,9 +225,9 @@ def _turn(
         longest = min(longest, _STILL * size / friction)
     row[_VX, 0], row[_VY, 0], row[_UX, 0], row[_UY, 0] = ball.vx, ball.vy, ux, uy
     row[_SLIP, 0], row[_EX, 0], row[_EY, 0], row[_SPEED, 0] = size, ux / size, uy / size, speed
-    allowed = _LEFT_OUT * (speed + size)
-    degree, small, scale, last = _DEGREE, 0, 1.0, 0.0
-    for n in range(_DEGREE):
+    allowed = LEFT_OUT * (speed + size)
+    degree, small, scale, last = DEGREE, 0, 1.0, 0.0
+    for n in range(DEGREE):
         if n > 0:
             _extend(row, n, k > 0.0)
         air_x, air_y = 0.0, 0.0
@@ -290,7 +235,7 @@ def _turn(
             for j in range(n + 1):
                 air_x += row[_SPEED, j] * row[_VX, n - j]
                 air_y += row[_SPEED, j] * row[_VY, n - j]
-        over = _OVER[n + 1]
+        over = OVER[n + 1]
         row[_VX, n + 1] = -over * (friction * row[_EX, n] + k * air_x)
         row[_VY, n + 1] = -over * (friction * row[_EY, n] + k * air_y)
         row[_UX, n + 1] = -over * (slows * row[_EX, n] + k * air_x)
@@ -302,18 +247,18 @@ def _turn(
         if n > 1 and small > 1:
             degree = n + 1
             break
-        if n == _DEGREE - 1:
-            longest *= _shorter(allowed / (scale * max(last, before / near)))
+        if n == DEGREE - 1:
+            longest *= shorter(allowed / (scale * max(last, before / near)))
     ball.ax, ball.ay = row[_VX, 1], row[_VY, 1]
     turn = 2.5 * friction / ball.radius
     ball.bx, ball.by = -turn * row[_EY, 0], turn * row[_EX, 0]
     for n in range(2, degree + 1):
         at = 2 * (n - 2)
-        higher[i, st.HIGHER + at] = row[_VX, n] * _OVER[n + 1]
-        higher[i, st.HIGHER + at + 1] = row[_VY, n] * _OVER[n + 1]
-        air.turning[i, at] = -turn * row[_EY, n - 1] * _OVER[n]
-        air.turning[i, at + 1] = turn * row[_EX, n - 1] * _OVER[n]
-    _note_bend(higher, i, degree - 1, longest)
+        higher[i, st.HIGHER + at] = row[_VX, n] * OVER[n + 1]
+        higher[i, st.HIGHER + at + 1] = row[_VY, n] * OVER[n + 1]
+        air.turning[i, at] = -turn * row[_EY, n - 1] * OVER[n]
+        air.turning[i, at + 1] = turn * row[_EX, n - 1] * OVER[n]
+    note_bend(higher, i, degree - 1, longest)
     return longest
 
 
@@ -327,7 +272,7 @@ def _extend(row: FloatArray, n: int, drags: bool) -> None:
     total = 0.0
     for j in range(n):
         total += (n - j) * (row[_EX, j] * row[_UX, n - j] + row[_EY, j] * row[_UY, n - j])
-    row[_SLIP, n] = total * _OVER[n]
+    row[_SLIP, n] = total * OVER[n]
     x, y = row[_UX, n], row[_UY, n]
     for j in range(1, n + 1):
         x -= row[_SLIP, j] * row[_EX, n - j]
@@ -348,36 +293,6 @@ def _extend(row: FloatArray, n: int, drags: bool) -> None:
 
 
 @kernel
-def _shorter(excess: float) -> float:
-    """Return about the root of degree 24 of a number, no more than that, and at most 1.
-
-    Of exponents 1/32 + 1/128 + 1/512 + ...: square roots are all there is.
-    """
-    if not excess < 1.0:
-        return 1.0
-    root, part = 1.0, excess
-    for k in range(9):
-        part = math.sqrt(part)
-        if k in (4, 6, 8):
-            root *= part
-    return 0.95 * root
-
-
-@kernel
-def _note_bend(higher: FloatArray, i: int, count: int, duration: float) -> None:
-    """Note how many powers a piece of ball i has, and how fast its acceleration changes at most."""
-    x, y = 0.0, 0.0
-    higher[i, st.POWERS] = 0.0
-    if duration < math.inf:
-        for power in range(count - 1, -1, -1):
-            factor = float((power + 3) * (power + 2) * (power + 1))
-            x = x * duration + factor * abs(higher[i, st.HIGHER + 2 * power])
-            y = y * duration + factor * abs(higher[i, st.HIGHER + 2 * power + 1])
-        higher[i, st.POWERS] = count
-    higher[i, 0], higher[i, 1] = x, y
-
-
-@kernel
 def trim_piece(balls: Balls, i: int) -> None:
     """Leave out the last powers of ball i's piece that add nothing until its own next event."""
     higher = balls.higher
@@ -387,12 +302,23 @@ def trim_piece(balls: Balls, i: int) -> None:
     duration, count = ball.own_time - ball.epoch, int(higher[i, st.POWERS])
     if count == 0 or not duration < math.inf:
         return
+    rises = higher[i, st.RISES] > 0.0
     scale = duration * duration
-    allowed = 0.25 * _LEFT_OUT * (abs(ball.vx) + abs(ball.vy))
+    allowed = 0.25 * LEFT_OUT * (abs(ball.vx) + abs(ball.vy))
     kept = 0
     for power in range(count):
         size = abs(higher[i, st.HIGHER + 2 * power]) + abs(higher[i, st.HIGHER + 2 * power + 1])
+        if rises:
+            size += _rise_by(balls.air, i, power)
         if scale * (power + 3) * size > allowed:
             kept = power + 1
         scale *= duration
     higher[i, st.POWERS] = kept
+    if rises:
+        higher[i, st.RISES] = kept + 1
+
+
+@kernel(inline=True)
+def _rise_by(air: Air | None, i: int, power: int) -> float:
+    """Return the size of what goes with the same power of the time in ball i's height."""
+    return 0.0 if air is None else abs(air.rising[i, power + 1])

@@ -1,8 +1,8 @@
 """Balls that leave the cloth: how high they are, when they land, meet a nose, or fly over one.
 
 When they meet each other is in `scheduling.contact_time`, what an impact then does, or the table,
-in `impacts.in_space`. A ball in flight goes along a parabola, with gravity alone (no air: such
-scenes are refused), and keeps its angular velocity. It lands when its lowest point is back on the
+in `impacts.in_space`. A ball in flight goes along a parabola, or as `motion.flight_in_air` says
+where air slows it, and keeps its angular velocity. It lands when its lowest point is back on the
 cloth. Where bounces have become so low that nothing could tell them from a ball on the cloth
 (`LOWEST_BOUNCE`), all that follow are one motion of known duration.
 
@@ -19,7 +19,7 @@ import math
 
 from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
-from ghostball.engine.core.state import Balls, FloatArray, Laws
+from ghostball.engine.core.state import Air, Balls, FloatArray, Laws
 from ghostball.engine.core.tolerances import (
     CAPTURE_HEIGHT,
     EPS,
@@ -28,9 +28,10 @@ from ghostball.engine.core.tolerances import (
     LOWEST_BOUNCE,
     TIME_ROUNDING,
 )
-from ghostball.engine.motion.crossings import first_crossing
+from ghostball.engine.motion.crossings import first_bent_crossing, first_crossing
+from ghostball.engine.motion.flight_in_air import flight_piece, time_to_pass
 from ghostball.engine.motion.obstacles import MOST_BOUNDS, facing
-from ghostball.engine.motion.position import whole_motion
+from ghostball.engine.motion.position import FOR_EVER, jerk_along, whole_motion, with_rises
 
 
 @kernel(inline=True)
@@ -63,7 +64,8 @@ def vertical_motion(
     """
     s = t - balls.state[i].epoch
     up, fall = height[i, st.UP_SPEED], height[i, st.FALL]
-    return height[i, st.BASE] + height[i, st.RISE] + s * (up - 0.5 * fall * s), up - fall * s, -fall
+    z = height[i, st.BASE] + height[i, st.RISE] + s * (up - 0.5 * fall * s)
+    return with_rises(balls.higher, balls.air, i, s, z, up - fall * s, -fall)
 
 
 @kernel
@@ -115,30 +117,88 @@ def fly(height: FloatArray, balls: Balls, i: int, laws: Laws) -> None:
         balls.own_kind[i] = st.OWN_NONE
         return
     height[i, st.FALL] = laws.gravity
-    rise, up = height[i, st.RISE], height[i, st.UP_SPEED]
-    root = math.sqrt(up * up + 2.0 * laws.gravity * rise)
-    duration = (up + root) / laws.gravity if up > 0.0 else 2.0 * rise / (root - up)
-    balls.own_kind[i] = st.OWN_LAND
+    duration = _time_in_air(balls.higher, balls.air, height, balls, i, laws)
+    if duration < 0.0:
+        rise, up = height[i, st.RISE], height[i, st.UP_SPEED]
+        root = math.sqrt(up * up + 2.0 * laws.gravity * rise)
+        duration = (up + root) / laws.gravity if up > 0.0 else 2.0 * rise / (root - up)
+        balls.own_kind[i] = st.OWN_LAND
+    lasts = duration
     for k in range(len(laws.obstacles)):
         nx, ny, away = facing(laws, k, ball.x, ball.y)
         rate = nx * ball.vx + ny * ball.vy
-        s, met = _time_to_nose(height, balls, i, laws, k, duration)
+        s, met = _time_to_nose(height, balls, i, laws, k, duration, lasts)
         if s < duration:
             duration = s
             balls.own_kind[i] = st.OWN_CUSHION + k if met else st.OWN_PIECE
         if laws.obstacles[k].kind == st.LINE and rate < 0.0 and max(away, 0.0) < -rate * duration:
-            duration = max(away, 0.0) / -rate
-            balls.own_kind[i] = st.OWN_OVER + k
+            s = _time_over(balls.higher, balls.air, balls, i, laws, max(away, 0.0), rate, duration)
+            if s < math.inf:
+                duration = s
+                balls.own_kind[i] = st.OWN_OVER + k
     ball.own_time = ball.epoch + duration
+
+
+@kernel(inline=True)
+def _time_in_air(
+    higher: FloatArray | None,
+    air: Air | None,
+    height: FloatArray,
+    balls: Balls,
+    i: int,
+    laws: Laws,
+) -> float:
+    """Begin a piece of ball i's flight in air; return how long it lasts [s], or -1 without air."""
+    duration = -1.0
+    if higher is not None and air is not None and laws.air_drag > 0.0:
+        duration = flight_piece(higher, air, height, balls, i, laws)
+    return duration
+
+
+@kernel(inline=True)
+def _time_over(
+    higher: FloatArray | None,
+    air: Air | None,
+    balls: Balls,
+    i: int,
+    laws: Laws,
+    away: float,
+    rate: float,
+    duration: float,
+) -> float:
+    """Return when ball i passes a line within a duration [s], by which it would without air."""
+    s = away / -rate
+    if higher is not None and air is not None and laws.air_drag > 0.0:
+        s = time_to_pass(higher, air, balls, i, away, rate, duration)
+    return s
+
+
+@kernel(inline=True)
+def _in_plan(
+    higher: FloatArray | None, balls: Balls, i: int, s: float
+) -> tuple[float, float, float, float, float, float]:
+    """Return place, velocity and acceleration of a ball s seconds after its flight began."""
+    ball = balls.state[i]
+    if higher is not None and higher[i, st.POWERS] > 0.0:
+        return whole_motion(balls, i, ball.epoch + s)
+    return ball.x + s * ball.vx, ball.y + s * ball.vy, ball.vx, ball.vy, 0.0, 0.0
+
+
+@kernel(inline=True)
+def jerk_up(higher: FloatArray | None, i: int) -> float:
+    """Return how fast ball i's acceleration upwards changes at most, on its piece [m/s^3]."""
+    bent: float = 0.0 if higher is None else higher[i, st.JERK_UP]
+    return bent
 
 
 @kernel
 def _time_to_nose(
-    height: FloatArray, balls: Balls, i: int, laws: Laws, k: int, duration: float
+    height: FloatArray, balls: Balls, i: int, laws: Laws, k: int, duration: float, lasts: float
 ) -> tuple[float, bool]:
     """Return in how long a ball in flight touches the nose of obstacle k [s], or inf.
 
-    Within a duration [s]. False beside it: not before then, but the search was given up.
+    Within a duration [s], as it moves for as long as its piece `lasts` [s]. False beside it: not
+    before then, but the search was given up.
 
     By bounds each of which is found from the one before, in the vertical plane across the nose,
     which is a point there.
@@ -148,25 +208,29 @@ def _time_to_nose(
     for _ in range(MOST_BOUNDS):
         balls.counters[st.WORK] += 4
         t = ball.epoch + s
-        x, y = ball.x + s * ball.vx, ball.y + s * ball.vy
+        x, y, vx, vy, ax, ay = _in_plan(balls.higher, balls, i, s)
         z, vz, az = vertical_motion(height, balls, i, t)
         nx, ny, away = facing(laws, k, x, y)
         above = z - laws.obstacles[k].height
         distance = math.sqrt(away * away + above * above)
         ex, ez = away / distance, above / distance
         gap = max(distance - ball.radius, 0.0)
-        rate = ex * (nx * ball.vx + ny * ball.vy) + ez * vz
-        pull = ez * az
+        rate = ex * (nx * vx + ny * vy) + ez * vz
+        pull = ex * (nx * ax + ny * ay) + ez * az
+        bent = abs(ex) * jerk_along(balls, i, nx, ny) + abs(ez) * jerk_up(balls.higher, i)
+        left = min(lasts - s, FOR_EVER)
         # The nose is a point in this plane: past it the ball goes round it.
-        across = ez * (nx * ball.vx + ny * ball.vy) - ex * vz
+        across = ez * (nx * vx + ny * vy) - ex * vz
         opening = pull + across * across / distance
-        if rate >= 0.0 and pull >= 0.0:
+        if rate >= 0.0 and pull >= bent * left:
             return math.inf, True
-        step = first_crossing(gap, rate, pull)
+        step = soonest_crossing(gap, rate, pull, bent, left)
         rounding = GAP_ROUNDING * ball.radius + GAP_ULPS * EPS * (abs(x) + abs(y) + abs(z))
         if gap <= rounding or not step > TIME_ROUNDING * t:
             overlap = ball.radius - distance
-            step = time_to_impact(laws.gravity, overlap, rate, pull, opening, ball.radius)
+            step = time_to_impact(
+                laws.gravity, overlap, rate, pull, opening, ball.radius, bent, left
+            )
             if step == 0.0:
                 return s, True
             step = max(step, 2.0 * TIME_ROUNDING * t)
@@ -177,8 +241,27 @@ def _time_to_nose(
 
 
 @kernel(inline=True)
+def soonest_crossing(gap: float, rate: float, pull: float, bent: float, left: float) -> float:
+    """Return in how long a gap closes at the soonest, whose acceleration changes by up to `bent`.
+
+    For `left` seconds; see `first_bent_crossing`.
+    """
+    step: float = first_crossing(gap, rate, pull)
+    if bent > 0.0:
+        step = first_bent_crossing(gap, rate, pull, bent, left)
+    return step
+
+
+@kernel(inline=True)
 def time_to_impact(
-    gravity: float, overlap: float, rate: float, pull: float, opening: float, radius: float
+    gravity: float,
+    overlap: float,
+    rate: float,
+    pull: float,
+    opening: float,
+    radius: float,
+    bent: float,
+    left: float,
 ) -> float:
     """Return in how long [s] what touches in flight has an impact at the soonest; 0: now.
 
@@ -186,7 +269,8 @@ def time_to_impact(
     its impact when it comes back. A slower one may overlap by `LOWEST_BOUNCE` first, since a ball
     that is pulled together over that distance is fast enough. One that overlaps by so much already
     moves on by a quarter of it, and one that overlaps by twice as much has an impact whenever it
-    approaches. `pull` [m/s^2] is the acceleration along the normal. `opening` is that of the gap,
+    approaches. `pull` [m/s^2] is the acceleration along the normal, which changes by up to `bent` a
+    second [m/s^3] for `left` seconds. `opening` is that of the gap,
     for which the normal turns, too: a ball that touches another's top at speed isn't pulled to it,
     however slowly it approaches. An `opening` near 0 counts as a part of gravity, so that a rate
     that is but rounding is no bounce.
@@ -197,8 +281,7 @@ def time_to_impact(
     if bounces and rate < 0.0:
         return 0.0
     sinks = max(sink - max(overlap, 0.0), 0.25 * sink)
-    step: float = first_crossing(0.0 if bounces else sinks, rate, pull)
-    return step
+    return soonest_crossing(0.0 if bounces else sinks, rate, pull, bent, left)
 
 
 @kernel

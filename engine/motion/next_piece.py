@@ -153,6 +153,7 @@ def _moves_by_itself(height: FloatArray | None, balls: Balls, i: int, laws: Laws
         return False
     if balls.state[i].phase == st.FLYING:
         fly(height, balls, i, laws)
+        _trim(balls.air, balls, i)
         return True
     if height[i, st.LASTS] > 0.0:
         bounce_on(balls, i)

@@ -24,6 +24,7 @@ FOR_EVER = 1e100
 displacement = kernel(inline=True)(polynomial.displacement)
 speed = kernel(inline=True)(polynomial.speed)
 _tails = kernel(polynomial.tails)
+_rises = kernel(polynomial.rises)
 
 
 @kernel(inline=True)
@@ -242,8 +243,8 @@ def advance(balls: Balls, i: int, t: float) -> None:
         ball.wx += ball.bx * s
         ball.wy += ball.by * s
         _turn_on(balls.higher, balls.air, balls, i, s)
+    _rise_on(balls.height, balls.higher, balls.air, i, s)
     straighten(balls, i)
-    _rise_on(balls.height, i, s)
     turn_about_vertical(balls, i, s)
     ball.epoch = t
 
@@ -289,13 +290,36 @@ def _is_free(height: FloatArray | None, balls: Balls, i: int) -> bool:
 
 
 @kernel(inline=True)
-def _rise_on(height: FloatArray | None, i: int, s: float) -> None:
+def _rise_on(
+    height: FloatArray | None, higher: FloatArray | None, air: Air | None, i: int, s: float
+) -> None:
     """Let ball i rise, or fall, for s seconds. What bounces it has left go no further."""
     if height is not None:
         up, fall = height[i, st.UP_SPEED], height[i, st.FALL]
-        height[i, st.RISE] += s * (up - 0.5 * fall * s)
-        height[i, st.UP_SPEED] = up - fall * s
+        z, vz, _ = with_rises(higher, air, i, s, s * (up - 0.5 * fall * s), up - fall * s, -fall)
+        height[i, st.RISE] += z
+        height[i, st.UP_SPEED] = vz
         height[i, st.LASTS] = 0.0
+
+
+@kernel(inline=True)
+def with_rises(
+    higher: FloatArray | None,
+    air: Air | None,
+    i: int,
+    s: float,
+    z: float,
+    vz: float,
+    az: float,
+) -> tuple[float, float, float]:
+    """Add to ball i's height, and how fast it changes, what air makes of it after s seconds."""
+    if higher is None or air is None:
+        return z, vz, az
+    count = int(higher[i, st.RISES])
+    if count == 0:
+        return z, vz, az
+    more, faster, pull = _rises(air.rising[i], count, s)
+    return z + more, vz + faster, az + pull
 
 
 @kernel(inline=True)

@@ -291,6 +291,7 @@ class Run:
             spin_decelerations,
             turns=drags is not None,
             lifts=flies is not None,
+            rises=drags is not None and flies is not None,
         )
 
     def _trimmed_log(self) -> Log:

@@ -119,8 +119,6 @@ def admit(scene: Scene) -> None:
     if not _is_laid_out(scene):
         check_whole(scene)
         check_supported("ghostball", CAPABILITIES, scene)
-        if scene.physics.airborne and scene.physics.air_drag > 0.0:
-            raise UnsupportedSceneError("ghostball", ("no air drag of balls that leave the cloth",))
         if scene.physics.airborne and scene.table is not None and scene.table.obstacles:
             lacks = "no pockets, polygons and posts where balls leave the cloth"
             raise UnsupportedSceneError("ghostball", (lacks,))
@@ -175,7 +173,9 @@ def _columns_of(balls: Balls) -> int:
     """Return how many numbers say how a ball moves on; see `Log.motion`."""
     columns = st.SEGMENT_COLUMNS if balls.height is None else st.SEGMENT_COLUMNS + 3
     columns += 0 if balls.higher is None else balls.higher.shape[1] - st.HIGHER
-    return columns + (0 if balls.air is None else balls.air.turning.shape[1])
+    if balls.air is None:
+        return columns
+    return columns + int(balls.air.turning.shape[1] + balls.air.rising.shape[1])
 
 
 def _flag_of(part: object | None) -> int | None:
@@ -205,6 +205,7 @@ def balls_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Balls:
     rises = (scene.positions[:, 2] > scene.radii) | (scene.velocities[:, 2] > 0.0)
     state[:, st.PHASE] = phases_of(scene.rolls, rises, slides)
     drags = has_drag(scene) or Skip.DRAG in off
+    flies = scene.physics.airborne or Skip.FLIGHT in off
     return Balls(
         state,
         np.zeros(n, dtype=np.int64),
@@ -214,10 +215,14 @@ def balls_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Balls:
         np.zeros(n, dtype=np.int32),
         np.zeros(st.COUNTERS, dtype=np.int64),
         np.zeros((n, st.HIGHER + st.MOST_POWERS)) if drags else None,
-        Air(np.zeros((n, st.MOST_POWERS)), np.zeros((st.SERIES_ROWS, st.SERIES_TERMS)))
+        Air(
+            np.zeros((n, st.MOST_POWERS)),
+            np.zeros((n, st.MOST_POWERS // 2 + 1 if flies else 0)),
+            np.zeros((st.SERIES_ROWS, st.SERIES_TERMS)),
+        )
         if drags
         else None,
-        height_of(scene) if scene.physics.airborne or Skip.FLIGHT in off else None,
+        height_of(scene) if flies else None,
     )
 
 

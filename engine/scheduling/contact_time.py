@@ -14,9 +14,11 @@ from ghostball.engine.core.state import Balls, Contacts, FloatArray, Laws
 from ghostball.engine.core.tolerances import APPROACH_ROUNDING, GAP_ROUNDING, TIME_ROUNDING
 from ghostball.engine.motion.crossings import first_bent_crossing, first_crossing, first_meeting
 from ghostball.engine.motion.flight import (
+    jerk_up,
     motion_in_space,
     one_flies,
     one_is_loaded,
+    soonest_crossing,
     time_to_impact,
 )
 from ghostball.engine.motion.geometry import at_rest, capture_height, negligible_bounce
@@ -25,6 +27,7 @@ from ghostball.engine.motion.position import (
     both_last,
     displacement,
     jerk,
+    jerk_along,
     pair_reach,
     relative_jerk,
     relative_motion,
@@ -282,14 +285,38 @@ def _next_in_space(
     gap = distance - reach
     rate = (rx * vx + ry * vy + rz * vz) / distance
     pull = (rx * ax + ry * ay + rz * az) / distance
-    s = first_crossing(gap, rate, pull)
+    bent, left = _bend_in_space(balls.higher, balls, i, j, t, rx, ry, rz, distance)
+    s = soonest_crossing(gap, rate, pull, bent, left)
     if gap <= GAP_ROUNDING * reach or s <= TIME_ROUNDING * t:
         gravity = max(height[i, st.FALL], height[j, st.FALL])
         across = max(vx * vx + vy * vy + vz * vz - rate * rate, 0.0)
         opening = pull + across / distance
-        s = time_to_impact(gravity, -gap, rate, pull, opening, 0.5 * reach)
+        s = time_to_impact(gravity, -gap, rate, pull, opening, 0.5 * reach, bent, left)
         s = max(s, 2.0 * TIME_ROUNDING * t) if s > 0.0 else 0.0
     return s, -rate
+
+
+@kernel(inline=True)
+def _bend_in_space(
+    higher: FloatArray | None,
+    balls: Balls,
+    i: int,
+    j: int,
+    t: float,
+    rx: float,
+    ry: float,
+    rz: float,
+    distance: float,
+) -> tuple[float, float]:
+    """Return how fast the acceleration along the line of centres changes at most [m/s^3].
+
+    And how long after t [s] that holds: while both pieces last.
+    """
+    if higher is None:
+        return 0.0, 0.0
+    level = jerk_along(balls, i, rx, ry) + jerk_along(balls, j, rx, ry)
+    bent = level + abs(rz) * (jerk_up(higher, i) + jerk_up(higher, j))
+    return bent / distance, both_last(balls, i, j, t)
 
 
 @kernel

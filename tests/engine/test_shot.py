@@ -26,6 +26,7 @@ from ghostball.model import (
     Scene,
     SceneError,
     Status,
+    Table,
     UnsupportedSceneError,
 )
 from ghostball.validation.scenes.library import find_scene
@@ -201,8 +202,9 @@ def test_a_limit_that_is_none_is_refused(limit, wrong):
 
 
 def test_unsupported_physics_is_refused_by_name():
-    scene = scene_of(ball((0, 0), (1, 0)), motion="sliding", airborne=True, air_drag=0.004)
-    with pytest.raises(UnsupportedSceneError, match="no air drag of balls that leave the cl"):
+    posts = Table(length=1.0, width=1.0, posts=[{"centre": (0.5, 0.5), "radius": 0.02}])
+    scene = scene_of(ball((0.2, 0.2), (1, 0)), table=posts, motion="sliding", airborne=True)
+    with pytest.raises(UnsupportedSceneError, match="no pockets, polygons and posts where balls"):
         simulate(scene)
 
 

@@ -143,8 +143,8 @@ _NEVER: Final[tuple[tuple[tuple[Option, ...], tuple[Option, ...]], ...]] = (
             *_INTEGRATED,
         ),
     ),
-    # What integrates over an impact holds balls on the cloth; air of balls that fly is unknown.
-    (_all("flight", "no"), (*_INTEGRATED, ("air", "yes"))),
+    # What integrates over an impact holds balls on the cloth.
+    (_all("flight", "no"), _INTEGRATED),
     # There is one law of cushions where there are cushions.
     ((("table", "none"),), _all("cushion", "none")),
     (_all("table", "none"), (("cushion", "none"),)),
@@ -178,6 +178,10 @@ _FORBIDDEN: Final = frozenset(
     frozenset((one, other)) for some, others in _NEVER for one in some for other in others
 )
 
+_ASKED_FOR: Final = frozenset(frozenset((one, ("air", "yes"))) for one in _all("flight", "no"))
+"""Pairs that are together where both are asked for alone, so that they change no scene of a number:
+what flies in air."""
+
 PAIRS: Final[tuple[tuple[Option, Option], ...]] = tuple(
     (one, other)
     for one, other in itertools.combinations(
@@ -189,7 +193,7 @@ PAIRS: Final[tuple[tuple[Option, Option], ...]] = tuple(
         ],
         2,
     )
-    if one[0] != other[0] and frozenset((one, other)) not in _FORBIDDEN
+    if one[0] != other[0] and frozenset((one, other)) not in _FORBIDDEN | _ASKED_FOR
 )
 """Every pair of options that can be together."""
 
@@ -259,35 +263,42 @@ def options_of(number: int, **having: Wanted) -> dict[str, str]:
     }
     weights = {**ASPECTS, **weights}
     asked = {aspect: options[0] for aspect, options in wanted.items() if len(options) == 1}
+    never = _FORBIDDEN if {"air", "flight"} <= set(wanted) else _FORBIDDEN | _ASKED_FOR
     chance = random.Random(f"ghostball options {number} {sorted(having.items())}")
     pair = dict(PAIRS[number * _STRIDE % len(PAIRS)])
     for first in ({**pair, **asked}, asked):
-        if not _can_be(first) or not all(first[aspect] in weights[aspect] for aspect in first):
+        if not _can_be(first, never) or not all(
+            first[aspect] in weights[aspect] for aspect in first
+        ):
             continue
         for _ in range(_ATTEMPTS):
             found = dict(first)
             aspects = [aspect for aspect in ASPECTS if aspect not in first]
             chance.shuffle(aspects)
-            if all(_choose(chance, found, aspect, weights[aspect]) for aspect in aspects):
+            if all(_choose(chance, found, aspect, weights[aspect], never) for aspect in aspects):
                 return {aspect: found[aspect] for aspect in ASPECTS}
     raise ValueError(f"no scene has all of {wanted}")
 
 
 def _choose(
-    chance: random.Random, found: dict[str, str], aspect: str, weights: Mapping[str, int]
+    chance: random.Random,
+    found: dict[str, str],
+    aspect: str,
+    weights: Mapping[str, int],
+    never: frozenset[frozenset[Option]],
 ) -> bool:
     """Choose an option that can be with all others; return whether there is one."""
     options = [
         option
         for option, weight in weights.items()
         if weight
-        and all(frozenset(((aspect, option), other)) not in _FORBIDDEN for other in found.items())
+        and all(frozenset(((aspect, option), other)) not in never for other in found.items())
     ]
     if options:
         found[aspect] = chance.choices(options, [weights[option] for option in options])[0]
     return bool(options)
 
 
-def _can_be(options: Mapping[str, str]) -> bool:
+def _can_be(options: Mapping[str, str], never: frozenset[frozenset[Option]]) -> bool:
     pairs = itertools.combinations(options.items(), 2)
-    return not any(frozenset(pair) in _FORBIDDEN for pair in pairs)
+    return not any(frozenset(pair) in never for pair in pairs)

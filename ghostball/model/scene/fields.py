@@ -29,6 +29,11 @@ ten-thousandth of a millionth of a second.
 MOST_IMPACTS = 1e12
 """Most collisions with cushions that a shot without `t_max` may need: they take days."""
 
+FASTEST_FALL = 1e6
+"""Largest `air_drag` times `gravity` of balls that fly [1/s^2]: air then holds a fall within a
+thousandth of a second. At the top of a throw the power series of the motion grow like a rate that
+is at most 1e9 times its root, to the 24th power: 1e288."""
+
 SMALLEST = 1.0 / LARGEST
 """Smallest size of what must be positive, since it divides: a spin is v / R, at most 1e100."""
 

@@ -6,7 +6,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ghostball.model.scene.contents import SceneContents
-from ghostball.model.scene.fields import FASTEST_DRAG, LARGEST, MOST_IMPACTS, SMALLEST, problem
+from ghostball.model.scene.fields import (
+    FASTEST_DRAG,
+    FASTEST_FALL,
+    LARGEST,
+    MOST_IMPACTS,
+    SMALLEST,
+    problem,
+)
 from ghostball.model.scene.starts import Starts
 
 
@@ -91,6 +98,15 @@ def _check_drag(scene: SceneContents, starts: Starts) -> None:
                 "is computed of its motion would be too large for a double. Lower one of them",
                 at=("physics", field),
             )
+    if physics.airborne and physics.air_drag * physics.gravity > FASTEST_FALL:
+        raise problem(
+            "fast_drag",
+            f"`physics.air_drag` times `physics.gravity` must be at most {FASTEST_FALL:g} per "
+            f"second squared where `airborne` is true, got {physics.air_drag:g} 1/m times "
+            f"{physics.gravity:g} m/s^2: what is computed of a fall would be too large for a "
+            "double. Lower one of them",
+            at=("physics", "air_drag"),
+        )
 
 
 def _check_ends(scene: SceneContents, starts: Starts) -> None:

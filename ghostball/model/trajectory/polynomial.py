@@ -2,7 +2,7 @@
 
 Of numbers or of arrays, in Python and, as `motion.position` has it, in kernels. What a piece has
 beyond the square of the time are coefficients in pairs, for x and for y: those of the third power,
-of the fourth, and so on, as many as there are.
+of the fourth, and so on, as many as there are. What air adds to a height begins with the second.
 """
 
 from __future__ import annotations
@@ -47,3 +47,24 @@ def tails(coefficients: Any, count: int, s: Any) -> tuple[Any, Any, Any, Any, An
     ax, ay = 6.0 * x + s * (6.0 * vx + 2.0 * s * ax), 6.0 * y + s * (6.0 * vy + 2.0 * s * ay)
     vx, vy = 3.0 * x + s * vx, 3.0 * y + s * vy
     return square * s * x, square * s * y, square * vx, square * vy, s * ax, s * ay
+
+
+def rises(coefficients: Any, count: int, s: Any) -> tuple[Any, Any, Any]:
+    """Return what powers from the second on add to a height, its velocity and its acceleration.
+
+    Parameters
+    ----------
+    coefficients : (k,) or (k, m) float64
+        By power.
+    count : int
+        How many powers to take, at most k.
+    s : float or (m,) float64 [s]
+        Time since the piece began.
+    """
+    # As s^2 q(s): q, its derivative, and half of its second one.
+    z, vz, az = 0.0 * s, 0.0 * s, 0.0 * s
+    for power in range(count - 1, -1, -1):
+        az = az * s + vz
+        vz = vz * s + z
+        z = z * s + coefficients[power]
+    return s * s * z, s * (2.0 * z + s * vz), 2.0 * z + s * (4.0 * vz + 2.0 * s * az)

@@ -15,7 +15,7 @@ from ghostball.model.scene.parts import rolling_angular_velocity
 from ghostball.model.scene.scene import Scene
 from ghostball.model.trajectory import segment
 from ghostball.model.trajectory.orientation import Pieces, orientation_at, pieces_of
-from ghostball.model.trajectory.polynomial import displacement, speed, tails
+from ghostball.model.trajectory.polynomial import displacement, rises, speed, tails
 from ghostball.model.trajectory.segment import Phase
 from ghostball.model.trajectory.tangent_map import TangentMap
 
@@ -79,7 +79,8 @@ class ExactTrajectory:
         with the third power of the time since [m/s^3], with the fourth, and so on; with `turns`,
         then as much of wx and wy, from the second power on [rad/s^3]. With `lifts`, before these:
         height of its lowest point above the cloth [m], velocity upwards [m/s], acceleration
-        downwards [m/s^2].
+        downwards by gravity [m/s^2]. With `rises`, at the end: what the air adds to the height,
+        m + 1 numbers, from the second power on [m/s^2].
     t_end : float [s]
     spin_decelerations : (n,) float64 [rad/s^2]
         By which each ball's wz decays to 0 on the cloth; in the air it doesn't.
@@ -87,6 +88,8 @@ class ExactTrajectory:
         Whether the angular velocity changes with higher powers of the time, too.
     lifts : bool
         Whether balls may be in the air.
+    rises : bool
+        Whether air may slow them there.
     tangents : Tangents or None
         What finds how small changes of the motion grow; None: nobody knows.
     """
@@ -97,13 +100,19 @@ class ExactTrajectory:
     spin_decelerations: FloatArray
     turns: bool = False
     lifts: bool = False
+    rises: bool = False
     tangents: Tangents | None = None
 
-    def powers(self, segments: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return what goes with higher powers in the place and in the spin, (2 m, k) each."""
+    def powers(self, segments: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return what goes with higher powers in the place, the spin and the height.
+
+        (2 m, k) each, and (m + 1, k) where a ball may be in the air that slows it, else (0, k).
+        """
         powers = segments[:, segment.COLUMNS + 3 * self.lifts :].T
-        half = len(powers) // 2 if self.turns else len(powers)
-        return powers[:half], powers[half:]
+        rising = (len(powers) + 4) // 5 if self.rises else 0
+        level = len(powers) - rising
+        half = level // 2 if self.turns else level
+        return powers[:half], powers[half:level], powers[level:]
 
     def sample(self, times: FloatArray) -> Samples:
         """Return the states at `times`, (k,) [s]; after an event where one falls on a time."""
@@ -115,7 +124,7 @@ class ExactTrajectory:
             r, v, a = now[:, _PLACE], now[:, _VELOCITY], now[:, _ACCELERATION]
             positions[:, i, :2] = r + displacement(v, a, s)
             velocities[:, i, :2] = speed(v, a, s)
-            powers, turning = self.powers(now)
+            powers, turning, rising = self.powers(now)
             if len(powers) > 0:
                 x, y, vx, vy, _, _ = tails(powers, len(powers) // 2, s[:, 0])
                 positions[:, i, :2] += np.column_stack((x, y))
@@ -137,6 +146,9 @@ class ExactTrajectory:
                 rise, up, fall = now[:, segment.COLUMNS : segment.COLUMNS + 3].T
                 positions[:, i, 2] += rise + displacement(up, -fall, s)
                 velocities[:, i, 2] = speed(up, -fall, s)
+                more, faster, _ = rises(rising, len(rising), s)
+                positions[:, i, 2] += more
+                velocities[:, i, 2] += faster
         return Samples(positions, velocities, spins)
 
     def phases(self, times: FloatArray) -> PhaseArray:
@@ -194,7 +206,7 @@ class ExactTrajectory:
         result = np.empty((len(t), len(self.segments), 4))
         for i, segments in enumerate(self.segments):
             decay = float(self.spin_decelerations[i])
-            powers = self.powers(segments)
+            powers = self.powers(segments)[:2]
             pieces = pieces_of(segments, powers, float(self.radii[i]), decay, self.t_end)
             result[:, i] = orientation_at(t, pieces)
         return result

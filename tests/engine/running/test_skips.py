@@ -104,6 +104,7 @@ def test_a_matrix_that_would_not_fit_is_refused():
         (1, {"flight": "on-top"}),
         (3, {"flight": "low"}),
         (2, {"air": "yes"}),
+        (4, {"air": "yes", "flight": "jump"}),
         (3, {"quadratic": "yes", "layout": "rack"}),
     ],
 )

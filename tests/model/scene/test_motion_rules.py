@@ -33,6 +33,14 @@ class TestDrag:
         assert "Lower one of them" in message
         assert scene_of(moving, **{field: 0.9e10 / speed})
 
+    def test_it_holds_a_fall_within_what_can_be_computed(self):
+        flies = {"motion": "sliding", "airborne": True, "gravity": 10.0}
+        message = refusal(ball((0, 0)), **flies, air_drag=1.1e5)
+        assert "`physics.air_drag` times `physics.gravity` must be at most 1e+06" in message
+        assert "got 110000 1/m times 10 m/s^2" in message
+        assert scene_of(ball((0, 0)), **flies, air_drag=0.9e5)
+        assert scene_of(ball((0, 0)), **flies | {"airborne": False}, air_drag=1.1e5)
+
 
 class TestEnds:
     """`t_max` is asked for where a ball might move for ever: any may set any other moving."""

@@ -106,6 +106,16 @@ def test_what_is_asked_for_is_there():
         options_of(0, air="thin")
 
 
+def test_what_flies_in_air_is_there_where_both_are_asked_for_alone():
+    for number in range(40):
+        scene = random_scene(number, air="yes", flight=("low", "jump", "drop", "on-top"))
+        assert scene.physics.airborne
+        assert scene.physics.air_drag > 0.0
+        for having in ({}, {"air": "yes"}, {"flight": "jump"}):
+            other = random_scene(number, **having).physics
+            assert not (other.airborne and other.air_drag > 0.0)
+
+
 def test_a_number_of_one_of_several_options_has_one_of_them():
     racks = ("rack", "loose-rack")
     drawn = [random_scene(n, layout=racks, table=("pool", "small")) for n in range(40)]

@@ -16,6 +16,7 @@ from ghostball.validation.truth.closed_forms._contacts import (
     pushed_along,
     wedged,
 )
+from ghostball.validation.truth.closed_forms._falls import fall_in_air
 from ghostball.validation.truth.closed_forms._flight import alone_in_flight
 from ghostball.validation.truth.closed_forms._setup import Collision, OrderError, Outcome, Setup
 from ghostball.validation.truth.closed_forms._shot import Shot
@@ -210,6 +211,7 @@ FORMS: Mapping[str, Form] = {
     "air-rolls": Form(alone_in_air, motion="sliding", air=True),
     "air-paper": Form(alone_in_air, air=True),
     "air-slides": Form(alone_in_air, motion="sliding", air=True),
+    "air-drop": Form(fall_in_air, motion="sliding", air=True, flight=True),
     "flight-throw": Form(alone_in_flight, motion="sliding", flight=True),
     "flight-bounces": Form(alone_in_flight, motion="sliding", flight=True),
     **{f"galperin-{k}": Form(unfolded_masses) for k in range(5)},

@@ -1,0 +1,119 @@
+"""Power series of motions in air: what those on the cloth and those in flight have in common.
+
+How they are found is in `motion.drag` and in `motion.flight_in_air`.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ghostball.engine.core import state as st
+from ghostball.engine.core.kernel import kernel
+from ghostball.engine.core.state import FloatArray
+from ghostball.engine.core.tolerances import EPS
+
+STRAIGHT_DEGREE = 14
+"""Degree of the speed in a piece that goes straight on."""
+
+_STRAIGHT_PART = 2.0**-4
+"""Length of such a piece, in units of a time T: at every complex instant nearer than T the speed is
+at most twice its bound. By Cauchy's estimate the power n of the series is then at most that times
+16^-n, so that what is left out is below 2^-59 of the speed."""
+
+DEGREE = 24
+"""Largest degree of the velocity in a piece that turns."""
+
+LEFT_OUT = EPS / 64.0
+"""What the series of a piece may leave out, in units of the speeds; or of a place, of that."""
+
+WORK_OF_SERIES = 50
+"""What the power series of a piece that turns cost, in units of work."""
+
+OVER = np.append(0.0, 1.0 / np.arange(1.0, DEGREE + 2.0))
+"""1 / n, by n: a product takes less time than a quotient."""
+
+
+@kernel(inline=True)
+def straight_series(p: FloatArray, speed: float, a: float, b: float) -> float:
+    """Put in p the speed of what goes straight on, slowed by a + b p^2; return how long it holds.
+
+    Which is inf where nothing but a slows it [s].
+    """
+    p[0] = speed
+    for n in range(STRAIGHT_DEGREE):
+        # p^2, of whose terms each comes twice but for the middle one.
+        square, half = 0.0, (n + 1) // 2
+        for j in range(half):
+            square += p[j] * p[n - j]
+        square += square
+        if n % 2 == 0:
+            square += p[half] * p[half]
+        p[n + 1] = -(b * square + (a if n == 0 else 0.0)) * OVER[n + 1]
+    duration = math.inf
+    if b != 0.0:
+        # Where the majorant P' = a + b P^2 has come to twice p + a t: b (p + a t) t = 1/2.
+        # Nothing is divided by b, which may be so small that the quotient overflows.
+        fast = abs(b) * abs(speed)
+        duration = _STRAIGHT_PART / (fast + math.sqrt(fast * fast + 2.0 * a * abs(b)))
+    return duration
+
+
+@kernel
+def first_zero(p: FloatArray, duration: float) -> float:
+    """Return when a speed p, which falls all the time, comes to 0 within a duration [s]; or inf.
+
+    By Newton's steps: of one that falls ever less they never go too far; of one that falls ever
+    faster only the first, from where the next ones come back. None goes beyond the duration.
+    """
+    if not p[1] < 0.0:
+        return math.inf
+    s: float = min(-p[0] / p[1], duration)
+    for _ in range(64):
+        value, slope = 0.0, 0.0
+        for n in range(STRAIGHT_DEGREE, -1, -1):
+            slope = slope * s + value
+            value = value * s + p[n]
+        if not slope < 0.0:
+            return math.inf
+        step = -value / slope
+        later: float = s + step
+        if not later <= duration:
+            if s == duration:
+                return math.inf
+            later = duration
+        elif abs(step) <= 2.0 * EPS * later:
+            return later
+        s = later
+    return s
+
+
+@kernel
+def shorter(excess: float) -> float:
+    """Return about the root of degree 24 of a number, no more than that, and at most 1.
+
+    Of exponents 1/32 + 1/128 + 1/512 + ...: square roots are all there is.
+    """
+    if not excess < 1.0:
+        return 1.0
+    root, part = 1.0, excess
+    for k in range(9):
+        part = math.sqrt(part)
+        if k in (4, 6, 8):
+            root *= part
+    return 0.95 * root
+
+
+@kernel
+def note_bend(higher: FloatArray, i: int, count: int, duration: float) -> None:
+    """Note how many powers a piece of ball i has, and how fast its acceleration changes at most."""
+    x, y = 0.0, 0.0
+    higher[i, st.POWERS] = 0.0
+    if duration < math.inf:
+        for power in range(count - 1, -1, -1):
+            factor = float((power + 3) * (power + 2) * (power + 1))
+            x = x * duration + factor * abs(higher[i, st.HIGHER + 2 * power])
+            y = y * duration + factor * abs(higher[i, st.HIGHER + 2 * power + 1])
+        higher[i, st.POWERS] = count
+    higher[i, 0], higher[i, 1] = x, y
