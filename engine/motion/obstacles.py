@@ -89,12 +89,34 @@ def _nose_reach(height: FloatArray | None, laws: Laws, k: int, radius: float) ->
 
 
 @kernel
-def row_of(laws: Laws, index: int) -> int:
-    """Return the row of the obstacle that events call `index`, or -1."""
+def row_at(laws: Laws, index: int, takes_out: bool, x: float, y: float) -> int:
+    """Return the row that a ball at a place meets of what events call `index`, or -1.
+
+    Of several pieces of a cushion, the nearest; `takes_out` says that it is a hole.
+    """
+    found, nearest = -1, math.inf
     for k in range(len(laws.obstacles)):
-        if laws.obstacles[k].index == index:
-            return k
-    return -1
+        is_hole = laws.obstacles[k].law == st.TAKES_OUT
+        if laws.obstacles[k].index == index and is_hole == takes_out:
+            away = abs(facing(laws, k, x, y)[2])
+            if found < 0 or away < nearest:
+                found, nearest = k, away
+    return found
+
+
+@kernel
+def turning(laws: Laws, k: int, x: float, y: float) -> float:
+    """Return by how much obstacle k's normal towards a place turns as that moves along it [1/m]."""
+    if laws.obstacles[k].kind == st.LINE:
+        return 0.0
+    if laws.obstacles[k].kind == st.SEGMENT:
+        x0, y0 = laws.obstacles[k].x, laws.obstacles[k].y
+        dx, dy = laws.obstacles[k].nx - x0, laws.obstacles[k].ny - y0
+        along = (x - x0) * dx + (y - y0) * dy
+        if along >= 0.0 and along <= dx * dx + dy * dy:
+            return 0.0
+    bend: float = 1.0 / (facing(laws, k, x, y)[2] + laws.obstacles[k].radius)
+    return bend
 
 
 @kernel(inline=True)

@@ -246,8 +246,11 @@ def add_rounding(run: Tangents, ball: int, k: int, t: float, index: int, balls: 
         spin = max(spin, abs(run.motion[other, ts.PRE_WZ]))
     x = x if speed_x > 0.0 else 0.0
     y = y if speed_y > 0.0 else 0.0
-    if run.segments[k, st.PHASE] == st.RESTING and run.state[ball, st.ROLL_SLOWING] > 0.0:
+    rests = run.segments[k, st.PHASE] == st.RESTING and run.state[ball, st.ROLL_SLOWING] > 0.0
+    gone = run.segments[k, st.PHASE] == st.GONE
+    if rests or gone:
         speed_x, speed_y = 0.0, 0.0
+    spin = 0.0 if gone else spin
     if not slides:
         turn_x, turn_y = 0.0, 0.0
     size = run.rounding

@@ -26,7 +26,7 @@ from ghostball.engine.sensitivity.between_events import (
     shift_before,
 )
 from ghostball.engine.sensitivity.state import Tangents
-from ghostball.engine.sensitivity.through_impacts import pass_cushion, pass_impact
+from ghostball.engine.sensitivity.through_impacts import pass_cushion, pass_impact, pass_pocket
 from ghostball.model.events import EventKind
 
 _BALL_BALL = int(EventKind.BALL_BALL)
@@ -39,9 +39,8 @@ def run_tangent(run: Tangents) -> None:
     """Carry the perturbations at the start of each ball to all its segments.
 
     Contract: no allocation. Where none of first order exists, `run.tangent` isn't finite from there
-    on: where a ball leaves the run; where it has two collisions at one instant, whose order a
-    perturbation would decide; and where a segment comes from sustained contact, whose forces aren't
-    in the log.
+    on: where a ball has two collisions at one instant, whose order a perturbation would decide; and
+    where a segment comes from sustained contact, whose forces aren't in the log.
     """
     for ball in range(len(run.at)):
         run.at[ball] = run.first[ball]
@@ -87,7 +86,7 @@ def _pass_event(run: Tangents, e: int) -> None:
     alone = _reach(run, i, t) and run.due[i] < 2
     if kind == _BALL_BALL:
         alone = _reach(run, j, t) and run.due[j] < 2 and alone
-    if not alone or kind == _POCKETED:
+    if not alone:
         _give_up_event(run, e)
         return
     arrive(run, i, t, 0)
@@ -99,6 +98,8 @@ def _pass_event(run: Tangents, e: int) -> None:
     else:
         if kind == _BALL_CUSHION:
             pass_cushion(run, i, j)
+        elif kind == _POCKETED:
+            pass_pocket(run, i, j)
         else:
             _pass_own_end(run, i)
         depart(run, i, t, 0, 1)

@@ -10,15 +10,17 @@ import math
 from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
 from ghostball.engine.core.state import FloatArray
-from ghostball.engine.impacts.laws.dispatch import (
-    ball_law,
-)
+from ghostball.engine.impacts.laws.dispatch import ball_law, cushion_law
 from ghostball.engine.impacts.laws.interface import BallImpact
-from ghostball.engine.motion.obstacles import facing, row_of
+from ghostball.engine.motion.obstacles import facing, row_at, turning
 from ghostball.engine.sensitivity import state as ts
 from ghostball.engine.sensitivity.between_events import shift_before
 from ghostball.engine.sensitivity.state import Tangents
-from ghostball.engine.sensitivity.through_laws import put_ball_law, put_cushion_law
+from ghostball.engine.sensitivity.through_laws import (
+    cushion_impact,
+    put_ball_law,
+    put_cushion_law,
+)
 
 
 @kernel(inline=True)
@@ -234,34 +236,77 @@ def _apply_law(run: Tangents, rows: int, columns: int) -> None:
 def pass_cushion(run: Tangents, ball: int, cushion: int) -> None:
     """Take the perturbation of a ball, in the first row, through its impact with a cushion.
 
-    Contract: as `pass_impact`.
+    Contract: as `pass_impact`. What it meets is like a ball that rests, whose surface may be flat.
     """
-    row = row_of(run.laws, cushion)
-    # That of a line is the same everywhere; how a bent nose turns with the place isn't known here.
-    inward_x, inward_y, _ = facing(run.laws, row, 0.0, 0.0)
-    if run.laws.obstacles[row].kind != st.LINE:
-        inward_x = math.nan
-    nx, ny = -inward_x, -inward_y
-    approach = nx * run.motion[0, ts.PRE_VX] + ny * run.motion[0, ts.PRE_VY]
-    work, by_x, by_y = run.work, -nx / approach, -ny / approach
-    for lane in range(run.lanes):
-        work[ts.TAU + lane] = by_x * work[ts.DX + lane] + by_y * work[ts.DY + lane]
-        work[ts.THETA + lane] = 0.0
+    row, nx, ny = _meet_obstacle(run, ball, cushion, False)
     shift_before(run, 0)
-    put_cushion_law(run, ball, row, nx, ny)
-    _see(run.lanes, work, ts.THETA, ts.FRAME, nx, ny, 0.0, 0.0, 0.0, 0.0)
+    impact = cushion_impact(run, ball, nx, ny)
+    after = cushion_law(impact, run.laws, row)
+    put_cushion_law(run, impact, row)
+    work = run.work
+    _see(
+        run.lanes,
+        work,
+        ts.THETA,
+        ts.FRAME,
+        nx,
+        ny,
+        impact.vn,
+        impact.vt,
+        impact.wn,
+        impact.wt,
+    )
     _apply_law(run, ts.B_VN, ts.B_VN)
     for lane in range(run.lanes):
-        vn, vt = (
-            work[ts.GIVEN + ts.A_VN * ts.LANES + lane],
-            work[ts.GIVEN + ts.A_VT * ts.LANES + lane],
-        )
-        wn, wt = (
-            work[ts.GIVEN + ts.A_WN * ts.LANES + lane],
-            work[ts.GIVEN + ts.A_WT * ts.LANES + lane],
-        )
+        # Where n turns by theta t, t turns by -theta n.
+        theta = work[ts.THETA + lane]
+        vn = work[ts.GIVEN + ts.A_VN * ts.LANES + lane] - after.vt * theta
+        vt = work[ts.GIVEN + ts.A_VT * ts.LANES + lane] + after.vn * theta
+        wn = work[ts.GIVEN + ts.A_WN * ts.LANES + lane] - after.wt * theta
+        wt = work[ts.GIVEN + ts.A_WT * ts.LANES + lane] + after.wn * theta
         work[ts.DVX + lane] = nx * vn - ny * vt
         work[ts.DVY + lane] = ny * vn + nx * vt
         work[ts.DWX + lane] = nx * wn - ny * wt
         work[ts.DWY + lane] = ny * wn + nx * wt
         work[ts.DWZ + lane] = work[ts.GIVEN + ts.A_WZ * ts.LANES + lane]
+
+
+@kernel(inline=True)
+def pass_pocket(run: Tangents, ball: int, pocket: int) -> None:
+    """Take the perturbation of a ball, in the first row, to where its centre enters a hole.
+
+    Contract: as `pass_impact`. There it stays.
+    """
+    _meet_obstacle(run, ball, pocket, True)
+    shift_before(run, 0)
+    for lane in range(run.lanes):
+        run.work[ts.DVX + lane] = 0.0
+        run.work[ts.DVY + lane] = 0.0
+        run.work[ts.DWX + lane] = 0.0
+        run.work[ts.DWY + lane] = 0.0
+        run.work[ts.DWZ + lane] = 0.0
+
+
+@kernel(inline=True)
+def _meet_obstacle(
+    run: Tangents, ball: int, index: int, takes_out: bool
+) -> tuple[int, float, float]:
+    """Put in `work` by how much later a perturbed ball meets an obstacle, and how its normal turns.
+
+    Returns the obstacle's row, and the unit normal from the ball to it.
+    """
+    k = run.at[ball] + 1
+    x, y = run.segments[k, st.X], run.segments[k, st.Y]
+    row = row_at(run.laws, index, takes_out, x, y)
+    inward_x, inward_y, _ = facing(run.laws, row, x, y)
+    turns = turning(run.laws, row, x, y)
+    nx, ny = -inward_x, -inward_y
+    vx, vy = run.motion[0, ts.PRE_VX], run.motion[0, ts.PRE_VY]
+    approach, along = nx * vx + ny * vy, nx * vy - ny * vx
+    work, by_x, by_y = run.work, -nx / approach, -ny / approach
+    for lane in range(run.lanes):
+        dx, dy = work[ts.DX + lane], work[ts.DY + lane]
+        tau = by_x * dx + by_y * dy
+        work[ts.TAU + lane] = tau
+        work[ts.THETA + lane] = -turns * (nx * dy - ny * dx + tau * along)
+    return row, nx, ny

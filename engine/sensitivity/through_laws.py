@@ -62,10 +62,10 @@ def _with_ball_step(impact: BallImpact, column: int, step: float) -> BallImpact:
 
 
 @kernel(inline=True)
-def put_cushion_law(run: Tangents, ball: int, k: int, nx: float, ny: float) -> None:
-    """Put the derivative of obstacle k's law in `run.law`."""
+def cushion_impact(run: Tangents, ball: int, nx: float, ny: float) -> CushionImpact:
+    """Return a ball just before it meets a cushion, in the frame of the contact."""
     motion, state = run.motion, run.state
-    impact = CushionImpact(
+    return CushionImpact(
         nx * motion[0, ts.PRE_VX] + ny * motion[0, ts.PRE_VY],
         nx * motion[0, ts.PRE_VY] - ny * motion[0, ts.PRE_VX],
         nx * motion[0, ts.PRE_WX] + ny * motion[0, ts.PRE_WY],
@@ -75,6 +75,11 @@ def put_cushion_law(run: Tangents, ball: int, k: int, nx: float, ny: float) -> N
         state[ball, st.MASS],
         state[ball, st.CLOTH_FRICTION],
     )
+
+
+@kernel(inline=True)
+def put_cushion_law(run: Tangents, impact: CushionImpact, k: int) -> None:
+    """Put the derivative of obstacle k's law in `run.law`."""
     speed = max(
         abs(impact.vn) + abs(impact.vt),
         impact.radius * (abs(impact.wn) + abs(impact.wt) + abs(impact.wz)),

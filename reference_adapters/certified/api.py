@@ -14,8 +14,6 @@ NAME = "certified"
 
 _INTEGRATED = Capability("none", "its law is integrated over the impact and has no closed form")
 
-_LINES = Capability("none", "only lines are certified as cushions")
-
 CAPABILITIES: Capabilities = {
     Feature.ROLLING: EXACT,
     Feature.SLIDING: EXACT,
@@ -30,9 +28,9 @@ CAPABILITIES: Capabilities = {
     Feature.PER_BALL_FRICTION: EXACT,
     Feature.UNBOUNDED_CLOTH: EXACT,
     Feature.OPEN_SIDES: EXACT,
-    Feature.POLYGON: _LINES,
-    Feature.POCKETS: _LINES,
-    Feature.POSTS: _LINES,
+    Feature.POLYGON: EXACT,
+    Feature.POCKETS: EXACT,
+    Feature.POSTS: EXACT,
     Feature.MIRROR_CUSHION: EXACT,
     Feature.CUSHION_RESTITUTION: EXACT,
     Feature.FALLING_RESTITUTION: EXACT,
@@ -55,6 +53,10 @@ def check_certified(scene: Scene) -> None:
     check_supported(NAME, CAPABILITIES, scene)
     if scene.physics.airborne and scene.physics.air_drag > 0.0:
         raise UnsupportedSceneError(NAME, ("no air drag of balls that leave the cloth",))
+    if scene.physics.airborne and scene.table is not None and scene.table.obstacles:
+        raise UnsupportedSceneError(
+            NAME, ("no pockets, polygons or posts where balls may leave the cloth",)
+        )
 
 
 def certify(

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from ghostball.engine.tangents import tangents_of
 from ghostball.model import EventKind, ExactTrajectory, GhostballError, Scene, partner_name
+from ghostball.model.events import OBSTACLE_KINDS
 from ghostball.model.trajectory import segment
 
 Ending = Literal[
@@ -134,7 +135,7 @@ class Choice:
         first = f'"{ids[self.a]}"'
         if self.kind is EventKind.BALL_BALL:
             return f'{self.kind.label} {first} with "{ids[self.b]}"'
-        if self.kind is EventKind.BALL_CUSHION:
+        if self.kind in OBSTACLE_KINDS:
             return f"{self.kind.label} {first} with {partner_name(self.kind, self.b)}"
         return f"{self.kind.label} {first}"
 

@@ -7,8 +7,9 @@ doubles and of what just collided, and kept as long as nothing moves.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
-from flint import arb
+from flint import arb, fmpq
 
 from ghostball.model import EventKind, Phase
 from ghostball.reference_adapters.certified.arithmetic import (
@@ -19,9 +20,10 @@ from ghostball.reference_adapters.certified.arithmetic import (
 )
 from ghostball.reference_adapters.certified.candidates import Candidate
 from ghostball.reference_adapters.certified.certificate import Choice
-from ghostball.reference_adapters.certified.gaps import SIDES
+from ghostball.reference_adapters.certified.gaps import ObstacleGap
 from ghostball.reference_adapters.certified.motion import Body
 from ghostball.reference_adapters.certified.problem import Problem
+from ghostball.reference_adapters.certified.walls import Round, Wall
 
 LOW_BOUNCE = 2.0**-18
 """Height of a bounce, in diameters, at which a contact counts as sustained: 2e-7 m for pool balls.
@@ -45,12 +47,17 @@ AT_ONE_INSTANT = 10_000
 class Contacts:
     """Contacts of one run, at the instant of its last event."""
 
-    def __init__(self, problem: Problem) -> None:
+    def __init__(self, problem: Problem, walls: Sequence[Wall | Round]) -> None:
         self._balls: set[tuple[int, int]] = set()
-        self._cushions: set[tuple[int, int]] = set()
+        self._obstacles: set[tuple[int, int]] = set()
         self._still: dict[tuple[int, int], tuple[Body, ...]] = {}
         self._low_bounces: dict[Choice, tuple[float, float, int]] = {}
         self._impacts = 0
+        self._walls = {wall.row: wall for wall in walls}
+        self._in_line = {
+            wall.row: [other.row for other in walls if wall is other or _in_line(wall, other)]
+            for wall in walls
+        }
         for i in range(len(problem.balls)):
             self._note_start(problem, i)
 
@@ -67,22 +74,18 @@ class Contacts:
             rz = exactly(ball.z) - exactly(other.z) if problem.airborne else 0
             if rx * rx + ry * ry + rz * rz == r * r:
                 self._balls.add((j, i))
-        for cushion, line in enumerate(problem.noses):
-            if line is None:
-                continue
-            nx, ny = SIDES[cushion]
-            away = nx * x + ny * y - (nx + ny) * exactly(line)
-            above = exactly(ball.z) - exactly(problem.cushion_height) if problem.airborne else 0
-            if away > 0 and away * away + above * above == radius * radius:
-                self._cushions.add((i, cushion))
+        above = exactly(ball.z) - exactly(problem.cushion_height) if problem.airborne else fmpq(0)
+        for wall in self._walls.values():
+            if _touches(wall, x, y, above, radius):
+                self._obstacles.add((i, wall.row))
 
     def touches_ball(self, i: int, j: int) -> bool:
         """Whether the gap of balls i < j is exactly 0."""
         return (i, j) in self._balls
 
-    def touches_cushion(self, i: int, cushion: int) -> bool:
-        """Whether the gap of ball i to a cushion is exactly 0."""
-        return (i, cushion) in self._cushions
+    def touches_obstacle(self, i: int, row: int) -> bool:
+        """Whether the gap of ball i to what has this row is exactly 0."""
+        return (i, row) in self._obstacles
 
     def is_still(self, i: int, j: int, bodies: tuple[Body, ...]) -> bool:
         """Whether balls i < j have just lost all approach, in an impact without restitution."""
@@ -93,7 +96,9 @@ class Contacts:
         """Forget, at a new instant, the contacts of what moved until then."""
         self._impacts = 0
         self._balls = {(i, j) for i, j in self._balls if bodies[i].resting and bodies[j].resting}
-        self._cushions = {(i, c) for i, c in self._cushions if _keeps_to(bodies[i], c)}
+        self._obstacles = {
+            (i, row) for i, row in self._obstacles if _keeps_to(bodies[i], self._walls[row])
+        }
 
     def same_instant(self, choice: Choice, t: arb) -> None:
         """Count an event at the instant of the last one; raise where they don't end."""
@@ -102,16 +107,19 @@ class Contacts:
             raise SustainedContactError("impacts without end at one instant", (choice,), t)
 
     def note(
-        self, choice: Choice, bodies: tuple[Body, ...], overlapping: bool, *, still: bool
+        self, chosen: Candidate, bodies: tuple[Body, ...], overlapping: bool, *, still: bool
     ) -> None:
         """Note that what just collided touches, unless it overlaps; and whether it is still.
 
         That is, whether the impact has exactly ended the approach of two balls.
         """
+        choice, gap = chosen.choice, chosen.gap
         if overlapping:
             return
         if choice.kind is EventKind.BALL_CUSHION:
-            self._cushions.add((choice.a, choice.b))
+            assert isinstance(gap, ObstacleGap)
+            # What lies in one line with it, as the other rail of a side pocket, is as far away.
+            self._obstacles.update((choice.a, row) for row in self._in_line[gap.wall.row])
         elif choice.kind is EventKind.BALL_BALL:
             self._balls.add((choice.a, choice.b))
             if still:
@@ -144,9 +152,37 @@ class Contacts:
         self._low_bounces[choice] = (now, speed, bounces)
 
 
-def _keeps_to(body: Body, cushion: int) -> bool:
-    """Whether the distance of a ball from a cushion stays exactly as it is."""
+def _keeps_to(body: Body, wall: Wall | Round) -> bool:
+    """Whether the distance of a ball from what it touches stays exactly as it is."""
     if body.phase is Phase.FLYING:
         return False
-    v, a = (body.vx, body.ax) if SIDES[cushion][0] else (body.vy, body.ay)
+    if isinstance(wall, Round):
+        return body.resting
+    v, a = wall.across((body.vx, body.vy)), wall.across((body.ax, body.ay))
     return bool(v.is_zero() and a.is_zero())
+
+
+def _in_line(wall: Wall | Round, other: Wall | Round) -> bool:
+    """Whether two walls lie in one line, and have the table on the same side."""
+    if isinstance(wall, Round) or isinstance(other, Round):
+        return False
+    (ax, ay), (bx, by) = wall.along, other.along
+    dx, dy = (
+        exactly(q) - exactly(p) for p, q in zip(wall.doubles[:2], other.doubles[:2], strict=True)
+    )
+    return bool(ax * by == ay * bx and ax * bx + ay * by > 0 and ax * dy == ay * dx)
+
+
+def _touches(wall: Wall | Round, x: fmpq, y: fmpq, above: fmpq, radius: fmpq) -> bool:
+    """Whether the gap of a ball to what stands on the table is exactly 0, by exact numbers.
+
+    To the line of a wall, wherever along it.
+    """
+    wx, wy, *rest = wall.doubles
+    dx, dy = x - exactly(wx), y - exactly(wy)
+    if isinstance(wall, Round):
+        reach = exactly(rest[0]) + radius
+        return not wall.takes_out and bool(dx * dx + dy * dy == reach * reach)
+    ax, ay = wall.along
+    away, square = ax * dy - ay * dx, ax * ax + ay * ay
+    return bool(away > 0 and away * away == (radius * radius - above * above) * square)

@@ -1,8 +1,9 @@
-"""Gaps between two balls, and between a ball and a cushion, as functions of the time.
+"""Gaps between two balls, and between a ball and what it bounces off, as functions of the time.
 
 Two balls: |r + v s + a s^2 / 2|^2 - D^2, of degree 4 in the time s since the later of their
-instants; in space where one of them is in the air, else in the plane. A cushion: degree 2; for a
-ball in the air its nose is a line, and the gap that of two balls, across it, in a vertical plane.
+instants; in space where one of them is in the air, else in the plane. A disc is a ball that rests.
+A cushion: degree 2; for a ball in the air its nose is a line, and the gap that of two balls, across
+it, in a vertical plane.
 Where air slows a ball there is no polynomial.
 """
 
@@ -28,7 +29,14 @@ from ghostball.reference_adapters.certified.arithmetic import (
 from ghostball.reference_adapters.certified.certificate import Choice
 from ghostball.reference_adapters.certified.motion import Body
 from ghostball.reference_adapters.certified.problem import Problem
-from ghostball.reference_adapters.certified.roots import Bracket, first_entry_in_doubles, unsearched
+from ghostball.reference_adapters.certified.roots import (
+    ROOT,
+    Bracket,
+    first_entry_in_doubles,
+    unreached,
+    unsearched,
+)
+from ghostball.reference_adapters.certified.walls import Round, Wall
 
 DOUBLES_ERROR = 1e-10
 """Bound of the error of a search in doubles, in units of the sum of all terms.
@@ -36,9 +44,6 @@ DOUBLES_ERROR = 1e-10
 A state that `exact_enough` lets pass is wrong by 1e-13 of its terms, doubles round by 1e-16, and a
 coefficient adds up a few of them.
 """
-
-SIDES: tuple[tuple[int, int], ...] = ((1, 0), (-1, 0), (0, 1), (0, -1))
-"""Normals into the table, by the index of the cushion."""
 
 
 class Gap(Protocol):
@@ -196,96 +201,154 @@ class PairGap(_DistanceGap):
 class NoseGap(_DistanceGap):
     """The gap of a ball in the air and a nose, a line at a height."""
 
-    def __init__(self, body: Body, line: float, height: float, choice: Choice) -> None:
+    def __init__(self, body: Body, wall: Wall, height: float, choice: Choice) -> None:
         self.choice = choice
+        self.wall = wall
         self.t = body.t
         self.curved = False
         self.reach = body.constants.radius
-        self._body, self._line, self._height = body, line, height
-        nx, ny = SIDES[choice.b]
-        self._axis, self._inward = (0, nx) if nx else (1, ny)
+        self._body, self._height = body, height
 
     def vector(self, s: arb, order: int = 0) -> Direction:
         """Return where the ball is, seen from the nose: away from it and up [m]."""
-        r = motion_of(self._body, s, order, in_space=True)
+        x, y, z = motion_of(self._body, s, order, in_space=True)
         if order == 0:
-            return (self._inward * (r[self._axis] - self._line), r[2] - self._height)
-        return (self._inward * r[self._axis], r[2])
+            return (self.wall.away((x, y)), z - self._height)
+        return (self.wall.across((x, y)), z)
 
     def search_in_doubles(self, high: float) -> Bracket:
         """Search in doubles; a ball too wide for that is UNSURE."""
         state = self._body.doubles
         if not state.exact_enough:
             return unsearched(high)
+        x, y, nx, ny, _ = self.wall.doubles
         r, v, a = _motion_in_doubles(self._body, 0.0, in_space=True)
-        k, n = self._axis, self._inward
         motion = [
-            (n * (r[k] - self._line), r[2] - self._height),
-            (n * v[k], v[2]),
-            (n * a[k], a[2]),
+            (nx * (r[0] - x) + ny * (r[1] - y), r[2] - self._height),
+            (nx * v[0] + ny * v[1], v[2]),
+            (nx * a[0] + ny * a[1], a[2]),
         ]
         reach = float(self.reach)
-        place = state.place + abs(self._line) + self._height + reach
+        place = state.place + abs(x) + abs(y) + self._height + reach
         return _search(motion, reach, high, place, state.speed, state.pull)
 
 
-class CushionGap:
-    """The distance of a ball from a cushion [m].
+class RoundGap(_DistanceGap):
+    """The gap of a ball on the cloth and a disc, or of its centre and the edge of a hole."""
+
+    def __init__(self, body: Body, wall: Round, choice: Choice) -> None:
+        self.choice = choice
+        self.wall = wall
+        self.t = body.t
+        self.curved = body.curved
+        self.reach = wall.radius if wall.takes_out else wall.radius + body.constants.radius
+        self._body = body
+
+    def vector(self, s: arb, order: int = 0) -> Direction:
+        """Return where the ball is, seen from the centre [m], or the derivatives of that."""
+        moved = motion_of(self._body, s, order, in_space=False)
+        return moved if order else minus(moved, self.wall.centre)
+
+    def search_in_doubles(self, high: float) -> Bracket:
+        """Search in doubles; a ball too wide for that is UNSURE."""
+        state = self._body.doubles
+        if not state.exact_enough:
+            return unsearched(high)
+        x, y, _ = self.wall.doubles
+        reach = float(self.reach)
+        r = (state.x - x, state.y - y)
+        most = high * (state.speed + high * state.pull)
+        size = state.place + abs(x) + abs(y) + reach + most
+        if abs(r[0]) + abs(r[1]) > 1.5 * (reach + most) + DOUBLES_ERROR * size:
+            return unreached(high)
+        motion = [r, (state.vx, state.vy), (state.ax, state.ay)]
+        return _search(motion, reach, high, size - most, state.speed, state.pull)
+
+
+class WallGap:
+    """The distance of a ball from the line of a wall, on the table's side [m].
 
     Less the ball's radius, or another `reach` [m]: where the nose is not at the height of its
-    centre.
+    centre. Where the wall is a face, the ball touches it only if `is_on_face`.
     """
 
-    def __init__(self, body: Body, line: float, choice: Choice, reach: arb | None = None) -> None:
+    def __init__(self, body: Body, wall: Wall, choice: Choice, reach: arb | None = None) -> None:
         self._reach = body.constants.radius if reach is None else reach
         self.choice = choice
+        self.wall = wall
         self.t = body.t
         self._body = body
         self.curved = body.curved
-        self._line = line
-        nx, ny = SIDES[choice.b]
-        self._across = nx if nx else ny
-        self._along_x = nx != 0
+
+    @property
+    def ends(self) -> bool:
+        """Whether the wall is a face: the gap may close beside it."""
+        return self.wall.extent is not None
+
+    def is_on_face(self, s: arb) -> bool | None:
+        """Whether the ball is in front of the face after a time s; None: that isn't decided."""
+        return self.wall.holds_foot_of(self._body.position_after(s))
 
     def coefficients(self) -> list[arb]:
         """Return the coefficients from the constant up [m, m/s, m/s^2]."""
-        body, n = self._body, self._across
-        x, v, a = (body.x, body.vx, body.ax) if self._along_x else (body.y, body.vy, body.ay)
-        return [n * (x - self._line) - self._reach, n * v, n * a / 2]
+        body, across = self._body, self.wall.across
+        away = self.wall.away((body.x, body.y)) - self._reach
+        return [away, across((body.vx, body.vy)), across((body.ax, body.ay)) / 2]
 
     def value(self, s: arb) -> arb:
         """Return the gap after a time s [m]."""
         if self.curved:
-            place = self._body.position_after(s)[0 if self._along_x else 1]
-            return self._across * (place - self._line) - self._reach
+            return self.wall.away(self._body.position_after(s)) - self._reach
         c0, c1, c2 = self.coefficients()
         return c0 + s * (c1 + s * c2)
 
     def slope(self, s: arb) -> arb:
         """Return its rate after a time s [m/s]."""
         if self.curved:
-            return self._across * self._body.velocity_after(s)[0 if self._along_x else 1]
+            return self.wall.across(self._body.velocity_after(s))
         _, c1, c2 = self.coefficients()
         return c1 + 2 * s * c2
 
     def bend(self, s: arb) -> arb:
         """Return its second derivative after a time s [m/s^2]."""
-        return self._across * self._body.acceleration_after(s)[0 if self._along_x else 1]
+        return self.wall.across(self._body.acceleration_after(s))
 
     def search_in_doubles(self, high: float) -> Bracket:
         """Search in doubles; a ball too wide for that is UNSURE."""
-        q, n = self._body.doubles, self._across
+        q = self._body.doubles
         if not q.exact_enough:
             return unsearched(high)
-        x, v, a = (q.x, q.vx, q.ax) if self._along_x else (q.y, q.vy, q.ay)
+        x, y, nx, ny, extent = self.wall.doubles
         reach = float(self._reach)
-        size = abs(x) + abs(self._line) + reach
-        gap = (n * (x - self._line) - reach, n * v, 0.5 * n * a, 0.0, 0.0)
+        size = q.place + abs(x) + abs(y) + reach
+        rx, ry = q.x - x, q.y - y
+        gap = (nx * rx + ny * ry - reach, nx * q.vx + ny * q.vy, 0.5 * (nx * q.ax + ny * q.ay))
 
         def margin(s: float) -> float:
             return DOUBLES_ERROR * (size + s * (q.speed + s * q.pull))
 
-        return first_entry_in_doubles(gap, 0.0, high, margin)
+        if not self.ends:
+            return first_entry_in_doubles((*gap, 0.0, 0.0), 0.0, high, margin)
+        along = (ny * rx - nx * ry, ny * q.vx - nx * q.vy, 0.5 * (ny * q.ax - nx * q.ay))
+
+        def misses(low: float, end: float) -> bool:
+            least, most = _range(along, low, end)
+            allowed = margin(end)
+            return least > extent + allowed or most < -allowed
+
+        if _range(gap, 0.0, high)[1] < -margin(high) or misses(0.0, high):
+            return unreached(high)
+        if not gap[0] > margin(0.0):
+            return unsearched(high)
+        found = first_entry_in_doubles((*gap, 0.0, 0.0), 0.0, high, margin)
+        # A parabola that begins in front of the line crosses it downwards once at most.
+        if found.verdict == ROOT and misses(float(found.low), float(found.high)):
+            return unreached(high)
+        return found
+
+
+ObstacleGap = NoseGap | RoundGap | WallGap
+"""Gaps of a ball and what stands on the table."""
 
 
 def motion_of(body: Body, s: arb, order: int = 0, *, in_space: bool) -> Direction:
@@ -316,12 +379,9 @@ def reach_to_cushion(problem: Problem, i: int) -> arb:
     return nose_reach(radius, problem.cushion_height) if problem.airborne else arb(radius)
 
 
-def over_nose(body: Body, line: float, cushion: int) -> tuple[arb, arb]:
+def over_nose(body: Body, wall: Wall) -> tuple[arb, arb]:
     """Return how far a ball's centre is from the line of a nose [m], and the rate of that [m/s]."""
-    nx, ny = SIDES[cushion]
-    x, v = (body.x, body.vx) if nx else (body.y, body.vy)
-    n = nx + ny
-    return n * (x - line), n * v
+    return wall.away((body.x, body.y)), wall.across((body.vx, body.vy))
 
 
 def nose_reach(radius: float, height: float) -> arb:
@@ -374,6 +434,17 @@ def _search(
     return first_entry_in_doubles(gap, 0.0, high, margin)
 
 
-def cushion_choice(i: int, cushion: int) -> Choice:
-    """Return what it is called when ball i meets a cushion."""
-    return Choice(EventKind.BALL_CUSHION, i, cushion)
+def _range(gap: Sequence[float], low: float, high: float) -> tuple[float, float]:
+    """Return the least and the largest value of a parabola between two times, but for rounding."""
+    c0, c1, c2 = gap
+    values = [c0 + s * (c1 + s * c2) for s in (low, high)]
+    if low < (top := -0.5 * c1 / c2 if c2 else low) < high:
+        values.append(c0 + 0.5 * top * c1)
+    return min(values), max(values)
+
+
+def choice_at(i: int, wall: Wall | Round) -> Choice:
+    """Return what it is called when ball i meets something on the table."""
+    takes_out = isinstance(wall, Round) and wall.takes_out
+    kind = EventKind.POCKETED if takes_out else EventKind.BALL_CUSHION
+    return Choice(kind, i, wall.obstacle)

@@ -5,10 +5,16 @@ from __future__ import annotations
 from flint import arb
 
 from ghostball.model import EventKind
-from ghostball.reference_adapters.certified.arithmetic import ZERO, Vector, exactly
+from ghostball.reference_adapters.certified.arithmetic import ZERO, Vector
 from ghostball.reference_adapters.certified.candidates import Candidate
 from ghostball.reference_adapters.certified.contacts import Contacts
-from ghostball.reference_adapters.certified.gaps import SIDES, PairGap, reach_to_cushion
+from ghostball.reference_adapters.certified.gaps import (
+    ObstacleGap,
+    PairGap,
+    RoundGap,
+    WallGap,
+    reach_to_cushion,
+)
 from ghostball.reference_adapters.certified.laws import (
     InContactFrame,
     Laws,
@@ -17,6 +23,7 @@ from ghostball.reference_adapters.certified.laws import (
 )
 from ghostball.reference_adapters.certified.motion import Body
 from ghostball.reference_adapters.certified.problem import Problem
+from ghostball.reference_adapters.certified.walls import Wall
 
 
 class Impacts:
@@ -39,8 +46,12 @@ class Impacts:
         assert chosen.meeting.s is not None
         a, b = chosen.choice.a, chosen.choice.b
         pair = chosen.choice.kind is EventKind.BALL_BALL
-        known = self._contacts.touches_ball if pair else self._contacts.touches_cushion
-        return chosen.meeting.s.is_zero() and not known(a, b)
+        if not chosen.meeting.s.is_zero():
+            return False
+        if pair:
+            return not self._contacts.touches_ball(a, b)
+        assert isinstance(chosen.gap, ObstacleGap)
+        return not self._contacts.touches_obstacle(a, chosen.gap.wall.row)
 
     def collided(self, chosen: Candidate, order: int) -> tuple[Body, ...]:
         """Return both balls after their impact."""
@@ -65,19 +76,21 @@ class Impacts:
         )
 
     def bounced(self, chosen: Candidate, order: int) -> Body:
-        """Return a ball after it met a cushion."""
-        assert chosen.meeting is not None
-        assert chosen.meeting.s is not None
-        body, s = chosen.bodies[0], chosen.meeting.s
-        inward = SIDES[chosen.choice.b]
-        (vx, vy), u = body.velocity_after(s), body.slip_after(s)
-        self._check_cushion(chosen, inward[0] * vx + inward[1] * vy)
-        n = (arb(-inward[0]), arb(-inward[1]))
-        seen = to_contact_frame(n, (vx, vy), u, body.spin_after(s), body.constants.radius)
+        """Return a ball after it met a cushion, or a disc."""
+        body, s, gap = chosen.bodies[0], chosen.age, chosen.gap
+        velocity, slip, place = body.velocity_after(s), body.slip_after(s), body.position_after(s)
+        if isinstance(gap, RoundGap):
+            x, y = gap.normal(s, touching=not self.overlapping(chosen))
+            self._check_round(chosen, gap, (x, y))
+        else:
+            assert isinstance(gap, WallGap)
+            x, y = gap.wall.inward
+            self._check_cushion(chosen, gap.wall)
+            if gap.wall.is_level and not self.overlapping(chosen):
+                place = self._at_cushion(chosen.choice.a, gap.wall, place)
+        n = (-x, -y)
+        seen = to_contact_frame(n, velocity, slip, body.spin_after(s), body.constants.radius)
         after = self._laws.bounce(chosen.choice.a, seen)
-        place = body.position_after(s)
-        if not self.overlapping(chosen):
-            place = self._at_cushion(chosen.choice.a, chosen.choice.b, place)
         return self._sent_off(body, n, place, after, chosen.instant, order)
 
     def _checked_normal(self, chosen: Candidate, gap: PairGap) -> Vector:
@@ -91,12 +104,20 @@ class Impacts:
         self._contacts.check_bounce(chosen, rate, opening, gap.reach)
         return (nx, ny)
 
-    def _check_cushion(self, chosen: Candidate, rate: arb) -> None:
-        """Raise where a ball that is `rate` [m/s] fast away from a cushion stays in contact."""
-        body, inward = chosen.bodies[0], SIDES[chosen.choice.b]
-        ax, ay = body.acceleration_after(chosen.age)
-        opening = inward[0] * ax + inward[1] * ay
+    def _check_cushion(self, chosen: Candidate, wall: Wall) -> None:
+        """Raise where a ball that meets a cushion stays in contact."""
+        body, s = chosen.bodies[0], chosen.age
+        rate, opening = (
+            wall.across(vector) for vector in (body.velocity_after(s), body.acceleration_after(s))
+        )
         self._contacts.check_bounce(chosen, rate, opening, 2 * body.constants.radius)
+
+    def _check_round(self, chosen: Candidate, gap: RoundGap, n: Vector) -> None:
+        """Raise where a ball that meets a disc, which is the way -n, stays in contact."""
+        (vx, vy), (ax, ay) = gap.vector(chosen.age, 1), gap.vector(chosen.age, 2)
+        rate, across = n[0] * vx + n[1] * vy, n[0] * vy - n[1] * vx
+        opening = across * across / gap.reach + n[0] * ax + n[1] * ay
+        self._contacts.check_bounce(chosen, rate, opening, 2 * chosen.bodies[0].constants.radius)
 
     def _sent_off(
         self, body: Body, n: Vector, place: Vector, after: InContactFrame, t: arb, order: int
@@ -106,13 +127,13 @@ class Impacts:
             slip = (ZERO, ZERO)  # a ball that always rolls has the spin of its velocity
         return Body(body.constants, place, velocity, slip, after.wz, t, order)
 
-    def _at_cushion(self, i: int, cushion: int, place: Vector) -> Vector:
-        """Return where ball i touches a cushion: across it there is no doubt.
+    def _at_cushion(self, i: int, wall: Wall, place: Vector) -> Vector:
+        """Return where ball i touches a cushion along an axis: across it there is no doubt.
 
         Without this, the instants of a ball between a cushion and another grow wider at every
         bounce (Galperin's 31415 collisions would need a hundred thousand bits).
         """
-        line = self._problem.noses[cushion]
-        assert line is not None
-        across = arb(exactly(line)) + sum(SIDES[cushion]) * reach_to_cushion(self._problem, i)
-        return (across, place[1]) if SIDES[cushion][0] else (place[0], across)
+        (x, y), reach = wall.inward, reach_to_cushion(self._problem, i)
+        if y.is_zero():
+            return (wall.place[0] + x * reach, place[1])
+        return (place[0], wall.place[1] + y * reach)

@@ -27,9 +27,9 @@ from ghostball.reference_adapters.certified.candidates import Candidate
 from ghostball.reference_adapters.certified.contacts import LOW_BOUNCE, Contacts
 from ghostball.reference_adapters.certified.flight import FlyingBody, State, answered_by_table
 from ghostball.reference_adapters.certified.gaps import (
-    SIDES,
     NoseGap,
     PairGap,
+    WallGap,
     motion_of,
     nose_reach,
 )
@@ -120,22 +120,23 @@ class ImpactsInSpace(Impacts):
 
     def bounced(self, chosen: Candidate, order: int) -> Body:
         """Return a ball after it met a nose."""
-        body, s, side = chosen.bodies[0], chosen.age, chosen.choice.b
-        radius, inward = body.constants.radius, SIDES[side]
+        body, s, gap = chosen.bodies[0], chosen.age, chosen.gap
+        assert isinstance(gap, NoseGap | WallGap)
+        radius, inward = body.constants.radius, gap.wall.inward
         ball = self._moved(body, s)
         slow = self._slow(2 * radius)
-        free = isinstance(chosen.gap, NoseGap)
-        if isinstance(chosen.gap, NoseGap):
-            away, above = chosen.gap.normal(s, touching=not self.overlapping(chosen))
+        free = isinstance(gap, NoseGap)
+        if isinstance(gap, NoseGap):
+            away, above = gap.normal(s, touching=not self.overlapping(chosen))
         else:
-            rate = inward[0] * ball.velocity[0] + inward[1] * ball.velocity[1]
+            rate = gap.wall.across((ball.velocity[0], ball.velocity[1]))
             if not self._lifts(-rate, slow):
                 return super().bounced(chosen, order)
-            self._check_cushion(chosen, rate)
+            self._check_cushion(chosen, gap.wall)
             reach = nose_reach(self._problem.balls[chosen.choice.a].radius, self._height)
             away, above = reach / radius, (radius - self._height) / radius
             if not self.overlapping(chosen):
-                ball = ball._replace(place=self._at_cushion(chosen.choice.a, side, ball.place))
+                ball = ball._replace(place=self._at_cushion(chosen.choice.a, gap.wall, ball.place))
         n = (-inward[0] * away, -inward[1] * away, -above)
         speed = dot(ball.velocity, n)
         returned = self._falling.at(speed) * speed

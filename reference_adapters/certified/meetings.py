@@ -7,14 +7,13 @@ from typing import NamedTuple
 
 from flint import arb
 
-from ghostball.model import EventKind
 from ghostball.reference_adapters.certified.arithmetic import (
     ZERO,
     SustainedContactError,
     UndecidedError,
 )
 from ghostball.reference_adapters.certified.drag import first_entry_of, parting
-from ghostball.reference_adapters.certified.gaps import Gap
+from ghostball.reference_adapters.certified.gaps import Gap, WallGap
 from ghostball.reference_adapters.certified.roots import (
     NONE,
     ROOT,
@@ -37,6 +36,8 @@ def meeting(gap: Gap, bracket: Bracket, bits: int) -> Meeting | None:
 
     `bracket` is what a search in doubles found.
     """
+    if isinstance(gap, WallGap) and gap.ends:
+        return _meeting_with_face(gap, bracket, bits)
     if gap.curved:
         if not gap.value(ZERO) > 0:
             return Meeting(None, gap.t)
@@ -60,6 +61,18 @@ def meeting_again(gap: Gap, high: float, bits: int, *, still: bool = False) -> M
     Raises `UndecidedError` where it can't be decided whether they part; `SustainedContactError`
     where they are in resting contact.
     """
+    found = _meeting_again(gap, high, bits, still=still)
+    if found is not None and found.s is not None and isinstance(gap, WallGap) and gap.ends:
+        is_on_face = gap.is_on_face(found.s)
+        if is_on_face is None or (not is_on_face and gap.curved):
+            return Meeting(None, found.t)
+        if not is_on_face:  # a parabola that left the line crosses it once more at most
+            return None
+    return found
+
+
+def _meeting_again(gap: Gap, high: float, bits: int, *, still: bool) -> Meeting | None:
+    """`meeting_again`, wherever along a wall."""
     now = Meeting(ZERO, gap.t)
     if gap.curved:
         return _meeting_again_in_air(gap, arb(high), bits, still=still)
@@ -79,6 +92,43 @@ def meeting_again(gap: Gap, high: float, bits: int, *, still: bool = False) -> M
     return _narrowed(gap.t, *_horner(rest), first_entry(rest, ZERO, arb(high), bits))
 
 
+def _meeting_with_face(gap: WallGap, bracket: Bracket, bits: int) -> Meeting | None:
+    """Find when a ball meets a face: its line is crossed, where the face is, from the front."""
+    at_first = gap.value(ZERO)
+    in_front, low = at_first > 0, ZERO
+    if not in_front:
+        if not at_first < 0:
+            return Meeting(None, gap.t)
+        if gap.is_on_face(ZERO) is not False and not gap.curved:
+            return _after_overlap(gap, gap.coefficients(), bracket.high, bits)
+    found = bracket if in_front and bracket.verdict == ROOT else None
+    while True:
+        if found is None:
+            found = _crossing(gap, low, bracket.high, bits, downwards=in_front)
+        if found.verdict == NONE:
+            return None
+        if found.verdict == UNSURE:
+            return Meeting(None, gap.t + found.low)
+        if in_front:
+            met = _narrowed(gap.t, gap.value, gap.slope, found)
+            if met is None or met.s is None:
+                return met
+            is_on_face = gap.is_on_face(met.s)
+            if is_on_face is not False:
+                return met if is_on_face else Meeting(None, met.t)
+        in_front, low, found = not in_front, found.high, None
+
+
+def _crossing(gap: WallGap, low: arb, high: arb, bits: int, *, downwards: bool) -> Bracket:
+    """Search for the next instant in [low, high] at which a ball crosses the line of a wall."""
+    sign = 1 if downwards else -1
+    if not gap.curved:
+        return first_entry([sign * c for c in gap.coefficients()], low, high, bits)
+    return first_entry_of(
+        lambda s: sign * gap.value(s), lambda s: sign * gap.slope(s), low, high, bits
+    )
+
+
 def _meeting_again_in_air(gap: Gap, high: arb, bits: int, *, still: bool) -> Meeting | None:
     opens = gap.slope
     rate = ZERO if still else opens(ZERO)
@@ -87,7 +137,7 @@ def _meeting_again_in_air(gap: Gap, high: arb, bits: int, *, still: bool) -> Mee
     if rate.is_zero():
         opens = gap.bend
         pull = opens(ZERO)
-        if pull.is_zero() and gap.choice.kind is EventKind.BALL_CUSHION:
+        if pull.is_zero() and isinstance(gap, WallGap):
             return None  # it goes along the cushion
         if pull < 0:
             raise SustainedContactError("in resting contact", (gap.choice,), gap.t)

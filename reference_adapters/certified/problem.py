@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ghostball.model import CUSHIONS, Scene
+from ghostball.model.scene import Obstacle
 
 
 @dataclass(frozen=True)
@@ -32,11 +33,13 @@ class BallNumbers:
 class Problem:
     """All that the motion of a scene depends on; names, titles and tags are no part of it.
 
-    `noses` are the lines of the cushions in the order of `CUSHIONS` [m], None where a side is open.
+    `noses` are the lines of the cushions in the order of `CUSHIONS` [m], None where a side is open;
+    `obstacles` what else stands on the table, or takes balls out, by the doubles that say where.
     """
 
     balls: tuple[BallNumbers, ...]
     noses: tuple[float | None, ...]
+    obstacles: tuple[Obstacle, ...]
     t_max: float | None
     gravity: float
     slides: bool
@@ -82,16 +85,14 @@ def problem_of(scene: Scene) -> Problem:
     )
     noses: list[float | None] = [None] * len(CUSHIONS)
     if table is not None:
-        lines = (0.0, table.length, 0.0, table.width)
-        noses = [
-            line if name in table.cushions else None
-            for name, line in zip(CUSHIONS, lines, strict=True)
-        ]
+        for side in table.sides:
+            noses[side.cushion] = side.point[side.across]
     mirror = physics.cushion == "mirror"
     friction = physics.ball_friction
     return Problem(
         balls=balls,
         noses=tuple(noses),
+        obstacles=() if table is None else table.obstacles,
         t_max=scene.t_max,
         gravity=physics.gravity,
         slides=physics.motion == "sliding",

@@ -76,7 +76,7 @@ def first_entry_in_doubles(
         middle = start + _CUTS[0] * (end - start)
         stack.append((middle, end))
         stack.append((start, middle))
-    return _bracket(NONE, high, high)
+    return unreached(high)
 
 
 def _bracket(verdict: int, low: float, high: float) -> Bracket:
@@ -86,6 +86,11 @@ def _bracket(verdict: int, low: float, high: float) -> Bracket:
 def unsearched(high: float) -> Bracket:
     """Return the bracket of a search that wasn't made."""
     return _bracket(UNSURE, 0.0, high)
+
+
+def unreached(high: float) -> Bracket:
+    """Return the bracket of a gap that surely stays open."""
+    return _bracket(NONE, high, high)
 
 
 def first_entry(gap: Sequence[arb], low: arb, high: arb, bits: int) -> Bracket:

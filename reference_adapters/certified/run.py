@@ -27,11 +27,12 @@ from ghostball.reference_adapters.certified.flight import (
     gone,
 )
 from ghostball.reference_adapters.certified.gaps import (
-    CushionGap,
-    Gap,
     NoseGap,
+    ObstacleGap,
     PairGap,
-    cushion_choice,
+    RoundGap,
+    WallGap,
+    choice_at,
     level_reach,
     over_nose,
     reach_to_cushion,
@@ -41,6 +42,7 @@ from ghostball.reference_adapters.certified.impacts_in_space import ImpactsInSpa
 from ghostball.reference_adapters.certified.meetings import Meeting, meeting_again
 from ghostball.reference_adapters.certified.motion import Body, body_at_start
 from ghostball.reference_adapters.certified.problem import Problem
+from ghostball.reference_adapters.certified.walls import Round, Wall, walls_of
 
 TIE_BITS = 100
 """Events of different balls that are within 2^-100 s count as simultaneous.
@@ -88,7 +90,8 @@ class Run:
         self._t_max = None if problem.t_max is None else arb(problem.t_max)
         self._speeds = largest_speeds(problem)
         self._agenda = Agenda(bits)
-        self._contacts = Contacts(problem)
+        self._walls = walls_of(problem)
+        self._contacts = Contacts(problem, self._walls)
         law = ImpactsInSpace if problem.airborne else Impacts
         self._impacts = law(problem, self._contacts)
         start = body_in_space_at_start if problem.airborne else body_at_start
@@ -129,7 +132,7 @@ class Run:
                 self._predict_pair(j, i)
 
     def _predict_alone(self, i: int) -> None:
-        """Predict what ball i does alone: its phase ends, it meets a cushion."""
+        """Predict what ball i does alone: its phase ends, it meets a cushion or a pocket."""
         body = self.bodies[i]
         if body.resting:
             return
@@ -137,30 +140,31 @@ class Run:
             choice = Choice(body.end_kind, i, -1)
             s = body.duration
             self._agenda.add(Candidate(choice, (body,), found=Meeting(s, body.t + s)))
-        for cushion, line in enumerate(self._problem.noses):
-            if line is None:
-                continue
-            gap = self._cushion_gap(i, cushion, line)
-            high = self._window(body.end, body)
-            if self._contacts.touches_cushion(i, cushion):
+        high = self._window(body.end, body)
+        for wall in self._walls:
+            gap = self._gap_to(i, wall)
+            if self._contacts.touches_obstacle(i, wall.row):
                 found = meeting_again(gap, high, self.bits)
                 if found is not None:
                     self._agenda.add(Candidate(gap.choice, (body,), gap, found=found))
             else:
                 self._agenda.add_searched(gap, (body,), high)
 
-            if isinstance(body, FlyingBody):
-                self._predict_leaving(body, line, Choice(EventKind.LEAVES_TABLE, i, cushion))
+            if isinstance(body, FlyingBody) and isinstance(wall, Wall):
+                choice = Choice(EventKind.LEAVES_TABLE, i, wall.obstacle)
+                self._predict_leaving(body, wall, choice)
 
-    def _cushion_gap(self, i: int, cushion: int, line: float) -> Gap:
-        body, choice = self.bodies[i], cushion_choice(i, cushion)
+    def _gap_to(self, i: int, wall: Wall | Round) -> ObstacleGap:
+        body, choice = self.bodies[i], choice_at(i, wall)
+        if isinstance(wall, Round):
+            return RoundGap(body, wall, choice)
         if isinstance(body, FlyingBody):
-            return NoseGap(body, line, self._problem.cushion_height, choice)
-        return CushionGap(body, line, choice, reach_to_cushion(self._problem, i))
+            return NoseGap(body, wall, self._problem.cushion_height, choice)
+        return WallGap(body, wall, choice, reach_to_cushion(self._problem, i))
 
-    def _predict_leaving(self, body: FlyingBody, line: float, choice: Choice) -> None:
+    def _predict_leaving(self, body: FlyingBody, wall: Wall, choice: Choice) -> None:
         """Predict when a ball in the air flies over a cushion: its centre is above the nose."""
-        away, rate = over_nose(body, line, choice.b)
+        away, rate = over_nose(body, wall)
         if not away > 0:
             raise UndecidedError("whether it is over the cushion", (choice,), body.t)
         assert body.duration is not None
@@ -282,7 +286,7 @@ class Run:
             elif choice.kind is EventKind.BALL_CUSHION:
                 overlapping = self._impacts.overlapping(chosen)
                 bodies = (self._impacts.bounced(chosen, order),)
-            elif choice.kind is EventKind.LEAVES_TABLE:
+            elif choice.kind in (EventKind.LEAVES_TABLE, EventKind.POCKETED):
                 bodies = (gone(chosen.bodies[0], chosen.age, t, order),)
             else:
                 bodies = (chosen.bodies[0].after_phase(t, order),)
@@ -295,7 +299,7 @@ class Run:
             self.now, self.order = t, order
         for k, body in zip(chosen.balls, bodies, strict=True):
             self.bodies[k] = body
-        self._contacts.note(choice, bodies, overlapping, still=self._impacts.still)
+        self._contacts.note(chosen, bodies, overlapping, still=self._impacts.still)
 
     def _predict_touched(self, balls: tuple[int, ...]) -> None:
         for k in balls:

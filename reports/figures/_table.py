@@ -164,12 +164,12 @@ def draw_discs(
 
 
 def draw_scale_bar(axes: Axes, view: View, length: float, text: str) -> None:
-    """Draw a bar of the given length [m] in the lower left corner, in place of ticks."""
+    """Draw a bar of the given length [m] at the lower left, where no pocket is, for ticks."""
     from matplotlib.patheffects import withStroke  # noqa: PLC0415
 
     left, right, bottom, top = view
-    x = left + 0.04 * (right - left)
-    y = bottom + 0.05 * (top - bottom)
+    x = left + 0.08 * (right - left)
+    y = bottom + 0.15 * (top - bottom)
     axes.plot(
         [x, x + length], [y, y], color=style.BLACK, linewidth=2, solid_capstyle="butt", zorder=7
     )

@@ -215,6 +215,14 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "tests/engine/test_pockets.py::test_a_ball_is_pocketed_where_its_centre_enters_the_hole",
     ),
     Mutation(
+        "segment without ends",
+        "motion/obstacles.py",
+        "        if along > 0.0:\n            rx, ry = rx - dx, ry - dy\n",
+        "        rx, ry = rx + 9.0, ry\n",
+        "The ends of a straight piece are far away: a ball passes through a corner.",
+        "pockets/corner-hit-1e-01",
+    ),
+    Mutation(
         "cushion spins the wrong way",
         "impacts/laws/cushion_han2005.py",
         "        impact.wz + turn * (along * cosine),",

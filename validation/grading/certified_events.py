@@ -9,9 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.model import COLLISION_KINDS, EventKind, Scene
+from ghostball.model import COLLISION_KINDS, EventKind, Scene, Table
 from ghostball.reference_adapters.certified import Certificate
-from ghostball.reference_adapters.certified.gaps import SIDES
 from ghostball.reference_adapters.certified.laws import (
     InContactFrame,
     Laws,
@@ -69,7 +68,11 @@ def event_changes(
         if event.kind is EventKind.BALL_BALL:
             passes.collide(laws, event.a, event.b)
         elif event.kind is EventKind.BALL_CUSHION:
-            passes.bounce(laws, event.a, event.b)
+            assert scene.table is not None
+            passes.bounce(laws, event.a, event.b, scene.table)
+        elif event.kind is EventKind.POCKETED:
+            assert scene.table is not None
+            passes.fall(event.b, scene.table)
         else:
             passes.end_phase()
         noise = tuple(ball.noise(k, passes.states) for ball, k in zip(mine, after, strict=True))
@@ -146,15 +149,34 @@ class _Passage:
             self._send_off(m, n, one)
         self._leave()
 
-    def bounce(self, laws: Laws, ball: int, cushion: int) -> None:
-        """Pass an impact of a ball with a cushion."""
-        inward = np.array(SIDES[cushion], dtype=np.float64)
+    def bounce(self, laws: Laws, ball: int, obstacle: int, table: Table) -> None:
+        """Pass an impact of a ball with what stands on the table."""
+        x, y = self.states[0][PLACE]
+        inward, _ = table.facing(obstacle, x, y)
+        self._meet(np.array(inward))
+        centre = table.turns_about(obstacle, x, y)
+        n: Any = (-inward[0], -inward[1])
+        if centre is not None:
+            here = self._slopes(0)
+            dx, dy = centre[0] - here[0], centre[1] - here[1]
+            size = (dx * dx + dy * dy).sqrt()
+            n = (dx / size, dy / size)
+        self._send_off(0, n, laws.bounce(ball, self._seen(n, self._slopes(0), 0)))
+        self._leave()
+
+    def fall(self, pocket: int, table: Table) -> None:
+        """Pass the edge of a hole: the ball stays where its centre enters it."""
+        (hole,) = (one for one in table.holes if one.pocket == pocket)
+        away = self.states[0][PLACE] - hole.centre
+        self._meet(away / np.hypot(*away))
+        self.change[PLACE.stop :] = 0.0
+        self._leave()
+
+    def _meet(self, inward: FloatArray) -> None:
+        """Let a ball come later to where a normal points to it from what it meets."""
         opening = float(inward @ self.states[0][VELOCITY])
         self.approach = -opening
         self._come_later(-(inward @ self.change[PLACE]) / opening)
-        n = (-float(inward[0]), -float(inward[1]))
-        self._send_off(0, n, laws.bounce(ball, self._seen(n, self._slopes(0), 0)))
-        self._leave()
 
     def end_phase(self) -> None:
         """Pass the end of a slide or of a roll."""

@@ -29,7 +29,7 @@ PARTS = 7
 
 PLACE, VELOCITY, SLIP, SPIN = slice(0, 2), slice(2, 4), slice(4, 6), 6
 
-_SLIDING, _RESTING = float(Phase.SLIDING), float(Phase.RESTING)
+_SLIDING, _RESTING, _GONE = (float(phase) for phase in (Phase.SLIDING, Phase.RESTING, Phase.GONE))
 
 _Form = Literal["parabola", "line", "slide"]
 
@@ -326,8 +326,12 @@ class ProvedBall:
             change[VELOCITY] = 0.0
 
     def _stands(self, k: int) -> bool:
-        """Whether the ball rests during a segment, and the cloth would stop it again."""
-        return self._rows[k][13] == _RESTING and self.rolls_by > 0.0
+        """Whether the ball rests during a segment, and the cloth would stop it again.
+
+        Or is in a pocket.
+        """
+        phase = self._rows[k][13]
+        return phase == _GONE or (phase == _RESTING and self.rolls_by > 0.0)
 
     def noise(self, k: int, others: tuple[FloatArray, ...]) -> FloatArray:
         """Return the covariance, over 2^-53 squared, of rounding a segment's state once, (7, 7).

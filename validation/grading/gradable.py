@@ -167,9 +167,10 @@ def _first_low_bounce(scene: Scene, certificate: Certificate) -> float:
     gaps = np.linalg.norm(places[rows, a] - places[rows, other], axis=1) - reach
     if not pair.all():
         assert scene.table is not None
-        sides = np.array([0.0, scene.table.length, 0.0, scene.table.width])  # as in `CUSHIONS`
-        cushion = np.where(pair, 0, b)
-        across = np.abs(places[rows, a, cushion // 2] - sides[cushion])
+        across = np.zeros(len(bounces))
+        for k in np.flatnonzero(~pair):
+            x, y = places[k, a[k], :2].tolist()
+            _, across[k] = scene.table.facing(int(b[k]), x, y)
         if in_space:
             across = np.hypot(across, places[rows, a, 2] - scene.physics.cushion_height)
         across -= radii[a]

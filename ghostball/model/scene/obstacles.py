@@ -126,6 +126,20 @@ def facing(obstacle: Obstacle, x: float, y: float) -> tuple[Point, float]:
     return (float(dx / away), float(dy / away)), away - radius
 
 
+def turns_about(obstacle: Obstacle, x: float, y: float) -> Point | None:
+    """Return the point about which an obstacle's normal turns, towards a place [m].
+
+    None in front of a straight piece, where it doesn't turn.
+    """
+    if not isinstance(obstacle, Segment):
+        return obstacle.centre
+    (x0, y0), (x1, y1) = obstacle.start, obstacle.end
+    along = (x - x0) * (x1 - x0) + (y - y0) * (y1 - y0)
+    if along < 0.0:
+        return obstacle.start
+    return obstacle.end if along > (x1 - x0) ** 2 + (y1 - y0) ** 2 else None
+
+
 def _from_nearest(
     obstacle: Obstacle, x: FloatArray, y: FloatArray
 ) -> tuple[FloatArray, FloatArray, float]:

@@ -24,6 +24,7 @@ from ghostball.model.scene.obstacles import (
     facing,
     is_inside,
     obstacles_of_polygon,
+    turns_about,
 )
 from ghostball.model.scene.part import Part
 from ghostball.model.scene.pockets import Pockets, obstacles_of_pockets, outline_of_pockets
@@ -228,10 +229,19 @@ class Table(Part):
         for side in self.sides:
             if side.cushion == obstacle:
                 return side.normal, side.distance(x, y)
+        return facing(self._nearest_piece(obstacle, x, y), x, y)
+
+    def turns_about(self, obstacle: int, x: float, y: float) -> Point | None:
+        """Return the point about which the normal of `facing` turns [m]; None: it doesn't."""
+        if any(side.cushion == obstacle for side in self.sides):
+            return None
+        return turns_about(self._nearest_piece(obstacle, x, y), x, y)
+
+    def _nearest_piece(self, obstacle: int, x: float, y: float) -> Obstacle:
         pieces = [
             one for one in self.obstacles if not isinstance(one, Hole) and one.obstacle == obstacle
         ]
-        return min((facing(one, x, y) for one in pieces), key=lambda found: found[1])
+        return min(pieces, key=lambda one: facing(one, x, y)[1])
 
     @property
     def sides(self) -> tuple[Side, ...]:

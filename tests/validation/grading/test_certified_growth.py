@@ -188,6 +188,15 @@ def test_what_our_engine_says_of_itself_agrees(name: str) -> None:
     assert self_reported_growth(result, proof) == []
 
 
+@pytest.mark.parametrize("table", ["polygon", "pockets", "posts"])
+def test_what_our_engine_says_of_itself_agrees_beside_jaws_posts_and_holes(table: str) -> None:
+    wanted = {**PROVABLE, "table": table, "motion": "sliding"}
+    for number in range(6):
+        scene = random_scene(number, **wanted)
+        result, proof = simulate(scene, record="trajectory"), certify(scene, motion=True)
+        assert self_reported_growth(result, proof) == []
+
+
 def test_our_engines_sample_of_roundings_is_as_near_as_it_says() -> None:
     # Breaks where two roundings share their signs: of two balls that meet, their errors cancel;
     # of one ball, again and again in thousands of impacts, they add up.

@@ -125,6 +125,10 @@ def _trials(suite: Suite) -> Iterator[Trial]:
         yield ProvedScenes(
             f"shots-{first:04d}+{BATCH}", judge, first, BATCH, tuple(PROVABLE.items())
         )
+    shaped = tuple({**PROVABLE, "table": ("polygon", "pockets", "posts")}.items())
+    for first in range(0, BATCH if suite == "quick" else FULL_SHOTS // 4, BATCH):
+        judge = MatchesProof(PROOF, least=0, cached=first < BATCH)
+        yield ProvedScenes(f"shapes-{first:04d}+{BATCH}", judge, first, BATCH, shaped)
 
 
 FAMILY = Family(

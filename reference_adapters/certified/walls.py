@@ -1,0 +1,180 @@
+"""What stands on the table, as a run meets it: lines, faces of straight pieces, discs and holes.
+
+A ball meets a straight piece on its face, where the foot of the perpendicular from its centre lies
+between the ends; or at an end that points into the table, which is a disc without size. No ball
+comes to the back of a piece: on the way there it would meet another one, or a hole.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from flint import arb, fmpq
+
+from ghostball.model.scene import CUSHIONS, INWARD, Disc, Hole, Obstacle, Segment
+from ghostball.model.scene.sides import Point
+from ghostball.reference_adapters.certified.arithmetic import Vector, exactly, length
+from ghostball.reference_adapters.certified.problem import Problem
+
+_COVERED = 1e-9
+"""How near to a jaw's surface the end of a straight piece belongs to the jaw [m].
+
+They join there, but for the rounding of the numbers that say where.
+"""
+
+
+class Wall(NamedTuple):
+    """A line, or the face of a straight piece.
+
+    `obstacle`: its index in events.
+    `row`: a number of its own: several pieces may belong to one obstacle.
+    `place` [m]: a point of it, the one that its face begins at.
+    `inward`: unit normal into the table; exact where it is parallel to an axis.
+    `extent` [m]: how far the face reaches from there; None: it has no ends.
+    `is_open`: whether what lies at the beginning of the face, and at its end, is no part of it.
+    `along`: the way from its beginning to its end, exactly; without ends, along the line.
+    `doubles`: place and normal in doubles, and the extent.
+    """
+
+    obstacle: int
+    row: int
+    place: Vector
+    inward: Vector
+    extent: arb | None
+    is_open: tuple[bool, bool]
+    along: tuple[fmpq, fmpq]
+    doubles: tuple[float, float, float, float, float]
+
+    @property
+    def is_level(self) -> bool:
+        """Whether it is parallel to an axis: then its normal is exact."""
+        return bool(self.inward[0].is_zero() or self.inward[1].is_zero())
+
+    def across(self, vector: Vector) -> arb:
+        """Return the component of a vector into the table."""
+        return self.inward[0] * vector[0] + self.inward[1] * vector[1]
+
+    def away(self, place: Vector) -> arb:
+        """Return how far in front of its line a place is [m]."""
+        return self.across((place[0] - self.place[0], place[1] - self.place[1]))
+
+    def holds_foot_of(self, place: Vector) -> bool | None:
+        """Whether the face holds the foot of a place's perpendicular; None: that isn't decided."""
+        if self.extent is None:
+            return True
+        dx, dy = place[0] - self.place[0], place[1] - self.place[1]
+        along = self.inward[1] * dx - self.inward[0] * dy
+        answers = (
+            _is_beyond(along, is_open=self.is_open[0]),
+            _is_beyond(self.extent - along, is_open=self.is_open[1]),
+        )
+        if False in answers:
+            return False
+        return None if None in answers else True
+
+
+class Round(NamedTuple):
+    """A disc, the end of a straight piece, or a hole, which takes a ball whose centre enters it.
+
+    `obstacle`, `row`: as those of a `Wall`; of a hole the first is the pocket.
+    `centre`, `radius` [m].
+    `doubles`: both in doubles.
+    """
+
+    obstacle: int
+    row: int
+    centre: Vector
+    radius: arb
+    takes_out: bool
+    doubles: tuple[float, float, float]
+
+
+def walls_of(problem: Problem) -> list[Wall | Round]:
+    """Return everything that a ball may meet, in the precision at hand.
+
+    The cushions of a rectangle come first; their rows are their indices in events.
+    """
+    found: list[Wall | Round] = []
+    for k, line in enumerate(problem.noses):
+        if line is not None:
+            x, y = INWARD[CUSHIONS[k]]
+            place = (line, 0.0) if x else (0.0, line)
+            inward = (arb(x), arb(y))
+            doubles = (*place, x, y, math.inf)
+            along = (exactly(y), exactly(-x))
+            found.append(Wall(k, k, _exact(place), inward, None, (False, False), along, doubles))
+    ends = _ends_met(problem.obstacles)
+    pieces: list[Obstacle] = [*problem.obstacles]
+    pieces += [Disc(obstacle, end, 0.0) for end, obstacle in ends.items()]
+    for row, one in enumerate(pieces, start=len(CUSHIONS)):
+        if isinstance(one, Segment):
+            found.append(_face(one, row, (one.start in ends, one.end in ends)))
+        else:
+            takes_out = isinstance(one, Hole)
+            index = one.pocket if isinstance(one, Hole) else one.obstacle
+            doubles_of_round = (*one.centre, one.radius)
+            found.append(
+                Round(index, row, _exact(one.centre), arb(one.radius), takes_out, doubles_of_round)
+            )
+    return found
+
+
+def _exact(point: Point) -> Vector:
+    return (arb(point[0]), arb(point[1]))
+
+
+def _face(one: Segment, row: int, is_open: tuple[bool, bool]) -> Wall:
+    along = _way_along(one)
+    dx, dy = arb(along[0]), arb(along[1])
+    size = length(dx, dy)
+    inward = (-dy / size, dx / size)
+    doubles = (*one.start, float(inward[0]), float(inward[1]), float(size))
+    return Wall(one.obstacle, row, _exact(one.start), inward, size, is_open, along, doubles)
+
+
+def _ends_met(obstacles: Sequence[Obstacle]) -> dict[Point, int]:
+    """Return the ends of straight pieces that a ball can meet, each with its obstacle's index.
+
+    None is where a jaw begins, or in a hole; nor where two pieces join and the table's corner is
+    less than two right angles, or they go straight on: there a ball meets their faces.
+    """
+    straight = [one for one in obstacles if isinstance(one, Segment)]
+    rest = [one for one in obstacles if not isinstance(one, Segment)]
+    before = {one.end: one for one in straight}
+    after = {one.start: one for one in straight}
+    found: dict[Point, int] = {}
+    for one in straight:
+        for end in (one.start, one.end):
+            if end in found or any(_belongs_to(end, other) for other in rest):
+                continue
+            joined = end in before and end in after
+            if not joined or _turns_right(before[end], after[end]):
+                found[end] = one.obstacle
+    return found
+
+
+def _belongs_to(end: Point, other: Disc | Hole) -> bool:
+    away = math.dist(end, other.centre)
+    return away < other.radius if isinstance(other, Hole) else abs(away - other.radius) < _COVERED
+
+
+def _turns_right(before: Segment, after: Segment) -> bool:
+    """Whether the way along two pieces turns right, so that their corner points into the table."""
+    (ax, ay), (bx, by) = _way_along(before), _way_along(after)
+    return bool(ax * by - ay * bx < 0)
+
+
+def _way_along(one: Segment) -> tuple[fmpq, fmpq]:
+    (x0, y0), (x1, y1) = one.start, one.end
+    return exactly(x1) - exactly(x0), exactly(y1) - exactly(y0)
+
+
+def _is_beyond(along: arb, *, is_open: bool) -> bool | None:
+    """Whether a foot lies beyond an end of a face, on its side; None: that isn't decided."""
+    if along > 0:
+        return True
+    if along < 0:
+        return False
+    return not is_open if along.is_zero() else None

@@ -1,0 +1,153 @@
+"""Proofs on tables that aren't rectangles: closed forms, corners, and our engine beside them."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from shots import ball, scene_of
+
+from ghostball.engine import simulate
+from ghostball.model import EventKind, Scene, Table, UnsupportedSceneError, partner_name
+from ghostball.reference_adapters.certified import Certificate, certify
+from ghostball.reference_adapters.certified.arithmetic import working_precision
+from ghostball.reference_adapters.certified.problem import problem_of
+from ghostball.reference_adapters.certified.walls import Round, walls_of
+from ghostball.validation.scenes.random_scenes import PROVABLE, random_scene
+from ghostball.validation.stress.proved import MatchesProof
+
+INCH = 0.0254
+
+ELL = [[0, 0], [2, 0], [2, 1], [1, 1], [1, 2], [0, 2]]
+"""Its corner (1, 1) points into the table."""
+
+SIDE_POCKET: dict[str, Any] = {
+    "length": 2.54,
+    "width": 1.27,
+    "pockets": {
+        "side": {
+            "mouth": 5.0625 * INCH,
+            "angle": math.radians(104.0),
+            "jaw_radius": 1e-7,
+            "depth": 0.1875 * INCH,
+            "radius": 3.0 * INCH,
+        }
+    },
+}
+"""The side pocket of technical proof 3.5, whose jaws are points."""
+
+
+def proved(scene: Scene) -> Certificate:
+    certificate = certify(scene, cached=False, motion=True)
+    assert certificate.proved, certificate.reason
+    return certificate
+
+
+def met(certificate: Certificate) -> list[str]:
+    return [
+        f"{e.kind.label} {partner_name(e.kind, e.b)}"
+        for e in certificate.events
+        if e.kind in (EventKind.BALL_CUSHION, EventKind.POCKETED)
+    ]
+
+
+@pytest.mark.parametrize(("degrees", "goes"), [(68.2915, True), (68.2925, False)])
+def test_the_critical_angle_of_a_side_pocket_is_proved(degrees: float, goes: bool):
+    """Alciatore, technical proof 3.5: 68.292 degrees, by straight lines and mirrors."""
+    sine, cosine = math.sin(math.radians(degrees)), math.cos(math.radians(degrees))
+    ends = []
+    for aim in np.linspace(0.01294, 0.01300, 31):
+        place = (1.27 + float(aim) - 0.9 * sine, 0.9 * cosine)
+        shot = ball(place, (sine, -cosine), radius=1.125 * INCH)
+        table = Table.model_validate(SIDE_POCKET)
+        scene = scene_of(shot, table=table, t_max=1.5, rolling_friction=0.0)
+        ends.append("pocketed bottom" in met(proved(scene)))
+    assert any(ends) == goes
+
+
+def test_a_ball_meets_a_corner_that_points_into_the_table_as_a_point():
+    """Head on, so that it goes back the way it came; its name is that of the side before it."""
+    scene = scene_of(
+        ball((0.5, 0.5), (1.0, 1.0)),
+        table=Table.model_validate({"vertices": ELL}),
+        cushion="mirror",
+        rolling_friction=0.0,
+        t_max=0.6,
+    )
+    certificate = proved(scene)
+    assert met(certificate) == ["ball-cushion side-3"]
+    (event,) = certificate.events
+    at_corner = 0.5 - scene.radii[0] / math.sqrt(2.0)
+    assert float(event.t) == pytest.approx(at_corner, rel=1e-15)
+    for part, velocity in enumerate((-1.0, -1.0)):
+        assert float(certificate.velocities[0][part]) == pytest.approx(velocity, rel=1e-15)
+
+
+def test_a_ball_that_passes_the_end_of_a_side_does_not_meet_its_line():
+    scene = scene_of(
+        ball((0.5, 1.5), (0.0, -1.0)),
+        ball((1.5, 0.5), (-1.0, 0.0)),
+        table=Table.model_validate({"vertices": ELL}),
+        rolling_friction=0.0,
+        t_max=0.7,
+    )
+    assert met(proved(scene)) == []
+
+
+@pytest.mark.parametrize("slip", [0.0, -20.0])
+@pytest.mark.parametrize("air", [0.0, 0.2])
+def test_a_ball_bounces_off_a_post(slip: float, air: float):
+    """Along the line of centres: the same post is met twice, with a cushion between."""
+    post = {"length": 2.0, "width": 1.0, "posts": [{"centre": (1.0, 0.5), "radius": 0.1}]}
+    scene = scene_of(
+        ball((0.5, 0.5), (4.0, 0.0), angular_velocity=(0.0, slip, 0.0)),
+        table=Table.model_validate(post),
+        motion="sliding",
+        air_drag=air,
+    )
+    post_then_left = ["ball-cushion post-1", "ball-cushion left"]
+    assert met(proved(scene))[:3] == [*post_then_left, "ball-cushion post-1"]
+
+
+def test_only_ends_that_a_ball_can_meet_are_points():
+    """The corner of the L; none where a jaw begins, in a hole, or in a table's own corner."""
+    with working_precision(53):
+        for table, count in (({"vertices": ELL}, 1), ("wpa-9ft", 0), (SIDE_POCKET, 0)):
+            scene = Scene.model_validate(
+                {"name": "one", "table": table, "balls": [{"id": "a", "position": (0.5, 0.5)}]}
+            )
+            walls = walls_of(problem_of(scene))
+            points = [wall for wall in walls if isinstance(wall, Round) and wall.radius.is_zero()]
+            assert len(points) == count
+            assert len({wall.row for wall in walls}) == len(walls)
+
+
+def test_a_ball_between_two_rails_in_one_line_is_in_contact_with_both_and_meets_one():
+    """The two halves of the bottom cushion: after the bounce the other one's line is as near."""
+    scene = scene_of(
+        ball((2.0, 0.3), (1.0, -1.0)), table=Table.model_validate("wpa-9ft"), t_max=0.5
+    )
+    assert met(proved(scene)) == ["ball-cushion bottom"]
+
+
+@pytest.mark.parametrize("kind", ["polygon", "pockets", "posts"])
+@pytest.mark.parametrize("seed", range(8))
+def test_our_engine_does_what_is_proved(kind: str, seed: int):
+    scene = random_scene(seed, **{**PROVABLE, "table": kind})
+    verdict = MatchesProof(least=0, cached=False)(simulate(scene, record="trajectory"))
+    assert not verdict.faults
+
+
+def test_balls_that_may_fly_are_refused_beside_pockets():
+    scene = Scene.model_validate(
+        {
+            "name": "fly",
+            "table": "wpa-9ft",
+            "physics": {"motion": "sliding", "airborne": True},
+            "balls": [{"id": "a", "position": (0.5, 0.5)}],
+        }
+    )
+    with pytest.raises(UnsupportedSceneError, match="no pockets, polygons or posts where balls"):
+        certify(scene)
