@@ -127,6 +127,11 @@ def run(
     names = scenes or config.scenes
     chosen, criteria = select(names), criteria_beside_paths(names)
     labels = labels_of(engine or (), config)
+    if not (engine or config.engines):
+        say(
+            f"No engine is named, so `{OUR_NAME}` itself is compared, in {len(chosen)} scenes. "
+            "`ghostball init` sets up your own"
+        )
     gates = gates_of(labels, kept_in)
     ran = {scene.name for scene in chosen}
     whole = not scenes or ran >= {scene.name for scene in select(config.scenes)}

@@ -124,7 +124,7 @@ def _outcome(result: Result) -> dict[str, str]:
         "ended": f"at t = {result.rest_time:.9f} s, {status}",
         "collisions": _pairs(result.collision_counts),
         "energy": f"{energy['initial']:.6g} J at the start, {energy['final']:.6g} J at the end",
-        "work": _pairs(result.work),
+        "work": _pairs({name: count for name, count in result.work.items() if count}),
         "wall time": f"{result.wall_time * 1e3:.3f} ms",
     }
     if result.events is not None:

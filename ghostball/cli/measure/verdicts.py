@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
+from pathlib import Path
 
 from rich.console import Console, Group, RenderableType
 from rich.markup import escape
@@ -174,7 +176,8 @@ def failures(cases: Iterable[CaseRecord]) -> Sequence[str]:
     for case in cases:
         where = escape(f"{case.scene} on {case.label}")
         if verdict_of(case) is Verdict.CRASHED:
-            lines.append(f"[bold red]did not finish[/] {where}: {escape(unfinished_text(case))}")
+            why = f"{unfinished_text(case)}{_raised_at(case)}"
+            lines.append(f"[bold red]did not finish[/] {where}: {escape(why)}")
         lines += [
             f"[bold red]failed[/]  {where}: {escape(check.sentence)}"
             for check in case.checks
@@ -182,6 +185,14 @@ def failures(cases: Iterable[CaseRecord]) -> Sequence[str]:
         ]
     more = len(lines) - FAILURES_SHOWN
     return [*lines[:FAILURES_SHOWN], f"... and {more} more, in the report"] if more > 0 else lines
+
+
+def _raised_at(case: CaseRecord) -> str:
+    """Return where an engine raised, its file and line; "" where nothing says it."""
+    places = re.findall(r'File "([^"]+)", line (\d+)', case.traceback)
+    own = [one for one in places if not {"ghostball", "site-packages"} & {*Path(one[0]).parts}]
+    file, line = (own or places or [("", "")])[-1]
+    return f" ({Path(file).name}:{line})" if file else ""
 
 
 def likeness_table(found: Sequence[Likeness]) -> RenderableType:

@@ -1,0 +1,57 @@
+"""What a run says after its verdicts, by an engine that applies restitution twice."""
+
+from __future__ import annotations
+
+import inspect
+import sys
+
+import pytest
+from typer.testing import CliRunner
+
+from ghostball.cli import app
+from ghostball.validation.examples import first_engine
+
+
+@pytest.fixture
+def twice(tmp_path, monkeypatch, in_this_process):
+    """An engine whose only mistake is that it squares the restitution of balls."""
+    right = inspect.getsource(first_engine)
+    wrong = right.replace("physics.ball_restitution)", "physics.ball_restitution**2)")
+    assert wrong != right
+    (tmp_path / "twice.py").write_text(wrong, "utf-8")
+    monkeypatch.chdir(tmp_path)
+    yield "twice:simulate"
+    sys.modules.pop("twice", None)
+
+
+def validate(*arguments):
+    return CliRunner().invoke(app, ["validate", *arguments, "--no-report"])
+
+
+def test_a_run_that_never_tried_it_says_so(twice):
+    found = validate("head-on", "draw-shot", "-e", twice)
+    assert found.exit_code == 0, found.output
+    assert "0 failed" in found.stdout
+    assert "Not tried, though twice:simulate claims it:" in found.stdout
+    assert "ball-ball restitution below 1" in found.stdout
+    assert "restitution-cut" in found.stdout
+    assert "can't play 1 of these scenes (–), for it lacks sliding" in found.stdout
+
+
+def test_after_a_failure_the_next_command_is_named(twice):
+    found = validate("stop", "restitution-head-on", "restitution-cut", "-e", twice)
+    assert found.exit_code == 1, found.output
+    text = " ".join(found.stdout.split())
+    assert "all 2 have hits of balls, and no other has" in text
+    assert "next: `ghostball explain restitution-cut --engine twice:simulate`" in text
+
+
+def test_where_an_engine_raised_is_named(twice, tmp_path):
+    (tmp_path / "raises.py").write_text(
+        "def simulate(scene):\n    return scene.nonsense\n", "utf-8"
+    )
+    found = validate("stop", "-e", "raises:simulate")
+    sys.modules.pop("raises", None)
+    assert found.exit_code == 1
+    assert "(raises.py:2)" in found.stdout
+    assert "next: `ghostball run stop --engine raises:simulate`" in found.stdout
