@@ -29,7 +29,7 @@ from ghostball.reference_adapters.base import (
     none,
     resolution_of_step,
 )
-from ghostball.reference_adapters.pybullet import world as pybullet_world
+from ghostball.reference_adapters.pybullet import loading
 from ghostball.reference_adapters.pybullet.rolling import PlanarRun
 from ghostball.reference_adapters.pybullet.sliding import SlidingRun
 from ghostball.reference_adapters.pybullet.world import MOST_IMPULSE, SHORTEST_STEP, World
@@ -189,7 +189,7 @@ class PybulletEngine(EngineBase):
     @classmethod
     def unavailable(cls) -> str | None:
         """Return why pybullet can't be imported here and how to get it, or None."""
-        return pybullet_world.unavailable()
+        return loading.unavailable()
 
     def _lacking(self, scene: Scene) -> Iterator[str]:
         slides = scene.physics.motion == "sliding"

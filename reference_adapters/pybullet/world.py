@@ -8,21 +8,16 @@ The coefficients of its bodies are in `pybullet.coefficients`.
 
 from __future__ import annotations
 
-import functools
-import importlib
-import importlib.util
 import math
-import os
-import sys
 from types import TracebackType
-from typing import Any, Literal, NamedTuple, Self
+from typing import Literal, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ghostball.model import Disc, EventKind, Scene, Segment, Side
-from ghostball.reference_adapters.base import EngineError
 from ghostball.reference_adapters.pybullet.coefficients import Coefficients
+from ghostball.reference_adapters.pybullet.loading import load
 from ghostball.reference_adapters.stepping.sides import CornerNames, parts_of, sides_of
 
 FloatArray = NDArray[np.float64]
@@ -41,42 +36,6 @@ MOST_IMPULSE = 1e10
 
 # Fields of a contact point, as pybullet documents `getContactPoints`.
 _BODY_A, _BODY_B, _NORMAL_FORCE = 1, 2, 9
-
-
-def unavailable() -> str | None:
-    """Return why pybullet can't be imported here and how to get it, or None."""
-    if importlib.util.find_spec("pybullet") is not None:
-        return None
-    if sys.version_info >= (3, 12):
-        found = f"{sys.version_info.major}.{sys.version_info.minor}"
-        return (
-            f"pybullet isn't installed: it has no wheels above Python 3.11, and this is {found}. "
-            "Make the environment with Python 3.11, or install pybullet from conda-forge"
-        )
-    return "pybullet isn't installed. Run `python -m pip install pybullet`"
-
-
-@functools.cache
-def load() -> Any:
-    """Import pybullet without what it prints, and return the module.
-
-    Raises `EngineError` where it isn't installed.
-
-    While it is imported, pybullet writes its build time from C to descriptor 2, past `sys.stderr`;
-    so the descriptor itself must point elsewhere for that moment. What it raises is kept.
-    """
-    reason = unavailable()
-    if reason is not None:
-        raise EngineError(f"engine `pybullet` is unavailable: {reason}")
-    sys.stderr.flush()
-    kept = os.dup(2)
-    try:
-        with open(os.devnull, "wb") as nowhere:
-            os.dup2(nowhere.fileno(), 2)
-        return importlib.import_module("pybullet")
-    finally:
-        os.dup2(kept, 2)
-        os.close(kept)
 
 
 NOSE_RADIUS = 1e-6

@@ -19,7 +19,7 @@ from ghostball.engine import simulate
 from ghostball.model import EventKind, Record, Result, Scene, Table, UnsupportedSceneError
 from ghostball.model.features import missing_features
 from ghostball.reference_adapters.base import EngineError
-from ghostball.reference_adapters.pybullet import world as pybullet_world
+from ghostball.reference_adapters.pybullet import loading, world as pybullet_world
 from ghostball.reference_adapters.pybullet.engine import PybulletEngine, PybulletSettings
 from ghostball.reference_adapters.registry import make_engine
 from ghostball.validation.scenes.library import find_scene
@@ -161,20 +161,20 @@ def test_bad_settings_name_the_field_the_rule_and_the_value(spec: str, message: 
 
 
 def test_says_why_it_is_unavailable(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(pybullet_world.importlib.util, "find_spec", lambda name: None)
+    monkeypatch.setattr(loading.importlib.util, "find_spec", lambda name: None)
     reason = PybulletEngine.unavailable()
     assert reason is not None
     assert (
         "no wheels above Python 3.11" if sys.version_info >= (3, 12) else "pip install"
     ) in reason
-    pybullet_world.load.cache_clear()
+    loading.load.cache_clear()
     with pytest.raises(EngineError, match="engine `pybullet` is unavailable: pybullet isn't"):
         PybulletEngine().simulate(scene_of(ball((0, 0))))
 
 
 def test_closes_its_client_also_when_a_run_fails(monkeypatch: pytest.MonkeyPatch) -> None:
     run(HALF_BALL)
-    bullet = pybullet_world.load()
+    bullet = loading.load()
 
     def connected() -> list[bool]:
         return [bullet.getConnectionInfo(client)["isConnected"] for client in range(8)]

@@ -8,12 +8,12 @@ import pytest
 
 from ghostball.model import Result
 from ghostball.reference_adapters import make_engine
-from ghostball.reference_adapters.pybullet import world as pybullet_world
+from ghostball.reference_adapters.pybullet import loading, world as pybullet_world
 from ghostball.reference_adapters.pybullet.world import World
 from ghostball.validation.scenes.library import find_scene
 
 pytestmark = pytest.mark.skipif(
-    pybullet_world.unavailable() is not None, reason=str(pybullet_world.unavailable())
+    loading.unavailable() is not None, reason=str(loading.unavailable())
 )
 
 ROLLING = ("half-ball-cut", "unequal-balls", "rail-into", "cradle", "break-7")
