@@ -66,7 +66,11 @@ def flight_piece(
     along = speed_of(ball.vx, ball.vy)
     speed = speed_of(along, up)
     root = math.sqrt(up * up + 2.0 * gravity * rise)
-    free: float = (up + root) / gravity if up > 0.0 else 2.0 * rise / max(root - up, gravity * EPS)
+    free = 0.0
+    if up > 0.0:
+        free = (up + root) / gravity
+    elif rise > 0.0:
+        free = 2.0 * rise / (root - up)
     # How fast it may become: as by the fall alone, or to where the air holds it.
     gained = min(2.0 * gravity * rise, gravity / laws.air_drag)
     fastest = math.sqrt(speed * speed + gained)

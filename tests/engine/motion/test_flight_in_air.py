@@ -220,6 +220,27 @@ def test_a_ball_leaves_the_table_when_the_oracle_says(k):
     assert result.phases([result.rest_time])[0, 0] == Phase.GONE
 
 
+def test_a_flight_is_the_same_at_any_size():
+    """To the bit, in lengths and times that are powers of two of each other."""
+    v = np.array([2.0, 0.7, 1.1])
+    one = simulate(scene_of(ball((0, 0), v), t_max=0.5, **AIR), record="events")
+    for length, time in ((2.0**-9, 2.0**3), (2.0**5, 2.0**-4)):
+        other = scene_of(
+            ball((0, 0), v * length / time, radius=R * length),
+            t_max=0.5 * time,
+            **AIR
+            | {
+                "air_drag": K / length,
+                "gravity": G * length / time**2,
+                "spinning_friction_rate": 10.0 / time**2,
+            },
+        )
+        found = simulate(other, record="events")
+        assert found.events["kind"].tolist() == one.events["kind"].tolist()
+        assert (found.events["t"] == time * one.events["t"]).all()
+        assert (found.rest_positions == length * one.rest_positions).all()
+
+
 # --- limits
 
 
