@@ -107,6 +107,8 @@ def value_text(column: Column, cell: Cell) -> str:
         return cell.note.partition(":")[0]
     if column.unit in ("m", "s"):
         return "exact" if cell.kind == "exact" else style.format_quantity(cell.value, column.unit)
+    if column.pick == "widest":
+        return f"{cell.value:g}°"
     if column.pick == "fastest":
         return f"{cell.value:g}" if cell.value else "none"
     return f"{cell.value:.1e}" if cell.value > _KEPT else "kept"

@@ -159,7 +159,7 @@ class Laws(NamedTuple):
     table_restitution: float
     roll_quadratic: float  # b of a rolling friction mu g + b v^2, beside the air [1/m]
     outer: int  # first row of `obstacles` from which on all lie outside of the frame, see below
-    frame_x: float  # the frame: a rectangle from (0, 0) to here [m], along whose sides rails lie
+    frame_x: float  # the frame: a rectangle from (0, 0) to here [m], along whose sides cushions lie
     frame_y: float
     # What balls bounce off, or are taken out by; `running.from_scene.obstacles_of` lists it. Python
     # sees a matrix (k, OBSTACLE_COLUMNS), kernels (k,) of `ObstacleRow`.

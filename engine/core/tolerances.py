@@ -46,10 +46,10 @@ SLIP_ROUNDING = 4.0 * EPS
 """Slip, in units of the speeds that it is the difference of, that is but their rounding."""
 
 AT_THE_FRAME = 2.0**-26
-"""How near a rail's end, or the next rail in time, a ball's way is looked at closely; see below.
+"""Below which two times, over themselves, or two places, over a ball's radius, count as one.
 
-In parts of the way's length or its time. Where a ball meets the middle of a rail before it comes
-near to anything else, nothing else is asked: far more than rounding lies between.
+The root of a rounding: far more than rounding lies between a ball that meets the middle of a
+cushion and whatever else there is. Where less does, all obstacles are asked; see `motion.frame`.
 """
 
 CONTACT_TOLERANCE = 2.0**-37

@@ -35,7 +35,7 @@ from ghostball.engine.event_loop.record import (
 )
 from ghostball.engine.impacts.impact import bounce, bounce_in_corner
 from ghostball.engine.impacts.simultaneous import collide_together
-from ghostball.engine.motion.frame import only_rail
+from ghostball.engine.motion.frame import only_cushion
 from ghostball.engine.motion.geometry import (
     blocking_ball,
     capture_height,
@@ -206,7 +206,7 @@ def _corner_cushion(balls: Balls, laws: Laws, i: int, cushion: int, t: float) ->
     """Return an obstacle across the given one that ball i meets at the same instant, or -1."""
     ball = balls.state[i]
     ox, oy, _ = facing(laws, cushion, ball.x, ball.y)
-    alone = only_rail(laws, cushion, ball.x, ball.y, 2.0 * ball.radius)
+    alone = only_cushion(laws, cushion, ball.x, ball.y, 2.0 * ball.radius)
     for other in range(laws.outer if alone else len(laws.obstacles)):
         nx, ny, distance = facing(laws, other, ball.x, ball.y)
         if not nx * ball.vx + ny * ball.vy < 0.0 or abs(nx * ox + ny * oy) > _ONE_WALL:

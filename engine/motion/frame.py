@@ -1,9 +1,9 @@
 """What a ball meets of a table with pockets: first of all, where it leaves the frame.
 
-The frame is the rectangle of the noses. Rails lie along its sides; jaws, facings and holes lie
-behind them. As long as a ball is inside, it meets nothing; and where it leaves the frame in front
-of a rail, it meets that. Only near a mouth are all obstacles asked, which is three dozen of them.
-The answer has the same bits as theirs.
+The frame is the rectangle of the noses. The straight pieces of cushions lie along its sides; jaws,
+facings and holes lie behind them. As long as a ball is inside, it meets nothing; and where it
+leaves the frame in front of a straight piece, it meets that. Only near a mouth are all obstacles
+asked, which is three dozen of them. The answer has the same bits as theirs.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ NONE: Final = -2
 
 
 @kernel
-def rail_ahead(balls: Balls, i: int, laws: Laws, duration: float) -> int:
-    """Return the row of the rail that ball i meets within a duration [s]; or `ALL`, or `NONE`.
+def cushion_ahead(balls: Balls, i: int, laws: Laws, duration: float) -> int:
+    """Return the row of the cushion that ball i meets within a duration [s]; or `ALL`, or `NONE`.
 
-    Contract: no allocation. Without jerk the rail's own time is the one that is compared here, to
-    the bit.
+    Contract: no allocation. Without jerk the cushion's own time is the one that is compared here,
+    to the bit.
     """
     ball = balls.state[i]
     if jerk(balls, i) != 0.0:
@@ -52,9 +52,9 @@ def rail_ahead(balls: Balls, i: int, laws: Laws, duration: float) -> int:
         return ALL
     if first in (left, right):
         along = y + (ball.vy + 0.5 * ball.ay * first) * first
-        return _rail_at(laws, True, 0.0 if left == first else laws.frame_x, along, edge)
+        return _cushion_at(laws, True, 0.0 if left == first else laws.frame_x, along, edge)
     along = x + (ball.vx + 0.5 * ball.ax * first) * first
-    return _rail_at(laws, False, 0.0 if bottom == first else laws.frame_y, along, edge)
+    return _cushion_at(laws, False, 0.0 if bottom == first else laws.frame_y, along, edge)
 
 
 @kernel(inline=True)
@@ -72,12 +72,12 @@ def _time_out(away: float, rate: float, pull: float, edge: float) -> float:
 
 
 @kernel(inline=True)
-def _rail_at(laws: Laws, upright: bool, side: float, along: float, edge: float) -> int:
-    """Return the row of the rail on a side of the frame at whose middle a place lies, or `ALL`."""
+def _cushion_at(laws: Laws, upright: bool, side: float, along: float, edge: float) -> int:
+    """Return the row of the cushion on a side at whose middle a place lies, or `ALL`."""
     for k in range(laws.outer, len(laws.obstacles)):
         row = laws.obstacles[k]
         if row.kind != st.SEGMENT:
-            return ALL  # rails come first
+            return ALL  # straight noses come first
         across, other = (row.x, row.nx) if upright else (row.y, row.ny)
         start, end = (row.y, row.ny) if upright else (row.x, row.nx)
         inside = along > min(start, end) + edge and along < max(start, end) - edge
@@ -87,8 +87,11 @@ def _rail_at(laws: Laws, upright: bool, side: float, along: float, edge: float) 
 
 
 @kernel
-def only_rail(laws: Laws, k: int, x: float, y: float, reach: float) -> bool:
-    """Whether obstacle k is a rail, and no other one is within a reach [m] of a place at it."""
+def only_cushion(laws: Laws, k: int, x: float, y: float, reach: float) -> bool:
+    """Whether obstacle k is a nose, and no other one is within a reach [m] of a place at it.
+
+    The opposite cushion is farther away, too.
+    """
     row = laws.obstacles[k]
     if k < laws.outer or row.kind != st.SEGMENT:
         return False

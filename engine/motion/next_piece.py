@@ -15,7 +15,7 @@ from ghostball.engine.core.tolerances import SLIP_ROUNDING, TIME_ROUNDING
 from ghostball.engine.motion.air import in_air
 from ghostball.engine.motion.drag import roll_piece, slide_piece, trim_piece
 from ghostball.engine.motion.flight import bounce_on, fly
-from ghostball.engine.motion.frame import ALL, NONE, rail_ahead
+from ghostball.engine.motion.frame import ALL, NONE, cushion_ahead
 from ghostball.engine.motion.geometry import speed_of
 from ghostball.engine.motion.obstacles import time_to_obstacle
 from ghostball.engine.motion.position import advance, straighten, turn_about_vertical
@@ -275,7 +275,7 @@ def _predict_outer(
     balls: Balls, i: int, laws: Laws, duration: float, lasts: float, held: int
 ) -> float:
     """`predict_obstacles`, of those outside of the frame; return when the own event comes [s]."""
-    only = ALL if held else rail_ahead(balls, i, laws, duration)
+    only = ALL if held else cushion_ahead(balls, i, laws, duration)
     if only == NONE:
         return duration
     for k in range(laws.outer, len(laws.obstacles)):

@@ -306,8 +306,8 @@ def obstacles_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> FloatArray
         else:
             continue
         rows.append((st.LINE, *point, *normal, 0.0, law, index, *coefficients))
-    posts, walls = _obstacles_in_order(scene)
-    rows += [(*_place_of(one, law), *coefficients) for one in (*posts, *walls)]
+    posts, others = _obstacles_in_order(scene)
+    rows += [(*_place_of(one, law), *coefficients) for one in (*posts, *others)]
     return np.array(rows, dtype=np.float64).reshape(-1, OBSTACLE_COLUMNS)
 
 
@@ -321,12 +321,12 @@ def _obstacles_in_order(scene: Scene) -> tuple[Sequence[Obstacle], Sequence[Obst
 def _outer_of(scene: Scene, count: int, off: frozenset[Skip]) -> int:
     """Return from which row on obstacles lie outside of a table's rectangle, of so many.
 
-    All of a table with pockets but its posts do: rails lie along the sides, the rest behind them.
+    All of a table with pockets but its posts do: noses lie along the sides, the rest behind them.
     """
     if scene.table is None or not scene.table.holes or Skip.FAR_OBSTACLES in off:
         return count
-    _, walls = _obstacles_in_order(scene)
-    return count - len(walls)
+    _, others = _obstacles_in_order(scene)
+    return count - len(others)
 
 
 def _place_of(one: Obstacle, law: int) -> tuple[float, ...]:

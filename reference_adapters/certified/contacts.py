@@ -22,8 +22,8 @@ from ghostball.reference_adapters.certified.candidates import Candidate
 from ghostball.reference_adapters.certified.certificate import Choice
 from ghostball.reference_adapters.certified.gaps import ObstacleGap
 from ghostball.reference_adapters.certified.motion import Body
+from ghostball.reference_adapters.certified.obstacles import Round, Straight
 from ghostball.reference_adapters.certified.problem import Problem
-from ghostball.reference_adapters.certified.walls import Round, Wall
 
 LOW_BOUNCE = 2.0**-18
 """Height of a bounce, in diameters, at which a contact counts as sustained: 2e-7 m for pool balls.
@@ -47,16 +47,16 @@ AT_ONE_INSTANT = 10_000
 class Contacts:
     """Contacts of one run, at the instant of its last event."""
 
-    def __init__(self, problem: Problem, walls: Sequence[Wall | Round]) -> None:
+    def __init__(self, problem: Problem, pieces: Sequence[Straight | Round]) -> None:
         self._balls: set[tuple[int, int]] = set()
         self._obstacles: set[tuple[int, int]] = set()
         self._still: dict[tuple[int, int], tuple[Body, ...]] = {}
         self._low_bounces: dict[Choice, tuple[float, float, int]] = {}
         self._impacts = 0
-        self._walls = {wall.row: wall for wall in walls}
+        self._pieces = {piece.row: piece for piece in pieces}
         self._in_line = {
-            wall.row: [other.row for other in walls if wall is other or _in_line(wall, other)]
-            for wall in walls
+            piece.row: [other.row for other in pieces if piece is other or _in_line(piece, other)]
+            for piece in pieces
         }
         for i in range(len(problem.balls)):
             self._note_start(problem, i)
@@ -75,9 +75,9 @@ class Contacts:
             if rx * rx + ry * ry + rz * rz == r * r:
                 self._balls.add((j, i))
         above = exactly(ball.z) - exactly(problem.cushion_height) if problem.airborne else fmpq(0)
-        for wall in self._walls.values():
-            if _touches(wall, x, y, above, radius):
-                self._obstacles.add((i, wall.row))
+        for piece in self._pieces.values():
+            if _touches(piece, x, y, above, radius):
+                self._obstacles.add((i, piece.row))
 
     def touches_ball(self, i: int, j: int) -> bool:
         """Whether the gap of balls i < j is exactly 0."""
@@ -97,7 +97,7 @@ class Contacts:
         self._impacts = 0
         self._balls = {(i, j) for i, j in self._balls if bodies[i].resting and bodies[j].resting}
         self._obstacles = {
-            (i, row) for i, row in self._obstacles if _keeps_to(bodies[i], self._walls[row])
+            (i, row) for i, row in self._obstacles if _keeps_to(bodies[i], self._pieces[row])
         }
 
     def same_instant(self, choice: Choice, t: arb) -> None:
@@ -119,7 +119,7 @@ class Contacts:
         if choice.kind is EventKind.BALL_CUSHION:
             assert isinstance(gap, ObstacleGap)
             # What lies in one line with it, as the other rail of a side pocket, is as far away.
-            self._obstacles.update((choice.a, row) for row in self._in_line[gap.wall.row])
+            self._obstacles.update((choice.a, row) for row in self._in_line[gap.piece.row])
         elif choice.kind is EventKind.BALL_BALL:
             self._balls.add((choice.a, choice.b))
             if still:
@@ -152,37 +152,37 @@ class Contacts:
         self._low_bounces[choice] = (now, speed, bounces)
 
 
-def _keeps_to(body: Body, wall: Wall | Round) -> bool:
+def _keeps_to(body: Body, piece: Straight | Round) -> bool:
     """Whether the distance of a ball from what it touches stays exactly as it is."""
     if body.phase is Phase.FLYING:
         return False
-    if isinstance(wall, Round):
+    if isinstance(piece, Round):
         return body.resting
-    v, a = wall.across((body.vx, body.vy)), wall.across((body.ax, body.ay))
+    v, a = piece.across((body.vx, body.vy)), piece.across((body.ax, body.ay))
     return bool(v.is_zero() and a.is_zero())
 
 
-def _in_line(wall: Wall | Round, other: Wall | Round) -> bool:
-    """Whether two walls lie in one line, and have the table on the same side."""
-    if isinstance(wall, Round) or isinstance(other, Round):
+def _in_line(piece: Straight | Round, other: Straight | Round) -> bool:
+    """Whether two pieces lie in one line, and have the table on the same side."""
+    if isinstance(piece, Round) or isinstance(other, Round):
         return False
-    (ax, ay), (bx, by) = wall.along, other.along
+    (ax, ay), (bx, by) = piece.along, other.along
     dx, dy = (
-        exactly(q) - exactly(p) for p, q in zip(wall.doubles[:2], other.doubles[:2], strict=True)
+        exactly(q) - exactly(p) for p, q in zip(piece.doubles[:2], other.doubles[:2], strict=True)
     )
     return bool(ax * by == ay * bx and ax * bx + ay * by > 0 and ax * dy == ay * dx)
 
 
-def _touches(wall: Wall | Round, x: fmpq, y: fmpq, above: fmpq, radius: fmpq) -> bool:
+def _touches(piece: Straight | Round, x: fmpq, y: fmpq, above: fmpq, radius: fmpq) -> bool:
     """Whether the gap of a ball to what stands on the table is exactly 0, by exact numbers.
 
-    To the line of a wall, wherever along it.
+    To the line of a piece, wherever along it.
     """
-    wx, wy, *rest = wall.doubles
+    wx, wy, *rest = piece.doubles
     dx, dy = x - exactly(wx), y - exactly(wy)
-    if isinstance(wall, Round):
+    if isinstance(piece, Round):
         reach = exactly(rest[0]) + radius
-        return not wall.takes_out and bool(dx * dx + dy * dy == reach * reach)
-    ax, ay = wall.along
+        return not piece.takes_out and bool(dx * dx + dy * dy == reach * reach)
+    ax, ay = piece.along
     away, square = ax * dy - ay * dx, ax * ax + ay * ay
     return bool(away > 0 and away * away == (radius * radius - above * above) * square)

@@ -28,6 +28,7 @@ from ghostball.reference_adapters.certified.arithmetic import (
 )
 from ghostball.reference_adapters.certified.certificate import Choice
 from ghostball.reference_adapters.certified.motion import Body
+from ghostball.reference_adapters.certified.obstacles import Round, Straight
 from ghostball.reference_adapters.certified.problem import Problem
 from ghostball.reference_adapters.certified.roots import (
     ROOT,
@@ -36,7 +37,6 @@ from ghostball.reference_adapters.certified.roots import (
     unreached,
     unsearched,
 )
-from ghostball.reference_adapters.certified.walls import Round, Wall
 
 DOUBLES_ERROR = 1e-10
 """Bound of the error of a search in doubles, in units of the sum of all terms.
@@ -201,9 +201,9 @@ class PairGap(_DistanceGap):
 class NoseGap(_DistanceGap):
     """The gap of a ball in the air and a nose, a line at a height."""
 
-    def __init__(self, body: Body, wall: Wall, height: float, choice: Choice) -> None:
+    def __init__(self, body: Body, piece: Straight, height: float, choice: Choice) -> None:
         self.choice = choice
-        self.wall = wall
+        self.piece = piece
         self.t = body.t
         self.curved = False
         self.reach = body.constants.radius
@@ -213,15 +213,15 @@ class NoseGap(_DistanceGap):
         """Return where the ball is, seen from the nose: away from it and up [m]."""
         x, y, z = motion_of(self._body, s, order, in_space=True)
         if order == 0:
-            return (self.wall.away((x, y)), z - self._height)
-        return (self.wall.across((x, y)), z)
+            return (self.piece.away((x, y)), z - self._height)
+        return (self.piece.across((x, y)), z)
 
     def search_in_doubles(self, high: float) -> Bracket:
         """Search in doubles; a ball too wide for that is UNSURE."""
         state = self._body.doubles
         if not state.exact_enough:
             return unsearched(high)
-        x, y, nx, ny, _ = self.wall.doubles
+        x, y, nx, ny, _ = self.piece.doubles
         r, v, a = _motion_in_doubles(self._body, 0.0, in_space=True)
         motion = [
             (nx * (r[0] - x) + ny * (r[1] - y), r[2] - self._height),
@@ -236,25 +236,25 @@ class NoseGap(_DistanceGap):
 class RoundGap(_DistanceGap):
     """The gap of a ball on the cloth and a disc, or of its centre and the edge of a hole."""
 
-    def __init__(self, body: Body, wall: Round, choice: Choice) -> None:
+    def __init__(self, body: Body, piece: Round, choice: Choice) -> None:
         self.choice = choice
-        self.wall = wall
+        self.piece = piece
         self.t = body.t
         self.curved = body.curved
-        self.reach = wall.radius if wall.takes_out else wall.radius + body.constants.radius
+        self.reach = piece.radius if piece.takes_out else piece.radius + body.constants.radius
         self._body = body
 
     def vector(self, s: arb, order: int = 0) -> Direction:
         """Return where the ball is, seen from the centre [m], or the derivatives of that."""
         moved = motion_of(self._body, s, order, in_space=False)
-        return moved if order else minus(moved, self.wall.centre)
+        return moved if order else minus(moved, self.piece.centre)
 
     def search_in_doubles(self, high: float) -> Bracket:
         """Search in doubles; a ball too wide for that is UNSURE."""
         state = self._body.doubles
         if not state.exact_enough:
             return unsearched(high)
-        x, y, _ = self.wall.doubles
+        x, y, _ = self.piece.doubles
         reach = float(self.reach)
         r = (state.x - x, state.y - y)
         most = high * (state.speed + high * state.pull)
@@ -265,60 +265,67 @@ class RoundGap(_DistanceGap):
         return _search(motion, reach, high, size - most, state.speed, state.pull)
 
 
-class WallGap:
-    """The distance of a ball from the line of a wall, on the table's side [m].
+class StraightGap:
+    """The distance of a ball from the line of a straight piece, on the table's side [m].
 
     Less the ball's radius, or another `reach` [m]: where the nose is not at the height of its
-    centre. Where the wall is a face, the ball touches it only if `is_on_face`.
+    centre. Where the piece is a face, the ball touches it only if `is_on_face`.
     """
 
-    def __init__(self, body: Body, wall: Wall, choice: Choice, reach: arb | None = None) -> None:
+    def __init__(
+        self, body: Body, piece: Straight, choice: Choice, reach: arb | None = None
+    ) -> None:
         self._reach = body.constants.radius if reach is None else reach
         self.choice = choice
-        self.wall = wall
+        self.piece = piece
         self.t = body.t
         self._body = body
         self.curved = body.curved
 
     @property
     def ends(self) -> bool:
-        """Whether the wall is a face: the gap may close beside it."""
-        return self.wall.extent is not None
+        """Whether the piece is a face: the gap may close beside it."""
+        return self.piece.extent is not None
+
+    @property
+    def is_behind(self) -> bool:
+        """Whether the ball's centre is surely behind the line, at first: no rounding does that."""
+        return bool(self.piece.away((self._body.x, self._body.y)) < 0)
 
     def is_on_face(self, s: arb) -> bool | None:
         """Whether the ball is in front of the face after a time s; None: that isn't decided."""
-        return self.wall.holds_foot_of(self._body.position_after(s))
+        return self.piece.holds_foot_of(self._body.position_after(s))
 
     def coefficients(self) -> list[arb]:
         """Return the coefficients from the constant up [m, m/s, m/s^2]."""
-        body, across = self._body, self.wall.across
-        away = self.wall.away((body.x, body.y)) - self._reach
+        body, across = self._body, self.piece.across
+        away = self.piece.away((body.x, body.y)) - self._reach
         return [away, across((body.vx, body.vy)), across((body.ax, body.ay)) / 2]
 
     def value(self, s: arb) -> arb:
         """Return the gap after a time s [m]."""
         if self.curved:
-            return self.wall.away(self._body.position_after(s)) - self._reach
+            return self.piece.away(self._body.position_after(s)) - self._reach
         c0, c1, c2 = self.coefficients()
         return c0 + s * (c1 + s * c2)
 
     def slope(self, s: arb) -> arb:
         """Return its rate after a time s [m/s]."""
         if self.curved:
-            return self.wall.across(self._body.velocity_after(s))
+            return self.piece.across(self._body.velocity_after(s))
         _, c1, c2 = self.coefficients()
         return c1 + 2 * s * c2
 
     def bend(self, s: arb) -> arb:
         """Return its second derivative after a time s [m/s^2]."""
-        return self.wall.across(self._body.acceleration_after(s))
+        return self.piece.across(self._body.acceleration_after(s))
 
     def search_in_doubles(self, high: float) -> Bracket:
         """Search in doubles; a ball too wide for that is UNSURE."""
         q = self._body.doubles
         if not q.exact_enough:
             return unsearched(high)
-        x, y, nx, ny, extent = self.wall.doubles
+        x, y, nx, ny, extent = self.piece.doubles
         reach = float(self._reach)
         size = q.place + abs(x) + abs(y) + reach
         rx, ry = q.x - x, q.y - y
@@ -347,7 +354,7 @@ class WallGap:
         return found
 
 
-ObstacleGap = NoseGap | RoundGap | WallGap
+ObstacleGap = NoseGap | RoundGap | StraightGap
 """Gaps of a ball and what stands on the table."""
 
 
@@ -379,9 +386,9 @@ def reach_to_cushion(problem: Problem, i: int) -> arb:
     return nose_reach(radius, problem.cushion_height) if problem.airborne else arb(radius)
 
 
-def over_nose(body: Body, wall: Wall) -> tuple[arb, arb]:
+def over_nose(body: Body, piece: Straight) -> tuple[arb, arb]:
     """Return how far a ball's centre is from the line of a nose [m], and the rate of that [m/s]."""
-    return wall.away((body.x, body.y)), wall.across((body.vx, body.vy))
+    return piece.away((body.x, body.y)), piece.across((body.vx, body.vy))
 
 
 def nose_reach(radius: float, height: float) -> arb:
@@ -443,8 +450,8 @@ def _range(gap: Sequence[float], low: float, high: float) -> tuple[float, float]
     return min(values), max(values)
 
 
-def choice_at(i: int, wall: Wall | Round) -> Choice:
+def choice_at(i: int, piece: Straight | Round) -> Choice:
     """Return what it is called when ball i meets something on the table."""
-    takes_out = isinstance(wall, Round) and wall.takes_out
+    takes_out = isinstance(piece, Round) and piece.takes_out
     kind = EventKind.POCKETED if takes_out else EventKind.BALL_CUSHION
-    return Choice(kind, i, wall.obstacle)
+    return Choice(kind, i, piece.obstacle)

@@ -12,7 +12,7 @@ from ghostball.reference_adapters.certified.gaps import (
     ObstacleGap,
     PairGap,
     RoundGap,
-    WallGap,
+    StraightGap,
     reach_to_cushion,
 )
 from ghostball.reference_adapters.certified.laws import (
@@ -22,8 +22,8 @@ from ghostball.reference_adapters.certified.laws import (
     to_contact_frame,
 )
 from ghostball.reference_adapters.certified.motion import Body
+from ghostball.reference_adapters.certified.obstacles import Straight
 from ghostball.reference_adapters.certified.problem import Problem
-from ghostball.reference_adapters.certified.walls import Wall
 
 
 class Impacts:
@@ -51,7 +51,7 @@ class Impacts:
         if pair:
             return not self._contacts.touches_ball(a, b)
         assert isinstance(chosen.gap, ObstacleGap)
-        return not self._contacts.touches_obstacle(a, chosen.gap.wall.row)
+        return not self._contacts.touches_obstacle(a, chosen.gap.piece.row)
 
     def collided(self, chosen: Candidate, order: int) -> tuple[Body, ...]:
         """Return both balls after their impact."""
@@ -83,11 +83,11 @@ class Impacts:
             x, y = gap.normal(s, touching=not self.overlapping(chosen))
             self._check_round(chosen, gap, (x, y))
         else:
-            assert isinstance(gap, WallGap)
-            x, y = gap.wall.inward
-            self._check_cushion(chosen, gap.wall)
-            if gap.wall.is_level and not self.overlapping(chosen):
-                place = self._at_cushion(chosen.choice.a, gap.wall, place)
+            assert isinstance(gap, StraightGap)
+            x, y = gap.piece.inward
+            self._check_cushion(chosen, gap.piece)
+            if gap.piece.is_level and not self.overlapping(chosen):
+                place = self._at_cushion(chosen.choice.a, gap.piece, place)
         n = (-x, -y)
         seen = to_contact_frame(n, velocity, slip, body.spin_after(s), body.constants.radius)
         after = self._laws.bounce(chosen.choice.a, seen)
@@ -104,11 +104,11 @@ class Impacts:
         self._contacts.check_bounce(chosen, rate, opening, gap.reach)
         return (nx, ny)
 
-    def _check_cushion(self, chosen: Candidate, wall: Wall) -> None:
+    def _check_cushion(self, chosen: Candidate, piece: Straight) -> None:
         """Raise where a ball that meets a cushion stays in contact."""
         body, s = chosen.bodies[0], chosen.age
         rate, opening = (
-            wall.across(vector) for vector in (body.velocity_after(s), body.acceleration_after(s))
+            piece.across(vector) for vector in (body.velocity_after(s), body.acceleration_after(s))
         )
         self._contacts.check_bounce(chosen, rate, opening, 2 * body.constants.radius)
 
@@ -127,13 +127,13 @@ class Impacts:
             slip = (ZERO, ZERO)  # a ball that always rolls has the spin of its velocity
         return Body(body.constants, place, velocity, slip, after.wz, t, order)
 
-    def _at_cushion(self, i: int, wall: Wall, place: Vector) -> Vector:
+    def _at_cushion(self, i: int, piece: Straight, place: Vector) -> Vector:
         """Return where ball i touches a cushion along an axis: across it there is no doubt.
 
         Without this, the instants of a ball between a cushion and another grow wider at every
         bounce (Galperin's 31415 collisions would need a hundred thousand bits).
         """
-        (x, y), reach = wall.inward, reach_to_cushion(self._problem, i)
+        (x, y), reach = piece.inward, reach_to_cushion(self._problem, i)
         if y.is_zero():
-            return (wall.place[0] + x * reach, place[1])
-        return (place[0], wall.place[1] + y * reach)
+            return (piece.place[0] + x * reach, place[1])
+        return (place[0], piece.place[1] + y * reach)

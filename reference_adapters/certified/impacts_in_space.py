@@ -29,7 +29,7 @@ from ghostball.reference_adapters.certified.flight import FlyingBody, State, ans
 from ghostball.reference_adapters.certified.gaps import (
     NoseGap,
     PairGap,
-    WallGap,
+    StraightGap,
     motion_of,
     nose_reach,
 )
@@ -121,22 +121,22 @@ class ImpactsInSpace(Impacts):
     def bounced(self, chosen: Candidate, order: int) -> Body:
         """Return a ball after it met a nose."""
         body, s, gap = chosen.bodies[0], chosen.age, chosen.gap
-        assert isinstance(gap, NoseGap | WallGap)
-        radius, inward = body.constants.radius, gap.wall.inward
+        assert isinstance(gap, NoseGap | StraightGap)
+        radius, inward = body.constants.radius, gap.piece.inward
         ball = self._moved(body, s)
         slow = self._slow(2 * radius)
         free = isinstance(gap, NoseGap)
         if isinstance(gap, NoseGap):
             away, above = gap.normal(s, touching=not self.overlapping(chosen))
         else:
-            rate = gap.wall.across((ball.velocity[0], ball.velocity[1]))
+            rate = gap.piece.across((ball.velocity[0], ball.velocity[1]))
             if not self._lifts(-rate, slow):
                 return super().bounced(chosen, order)
-            self._check_cushion(chosen, gap.wall)
+            self._check_cushion(chosen, gap.piece)
             reach = nose_reach(self._problem.balls[chosen.choice.a].radius, self._height)
             away, above = reach / radius, (radius - self._height) / radius
             if not self.overlapping(chosen):
-                ball = ball._replace(place=self._at_cushion(chosen.choice.a, gap.wall, ball.place))
+                ball = ball._replace(place=self._at_cushion(chosen.choice.a, gap.piece, ball.place))
         n = (-inward[0] * away, -inward[1] * away, -above)
         speed = dot(ball.velocity, n)
         returned = self._falling.at(speed) * speed

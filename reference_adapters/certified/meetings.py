@@ -13,7 +13,7 @@ from ghostball.reference_adapters.certified.arithmetic import (
     UndecidedError,
 )
 from ghostball.reference_adapters.certified.drag import first_entry_of, parting
-from ghostball.reference_adapters.certified.gaps import Gap, WallGap
+from ghostball.reference_adapters.certified.gaps import Gap, StraightGap
 from ghostball.reference_adapters.certified.roots import (
     NONE,
     ROOT,
@@ -36,7 +36,7 @@ def meeting(gap: Gap, bracket: Bracket, bits: int) -> Meeting | None:
 
     `bracket` is what a search in doubles found.
     """
-    if isinstance(gap, WallGap) and gap.ends:
+    if isinstance(gap, StraightGap) and gap.ends:
         return _meeting_with_face(gap, bracket, bits)
     if gap.curved:
         if not gap.value(ZERO) > 0:
@@ -62,7 +62,7 @@ def meeting_again(gap: Gap, high: float, bits: int, *, still: bool = False) -> M
     where they are in resting contact.
     """
     found = _meeting_again(gap, high, bits, still=still)
-    if found is not None and found.s is not None and isinstance(gap, WallGap) and gap.ends:
+    if found is not None and found.s is not None and isinstance(gap, StraightGap) and gap.ends:
         is_on_face = gap.is_on_face(found.s)
         if is_on_face is None or (not is_on_face and gap.curved):
             return Meeting(None, found.t)
@@ -72,7 +72,7 @@ def meeting_again(gap: Gap, high: float, bits: int, *, still: bool = False) -> M
 
 
 def _meeting_again(gap: Gap, high: float, bits: int, *, still: bool) -> Meeting | None:
-    """`meeting_again`, wherever along a wall."""
+    """`meeting_again`, wherever along a straight piece."""
     now = Meeting(ZERO, gap.t)
     if gap.curved:
         return _meeting_again_in_air(gap, arb(high), bits, still=still)
@@ -92,15 +92,19 @@ def _meeting_again(gap: Gap, high: float, bits: int, *, still: bool) -> Meeting 
     return _narrowed(gap.t, *_horner(rest), first_entry(rest, ZERO, arb(high), bits))
 
 
-def _meeting_with_face(gap: WallGap, bracket: Bracket, bits: int) -> Meeting | None:
+def _meeting_with_face(gap: StraightGap, bracket: Bracket, bits: int) -> Meeting | None:
     """Find when a ball meets a face: its line is crossed, where the face is, from the front."""
     at_first = gap.value(ZERO)
     in_front, low = at_first > 0, ZERO
     if not in_front:
         if not at_first < 0:
             return Meeting(None, gap.t)
-        if gap.is_on_face(ZERO) is not False and not gap.curved:
-            return _after_overlap(gap, gap.coefficients(), bracket.high, bits)
+        if not gap.is_behind:  # else it is far from it, in another part of the table
+            is_on_face = gap.is_on_face(ZERO)
+            if is_on_face is None or (is_on_face and gap.curved):
+                return Meeting(None, gap.t)
+            if is_on_face:
+                return _after_overlap(gap, gap.coefficients(), bracket.high, bits)
     found = bracket if in_front and bracket.verdict == ROOT else None
     while True:
         if found is None:
@@ -119,8 +123,8 @@ def _meeting_with_face(gap: WallGap, bracket: Bracket, bits: int) -> Meeting | N
         in_front, low, found = not in_front, found.high, None
 
 
-def _crossing(gap: WallGap, low: arb, high: arb, bits: int, *, downwards: bool) -> Bracket:
-    """Search for the next instant in [low, high] at which a ball crosses the line of a wall."""
+def _crossing(gap: StraightGap, low: arb, high: arb, bits: int, *, downwards: bool) -> Bracket:
+    """Search for the next instant in [low, high] at which a ball crosses a face's line."""
     sign = 1 if downwards else -1
     if not gap.curved:
         return first_entry([sign * c for c in gap.coefficients()], low, high, bits)
@@ -137,7 +141,7 @@ def _meeting_again_in_air(gap: Gap, high: arb, bits: int, *, still: bool) -> Mee
     if rate.is_zero():
         opens = gap.bend
         pull = opens(ZERO)
-        if pull.is_zero() and isinstance(gap, WallGap):
+        if pull.is_zero() and isinstance(gap, StraightGap):
             return None  # it goes along the cushion
         if pull < 0:
             raise SustainedContactError("in resting contact", (gap.choice,), gap.t)

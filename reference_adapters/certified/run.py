@@ -31,7 +31,7 @@ from ghostball.reference_adapters.certified.gaps import (
     ObstacleGap,
     PairGap,
     RoundGap,
-    WallGap,
+    StraightGap,
     choice_at,
     level_reach,
     over_nose,
@@ -41,8 +41,8 @@ from ghostball.reference_adapters.certified.impacts import Impacts
 from ghostball.reference_adapters.certified.impacts_in_space import ImpactsInSpace
 from ghostball.reference_adapters.certified.meetings import Meeting, meeting_again
 from ghostball.reference_adapters.certified.motion import Body, body_at_start
+from ghostball.reference_adapters.certified.obstacles import Round, Straight, obstacles_met
 from ghostball.reference_adapters.certified.problem import Problem
-from ghostball.reference_adapters.certified.walls import Round, Wall, walls_of
 
 TIE_BITS = 100
 """Events of different balls that are within 2^-100 s count as simultaneous.
@@ -90,8 +90,8 @@ class Run:
         self._t_max = None if problem.t_max is None else arb(problem.t_max)
         self._speeds = largest_speeds(problem)
         self._agenda = Agenda(bits)
-        self._walls = walls_of(problem)
-        self._contacts = Contacts(problem, self._walls)
+        self._pieces = obstacles_met(problem)
+        self._contacts = Contacts(problem, self._pieces)
         law = ImpactsInSpace if problem.airborne else Impacts
         self._impacts = law(problem, self._contacts)
         start = body_in_space_at_start if problem.airborne else body_at_start
@@ -141,30 +141,30 @@ class Run:
             s = body.duration
             self._agenda.add(Candidate(choice, (body,), found=Meeting(s, body.t + s)))
         high = self._window(body.end, body)
-        for wall in self._walls:
-            gap = self._gap_to(i, wall)
-            if self._contacts.touches_obstacle(i, wall.row):
+        for piece in self._pieces:
+            gap = self._gap_to(i, piece)
+            if self._contacts.touches_obstacle(i, piece.row):
                 found = meeting_again(gap, high, self.bits)
                 if found is not None:
                     self._agenda.add(Candidate(gap.choice, (body,), gap, found=found))
             else:
                 self._agenda.add_searched(gap, (body,), high)
 
-            if isinstance(body, FlyingBody) and isinstance(wall, Wall):
-                choice = Choice(EventKind.LEAVES_TABLE, i, wall.obstacle)
-                self._predict_leaving(body, wall, choice)
+            if isinstance(body, FlyingBody) and isinstance(piece, Straight):
+                choice = Choice(EventKind.LEAVES_TABLE, i, piece.obstacle)
+                self._predict_leaving(body, piece, choice)
 
-    def _gap_to(self, i: int, wall: Wall | Round) -> ObstacleGap:
-        body, choice = self.bodies[i], choice_at(i, wall)
-        if isinstance(wall, Round):
-            return RoundGap(body, wall, choice)
+    def _gap_to(self, i: int, piece: Straight | Round) -> ObstacleGap:
+        body, choice = self.bodies[i], choice_at(i, piece)
+        if isinstance(piece, Round):
+            return RoundGap(body, piece, choice)
         if isinstance(body, FlyingBody):
-            return NoseGap(body, wall, self._problem.cushion_height, choice)
-        return WallGap(body, wall, choice, reach_to_cushion(self._problem, i))
+            return NoseGap(body, piece, self._problem.cushion_height, choice)
+        return StraightGap(body, piece, choice, reach_to_cushion(self._problem, i))
 
-    def _predict_leaving(self, body: FlyingBody, wall: Wall, choice: Choice) -> None:
+    def _predict_leaving(self, body: FlyingBody, piece: Straight, choice: Choice) -> None:
         """Predict when a ball in the air flies over a cushion: its centre is above the nose."""
-        away, rate = over_nose(body, wall)
+        away, rate = over_nose(body, piece)
         if not away > 0:
             raise UndecidedError("whether it is over the cushion", (choice,), body.t)
         assert body.duration is not None

@@ -223,6 +223,14 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "pockets/corner-hit-1e-01",
     ),
     Mutation(
+        "frame wider than it is",
+        "motion/frame.py",
+        "        inside = along > min(start, end) + edge and along < max(start, end) - edge\n",
+        "        inside = along > min(start, end) - 0.05 and along < max(start, end) + 0.05\n",
+        "A ball on its way into a mouth is taken to meet the cushion beside it.",
+        "pockets/two-at-once",
+    ),
+    Mutation(
         "cushion spins the wrong way",
         "impacts/laws/cushion_han2005.py",
         "        impact.wz + turn * (along * cosine),",
@@ -489,9 +497,10 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "proof: dropped event",
         "certified/run.py",
-        "            if line is None:\n                continue",
-        "            if line is None or (cushion == 3 and body.order > 0):\n"
-        "                continue",
+        "            gap = self._gap_to(i, piece)\n",
+        "            if piece.obstacle == 3 and body.order > 0:\n"
+        "                continue\n"
+        "            gap = self._gap_to(i, piece)\n",
         "In proofs a ball that was hit passes through the top cushion.",
         "extremes/speed-bounces-1e-09",
         "reference_adapters",

@@ -82,6 +82,8 @@ def cell_of(column: Column, row: str, cases: Sequence[CaseRecord]) -> Cell:
         return Cell(row=row, column=column.id, kind="none", note=f"it has no {steps} steps")
     if column.pick == "least":
         return _least(column, row, cases)
+    if column.pick == "widest":
+        return _widest(column, row, cases)
     for case in cases:
         if is_unfinished(case):
             return _cell(column, row, case, "failed", note=unfinished_text(case))
@@ -192,6 +194,33 @@ def _least(column: Column, row: str, cases: Sequence[CaseRecord]) -> Cell:
     if failed is not None:
         return _cell(column, row, failed, "failed", note=unfinished_text(failed))
     return _cell(column, row, cases[0], "none", note=cases[0].reason)
+
+
+def _widest(column: Column, row: str, cases: Sequence[CaseRecord]) -> Cell:
+    """Return up to which angle the runs are right, of shots in order of their angle [degrees]."""
+    assert column.within is not None
+    most = ACCURACY_KINDS.index(column.within)
+    reached: CaseRecord | None = None
+    for case in cases:
+        if is_unfinished(case):
+            return _cell(column, row, case, "failed", note=unfinished_text(case))
+        if case.outcome != "ran":
+            return _cell(column, row, case, "none", note=case.reason)
+        if case.accuracy is None or ACCURACY_KINDS.index(case.accuracy.kind) > most:
+            break
+        reached = case
+    else:
+        return _cell(column, row, cases[-1], "good", _angle(cases[-1]), "all of them")
+    note = "" if case.accuracy is None else f"{case.scene}: {case.accuracy.sentence}"
+    if reached is None:
+        return _cell(column, row, case, "bad", note=note)
+    return _cell(column, row, case, "fair", _angle(reached), note)
+
+
+def _angle(case: CaseRecord) -> float:
+    """Return the angle of the first ball's way from the y axis, a side pocket's [degrees]."""
+    x, y = scene_from(case.definition, case.scene).velocities[0, :2]
+    return round(math.degrees(math.atan2(abs(x), abs(y))), 3)
 
 
 def _speed(case: CaseRecord) -> float:

@@ -39,6 +39,10 @@ LIKENESS: Final = "likeness"
 """What a column shows, in place of a metric, that tells how far off real tables an engine is."""
 
 
+_OF_THE_START: Final = {"fastest": "m/s", "widest": "degrees"}
+"""Picks that show a number of the scene's start in place of a metric, and its unit."""
+
+
 def scene_path(name: str) -> Path:
     """Return the file of a scene of the board."""
     return FOLDER / "scenes" / f"{name}.toml"
@@ -78,7 +82,7 @@ class Column(_Model):
     scenes: tuple[Annotated[str, AfterValidator(_known_scene)], ...] = ()
     settings: tuple[Settings, ...] = ()
     required: bool = False
-    pick: Literal["worst", "least", "fastest"] = "worst"
+    pick: Literal["worst", "least", "fastest", "widest"] = "worst"
     within: AccuracyKind | None = None
     above: Number | None = None
     good: Number | None = None
@@ -96,8 +100,8 @@ class Column(_Model):
         """The unit of what it shows; "" for a pure number."""
         if self.metric == LIKENESS:
             return "standard errors"
-        if self.pick == "fastest":
-            return "m/s"
+        if self.pick in _OF_THE_START:
+            return _OF_THE_START[self.pick]
         unit = "m" if self.metric == ACCURACY else METRICS[self.metric].unit
         return "" if unit == "1" else unit
 
@@ -116,10 +120,16 @@ class Column(_Model):
                 f"column {self.id!r}: `scenes` must name at least one, got none. Name a file of "
                 f"{FOLDER / 'scenes'}"
             )
-        if self.metric == ACCURACY and (self.good, self.fair, self.pick) != (None, None, "worst"):
+        limits = (self.good, self.fair) != (None, None)
+        if self.metric == ACCURACY and (limits or self.pick not in ("worst", "widest")):
             raise ValueError(
-                f"column {self.id!r}: metric 'accuracy' must have no `good`, `fair` or `pick`: its "
-                "classes are those of every run. Leave them out"
+                f"column {self.id!r}: metric 'accuracy' must have no `good`, `fair` or `pick`, but "
+                '"widest": its classes are those of every run. Leave them out'
+            )
+        if self.pick == "widest" and self.metric != ACCURACY:
+            raise ValueError(
+                f"column {self.id!r}: `pick` = 'widest' must have the metric 'accuracy', got "
+                f"{self.metric!r}: what counts is whether a shot is right. Set it"
             )
         if self.metric != ACCURACY and self.good is None:
             raise ValueError(
@@ -130,10 +140,11 @@ class Column(_Model):
                 f"column {self.id!r}: `fair` must be at least `good`, got {self.fair!r} below "
                 f"{self.good!r}. Swap them"
             )
-        for field, pick in (("within", "least"), ("above", "fastest")):
-            if (getattr(self, field) is None) == (self.pick == pick):
+        for field, picks in (("within", ("least", "widest")), ("above", ("fastest",))):
+            if (getattr(self, field) is None) == (self.pick in picks):
                 raise ValueError(
-                    f"column {self.id!r}: `{field}` and `pick` = {pick!r} must come together"
+                    f"column {self.id!r}: `{field}` and `pick` = {' or '.join(map(repr, picks))} "
+                    "must come together"
                 )
         return self
 

@@ -16,7 +16,7 @@ import pytest
 from stored_results import cut_short, in_database
 from typer.testing import CliRunner
 
-import ghostball.reference_adapters.pybullet.world
+import ghostball.reference_adapters.pybullet.loading
 from ghostball.cli import PARTS, app
 from ghostball.reference_adapters import make_engine
 from ghostball.reference_adapters.paper.discrete import PaperDiscreteEngine
@@ -215,7 +215,9 @@ def test_a_place_that_cannot_be_written_is_refused_before_the_run(
 @pytest.fixture
 def without_pybullet(monkeypatch):
     reason = "pybullet isn't installed. Run `python -m pip install pybullet`"
-    monkeypatch.setattr(ghostball.reference_adapters.pybullet.world, "unavailable", lambda: reason)
+    monkeypatch.setattr(
+        ghostball.reference_adapters.pybullet.loading, "unavailable", lambda: reason
+    )
 
 
 @pytest.mark.usefixtures("without_pybullet")

@@ -38,6 +38,8 @@ NO_FORM_TO_COMPARE = {
     "push",
     "push-line",
     "wedged",
+    # In the air with drag: refused by name.
+    "air-drop",
 }
 SLOW_FORMS = {"galperin-3", "galperin-4"}
 BY_HAND = {"cradle", "frozen-to-cushion", "stun-shot"}

@@ -180,10 +180,11 @@ def test_a_proof_of_physics_without_a_closed_form_is_refused_before_anything_run
 
 
 def test_no_truth_at_all_says_why() -> None:
-    # Our engine has air drag on the cloth, and flight without air, not the two together.
-    truth = truth_of(shot(physics=Physics(motion="sliding", airborne=True, air_drag=0.1)))
+    # Our engine has pockets, and flight, not the two together.
+    physics, table = Physics(motion="sliding", airborne=True), Table.model_validate("wpa-9ft")
+    truth = truth_of(shot(physics=physics, table=table))
     assert truth.kind is None
-    assert "no air drag of balls that leave the cloth" in truth.why_not("rest")
+    assert "no pockets, polygons and posts where balls" in truth.why_not("rest")
 
 
 def test_only_the_parts_that_are_asked_for_are_computed(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -11,10 +11,10 @@ from shots import ball, scene_of
 
 from ghostball.engine import simulate
 from ghostball.model import EventKind, Scene, Table, UnsupportedSceneError, partner_name
-from ghostball.reference_adapters.certified import Certificate, certify
+from ghostball.reference_adapters.certified import Certificate, CertifiedSettings, certify
 from ghostball.reference_adapters.certified.arithmetic import working_precision
+from ghostball.reference_adapters.certified.obstacles import Round, obstacles_met
 from ghostball.reference_adapters.certified.problem import problem_of
-from ghostball.reference_adapters.certified.walls import Round, walls_of
 from ghostball.validation.scenes.random_scenes import PROVABLE, random_scene
 from ghostball.validation.stress.proved import MatchesProof
 
@@ -111,6 +111,30 @@ def test_a_ball_bounces_off_a_post(slip: float, air: float):
     assert met(proved(scene))[:3] == [*post_then_left, "ball-cushion post-1"]
 
 
+U = [[0, 0], [3, 0], [3, 2], [2, 2], [2, 1], [1, 1], [1, 2], [0, 2]]
+SPIKE = [[0, 0], [3, 0], [3, 2], [1.6, 2], [1.5, 0.4], [1.4, 2], [0, 2]]
+
+
+@pytest.mark.parametrize("vertices", [U, SPIKE], ids=["U", "spike"])
+@pytest.mark.parametrize("velocity", [(2.0, 1.1), (1.3, -2.4), (-1.7, 2.2), (-0.6, -3.0)])
+def test_a_ball_that_is_behind_a_side_is_not_in_it(vertices, velocity):
+    """In one arm of a U a ball is behind the inner side of the other, and in front of its foot."""
+    scene = scene_of(
+        ball((2.5, 1.6), velocity),
+        table=Table.model_validate({"vertices": vertices}),
+        motion="sliding",
+        cushion="han2005",
+    )
+    played = simulate(scene, record="events").events
+    assert played is not None
+    for bits in (53, 106):
+        settings = CertifiedSettings(start_precision=bits)
+        certificate = certify(scene, settings, cached=False)
+        known = [event.key for event in certificate.events]
+        assert len(known) > 5
+        assert known == [(int(e["kind"]), int(e["a"]), int(e["b"])) for e in played][: len(known)]
+
+
 def test_only_ends_that_a_ball_can_meet_are_points():
     """The corner of the L; none where a jaw begins, in a hole, or in a table's own corner."""
     with working_precision(53):
@@ -118,10 +142,12 @@ def test_only_ends_that_a_ball_can_meet_are_points():
             scene = Scene.model_validate(
                 {"name": "one", "table": table, "balls": [{"id": "a", "position": (0.5, 0.5)}]}
             )
-            walls = walls_of(problem_of(scene))
-            points = [wall for wall in walls if isinstance(wall, Round) and wall.radius.is_zero()]
+            pieces = obstacles_met(problem_of(scene))
+            points = [
+                piece for piece in pieces if isinstance(piece, Round) and piece.radius.is_zero()
+            ]
             assert len(points) == count
-            assert len({wall.row for wall in walls}) == len(walls)
+            assert len({piece.row for piece in pieces}) == len(pieces)
 
 
 def test_a_ball_between_two_rails_in_one_line_is_in_contact_with_both_and_meets_one():

@@ -2,7 +2,7 @@
 
 A ball meets a straight piece on its face, where the foot of the perpendicular from its centre lies
 between the ends; or at an end that points into the table, which is a disc without size. No ball
-comes to the back of a piece: on the way there it would meet another one, or a hole.
+meets the back of a piece: on the way there it would meet another one, or a hole.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ They join there, but for the rounding of the numbers that say where.
 """
 
 
-class Wall(NamedTuple):
+class Straight(NamedTuple):
     """A line, or the face of a straight piece.
 
     `obstacle`: its index in events.
@@ -78,7 +78,7 @@ class Wall(NamedTuple):
 class Round(NamedTuple):
     """A disc, the end of a straight piece, or a hole, which takes a ball whose centre enters it.
 
-    `obstacle`, `row`: as those of a `Wall`; of a hole the first is the pocket.
+    `obstacle`, `row`: as those of a `Straight`; of a hole the first is the pocket.
     `centre`, `radius` [m].
     `doubles`: both in doubles.
     """
@@ -91,12 +91,12 @@ class Round(NamedTuple):
     doubles: tuple[float, float, float]
 
 
-def walls_of(problem: Problem) -> list[Wall | Round]:
+def obstacles_met(problem: Problem) -> list[Straight | Round]:
     """Return everything that a ball may meet, in the precision at hand.
 
     The cushions of a rectangle come first; their rows are their indices in events.
     """
-    found: list[Wall | Round] = []
+    found: list[Straight | Round] = []
     for k, line in enumerate(problem.noses):
         if line is not None:
             x, y = INWARD[CUSHIONS[k]]
@@ -104,7 +104,9 @@ def walls_of(problem: Problem) -> list[Wall | Round]:
             inward = (arb(x), arb(y))
             doubles = (*place, x, y, math.inf)
             along = (exactly(y), exactly(-x))
-            found.append(Wall(k, k, _exact(place), inward, None, (False, False), along, doubles))
+            found.append(
+                Straight(k, k, _exact(place), inward, None, (False, False), along, doubles)
+            )
     ends = _ends_met(problem.obstacles)
     pieces: list[Obstacle] = [*problem.obstacles]
     pieces += [Disc(obstacle, end, 0.0) for end, obstacle in ends.items()]
@@ -125,13 +127,13 @@ def _exact(point: Point) -> Vector:
     return (arb(point[0]), arb(point[1]))
 
 
-def _face(one: Segment, row: int, is_open: tuple[bool, bool]) -> Wall:
+def _face(one: Segment, row: int, is_open: tuple[bool, bool]) -> Straight:
     along = _way_along(one)
     dx, dy = arb(along[0]), arb(along[1])
     size = length(dx, dy)
     inward = (-dy / size, dx / size)
     doubles = (*one.start, float(inward[0]), float(inward[1]), float(size))
-    return Wall(one.obstacle, row, _exact(one.start), inward, size, is_open, along, doubles)
+    return Straight(one.obstacle, row, _exact(one.start), inward, size, is_open, along, doubles)
 
 
 def _ends_met(obstacles: Sequence[Obstacle]) -> dict[Point, int]:
