@@ -61,7 +61,10 @@ def ran(monkeypatch):
 @pytest.mark.usefixtures("in_this_process")
 def test_our_engine_is_right_in_every_column(tmp_path):
     board, outcome = run_board(["ghostball"], tmp_path, columns=COLUMNS.values())
-    kinds = {one.id: "exact" if one.metric == ACCURACY else "good" for one in COLUMNS.values()}
+    kinds = {
+        one.id: "exact" if (one.metric, one.pick) == (ACCURACY, "worst") else "good"
+        for one in COLUMNS.values()
+    }
     kinds |= {"exact-steps": "none", "table": "beside"}  # it has no steps
     assert {cell.column: cell.kind for cell in board.cells} == kinds
     assert outcome.counts.checks_failed == outcome.counts.unfinished == 0
@@ -82,7 +85,7 @@ def test_an_error_of_our_own_engine_shows(tmp_path, monkeypatch):
 
     monkeypatch.setattr(Run, "final_state", off)
     asked = [one.id for one in COLUMNS.values() if ACCURACY in (one.metric, one.within)]
-    asked = [name for name in asked if name != "exact-steps"] + ["mm", "um"]
+    asked = [name for name in asked if name not in ("exact-steps", "pocket")] + ["mm", "um"]
     board, outcome = ask(tmp_path, ["ghostball"], *asked)
     seen = {"mm": "bad", "um": "bad"}
     assert {cell.column: cell.kind for cell in board.cells} == {
@@ -116,6 +119,18 @@ def test_the_least_run_time_is_of_a_configuration_that_is_right(tmp_path):
 
 
 @pytest.mark.usefixtures("in_this_process")
+@pytest.mark.usefixtures("in_this_process")
+def test_the_widest_angle_is_that_up_to_which_all_are_right(tmp_path):
+    board, _ = ask(tmp_path, ["ghostball", "paper-discrete", "pymunk"], "pocket")
+    ours, refused, other = (
+        board.cell(row, "pocket") for row in ("ghostball", "paper-discrete", "pymunk")
+    )
+    assert (ours.kind, ours.value, ours.note) == ("good", 68.28, "all of them")
+    assert refused.kind == "none"
+    assert other.kind in ("good", "fair")
+    assert 60.0 <= other.value <= 68.28
+
+
 def test_what_is_wrong_is_not_taken_for_another_law(tmp_path):
     # The planted error: speed that is lost.
     board, _ = ask(tmp_path, ["ghostball", SLOWING], "line", "cut")

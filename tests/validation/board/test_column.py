@@ -37,7 +37,8 @@ BESIDE = GOOD.replace("energy_drift", "likeness")
         ),
         (GOOD.replace("energy_drift", "zz") + SCENES + LIMITS, "Known metrics: rest_error_max"),
         (GOOD.replace("energy_drift", "accuracy") + SCENES + LIMITS, "must have no `good`"),
-        (GOOD + SCENES + LIMITS + 'pick = "least"', "`within` and `pick` = 'least' must come"),
+        (GOOD + SCENES + LIMITS + 'pick = "least"', "`pick` = 'least' or 'widest' must come"),
+        (GOOD + SCENES + LIMITS + 'pick = "widest"', "'widest' must have the metric 'accuracy'"),
         (GOOD + SCENES + LIMITS + "above = 1.0", "`above` and `pick` = 'fastest' must come"),
         (GOOD + SCENES + LIMITS + "shade = 1", r"`column\[0\].shade` is not a known field"),
         (
