@@ -12,8 +12,8 @@
                     the end. Balls that roll without slip need no angular velocities. Or all at
                     once, {"t": ..., "positions": ..., ...}, arrays (k,) and (k, n, 3)
 
-It may also say `rest_time` (else the last sample's), `status` ("rest", "t-max" or "failed"),
-`reason`, `wall_time` and `scene`, as runs in JSON do: see `elsewhere`.
+It may also say `rest_time` (else the last sample's), `status` ("rest", "t-max", "step-limit" or
+"failed"), `reason`, `wall_time` and `scene`, as runs in JSON do: see `elsewhere`.
 
 Its parameters with a default are its settings: `-e my_module:simulate:dt=1e-4`. One that is called
 `dt` is its step: what that allows is then computed, shot by shot. What it plays is said by `plays`;

@@ -89,7 +89,7 @@ def main() -> None:
         "verdict": VERDICTS.get(status, "error"),
         "changed": " ".join(changed),
         "worst": worst_scene(results, compared),
-        "results": str(out),
+        "results": str(out.resolve()),  # not every step has the same working directory
     }
     _append("GITHUB_OUTPUT", "".join(f"{name}={value}\n" for name, value in outputs.items()))
     _append("GITHUB_STEP_SUMMARY", printed(out, Format.MARKDOWN))

@@ -143,7 +143,7 @@ BAD = {
         "`samples.positions` must have the shape",
     ),
     "time": (lambda s: still(s, rest_time="soon"), "`rest_time` must be a number"),
-    "status": (lambda s: still(s, status="done"), "`status` must be one of rest, t-max, failed"),
+    "status": (lambda s: still(s, status="done"), "must be one of rest, t-max, step-limit, failed"),
     "kind": (lambda s: still(s, events=[(0.0, "bump", 0, 1)]), "must be one of ball-ball"),
     "event": (lambda s: still(s, events=[0.1]), r"`events\[0\]` must be \(t, kind, a, b\)"),
     "no number": (lambda s: still(s, events=[(0.0, "ball-ball", "cue", 1)]), "valid integer"),
