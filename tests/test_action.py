@@ -285,6 +285,14 @@ def test_inputs_are_words_of_a_shell(tmp_path, monkeypatch):
         Inputs.of({})
 
 
+def test_the_name_of_the_artifact_is_of_the_use_and_the_job():
+    # Breaks where two uses in one job, or two jobs of a matrix, keep their pages under one name.
+    (name,) = (step["with"]["name"] for step in STEPS if "upload" in step.get("uses", ""))
+    for one in ("inputs.artifact", "github.job", "strategy.job-index"):
+        assert f"${{{{ {one} }}}}" in name
+    assert ACTION["inputs"]["artifact"]["default"] == "ghostball"
+
+
 def test_every_input_is_used_and_none_is_pasted_into_a_command():
     text = (ROOT / "action.yml").read_text(encoding="utf-8")
     for name in ACTION["inputs"]:

@@ -63,7 +63,7 @@ class Inputs:
         if not engines and not load_config().engines:
             raise ConfigError(
                 "no engine is named. Say which one in the workflow, such as `engine: "
-                f"my_package:MyEngine`, or in `engines` of `[tool.ghostball]` in {FILE}"
+                f"my_engine:simulate`, or in `engines` of `[tool.ghostball]` in {FILE}"
             )
         return cls(
             engines,
