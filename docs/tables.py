@@ -20,6 +20,7 @@ from benchmarks.pictures.gallery import committed_board
 from benchmarks.precision.points import PrecisionMeasurement
 from benchmarks.rebounds import ReboundsMeasurement
 from benchmarks.synthetic_tracks import EXAMPLE_PHYSICS
+from ghostball.cli.show.lists import OURS
 from ghostball.engine import simulate
 from ghostball.model import POOL_BALL_MASS, POOL_BALL_RADIUS, Ball, Physics, Strike, Table
 from ghostball.model.features import Capability, Feature
@@ -352,8 +353,8 @@ USES = (
 )
 """What an engine is wanted for, and the label that was measured for it."""
 
-OTHERS = ("mujoco", "box2d", "box2d3", "rapier", "dart", "physx", "pooltool", "billiards")
 ASKED = ("cut", "exact-steps", "break", "slide")
+"""The columns of the board that decide for billiards."""
 
 
 def choice() -> str:
@@ -390,7 +391,8 @@ def other_engines() -> str:
     if stored is None:
         return "No board was measured yet: `ghostball leaderboard` does so."
     columns = [one for one in columns_of(stored, reported=False) if one.id in ASKED]
-    chosen = [row for row in stored.rows if row in OTHERS]
+    measured = {label.partition(":")[0] for _, label in USES} | set(OURS)
+    chosen = [row for row in stored.rows if ":" not in row and row not in measured]
     rows = ((f"`{row}`", *(cell_text(stored, row, one) for one in columns)) for row in chosen)
     return _table(("engine", *(one.title for one in columns)), rows)
 

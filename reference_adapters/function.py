@@ -12,22 +12,24 @@
                     the end. Balls that roll without slip need no angular velocities. Or all at
                     once, {"t": ..., "positions": ..., ...}, arrays (k,) and (k, n, 3)
 
-It may also say `rest_time` (else the last sample's), `status` ("rest", "t-max" or "failed"),
-`reason`, `wall_time` and `scene`, as runs in JSON do: see `elsewhere`.
+It may also say `rest_time` (else the last sample's), `status` ("rest", "t-max", "step-limit" or
+"failed"), `reason`, `wall_time` and `scene`, as runs in JSON do: see `elsewhere`.
 
-Its parameters with a default are its settings: `-e my_module:simulate:dt=1e-4`. One that is called
-`dt` is its step: what that allows is then computed, shot by shot. What it plays is said by `plays`;
-a function that says nothing is asked for balls that roll on a table with cushions that mirror.
+Its parameters with a default are its settings, but for those that begin with an underscore:
+`-e my_module:simulate:dt=1e-4`. One that is called `dt` is its step: what that allows is then
+computed, shot by shot. What it plays is said by `plays`; a function that says nothing is asked for
+balls that roll on a table with cushions that mirror.
 """
 
 from __future__ import annotations
 
 import copyreg
 import inspect
+import math
 import time
 from abc import ABCMeta
-from collections.abc import Callable, Mapping, Sequence
-from functools import cache, partial
+from collections.abc import Callable, Hashable, Mapping, Sequence
+from functools import cache
 from importlib import import_module
 from operator import attrgetter
 from typing import Any, ClassVar, Final, TypeVar
@@ -154,12 +156,22 @@ def engine_at(where: str) -> type[FunctionEngine]:
     return engine_of(attrgetter(attribute)(import_module(module)), where)
 
 
-@cache
 def engine_of(function: Callable[..., Any], where: str) -> type[FunctionEngine]:
     """Return a function as the class of an engine; `where` is `MODULE:FUNCTION`.
 
-    Raises `EngineError` where it can't be called with a scene alone.
+    Raises `EngineError` where it can't be called with a scene alone, or where its parameters make
+    no settings.
     """
+    if not isinstance(function, Hashable):  # one class is made of each
+        raise EngineError(
+            f"engine `{where}` must be a function, got an object of `{type(function).__name__}`, "
+            "which can't be hashed. Name a function that calls it"
+        )
+    return _class_of(function, where)
+
+
+@cache
+def _class_of(function: Callable[..., Any], where: str) -> type[FunctionEngine]:
     name = name_of_function(where)
     features = getattr(function, _PLAYED, FIRST)
     return _FunctionType(
@@ -193,13 +205,29 @@ def _settings_of(function: Callable[..., Any], where: str) -> type[FunctionSetti
                 f"engine `{where}` is called with a scene alone: its parameter `{one.name}` must "
                 "have a default, which makes a setting of it"
             )
-        if isinstance(one.default, str | int | float | bool):
-            kind = float if one.name == STEP else type(one.default)
-            rule = partial(Field, gt=0.0) if one.name == STEP else Field
-            fields[one.name] = (kind, rule(kind(one.default)))
+        if one.name.startswith("_") or not isinstance(one.default, str | int | float | bool):
+            continue
+        if hasattr(FunctionSettings, one.name):
+            raise EngineError(
+                f"engine `{where}`: its parameter `{one.name}` can't be a setting: settings use "
+                "that name themselves. Rename it, or let it begin with an underscore"
+            )
+        if one.name == STEP:
+            fields[STEP] = (float, Field(_checked_step(one.default, where), gt=0.0))
+        else:
+            fields[one.name] = (type(one.default), Field(one.default))
     made = create_model("Settings", __base__=FunctionSettings, **fields)
     made.where = where
     return made
+
+
+def _checked_step(default: str | int | float | bool, where: str) -> float:
+    if isinstance(default, str) or not 0.0 < default < math.inf:
+        raise EngineError(
+            f"engine `{where}`: its parameter `{STEP}` is its step, so that its default must be a "
+            f"number of seconds greater than 0, got {default!r}. Give it one, or rename it"
+        )
+    return float(default)
 
 
 def _settings_again(where: str, values: Mapping[str, Any]) -> EngineSettings:

@@ -52,7 +52,7 @@ def engine_names() -> tuple[str, ...]:
 
 
 def engine_class(name: str) -> type[ReferenceEngine]:
-    """Import an engine, `NAME`, `MODULE:FUNCTION` or `MODULE:CLASS`, and return its class.
+    """Import an engine, by its `NAME` or where it is, `MODULE:NAME`, and return its class.
 
     Raises `EngineError` where no engine has this name, two packages claim it, or another one claims
     ours; `EngineUnavailableError` where its module can't be imported, or what it names isn't an
@@ -96,7 +96,7 @@ def engine_name(spec: str) -> str:
 
 
 def parse_spec(spec: str) -> tuple[str, dict[str, str]]:
-    """Split a spec into `NAME` or `MODULE:CLASS`, and its settings, still as text.
+    """Split a spec into `NAME` or `MODULE:NAME`, and its settings, still as text.
 
     Raises `EngineError` where a piece isn't `key=value`, or a key is given twice.
     """
@@ -127,7 +127,7 @@ def _is_ours(name: str) -> bool:
 
 
 def spec_of(name: str, settings: Mapping[str, object]) -> str:
-    """Return the spec of an engine, `NAME` or `MODULE:CLASS`, with settings; see `parse_spec`."""
+    """Return the spec of an engine, `NAME` or `MODULE:NAME`, with settings; see `parse_spec`."""
     pairs = ",".join(f"{key}={value}" for key, value in settings.items())
     return f"{name}:{pairs}" if pairs else name
 
@@ -138,7 +138,7 @@ def make_engine(spec: str) -> ReferenceEngine:
     Parameters
     ----------
     spec : str
-        `NAME` or `MODULE:CLASS`, either followed by `:key=value,...` or not; each value is read as
+        `NAME` or `MODULE:NAME`, either followed by `:key=value,...` or not; each value is read as
         the type of its setting.
 
     Raises
@@ -154,7 +154,7 @@ def make_engine(spec: str) -> ReferenceEngine:
 
 
 def names_class(spec: str) -> bool:
-    """Whether a spec names an engine's class by where it is, `MODULE:CLASS`, not by its name."""
+    """Whether a spec names an engine's function or class by where it is: `MODULE:NAME`."""
     module, attribute, *_ = (*(part.strip() for part in spec.split(":")), "")
     parts = (*module.split("."), *attribute.split("."))
     return all(part.isidentifier() for part in parts) and module not in engine_names()

@@ -32,10 +32,19 @@ class Shift:
     before: float
     now: float
 
+    @classmethod
+    def of(cls, change: SceneChange) -> Shift | None:
+        """Return that of a scene, moved or not; None where either is not known."""
+        one = change.rest_error
+        if one is None or one.base is None or one.head is None:
+            return None
+        return cls(change.scene, float(one.base), float(one.head))
+
     @property
     def words(self) -> str:
-        """Say it in words: "3.4 mm -> 28 mm"."""
-        return f"{style.format_length(self.before)} -> {style.format_length(self.now)}"
+        """Say it in words: "3.4 mm -> 28 mm", or "28 mm" where both read the same."""
+        before, now = style.format_length(self.before), style.format_length(self.now)
+        return now if before == now else f"{before} -> {now}"
 
     @property
     def size(self) -> float:
@@ -51,12 +60,8 @@ def shifts_of(regression: Regression) -> list[Shift]:
 
 def shift_of(change: SceneChange) -> Shift | None:
     """Return how far a shot ended off the truth; None where that is not known, or did not move."""
-    for one in change.metrics:
-        before, now = one.base, one.head
-        if one.name != "rest_error_max" or before == now or before is None or now is None:
-            continue
-        return Shift(change.scene, float(before), float(now))
-    return None
+    shift = Shift.of(change)
+    return None if shift is None or shift.before == shift.now else shift
 
 
 def drawn(shifts: Sequence[Shift]) -> str:

@@ -147,15 +147,15 @@ def edit(repository: Path, before: str, after: str) -> None:
 
 
 def better(repository: Path) -> None:
-    edit(repository, "Field(default=1e-3", "Field(default=2.5e-4")
+    edit(repository, "dt: float = 1e-3", "dt: float = 2.5e-4")
 
 
 def worse(repository: Path) -> None:
-    edit(repository, "Field(default=1e-3", "Field(default=4e-3")
+    edit(repository, "dt: float = 1e-3", "dt: float = 4e-3")
 
 
 def wrong(repository: Path) -> None:
-    edit(repository, "+= approach_speed *", "+= 1.05 * approach_speed *")
+    edit(repository, "impulse = 0.5 *", "impulse = 0.525 *")
 
 
 def broken(repository: Path) -> None:
@@ -172,6 +172,20 @@ class TestInARepository:
         assert "nothing moved in 3 scenes" in ended.summary
         assert [path.name for path in ended.kept] == ["report.html", "results.db"]
         assert f"{ROOT}[compiler]" in ended.log
+
+    def test_a_project_in_a_folder_shadows_no_package_and_its_page_is_kept(
+        self, repository, tmp_path
+    ):
+        # Breaks where the project's folder comes first on the path, or where `results` is relative
+        # to it: what uploads is started in the folder of the checkout.
+        folder = repository / "sub"
+        folder.mkdir()
+        for name in ("my_engine.py", "pyproject.toml", "baselines"):
+            shutil.move(repository / name, folder / name)
+        (folder / "typer.py").write_text("raise ImportError\n", "utf-8")
+        ended = run_action(repository, tmp_path / "t", scenes="stop", working_directory="sub")
+        assert (ended.status, ended.outputs["verdict"]) == (0, "passed"), ended.log
+        assert ended.kept == [folder / "out" / name for name in ("report.html", "results.db")]
 
     def test_an_engine_that_gets_better_is_to_be_accepted_or_passes(self, repository, tmp_path):
         better(repository)
@@ -190,7 +204,7 @@ class TestInARepository:
         errors = [note for note in ended.notes if note.startswith("::error")]
         (first,) = (one for one in errors if "title=Ghostball%3A half-ball-cut" in one)
         file, line = re.search(r"file=([^,]+),line=(\d+)", first).groups()
-        assert file == "baselines/my-engine/half-ball-cut.toml"
+        assert file == "baselines/my_engine/half-ball-cut.toml"
         text = (repository / file).read_text("utf-8").splitlines()[int(line) - 1]
         assert text.startswith("bits = ")
         assert "● now" in ended.summary
@@ -198,14 +212,14 @@ class TestInARepository:
         lenient = run_action(repository, tmp_path / "t", scenes=SCENES, fail_on="limits")
         assert (lenient.status, lenient.outputs["verdict"]) == (0, "passed"), lenient.log
 
-    def test_one_that_makes_energy_breaks_limits_at_its_class(self, repository, tmp_path):
+    def test_one_that_makes_energy_breaks_limits_at_its_function(self, repository, tmp_path):
         wrong(repository)
         ended = run_action(repository, tmp_path / "t", scenes=SCENES, fail_on="limits")
         assert (ended.status, ended.outputs["verdict"]) == (1, "failed"), ended.log
         (first, *_) = (note for note in ended.notes if "breaks a limit" in note)
         line = int(re.search(r"::error file=my_engine.py,line=(\d+),", first)[1])
         text = (repository / "my_engine.py").read_text("utf-8").splitlines()[line - 1]
-        assert text.startswith("class MyEngine")
+        assert text.startswith(("@plays", "def simulate"))
 
     def test_one_that_raises_fails_at_the_line_that_does(self, repository, tmp_path):
         broken(repository)
@@ -269,6 +283,14 @@ def test_inputs_are_words_of_a_shell(tmp_path, monkeypatch):
     assert (inputs.baselines, inputs.fail_on) == (None, FailOnChoice.WORSE)
     with pytest.raises(ConfigError, match="no engine is named"):
         Inputs.of({})
+
+
+def test_the_name_of_the_artifact_is_of_the_use_and_the_job():
+    # Breaks where two uses in one job, or two jobs of a matrix, keep their pages under one name.
+    (name,) = (step["with"]["name"] for step in STEPS if "upload" in step.get("uses", ""))
+    for one in ("inputs.artifact", "github.job", "strategy.job-index"):
+        assert f"${{{{ {one} }}}}" in name
+    assert ACTION["inputs"]["artifact"]["default"] == "ghostball"
 
 
 def test_every_input_is_used_and_none_is_pasted_into_a_command():

@@ -11,6 +11,7 @@ import pytest
 ROOT = Path(__file__).parent.parent
 FINDINGS = ROOT / "docs/findings"
 PROGRAMS = sorted(FINDINGS.glob("*.py"))
+PAGES = sorted(set(FINDINGS.glob("*.md")) - {FINDINGS / "README.md"})
 
 pytestmark = pytest.mark.checkout
 
@@ -30,16 +31,22 @@ def test_a_program_needs_its_engine_alone(program):
     assert imported - {"importlib", "warnings"} == {engine}
 
 
-def test_each_has_a_page_that_is_listed_and_shows_how_to_run_it():
+@pytest.mark.parametrize("page", PAGES, ids=lambda path: path.stem)
+def test_a_page_is_listed_with_the_version_that_it_is_of_and_shows_how_to_get_it(page):
+    heading, _, text = page.read_text(encoding="utf-8").partition("\n")
+    version = re.search(r"(?:pip install [\w-]+==|npm install [\w-]+@)([\d.]+)", text)[1]
+    assert version in heading
+    table = (FINDINGS / "README.md").read_text(encoding="utf-8").splitlines()
+    (row,) = (line for line in table if f"({page.name})" in line)
+    assert row.startswith(f"| {heading.removeprefix('# ').partition(':')[0]} |")
+    assert f"findings/{page.name}" in (ROOT / "mkdocs.yml").read_text(encoding="utf-8")
+
+
+def test_each_program_has_a_page_that_is_listed_and_shows_how_to_run_it():
     table = (FINDINGS / "README.md").read_text(encoding="utf-8")
-    navigation = (ROOT / "mkdocs.yml").read_text(encoding="utf-8")
     assert len(PROGRAMS) >= 3
     for program in PROGRAMS:
         page = program.with_name(program.stem.replace("_", "-") + ".md")
-        text = page.read_text(encoding="utf-8")
-        assert f"    python {program.name}\n" in text
-        version = re.search(r"pip install [\w-]+==([\d.]+)", text)[1]
-        assert version in text.splitlines()[0]
-        assert f"({page.name})" in table
+        assert page in PAGES
+        assert f"    python {program.name}\n" in page.read_text(encoding="utf-8")
         assert f"({program.name})" in table
-        assert f"findings/{page.name}" in navigation

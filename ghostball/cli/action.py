@@ -63,7 +63,7 @@ class Inputs:
         if not engines and not load_config().engines:
             raise ConfigError(
                 "no engine is named. Say which one in the workflow, such as `engine: "
-                f"my_package:MyEngine`, or in `engines` of `[tool.ghostball]` in {FILE}"
+                f"my_engine:simulate`, or in `engines` of `[tool.ghostball]` in {FILE}"
             )
         return cls(
             engines,
@@ -89,7 +89,7 @@ def main() -> None:
         "verdict": VERDICTS.get(status, "error"),
         "changed": " ".join(changed),
         "worst": worst_scene(results, compared),
-        "results": str(out),
+        "results": str(out.resolve()),  # not every step has the same working directory
     }
     _append("GITHUB_OUTPUT", "".join(f"{name}={value}\n" for name, value in outputs.items()))
     _append("GITHUB_STEP_SUMMARY", printed(out, Format.MARKDOWN))

@@ -1,7 +1,7 @@
 """`pytest --ghostball`: anyone's engine through the suite, one test for each scene and metric.
 
-    pytest --ghostball --ghostball-engine my_package:MyEngine
-    pytest 'ghostball::half-ball-cut::overlap_max' --ghostball-engine my_package:MyEngine
+    pytest --ghostball --ghostball-engine my_engine:simulate
+    pytest 'ghostball::half-ball-cut::overlap_max' --ghostball-engine my_engine:simulate
 
 A test is called `ghostball::SCENE::METRIC`; the first of a scene, `completes`, asks that the run
 ends by itself with finite numbers. Tests can be named on the command line like any other;
@@ -45,8 +45,9 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     )
     group.addoption(
         "--ghostball-engine",
-        metavar="NAME|MODULE:CLASS[:KEY=VALUE,...]",
-        help="Which engine: an installed one's name, or where its class is, and settings "
+        metavar="NAME|MODULE:NAME[:KEY=VALUE,...]",
+        help="Which engine: an installed one's name, or where its function or "
+        "class is, and settings "
         "(default: that of [tool.ghostball] in pyproject.toml, else ghostball).",
     )
     group.addoption(

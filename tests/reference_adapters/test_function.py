@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pickle
 import sys
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
@@ -143,7 +144,7 @@ BAD = {
         "`samples.positions` must have the shape",
     ),
     "time": (lambda s: still(s, rest_time="soon"), "`rest_time` must be a number"),
-    "status": (lambda s: still(s, status="done"), "`status` must be one of rest, t-max, failed"),
+    "status": (lambda s: still(s, status="done"), "must be one of rest, t-max, step-limit, failed"),
     "kind": (lambda s: still(s, events=[(0.0, "bump", 0, 1)]), "must be one of ball-ball"),
     "event": (lambda s: still(s, events=[0.1]), r"`events\[0\]` must be \(t, kind, a, b\)"),
     "no number": (lambda s: still(s, events=[(0.0, "ball-ball", "cue", 1)]), "valid integer"),
@@ -170,6 +171,25 @@ def test_what_is_wrong_with_an_answer_is_one_error_of_the_engine(name):
     assert not caught.value.trace  # where we looked at it says nothing
 
 
+@dataclass
+class Unhashable:
+    """A callable object whose class compares its fields, and so has no hash."""
+
+    calls: int = 0
+
+    def __call__(self, scene):
+        return still(scene)
+
+
+def test_a_parameter_that_begins_with_an_underscore_is_no_setting():
+    def simulate(scene, dt=1, _debug=False):
+        return still(scene, reason=f"{dt!r} {_debug}")
+
+    made = engine(simulate)
+    assert made.settings.model_dump() == {"dt": 1.0}
+    assert run_engine(made, SCENE).reason == "1.0 False"
+
+
 def test_sliding_balls_need_angular_velocities():
     sliding = Scene.loads(
         'schema = 1\nname = "slides"\n[physics]\nmotion = "sliding"\n'
@@ -189,6 +209,12 @@ def test_sliding_balls_need_angular_velocities():
     [
         (lambda: None, "must take a scene"),
         (lambda scene, table: None, "its parameter `table` must have a default"),
+        (lambda scene, dt="auto": None, "seconds greater than 0, got 'auto'. Give it one"),
+        (lambda scene, dt=0.0: None, "`dt` is its step, so that .* got 0.0"),
+        (lambda scene, dt=float("nan"): None, "got nan"),
+        (lambda scene, copy=True: None, "`copy` can't be a setting: .* Rename it"),
+        (lambda scene, model_config="x": None, "`model_config` can't be a setting"),
+        (Unhashable(), "must be a function, got an object of `Unhashable`"),
     ],
 )
 def test_a_function_that_no_scene_can_be_given_is_refused(function, says):

@@ -16,6 +16,8 @@ def test_what_got_worse_by_most_comes_first_and_what_did_not_move_is_left_out() 
     assert found[1] == Shift("better", 1e-3, 1e-4) == shift_of(better)
     assert found[1].words == "1 mm -> 100 µm"
     assert shift_of(same) is None
+    assert Shift.of(same).words == "1 mm"
+    assert Shift.of(lost) is None
 
 
 def test_a_place_on_the_line_is_a_power_of_ten() -> None:

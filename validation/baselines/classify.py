@@ -11,7 +11,13 @@ import numpy as np
 from ghostball.model import EventKind, event_dict
 from ghostball.validation.baselines.bands import Band, Bands, direction
 from ghostball.validation.baselines.observed import Observed
-from ghostball.validation.baselines.regression import Change, FirstDifference, Quantity, SceneChange
+from ghostball.validation.baselines.regression import (
+    Change,
+    FirstDifference,
+    Quantity,
+    SceneChange,
+    rest_error_in,
+)
 from ghostball.validation.baselines.rounding import Allowance
 from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.grading.event_logs import ALL_KINDS, compare_logs, events_in
@@ -112,10 +118,10 @@ def _towards(metrics: Sequence[Quantity], explained: Allowance) -> Change | None
     Within their band errors differ by as much as rounding may make of them. Here more than rounding
     moved, so that an end which is farther off by more than rounding explains is worse.
     """
-    ends = [one for one in metrics if one.name == "rest_error_max"]
-    if not ends or explained.rest is None or None in (ends[0].base, ends[0].head):
+    end = rest_error_in(metrics)
+    if end is None or end.base is None or end.head is None or explained.rest is None:
         return None
-    farther = float(ends[0].head or 0.0) - float(ends[0].base or 0.0)
+    farther = float(end.head) - float(end.base)
     if not abs(farther) > float(np.max(explained.rest)):
         return None
     return "worse" if farther > 0.0 else "better"
@@ -322,9 +328,9 @@ def _summary(
         parts.append(f"nothing is compared past the horizon, {horizon:.3g} s")
     # In roundings a number says little of an engine that doesn't err by roundings.
     shown = sorted(moved, key=lambda one: one.name.endswith("_ulps"))[:3]
-    ends = [one for one in metrics if one.name == "rest_error_max" and one not in shown]
-    if change in ("worse", "better"):  # the one number that says by how much
-        shown = ends + shown
+    end = rest_error_in(metrics)
+    if change in ("worse", "better") and end is not None and end not in shown:
+        shown = [end, *shown]  # the one number that says by how much
     parts += [f"{one.name} {_number(one, one.base)} -> {_number(one, one.head)}" for one in shown]
     if more := len([one for one in moved if one not in shown]):
         parts.append(f"and {more} more")

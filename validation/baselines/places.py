@@ -18,7 +18,7 @@ class BaselineError(GhostballError, ValueError):
 def engine_key(label: str) -> str:
     """Return what baselines call an engine: its own name, with the settings that it was given.
 
-    So `my_package:MyEngine:dt=1e-3` stays `my-engine:dt=1e-3` wherever its class may move.
+    So `games.my_engine:simulate:dt=1e-3` is `my_engine:dt=1e-3`, wherever that module may move.
     """
     return spec_of(engine_name(label), parse_spec(label)[1])
 

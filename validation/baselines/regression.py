@@ -121,6 +121,11 @@ def _number(quantity: Quantity, value: float | int | None) -> str:
     return number if quantity.unit == "1" else f"{number} {quantity.unit}"
 
 
+def rest_error_in(metrics: Sequence[Quantity]) -> Quantity | None:
+    """Return how far off the truth the worst ball ended, and ends, of a scene's metrics."""
+    return next((one for one in metrics if one.name == "rest_error_max"), None)
+
+
 class SceneChange(_Model):
     """What became of one scene.
 
@@ -161,6 +166,11 @@ class SceneChange(_Model):
         fails = bool(self.broken) or lost or fail_on == "changed"
         fails |= fail_on == "worse" and self.change in ("worse", "not-deterministic")
         return self if fails or not self.failed else self.model_copy(update={"failed": False})
+
+    @property
+    def rest_error(self) -> Quantity | None:
+        """How far off the truth the worst ball ended, and ends; None where it wasn't asked for."""
+        return rest_error_in(self.metrics)
 
     @property
     def left_band(self) -> bool:

@@ -181,7 +181,7 @@ def run_board(
 ) -> tuple[Board, Outcome | None]:
     """Run what the cells of these columns are made of, and return the board with all that are.
 
-    `rows`: engines as for `--engine`, or `MODULE:CLASS`.
+    `rows`: engines as for `--engine`, or `MODULE:NAME`.
     `folder`: a results folder of the suite, which keeps each case as it is done. A later run reuses
         those that are unchanged; see `validation.suite.unchanged`. `board.json` beside them is what
         they come to.

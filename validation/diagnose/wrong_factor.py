@@ -69,7 +69,7 @@ LEAVES: Final = 0.15
 """A factor is named where it leaves at most this share of the difference."""
 
 RIVAL: Final = 2.0
-"""Another one is told of where it leaves at most so many times what the best one leaves."""
+"""Another one is named where it leaves at most so many times what the best one leaves."""
 
 ROUND: Final = 0.004
 """How near a factor is to a simple one, as a share, to be called that."""
@@ -83,8 +83,8 @@ LEAST: Final = 1e-5
 CLEAR: Final = 10.0
 """A first stretch that ends where collisions differ must show so many times `LEAST`."""
 
-TOLD: Final = 3.0
-"""The right value is told from the other where it is so many times farther off."""
+DISTINCT: Final = 3.0
+"""The right value explains the motion no more where it is so many times farther off."""
 
 _GOLDEN: Final = (math.sqrt(5.0) - 1.0) / 2.0
 
@@ -160,10 +160,6 @@ class _Knob:
     largest: float
     scaled: Callable[[float], Scene]
 
-    def is_of(self, factor: Factor) -> bool:
-        """Whether a factor is of this coefficient."""
-        return (self.what, self.ball) == (factor.what, factor.ball)
-
 
 def wrong_factor(known: KnownShot, result: Result, agreed: float | None = None) -> Factor | None:
     """Return the coefficient with which an engine's run is explained; None where none explains it.
@@ -180,15 +176,14 @@ def wrong_factor(known: KnownShot, result: Result, agreed: float | None = None) 
         return None
     if search.before(search.ends[-1]) < LEAST:
         return None
-    found = [one for knob in _knobs(scene) if (one := search.fit(knob)) is not None]
-    found.sort(key=lambda one: (max(one.after, LEAST), not one.is_simple))
+    found = [(one, knob) for knob in _knobs(scene) if (one := search.fit(knob)) is not None]
+    found.sort(key=lambda pair: (max(pair[0].after, LEAST), not pair[0].is_simple))
     if not found:
         return None
-    best, *others = found
-    best = search.with_curve(best, next(one for one in _knobs(scene) if one.is_of(best)))
+    best = search.with_curve(*found[0])
     rivals = tuple(
         f"{one.name} were {one.value:.4g}"
-        for one in others
+        for one, _ in found[1:]
         if one.until == best.until and one.after <= max(RIVAL * best.after, LEAST)
     )
     return replace(best, rivals=rivals)
@@ -244,8 +239,8 @@ class _Search:
     def with_curve(self, found: Factor, knob: _Knob) -> Factor:
         """Return a factor with how far off both motions are, and since when the right one is."""
         first, whole = (self._both(found, knob, end) for end in (self.ends[0], found.until))
-        told = np.flatnonzero(first[:, 1] > TOLD * first[:, 2] + LEAST)
-        since = float(first[max(int(told[0]) - 1, 0), 0]) if len(told) else 0.0
+        apart = np.flatnonzero(first[:, 1] > DISTINCT * first[:, 2] + LEAST)
+        since = float(first[max(int(apart[0]) - 1, 0), 0]) if len(apart) else 0.0
         rows = tuple((float(t), float(a), float(b)) for t, a, b in whole)
         return replace(found, since=since, curve=rows)
 

@@ -89,7 +89,7 @@ func begin(path):
 		add(body, shape, i)
 		body.contact_monitor = true
 		body.contacts_reported = 8
-		body.connect("body_entered", self, "hit", [i])
+		body.connect("body_entered", self, "collided", [i])
 		bodies.append(body)
 	Physics2DServer.area_set_param(world.get_world_2d().space, Physics2DServer.AREA_PARAM_LINEAR_DAMP, 0)
 	Physics2DServer.area_set_param(world.get_world_2d().space, Physics2DServer.AREA_PARAM_ANGULAR_DAMP, 0)
@@ -111,11 +111,11 @@ func add(body, shape, index):
 	world.add_child(body)
 
 
-func hit(other, a):
+func collided(other, a):
 	var b = other.get_meta("index")
 	if typeof(b) == TYPE_STRING:
 		events.append({"t": step * dt, "kind": "ball-cushion", "a": a, "b": b})
-	elif a < b: # both balls are told
+	elif a < b: # both balls get the signal
 		events.append({"t": step * dt, "kind": "ball-ball", "a": a, "b": b})
 
 

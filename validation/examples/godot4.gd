@@ -86,7 +86,7 @@ func begin(path):
 		add(body, shape, i)
 		body.contact_monitor = true
 		body.max_contacts_reported = 8
-		body.body_entered.connect(hit.bind(i))
+		body.body_entered.connect(collided.bind(i))
 		bodies.append(body)
 	for name in shot.table.cushions if shot.table else []:
 		var shape = WorldBoundaryShape2D.new()
@@ -106,11 +106,11 @@ func add(body, shape, index):
 	world.add_child(body)
 
 
-func hit(other, a):
+func collided(other, a):
 	var b = other.get_meta("index")
 	if typeof(b) == TYPE_STRING:
 		events.append({"t": step * dt, "kind": "ball-cushion", "a": a, "b": b})
-	elif a < b: # both balls are told
+	elif a < b: # both balls get the signal
 		events.append({"t": step * dt, "kind": "ball-ball", "a": a, "b": b})
 
 

@@ -29,7 +29,7 @@ Outcome = Literal["passed", "failed", "skipped"]
 class EngineUnderTest:
     """An engine with its settings.
 
-    `spec`: as asked for: `NAME` or `MODULE:CLASS`, and settings after another colon.
+    `spec`: as asked for: `NAME` or `MODULE:NAME`, and settings after another colon.
     `make`: makes one like it.
     `judged_as`: another engine, whose limits it is held against; None: its own.
     """
@@ -85,9 +85,9 @@ class SceneRun:
 
 
 def engine_under_test(spec: str, judged_as: str | None = None) -> EngineUnderTest:
-    """Find an engine by its name, or by where its class is, and make sure that it can be made.
+    """Find an engine by its name, or by where it is, and make sure that it can be made.
 
-    `spec`: `NAME` of an installed engine, or `MODULE:CLASS`; either may be followed by
+    `spec`: `NAME` of an installed engine, or `MODULE:NAME`; either may be followed by
         `:key=value,...`.
     `judged_as`: another engine, likewise, whose limits it is held against.
 

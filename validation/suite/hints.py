@@ -84,12 +84,12 @@ def simplest(cases: Sequence[CaseRecord]) -> CaseRecord | None:
 
 
 def _simplicity(case: CaseRecord) -> tuple[int, int, int, str]:
-    scene, hits = case.load_scene(), sum((case.truth_counts or {}).values())
-    return len(scene.balls), len(scene_features(scene)), hits, case.scene
+    scene, collisions = case.load_scene(), sum((case.truth_counts or {}).values())
+    return len(scene.balls), len(scene_features(scene)), collisions, case.scene
 
 
 def shared(bad: Sequence[CaseRecord], good: Sequence[CaseRecord]) -> str:
-    """Return what cases share that are bad, or moved, and others lack: "ball-ball hits".
+    """Return what cases share that are bad, or moved, and others lack: "ball collisions".
 
     "" where nothing tells them apart. Of what is shared by all that are bad, it is what the fewest
     others have.
@@ -107,8 +107,8 @@ def shared(bad: Sequence[CaseRecord], good: Sequence[CaseRecord]) -> str:
 
 
 def _traits() -> Iterator[tuple[str, Callable[[CaseRecord], bool]]]:
-    yield "hits of balls", lambda case: _happened(case, BALL_BALL)
-    yield "hits of cushions", lambda case: _happened(case, CUSHION)
+    yield "ball collisions", lambda case: _happened(case, BALL_BALL)
+    yield "cushion collisions", lambda case: _happened(case, CUSHION)
     yield "more than one ball", lambda case: len(case.definition["balls"]) > 1
     for feature in Feature:
         yield feature.value, partial(_needs, feature)

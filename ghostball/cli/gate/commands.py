@@ -45,7 +45,7 @@ def regress(
     fail_on: Annotated[
         FailOnChoice | None,
         typer.Option(
-            metavar="changed|worse|limits",
+            metavar="|".join(FailOnChoice),
             help="What fails: whatever moved; of that only what moved away from the truth; or only "
             "broken limits, and shots that the engine didn't play, for which no baseline is needed "
             "(default: that of [tool.ghostball] in pyproject.toml, else changed).",

@@ -24,7 +24,7 @@ from ghostball.cli.shared.tables import table_of
 from ghostball.cli.shared.terminal import say, tables
 from ghostball.model import Scene
 from ghostball.reference_adapters import make_engine, names_class
-from ghostball.reports import style
+from ghostball.reports.shift import Shift
 from ghostball.validation.baselines import (
     Regression,
     SceneChange,
@@ -339,19 +339,10 @@ def _table(changes: Sequence[SceneChange]) -> Table:
 
 def _severity(change: SceneChange) -> tuple[bool, int, float]:
     """Return what changes are sorted by: what fails first, then what is worse, then by how much."""
-    _, head = _rest_errors(change)
-    return not change.failed, -list(_WORDS).index(change.change), -(head or 0.0)
+    off = 0.0 if change.rest_error is None else change.rest_error.head or 0.0
+    return not change.failed, -list(_WORDS).index(change.change), -off
 
 
 def _off_truth(change: SceneChange) -> str:
-    base, head = _rest_errors(change)
-    if base is None or head is None:
-        return ""
-    old, new = style.format_length(base), style.format_length(head)
-    return old if old == new else f"{old} -> {new}"
-
-
-def _rest_errors(change: SceneChange) -> tuple[float | None, float | None]:
-    """Return how far off the truth the worst ball ended, and ends [m]."""
-    found = next((one for one in change.metrics if one.name == "rest_error_max"), None)
-    return (None, None) if found is None else (found.base, found.head)
+    shift = Shift.of(change)
+    return "" if shift is None else shift.words

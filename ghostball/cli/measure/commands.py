@@ -43,7 +43,7 @@ def run(
     record: Annotated[
         RecordChoice | None,
         typer.Option(
-            metavar="rest|events|trajectory",
+            metavar="|".join(RecordChoice),
             help="What to keep: where the balls end, also each event (--format json prints them), "
             "or also the whole motion (default: rest; with --plot: trajectory).",
         ),

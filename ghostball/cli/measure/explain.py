@@ -27,6 +27,7 @@ from ghostball.validation.diagnose.attribution import Attribution
 from ghostball.validation.diagnose.explanation import Explanation, Margin, explain
 from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.grading.event_logs import Event
+from ghostball.validation.results.records import ACCURACY_KINDS
 from ghostball.validation.results.store import Results, has_results
 from ghostball.validation.runs.playing import in_other_process
 from ghostball.validation.scenes.library import find_scene
@@ -98,14 +99,17 @@ def run(
 
 
 def _worst_scene(folder: Path, engine: str) -> str:
-    """Return the scene of the last run that an engine played worst."""
+    """Return the scene of the last run that an engine played worst.
+
+    One that breaks a limit is worse than one that breaks none; then their accuracy says it, from
+    "broken" and "another shot" on.
+    """
     cases = Results.open(folder).cases if has_results(folder) else ()
-    kinds = ("exact", "nanometres", "micrometres", "millimetres", "centimetres")
     ran: list[tuple[bool, int, float, str]] = []
     for case in cases:
         found = case.accuracy
-        if case.label == engine and found is not None and found.kind in kinds:
-            right = -kinds.index(found.kind), -(found.error or 0.0)
+        if case.label == engine and found is not None:
+            right = -ACCURACY_KINDS.index(found.kind), -(found.error or 0.0)
             ran.append((case.passed is not False, *right, case.scene))
     if not ran:
         raise typer.BadParameter(

@@ -1,7 +1,7 @@
 """What `[tool.ghostball]` of a project's `pyproject.toml` says: engines, scenes, folders.
 
     [tool.ghostball]
-    engines = ["my_package:MyEngine"]       # default: as each command says
+    engines = ["my_engine:simulate"]        # default: as each command says
     scenes = ["smoke", "scenes/*.toml"]     # default: all that are shipped
     baselines = "baselines"
     fail_on = "changed"                     # or "worse", or "limits": what fails the gate

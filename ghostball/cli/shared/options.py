@@ -20,9 +20,6 @@ class RecordChoice(enum.StrEnum):
     TRAJECTORY = "trajectory"
 
 
-FORMATS = "text|json|junit|markdown|github|sarif"
-
-
 class Format(enum.StrEnum):
     """What is printed on stdout."""
 
@@ -32,6 +29,9 @@ class Format(enum.StrEnum):
     MARKDOWN = "markdown"
     GITHUB = "github"
     SARIF = "sarif"
+
+
+FORMATS = "|".join(Format)
 
 
 class FailOnChoice(enum.StrEnum):
@@ -181,7 +181,7 @@ FormatOption = Annotated[
 ]
 
 PlainFormat = Annotated[
-    Plain, typer.Option("--format", metavar="text|json", help="What is printed on stdout.")
+    Plain, typer.Option("--format", metavar="|".join(Plain), help="What is printed on stdout.")
 ]
 
 

@@ -253,7 +253,7 @@ class _ShownOnStderr(logging.Handler):
 
 @contextmanager
 def _modules_here() -> Iterator[None]:
-    """Find modules in the working directory, such as `my_engine:MyEngine`, after all others."""
+    """Find modules in the working directory, such as `my_engine:simulate`, after all others."""
     here = str(Path.cwd())
     if here in sys.path:
         yield

@@ -125,7 +125,7 @@ def init(
             "--engine",
             "-e",
             metavar="ENGINE",
-            help="Your engine, such as my_package:MyEngine (default: an example is written).",
+            help="Your engine, such as my_engine:simulate (default: an example is written).",
         ),
     ] = None,
     ci: Annotated[

@@ -31,6 +31,8 @@ from ghostball.reference_adapters import (
     recipes,
 )
 from ghostball.reference_adapters.base import EngineSettings
+from ghostball.reference_adapters.javascript.engine import JavascriptEngine
+from ghostball.reference_adapters.javascript.packages import installed
 from ghostball.reference_adapters.registry import known_settings
 from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.scenes.library import select
@@ -207,6 +209,8 @@ def _described(name: str) -> _Described:
 
 def _version(engine: type[ReferenceEngine]) -> str:
     """Return the version of what an engine's adapter, or its package, is named after; else ""."""
+    if issubclass(engine, JavascriptEngine):  # of the registry of node, not of Python's
+        return installed().get(engine.PACKAGE, "")
     top = engine.__module__.partition(".")[0]
     own = (top,) if top != "ghostball" or engine.name in OURS else ()
     for package in (PACKAGES.get(engine.name, engine.name), *own):

@@ -80,12 +80,12 @@ def test_what_an_engine_lacked_is_counted():
 
 
 def test_what_failing_scenes_share_is_said_where_the_others_lack_it():
-    hit = [case("head-on", ball_ball=1), case("half-ball-cut", ball_ball=1)]
+    collided = [case("head-on", ball_ball=1), case("half-ball-cut", ball_ball=1)]
     alone = [case("stop"), case("wall-bounce", ball_cushion=1)]
-    assert shared(hit, alone) == "all 2 have hits of balls, and no other has"
-    assert shared(hit, [case("thin-cut", ball_ball=1)]) == ""
-    assert shared(hit[:1], alone) == ""
-    assert shared(hit, []) == ""
+    assert shared(collided, alone) == "all 2 have ball collisions, and no other has"
+    assert shared(collided, [case("thin-cut", ball_ball=1)]) == ""
+    assert shared(collided[:1], alone) == ""
+    assert shared(collided, []) == ""
 
 
 def test_the_simplest_case_is_the_one_to_look_into():

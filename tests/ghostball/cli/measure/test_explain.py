@@ -4,9 +4,12 @@ import inspect
 import json
 
 import pytest
+from stored_cases import record, written
 from typer.testing import CliRunner
 
 from ghostball.cli import app
+from ghostball.cli.measure.explain import _worst_scene
+from ghostball.validation.results.records import Accuracy, Check
 
 
 @pytest.fixture
@@ -122,6 +125,29 @@ def test_a_wrong_factor_is_said_first(cli, tmp_path, monkeypatch):
     )
     assert "A rolling ball should slow by 0.1962 m/s², and slows by 0.1402" in first
     assert "█" in found.stdout.split("\n\n")[2]
+
+
+BROKEN_LIMIT = Check("rest_error_max", 2e-3, "at_most", 1e-3, "m", passed=False, reason="x")
+
+
+@pytest.mark.parametrize(
+    ("found", "worst"),
+    [
+        ({"stop": "millimetres", "follow": "centimetres", "draw": "exact"}, "follow"),
+        ({"stop": "centimetres", "follow": "another shot", "draw": "exact"}, "follow"),
+        ({"stop": "another shot", "follow": "centimetres", "draw": "broken"}, "draw"),
+    ],
+)
+def test_the_worst_scene_is_that_of_the_worst_accuracy_of_any_kind(tmp_path, found, worst):
+    cases = [record(scene=name, accuracy=Accuracy(kind)) for name, kind in found.items()]
+    written(tmp_path, *cases, record("ghostball", "break-7", accuracy=Accuracy("broken")))
+    assert _worst_scene(tmp_path, "pymunk") == worst
+
+
+def test_a_scene_that_breaks_a_limit_is_worse_than_one_that_breaks_none(tmp_path):
+    held = record(scene="stop", accuracy=Accuracy("millimetres", 2e-3), checks=(BROKEN_LIMIT,))
+    written(tmp_path, held, record(scene="draw", accuracy=Accuracy("another shot")))
+    assert _worst_scene(tmp_path, "pymunk") == "stop"
 
 
 def test_without_a_run_there_is_no_worst_scene(cli, tmp_path, monkeypatch):

@@ -42,7 +42,7 @@ def test_after_a_failure_the_next_command_is_named(twice):
     found = validate("stop", "restitution-head-on", "restitution-cut", "-e", twice)
     assert found.exit_code == 1, found.output
     text = " ".join(found.stdout.split())
-    assert "all 2 have hits of balls, and no other has" in text
+    assert "all 2 have ball collisions, and no other has" in text
     assert "next: `ghostball explain restitution-cut --engine twice:simulate`" in text
 
 

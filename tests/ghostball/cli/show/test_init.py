@@ -12,7 +12,9 @@ import yaml
 from typer.testing import CliRunner
 
 from ghostball.cli import app
+from ghostball.cli.show.lists import _version
 from ghostball.cli.show.workflow import UNKNOWN, repository
+from ghostball.reference_adapters import engine_class
 
 ROOT = Path(__file__).parents[4]
 
@@ -100,10 +102,10 @@ def test_a_project_that_has_settings_gets_the_workflow_alone_and_once(here):
     ],
 )
 def test_where_the_action_lies_is_what_the_installation_says(monkeypatch, urls, found):
-    told = Message()
+    metadata = Message()
     for url in urls:
-        told["Project-URL"] = url
-    monkeypatch.setattr("ghostball.cli.show.workflow.metadata", lambda _: told)
+        metadata["Project-URL"] = url
+    monkeypatch.setattr("ghostball.cli.show.workflow.metadata", lambda _: metadata)
     assert repository() == found
 
 
@@ -145,6 +147,15 @@ def test_the_table_of_engines_fits_a_terminal(monkeypatch):
     assert max(map(len, lines)) <= 80
     assert len(lines) < 60
     assert "".join(lines).count(" pymunk ") == 1
+
+
+def test_the_version_of_an_engine_in_javascript_is_that_of_its_own_package(monkeypatch):
+    # Breaks where a Python distribution of that name is asked, which is other people's.
+    monkeypatch.setattr("ghostball.cli.show.lists.installed", lambda: {"planck": "1.4.2"})
+    monkeypatch.setattr("ghostball.cli.show.lists.version", lambda _: "9.9.9")
+    assert _version(engine_class("planck")) == "1.4.2"
+    assert _version(engine_class("p2")) == ""
+    assert _version(engine_class("pymunk")) == "9.9.9"
 
 
 def test_a_recipe_is_code_of_that_engine_alone():
