@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
+from textwrap import fill
 from typing import TYPE_CHECKING, Final
 
 from ghostball.reports import style
@@ -151,7 +152,7 @@ def draw_board(board: Board, columns: Collection[Column] | None = None) -> Figur
             axes.text(x + 0.5, y + 0.5, text, ha="center", va="center", fontsize=6.8)
     axes.set(xlim=(0, len(columns)), ylim=(len(board.rows), 0))
     axes.set_yticks([y + 0.5 for y in range(len(board.rows))], board.rows)
-    titles = [f"{one.title}\n{unit_of(one).strip()}" for one in columns]
+    titles = [f"{fill(one.title, 15)}\n{fill(unit_of(one).strip(), 12)}".strip() for one in columns]
     axes.set_xticks([x + 0.5 for x in range(len(columns))], titles)
     axes.xaxis.tick_top()
     axes.tick_params(length=0, labelsize=7.5)
@@ -162,8 +163,9 @@ def draw_board(board: Board, columns: Collection[Column] | None = None) -> Figur
         for look in looks_of(board, columns)
     ]
     figure.legend(handles=legend, loc="outside lower center", ncols=2, fontsize=7.5)
-    where = about(board, columns).replace("; ", ";\n")
-    style.set_title(figure, f"Engines on the questions that distinguish them ({where})")
+    title = f"Engines on the questions that distinguish them ({about(board, columns)})"
+    parts = title.replace("; ", ";\n").split("\n")
+    style.set_title(figure, "\n".join(fill(part, 9 * len(columns)) for part in parts))
     return figure
 
 
