@@ -120,6 +120,11 @@ class Likeness(BaseModel):
                     f"family {one.name!r}: must either have `figures` or say what is lacking in "
                     "`lacks`. Give one of them"
                 )
+            if one.grades and any(figure.error is None for figure in one.figures):
+                raise ValueError(
+                    f"family {one.name!r}: where it `grades`, each of its `figures` must have an "
+                    "`error`, got null. Give it, or set `grades` to false"
+                )
         return self
 
     @property

@@ -87,3 +87,13 @@ def test_a_family_of_an_engine_has_figures_or_says_why_not(fields):
     wrong = family("rolling", 1.0).model_copy(update=fields)
     with pytest.raises(ValidationError, match="must either have `figures` or say what is lacking"):
         Likeness(label="any", families=(wrong,))
+
+
+def test_what_grades_has_errors():
+    """Breaks where a record that somebody edited is refused by a page alone, half made."""
+    known = family("rolling", 1.0)
+    unknown = tuple(one.model_copy(update={"error": None}) for one in known.figures)
+    wrong = known.model_copy(update={"figures": unknown})
+    with pytest.raises(ValidationError, match=r"where it `grades`, each of its `figures` must"):
+        Likeness(label="any", families=(wrong,))
+    Likeness(label="any", families=(wrong.model_copy(update={"grades": False}),))

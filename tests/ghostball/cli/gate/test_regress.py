@@ -328,7 +328,7 @@ def test_an_engine_of_ones_own_is_compared_with_another_revision(project):
     same = against()
     assert same.returncode == 0, same.stderr
     assert "1 of 1 cases are alike" in same.stdout
-    edit_engine("x = t + dt, x + dt * v", "x = t + dt, x + 1.5 * dt * v")
+    edit_engine("x, t = x + step * v", "x, t = x + 1.5 * step * v")
     found = against()
     assert found.returncode == 1, found.stdout + found.stderr
     assert re.search(r"stop +my_engine:simulate +", found.stdout)
