@@ -12,6 +12,7 @@ import typer
 from benchmarks.accuracy import SHOTS, measure_accuracy
 from benchmarks.breaks import BREAKS, measure_breaks
 from benchmarks.fits import TABLES, measure_fits
+from benchmarks.made import BREAKS as MADE, measure_made
 from benchmarks.measurements import BenchError, Measurement, machine_folder
 from benchmarks.pictures.gallery import write_gallery
 from benchmarks.precision.figure import draw_against_steps
@@ -125,6 +126,17 @@ def racks(
     asked = PEERS if peers is None else [] if peers == ["none"] else peers
     measure = partial(measure_racks, our_player(), list(map(peer, asked)), rounds=repeats)
     measured_by(measure, out, store, part=peers is not None)
+
+
+@app.command()
+@command
+def made(
+    count: Annotated[int, typer.Option(min=1, help="How many breaks.")] = MADE,
+    out: Out = None,
+    store: Store = False,
+) -> None:
+    """Count how often a break on a bar table makes a ball, beside published counts."""
+    measured_by(partial(measure_made, count), out, store, part=count < MADE)
 
 
 @app.command()

@@ -1,0 +1,97 @@
+"""How often a break makes a ball, beside 169 breaks of professionals: a check of sanity, no grade.
+
+Published counts (Alciatore's site, "8-ball break statistics") say neither how fast the cue balls
+were nor how tight the racks: both are assumed here, so that a wide band is all that can be asked.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+from typing import Final, Literal
+
+from rich.console import RenderableType
+
+from benchmarks.measurements import Measurement, table_of
+from ghostball.engine import simulate
+from ghostball.model import Ball, EventKind, Physics, Scene, Table
+from ghostball.validation.parallel.pool import Progress
+
+BREAKS = 4_000
+"""Breaks of a whole measurement: the standard error of a share of 80 % is 0.6 %."""
+
+TABLE: Final = Table.model_validate("bar-7ft")
+RADIUS: Final = 0.028575  # [m]
+
+SPEEDS: Final = (7.0, 11.0)
+"""Assumed: the speed of a cue ball at a break [m/s]."""
+
+LOOSEST: Final = 0.5e-3
+"""Assumed: the widest gap of a rack [m]."""
+
+OFF_CENTRE: Final = 0.15
+"""Assumed: how far off full the first ball is met, at most, in radii."""
+
+PUBLISHED: Final = {"made": (0.805, 118), "scratch": (0.076, 118)}
+"""Share of breaks in which a ball was made, and in which the cue ball fell; of how many breaks."""
+
+
+class MadeMeasurement(Measurement):
+    """What `python -m benchmarks made` counted.
+
+    `made`: breaks in which a ball other than the cue ball was pocketed.
+    `scratched`: those in which the cue ball was.
+    """
+
+    kind: Literal["made"] = "made"
+    breaks: int
+    made: int
+    scratched: int
+    pocketed: int
+
+    @property
+    def table(self) -> RenderableType:
+        """Shares, beside the published ones with a standard error each."""
+        rows = []
+        for name, count in (("made", self.made), ("scratch", self.scratched)):
+            share, of = PUBLISHED[name]
+            error = math.sqrt(share * (1.0 - share) / of)
+            rows.append((name, f"{count / self.breaks:.1%}", f"{share:.1%} ± {error:.1%}"))
+        return table_of(("breaks", f"of {self.breaks} here", "published"), rows)
+
+
+def break_of(number: int) -> Scene:
+    """Return an eight-ball break on a bar table; the same number is the same break."""
+    chance = random.Random(f"made {number}")
+    spacing = 2.0 * RADIUS + chance.uniform(0.0, LOOSEST)
+    speed, middle = chance.uniform(*SPEEDS), TABLE.width / 2.0
+    aside = chance.uniform(-OFF_CENTRE, OFF_CENTRE) * RADIUS
+    rack = [
+        (0.75 * TABLE.length + row * spacing * math.sqrt(0.75), middle + (k - row / 2.0) * spacing)
+        for row in range(5)
+        for k in range(row + 1)
+    ]
+    cue = Ball(
+        id="cue",
+        position=(0.25 * TABLE.length, middle + aside),
+        velocity=(speed, 0.0),
+        angular_velocity=(0.0, 0.0, 0.0),
+    )
+    balls = [Ball(id=str(k), position=place) for k, place in enumerate(rack, start=1)]
+    physics = Physics(preset="pool")
+    return Scene(name=f"made-{number}", table=TABLE, physics=physics, balls=(cue, *balls))
+
+
+def measure_made(count: int = BREAKS, *, progress: Progress[str] | None = None) -> MadeMeasurement:
+    """Play breaks and count what falls."""
+    made = scratched = pocketed = 0
+    for number in range(count):
+        events = simulate(break_of(number), record="events").events
+        assert events is not None
+        fell = events["a"][events["kind"] == EventKind.POCKETED]
+        made += bool((fell > 0).any())
+        scratched += bool((fell == 0).any())
+        pocketed += len(fell)
+        if progress is not None:
+            progress(number + 1, count, "breaks")
+    return MadeMeasurement(breaks=count, made=made, scratched=scratched, pocketed=pocketed)
