@@ -52,12 +52,17 @@ class MadeMeasurement(Measurement):
     @property
     def table(self) -> RenderableType:
         """Shares, beside the published ones with a standard error each."""
+        return table_of(("breaks", f"of {self.breaks} here", "published"), self.rows)
+
+    @property
+    def rows(self) -> list[tuple[str, str, str]]:
+        """What a break did, how often it did here, and in the published ones."""
         rows = []
         for name, count in (("made", self.made), ("scratch", self.scratched)):
             share, of = PUBLISHED[name]
             error = math.sqrt(share * (1.0 - share) / of)
             rows.append((name, f"{count / self.breaks:.1%}", f"{share:.1%} ± {error:.1%}"))
-        return table_of(("breaks", f"of {self.breaks} here", "published"), rows)
+        return rows
 
 
 def break_of(number: int) -> Scene:

@@ -16,6 +16,7 @@ from statistics import median
 import numpy as np
 
 from benchmarks.fits import FitsMeasurement
+from benchmarks.made import MadeMeasurement
 from benchmarks.pictures.gallery import committed_board
 from benchmarks.precision.points import PrecisionMeasurement
 from benchmarks.rebounds import ReboundsMeasurement
@@ -312,6 +313,14 @@ def fits() -> str:
     return "\n".join(
         [_table(heads, ((f"`{name}`", *cells) for name, *cells in stored.rows)), "", stored.sought]
     )
+
+
+def made() -> str:
+    """Return how often breaks make a ball, from the committed measurement."""
+    stored = MadeMeasurement.committed()
+    if stored is None:
+        return "Not measured yet: `python -m benchmarks made --store` does so."
+    return _table(("a break", f"of {stored.breaks} here", "published"), stored.rows)
 
 
 def command_line() -> str:
