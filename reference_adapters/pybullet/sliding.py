@@ -125,7 +125,8 @@ class SlidingRun:
         if self._noses:
             self._take_out_what_left()
         self._note_phases()
-        if self._recorder.wants_frame(t):
+        # A ball that fell may have been the last to move: then the shot ended within the step.
+        if not self.at_rest and self._recorder.wants_frame(t):
             self._recorder.frame(t, self.state())
 
     def _rests(self) -> Flags:
