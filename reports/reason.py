@@ -7,6 +7,7 @@
 from __future__ import annotations
 
 from ghostball.reports import style
+from ghostball.validation.diagnose.attribution import Attribution
 from ghostball.validation.diagnose.explanation import Explanation
 from ghostball.validation.diagnose.wrong_factor import Factor
 
@@ -22,6 +23,8 @@ def reason_of(explanation: Explanation) -> str:
     if explanation.factor is not None:
         return _factor_text(explanation, explanation.factor)
     label, off = explanation.label, _off(explanation)
+    if found.instant is not None and found.outcome in ("rounding", "step"):
+        return _until_then(explanation, found)
     if found.outcome == "rounding":
         return f"{label} is right: {off}, no more than roundings make."
     if found.outcome == "step":
@@ -37,6 +40,20 @@ def reason_of(explanation: Explanation) -> str:
         )
         return f"{since}, {label} {what}: {off}. {cure}."
     return f"{since}, {label} plays another shot: {off}. No single coefficient explains it."
+
+
+def _until_then(explanation: Explanation, found: Attribution) -> str:
+    """Return what is known of a shot that could be compared for a part of it alone."""
+    assert found.instant is not None
+    assert found.difference is not None
+    when, then = style.format_time(found.instant), style.format_length(found.difference)
+    cause = "no more than roundings make"
+    if found.outcome == "step":
+        cause = f"which is its step's. {_shorter(explanation).removesuffix('.')}"
+    return (
+        f"Up to t = {when}, {explanation.label} is {then} off, {cause}. What comes later can't be "
+        f"judged ({found.until}): {_off(explanation)}."
+    )
 
 
 def _factor_text(explanation: Explanation, factor: Factor) -> str:

@@ -1,0 +1,38 @@
+"""The sentence that an explanation leads with says no more than was compared."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from ghostball.model import Scene
+from ghostball.reference_adapters.registry import make_engine
+from ghostball.reports.reason import reason_of
+from ghostball.validation.diagnose.explanation import Explanation, explain
+from ghostball.validation.scenes.library import find_scene
+
+STOP: Scene = find_scene("head-on")
+
+
+@pytest.fixture(scope="module")
+def explained() -> Explanation:
+    pytest.importorskip("pymunk")
+    return explain(STOP, make_engine("pymunk"), label="pymunk")
+
+
+def test_a_shot_that_was_compared_to_its_end_is_right_but_for_its_step(explained: Explanation):
+    assert reason_of(explained).startswith("pymunk is right but for its step: ")
+
+
+@pytest.mark.parametrize("outcome", ["rounding", "step"])
+def test_of_a_shot_that_was_compared_in_part_the_rest_is_not_called_right(
+    explained: Explanation, outcome: str
+):
+    """Breaks where a break that ends metres off is called right: so it was till it began."""
+    assert explained.attribution is not None
+    part = replace(explained.attribution, outcome=outcome, instant=0.1, until="they part")
+    text = reason_of(replace(explained, attribution=part))
+    assert text.startswith("Up to t = 100 ms, pymunk is ")
+    assert "can't be judged (they part)" in text
+    assert "is right" not in text
