@@ -7,6 +7,7 @@ import math
 from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
 from ghostball.engine.core.state import Air, Balls, Contacts, FloatArray, Log, World
+from ghostball.engine.impacts.impact import MOST_IN_CORNER
 from ghostball.model.events import EventKind
 
 # Plain integers for the compiler.
@@ -23,13 +24,14 @@ LEAVES_TABLE_EVENT = int(EventKind.LEAVES_TABLE)
 def is_full(log: Log, n: int) -> bool:
     """Whether the next instant might not fit in the log: any ball may change, roll and stop.
 
-    And hit each pair that can touch at once: fewer than 3 n in the plane.
+    And hit each pair that can touch at once: fewer than 3 n in the plane. Or one bounces to and fro
+    in a corner.
     """
     if len(log.time) == 0:
         return False
     events_left = len(log.time) - log.counters[st.LOGGED_EVENTS]
     motions_left = len(log.ball) - log.counters[st.LOGGED_MOTIONS]
-    return bool(events_left < 2 + 5 * n or motions_left < n)
+    return bool(events_left < 2 + 5 * n + MOST_IN_CORNER or motions_left < n)
 
 
 @kernel

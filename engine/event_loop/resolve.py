@@ -166,10 +166,12 @@ def _resolve_cushion(world: World, i: int, cushion: int, t: float) -> None:
     if other < 0:
         bounce(balls, i, cushion, laws)
         return
-    bounce_in_corner(balls, i, cushion, other, laws)
-    log.counters[st.BALL_CUSHION] += 1
+    bounces = bounce_in_corner(balls, i, cushion, other, laws)
+    log.counters[st.BALL_CUSHION] += bounces - 1
     log.counters[st.JOINT_IMPACTS] += 1
-    note_event(BALL_CUSHION_EVENT, i, _name(balls, laws, i, other), t, log)
+    for turn in range(1, bounces):
+        off = cushion if turn % 2 == 0 else other
+        note_event(BALL_CUSHION_EVENT, i, _name(balls, laws, i, off), t, log)
 
 
 @kernel(inline=True)

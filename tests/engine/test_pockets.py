@@ -129,6 +129,45 @@ def test_two_balls_fall_into_one_pocket_at_one_instant():
 # --- polygons and posts
 
 
+@pytest.mark.parametrize("aside", [0.0, 1e-9, -1e-9])
+@pytest.mark.parametrize("parts", [3, 4, 5, 8, 20, 180])
+def test_a_ball_along_the_bisector_of_a_corner_comes_back(parts: int, aside: float):
+    """Unfolded, a corner of pi / n is left the way it was entered, after n bounces, without loss.
+
+    Both sides at one instant, to a rounding, or one just before the other: the same shot.
+    """
+    angle = math.pi / parts
+    reach, back = 0.028575 / math.sin(angle / 2.0), 0.5
+    length = reach + 3.0 * back
+    height = length * math.tan(angle / 2.0)
+    table = Table.model_validate(
+        {"vertices": [(0.0, height), (length, 0.0), (length, 2.0 * height)]}
+    )
+    ball = Ball(id="cue", position=(reach + back, height + aside), velocity=(-1.0, 0.0))
+    physics = Physics(rolling_friction=0.0, cushion="mirror")
+    result = played(table, ball, physics=physics, t_max=2.0 * back)
+    assert result.collision_counts["ball-cushion"] == parts
+    end = result.final_state
+    assert end.positions[0, 0, :2] == pytest.approx([reach + back, height], abs=1e-6)
+    assert end.velocities[0, 0, :2] == pytest.approx([1.0, 0.0], abs=1e-6)
+
+
+@pytest.mark.parametrize("degrees", [50.0, 77.0, 100.0, 135.0, 160.0])
+def test_no_corner_takes_energy_by_itself(degrees: float):
+    """Where the two orders differ the ball leaves between them, as fast as it came."""
+    angle = math.radians(degrees)
+    length = 1.0
+    height = length * math.tan(angle / 2.0)
+    table = Table.model_validate(
+        {"vertices": [(0.0, height), (length, 0.0), (length, 2.0 * height)]}
+    )
+    ball = Ball(id="cue", position=(0.5, height), velocity=(-1.0, 0.0))
+    physics = Physics(rolling_friction=0.0, cushion="mirror")
+    result = played(table, ball, physics=physics, t_max=0.6)
+    assert result.collision_counts["ball-cushion"] >= 1
+    assert np.hypot(*result.final_state.velocities[0, 0, :2]) == pytest.approx(1.0, abs=1e-12)
+
+
 def test_a_polygon_that_is_a_rectangle_plays_like_one():
     corners = [(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (0.0, 1.0)]
     ball = Ball(id="cue", position=(0.3, 0.4), velocity=(2.0, 1.3))

@@ -241,10 +241,10 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "half a corner",
         "impacts/impact.py",
-        "    if nx * balls.state[i].vx + ny * balls.state[i].vy < 0.0:\n"
-        "        bounce(balls, i, second, laws)",
-        "    if nx * balls.state[i].vx + ny * balls.state[i].vy < -math.inf:\n"
-        "        bounce(balls, i, second, laws)",
+        "        if not nx * balls.state[i].vx + ny * balls.state[i].vy < 0.0:\n"
+        "            return turn + 1",
+        "        if not nx * balls.state[i].vx + ny * balls.state[i].vy < -math.inf:\n"
+        "            return turn + 1",
         "A ball that runs into a corner bounces off one cushion only.",
         "tests/engine/resting_contact/test_step.py"
         "::test_a_shot_ends_as_its_closed_form_says[corner-exact-1e-14-1e-14]",
