@@ -8,13 +8,7 @@ from ghostball.model import EventKind
 from ghostball.reference_adapters.certified.arithmetic import ZERO, Vector
 from ghostball.reference_adapters.certified.candidates import Candidate
 from ghostball.reference_adapters.certified.contacts import Contacts
-from ghostball.reference_adapters.certified.gaps import (
-    ObstacleGap,
-    PairGap,
-    RoundGap,
-    StraightGap,
-    reach_to_cushion,
-)
+from ghostball.reference_adapters.certified.gaps import PairGap
 from ghostball.reference_adapters.certified.laws import (
     InContactFrame,
     Laws,
@@ -22,6 +16,12 @@ from ghostball.reference_adapters.certified.laws import (
     to_contact_frame,
 )
 from ghostball.reference_adapters.certified.motion import Body
+from ghostball.reference_adapters.certified.obstacle_gaps import (
+    ObstacleGap,
+    RoundGap,
+    StraightGap,
+    reach_to_cushion,
+)
 from ghostball.reference_adapters.certified.obstacles import Straight
 from ghostball.reference_adapters.certified.problem import Problem
 

@@ -26,16 +26,11 @@ from ghostball.reference_adapters.certified.arithmetic import (
 from ghostball.reference_adapters.certified.candidates import Candidate
 from ghostball.reference_adapters.certified.contacts import LOW_BOUNCE, Contacts
 from ghostball.reference_adapters.certified.flight import FlyingBody, State, answered_by_table
-from ghostball.reference_adapters.certified.gaps import (
-    NoseGap,
-    PairGap,
-    StraightGap,
-    motion_of,
-    nose_reach,
-)
+from ghostball.reference_adapters.certified.gaps import PairGap, motion_of
 from ghostball.reference_adapters.certified.impacts import Impacts
 from ghostball.reference_adapters.certified.laws import FallingRestitution, capped
 from ghostball.reference_adapters.certified.motion import Body
+from ghostball.reference_adapters.certified.obstacle_gaps import NoseGap, StraightGap, nose_reach
 from ghostball.reference_adapters.certified.problem import Problem
 
 TURNING = ("frictional", "han2005")
