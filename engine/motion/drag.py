@@ -10,7 +10,7 @@ recurrence (n + 1) p_{n+1} = -(a [n = 0] + b sum p_i p_{n-i}). Of a slide with a
 that is so, too. Any other slide turns, by two recurrences more: of |u| and of u / |u|, u the slip.
 
 The slip's direction turns like a power of the slip that is left, so that the series of a slide
-converges no farther than to its end, and pieces get shorter towards it (`_PART_OF_SERIES`). The
+converges no farther than to its end, and pieces get shorter towards it (`PART_OF_SERIES`). The
 last one begins where all that its turning could still do to the place is below rounding: there the
 slip ends as it would by a constant drag, whose time has a closed form, and v takes what the cloth
 and the air then take: its end is exact, between it is a parabola.
@@ -33,18 +33,15 @@ from ghostball.engine.motion.series import (
     DEGREE,
     LEFT_OUT,
     OVER,
+    PART_OF_SERIES,
     STRAIGHT_DEGREE,
     WORK_OF_SERIES,
+    extend_speed,
     first_zero,
     note_bend,
     shorter,
     straight_series,
 )
-
-_PART_OF_SERIES = 0.75
-"""Longest piece that turns, in units of an estimate of the time until the slip or the velocity
-vanishes, at a real or complex instant: there the power series stops to converge. It is but the
-length that is tried: the last coefficients found say how long the piece may be."""
 
 _STILL = 2.0**-18
 """Speed, in units of the slip, below which air does nothing that a double could tell, as long as it
@@ -217,10 +214,12 @@ def _turn(
     drag = k * speed * speed
     if speed <= _STILL * size:
         k = 0.0
+    # About when the slip or the velocity vanishes, at a real or complex instant: there the power
+    # series stops to converge.
     near = size / (slows + drag)
     if k > 0.0:
         near = min(near, speed / (friction + drag))
-    longest: float = _PART_OF_SERIES * near
+    longest: float = PART_OF_SERIES * near
     if k == 0.0:
         longest = min(longest, _STILL * size / friction)
     row[_VX, 0], row[_VY, 0], row[_UX, 0], row[_UY, 0] = ball.vx, ball.vy, ux, uy
@@ -267,7 +266,7 @@ def _extend(row: FloatArray, n: int, drags: bool) -> None:
     """Find the power n > 0 of the slip's size and direction, and of the speed.
 
     r' = e . u' for r = |u| and e = u / r; so n r_n = sum e_j . (n - j) u_{n-j}, and e_n follows
-    from u = r e. The speed s from s^2 = v^2.
+    from u = r e.
     """
     total = 0.0
     for j in range(n):
@@ -280,16 +279,7 @@ def _extend(row: FloatArray, n: int, drags: bool) -> None:
     over = 1.0 / row[_SLIP, 0]
     row[_EX, n], row[_EY, n] = over * x, over * y
     if drags:
-        # Squares, of whose terms each comes twice but for the middle one.
-        half = (n + 1) // 2
-        total = row[_VX, 0] * row[_VX, n] + row[_VY, 0] * row[_VY, n]
-        for j in range(1, half):
-            total += row[_VX, j] * row[_VX, n - j] + row[_VY, j] * row[_VY, n - j]
-            total -= row[_SPEED, j] * row[_SPEED, n - j]
-        if n % 2 == 0:
-            middle = row[_VX, half] * row[_VX, half] + row[_VY, half] * row[_VY, half]
-            total += 0.5 * (middle - row[_SPEED, half] * row[_SPEED, half])
-        row[_SPEED, n] = total / row[_SPEED, 0]
+        extend_speed(row, _SPEED, _VX, _VY, n)
 
 
 @kernel

@@ -29,21 +29,19 @@ from ghostball.engine.motion.series import (
     DEGREE,
     LEFT_OUT,
     OVER,
+    PART_OF_SERIES,
     STRAIGHT_DEGREE,
     WORK_OF_SERIES,
+    extend_speed,
     first_zero,
     note_bend,
     shorter,
     straight_series,
 )
 
-_PART_OF_SERIES = 0.75
-"""Longest piece, in units of an estimate of how far its series converges. It is but the length that
-is tried: the last coefficients found say how long the piece may be."""
-
 _PART_OF_FALL = 1.25
-"""And in units of the time that the ball would fly without air, since no piece needs to be longer
-than the flight: air changes the time of a flight at play by a thousandth."""
+"""Longest piece, in units of the time that the ball would fly without air, since none needs to be
+longer than the flight: air changes the time of a flight at play by a thousandth."""
 
 _UNSEEN = 64.0
 """Speed that gravity gives in so many roundings of the clock, below which a piece is a parabola."""
@@ -95,7 +93,7 @@ def flight_piece(
     else:
         slowed = -laws.air_drag * speed * up
         near = speed / (gravity + laws.air_drag * speed * speed)
-        longest = min(_PART_OF_SERIES * near, _PART_OF_FALL * free)
+        longest = min(PART_OF_SERIES * near, _PART_OF_FALL * free)
         duration, degree = _arc(row, laws.air_drag, gravity, speed, near, longest, fastest)
     lands = _time_to_land(balls, row, rise, up, degree, duration, free)
     balls.own_kind[i] = st.OWN_LAND if lands <= duration else st.OWN_PIECE
@@ -135,16 +133,7 @@ def _arc(
     degree, small, scale, last = DEGREE, 0, 1.0, 0.0
     for n in range(DEGREE):
         if n > 0:
-            # s^2 = p^2 + q^2: squares, of whose terms each comes twice but for the middle one.
-            half = (n + 1) // 2
-            total = row[_ALONG, 0] * row[_ALONG, n] + row[_UP, 0] * row[_UP, n]
-            for j in range(1, half):
-                total += row[_ALONG, j] * row[_ALONG, n - j] + row[_UP, j] * row[_UP, n - j]
-                total -= row[_SPEED, j] * row[_SPEED, n - j]
-            if n % 2 == 0:
-                middle = row[_ALONG, half] * row[_ALONG, half] + row[_UP, half] * row[_UP, half]
-                total += 0.5 * (middle - row[_SPEED, half] * row[_SPEED, half])
-            row[_SPEED, n] = total / speed
+            extend_speed(row, _SPEED, _ALONG, _UP, n)
         along, up = 0.0, 0.0
         for j in range(n + 1):
             along += row[_SPEED, j] * row[_ALONG, n - j]

@@ -28,6 +28,10 @@ DEGREE = 24
 LEFT_OUT = EPS / 64.0
 """What the series of a piece may leave out, in units of the speeds; or of a place, of that."""
 
+PART_OF_SERIES = 0.75
+"""Longest piece that turns, in units of an estimate of how far its series converges. It is but the
+length that is tried: the last coefficients found say how long the piece may be."""
+
 WORK_OF_SERIES = 50
 """What the power series of a piece that turns cost, in units of work."""
 
@@ -87,6 +91,23 @@ def first_zero(p: FloatArray, duration: float) -> float:
             return later
         s = later
     return s
+
+
+@kernel(inline=True)
+def extend_speed(row: FloatArray, speed: int, x: int, y: int, n: int) -> None:
+    """Find the power n > 0 of a speed s from those of its parts, by s^2 = x^2 + y^2.
+
+    `speed`, `x`, `y`: their rows. Of the terms of squares each comes twice but for the middle one.
+    """
+    half = (n + 1) // 2
+    total = row[x, 0] * row[x, n] + row[y, 0] * row[y, n]
+    for j in range(1, half):
+        total += row[x, j] * row[x, n - j] + row[y, j] * row[y, n - j]
+        total -= row[speed, j] * row[speed, n - j]
+    if n % 2 == 0:
+        middle = row[x, half] * row[x, half] + row[y, half] * row[y, half]
+        total += 0.5 * (middle - row[speed, half] * row[speed, half])
+    row[speed, n] = total / row[speed, 0]
 
 
 @kernel

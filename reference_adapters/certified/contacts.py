@@ -20,8 +20,8 @@ from ghostball.reference_adapters.certified.arithmetic import (
 )
 from ghostball.reference_adapters.certified.candidates import Candidate
 from ghostball.reference_adapters.certified.certificate import Choice
-from ghostball.reference_adapters.certified.gaps import ObstacleGap
 from ghostball.reference_adapters.certified.motion import Body
+from ghostball.reference_adapters.certified.obstacle_gaps import ObstacleGap
 from ghostball.reference_adapters.certified.obstacles import Round, Straight
 from ghostball.reference_adapters.certified.problem import Problem
 

@@ -1,10 +1,8 @@
-"""Gaps between two balls, and between a ball and what it bounces off, as functions of the time.
+"""Gaps, as functions of the time, and that of two balls; those of obstacles: `obstacle_gaps`.
 
 Two balls: |r + v s + a s^2 / 2|^2 - D^2, of degree 4 in the time s since the later of their
-instants; in space where one of them is in the air, else in the plane. A disc is a ball that rests.
-A cushion: degree 2; for a ball in the air its nose is a line, and the gap that of two balls, across
-it, in a vertical plane.
-Where air slows a ball there is no polynomial.
+instants; in space where one of them is in the air, else in the plane. Where air slows a ball there
+is no polynomial.
 """
 
 from __future__ import annotations
@@ -16,25 +14,20 @@ from typing import Protocol
 
 from flint import arb
 
-from ghostball.model import EventKind, Phase
+from ghostball.model import Phase
 from ghostball.reference_adapters.certified.arithmetic import (
     ZERO,
     Direction,
     UndecidedError,
     dot,
-    exactly,
     minus,
     unit,
 )
 from ghostball.reference_adapters.certified.certificate import Choice
 from ghostball.reference_adapters.certified.motion import Body
-from ghostball.reference_adapters.certified.obstacles import Round, Straight
-from ghostball.reference_adapters.certified.problem import Problem
 from ghostball.reference_adapters.certified.roots import (
-    ROOT,
     Bracket,
     first_entry_in_doubles,
-    unreached,
     unsearched,
 )
 
@@ -78,7 +71,7 @@ class Gap(Protocol):
         ...
 
 
-class _DistanceGap(ABC):
+class DistanceGap(ABC):
     """The squared length of a vector that moves, less the square of a reach [m^2].
 
     `t` [s]: instant that its time counts from.
@@ -131,7 +124,7 @@ class _DistanceGap(ABC):
         return tuple(x / size for x in r)
 
 
-class PairGap(_DistanceGap):
+class PairGap(DistanceGap):
     """The gap of two balls.
 
     `free`: whether one of them is in the air: then it is a gap in space.
@@ -188,174 +181,14 @@ class PairGap(_DistanceGap):
             return unsearched(high)
         # Differences of instants are taken before rounding, which would be coarser.
         sa, sb = (float(self._age(body, ZERO)) for body in (self._a, self._b))
-        first = _motion_in_doubles(self._a, sa, in_space=self.free)
-        second = _motion_in_doubles(self._b, sb, in_space=self.free)
+        first = motion_in_doubles(self._a, sa, in_space=self.free)
+        second = motion_in_doubles(self._b, sb, in_space=self.free)
         motion = [list(map(sub, of_b, of_a)) for of_a, of_b in zip(first, second, strict=True)]
         reach = float(self.reach)
         place = a.place + b.place + reach + sa * (a.speed + sa * a.pull)
         place += sb * (b.speed + sb * b.pull)
         speed = a.speed + b.speed + sa * a.pull + sb * b.pull
-        return _search(motion, reach, high, place, speed, a.pull + b.pull)
-
-
-class NoseGap(_DistanceGap):
-    """The gap of a ball in the air and a nose, a line at a height."""
-
-    def __init__(self, body: Body, piece: Straight, height: float, choice: Choice) -> None:
-        self.choice = choice
-        self.piece = piece
-        self.t = body.t
-        self.curved = False
-        self.reach = body.constants.radius
-        self._body, self._height = body, height
-
-    def vector(self, s: arb, order: int = 0) -> Direction:
-        """Return where the ball is, seen from the nose: away from it and up [m]."""
-        x, y, z = motion_of(self._body, s, order, in_space=True)
-        if order == 0:
-            return (self.piece.away((x, y)), z - self._height)
-        return (self.piece.across((x, y)), z)
-
-    def search_in_doubles(self, high: float) -> Bracket:
-        """Search in doubles; a ball too wide for that is UNSURE."""
-        state = self._body.doubles
-        if not state.exact_enough:
-            return unsearched(high)
-        x, y, nx, ny, _ = self.piece.doubles
-        r, v, a = _motion_in_doubles(self._body, 0.0, in_space=True)
-        motion = [
-            (nx * (r[0] - x) + ny * (r[1] - y), r[2] - self._height),
-            (nx * v[0] + ny * v[1], v[2]),
-            (nx * a[0] + ny * a[1], a[2]),
-        ]
-        reach = float(self.reach)
-        place = state.place + abs(x) + abs(y) + self._height + reach
-        return _search(motion, reach, high, place, state.speed, state.pull)
-
-
-class RoundGap(_DistanceGap):
-    """The gap of a ball on the cloth and a disc, or of its centre and the edge of a hole."""
-
-    def __init__(self, body: Body, piece: Round, choice: Choice) -> None:
-        self.choice = choice
-        self.piece = piece
-        self.t = body.t
-        self.curved = body.curved
-        self.reach = piece.radius if piece.takes_out else piece.radius + body.constants.radius
-        self._body = body
-
-    def vector(self, s: arb, order: int = 0) -> Direction:
-        """Return where the ball is, seen from the centre [m], or the derivatives of that."""
-        moved = motion_of(self._body, s, order, in_space=False)
-        return moved if order else minus(moved, self.piece.centre)
-
-    def search_in_doubles(self, high: float) -> Bracket:
-        """Search in doubles; a ball too wide for that is UNSURE."""
-        state = self._body.doubles
-        if not state.exact_enough:
-            return unsearched(high)
-        x, y, _ = self.piece.doubles
-        reach = float(self.reach)
-        r = (state.x - x, state.y - y)
-        most = high * (state.speed + high * state.pull)
-        size = state.place + abs(x) + abs(y) + reach + most
-        if abs(r[0]) + abs(r[1]) > 1.5 * (reach + most) + DOUBLES_ERROR * size:
-            return unreached(high)
-        motion = [r, (state.vx, state.vy), (state.ax, state.ay)]
-        return _search(motion, reach, high, size - most, state.speed, state.pull)
-
-
-class StraightGap:
-    """The distance of a ball from the line of a straight piece, on the table's side [m].
-
-    Less the ball's radius, or another `reach` [m]: where the nose is not at the height of its
-    centre. Where the piece is a face, the ball touches it only if `is_on_face`.
-    """
-
-    def __init__(
-        self, body: Body, piece: Straight, choice: Choice, reach: arb | None = None
-    ) -> None:
-        self._reach = body.constants.radius if reach is None else reach
-        self.choice = choice
-        self.piece = piece
-        self.t = body.t
-        self._body = body
-        self.curved = body.curved
-
-    @property
-    def ends(self) -> bool:
-        """Whether the piece is a face: the gap may close beside it."""
-        return self.piece.extent is not None
-
-    @property
-    def is_behind(self) -> bool:
-        """Whether the ball's centre is surely behind the line, at first: no rounding does that."""
-        return bool(self.piece.away((self._body.x, self._body.y)) < 0)
-
-    def is_on_face(self, s: arb) -> bool | None:
-        """Whether the ball is in front of the face after a time s; None: that isn't decided."""
-        return self.piece.holds_foot_of(self._body.position_after(s))
-
-    def coefficients(self) -> list[arb]:
-        """Return the coefficients from the constant up [m, m/s, m/s^2]."""
-        body, across = self._body, self.piece.across
-        away = self.piece.away((body.x, body.y)) - self._reach
-        return [away, across((body.vx, body.vy)), across((body.ax, body.ay)) / 2]
-
-    def value(self, s: arb) -> arb:
-        """Return the gap after a time s [m]."""
-        if self.curved:
-            return self.piece.away(self._body.position_after(s)) - self._reach
-        c0, c1, c2 = self.coefficients()
-        return c0 + s * (c1 + s * c2)
-
-    def slope(self, s: arb) -> arb:
-        """Return its rate after a time s [m/s]."""
-        if self.curved:
-            return self.piece.across(self._body.velocity_after(s))
-        _, c1, c2 = self.coefficients()
-        return c1 + 2 * s * c2
-
-    def bend(self, s: arb) -> arb:
-        """Return its second derivative after a time s [m/s^2]."""
-        return self.piece.across(self._body.acceleration_after(s))
-
-    def search_in_doubles(self, high: float) -> Bracket:
-        """Search in doubles; a ball too wide for that is UNSURE."""
-        q = self._body.doubles
-        if not q.exact_enough:
-            return unsearched(high)
-        x, y, nx, ny, extent = self.piece.doubles
-        reach = float(self._reach)
-        size = q.place + abs(x) + abs(y) + reach
-        rx, ry = q.x - x, q.y - y
-        gap = (nx * rx + ny * ry - reach, nx * q.vx + ny * q.vy, 0.5 * (nx * q.ax + ny * q.ay))
-
-        def margin(s: float) -> float:
-            return DOUBLES_ERROR * (size + s * (q.speed + s * q.pull))
-
-        if not self.ends:
-            return first_entry_in_doubles((*gap, 0.0, 0.0), 0.0, high, margin)
-        along = (ny * rx - nx * ry, ny * q.vx - nx * q.vy, 0.5 * (ny * q.ax - nx * q.ay))
-
-        def misses(low: float, end: float) -> bool:
-            least, most = _range(along, low, end)
-            allowed = margin(end)
-            return least > extent + allowed or most < -allowed
-
-        if _range(gap, 0.0, high)[1] < -margin(high) or misses(0.0, high):
-            return unreached(high)
-        if not gap[0] > margin(0.0):
-            return unsearched(high)
-        found = first_entry_in_doubles((*gap, 0.0, 0.0), 0.0, high, margin)
-        # A parabola that begins in front of the line crosses it downwards once at most.
-        if found.verdict == ROOT and misses(float(found.low), float(found.high)):
-            return unreached(high)
-        return found
-
-
-ObstacleGap = NoseGap | RoundGap | StraightGap
-"""Gaps of a ball and what stands on the table."""
+        return search_distance(motion, reach, high, place, speed, a.pull + b.pull)
 
 
 def motion_of(body: Body, s: arb, order: int = 0, *, in_space: bool) -> Direction:
@@ -380,26 +213,16 @@ def level_reach(a: Body, b: Body) -> arb:
     return 2 * (first * second).sqrt()
 
 
-def reach_to_cushion(problem: Problem, i: int) -> arb:
-    """Return how far from the line of a cushion ball i, on the cloth, touches it [m]."""
-    radius = problem.balls[i].radius
-    return nose_reach(radius, problem.cushion_height) if problem.airborne else arb(radius)
+def error_in_doubles(place: float, speed: float, pull: float, s: float) -> float:
+    """Return a bound of the error of a length that doubles have after a time s [m].
+
+    `place`, `speed` and `pull` bound the sums of what is added up.
+    """
+    return DOUBLES_ERROR * (place + s * (speed + s * pull))
 
 
-def over_nose(body: Body, piece: Straight) -> tuple[arb, arb]:
-    """Return how far a ball's centre is from the line of a nose [m], and the rate of that [m/s]."""
-    return piece.away((body.x, body.y)), piece.across((body.vx, body.vy))
-
-
-def nose_reach(radius: float, height: float) -> arb:
-    """Return how far from the line of a nose a ball on the cloth touches it [m]."""
-    if height == radius:
-        return arb(radius)
-    h, r = exactly(height), exactly(radius)
-    return arb(h * (2 * r - h)).sqrt()
-
-
-def _motion_in_doubles(body: Body, lag: float, *, in_space: bool) -> Sequence[Sequence[float]]:
+def motion_in_doubles(body: Body, lag: float, *, in_space: bool) -> Sequence[Sequence[float]]:
+    """Return where a ball is, its velocity and its acceleration, `lag` [s] after its instant."""
     q = body.doubles
     r, v, a = (
         (
@@ -416,7 +239,7 @@ def _motion_in_doubles(body: Body, lag: float, *, in_space: bool) -> Sequence[Se
     return (*r, rise), (*v, up + lag * pull), (*a, pull)
 
 
-def _search(
+def search_distance(
     motion: Sequence[Sequence[float]],
     reach: float,
     high: float,
@@ -424,7 +247,11 @@ def _search(
     speed: float,
     pull: float,
 ) -> Bracket:
-    """Search in doubles; `place`, `speed` and `pull` bound the sums of what is added up."""
+    """Search in doubles for when a vector that moves is as short as `reach` [m].
+
+    `motion`: the vector and its first two derivatives.
+    `place`, `speed` and `pull`: bounds, as of `error_in_doubles`.
+    """
     r, v, a = motion
     gap = (
         sum(map(mul, r, r)) - reach * reach,
@@ -439,19 +266,3 @@ def _search(
         return DOUBLES_ERROR * size * size
 
     return first_entry_in_doubles(gap, 0.0, high, margin)
-
-
-def _range(gap: Sequence[float], low: float, high: float) -> tuple[float, float]:
-    """Return the least and the largest value of a parabola between two times, but for rounding."""
-    c0, c1, c2 = gap
-    values = [c0 + s * (c1 + s * c2) for s in (low, high)]
-    if low < (top := -0.5 * c1 / c2 if c2 else low) < high:
-        values.append(c0 + 0.5 * top * c1)
-    return min(values), max(values)
-
-
-def choice_at(i: int, piece: Straight | Round) -> Choice:
-    """Return what it is called when ball i meets something on the table."""
-    takes_out = isinstance(piece, Round) and piece.takes_out
-    kind = EventKind.POCKETED if takes_out else EventKind.BALL_CUSHION
-    return Choice(kind, i, piece.obstacle)

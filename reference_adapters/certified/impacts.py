@@ -8,13 +8,7 @@ from ghostball.model import EventKind
 from ghostball.reference_adapters.certified.arithmetic import ZERO, Vector
 from ghostball.reference_adapters.certified.candidates import Candidate
 from ghostball.reference_adapters.certified.contacts import Contacts
-from ghostball.reference_adapters.certified.gaps import (
-    ObstacleGap,
-    PairGap,
-    RoundGap,
-    StraightGap,
-    reach_to_cushion,
-)
+from ghostball.reference_adapters.certified.gaps import PairGap
 from ghostball.reference_adapters.certified.laws import (
     InContactFrame,
     Laws,
@@ -22,6 +16,12 @@ from ghostball.reference_adapters.certified.laws import (
     to_contact_frame,
 )
 from ghostball.reference_adapters.certified.motion import Body
+from ghostball.reference_adapters.certified.obstacle_gaps import (
+    ObstacleGap,
+    RoundGap,
+    StraightGap,
+    reach_to_cushion,
+)
 from ghostball.reference_adapters.certified.obstacles import Straight
 from ghostball.reference_adapters.certified.problem import Problem
 
@@ -42,28 +42,22 @@ class Impacts:
 
     def overlapping(self, chosen: Candidate) -> bool:
         """Whether an impact begins in an overlap, by the rounding of the scene's numbers."""
-        assert chosen.meeting is not None
-        assert chosen.meeting.s is not None
         a, b = chosen.choice.a, chosen.choice.b
-        pair = chosen.choice.kind is EventKind.BALL_BALL
-        if not chosen.meeting.s.is_zero():
+        if not chosen.age.is_zero():
             return False
-        if pair:
+        if chosen.choice.kind is EventKind.BALL_BALL:
             return not self._contacts.touches_ball(a, b)
         assert isinstance(chosen.gap, ObstacleGap)
         return not self._contacts.touches_obstacle(a, chosen.gap.piece.row)
 
     def collided(self, chosen: Candidate, order: int) -> tuple[Body, ...]:
         """Return both balls after their impact."""
-        assert isinstance(chosen.gap, PairGap)
-        assert chosen.meeting is not None
-        assert chosen.meeting.s is not None
-        gap, s = chosen.gap, chosen.meeting.s
+        gap = chosen.gap
+        assert isinstance(gap, PairGap)
         n = self._checked_normal(chosen, gap)
         places, seen = [], []
         for body in chosen.bodies:
-            # The gap's own time is narrower than a difference of instants.
-            dt = s if body.t is gap.t else (gap.t - body.t) + s
+            dt = age_of(body, chosen)
             moved = ZERO if body.resting else dt
             places.append(body.position_after(moved))
             v, u = body.velocity_after(moved), body.slip_after(moved)
@@ -81,7 +75,7 @@ class Impacts:
         velocity, slip, place = body.velocity_after(s), body.slip_after(s), body.position_after(s)
         if isinstance(gap, RoundGap):
             x, y = gap.normal(s, touching=not self.overlapping(chosen))
-            self._check_round(chosen, gap, (x, y))
+            self._check_distance(chosen, gap, (x, y), 2 * body.constants.radius)
         else:
             assert isinstance(gap, StraightGap)
             x, y = gap.piece.inward
@@ -95,13 +89,8 @@ class Impacts:
 
     def _checked_normal(self, chosen: Candidate, gap: PairGap) -> Vector:
         """Return the normal of two balls in the plane, unless they stay in contact from here on."""
-        s = chosen.age
-        nx, ny = gap.normal(s, touching=not self.overlapping(chosen))
-        (vx, vy), (ax, ay) = gap.vector(s, 1), gap.vector(s, 2)
-        rate, across = nx * vx + ny * vy, nx * vy - ny * vx
-        # The second derivative of the distance: the line of centres turns away, and friction.
-        opening = across * across / gap.reach + nx * ax + ny * ay
-        self._contacts.check_bounce(chosen, rate, opening, gap.reach)
+        nx, ny = gap.normal(chosen.age, touching=not self.overlapping(chosen))
+        self._check_distance(chosen, gap, (nx, ny), gap.reach)
         return (nx, ny)
 
     def _check_cushion(self, chosen: Candidate, piece: Straight) -> None:
@@ -112,12 +101,15 @@ class Impacts:
         )
         self._contacts.check_bounce(chosen, rate, opening, 2 * body.constants.radius)
 
-    def _check_round(self, chosen: Candidate, gap: RoundGap, n: Vector) -> None:
-        """Raise where a ball that meets a disc, which is the way -n, stays in contact."""
+    def _check_distance(
+        self, chosen: Candidate, gap: PairGap | RoundGap, n: Vector, diameter: arb
+    ) -> None:
+        """Raise where balls, or a ball and a disc, stay in contact; `n` is along their gap."""
         (vx, vy), (ax, ay) = gap.vector(chosen.age, 1), gap.vector(chosen.age, 2)
         rate, across = n[0] * vx + n[1] * vy, n[0] * vy - n[1] * vx
+        # The second derivative of the distance: the line of centres turns away, and friction.
         opening = across * across / gap.reach + n[0] * ax + n[1] * ay
-        self._contacts.check_bounce(chosen, rate, opening, 2 * chosen.bodies[0].constants.radius)
+        self._contacts.check_bounce(chosen, rate, opening, diameter)
 
     def _sent_off(
         self, body: Body, n: Vector, place: Vector, after: InContactFrame, t: arb, order: int
@@ -137,3 +129,10 @@ class Impacts:
         if y.is_zero():
             return (piece.place[0] + x * reach, place[1])
         return (place[0], piece.place[1] + y * reach)
+
+
+def age_of(body: Body, chosen: Candidate) -> arb:
+    """Return how long after a ball's instant the two of a pair meet [s]."""
+    assert chosen.gap is not None
+    # The gap's own time is narrower than a difference of instants.
+    return chosen.age if body.t is chosen.gap.t else (chosen.gap.t - body.t) + chosen.age

@@ -26,16 +26,11 @@ from ghostball.reference_adapters.certified.arithmetic import (
 from ghostball.reference_adapters.certified.candidates import Candidate
 from ghostball.reference_adapters.certified.contacts import LOW_BOUNCE, Contacts
 from ghostball.reference_adapters.certified.flight import FlyingBody, State, answered_by_table
-from ghostball.reference_adapters.certified.gaps import (
-    NoseGap,
-    PairGap,
-    StraightGap,
-    motion_of,
-    nose_reach,
-)
-from ghostball.reference_adapters.certified.impacts import Impacts
+from ghostball.reference_adapters.certified.gaps import PairGap, motion_of
+from ghostball.reference_adapters.certified.impacts import Impacts, age_of
 from ghostball.reference_adapters.certified.laws import FallingRestitution, capped
 from ghostball.reference_adapters.certified.motion import Body
+from ghostball.reference_adapters.certified.obstacle_gaps import NoseGap, StraightGap, nose_reach
 from ghostball.reference_adapters.certified.problem import Problem
 
 TURNING = ("frictional", "han2005")
@@ -75,7 +70,7 @@ class ImpactsInSpace(Impacts):
             n = gap.normal(s, touching=touching)
         else:
             n = self._tilted(gap, s, first, second, touching=touching)
-        a, b = (self._moved(body, self._age(body, chosen)) for body in chosen.bodies)
+        a, b = (self._moved(body, age_of(body, chosen)) for body in chosen.bodies)
         speed = dot(minus(a.velocity, b.velocity), n)
         slow = self._slow(first.constants.radius + second.constants.radius)
         if not free:
@@ -101,12 +96,6 @@ class ImpactsInSpace(Impacts):
             self._sent_on(a, arb(-masses[1] / total), impulse, turn, chosen.instant, order),
             self._sent_on(b, arb(masses[0] / total), impulse, turn, chosen.instant, order),
         )
-
-    def _age(self, body: Body, chosen: Candidate) -> arb:
-        assert chosen.gap is not None
-        s = chosen.age
-        # The gap's own time is narrower than a difference of instants.
-        return s if body.t is chosen.gap.t else (chosen.gap.t - body.t) + s
 
     def _tilted(
         self, gap: PairGap, s: arb, first: Body, second: Body, *, touching: bool

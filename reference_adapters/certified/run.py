@@ -26,21 +26,20 @@ from ghostball.reference_adapters.certified.flight import (
     body_in_space_at_start,
     gone,
 )
-from ghostball.reference_adapters.certified.gaps import (
-    NoseGap,
-    ObstacleGap,
-    PairGap,
-    RoundGap,
-    StraightGap,
-    choice_at,
-    level_reach,
-    over_nose,
-    reach_to_cushion,
-)
+from ghostball.reference_adapters.certified.gaps import PairGap, level_reach
 from ghostball.reference_adapters.certified.impacts import Impacts
 from ghostball.reference_adapters.certified.impacts_in_space import ImpactsInSpace
 from ghostball.reference_adapters.certified.meetings import Meeting, meeting_again
 from ghostball.reference_adapters.certified.motion import Body, body_at_start
+from ghostball.reference_adapters.certified.obstacle_gaps import (
+    NoseGap,
+    ObstacleGap,
+    RoundGap,
+    StraightGap,
+    choice_at,
+    over_nose,
+    reach_to_cushion,
+)
 from ghostball.reference_adapters.certified.obstacles import Round, Straight, obstacles_met
 from ghostball.reference_adapters.certified.problem import Problem
 

@@ -91,6 +91,8 @@ LONGEST = 600.0
 class JavascriptEngine(PlaneEngine):
     """An engine whose driver is `driver/NAME.mjs`; `PACKAGE` is its package."""
 
+    Settings: ClassVar[type[EngineSettings]] = JavascriptSettings
+
     def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
         """Have node play the scene: to rest, to `t_max`, or to `max_time` or `max_steps`.
 
@@ -121,13 +123,15 @@ class JavascriptEngine(PlaneEngine):
         return why_not(cls.PACKAGE)
 
 
-_SOFT = Capability(
-    "approximate", "its contacts are springs with a damper, as stiff as the adapter can have them"
-)
 _RECTANGLES = Capability("none", "what drives engines in JavaScript builds rectangles alone")
-_SPRINGS = Capability(
-    "approximate", "contacts give, and take some of the speed: they are springs with a damper"
-)
+
+
+def _of_springs(title: str) -> tuple[Capabilities, Capabilities]:
+    """Return what an engine represents whose contacts are springs, tuned and by default."""
+    stiff = "its contacts are springs with a damper, as stiff as the adapter can have them"
+    soft = "contacts give, and take some of the speed: they are springs with a damper"
+    tuned = frictionless_capabilities(title, Capability("approximate", stiff), _RECTANGLES)
+    return tuned, default_capabilities(tuned, title, Capability("approximate", soft))
 
 
 class PlanckEngine(JavascriptEngine):
@@ -198,9 +202,7 @@ class P2Engine(JavascriptEngine):
 
     name: ClassVar[str] = "p2"
     PACKAGE: ClassVar[str] = "p2"
-    Settings: ClassVar[type[EngineSettings]] = JavascriptSettings
-    TUNED: ClassVar[Capabilities] = frictionless_capabilities("p2.js", _SOFT, _RECTANGLES)
-    DEFAULT: ClassVar[Capabilities] = default_capabilities(TUNED, "p2.js", _SPRINGS)
+    TUNED, DEFAULT = _of_springs("p2.js")
 
 
 class CannonEngine(JavascriptEngine):
@@ -208,9 +210,7 @@ class CannonEngine(JavascriptEngine):
 
     name: ClassVar[str] = "cannon-es"
     PACKAGE: ClassVar[str] = "cannon-es"
-    Settings: ClassVar[type[EngineSettings]] = JavascriptSettings
-    TUNED: ClassVar[Capabilities] = frictionless_capabilities("cannon-es", _SOFT, _RECTANGLES)
-    DEFAULT: ClassVar[Capabilities] = default_capabilities(TUNED, "cannon-es", _SPRINGS)
+    TUNED, DEFAULT = _of_springs("cannon-es")
 
 
 class RapierJsEngine(JavascriptEngine):
@@ -218,7 +218,6 @@ class RapierJsEngine(JavascriptEngine):
 
     name: ClassVar[str] = "rapier-js"
     PACKAGE: ClassVar[str] = "@dimforge/rapier2d-compat"
-    Settings: ClassVar[type[EngineSettings]] = JavascriptSettings
     TUNED: ClassVar[Capabilities] = frictionless_capabilities(
         "Rapier",
         Capability(

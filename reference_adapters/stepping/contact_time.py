@@ -21,6 +21,14 @@ from ghostball.reference_adapters.stepping.slowing import slow, stop
 
 FloatArray = NDArray[np.float64]
 
+Motion = tuple[float, float, float, float, float, float]
+"""A place, a velocity and an acceleration [m], [m/s], [m/s^2]."""
+
+Ends = tuple[float, float, float, float]
+"""Where a segment begins and ends [m]."""
+
+_ORIGIN: Ends = (0.0, 0.0, 0.0, 0.0)
+
 EPS = float(np.finfo(np.float64).eps)
 
 CONTACT_GAP = 1e-10
@@ -213,15 +221,6 @@ def _to_cushion(
     return first
 
 
-@kernel
-def _from_nearest(rows: FloatArray, k: int, x: float, y: float) -> tuple[float, float]:
-    """Return the way to a place from the nearest point of an obstacle's segment, or centre [m]."""
-    dx, dy = rows[k, 2] - rows[k, 0], rows[k, 3] - rows[k, 1]
-    along, length2 = (x - rows[k, 0]) * dx + (y - rows[k, 1]) * dy, dx * dx + dy * dy
-    part = 0.0 if along <= 0.0 else (1.0 if along >= length2 else along / length2)
-    return x - rows[k, 0] - part * dx, y - rows[k, 1] - part * dy
-
-
 @kernel(entry=True)
 def _to_obstacle(
     x: FloatArray,
@@ -239,62 +238,25 @@ def _to_obstacle(
     """
     first = math.inf
     for k in range(len(rows)):
-        farthest = max(abs(rows[k, 0]), abs(rows[k, 1]), abs(rows[k, 2]), abs(rows[k, 3]))
+        ends = (rows[k, 0], rows[k, 1], rows[k, 2], rows[k, 3])
+        farthest = max(abs(ends[0]), abs(ends[1]), abs(ends[2]), abs(ends[3]))
         for i in range(len(radii)):
             reach = rows[k, 4] + rows[k, 5] * radii[i]
             rounding = 8.0 * EPS * (max(farthest, abs(x[i, 0]), abs(x[i, 1])) + reach)
-            t = _of_obstacle(x, v, a, i, rows, k, reach, gap, rounding, min(horizon, first))
+            motion = (x[i, 0], x[i, 1], v[i, 0], v[i, 1], a[i, 0], a[i, 1])
+            t = _to_segment(motion, ends, reach, gap, rounding, min(horizon, first))
             first = min(first, t)
     return first
-
-
-@kernel
-def _of_obstacle(
-    x: FloatArray,
-    v: FloatArray,
-    a: FloatArray,
-    i: int,
-    rows: FloatArray,
-    k: int,
-    reach: float,
-    gap: float,
-    rounding: float,
-    horizon: float,
-) -> float:
-    """Return the time to the contact of ball `i` and obstacle `k`, or inf where after `horizon`."""
-    v0, v1, a0, a1 = v[i, 0], v[i, 1], a[i, 0], a[i, 1]
-    if v0 == 0.0 and v1 == 0.0 and a0 == 0.0 and a1 == 0.0:
-        return math.inf
-    r0, r1 = _from_nearest(rows, k, x[i, 0], x[i, 1])
-    distance = math.sqrt(r0 * r0 + r1 * r1)
-    if distance == 0.0:  # on the middle of it, which no shot comes to
-        return math.inf
-    n0, n1 = r0 / distance, r1 / distance
-    target = reach + _level(distance - reach, n0 * v0 + n1 * v1, n0 * a0 + n1 * a1, gap)
-    t = 0.0
-    for _ in range(MAX_ROUNDS):
-        r0, r1 = _from_nearest(
-            rows, k, x[i, 0] + (v0 + 0.5 * a0 * t) * t, x[i, 1] + (v1 + 0.5 * a1 * t) * t
-        )
-        distance = math.sqrt(r0 * r0 + r1 * r1)
-        remaining = distance - target
-        n0, n1 = r0 / distance, r1 / distance
-        rate = n0 * (v0 + a0 * t) + n1 * (v1 + a1 * t)
-        step = _first_root(max(remaining, rounding), rate, n0 * a0 + n1 * a1)
-        # As for two balls, see `_of_pair`.
-        if (t > 0.0 and remaining <= rounding) or step <= 4e-16 * t:
-            return t
-        t += step
-        if not t <= horizon or t == math.inf:
-            return math.inf
-    return t
 
 
 @kernel(entry=True)
 def _to_ball(
     x: FloatArray, v: FloatArray, a: FloatArray, radii: FloatArray, gap: float, horizon: float
 ) -> float:
-    """Return the time to the first contact of two balls within `horizon`, or inf."""
+    """Return the time to the first contact of two balls within `horizon`, or inf.
+
+    Seen from one of them the other moves, and the one is a segment without length.
+    """
     farthest = 0.0
     for i in range(len(radii)):
         farthest = max(farthest, abs(x[i, 0]), abs(x[i, 1]))
@@ -304,41 +266,44 @@ def _to_ball(
             reach = radii[i] + radii[j]
             # Below this a computed gap is noise: coordinates of the size of these, subtracted.
             rounding = 8.0 * EPS * (farthest + reach)
-            t = _of_pair(x, v, a, i, j, reach, gap, rounding, min(horizon, first))
+            motion = (
+                x[j, 0] - x[i, 0],
+                x[j, 1] - x[i, 1],
+                v[j, 0] - v[i, 0],
+                v[j, 1] - v[i, 1],
+                a[j, 0] - a[i, 0],
+                a[j, 1] - a[i, 1],
+            )
+            t = _to_segment(motion, _ORIGIN, reach, gap, rounding, min(horizon, first))
             first = min(first, t)
     return first
 
 
 @kernel
-def _of_pair(
-    x: FloatArray,
-    v: FloatArray,
-    a: FloatArray,
-    i: int,
-    j: int,
-    reach: float,
-    gap: float,
-    rounding: float,
-    horizon: float,
+def _to_segment(
+    motion: Motion, ends: Ends, reach: float, gap: float, rounding: float, horizon: float
 ) -> float:
-    """Return the time to the contact of balls `i` and `j`, or inf where it is after `horizon`."""
-    x0, x1 = x[j, 0] - x[i, 0], x[j, 1] - x[i, 1]
-    v0, v1 = v[j, 0] - v[i, 0], v[j, 1] - v[i, 1]
-    a0, a1 = a[j, 0] - a[i, 0], a[j, 1] - a[i, 1]
-    if v0 == 0.0 and v1 == 0.0 and a0 == 0.0 and a1 == 0.0:
+    """Return the time until a point that moves is `reach` from a segment, or inf.
+
+    Inf, too, where that is after `horizon`.
+    """
+    x, y, vx, vy, ax, ay = motion
+    if vx == 0.0 and vy == 0.0 and ax == 0.0 and ay == 0.0:
         return math.inf  # most of a rack
-    distance = math.sqrt(x0 * x0 + x1 * x1)
-    n0, n1 = x0 / distance, x1 / distance
-    target = reach + _level(distance - reach, n0 * v0 + n1 * v1, n0 * a0 + n1 * a1, gap)
+    rx, ry = _from_nearest(ends, x, y)
+    distance = math.sqrt(rx * rx + ry * ry)
+    if distance == 0.0:  # on the middle of it, which no shot comes to
+        return math.inf
+    nx, ny = rx / distance, ry / distance
+    target = reach + _level(distance - reach, nx * vx + ny * vy, nx * ax + ny * ay, gap)
     t = 0.0
     for _ in range(MAX_ROUNDS):
-        r0 = x0 + (v0 + 0.5 * a0 * t) * t
-        r1 = x1 + (v1 + 0.5 * a1 * t) * t
-        distance = math.sqrt(r0 * r0 + r1 * r1)
+        rx, ry = _from_nearest(ends, x + (vx + 0.5 * ax * t) * t, y + (vy + 0.5 * ay * t) * t)
+        distance = math.sqrt(rx * rx + ry * ry)
         remaining = distance - target
-        n0, n1 = r0 / distance, r1 / distance
-        rate = n0 * (v0 + a0 * t) + n1 * (v1 + a1 * t)
-        step = _first_root(max(remaining, rounding), rate, n0 * a0 + n1 * a1)
+        nx, ny = rx / distance, ry / distance
+        rate = nx * (vx + ax * t) + ny * (vy + ay * t)
+        step = _first_root(max(remaining, rounding), rate, nx * ax + ny * ay)
         # Neither a gap of rounding size nor a step that can't move the clock is progress.
         if (t > 0.0 and remaining <= rounding) or step <= 4e-16 * t:
             return t
@@ -346,3 +311,13 @@ def _of_pair(
         if not t <= horizon or t == math.inf:
             return math.inf
     return t
+
+
+@kernel
+def _from_nearest(ends: Ends, x: float, y: float) -> tuple[float, float]:
+    """Return the way to a place from the nearest point of a segment [m]."""
+    x0, y0, x1, y1 = ends
+    dx, dy = x1 - x0, y1 - y0
+    along, length2 = (x - x0) * dx + (y - y0) * dy, dx * dx + dy * dy
+    part = 0.0 if along <= 0.0 else (1.0 if along >= length2 else along / length2)
+    return x - x0 - part * dx, y - y0 - part * dy

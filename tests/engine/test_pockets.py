@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from side_pocket import into_side_pocket
 
 from ghostball.engine import simulate
 from ghostball.model import (
@@ -24,7 +25,6 @@ from ghostball.model import (
 from ghostball.model.scene.obstacles import gap_to, is_inside
 from ghostball.validation.scenes.random_scenes import random_scene
 
-INCH = 0.0254
 FREE = Physics(rolling_friction=0.0)
 
 
@@ -39,30 +39,10 @@ def met(result: Result) -> list[tuple[str, Any]]:
 
 # --- pockets
 
-ALCIATORE = Table.model_validate(
-    {
-        "length": 2.54,
-        "width": 1.27,
-        "pockets": {
-            "side": {
-                "mouth": 5.0625 * INCH,
-                "angle": math.radians(104.0),
-                "jaw_radius": 1e-7,
-                "depth": 0.1875 * INCH,
-                "radius": 3.0 * INCH,
-            }
-        },
-    }
-)
-"""The side pocket of technical proof 3.5, whose jaws are points."""
-
 
 def goes_in(degrees: float, offset: float) -> bool:
-    """Whether a ball goes in that comes at an angle from the pocket's axis, aimed beside it [m]."""
-    sine, cosine = math.sin(math.radians(degrees)), math.cos(math.radians(degrees))
-    place = (1.27 + offset - 0.9 * sine, 0.9 * cosine)
-    ball = Ball(id="cue", position=place, velocity=(sine, -cosine), radius=1.125 * INCH)
-    return ("pocketed", "bottom") in met(played(ALCIATORE, ball, t_max=1.5))
+    shot = into_side_pocket(degrees, offset, away=0.9, t_max=1.5)
+    return ("pocketed", "bottom") in met(simulate(shot, record="events"))
 
 
 @pytest.mark.parametrize(("degrees", "goes"), [(68.2915, True), (68.2925, False)])

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 from shots import ball, scene_of
+from side_pocket import into_side_pocket
 
 from ghostball.engine import simulate
 from ghostball.model import EventKind, Result, Scene, Status, Table, event_dict
 from ghostball.reference_adapters import engine_class, make_engine, parse_spec
 
-INCH = 0.0254
 POOL = Table.model_validate("wpa-9ft")
 FREE: dict[str, Any] = {"rolling_friction": 0.0}
 L_SHAPE = Table.model_validate(
@@ -184,31 +184,12 @@ def test_a_ball_that_slides_falls_with_all_its_spin(spec: str, limit: float) -> 
 
 # --- Alciatore's technical proof 3.5: a side pocket whose jaws are points
 
-ALCIATORE = Table.model_validate(
-    {
-        "length": 2.54,
-        "width": 1.27,
-        "pockets": {
-            "side": {
-                "mouth": 5.0625 * INCH,
-                "angle": math.radians(104.0),
-                "jaw_radius": 1e-7,
-                "depth": 0.1875 * INCH,
-                "radius": 3.0 * INCH,
-            }
-        },
-    }
-)
-
 
 def goes_in(spec: str, degrees: float, aims: tuple[float, float, int]) -> bool:
     """Whether some ball goes in that comes at an angle from the pocket's axis, aimed beside it."""
-    sine, cosine = math.sin(math.radians(degrees)), math.cos(math.radians(degrees))
     for aim in np.linspace(*aims):
-        place = (1.27 + float(aim) - 0.15 * sine, 0.15 * cosine)
-        cue = ball(place, (sine, -cosine), radius=1.125 * INCH)
-        result = play(spec, scene_of(cue, table=ALCIATORE, t_max=0.35, **FREE))
-        if ("pocketed", 0, "bottom") in met(result):
+        shot = into_side_pocket(degrees, float(aim), away=0.15, t_max=0.35)
+        if ("pocketed", 0, "bottom") in met(play(spec, shot)):
             return True
     return False
 

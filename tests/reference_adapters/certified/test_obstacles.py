@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 import pytest
 from shots import ball, scene_of
+from side_pocket import SIDE_POCKET, into_side_pocket
 
 from ghostball.engine import simulate
 from ghostball.model import EventKind, Scene, Table, UnsupportedSceneError, partner_name
@@ -18,25 +18,8 @@ from ghostball.reference_adapters.certified.problem import problem_of
 from ghostball.validation.scenes.random_scenes import PROVABLE, random_scene
 from ghostball.validation.stress.proved import MatchesProof
 
-INCH = 0.0254
-
 ELL = [[0, 0], [2, 0], [2, 1], [1, 1], [1, 2], [0, 2]]
 """Its corner (1, 1) points into the table."""
-
-SIDE_POCKET: dict[str, Any] = {
-    "length": 2.54,
-    "width": 1.27,
-    "pockets": {
-        "side": {
-            "mouth": 5.0625 * INCH,
-            "angle": math.radians(104.0),
-            "jaw_radius": 1e-7,
-            "depth": 0.1875 * INCH,
-            "radius": 3.0 * INCH,
-        }
-    },
-}
-"""The side pocket of technical proof 3.5, whose jaws are points."""
 
 
 def proved(scene: Scene) -> Certificate:
@@ -56,14 +39,10 @@ def met(certificate: Certificate) -> list[str]:
 @pytest.mark.parametrize(("degrees", "goes"), [(68.2915, True), (68.2925, False)])
 def test_the_critical_angle_of_a_side_pocket_is_proved(degrees: float, goes: bool):
     """Alciatore, technical proof 3.5: 68.292 degrees, by straight lines and mirrors."""
-    sine, cosine = math.sin(math.radians(degrees)), math.cos(math.radians(degrees))
     ends = []
     for aim in np.linspace(0.01294, 0.01300, 31):
-        place = (1.27 + float(aim) - 0.9 * sine, 0.9 * cosine)
-        shot = ball(place, (sine, -cosine), radius=1.125 * INCH)
-        table = Table.model_validate(SIDE_POCKET)
-        scene = scene_of(shot, table=table, t_max=1.5, rolling_friction=0.0)
-        ends.append("pocketed bottom" in met(proved(scene)))
+        shot = into_side_pocket(degrees, float(aim), away=0.9, t_max=1.5)
+        ends.append("pocketed bottom" in met(proved(shot)))
     assert any(ends) == goes
 
 
