@@ -19,8 +19,8 @@ from ghostball.model import (
     initial_state,
 )
 from ghostball.reference_adapters import EngineUnavailableError, engine_names, make_engine
+from ghostball.reference_adapters.returned import ResultRefusedError, check_result
 from ghostball.validation import find_scene
-from ghostball.validation.runs.returned import ResultRefusedError, check_result
 
 TABLE = Table(length=2.0, width=1.0, cushions=("left", "right"))
 SCENE = Scene(
