@@ -175,6 +175,14 @@ BAD = {
         lambda s: still(s, samples=two(s)[::-1]),
         r"`samples.t\[1\]` must be no earlier than the instant before, 1.0 s, got 0.0 s",
     ),
+    "early": (
+        lambda s: still(s, samples=[(-1.0, s.positions, s.velocities), *two(s)]),
+        "must begin at t = 0, got -1.0 s",
+    ),
+    "in the cloth": (
+        lambda s: still(s, rest_positions=s.positions * [1.0, 1.0, 0.0]),
+        r"`rest_positions\[0\]\[2\]` must be the height .*, 0.028575 m .* got 0.0 m for ball",
+    ),
     "late": (
         lambda s: still(s, samples=[(0.1, s.positions, s.velocities)]),
         "must begin at t = 0, got 0.1 s",
