@@ -17,7 +17,6 @@ from ghostball.model import (
     COLLISION_KINDS,
     EVENT_DTYPE,
     EventKind,
-    Record,
     Result,
     SampledTrajectory,
     Samples,
@@ -61,14 +60,14 @@ class Answer:
         if (said.get("name") if isinstance(said, Mapping) else said) != scene.name:
             raise self._wrong("scene", f"must be the one that was asked, got {_shown(said)}")
 
-    def result(
-        self, engine: str, settings: Mapping[str, Any], seconds: float, record: Record
-    ) -> Result:
-        """Return it as a result of an engine; the call took so many `seconds`."""
+    def result(self, engine: str, settings: Mapping[str, Any], seconds: float) -> Result:
+        """Return it whole as a result of an engine; the call took so many `seconds`."""
         centres = self._balls("rest_positions", self._answer["rest_positions"], ())[np.newaxis]
         motion = self._motion()
         rest_time = self._number("rest_time", float(motion.times[-1]))
-        events = self._events()
+        status, events = self._status(rest_time), self._events()
+        if status is not Status.FAILED:
+            self._check_finite(motion)
         with np.errstate(invalid="ignore", over="ignore"):  # judged where any run is
             last = motion.sample(np.array([rest_time]))
         counts = {kind.label: int(np.sum(events["kind"] == kind)) for kind in COLLISION_KINDS}
@@ -76,14 +75,14 @@ class Answer:
             engine=engine,
             settings=settings,
             scene=self._scene,
-            status=self._status(rest_time),
+            status=status,
             final_state=Samples(centres, last.velocities, last.angular_velocities),
             rest_time=rest_time,
             collision_counts=counts,
             work={},
             wall_time=self._number("wall_time", seconds),
-            events=None if record == "rest" else events,
-            trajectory=motion if record == "trajectory" else None,
+            events=events,
+            trajectory=motion,
             reason=str(self._answer.get("reason", "")),
         )
 
@@ -144,6 +143,13 @@ class Answer:
         t = self._array("samples.t", given["t"])
         if t.ndim != 1 or not len(t):
             raise self._wrong("samples.t", f"must be instants (k,), got the shape {t.shape}")
+        if len(back := np.flatnonzero(~(np.diff(t) >= 0.0))):
+            k = int(back[0]) + 1
+            raise self._wrong(
+                f"samples.t[{k}]",
+                f"must be no earlier than the instant before, {float(t[k - 1])!r} s, got "
+                f"{float(t[k])!r} s",
+            )
         states = {
             key: self._balls(f"samples.{key}", given[key], (len(t),))
             for key in _STATES
@@ -157,6 +163,19 @@ class Answer:
             rolls = rolling_angular_velocity(states["velocities"], self._scene.radii)
             states[_STATES[2]] = rolls
         return SampledTrajectory(t, *(states[key] for key in _STATES))
+
+    def _check_finite(self, motion: SampledTrajectory) -> None:
+        """Raise where a number of the motion isn't finite: it ends in a place, and came there."""
+        for key in _STATES:
+            states: FloatArray = getattr(motion, key)
+            wrong = np.argwhere(~np.isfinite(states).all(axis=2))
+            if len(wrong):
+                k, ball = wrong[0].tolist()
+                raise self._wrong(
+                    f"samples.{key}",
+                    f"must be finite, got {states[k, ball].tolist()} at {float(motion.times[k])!r} "
+                    f's for ball "{self._scene.balls[ball].id}"',
+                )
 
     def _balls(self, key: str, value: object, before: tuple[int, ...]) -> FloatArray:
         """Return an array (..., n, 3) of what is given so, or without the third number."""

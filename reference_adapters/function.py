@@ -29,6 +29,7 @@ import math
 import time
 from abc import ABCMeta
 from collections.abc import Callable, Hashable, Mapping, Sequence
+from dataclasses import replace
 from functools import cache
 from importlib import import_module
 from operator import attrgetter
@@ -52,6 +53,7 @@ from ghostball.reference_adapters.base import (
     Resolution,
     resolution_of_step,
 )
+from ghostball.reference_adapters.returned import ResultRefusedError, check_result
 
 Engine = TypeVar("Engine", bound=Callable[..., Any])
 
@@ -135,16 +137,22 @@ class FunctionEngine(EngineBase, metaclass=_FunctionType):
         """
         self.check(scene)
         started = time.perf_counter()
+        name, settings = self.name, self.settings.model_dump()
         try:
-            answer = type(self).function(scene, **self.settings.model_dump())
+            answer = type(self).function(scene, **settings)
         except NotImplementedError as error:
-            raise UnsupportedSceneError(self.name, (str(error) or "not implemented",)) from error
+            raise UnsupportedSceneError(name, (str(error) or "not implemented",)) from error
         seconds = time.perf_counter() - started
         try:
-            read = Answer(self.where, scene, answer)
-            return read.result(self.name, self.settings.model_dump(), seconds, record)
-        except EngineError as error:
-            raise EngineFailedError(self.name, str(error)) from None
+            result = Answer(self.where, scene, answer).result(name, settings, seconds)
+            check_result(result, scene, name)
+        except (EngineError, ResultRefusedError) as error:
+            raise EngineFailedError(name, str(error)) from None
+        return replace(
+            result,
+            events=None if record == "rest" else result.events,
+            trajectory=result.trajectory if record == "trajectory" else None,
+        )
 
 
 copyreg.pickle(_FunctionType, lambda made: (engine_at, (made.__dict__["where"],)))

@@ -5,9 +5,9 @@ run is: its class is a property `accuracy`, with its numbers in the output. A me
 passes or fails. One that has none, that proves nothing (our engine against itself) or that could
 not be measured is skipped with the reason: a test that can't fail must not count as passed. A case
 that did not run is one test case, skipped or in error; one that stopped early has a test case in
-error too, and so has a run in which nothing was judged. A scene that was compared with its baseline
-has a test case `baseline`, which fails where what moved fails, and is in error where there was
-nothing to compare with.
+error too, and so has a run in which nothing was judged, or of an engine nothing of how its shots
+end. A scene that was compared with its baseline has a test case `baseline`, which fails where what
+moved fails, and is in error where there was nothing to compare with.
 """
 
 from __future__ import annotations
@@ -27,9 +27,8 @@ from ghostball.validation.baselines.regression import (
 )
 from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.checks.verdict import (
-    NOTHING_JUDGED,
-    is_nothing_judged,
     is_unfinished,
+    not_judged,
     unfinished_text,
 )
 from ghostball.validation.results.records import CaseRecord, Check, number_with_unit
@@ -46,8 +45,8 @@ def junit_xml(cases: Collection[CaseRecord], regressions: Sequence[Regression] =
     for regression in regressions:
         for change in regression.scenes:
             by_scene[change.scene].append(_of_change(regression.label, change))
-    if is_nothing_judged(cases) and not regressions:
-        by_scene["ghostball"].append(_test_case("ghostball", "judged", "error", NOTHING_JUDGED))
+    if (why := not_judged(cases)) and not regressions:
+        by_scene["ghostball"].append(_test_case("ghostball", "judged", "error", why))
     root = Element("testsuites", name="ghostball")
     for scene, found in by_scene.items():
         suite = SubElement(root, "testsuite", name=_clean(scene))

@@ -14,7 +14,7 @@ from ghostball.reference_adapters.registry import OURS
 from ghostball.reports.words import many
 from ghostball.validation.baselines.regression import LENIENT, UNCOMPARED, Regression, SceneChange
 from ghostball.validation.checks.difference import FAILING
-from ghostball.validation.checks.verdict import Verdict, verdict_of
+from ghostball.validation.checks.verdict import Verdict, not_judged, verdict_of
 from ghostball.validation.results.store import CaseRecord, Results
 from ghostball.validation.scenes import commands
 
@@ -91,6 +91,9 @@ def of_limits(results: Results) -> Answer:
         return Answer(
             "○", "Nothing judged", "No limit covers what was run: `ghostball validate` ends with 4."
         )
+    if why := not_judged(results.cases):
+        said = f"{why[0].upper()}{why[1:]}. `ghostball validate` ends with 4."
+        return Answer("○", "No outcome judged", said)
     return Answer("✓", "Passed", f"Every limit holds: {many(passed, 'check')} passed.")
 
 

@@ -172,6 +172,35 @@ def test_the_right_one_passes_with_every_command(here):
 
 
 @pytest.mark.usefixtures("in_this_process")
+def test_an_engine_that_says_nothing_of_how_exact_it_is_passes_nowhere(here):
+    # Breaks where an engine that moves nothing is called passed, for nothing limits its shots.
+    asked = ("-e", "silent_engine:lazy")
+    unjudged = "no shot of silent_engine:lazy was judged by how it ends: give it `dt`"
+    status, said = run("validate", SCENE, *asked, "--no-report")
+    assert (status, said.strip().splitlines()[-1].startswith(unjudged)) == (4, True), said
+    status, said = run("validate", SCENE, *asked, "-e", label("right"), "--no-report")
+    assert (status, unjudged in said) == (4, True), said
+    assert "No outcome judged" in run("report", "out", "--format=markdown")[1]
+    assert f'"{unjudged}' in run("report", "out", "--format=junit")[1]
+    board = ("--only", *asked, "--column", "mm", "--out", "board")
+    status, said = run("leaderboard", *board)
+    assert (status, unjudged in said) == (4, True), said
+    run("regress", SCENE, *asked)
+    assert run("accept", *asked, "--reason", "It moves nothing.")[0] == 0
+    status, said = run("regress", SCENE, *asked)  # what moved is judged, and what isn't is said
+    assert (status, unjudged in said) == (0, True), said
+    status, said = run("regress", SCENE, *asked, "--fail-on=limits")
+    assert (status, unjudged in said) == (4, True), said
+    options = ("-pno:cacheprovider", "-pno:hypothesispytest", "--ghostball-time-limit=inf")
+    engine = "--ghostball-engine=silent_engine:lazy"
+    done = here.runpytest_inprocess(*options, f"ghostball::{SCENE}", engine)
+    assert (int(done.ret), unjudged in done.stdout.str()) == (4, True)
+    # One that states its step is held to it.
+    status, said = run("validate", SCENE, "-e", "silent_engine:stepping", "--no-report")
+    assert (status, "was judged" in said) == (1, False), said
+
+
+@pytest.mark.usefixtures("in_this_process")
 def test_who_insists_on_a_wrong_engine_keeps_the_reason_and_fails_all_the_same(here):
     engine = ("-e", label("friction"))
     run("regress", SCENE, *engine)

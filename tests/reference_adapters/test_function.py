@@ -131,6 +131,12 @@ def changed_in_place(scene):
     return {"rest_positions": x, "events": [], "samples": samples}
 
 
+def two(scene, factor=1.0):
+    """Two samples, the second with the places times a factor."""
+    x, v = scene.positions, scene.velocities
+    return [(0.0, x, v), (1.0, factor * x, 0.0 * v)]
+
+
 BAD = {
     "none": (lambda s: None, "must be a dict"),
     "missing": (lambda s: {"events": []}, "`rest_positions` is missing, got events"),
@@ -156,6 +162,27 @@ BAD = {
         'must begin as the scene does, with ball "cue" at',
     ),
     "in place": (changed_in_place, "must be copied where they are recorded"),
+    "ball": (lambda s: still(s, events=[(0.0, "ball-ball", 0, 99)]), r"`events\[0\].b` must be"),
+    "no cushion": (
+        lambda s: still(s, events=[(0.0, "ball-cushion", 0, 9)]),
+        "of a cushion that is",
+    ),
+    "not finite": (
+        lambda s: still(s, samples=two(s, np.nan), rest_time=0.0),
+        r"`samples.positions` must be finite, got \[nan, nan, .* at 1.0 s for ball \"cue\"",
+    ),
+    "backwards": (
+        lambda s: still(s, samples=two(s)[::-1]),
+        r"`samples.t\[1\]` must be no earlier than the instant before, 1.0 s, got 0.0 s",
+    ),
+    "early": (
+        lambda s: still(s, samples=[(-1.0, s.positions, s.velocities), *two(s)]),
+        "must begin at t = 0, got -1.0 s",
+    ),
+    "in the cloth": (
+        lambda s: still(s, rest_positions=s.positions * [1.0, 1.0, 0.0]),
+        r"`rest_positions\[0\]\[2\]` must be the height .*, 0.028575 m .* got 0.0 m for ball",
+    ),
     "late": (
         lambda s: still(s, samples=[(0.1, s.positions, s.velocities)]),
         "must begin at t = 0, got 0.1 s",
@@ -163,11 +190,13 @@ BAD = {
 }
 
 
+@pytest.mark.parametrize("record", ["rest", "events", "trajectory"])
 @pytest.mark.parametrize("name", BAD)
-def test_what_is_wrong_with_an_answer_is_one_error_of_the_engine(name):
+def test_what_is_wrong_with_an_answer_is_one_error_of_the_engine(name, record):
+    # Also where only a part of it is asked for: `run` and `validate` say the same.
     function, says = BAD[name]
     with pytest.raises(EngineFailedError, match=says) as caught:
-        run_engine(engine(function), SCENE)
+        run_engine(engine(function), SCENE, record)
     assert not caught.value.trace  # where we looked at it says nothing
 
 

@@ -12,6 +12,7 @@ from typing import Any
 
 from ghostball.model import Scene
 from ghostball.reference_adapters.registry import engine_class, parse_spec
+from ghostball.reference_adapters.returned import check_result
 from ghostball.validation.baselines.baseline import (
     Accepted,
     Baseline,
@@ -36,7 +37,6 @@ from ghostball.validation.results.environment import describe_environment, git_s
 from ghostball.validation.results.records import CaseRecord, Motion
 from ghostball.validation.results.store import Results
 from ghostball.validation.runs.our_run import run_ours
-from ghostball.validation.runs.returned import check_result
 from ghostball.validation.scenes import commands
 from ghostball.validation.scenes.gases import many_balls
 from ghostball.validation.suite.case import blank_record, failed

@@ -132,6 +132,11 @@ def claim_of(engine: ReferenceEngine, scene: Scene) -> Claim:
     return "exact" if stated is None else "rounding"
 
 
+def is_unstated(engine: ReferenceEngine, scene: Scene) -> bool:
+    """Whether an engine says nothing of how exact it is in a scene: no step, and no exactness."""
+    return resolution_of(engine, scene) is None and claim_of(engine, scene) == "less"
+
+
 def approximations_of(engine: ReferenceEngine, scene: Scene) -> tuple[str, ...]:
     """Return what of a scene an engine represents only approximately, one sentence each."""
     capabilities = engine.capabilities

@@ -47,6 +47,12 @@ class Verdict(enum.Enum):
 NOTHING_JUDGED = "nothing was judged: no limit covers what was run"
 """What is said of a run without a verdict; commands end with exit status 4 then."""
 
+UNJUDGED = (
+    "was judged by how it ends: give it `dt`, a class or a run with `resolution`, or limits on "
+    "`rest_error_max`"
+)
+"""What is said of engines that state nothing of how exact they are."""
+
 
 class RestError(enum.Enum):
     """What the rest error of a case is worth, and so how it is shown."""
@@ -76,8 +82,7 @@ def verdict_of(case: CaseRecord | None) -> Verdict:
         return Verdict.REFERENCE
     if case.passed is None:
         return Verdict.SHOWN
-    judged = any(_judges_outcome(check, case) for check in case.checks)
-    return Verdict.PASS if judged else Verdict.LIMITS_HOLD
+    return Verdict.PASS if is_outcome_judged(case) else Verdict.LIMITS_HOLD
 
 
 def is_unfinished(case: CaseRecord) -> bool:
@@ -100,6 +105,30 @@ def is_nothing_judged(cases: Collection[CaseRecord]) -> bool:
     """Whether nothing failed only because no limit judged anything: that is no pass."""
     judged = (check for case in cases for check in case.checks if check.passed is not None)
     return next(judged, None) is None and not any(map(is_unfinished, cases))
+
+
+def unjudged_engines(cases: Collection[CaseRecord]) -> tuple[str, ...]:
+    """Return the engines of which not one shot was judged by how it ends, for they say too little.
+
+    Those that state nothing of how exact they are, where no limit of a scene or of the user's own
+    says it for them. One that is excused by name, or of which only some metrics were asked, isn't
+    among them: somebody chose so.
+    """
+    ran = [case for case in cases if case.outcome == "ran" and not case.varied_from]
+    silent = {case.label for case in ran if case.unstated}
+    chosen = {case.label for case in ran if case.excused or case.left_out}
+    judged = {case.label for case in ran if is_outcome_judged(case)}
+    labels = dict.fromkeys(case.label for case in ran)
+    return tuple(label for label in labels if label in silent - chosen - judged)
+
+
+def not_judged(cases: Collection[CaseRecord]) -> str:
+    """Say what keeps a run in which nothing failed from being a pass; "" where nothing does."""
+    if is_nothing_judged(cases):
+        return NOTHING_JUDGED
+    if engines := unjudged_engines(cases):
+        return f"no shot of {', '.join(engines)} {UNJUDGED}"
+    return ""
 
 
 def rest_verdict_of(case: CaseRecord | None) -> Verdict:
@@ -139,6 +168,11 @@ def is_own_measure(case: CaseRecord) -> bool:
     # What our engine can't represent it doesn't measure either: another truth is in its place.
     ours = case.outcome == "ran" and case.engine == OUR_NAME
     return ours and case.truth not in INDEPENDENT
+
+
+def is_outcome_judged(case: CaseRecord) -> bool:
+    """Whether some check, passed or not, says if the outcome is right."""
+    return any(_judges_outcome(check, case) for check in case.checks)
 
 
 def _judges_outcome(check: Check, case: CaseRecord | None) -> bool:

@@ -215,12 +215,15 @@ class _Search:
         """Return the value that explains the engine's motion best; None where none explains it."""
         first = self.ends[0]
         scales = np.unique(np.minimum(SCALES, knob.largest))
-        errors = [self._error(knob, scale, first) for scale in scales]
-        unscaled = self._error(knob, 1.0, first)
+        errors = np.array([self._error(knob, scale, first) for scale in scales])
         k = int(np.argmin(errors))
-        if not errors[k] < 0.7 * unscaled:
-            return None
+        if not np.any(errors[np.isfinite(errors)] > errors[k]):
+            return None  # nothing in this shot depends on it
+        # A factor of 0.95 lies between two scales, of which 1 may well be the nearest.
         low, high = scales[max(k - 1, 0)], scales[min(k + 1, len(scales) - 1)]
+        nearest = self._least(knob, float(low), float(high), first)
+        if not self._error(knob, nearest, first) < 0.7 * self._error(knob, 1.0, first):
+            return None
         best: tuple[float, float] | None = None  # scale, until
         for end in self.ends:
             scale = self._least(knob, float(low), float(high), end)

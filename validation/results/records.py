@@ -199,6 +199,8 @@ class CaseRecord:
     `left_out`: the metric of each limit that wasn't judged, for the run didn't ask for that metric.
     `excused`: why the law that holds for all engines isn't asked of this one; else "".
     `not_asked`: the metrics that it limits.
+    `unstated`: whether the engine says nothing of how exact it is here: no law limits how its shot
+        ends then.
     `measured`: when the case was run: date and time in UTC, ISO 8601. `wall_time` is of then.
     `reused`: whether it was run by an earlier run than the one that the folder is of, and is
         unchanged.
@@ -240,6 +242,7 @@ class CaseRecord:
     left_out: tuple[str, ...] = ()
     excused: str = ""
     not_asked: tuple[str, ...] = ()
+    unstated: bool = False
     measured: str = ""
     reused: bool = False
     varied_from: SceneName | Literal[""] = ""

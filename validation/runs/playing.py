@@ -24,8 +24,8 @@ from ghostball.model import EngineFailedError, Record, Result, Scene, Status, Un
 from ghostball.reference_adapters.base import EngineSettings, ReferenceEngine
 from ghostball.reference_adapters.ghostball import GhostballEngine
 from ghostball.reference_adapters.registry import OURS, EngineUnavailableError
+from ghostball.reference_adapters.returned import ResultRefusedError, check_result
 from ghostball.validation.parallel.pool import Done, run_tasks
-from ghostball.validation.runs.returned import ResultRefusedError, check_result
 
 NOT_BLAMED = (
     UnsupportedSceneError,

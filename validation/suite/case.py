@@ -16,7 +16,7 @@ from ghostball.model import EngineFailedError, Scene, Status, UnsupportedSceneEr
 from ghostball.reference_adapters.base import ReferenceEngine, resolution_of
 from ghostball.reference_adapters.registry import EngineUnavailableError, engine_name, make_engine
 from ghostball.validation.checks.criteria import Criteria
-from ghostball.validation.checks.law import Asked, approximations_of
+from ghostball.validation.checks.law import Asked, approximations_of, is_unstated
 from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.parallel.pool import Done
 from ghostball.validation.results.record_store import Name
@@ -79,6 +79,7 @@ def run_case(case: Case, make: Callable[[str], ReferenceEngine] = make_engine) -
                 record,
                 excused=case.asked.excuse,
                 not_asked=tuple(dict.fromkeys(one.metric for one in dropped)),
+                unstated=is_unstated(judged, case.scene),
             )
         result = run_engine(engine, case.scene)
         if result.status is Status.FAILED:  # of its numbers none need be one

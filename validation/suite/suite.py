@@ -14,7 +14,7 @@ from pathlib import Path
 
 from ghostball.model import Scene
 from ghostball.validation.checks.criteria import Criteria
-from ghostball.validation.checks.verdict import is_nothing_judged, is_unfinished
+from ghostball.validation.checks.verdict import is_unfinished, not_judged
 from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.parallel.cluster import Cluster
 from ghostball.validation.parallel.pool import Progress
@@ -99,7 +99,8 @@ class Outcome:
     def exit_status(self) -> ExitStatus:
         """0 all passed; 1 a check failed, or an engine didn't come to its end; 130 interrupted.
 
-        3 ghostball itself failed to judge a case; 4 nothing was judged.
+        3 ghostball itself failed to judge a case; 4 nothing was judged, or of an engine that says
+        nothing of how exact it is nothing about how shots end.
         """
         return ExitStatus.INTERRUPTED if self.interrupted else exit_status_of(self.cases)
 
@@ -112,7 +113,7 @@ def exit_status_of(cases: Collection[CaseRecord]) -> ExitStatus:
         check.passed is False for case in cases for check in case.checks
     ):
         return ExitStatus.CHECK_FAILED
-    return ExitStatus.NOT_JUDGED if is_nothing_judged(cases) else ExitStatus.PASSED
+    return ExitStatus.NOT_JUDGED if not_judged(cases) else ExitStatus.PASSED
 
 
 def run_suite(

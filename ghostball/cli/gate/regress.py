@@ -40,7 +40,7 @@ from ghostball.validation.baselines.places import (
     engine_key,
 )
 from ghostball.validation.baselines.regression import LENIENT, Change, FailOn
-from ghostball.validation.checks.verdict import is_unfinished
+from ghostball.validation.checks.verdict import is_unfinished, not_judged
 from ghostball.validation.exit_status import ExitStatus, worst
 from ghostball.validation.results.records import COMPLETE_STATUSES, CaseRecord
 from ghostball.validation.results.store import Results
@@ -291,6 +291,8 @@ def _show(
         console.print(f"Of the scenes that moved, {escape(said)}", soft_wrap=True)
     for line in _blind(regression.label, own):
         console.print(line, soft_wrap=True)
+    if why := not_judged(own):
+        console.print(f"[yellow]{escape(why)}[/]", soft_wrap=True)
     verdict = _VERDICTS[_status(regression, outcome)]
     lenient = f"; {LENIENT[regression.fail_on]}" if regression.fail_on in LENIENT else ""
     console.print(

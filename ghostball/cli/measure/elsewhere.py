@@ -18,7 +18,7 @@ from ghostball.reference_adapters.elsewhere import Run, recorded_engine
 from ghostball.reference_adapters.registry import engine_names
 from ghostball.reports.accuracy import cell_text
 from ghostball.validation.checks.law import asked_of
-from ghostball.validation.checks.verdict import NOTHING_JUDGED, is_nothing_judged
+from ghostball.validation.checks.verdict import not_judged
 from ghostball.validation.exit_status import ExitStatus, worst
 from ghostball.validation.results.files import write_all_whole
 from ghostball.validation.results.records import CaseRecord
@@ -86,8 +86,8 @@ def grade(files: Sequence[Path]) -> int:
         stdout().print(line, soft_wrap=True)
     if lost:
         return worst(ExitStatus.CHECK_FAILED, exit_status_of(cases))
-    if is_nothing_judged(cases):
-        say(f"[bold yellow]{NOTHING_JUDGED}.[/]")
+    if why := not_judged(cases):
+        say(f"[bold yellow]{escape(why)}.[/]")
     return exit_status_of(cases)
 
 

@@ -23,7 +23,7 @@ from ghostball.reports import style
 from ghostball.reports.board import LOOKS, about, draw_board, value_text
 from ghostball.validation.board.board import ROWS, Board, command, run_board
 from ghostball.validation.board.column import COLUMNS, FAULTS, LIKENESS, QUESTIONS, Column
-from ghostball.validation.checks.verdict import NOTHING_JUDGED, is_nothing_judged
+from ghostball.validation.checks.verdict import not_judged
 from ghostball.validation.exit_status import ExitStatus, worst
 
 BESIDE = "real tables"
@@ -90,8 +90,8 @@ def run(
             stdout().print(line, soft_wrap=True)
         if outcome is not None:
             console.print(headline(outcome, time.perf_counter() - started), soft_wrap=True)
-    if is_nothing_judged([] if outcome is None else outcome.cases):
-        say(f"[bold yellow]{NOTHING_JUDGED}[/]")
+    if why := not_judged([] if outcome is None else outcome.cases):
+        say(f"[bold yellow]{escape(why)}[/]")
     for row, why in board.absent.items():
         say(f"[bold]{escape(row)}[/] is absent: {escape(why)}")
     return worst(

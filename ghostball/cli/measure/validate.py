@@ -40,9 +40,9 @@ from ghostball.validation.baselines import Regression, check_baselines
 from ghostball.validation.baselines.regression import UNCOMPARED, FailOn
 from ghostball.validation.checks.criteria import SUFFIX, Criteria
 from ghostball.validation.checks.verdict import (
-    NOTHING_JUDGED,
     Verdict,
     is_nothing_judged,
+    not_judged,
     verdict_of,
 )
 from ghostball.validation.exit_status import ExitStatus, worst
@@ -155,6 +155,9 @@ def run(
         return ExitStatus.INTERRUPTED
     if form is not Format.TEXT:
         print(printed(request.out, form), end="")
+    if why := not_judged(outcome.cases):  # last, as what the exit status means
+        advice = f" {_advice(outcome)}" if is_nothing_judged(outcome.cases) else ""
+        say(f"[bold yellow]{escape(why)}.[/]{escape(advice)}")
     return worst(outcome.exit_status, status)
 
 
@@ -232,8 +235,6 @@ def _show(
     if request.named:
         for line in hints(outcome.cases, request.asked):
             console.print(line, soft_wrap=True)
-    if is_nothing_judged(outcome.cases):
-        say(f"[bold yellow]{NOTHING_JUDGED}.[/] {escape(_advice(outcome))}")
 
 
 _TRUTHS = {

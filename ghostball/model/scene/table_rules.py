@@ -141,8 +141,23 @@ def check_pockets(size: tuple[float, float], cushions: Sequence[str], pockets: P
     _check_rails(size, pockets)
     for name, shape in (("corner", pockets.corner), ("side", pockets.side)):
         if shape is not None:
+            _check_size(name, shape, size)
             _check_pocket(name, shape)
     _check_holes(size, pockets)
+
+
+def _check_size(name: str, pocket: Pocket, size: tuple[float, float]) -> None:
+    """Check that a pocket is no larger than its table."""
+    reach, width = pocket.depth + 2.0 * pocket.radius, min(size)
+    if reach >= width:
+        field = "depth" if pocket.depth > pocket.radius else "radius"
+        raise problem(
+            "pockets",
+            f"`pockets.{name}` must be smaller than the table, whose shorter side is {width:g} m, "
+            f"got a shelf of {pocket.depth:.4g} m and behind it a hole of radius "
+            f"{pocket.radius:.4g} m, {reach:.4g} m together. Give a smaller `{field}`",
+            at=("pockets", name, field),
+        )
 
 
 def _check_pocket(name: str, pocket: Pocket) -> None:
@@ -161,17 +176,22 @@ def _check_pocket(name: str, pocket: Pocket) -> None:
     behind = math.dist(facing.start, facing.end)
     leads_out = (facing.end[1] < facing.start[1]) and behind > 0.0
     across = _crosses_axis(facing.end, is_corner)
-    if not leads_out or across:
+    if across:
         raise problem(
             "pockets",
-            f"`pockets.{name}` must be open as far as its hole, but "
-            + (
-                f"its facings, at {pocket.angle:g} rad, meet before. Give a smaller angle"
-                if across
-                else f"its jaws, of radius {pocket.jaw_radius:g} m, reach beyond it. Give a "
-                "smaller `jaw_radius`"
-            ),
-            at=("pockets", name, "angle" if across else "jaw_radius"),
+            f"`pockets.{name}` must be open as far as the middle of its hole, which is "
+            f"{pocket.depth + pocket.radius:.4g} m behind its mouth, but its facings, at "
+            f"{pocket.angle:.4g} rad from a mouth of {pocket.mouth:.4g} m, meet "
+            f"{_facings_meet(pocket, is_corner):.4g} m behind it. Give a larger mouth, or a "
+            "smaller angle, radius or depth",
+            at=("pockets", name),
+        )
+    if not leads_out:
+        raise problem(
+            "pockets",
+            f"`pockets.{name}` must be open as far as its hole, but its jaws, of radius "
+            f"{pocket.jaw_radius:g} m, reach beyond it. Give a smaller `jaw_radius`",
+            at=("pockets", name, "jaw_radius"),
         )
     if not half < pocket.radius:
         raise problem(
@@ -186,6 +206,12 @@ def _check_pocket(name: str, pocket: Pocket) -> None:
 def _crosses_axis(end: Point, is_corner: bool) -> bool:
     """Whether the end of a facing, in the coordinates of `Facing`, is beyond the pocket's axis."""
     return end[0] <= end[1] if is_corner else end[0] <= 0.0
+
+
+def _facings_meet(pocket: Pocket, is_corner: bool) -> float:
+    """Return how far behind its mouth the facings of a pocket meet that come together [m]."""
+    parallel = 0.75 * math.pi if is_corner else 0.5 * math.pi  # the angle where they never do
+    return pocket.mouth / 2.0 / math.tan(pocket.angle - parallel)
 
 
 def _check_rails(size: tuple[float, float], pockets: Pockets) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import pytest
@@ -49,6 +50,28 @@ NEAR = {"length": 0.5, "width": 0.5, "pockets": LARGE}
         (pocket("corner", radius=0.01, depth=0.0), ("`pockets.corner.depth`", "behind")),
         (pocket("side", radius=0.02), ("`pockets.side.radius`", "no ball passes")),
         (pocket("side", angle=2.8), ("`pockets.side`", "facings", "smaller angle")),
+        (
+            pocket("side", radius=0.3),
+            (
+                "is 0.3048 m behind",
+                "1.815 rad from a mouth of 0.1286 m, meet 0.2579 m",
+                "radius or",
+            ),
+        ),
+        (pocket("side", mouth=0.03), ("from a mouth of 0.03 m, meet 0.06016 m", "larger mouth")),
+        (
+            pocket("corner", angle=2.9),
+            ("`pockets.corner`", "2.9 rad from a mouth", "meet 0.09584 m"),
+        ),
+        *(
+            (pocket("side", angle=angle, radius=0.7), ("side is 1.27 m", "hole of radius 0.7 m"))
+            for angle in (1.8151, math.pi / 2.0)
+        ),
+        (pocket("corner", radius=0.7), ("`pockets.corner`", "smaller `radius`")),
+        (
+            pocket("side", angle=math.pi / 2.0, depth=2.0),
+            ("a shelf of 2 m", "2.152 m together", "smaller `depth`"),
+        ),
         (pocket("side", angle=1.5), ("`pockets.side.angle`", "from pi / 2")),
         (pocket("side", angle=104.0), ("`pockets.side.angle`", "104 degrees are 1.815")),
         (pocket("side", jaw_radius=1.5), ("`pockets`", "jaws take")),

@@ -13,9 +13,11 @@ from ghostball.validation.checks.verdict import (
     Verdict,
     is_nothing_judged,
     is_own_measure,
+    not_judged,
     rest_error_standing,
     rest_verdict_of,
     unfinished_text,
+    unjudged_engines,
     verdict_of,
 )
 from ghostball.validation.results.records import CLOSED_FORM, OUR_ENGINE, CaseRecord, Check
@@ -122,6 +124,23 @@ def test_nothing_is_judged_where_no_check_has_a_verdict_and_nothing_failed() -> 
         replace(case(), status="step-limit"),
     ):
         assert not is_nothing_judged([refused, judged])
+
+
+def test_an_engine_that_says_too_little_is_not_judged_by_energy_alone() -> None:
+    # Breaks where an engine that moves nothing passes, for nothing that it does is limited.
+    kept = check("energy_rise")
+    silent, ours = replace(case(kept), unstated=True), case(check("rest_error_max"), engine="mine")
+    assert unjudged_engines([silent, ours]) == ("pymunk",)
+    assert not_judged([silent, ours]).startswith("no shot of pymunk was judged by how it ends")
+    # One shot with a limit on how it ends is enough, whether it holds or not.
+    for passed in (True, False):
+        limited = replace(case(kept, check("rest_error_max", passed)), unstated=True)
+        assert unjudged_engines([silent, limited]) == ()
+    # Who states a step isn't judged in chaos, and who is excused or asked for energy isn't either.
+    assert unjudged_engines([replace(silent, unstated=False)]) == ()
+    assert unjudged_engines([replace(silent, excused="a default")]) == ()
+    assert unjudged_engines([replace(silent, left_out=("accuracy",))]) == ()
+    assert unjudged_engines([replace(silent, outcome="not-representable"), ours]) == ()
 
 
 def test_a_rest_error_is_judged_by_limits_on_it_alone() -> None:

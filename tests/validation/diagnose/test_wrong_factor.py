@@ -48,6 +48,35 @@ def test_a_wrong_coefficient_is_named_with_its_value(name, field, scale, relatio
     assert found.after < 1e-3 * found.before
 
 
+@pytest.mark.parametrize(
+    ("name", "field", "scale"),
+    [
+        ("head-on", "ball_restitution", 0.95),
+        ("restitution-head-on", "ball_restitution", 1.04),
+        ("half-ball-cut", "ball_restitution", 0.95),
+        ("stop", "rolling_friction", 0.97),
+        ("restitution-bounce", "cushion_restitution", 0.96),
+    ],
+)
+def test_a_coefficient_that_is_a_little_wrong_is_named_too(name, field, scale):
+    # Breaks where the search looks at so few factors that the right value is the nearest of them.
+    right = getattr(find_scene(name).physics, field)
+    found = found_in(name, **{field: scale * right})
+    assert (found.what, found.right) == (field, right)
+    assert found.scale == pytest.approx(scale, rel=1e-3)
+
+
+def test_a_step_beside_a_wrong_coefficient_hides_it_not():
+    # An engine in steps whose balls bounce with 0.95 of the restitution that the scene states.
+    scene = find_scene("head-on")
+    physics = scene.physics.model_copy(update={"ball_restitution": 0.95})
+    weaker = scene.model_copy(update={"physics": physics})
+    result = run_engine(make_engine("pymunk"), weaker)
+    found = wrong_factor(known_shot(scene), replace(result, scene=scene))
+    assert found.what == "ball_restitution"
+    assert found.value == pytest.approx(0.95, rel=5e-3)
+
+
 def test_a_wrong_mass_and_a_wrong_spin_are_named_with_their_ball():
     scene = find_scene("unequal-balls")
     heavy = scene.balls[0].model_copy(update={"mass": 0.8 * scene.balls[0].mass})

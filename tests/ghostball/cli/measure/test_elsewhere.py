@@ -84,7 +84,8 @@ def test_a_run_has_no_name_of_an_installed_engine(tmp_path: Path) -> None:
 def test_who_claims_less_is_asked_for_less(tmp_path: Path) -> None:
     run = made_elsewhere("half-ball-cut")
     run["rest_positions"][0][0] += 0.002
-    assert graded(tmp_path, run | {"approximate": {"rolling without slip": "in steps"}})[0] == 0
+    status, shown = graded(tmp_path, run | {"approximate": {"rolling without slip": "in steps"}})
+    assert status == 4, shown  # it makes no energy, and nothing limits how it ends
     assert graded(tmp_path, run | {"resolution": 2e-3})[0] == 0
     assert graded(tmp_path, run | {"resolution": 1e-6})[0] == 1
     with pytest.raises(EngineError, match=r"`approximate.rolling.*` of .* is refused"):

@@ -1,7 +1,8 @@
 """Whether what an engine handed back can be measured: anyone's engine joins, so it is looked at.
 
 This is the one door: `run_engine` in `validation.runs.playing` lets nothing through unseen, and
-whoever measures, prints or stores a result may rely on what is checked here.
+whoever measures, prints or stores a result may rely on what is checked here. What a function
+returns is looked at whole where it becomes a result, whatever part of it is then asked for.
 """
 
 from __future__ import annotations
@@ -35,6 +36,12 @@ START_SHARE = 1e-2
 """How far from its place in the scene a ball may be in the first sample, in its radii.
 
 A solver in single precision, or one that settles a ball on its cloth, is off by far less.
+"""
+
+LOWEST = 0.5
+"""How high the centre of a ball on the cloth is at least, in its radii.
+
+A solver lets balls sink in by hundredths of that; a height of 0 is that of a plane.
 """
 
 _COPY = "Arrays that are changed in place must be copied where they are recorded"
@@ -107,7 +114,29 @@ def _of_end(result: Result, scene: Scene) -> str:
             f"`rest_positions[{ball}]` must be finite, got {positions[ball].tolist()} "
             f'for ball "{scene.balls[ball].id}"'
         )
-    return ""
+    return "" if failed else _of_height(result, scene)
+
+
+def _of_height(result: Result, scene: Scene) -> str:
+    """Look whether balls lie on the cloth and not in it, but for those that left it."""
+    events, table = result.events, scene.table
+    gone = np.zeros(len(scene.balls), dtype=bool)
+    if events is not None and getattr(events, "dtype", None) == EVENT_DTYPE:
+        left = np.isin(events["kind"], [EventKind.POCKETED, EventKind.LEAVES_TABLE])
+        gone[[a for a in events["a"][left].tolist() if 0 <= a < len(gone)]] = True
+    elif table is not None and (table.holes or scene.physics.airborne):
+        gone[:] = True  # nothing says which they are
+    heights = result.rest_positions[:, 2]
+    below = np.flatnonzero(~gone & (heights < LOWEST * scene.radii))
+    if not len(below):
+        return ""
+    ball = int(below[0])
+    radius = float(scene.radii[ball])
+    return (
+        f"`rest_positions[{ball}][2]` must be the height of the ball's centre over the cloth, "
+        f"{radius!r} m where it lies there, and no less than half of that, got "
+        f'{float(heights[ball])!r} m for ball "{scene.balls[ball].id}"'
+    )
 
 
 def _of_numbers(result: Result) -> str:
@@ -249,7 +278,7 @@ def _of_start(motion: SampledTrajectory, scene: Scene) -> str:
     It doesn't where it is of another scene, or where an engine that changes its arrays in place
     handed over the arrays themselves: then all of its samples show the end.
     """
-    if motion.times[0] > 0.0:
+    if motion.times[0] != 0.0:
         return f"`trajectory` must begin at t = 0, got {float(motion.times[0])!r} s"
     off = np.linalg.norm(motion.positions[0] - scene.positions, axis=1)
     away = np.flatnonzero(~(off <= START_SHARE * scene.radii))

@@ -19,8 +19,8 @@ from ghostball.model import (
     initial_state,
 )
 from ghostball.reference_adapters import EngineUnavailableError, engine_names, make_engine
+from ghostball.reference_adapters.returned import ResultRefusedError, check_result
 from ghostball.validation import find_scene
-from ghostball.validation.runs.returned import ResultRefusedError, check_result
 
 TABLE = Table(length=2.0, width=1.0, cushions=("left", "right"))
 SCENE = Scene(
@@ -310,3 +310,27 @@ def test_a_ball_that_leaves_the_table_may_name_the_cushion_that_it_leaves_over()
     check_result(result, scene, "ghostball", "trajectory")
     with pytest.raises(ResultRefusedError, match="the index of a cushion that is there"):
         check_result(planted(result, 0, b=3), scene, "ghostball", "trajectory")
+
+
+def test_a_ball_in_the_cloth_is_refused_but_not_one_that_left_it(whole):
+    sunk = whole.final_state.positions * [1.0, 1.0, 0.0]
+    fallen = replace(whole, final_state=whole.final_state._replace(positions=sunk))
+    with pytest.raises(
+        ResultRefusedError, match=r"`rest_positions\[0\]\[2\]` must be .* got 0.0 m"
+    ):
+        check(fallen)
+    with pytest.raises(
+        ResultRefusedError, match=r"`rest_positions\[0\]\[2\]` must be .* got 0.0 m"
+    ):
+        check(replace(fallen, events=None, trajectory=None), "rest")
+    # A solver lets a ball sink in a little; that is an error to be measured, and no nonsense.
+    little = whole.final_state.positions - [0.0, 0.0, 1e-3]
+    check(replace(whole, final_state=whole.final_state._replace(positions=little)))
+    # What fell into a pocket, or off the table, may be anywhere.
+    scene = find_scene("pocket-side")
+    result = simulate(scene, record="trajectory")
+    assert result.events["kind"].tolist()[-1] == EventKind.POCKETED
+    below = result.final_state.positions - [0.0, 0.0, 0.1]
+    down = replace(result, final_state=result.final_state._replace(positions=below))
+    check_result(down, scene, "ghostball")
+    check_result(replace(down, events=None, trajectory=None), scene, "ghostball", "rest")
