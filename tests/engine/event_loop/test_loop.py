@@ -15,6 +15,7 @@ from shots import POOL_TABLE, ball, scene_of
 
 from ghostball.engine import simulate, simulate_many
 from ghostball.engine.core.rows import MEMBER_COLUMNS
+from ghostball.engine.impacts.impact import MOST_IN_CORNER
 from ghostball.engine.running import driver, room, skips
 from ghostball.model import Scene, Status, Table
 from ghostball.validation.scenes.library import FOLDER
@@ -174,7 +175,7 @@ def test_ctrl_c_while_a_full_log_is_replaced_loses_no_event_and_keeps_none_twice
             raise KeyboardInterrupt
         return larger(*arguments)
 
-    monkeypatch.setattr(driver, "_FIRST_LOG", 600)
+    monkeypatch.setattr(driver, "_FIRST_LOG", MOST_IN_CORNER + 64)
     monkeypatch.setattr(driver, "log_of", log_of)
     result = simulate(scene, record="events")
     done = len(result.events)
@@ -196,7 +197,7 @@ def test_ctrl_c_within_the_change_of_logs_changes_nothing(monkeypatch):
         run._next_log = change  # as if interrupted before its last line
         take(run)
 
-    monkeypatch.setattr(driver, "_FIRST_LOG", 600)
+    monkeypatch.setattr(driver, "_FIRST_LOG", MOST_IN_CORNER + 64)
     monkeypatch.setattr(driver.Run, "_take_next_log", take_twice)
     assert fingerprint(simulate(scene, record="trajectory")) == fingerprint(whole)
 
