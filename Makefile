@@ -27,8 +27,6 @@ PYTEST := $(BIN)/python -m pytest --quiet --numprocesses $(JOBS)
 # Where bytecode isn't kept, each of hundreds of processes compiles every module that it imports:
 # three seconds to load the suite instead of one, twelve to collect the tests instead of four.
 export PYTHONDONTWRITEBYTECODE :=
-# Matrices are small here: threads of a BLAS, beside tests on every core, only wait for each other.
-export OPENBLAS_NUM_THREADS ?= 1
 
 .DEFAULT_GOAL := help
 # Two test runs at once would mix their output.

@@ -1,4 +1,4 @@
-"""How often a break makes a ball, beside 169 breaks of professionals: a check of sanity, no grade.
+"""How often a break makes a ball, beside 118 breaks of professionals: a check of sanity, no grade.
 
 Published counts (Alciatore's site, "8-ball break statistics") say neither how fast the cue balls
 were nor how tight the racks: both are assumed here, so that a wide band is all that can be asked.
@@ -13,15 +13,15 @@ from typing import Final, Literal
 from rich.console import RenderableType
 
 from benchmarks.measurements import Measurement, table_of
+from benchmarks.scenes import rack_places
 from ghostball.engine import simulate
-from ghostball.model import Ball, EventKind, Physics, Scene, Table
+from ghostball.model import POOL_BALL_RADIUS, Ball, EventKind, Physics, Scene, Table
 from ghostball.validation.parallel.pool import Progress
 
 BREAKS = 4_000
 """Breaks of a whole measurement: the standard error of a share of 80 % is 0.6 %."""
 
 TABLE: Final = Table.model_validate("bar-7ft")
-RADIUS: Final = 0.028575  # [m]
 
 SPEEDS: Final = (7.0, 11.0)
 """Assumed: the speed of a cue ball at a break [m/s]."""
@@ -68,21 +68,17 @@ class MadeMeasurement(Measurement):
 def break_of(number: int) -> Scene:
     """Return an eight-ball break on a bar table; the same number is the same break."""
     chance = random.Random(f"made {number}")
-    spacing = 2.0 * RADIUS + chance.uniform(0.0, LOOSEST)
+    gap = chance.uniform(0.0, LOOSEST)
     speed, middle = chance.uniform(*SPEEDS), TABLE.width / 2.0
-    aside = chance.uniform(-OFF_CENTRE, OFF_CENTRE) * RADIUS
-    rack = [
-        (0.75 * TABLE.length + row * spacing * math.sqrt(0.75), middle + (k - row / 2.0) * spacing)
-        for row in range(5)
-        for k in range(row + 1)
-    ]
+    aside = chance.uniform(-OFF_CENTRE, OFF_CENTRE) * POOL_BALL_RADIUS
     cue = Ball(
         id="cue",
         position=(0.25 * TABLE.length, middle + aside),
         velocity=(speed, 0.0),
         angular_velocity=(0.0, 0.0, 0.0),
     )
-    balls = [Ball(id=str(k), position=place) for k, place in enumerate(rack, start=1)]
+    places = rack_places(gap, TABLE).tolist()
+    balls = [Ball(id=str(k), position=tuple(place)) for k, place in enumerate(places, start=1)]
     physics = Physics(preset="pool")
     return Scene(name=f"made-{number}", table=TABLE, physics=physics, balls=(cue, *balls))
 

@@ -79,15 +79,15 @@ def _racked(name: str, cue: Ball, gap: float, physics: dict[str, Any]) -> Scene:
     return Scene(name=name, table=POOL_TABLE, balls=(cue, *rack), physics=Physics(**physics))
 
 
-def rack_places(gap: float | NDArray[np.float64]) -> NDArray[np.float64]:
+def rack_places(gap: float | NDArray[np.float64], table: Table = POOL_TABLE) -> NDArray[np.float64]:
     """Return where racked balls lie, (..., 15, 2) [m]; neighbours are `gap`, (...) [m], apart."""
     spacing = 2.0 * POOL_BALL_RADIUS + np.asarray(gap)
     places = np.empty((*spacing.shape, 15, 2))
     for row in range(5):
         for place in range(row + 1):
             k = row * (row + 1) // 2 + place
-            places[..., k, 0] = 0.75 * POOL_TABLE.length + row * spacing * math.sqrt(0.75)
-            places[..., k, 1] = POOL_TABLE.width / 2.0 + (place - row / 2.0) * spacing
+            places[..., k, 0] = 0.75 * table.length + row * spacing * math.sqrt(0.75)
+            places[..., k, 1] = table.width / 2.0 + (place - row / 2.0) * spacing
     return places
 
 

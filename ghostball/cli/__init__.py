@@ -2,15 +2,10 @@
 
 from __future__ import annotations
 
-import os
 from typing import Annotated, Any
 
 import typer
 import typer.core
-
-# Matrices here are small. The threads of a BLAS gain nothing with them, and where every core is
-# busy already, they wait for each other: a fit of 1 s took minutes. It is read as numpy is loaded.
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from ghostball.cli.gate.commands import app as gate
 from ghostball.cli.measure.commands import app as measuring
