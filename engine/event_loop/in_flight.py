@@ -14,6 +14,7 @@ from ghostball.engine.event_loop.record import (
     BALL_CLOTH_EVENT,
     BALL_CUSHION_EVENT,
     LEAVES_TABLE_EVENT,
+    POCKETED_EVENT,
     note_event,
     note_rest,
 )
@@ -24,6 +25,8 @@ from ghostball.engine.impacts.on_table import end_bounces, land
 from ghostball.engine.impacts.slow_impacts import lies_on
 from ghostball.engine.motion.flight import one_is_loaded
 from ghostball.engine.motion.next_piece import leave, mark
+from ghostball.engine.motion.obstacles import hole_at
+from ghostball.model.scene.obstacles import FIRST_HOLE
 
 
 @kernel(inline=True)
@@ -48,15 +51,19 @@ def resolve_flight(height: FloatArray | None, world: World, i: int, kind: int, t
     balls, laws, log = world.balls, world.laws, world.log
     if height is None:
         return False
-    if kind in (st.OWN_LAND, st.OWN_BOUNCES_END):
+    hole = hole_at(laws, balls.state[i].x, balls.state[i].y) if kind == st.OWN_LAND else -1
+    if hole >= 0:
+        fall_into(height, world, i, hole, t)
+    elif kind in (st.OWN_LAND, st.OWN_BOUNCES_END):
         note_event(BALL_CLOTH_EVENT, i, -1, t, log)
         if kind == st.OWN_LAND:
             land(height, balls, i, laws)
     elif kind >= st.OWN_OVER:
-        log.counters[st.BALLS_GONE] += 1
-        note_event(LEAVES_TABLE_EVENT, i, int(laws.obstacles[kind - st.OWN_OVER].index), t, log)
-        leave(balls, i)
-        height[i, st.UP_SPEED], height[i, st.FALL] = 0.0, 0.0
+        row = laws.obstacles[kind - st.OWN_OVER]
+        first = FIRST_HOLE if row.law == st.TAKES_OUT else 0
+        _take_out(height, world, i, LEAVES_TABLE_EVENT, first + int(row.index), t)
+    elif kind >= st.OWN_CUSHION and laws.obstacles[kind - st.OWN_CUSHION].law == st.TAKES_OUT:
+        fall_into(height, world, i, kind - st.OWN_CUSHION, t)
     elif kind >= st.OWN_CUSHION and balls.state[i].phase == st.FLYING:
         nose = nose_of(height, balls, laws, i, kind - st.OWN_CUSHION)
         log.counters[st.BALL_CUSHION] += 1
@@ -67,6 +74,25 @@ def resolve_flight(height: FloatArray | None, world: World, i: int, kind: int, t
         return False
     mark(balls, i)
     return True
+
+
+@kernel(inline=True)
+def fall_into(height: FloatArray | None, world: World, i: int, k: int, t: float) -> None:
+    """Let ball i fall into the hole that is obstacle k."""
+    _take_out(height, world, i, POCKETED_EVENT, int(world.laws.obstacles[k].index), t)
+
+
+@kernel(inline=True)
+def _take_out(
+    height: FloatArray | None, world: World, i: int, kind: int, index: int, t: float
+) -> None:
+    """Take ball i out of the run where it is."""
+    world.log.counters[st.BALLS_GONE] += 1
+    note_event(kind, i, index, t, world.log)
+    leave(world.balls, i)
+    if height is not None:
+        height[i, st.UP_SPEED], height[i, st.FALL], height[i, st.LASTS] = 0.0, 0.0, 0.0
+    mark(world.balls, i)
 
 
 @kernel(inline=True)

@@ -17,6 +17,7 @@ from ghostball.engine.event_loop.in_flight import (
     bounces_have_ended,
     bounces_in_space,
     collide_pair,
+    fall_into,
     is_slow_impact,
     list_below,
     nose_of,
@@ -28,7 +29,6 @@ from ghostball.engine.event_loop.in_flight import (
 from ghostball.engine.event_loop.record import (
     BALL_BALL_EVENT,
     BALL_CUSHION_EVENT,
-    POCKETED_EVENT,
     SLIDE_TO_ROLL_EVENT,
     note_event,
     note_rest,
@@ -43,7 +43,7 @@ from ghostball.engine.motion.geometry import (
     negligible_bounce,
     tie_rounding,
 )
-from ghostball.engine.motion.next_piece import come_to_rest, leave, mark, start_rolling
+from ghostball.engine.motion.next_piece import come_to_rest, mark, start_rolling
 from ghostball.engine.motion.obstacles import facing, nose_reach
 from ghostball.engine.motion.position import advance
 from ghostball.engine.resting_contact.step import end_step
@@ -134,10 +134,7 @@ def _resolve_own(world: World, contacts: Contacts | None, i: int, t: float) -> i
     elif kind >= st.OWN_CUSHION:
         cushion = kind - st.OWN_CUSHION
         if world.laws.obstacles[cushion].law == st.TAKES_OUT:
-            log.counters[st.BALLS_GONE] += 1
-            note_event(POCKETED_EVENT, i, _index(world.laws, cushion), t, log)
-            leave(balls, i)
-            mark(balls, i)
+            fall_into(balls.height, world, i, cushion, t)
             return 0
         partner = _held_against(world, i, cushion, t)
         if partner != i:

@@ -24,7 +24,7 @@ from ghostball.engine.impacts.lying_still import capture_speed
 from ghostball.engine.impacts.on_table import STICKING, answer_by_table, set_free
 from ghostball.engine.impacts.slow_impacts import part_from_nose, part_slowly
 from ghostball.engine.motion.geometry import reduced_mass
-from ghostball.engine.motion.obstacles import facing
+from ghostball.engine.motion.obstacles import above_nose, facing
 
 
 @kernel
@@ -95,7 +95,7 @@ def fastest_nose(height: FloatArray, balls: Balls, i: int, k: int, laws: Laws) -
     balls.counters[st.WORK] += len(laws.obstacles)
     for other in range(len(laws.obstacles)):
         nx, ny, away = facing(laws, other, ball.x, ball.y)
-        above = height[i, st.BASE] + height[i, st.RISE] - laws.obstacles[other].height
+        above = above_nose(height, i, laws, other)
         distance = math.sqrt(away * away + above * above)
         rate = (away * (nx * ball.vx + ny * ball.vy) + above * height[i, st.UP_SPEED]) / distance
         touches = distance <= reach and laws.obstacles[other].law != st.TAKES_OUT
@@ -124,7 +124,7 @@ def bounce_off_nose(height: FloatArray, balls: Balls, i: int, k: int, laws: Laws
     set_free(balls, i)
     ball, cushion = balls.state[i], laws.obstacles[k]
     inward_x, inward_y, away = facing(laws, k, ball.x, ball.y)
-    above = height[i, st.BASE] + height[i, st.RISE] - cushion.height
+    above = above_nose(height, i, laws, k)
     distance = math.sqrt(away * away + above * above)
     nx, ny, nz = -inward_x * away / distance, -inward_y * away / distance, -above / distance
     speed = abs(ball.vx * nx + ball.vy * ny + height[i, st.UP_SPEED] * nz)

@@ -6,6 +6,11 @@ where air slows it, and keeps its angular velocity. It lands when its lowest poi
 cloth. Where bounces have become so low that nothing could tell them from a ball on the cloth
 (`LOWEST_BOUNCE`), all that follow are one motion of known duration.
 
+Over a table that isn't a plain rectangle, straight noses have ends, and jaws have round noses. What
+flies over one of them is off the table; a post is taller than any ball flies. A ball in the air
+falls into a hole where it lands, or where it leaves it no higher than `HIGHEST_AT_BACK`; higher, it
+flies over the back of the pocket, and is off the table.
+
 Two balls touch where their centres are as far apart in space as their radii add up to; a ball and a
 cushion where its centre is by its radius away from the nose, a line at `cushion_height` above the
 cloth. So balls of different size that lie on the cloth touch at 2 sqrt(R_a R_b) in plan, and a ball
@@ -30,8 +35,20 @@ from ghostball.engine.core.tolerances import (
 )
 from ghostball.engine.motion.crossings import first_bent_crossing, first_crossing
 from ghostball.engine.motion.flight_in_air import flight_piece, time_to_pass
-from ghostball.engine.motion.obstacles import MOST_BOUNDS, facing
+from ghostball.engine.motion.frame import flies_inside
+from ghostball.engine.motion.geometry import speed_of
+from ghostball.engine.motion.obstacles import MOST_BOUNDS, facing, is_post, turning
 from ghostball.engine.motion.position import FOR_EVER, jerk_along, whole_motion, with_rises
+
+HIGHEST_AT_BACK = 1.4
+"""How high a ball's centre may be at the far edge of a hole to fall into it, in radii.
+
+As in pooltool (Kiefl 2024), which takes it for what the back of a pocket throws back into it.
+"""
+
+_BESIDE = 2.0**-30
+"""How far beside a nose, in radii, a ball still flies over it: more than rounding, so that between
+two pieces of an outline no ball gets out."""
 
 
 @kernel(inline=True)
@@ -123,20 +140,82 @@ def fly(height: FloatArray, balls: Balls, i: int, laws: Laws) -> None:
         root = math.sqrt(up * up + 2.0 * laws.gravity * rise)
         duration = (up + root) / laws.gravity if up > 0.0 else 2.0 * rise / (root - up)
         balls.own_kind[i] = st.OWN_LAND
-    lasts = duration
-    for k in range(len(laws.obstacles)):
-        nx, ny, away = facing(laws, k, ball.x, ball.y)
-        rate = nx * ball.vx + ny * ball.vy
-        s, met = _time_to_nose(height, balls, i, laws, k, duration, lasts)
-        if s < duration:
-            duration = s
-            balls.own_kind[i] = st.OWN_CUSHION + k if met else st.OWN_PIECE
-        if laws.obstacles[k].kind == st.LINE and rate < 0.0 and max(away, 0.0) < -rate * duration:
-            s = _time_over(balls.higher, balls.air, balls, i, laws, max(away, 0.0), rate, duration)
-            if s < math.inf:
+    lasts, count = duration, len(laws.obstacles)
+    if laws.outer < count and flies_inside(balls, i, laws, duration):
+        count = laws.outer
+    for k in range(count):
+        if laws.obstacles[k].law != st.TAKES_OUT:
+            s, met = _time_to_nose(height, balls, i, laws, k, duration, lasts)
+            if s < duration:
                 duration = s
-                balls.own_kind[i] = st.OWN_OVER + k
+                balls.own_kind[i] = st.OWN_CUSHION + k if met else st.OWN_PIECE
+        away, rate = _way_over(balls, i, laws, k)
+        if rate < 0.0 and away < -rate * duration:
+            s = _time_over(balls.higher, balls.air, balls, i, laws, away, rate, duration)
+            kind = _passes(height, balls, i, laws, k, s) if s < duration else st.OWN_NONE
+            if kind != st.OWN_NONE:
+                duration = s
+                balls.own_kind[i] = kind
     ball.own_time = ball.epoch + duration
+
+
+@kernel(inline=True)
+def _way_over(balls: Balls, i: int, laws: Laws, k: int) -> tuple[float, float]:
+    """Return how far ball i has to fly to be over obstacle k [m], and how fast that gets less.
+
+    Its rate is negative [m/s]; 0: it never is. Of a hole: to its far edge.
+    """
+    if laws.obstacles[k].kind == st.LINE:
+        nx, ny, away = facing(laws, k, balls.state[i].x, balls.state[i].y)
+        return max(away, 0.0), nx * balls.state[i].vx + ny * balls.state[i].vy
+    return _way_over_piece(balls, i, laws, k)
+
+
+@kernel
+def _way_over_piece(balls: Balls, i: int, laws: Laws, k: int) -> tuple[float, float]:
+    """`_way_over`, of a segment, whose left side is the table's, or of a disc."""
+    ball, row = balls.state[i], laws.obstacles[k]
+    x, y, vx, vy = ball.x - row.x, ball.y - row.y, ball.vx, ball.vy
+    beside = _BESIDE * ball.radius
+    if row.kind == st.SEGMENT:
+        dx, dy = row.nx - row.x, row.ny - row.y
+        size = math.sqrt(dx * dx + dy * dy)
+        dx, dy = dx / size, dy / size
+        away, rate = dx * y - dy * x, dx * vy - dy * vx
+        if away < -beside or not rate < 0.0:
+            return 0.0, 0.0
+        away = max(away, 0.0)
+        along = dx * x + dy * y + (away / -rate) * (dx * vx + dy * vy)
+        return (away, rate) if along > -beside and along < size + beside else (0.0, 0.0)
+    speed = speed_of(vx, vy)
+    if speed == 0.0 or is_post(laws, k):
+        return 0.0, 0.0
+    ux, uy = vx / speed, vy / speed
+    middle, off = -(ux * x + uy * y), abs(ux * y - uy * x)
+    square = (row.radius - off) * (row.radius + off)
+    if square <= 0.0:
+        return 0.0, 0.0
+    if row.law == st.TAKES_OUT:
+        way = middle + math.sqrt(square)
+        return (way, -speed) if way > 0.0 else (0.0, 0.0)
+    way = middle - math.sqrt(square)
+    return (max(way, 0.0), -speed) if way > -beside else (0.0, 0.0)
+
+
+@kernel
+def _passes(height: FloatArray, balls: Balls, i: int, laws: Laws, k: int, s: float) -> int:
+    """Return which own event of ball i it is to be over obstacle k in s seconds, or OWN_NONE."""
+    row = laws.obstacles[k]
+    if row.law != st.TAKES_OUT:
+        return st.OWN_OVER + k
+    ball = balls.state[i]
+    z, _, _ = vertical_motion(height, balls, i, ball.epoch + s)
+    if z <= HIGHEST_AT_BACK * ball.radius:
+        return st.OWN_CUSHION + k
+    x, y, _, _, _, _ = _in_plan(balls.higher, balls, i, s)
+    # In front of the hole's middle there is the table, between two facings.
+    behind = row.nx * (x - row.x) + row.ny * (y - row.y) <= 0.0
+    return st.OWN_OVER + k if behind else st.OWN_NONE
 
 
 @kernel(inline=True)
@@ -212,6 +291,8 @@ def _time_to_nose(
         z, vz, az = vertical_motion(height, balls, i, t)
         nx, ny, away = facing(laws, k, x, y)
         above = z - laws.obstacles[k].height
+        if is_post(laws, k):
+            above, vz, az = 0.0, 0.0, 0.0
         distance = math.sqrt(away * away + above * above)
         ex, ez = away / distance, above / distance
         gap = max(distance - ball.radius, 0.0)
@@ -219,9 +300,10 @@ def _time_to_nose(
         pull = ex * (nx * ax + ny * ay) + ez * az
         bent = abs(ex) * jerk_along(balls, i, nx, ny) + abs(ez) * jerk_up(balls.higher, i)
         left = min(lasts - s, FOR_EVER)
-        # The nose is a point in this plane: past it the ball goes round it.
-        across = ez * (nx * vx + ny * vy) - ex * vz
-        opening = pull + across * across / distance
+        # The nose is a point in this plane: past it the ball goes round it; and round a nose that
+        # is bent in plan.
+        across, along = ez * (nx * vx + ny * vy) - ex * vz, nx * vy - ny * vx
+        opening = pull + across * across / distance + ex * turning(laws, k, x, y) * along * along
         if rate >= 0.0 and pull >= bent * left:
             return math.inf, True
         step = soonest_crossing(gap, rate, pull, bent, left)

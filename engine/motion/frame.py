@@ -16,6 +16,7 @@ from ghostball.engine.core.kernel import kernel
 from ghostball.engine.core.state import Balls, Laws
 from ghostball.engine.core.tolerances import AT_THE_FRAME
 from ghostball.engine.motion.crossings import first_crossing
+from ghostball.engine.motion.obstacles import nose_reach
 from ghostball.engine.motion.position import jerk
 
 ALL: Final = -1
@@ -35,7 +36,7 @@ def cushion_ahead(balls: Balls, i: int, laws: Laws, duration: float) -> int:
     ball = balls.state[i]
     if jerk(balls, i) != 0.0:
         return ALL
-    x, y, radius = ball.x, ball.y, ball.radius
+    x, y, radius = ball.x, ball.y, nose_reach(balls, i, laws, laws.outer)
     low_x, high_x = x - radius, laws.frame_x - x - radius
     low_y, high_y = y - radius, laws.frame_y - y - radius
     edge = AT_THE_FRAME * radius
@@ -55,6 +56,20 @@ def cushion_ahead(balls: Balls, i: int, laws: Laws, duration: float) -> int:
         return _cushion_at(laws, True, 0.0 if left == first else laws.frame_x, along, edge)
     along = x + (ball.vx + 0.5 * ball.ax * first) * first
     return _cushion_at(laws, False, 0.0 if bottom == first else laws.frame_y, along, edge)
+
+
+@kernel
+def flies_inside(balls: Balls, i: int, laws: Laws, duration: float) -> bool:
+    """Whether ball i, in the air, touches no side of the frame within a duration [s].
+
+    In plan it goes straight on, and no farther than as fast as now.
+    """
+    ball = balls.state[i]
+    x, y, radius = ball.x + duration * ball.vx, ball.y + duration * ball.vy, ball.radius
+    inside = min(x, ball.x) > radius and max(x, ball.x) < laws.frame_x - radius
+    return bool(
+        inside and min(y, ball.y) > radius and max(y, ball.y) < laws.frame_y - radius
+    )
 
 
 @kernel(inline=True)

@@ -74,15 +74,32 @@ def nose_reach(balls: Balls, i: int, laws: Laws, k: int) -> float:
 
     A hole takes it when its centre is there.
     """
-    if laws.obstacles[k].law == st.TAKES_OUT and laws.obstacles[k].kind == st.DISC:
+    if laws.obstacles[k].law == st.TAKES_OUT:
         return 0.0
     return _nose_reach(balls.height, laws, k, balls.state[i].radius)
 
 
 @kernel(inline=True)
+def is_post(laws: Laws, k: int) -> bool:
+    """Whether obstacle k is a post: a disc that balls reach from all sides, at any height."""
+    row = laws.obstacles[k]
+    return bool(row.kind == st.DISC and row.nx == 0.0 and row.ny == 0.0)
+
+
+@kernel(inline=True)
+def above_nose(height: FloatArray, i: int, laws: Laws, k: int) -> float:
+    """Return how far above the nose of obstacle k ball i's centre is, at its epoch [m].
+
+    A post meets a ball at the height where that is.
+    """
+    above: float = height[i, st.BASE] + height[i, st.RISE] - laws.obstacles[k].height
+    return 0.0 if is_post(laws, k) else above
+
+
+@kernel(inline=True)
 def _nose_reach(height: FloatArray | None, laws: Laws, k: int, radius: float) -> float:
     reach = radius
-    if height is not None and laws.airborne:
+    if height is not None and laws.airborne and not is_post(laws, k):
         nose = laws.obstacles[k].height
         reach = math.sqrt(nose * (2.0 * radius - nose))
     return reach
@@ -102,6 +119,15 @@ def row_at(laws: Laws, index: int, takes_out: bool, x: float, y: float) -> int:
             if found < 0 or away < nearest:
                 found, nearest = k, away
     return found
+
+
+@kernel
+def hole_at(laws: Laws, x: float, y: float) -> int:
+    """Return the row of the hole that a place is in, or -1."""
+    for k in range(len(laws.obstacles)):
+        if laws.obstacles[k].law == st.TAKES_OUT and facing(laws, k, x, y)[2] <= 0.0:
+            return k
+    return -1
 
 
 @kernel

@@ -35,6 +35,7 @@ from ghostball.engine.running.skips import (
     Skip,
     balls_rub,
     has_drag,
+    has_frame,
     is_integrated,
     is_uniform,
     uses_cells,
@@ -119,9 +120,6 @@ def admit(scene: Scene) -> None:
     if not _is_laid_out(scene):
         check_whole(scene)
         check_supported("ghostball", CAPABILITIES, scene)
-        if scene.physics.airborne and scene.table is not None and scene.table.obstacles:
-            lacks = "no pockets, polygons and posts where balls leave the cloth"
-            raise UnsupportedSceneError("ghostball", (lacks,))
 
 
 def _is_laid_out(scene: Scene) -> bool:
@@ -323,7 +321,7 @@ def _outer_of(scene: Scene, count: int, off: frozenset[Skip]) -> int:
 
     All of a table with pockets but its posts do: noses lie along the sides, the rest behind them.
     """
-    if scene.table is None or not scene.table.holes or Skip.FAR_OBSTACLES in off:
+    if not has_frame(scene) or Skip.FAR_OBSTACLES in off:
         return count
     _, others = _obstacles_in_order(scene)
     return count - len(others)

@@ -19,6 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ghostball.engine.core.tolerances import AT_THE_FRAME
 from ghostball.model import Scene
 from ghostball.model.errors import GhostballError
 from ghostball.model.impact_laws import any_integrated
@@ -152,6 +153,23 @@ def has_cushions(scene: Scene) -> bool:
     return scene.table is not None and scene.table.has_cushions
 
 
+def has_frame(scene: Scene) -> bool:
+    """Whether a ball that touches no nose is in no hole: then both are beyond one rectangle."""
+    if scene.table is None or not scene.table.holes:
+        return False
+    reach = scene.radii
+    if scene.physics.airborne:
+        nose = scene.physics.cushion_height
+        reach = np.sqrt(nose * (2.0 * reach - nose))
+    least, far = float(np.min(reach)), np.array([scene.table.length, scene.table.width])
+    for hole in scene.table.holes:
+        centre = np.array(hole.centre)
+        away = np.hypot(*(centre - np.clip(centre, least, far - least)))
+        if not away > hole.radius * (1.0 + AT_THE_FRAME):
+            return False
+    return True
+
+
 def balls_rub(scene: Scene) -> bool:
     """Whether there is friction between balls."""
     return scene.physics.ball_friction != 0.0
@@ -183,8 +201,11 @@ def _use_of(skip: Skip, scene: Scene, record: str, off: Collection[Skip]) -> tup
         used = not has_cushions(scene)
         return used, "the scene has none" if used else "the table has some"
     if skip is Skip.FAR_OBSTACLES:
-        used = scene.table is not None and bool(scene.table.holes)
-        return used, "the table has pockets" if used else "the table has no pockets"
+        if has_frame(scene):
+            return True, "the table has pockets"
+        if scene.table is None or not scene.table.holes:
+            return False, "the table has no pockets"
+        return False, "a hole reaches to where a ball touches no nose"
     if skip is Skip.BALL_FRICTION:
         used = not balls_rub(scene)
         return used, "`ball_friction` is 0" if used else "`ball_friction` isn't 0"

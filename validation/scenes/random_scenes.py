@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import itertools
 import random
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Final
 
 from ghostball.model import Physics, Scene
@@ -167,8 +167,8 @@ _NEVER: Final[tuple[tuple[tuple[Option, ...], tuple[Option, ...]], ...]] = (
     # A triangle has no room in a narrow table; one of balls of all sizes has gaps.
     (tuple(("layout", rack) for rack in _RACKS), (("table", "narrow"),)),
     ((("layout", "rack"), ("layout", "rack-at-rail")), (("radii", "unequal"),)),
-    # Balls that fly know plain rectangles alone; rails of others aren't where balls are laid.
-    (_SHAPED, (*_all("flight", "no"), *_AT_RAILS, ("along-rail", "yes"))),
+    # Rails of a table that is no plain rectangle aren't where balls are laid.
+    (_SHAPED, (*_AT_RAILS, ("along-rail", "yes"))),
     # Where nothing slows balls, a run is stopped.
     ((("cloth", "frictionless"),), (("stop", "rest"),)),
 )
@@ -178,9 +178,21 @@ _FORBIDDEN: Final = frozenset(
     frozenset((one, other)) for some, others in _NEVER for one in some for other in others
 )
 
-_ASKED_FOR: Final = frozenset(frozenset((one, ("air", "yes"))) for one in _all("flight", "no"))
-"""Pairs that are together where both are asked for alone, so that they change no scene of a number:
-what flies in air."""
+_ASKED_FOR: Final[Mapping[tuple[str, str], frozenset[frozenset[Option]]]] = {
+    (aspect, "flight"): frozenset(
+        frozenset((one, other)) for one in some for other in _all("flight", "no")
+    )
+    for aspect, some in (("air", (("air", "yes"),)), ("table", _SHAPED))
+}
+"""Pairs that are together only where both aspects are asked for, so that they change no scene of a
+number: what flies in air, and what flies over other tables than plain rectangles."""
+
+
+def _never(wanted: Iterable[str] = ()) -> frozenset[frozenset[Option]]:
+    """Return the pairs that can't be together where these aspects are asked for."""
+    kept = (pairs for aspects, pairs in _ASKED_FOR.items() if not set(aspects) <= set(wanted))
+    return _FORBIDDEN.union(*kept)
+
 
 PAIRS: Final[tuple[tuple[Option, Option], ...]] = tuple(
     (one, other)
@@ -193,7 +205,7 @@ PAIRS: Final[tuple[tuple[Option, Option], ...]] = tuple(
         ],
         2,
     )
-    if one[0] != other[0] and frozenset((one, other)) not in _FORBIDDEN | _ASKED_FOR
+    if one[0] != other[0] and frozenset((one, other)) not in _never()
 )
 """Every pair of options that can be together."""
 
@@ -263,7 +275,7 @@ def options_of(number: int, **having: Wanted) -> dict[str, str]:
     }
     weights = {**ASPECTS, **weights}
     asked = {aspect: options[0] for aspect, options in wanted.items() if len(options) == 1}
-    never = _FORBIDDEN if {"air", "flight"} <= set(wanted) else _FORBIDDEN | _ASKED_FOR
+    never = _never(wanted)
     chance = random.Random(f"ghostball options {number} {sorted(having.items())}")
     pair = dict(PAIRS[number * _STRIDE % len(PAIRS)])
     for first in ({**pair, **asked}, asked):

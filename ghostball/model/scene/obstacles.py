@@ -28,6 +28,9 @@ FIRST_SIDE = len(CUSHIONS)
 FIRST_POST = 1 << 16
 """Index of the first post."""
 
+FIRST_HOLE = 1 << 17
+"""Index of the first pocket, of those that balls fly over; others follow as in `POCKETS`."""
+
 
 class Segment(NamedTuple):
     """A straight piece of cushion, whose ends a ball meets as points.
@@ -71,7 +74,9 @@ def obstacle_name(index: int) -> str:
         return CUSHIONS[index]
     if index < FIRST_POST:
         return f"side-{index - FIRST_SIDE + 1}"
-    return f"post-{index - FIRST_POST + 1}"
+    if index < FIRST_HOLE:
+        return f"post-{index - FIRST_POST + 1}"
+    return f"{POCKETS[index - FIRST_HOLE]}-pocket"
 
 
 def obstacle_index(name: str) -> int:
@@ -81,11 +86,13 @@ def obstacle_index(name: str) -> int:
     """
     if name in CUSHIONS:
         return CUSHIONS.index(name)
+    if name.endswith("-pocket") and name.removesuffix("-pocket") in POCKETS:
+        return FIRST_HOLE + POCKETS.index(name.removesuffix("-pocket"))
     kind, dash, number = name.partition("-")
     if dash and number.isdecimal() and int(number) > 0:
         if kind == "side" and int(number) <= FIRST_POST - FIRST_SIDE:
             return FIRST_SIDE + int(number) - 1
-        if kind == "post":
+        if kind == "post" and int(number) <= FIRST_HOLE - FIRST_POST:
             return FIRST_POST + int(number) - 1
     raise ValueError(f'"{name}" is no cushion, side or post')
 
