@@ -67,9 +67,7 @@ def flies_inside(balls: Balls, i: int, laws: Laws, duration: float) -> bool:
     ball = balls.state[i]
     x, y, radius = ball.x + duration * ball.vx, ball.y + duration * ball.vy, ball.radius
     inside = min(x, ball.x) > radius and max(x, ball.x) < laws.frame_x - radius
-    return bool(
-        inside and min(y, ball.y) > radius and max(y, ball.y) < laws.frame_y - radius
-    )
+    return bool(inside and min(y, ball.y) > radius and max(y, ball.y) < laws.frame_y - radius)
 
 
 @kernel(inline=True)

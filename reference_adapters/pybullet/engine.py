@@ -203,6 +203,11 @@ class PybulletEngine(EngineBase):
                 "no sliding without friction (Bullet's rolling friction is a part of the sliding "
                 "friction)"
             )
+        if scene.physics.airborne and scene.table is not None and scene.table.obstacles:
+            yield (
+                "no pockets, polygons and posts where balls leave the cloth (here they are as high "
+                "as the balls' centres, and a hole takes a ball at any height)"
+            )
         # An impact's impulse is at most 2 m |v|, m the reduced mass and v the relative velocity,
         # and m v^2 / 2 at most all the energy.
         impulse = 2.0 * float(np.max(largest_momenta(scene)))

@@ -9,10 +9,10 @@ from functools import partial
 import numpy as np
 import pytest
 from batches import assert_same, two_ball_shot
-from shots import POOL_TABLE, ball, random_break, scene_of
+from shots import POOL_TABLE, ball, crowded_table, random_break, scene_of
 
 from ghostball.engine import simulate, simulate_many, simulate_starts, simulate_sweep
-from ghostball.model import GhostballError, Table, UnsupportedSceneError
+from ghostball.model import GhostballError, UnsupportedSceneError
 
 
 def test_no_scenes_give_an_empty_batch():
@@ -58,7 +58,5 @@ def test_endless_shots_are_interrupted(way):
 
 
 def test_a_scene_beyond_the_engine_is_refused_before_any_run():
-    posts = Table(length=1.0, width=1.0, posts=[{"centre": (0.5, 0.5), "radius": 0.02}])
-    flies = scene_of(ball((0.2, 0.2)), table=posts, motion="sliding", airborne=True)
     with pytest.raises(UnsupportedSceneError):
-        simulate_many([random_break(1), flies])
+        simulate_many([random_break(1), scene_of(ball((0.2, 0.1)), table=crowded_table())])

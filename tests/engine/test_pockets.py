@@ -19,7 +19,6 @@ from ghostball.model import (
     Scene,
     Status,
     Table,
-    UnsupportedSceneError,
     event_dict,
 )
 from ghostball.model.scene.obstacles import gap_to, is_inside
@@ -218,9 +217,3 @@ def test_no_ball_of_a_random_scene_gets_out_or_into_an_obstacle(kind: str):
             for one in scene.table.obstacles:
                 reach = 0.0 if isinstance(one, Hole) else ball.radius
                 assert np.min(gap_to(one, x, y)) >= reach - 1e-11
-
-
-def test_they_are_refused_where_balls_leave_the_cloth():
-    ball = Ball(id="cue", position=(1.0, 0.6), velocity=(0.0, -1.5))
-    with pytest.raises(UnsupportedSceneError, match="no pockets, polygons and posts where balls"):
-        played("wpa-9ft", ball, physics=Physics(preset="pool-coulomb", airborne=True))

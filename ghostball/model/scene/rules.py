@@ -14,10 +14,10 @@ from ghostball.model.scene.fields import problem
 from ghostball.model.scene.law_rules import check_laws_in_scene
 from ghostball.model.scene.motion_rules import check_motions
 from ghostball.model.scene.obstacles import (
-    FIRST_SIDE,
     POCKETS,
     Disc,
     Hole,
+    Segment,
     gap_to,
     is_inside,
     obstacle_name,
@@ -151,6 +151,7 @@ def _check_obstacles(scene: SceneContents, starts: Starts) -> None:
     if table is None or not table.obstacles:
         return
     x, y, radii = starts.position[:, 0], starts.position[:, 1], scene.radii[starts.ball]
+    to_nose = _reach_of_nose(scene, starts, radii)
     permitted = position_rounding(x, y, np.array(table.length), np.array(table.width))
     if not table.is_rectangle:
         _refuse_where(
@@ -169,18 +170,22 @@ def _check_obstacles(scene: SceneContents, starts: Starts) -> None:
                 f'must be outside of the hole of the pocket "{POCKETS[one.pocket]}", round '
                 f"{one.centre} m with a radius of {one.radius:g} m. Leave the ball out, or move it",
             )
-        else:
-            _refuse_where(
-                gap < radii - permitted,
-                scene,
-                starts,
-                f'must be at least the radius from "{obstacle_name(one.obstacle)}", '
-                f"{'a jaw' if one.obstacle < FIRST_SIDE else 'a post'} round {one.centre} m with a "
-                f"radius of {one.radius:g} m. Move the ball"
-                if isinstance(one, Disc)
-                else f'must be at least the radius from "{obstacle_name(one.obstacle)}"'
-                f" between {one.start} and {one.end} m. Move the ball",
-            )
+            continue
+        is_post = isinstance(one, Disc) and one.inward is None  # taller than any ball flies
+        at = (
+            f"round {one.centre} m with a radius of {one.radius:g} m"
+            if isinstance(one, Disc)
+            else f"between {one.start} and {one.end} m"
+        )
+        what = {Disc: ", a post " if is_post else ", a jaw ", Segment: " "}[type(one)]
+        nose = not is_post and scene.physics.airborne
+        clear = "clear of the nose of" if nose else "at least the radius from"
+        _refuse_where(
+            gap < (radii if is_post else to_nose) - permitted,
+            scene,
+            starts,
+            f'must be {clear} "{obstacle_name(one.obstacle)}"{what}{at}. Move the ball',
+        )
 
 
 def _refuse_where(

@@ -7,6 +7,7 @@ import pytest
 
 from ghostball.engine import simulate
 from ghostball.engine.running.skips import explain_skips
+from ghostball.model import Scene, event_dict
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.scenes.random_scenes import PROVABLE, random_scene
 
@@ -31,6 +32,24 @@ def test_random_tables_with_pockets_are_the_same_where_all_obstacles_are_asked(s
     )
     assert np.array_equal(kept.events, asked.events)
     assert kept.final_state.positions.tobytes() == asked.final_state.positions.tobytes()
+
+
+def test_a_hole_in_front_of_the_noses_takes_a_ball_that_stops_there():
+    """Its centre is in the hole, and it touches no nose: the frame says nothing of that."""
+    corner = {"mouth": 0.13, "angle": 2.4, "jaw_radius": 0.01, "depth": 0.0, "radius": 0.08}
+    scene = Scene.model_validate(
+        {
+            "name": "stops",
+            "table": {"length": 2.54, "width": 1.27, "pockets": {"corner": corner}},
+            "physics": {"rolling_friction": 0.01},
+            # It would stop at (0.036, 0.045) m, 0.07 m from the middle of the hole.
+            "balls": [{"id": "a", "position": (1.0, 0.045), "velocity": (-0.43490, 0.0)}],
+        }
+    )
+    result = simulate(scene, record="events")
+    assert [event_dict(event)["kind"] for event in result.events] == ["pocketed"]
+    used = {use.skip: use for use in explain_skips(scene)}["far-obstacles"]
+    assert (used.used, used.why) == (False, "a hole reaches to where a ball touches no nose")
 
 
 def test_only_a_table_with_pockets_has_a_frame():

@@ -42,6 +42,7 @@ def _trials(suite: Suite) -> Iterator[Trial]:
     yield from random_trials("struck", Same(OFTEN), *fewer, spin="struck")
     aloft = tuple(how for how in ASPECTS["flight"] if how != "no")
     yield from random_trials("flight-in-air", Same(OFTEN), *fewer, air="yes", flight=aloft)
+    yield from random_trials("flight-over-shapes", Same(OFTEN), *fewer, table=shapes, flight=aloft)
     yield from random_trials("stored", Same(SELDOM), *((4, 1) if quick else (10, 10)))
     for flight in ASPECTS["flight"]:
         for number in range(1 if quick else 20):
