@@ -53,10 +53,6 @@ def check_certified(scene: Scene) -> None:
     check_supported(NAME, CAPABILITIES, scene)
     if scene.physics.airborne and scene.physics.air_drag > 0.0:
         raise UnsupportedSceneError(NAME, ("no air drag of balls that leave the cloth",))
-    if scene.physics.airborne and scene.table is not None and scene.table.obstacles:
-        raise UnsupportedSceneError(
-            NAME, ("no pockets, polygons or posts where balls may leave the cloth",)
-        )
 
 
 def certify(

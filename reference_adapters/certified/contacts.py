@@ -181,8 +181,10 @@ def _touches(piece: Straight | Round, x: fmpq, y: fmpq, above: fmpq, radius: fmp
     wx, wy, *rest = piece.doubles
     dx, dy = x - exactly(wx), y - exactly(wy)
     if isinstance(piece, Round):
+        if piece.takes_out or not (piece.is_post or above == 0):
+            return False
         reach = exactly(rest[0]) + radius
-        return not piece.takes_out and bool(dx * dx + dy * dy == reach * reach)
+        return bool(dx * dx + dy * dy == reach * reach)
     ax, ay = piece.along
     away, square = ax * dy - ay * dx, ax * ax + ay * ay
     return bool(away > 0 and away * away == (radius * radius - above * above) * square)

@@ -20,7 +20,7 @@ from ghostball.reference_adapters.certified.obstacle_gaps import (
     ObstacleGap,
     RoundGap,
     StraightGap,
-    reach_to_cushion,
+    reach_to_nose,
 )
 from ghostball.reference_adapters.certified.obstacles import Straight
 from ghostball.reference_adapters.certified.problem import Problem
@@ -125,7 +125,7 @@ class Impacts:
         Without this, the instants of a ball between a cushion and another grow wider at every
         bounce (Galperin's 31415 collisions would need a hundred thousand bits).
         """
-        (x, y), reach = piece.inward, reach_to_cushion(self._problem, i)
+        (x, y), reach = piece.inward, reach_to_nose(self._problem, i, piece)
         if y.is_zero():
             return (piece.place[0] + x * reach, place[1])
         return (place[0], piece.place[1] + y * reach)

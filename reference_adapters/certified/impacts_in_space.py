@@ -30,7 +30,12 @@ from ghostball.reference_adapters.certified.gaps import PairGap, motion_of
 from ghostball.reference_adapters.certified.impacts import Impacts, age_of
 from ghostball.reference_adapters.certified.laws import FallingRestitution, capped
 from ghostball.reference_adapters.certified.motion import Body
-from ghostball.reference_adapters.certified.obstacle_gaps import NoseGap, StraightGap, nose_reach
+from ghostball.reference_adapters.certified.obstacle_gaps import (
+    NoseGap,
+    RoundGap,
+    StraightGap,
+    nose_reach,
+)
 from ghostball.reference_adapters.certified.problem import Problem
 
 TURNING = ("frictional", "han2005")
@@ -110,21 +115,25 @@ class ImpactsInSpace(Impacts):
     def bounced(self, chosen: Candidate, order: int) -> Body:
         """Return a ball after it met a nose."""
         body, s, gap = chosen.bodies[0], chosen.age, chosen.gap
-        assert isinstance(gap, NoseGap | StraightGap)
-        radius, inward = body.constants.radius, gap.piece.inward
+        assert isinstance(gap, NoseGap | StraightGap | RoundGap)
+        radius, touching = body.constants.radius, not self.overlapping(chosen)
+        inward = gap.normal(s, touching=touching) if isinstance(gap, RoundGap) else gap.piece.inward
         ball = self._moved(body, s)
         slow = self._slow(2 * radius)
-        free = isinstance(gap, NoseGap)
+        free = isinstance(body, FlyingBody)
         if isinstance(gap, NoseGap):
-            away, above = gap.normal(s, touching=not self.overlapping(chosen))
+            away, above = gap.normal(s, touching=touching)
         else:
-            rate = gap.piece.across((ball.velocity[0], ball.velocity[1]))
-            if not self._lifts(-rate, slow):
+            rate = inward[0] * ball.velocity[0] + inward[1] * ball.velocity[1]
+            if not free and not self._lifts(-rate, slow):
                 return super().bounced(chosen, order)
+            away, above = arb(1), ZERO
+            if not (isinstance(gap, RoundGap) and gap.piece.is_post):
+                reach = nose_reach(self._problem.balls[chosen.choice.a].radius, self._height)
+                away, above = reach / radius, (radius - self._height) / radius
+        if isinstance(gap, StraightGap):
             self._check_cushion(chosen, gap.piece)
-            reach = nose_reach(self._problem.balls[chosen.choice.a].radius, self._height)
-            away, above = reach / radius, (radius - self._height) / radius
-            if not self.overlapping(chosen):
+            if gap.piece.is_level and touching:
                 ball = ball._replace(place=self._at_cushion(chosen.choice.a, gap.piece, ball.place))
         n = (-inward[0] * away, -inward[1] * away, -above)
         speed = dot(ball.velocity, n)

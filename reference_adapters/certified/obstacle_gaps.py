@@ -69,14 +69,17 @@ class NoseGap(DistanceGap):
 
 
 class RoundGap(DistanceGap):
-    """The gap of a ball on the cloth and a disc, or of its centre and the edge of a hole."""
+    """The gap, in plan, of a ball and a disc, or of its centre and the edge of a hole.
 
-    def __init__(self, body: Body, piece: Round, choice: Choice) -> None:
+    `reach` [m]: how near to a disc's edge the ball's centre touches it.
+    """
+
+    def __init__(self, body: Body, piece: Round, choice: Choice, reach: arb) -> None:
         self.choice = choice
         self.piece = piece
         self.t = body.t
         self.curved = body.curved
-        self.reach = piece.radius if piece.takes_out else piece.radius + body.constants.radius
+        self.reach = piece.radius if piece.takes_out else piece.radius + reach
         self._body = body
 
     def vector(self, s: arb, order: int = 0) -> Direction:
@@ -200,10 +203,12 @@ def choice_at(i: int, piece: Straight | Round) -> Choice:
     return Choice(kind, i, piece.obstacle)
 
 
-def reach_to_cushion(problem: Problem, i: int) -> arb:
-    """Return how far from the line of a cushion ball i, on the cloth, touches it [m]."""
+def reach_to_nose(problem: Problem, i: int, piece: Straight | Round) -> arb:
+    """Return how far from a nose, or a post, ball i, on the cloth, touches it [m]."""
     radius = problem.balls[i].radius
-    return nose_reach(radius, problem.cushion_height) if problem.airborne else arb(radius)
+    if not problem.airborne or (isinstance(piece, Round) and piece.is_post):
+        return arb(radius)
+    return nose_reach(radius, problem.cushion_height)
 
 
 def over_nose(body: Body, piece: Straight) -> tuple[arb, arb]:

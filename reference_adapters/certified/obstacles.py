@@ -14,6 +14,7 @@ from typing import NamedTuple
 from flint import arb, fmpq
 
 from ghostball.model.scene import CUSHIONS, INWARD, Disc, Hole, Obstacle, Segment
+from ghostball.model.scene.obstacles import FIRST_POST
 from ghostball.model.scene.sides import Point
 from ghostball.reference_adapters.certified.arithmetic import Vector, exactly, length
 from ghostball.reference_adapters.certified.problem import Problem
@@ -80,6 +81,8 @@ class Round(NamedTuple):
 
     `obstacle`, `row`: as those of a `Straight`; of a hole the first is the pocket.
     `centre`, `radius` [m].
+    `inward`: of a hole, the unit vector along the pocket's axis, into the table.
+    `is_post`: whether it is taller than any ball flies.
     `doubles`: both in doubles.
     """
 
@@ -88,6 +91,8 @@ class Round(NamedTuple):
     centre: Vector
     radius: arb
     takes_out: bool
+    is_post: bool
+    inward: Vector
     doubles: tuple[float, float, float]
 
 
@@ -116,9 +121,17 @@ def obstacles_met(problem: Problem) -> list[Straight | Round]:
         else:
             takes_out = isinstance(one, Hole)
             index = one.pocket if isinstance(one, Hole) else one.obstacle
-            doubles_of_round = (*one.centre, one.radius)
             found.append(
-                Round(index, row, _exact(one.centre), arb(one.radius), takes_out, doubles_of_round)
+                Round(
+                    index,
+                    row,
+                    _exact(one.centre),
+                    arb(one.radius),
+                    takes_out,
+                    not takes_out and index >= FIRST_POST,
+                    _exact(one.inward or (0.0, 0.0)),
+                    (*one.centre, one.radius),
+                )
             )
     return found
 

@@ -38,9 +38,15 @@ from ghostball.reference_adapters.certified.obstacle_gaps import (
     StraightGap,
     choice_at,
     over_nose,
-    reach_to_cushion,
+    reach_to_nose,
 )
 from ghostball.reference_adapters.certified.obstacles import Round, Straight, obstacles_met
+from ghostball.reference_adapters.certified.over_obstacles import (
+    Nearness,
+    hole_below,
+    nearness,
+    past_hole,
+)
 from ghostball.reference_adapters.certified.problem import Problem
 
 TIE_BITS = 100
@@ -136,11 +142,12 @@ class Run:
         if body.resting:
             return
         if body.duration is not None:
-            choice = Choice(body.end_kind, i, -1)
-            s = body.duration
-            self._agenda.add(Candidate(choice, (body,), found=Meeting(s, body.t + s)))
+            self._predict_end(i, body, body.duration)
         high = self._window(body.end, body)
+        last = self._predict_holes(i, body) if isinstance(body, FlyingBody) else 0.0
         for piece in self._pieces:
+            if isinstance(body, FlyingBody) and not self._predict_over(i, body, piece, last):
+                continue
             gap = self._gap_to(i, piece)
             if self._contacts.touches_obstacle(i, piece.row):
                 found = meeting_again(gap, high, self.bits)
@@ -156,10 +163,46 @@ class Run:
     def _gap_to(self, i: int, piece: Straight | Round) -> ObstacleGap:
         body, choice = self.bodies[i], choice_at(i, piece)
         if isinstance(piece, Round):
-            return RoundGap(body, piece, choice)
+            return RoundGap(body, piece, choice, reach_to_nose(self._problem, i, piece))
         if isinstance(body, FlyingBody):
             return NoseGap(body, piece, self._problem.cushion_height, choice)
-        return StraightGap(body, piece, choice, reach_to_cushion(self._problem, i))
+        return StraightGap(body, piece, choice, reach_to_nose(self._problem, i, piece))
+
+    def _predict_end(self, i: int, body: Body, s: arb) -> None:
+        """Predict the end of ball i's phase, a time s after its instant [s]."""
+        choice, found = Choice(body.end_kind, i, -1), Meeting(s, body.t + s)
+        if isinstance(body, FlyingBody):
+            hole, is_known = hole_below(body, self._pieces)
+            if hole is not None:
+                choice = choice_at(i, hole)
+                found = found if is_known else Meeting(None, body.t)
+        self._agenda.add(Candidate(choice, (body,), found=found))
+
+    def _predict_holes(self, i: int, body: FlyingBody) -> float:
+        """Predict what holes do to ball i, in the air; return how long it flies at most [s]."""
+        assert body.duration is not None
+        last = float(body.duration)
+        for piece in self._pieces:
+            if isinstance(piece, Round) and piece.takes_out:
+                for choice, found in past_hole(i, body, piece):
+                    self._agenda.add(Candidate(choice, (body,), found=found))
+                    last = last if found.s is None else min(last, float(found.s))
+        return last
+
+    def _predict_over(self, i: int, body: FlyingBody, piece: Straight | Round, last: float) -> bool:
+        """Say that ball i, in the air, meets something as on the cloth, or as a line; else predict.
+
+        It flies for `last` seconds at most.
+        """
+        if isinstance(piece, Round) and (piece.takes_out or piece.is_post):
+            return piece.is_post
+        if isinstance(piece, Straight) and piece.extent is None:
+            return True
+        where = nearness(body, piece, last)
+        if where is Nearness.UNDECIDED:
+            found = Meeting(None, body.t)
+            self._agenda.add(Candidate(choice_at(i, piece), (body,), found=found))
+        return where is Nearness.IN_FRONT
 
     def _predict_leaving(self, body: FlyingBody, piece: Straight, choice: Choice) -> None:
         """Predict when a ball in the air flies over a cushion: its centre is above the nose."""

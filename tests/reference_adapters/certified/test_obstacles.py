@@ -10,7 +10,7 @@ from shots import ball, scene_of
 from side_pocket import SIDE_POCKET, into_side_pocket
 
 from ghostball.engine import simulate
-from ghostball.model import EventKind, Scene, Table, UnsupportedSceneError, partner_name
+from ghostball.model import EventKind, Scene, Table, partner_name
 from ghostball.reference_adapters.certified import Certificate, CertifiedSettings, certify
 from ghostball.reference_adapters.certified.arithmetic import working_precision
 from ghostball.reference_adapters.certified.obstacles import Round, obstacles_met
@@ -143,16 +143,3 @@ def test_our_engine_does_what_is_proved(kind: str, seed: int):
     scene = random_scene(seed, **{**PROVABLE, "table": kind})
     verdict = MatchesProof(least=0, cached=False)(simulate(scene, record="trajectory"))
     assert not verdict.faults
-
-
-def test_balls_that_may_fly_are_refused_beside_pockets():
-    scene = Scene.model_validate(
-        {
-            "name": "fly",
-            "table": "wpa-9ft",
-            "physics": {"motion": "sliding", "airborne": True},
-            "balls": [{"id": "a", "position": (0.5, 0.5)}],
-        }
-    )
-    with pytest.raises(UnsupportedSceneError, match="no pockets, polygons or posts where balls"):
-        certify(scene)

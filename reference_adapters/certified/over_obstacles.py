@@ -1,0 +1,138 @@
+"""A ball in the air over a table with pockets, or a polygon: which holes take it, what is near it.
+
+In plan it goes straight on, so that plain geometry says what it surely doesn't meet. Near a jaw, or
+the end of a nose, whose gap to a ball in the air is no polynomial, nothing is decided, and the
+proof ends where the ball takes off.
+"""
+
+from __future__ import annotations
+
+import enum
+import math
+from collections.abc import Iterator, Sequence
+
+from flint import arb
+
+from ghostball.model import EventKind
+from ghostball.model.scene.obstacles import FIRST_HOLE
+from ghostball.reference_adapters.certified.arithmetic import Vector, exactly
+from ghostball.reference_adapters.certified.certificate import Choice
+from ghostball.reference_adapters.certified.flight import FlyingBody
+from ghostball.reference_adapters.certified.meetings import Meeting
+from ghostball.reference_adapters.certified.obstacle_gaps import choice_at
+from ghostball.reference_adapters.certified.obstacles import Round, Straight
+
+HIGHEST_AT_BACK = 1.4
+"""How high a ball's centre may be at the far edge of a hole to fall into it, in radii: a rule of
+the model, and the same double as the engine's."""
+
+_MARGIN = 2.0**-20
+"""Part of a radius by which doubles have to say that a ball passes something: far more than they
+err, where its place is known well enough for doubles."""
+
+Point = tuple[float, float]
+
+
+class Nearness(enum.Enum):
+    """How a ball in the air is to something that has an end."""
+
+    FAR = enum.auto()  # they don't touch, and it doesn't pass over it
+    IN_FRONT = enum.auto()  # always in front of a face, which is a line then
+    UNDECIDED = enum.auto()
+
+
+def hole_below(body: FlyingBody, pieces: Sequence[Straight | Round]) -> tuple[Round | None, bool]:
+    """Return the hole that a ball lands in, or None; False beside it: that isn't decided."""
+    assert body.duration is not None
+    place = body.position_after(body.duration)
+    for piece in pieces:
+        if isinstance(piece, Round) and piece.takes_out:
+            gap = _square_from(piece, place) - piece.radius * piece.radius
+            if not gap > 0:
+                return piece, bool(gap < 0)
+    return None, True
+
+
+def past_hole(i: int, body: FlyingBody, hole: Round) -> Iterator[tuple[Choice, Meeting]]:
+    """Yield what happens to ball i at the far edge of a hole that it flies over, if anything."""
+    vx, vy = body.vx, body.vy
+    undecided = (choice_at(i, hole), Meeting(None, body.t))
+    dx, dy = body.x - hole.centre[0], body.y - hole.centre[1]
+    square, along = vx * vx + vy * vy, dx * vx + dy * vy
+    away = dx * vy - dy * vx
+    chord = square * hole.radius * hole.radius - away * away
+    if square.is_zero() or chord < 0:
+        return
+    if not (chord > 0 and square > 0):
+        yield undecided
+        return
+    s = (chord.sqrt() - along) / square
+    assert body.duration is not None
+    if s < 0 or s > body.duration:
+        return
+    height = body.vertical_after(s)[0] - exactly(HIGHEST_AT_BACK) * body.constants.radius
+    if not (s > 0 and s < body.duration and (height > 0 or height < 0)):
+        yield undecided
+        return
+    found = Meeting(s, body.t + s)
+    if height < 0:
+        yield choice_at(i, hole), found
+        return
+    x, y = body.position_after(s)
+    behind = (x - hole.centre[0]) * hole.inward[0] + (y - hole.centre[1]) * hole.inward[1]
+    if behind < 0:
+        yield Choice(EventKind.LEAVES_TABLE, i, FIRST_HOLE + hole.obstacle), found
+    elif not behind > 0:
+        yield undecided
+
+
+def nearness(body: FlyingBody, piece: Straight | Round, last: float) -> Nearness:
+    """Return how near to a face, a jaw, or an end of a nose a ball comes in `last` seconds."""
+    state = body.doubles
+    if not state.exact_enough:
+        return Nearness.UNDECIDED
+    start = (state.x, state.y)
+    end = (state.x + last * state.vx, state.y + last * state.vy)
+    radius = float(body.constants.radius)
+    margin = _MARGIN * (radius + state.place + last * state.speed)
+    if isinstance(piece, Round):
+        x, y, size = piece.doubles
+        is_far = _from_way((x, y), start, end) > size + radius + margin
+        return Nearness.FAR if is_far else Nearness.UNDECIDED
+    x, y, nx, ny, extent = piece.doubles
+    corner = (x + extent * ny, y - extent * nx)
+    if not _cross(start, end, (x, y), corner):
+        ends = (
+            (start, (x, y), corner),
+            (end, (x, y), corner),
+            ((x, y), start, end),
+            (corner, start, end),
+        )
+        if min(_from_way(*three) for three in ends) > radius + margin:
+            return Nearness.FAR
+    feet = [ny * (p[0] - x) - nx * (p[1] - y) for p in (start, end)]
+    in_front = min(feet) > margin and max(feet) < extent - margin
+    return Nearness.IN_FRONT if in_front else Nearness.UNDECIDED
+
+
+def _square_from(piece: Round, place: Vector) -> arb:
+    dx, dy = place[0] - piece.centre[0], place[1] - piece.centre[1]
+    return dx * dx + dy * dy
+
+
+def _from_way(point: Point, start: Point, end: Point) -> float:
+    """Return how far a point is from a straight way [m]."""
+    dx, dy = end[0] - start[0], end[1] - start[1]
+    rx, ry = point[0] - start[0], point[1] - start[1]
+    square = dx * dx + dy * dy
+    part = min(max((rx * dx + ry * dy) / square, 0.0), 1.0) if square > 0.0 else 0.0
+    return math.hypot(rx - part * dx, ry - part * dy)
+
+
+def _cross(a: Point, b: Point, c: Point, d: Point) -> bool:
+    """Whether two straight ways cross; by a hair, an end of one is near the other in any case."""
+
+    def side(p: Point, q: Point, r: Point) -> float:
+        return (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0])
+
+    return side(a, b, c) * side(a, b, d) < 0.0 and side(c, d, a) * side(c, d, b) < 0.0
