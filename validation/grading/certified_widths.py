@@ -64,10 +64,12 @@ class FlightGrowth:
 def width_sizes(certificate: Certificate) -> FloatArray:
     """Return how far rounding may displace each ball at the proof's end, over 2^-53: (n,) [m].
 
-    A ball that no event concerns isn't displaced; that of another is rounded itself, too.
+    A ball that rests, and that no event concerns, isn't displaced; that of another is rounded
+    itself, too.
     """
     moved = {event.a for event in certificate.events}
     moved |= {event.b for event in certificate.events if event.kind is EventKind.BALL_BALL}
+    moved |= {k for k, v in enumerate(certificate.velocities) if any(map(float, v))}
     sizes = np.zeros(len(certificate.positions))
     for k, place in enumerate(certificate.positions):
         widths = [_in_doubles(x, certificate) / UNIT_ROUNDOFF for x in place]

@@ -50,6 +50,17 @@ def test_a_ball_that_nothing_concerns_is_not_displaced() -> None:
     assert (sizes[[0, 2]] > 0.0).all()
 
 
+def test_the_place_of_a_ball_that_only_goes_straight_on_is_rounded() -> None:
+    ball = {"id": "a", "position": (0.1, 0.3), "velocity": (0.3, 0.1)}
+    physics = {"motion": "sliding", "airborne": True, "rolling_friction": 0.0}
+    scene = Scene.model_validate({"name": "on", "physics": physics, "balls": [ball], "t_max": 0.7})
+    proof = certify(scene, motion=True, cached=False)
+    assert not proof.events
+    found = grade(simulate(scene, record="trajectory"), proof)
+    assert found.quality_factor is not None
+    assert found.quality_factor < 4.0
+
+
 def test_flights_are_graded_within_the_widths_of_their_proofs() -> None:
     for name in FLIGHTS:
         scene = find_scene(name)

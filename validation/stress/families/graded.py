@@ -48,6 +48,7 @@ SHIPPED = (
     "flight-jump",
     "cue-jump",
     "flight-leaves",
+    "pocket-jump",
 )
 """The shipped scenes that are graded here: each law and way of moving, from one ball to breaks."""
 
@@ -126,9 +127,11 @@ def _trials(suite: Suite) -> Iterator[Trial]:
             f"shots-{first:04d}+{BATCH}", judge, first, BATCH, tuple(PROVABLE.items())
         )
     shaped = tuple({**PROVABLE, "table": ("polygon", "pockets", "posts")}.items())
+    over = (*shaped, ("flight", ("low", "jump", "drop", "on-top")))
     for first in range(0, BATCH if suite == "quick" else FULL_SHOTS // 4, BATCH):
         judge = MatchesProof(PROOF, least=0, cached=first < BATCH)
         yield ProvedScenes(f"shapes-{first:04d}+{BATCH}", judge, first, BATCH, shaped)
+        yield ProvedScenes(f"over-shapes-{first:04d}+{BATCH}", judge, first, BATCH, over)
 
 
 FAMILY = Family(
