@@ -214,11 +214,9 @@ class Family:
     `asks`: what an engine must do to survive, a sentence or two.
     `trials`: given the suite, yields the trials; those of "quick" are among those of "full", or are
         smaller ones of the same kind. Made anew at each call, always the same.
-    `ours_alone`: whether it is about our engine, and so is tried for our engine alone.
     """
 
     name: str
     title: str
     asks: str
     trials: Callable[[Suite], Iterable[Trial]]
-    ours_alone: bool = False

@@ -8,7 +8,7 @@ from ghostball.model import EventKind, ExactTrajectory, Phase, Result, Scene, St
 from ghostball.validation.grading.tolerances import EPS
 from ghostball.validation.stress.invariants import BOUNCE_SLOP, CONTACT_SLOP, gap_rounding
 from ghostball.validation.stress.judges import Invariants
-from ghostball.validation.stress.same.plays import played
+from same.plays import played
 
 MOST_PIECES = 4_000
 """Pieces of motion whose joints are looked at: some of them, evenly taken, where there are more."""
