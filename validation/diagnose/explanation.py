@@ -36,7 +36,7 @@ from ghostball.validation.grading.event_logs import (
 )
 from ghostball.validation.runs.playing import run_engine
 from ghostball.validation.runs.sampling import events_of
-from ghostball.validation.truth.known_shot import KnownShot, known_shot
+from ghostball.validation.truth.known_shot import KnownShot, farthest, known_shot
 
 FloatArray = NDArray[np.float64]
 
@@ -174,11 +174,7 @@ class Explanation:
 
     def distances(self, times: FloatArray) -> FloatArray:
         """Return the largest distance of a ball from where it should be, (k,) [m], at instants."""
-        own, true = (
-            one.sample(times).positions[..., :2] for one in (self.result, self.known.result)
-        )
-        farthest: FloatArray = np.max(np.linalg.norm(own - true, axis=2), axis=1)
-        return farthest
+        return farthest(self.result, self.known.result, times)
 
     def to_dict(self) -> dict[str, Any]:
         """Return everything as plain values, the object that `explain --format json` prints."""

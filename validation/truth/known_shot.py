@@ -69,6 +69,16 @@ class KnownShot:
         return centres
 
 
+def farthest(one: Result, other: Result, times: FloatArray) -> FloatArray:
+    """Return the largest distance of a ball between two runs in the plane, (k,) [m], at instants.
+
+    `times` (k,) float64 [s].
+    """
+    a, b = (run.sample(times).positions[..., :2] for run in (one, other))
+    found: FloatArray = np.max(np.linalg.norm(a - b, axis=2), axis=1)
+    return found
+
+
 def known_shot(scene: Scene) -> KnownShot:
     """Return the best known motion of a scene.
 
