@@ -11,10 +11,10 @@ from textwrap import shorten
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.pictures.shots import our_shot
 from ghostball.model import SampledTrajectory
+from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.paper.rotation import turned_by_frames
 from ghostball.reports import style
 from ghostball.reports.accuracy import accuracy_text
@@ -26,7 +26,6 @@ from ghostball.validation.results.store import Motion, Results
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-FloatArray = NDArray[np.float64]
 
 TURNING = ("wall-bounce", "masse")
 SLIPPING = "sliding-swerve"

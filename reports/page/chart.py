@@ -12,12 +12,11 @@ from typing import Literal
 
 import numpy as np
 from markupsafe import Markup
-from numpy.typing import NDArray
 
+from ghostball.model.arrays import FloatArray
 from ghostball.reports import style
 from ghostball.reports.page.rendering import render
 
-FloatArray = NDArray[np.float64]
 Scale = Literal["linear", "log"]
 
 WIDTH, HEIGHT = 560.0, 250.0

@@ -14,9 +14,9 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ghostball.model import CUSHIONS, POCKETS, EventKind, Events, Scene, Table
+from ghostball.model.arrays import FloatArray
 from ghostball.reports.accuracy import accuracy_text
 from ghostball.reports.figures._table import view_of
 from ghostball.reports.page.replay_tracks import (
@@ -28,8 +28,6 @@ from ghostball.reports.page.replay_tracks import (
 )
 from ghostball.reports.shots import Run, Shot
 from ghostball.validation.results.records import Motion
-
-FloatArray = NDArray[np.float64]
 
 SCHEMA: Final = 2
 """Version of the data; the script refuses another one."""

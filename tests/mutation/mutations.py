@@ -458,7 +458,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "        for times in _chunks(",
         "        return 0.1\n        for times in _chunks(",
         "Every shot is said to be predictable for a tenth of a second.",
-        "extremes/speed-sliding-1e+04",
+        "pockets/rattle-1.18500",
     ),
     Mutation(
         "capture height * 1000",

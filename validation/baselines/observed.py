@@ -7,9 +7,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ghostball.model import Events, GhostballError, Result
+from ghostball.model.arrays import FloatArray
 from ghostball.model.hashes import bits_hash, sequence_hash
 from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.checks.metrics import Value
@@ -21,8 +21,6 @@ from ghostball.validation.results.records import (
     status_name,
 )
 from ghostball.validation.runs.sampling import events_of
-
-FloatArray = NDArray[np.float64]
 
 UNJUDGED = ("wall_time", "accuracy")
 """Metrics that no baseline holds: the time is the machine's, and a class is made of the errors."""

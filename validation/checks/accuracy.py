@@ -15,9 +15,9 @@ from collections.abc import Mapping
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ghostball.model import Result
+from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.base import Resolution
 from ghostball.validation.checks.energy_gain import largest_gain
 from ghostball.validation.checks.metrics import EPSILON, ball_errors
@@ -34,8 +34,6 @@ from ghostball.validation.runs.sampling import (
     largest_overlap,
 )
 from ghostball.validation.truth.scene_truth import Truth
-
-FloatArray = NDArray[np.float64]
 
 UP_TO: Final[Mapping[AccuracyKind, float]] = {
     "nanometres": 1e-6,

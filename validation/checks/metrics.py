@@ -12,9 +12,9 @@ from functools import lru_cache, partial
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ghostball.model import COLLISION_KINDS, EventKind, ExactTrajectory, Result, Scene
+from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.base import Resolution
 from ghostball.validation.checks.energy_gain import largest_gain
 from ghostball.validation.checks.metric_table import METRICS
@@ -25,7 +25,6 @@ from ghostball.validation.results.records import ACCURACY_KINDS, Accuracy
 from ghostball.validation.runs.sampling import energy_at, energy_series, events_of, largest_overlap
 from ghostball.validation.truth.scene_truth import Truth, TruthPart
 
-FloatArray = NDArray[np.float64]
 Value = int | float | None
 Compute = Callable[[Result, Truth], int | float]
 

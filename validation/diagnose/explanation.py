@@ -7,7 +7,6 @@ from dataclasses import asdict, dataclass
 from typing import Any, Final, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ghostball.model import (
     OBSTACLE_KINDS,
@@ -18,6 +17,7 @@ from ghostball.model import (
     Status,
     partner_name,
 )
+from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters import ReferenceEngine
 from ghostball.validation.diagnose.attribution import Attribution, attribute
 from ghostball.validation.diagnose.near_misses import (
@@ -37,8 +37,6 @@ from ghostball.validation.grading.event_logs import (
 from ghostball.validation.runs.playing import run_engine
 from ghostball.validation.runs.sampling import events_of
 from ghostball.validation.truth.known_shot import KnownShot, farthest, known_shot
-
-FloatArray = NDArray[np.float64]
 
 SCHEMA: Final = 5
 """Version of `Explanation.to_dict`."""

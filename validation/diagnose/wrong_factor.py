@@ -22,13 +22,11 @@ from fractions import Fraction
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ghostball.model import Ball, GhostballError, Result, Scene
+from ghostball.model.arrays import FloatArray
 from ghostball.validation.runs.our_run import run_ours
 from ghostball.validation.truth.known_shot import KnownShot, farthest
-
-FloatArray = NDArray[np.float64]
 
 COEFFICIENTS: Final = (
     "rolling_friction",

@@ -22,9 +22,8 @@ from ghostball.model import (
     Scene,
     energy_of,
 )
+from ghostball.model.arrays import FloatArray
 from ghostball.validation.results.records import Motion
-
-FloatArray = NDArray[np.float64]
 
 UNIFORM_TIMES = 401
 """Times of the stored motion's uniform grid: more than a figure's width resolves."""

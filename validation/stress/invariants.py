@@ -27,14 +27,13 @@ from ghostball.model import (
     Status,
     energy_of,
 )
+from ghostball.model.arrays import FloatArray
 from ghostball.model.scene.obstacles import gap_to
 from ghostball.validation.checks.criteria import common_criteria
 from ghostball.validation.checks.energy_gain import largest_rise
 from ghostball.validation.grading.tolerances import EPS
 from ghostball.validation.runs.sampling import times_gone
 from ghostball.validation.runs.steps import STEP_SETTINGS
-
-FloatArray = NDArray[np.float64]
 
 Measured = dict[str, tuple[float, float]]
 """What is measured of a run: by its name, its value and the most that it may be."""

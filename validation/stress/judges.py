@@ -11,10 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ghostball.model import Result, Samples, Scene
+from ghostball.model.arrays import FloatArray
 from ghostball.validation.grading.tolerances import EPS
 from ghostball.validation.stress.invariants import (
     MOST_DISTANCES,
-    FloatArray,
     Measured,
     faults_in,
     instants,

@@ -13,14 +13,12 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ghostball.model.arrays import FloatArray
 from ghostball.validation.checks.verdict import is_unfinished
 from ghostball.validation.results.records import CaseRecord
 from ghostball.validation.results.store import Results
 from ghostball.validation.truth.scene_truth import OUR_NAME
-
-FloatArray = NDArray[np.float64]
 
 DIFFERS: Final = 4.0
 """Standard errors between two means from which on they differ: one in 16 000 does by chance."""

@@ -10,17 +10,15 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ghostball.model import GhostballError, Result, Scene
+from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.certified import CertifiedSettings
 from ghostball.reference_adapters.certified.engine import result_of
 from ghostball.validation.runs.our_run import run_ours
 from ghostball.validation.truth.closed_forms import closed_form
 from ghostball.validation.truth.proof import proof_of
 from ghostball.validation.truth.scene_truth import truth_of
-
-FloatArray = NDArray[np.float64]
 
 KnownBy = Literal["certified", "closed form", "our engine"]
 """Who vouches for a motion; a closed form vouches for its end, the rest is our engine's."""

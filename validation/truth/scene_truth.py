@@ -16,7 +16,6 @@ from typing import Any, Literal, get_args
 
 import mpmath
 import numpy as np
-from numpy.typing import NDArray
 
 from ghostball.model import (
     EventKind,
@@ -26,6 +25,7 @@ from ghostball.model import (
     UnsupportedSceneError,
     partner_index,
 )
+from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.base import Resolution, stated_error
 from ghostball.reference_adapters.certified import Certificate, CertifiedSettings
 from ghostball.reference_adapters.certified.engine import result_of
@@ -46,8 +46,6 @@ from ghostball.validation.runs.sampling import (
 )
 from ghostball.validation.truth.closed_forms import DIGITS, ClosedForm, closed_form, has_closed_form
 from ghostball.validation.truth.proof import proof_of, refused_features
-
-FloatArray = NDArray[np.float64]
 
 TruthPart = Literal["rest", "time", "events", "energy", "conditioning", "proof"]
 """What a metric may be measured against; "proof" is what is proved, be it of a part of the shot."""

@@ -22,13 +22,13 @@ from ghostball.model import (
     Table,
     UnsupportedSceneError,
 )
+from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters import ReferenceEngine
 from ghostball.reference_adapters.base import resolution_of
 from ghostball.reference_adapters.registry import OURS
 from ghostball.validation.grading.tolerances import EPS
 from ghostball.validation.stress.gas import (
     ICE,
-    FloatArray,
     begun_at_end,
     collision_rate,
     gas,
