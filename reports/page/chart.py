@@ -39,7 +39,6 @@ class Series:
     `dash`: as SVG's `stroke-dasharray`; "" is a whole line.
     `broad`: whether it lies beneath the others as a broad band.
     `marker`: sign at each point; "" draws none.
-    `line`: whether the points are joined.
     `titles`: what is said of each point; none, or one for each.
     """
 

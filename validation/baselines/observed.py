@@ -38,7 +38,6 @@ class Observed:
 
     `scene`, `title`, `scene_hash`: name and title of the scene, and the hash of its definition.
     `truth`: what its metrics were measured against, as `CaseRecord.truth`; None where they weren't.
-    `status`: how the run ended.
     `rest_time` [s].
     `rest_positions` (n, 3) float64 [m].
     `events`, a structured array (`EVENT_DTYPE`): all of them, or the first ones, of a baseline of a

@@ -84,7 +84,6 @@ class StressOutcome:
     `interrupted`: by Ctrl-C: what was found is kept, and a next run continues from there.
     `wall_time` [s]: of this run, from its start to its last finding; kernels that had to be
         compiled included.
-    `jobs`: processes in which it ran.
     """
 
     folder: StressFolder

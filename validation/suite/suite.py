@@ -64,7 +64,6 @@ class Counts:
 class Outcome:
     """What a run came to.
 
-    `folder`: where the results are.
     `cases`: those that are done: those reused, then the others in order of completion.
     `planned`: how many there would have been.
     `interrupted`: whether the run was cut short by Ctrl-C; the folder then holds what was done.
