@@ -47,6 +47,7 @@ def meet(result):
     return bool(np.any(result.events["kind"] == EventKind.BALL_BALL))
 
 
+@pytest.mark.compiled
 @pytest.mark.parametrize("turn", [0.0, 0.3, 0.7, 2.0])
 @pytest.mark.parametrize("depth", [sign * 10.0**-k for k in range(1, 10) for sign in (1.0, -1.0)])
 def test_a_jump_clears_a_ball_or_clips_its_top(depth, turn):
@@ -55,6 +56,7 @@ def test_a_jump_clears_a_ball_or_clips_its_top(depth, turn):
     assert meet(result) == (depth > 0.0)
 
 
+@pytest.mark.compiled
 @pytest.mark.parametrize("drop", [0.1, 1e-3, 1e-7])
 @pytest.mark.parametrize("restitution", [0.0, 0.95, 1.0])
 @pytest.mark.parametrize("aside", [0.0, 1e-13, 1e-6, 0.5, 1.5])

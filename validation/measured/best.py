@@ -11,7 +11,7 @@ import numpy as np
 from ghostball.model import Physics
 from ghostball.model.features import Capabilities, Feature, has_feature
 from ghostball.model.impact_laws import CUSHION_LAWS
-from ghostball.validation.measured.facts import Row, facts_of
+from ghostball.validation.measured.facts import facts_of
 
 _OURS = "ghostball"
 
@@ -41,7 +41,7 @@ def best_cloth(facts: str, capabilities: Capabilities) -> dict[str, float]:
     rows = facts_of(facts).rows
     weights = np.array([1.0 / (row.error or 1.0) for row in rows])  # all alike without errors
     grows = has_feature(capabilities, Feature.QUADRATIC_ROLLING)
-    columns = [np.ones(len(rows))] + [np.array([place_of(row) ** 2 for row in rows])] * grows
+    columns = [np.ones(len(rows))] + [np.array([row.place**2 for row in rows])] * grows
     scaled = np.column_stack(columns) * weights[:, None]
     best = np.linalg.lstsq(scaled, np.array([row.value for row in rows]) * weights, rcond=None)[0]
     gravity = Physics().gravity
@@ -49,12 +49,3 @@ def best_cloth(facts: str, capabilities: Capabilities) -> dict[str, float]:
         "rolling_friction": float(best[0]) / gravity,
         "rolling_friction_quadratic": float(best[1]) if grows else 0.0,
     }
-
-
-def place_of(row: Row) -> float:
-    """Return where a row is: on average, or else in the middle."""
-    if row.at is not None:
-        return row.at
-    assert row.low is not None
-    assert row.high is not None
-    return (row.low + row.high) / 2.0

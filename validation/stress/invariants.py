@@ -32,7 +32,7 @@ from ghostball.model.scene.obstacles import gap_to
 from ghostball.validation.checks.criteria import common_criteria
 from ghostball.validation.checks.energy_gain import largest_rise
 from ghostball.validation.grading.tolerances import EPS
-from ghostball.validation.runs.sampling import times_gone
+from ghostball.validation.runs.sampling import overlaps_of_balls, times_gone
 from ghostball.validation.runs.steps import STEP_SETTINGS
 
 Measured = dict[str, tuple[float, float]]
@@ -54,6 +54,10 @@ at each of two instants."""
 
 MOST_STEPS = 64
 """Contact steps that may err the same way: more than a contact takes from its start to its end."""
+
+BETWEEN = 3
+"""Instants from each event to the next at which a run is looked at, beside those of the events; and,
+in exact motion, beside those at which a ball's motion changes, and just before."""
 
 MOST_DISTANCES = 4_000_000
 """Distances of two balls that are computed in one run: of more instants, some are left out."""
@@ -119,12 +123,9 @@ def _depths_in_space(result: Result, times: FloatArray, states: Samples) -> Meas
     rounding = gap_rounding(scene, places)
     limit = rounding + BOUNCE_SLOP * 2.0 * float(radii.max())
     found = {"depth in the table [m]": (float((radii - places[:, :, 2]).max()), rounding)}
-    first, second = np.triu_indices(len(radii), 1)
-    if len(first):
-        between = np.linalg.norm(places[:, first] - places[:, second], axis=2)
-        depth = radii[first] + radii[second] - between
-        depth = np.where(here[:, first] & here[:, second], depth, -1.0)
-        found["overlap of balls [m]"] = (float(depth.max()), limit)
+    if len(radii) > 1:
+        deepest = float(overlaps_of_balls(scene, places, here).max())
+        found["overlap of balls [m]"] = (max(deepest, -1.0), limit)
     if scene.table is not None and scene.table.cushions:
         x, y = places[:, :, 0], places[:, :, 1]
         above = places[:, :, 2] - scene.physics.cushion_height
@@ -153,14 +154,8 @@ def overlaps(
     """
     radii = scene.radii
     deepest = np.full((len(positions), 2), -np.inf)
-    first, second = np.triu_indices(len(radii), 1)
+    deepest[:, 0] = overlaps_of_balls(scene, positions, here)
     x, y = positions[:, :, 0], positions[:, :, 1]
-    if len(first):
-        dx, dy = x[:, first] - x[:, second], y[:, first] - y[:, second]
-        depths = radii[first] + radii[second] - np.sqrt(dx * dx + dy * dy)
-        if here is not None:
-            depths = np.where(here[:, first] & here[:, second], depths, -np.inf)
-        deepest[:, 0] = np.max(depths, axis=1)
     if scene.table is not None:
         for side in scene.table.sides:
             beyond = radii - side.distance(x, y)
@@ -172,12 +167,10 @@ def overlaps(
     return deepest
 
 
-def instants(result: Result, between: int = 3, most: int = MOST_DISTANCES) -> FloatArray:
+def instants(result: Result, most: int = MOST_DISTANCES) -> FloatArray:
     """Return the instants at which a run is looked at, (k,) [s], sorted.
 
     `result`: recorded with "events" or "trajectory".
-    `between`: instants from each event to the next, beside those of the events themselves; and, in
-        exact motion, beside those at which a ball's motion changes, and just before.
     `most`: of instants: where there are more, or more than `MOST_DISTANCES` allows, some of them,
         evenly taken, and the end.
 
@@ -189,7 +182,7 @@ def instants(result: Result, between: int = 3, most: int = MOST_DISTANCES) -> Fl
     else:
         assert result.events is not None
         marks = np.unique(np.concatenate(([0.0], result.events["t"], [result.rest_time])))
-        parts = np.arange(between + 1) / (between + 1)
+        parts = np.arange(BETWEEN + 1) / (BETWEEN + 1)
         inner = marks[:-1, np.newaxis] + np.diff(marks)[:, np.newaxis] * parts
         times = np.append(inner.ravel(), marks[-1])
     if isinstance(result.trajectory, ExactTrajectory):

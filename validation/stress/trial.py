@@ -80,9 +80,7 @@ class Verdict:
         return cls(found, scene, near, 1, bool(found), values or {})
 
     @classmethod
-    def of_all(
-        cls, verdicts: Sequence[Verdict], values: Mapping[str, Any] | None = None
-    ) -> Verdict:
+    def of_all(cls, verdicts: Sequence[Verdict]) -> Verdict:
         """Return the verdict on several shots: the worst one's scene and values stand for them."""
         worst = max(verdicts, key=lambda one: (one.broken, one.severity))
         faults = tuple(
@@ -92,8 +90,7 @@ class Verdict:
             for fault in one.faults
         )
         broken = sum(one.broken for one in verdicts)
-        shown = worst.values if values is None else values
-        return cls(faults, worst.scene, worst.severity, len(verdicts), broken, shown)
+        return cls(faults, worst.scene, worst.severity, len(verdicts), broken, worst.values)
 
     def joined(self, other: Verdict) -> Verdict:
         """Return the verdict of this judge and of another one on the same shot."""
