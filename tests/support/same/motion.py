@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
+from in_space import BOUNCE_SLOP, faults_in_space
 
 from ghostball.model import EventKind, ExactTrajectory, Phase, Result, Scene, Status
 from ghostball.validation.grading.tolerances import EPS
-from ghostball.validation.stress.invariants import BOUNCE_SLOP, CONTACT_SLOP, gap_rounding
+from ghostball.validation.stress.invariants import CONTACT_SLOP, gap_rounding
 from ghostball.validation.stress.judges import Invariants
 from same.plays import played
 
@@ -62,7 +63,10 @@ def sampled(scene: Scene) -> str | None:
 
 def invariants(scene: Scene) -> str | None:
     """Return what no shot may do: overlaps, a rise of the energy, contacts left unsolved."""
-    return "; ".join(Invariants(random=True)(played(scene)).faults) or None
+    result = played(scene)
+    if scene.physics.airborne:
+        return "; ".join(faults_in_space(result)) or None
+    return "; ".join(Invariants(random=True)(result).faults) or None
 
 
 def _gap_at_events(result: Result) -> str | None:
