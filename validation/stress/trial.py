@@ -51,7 +51,7 @@ class Verdict:
         case. From 1 on where it broke.
     `shots`: how many shots were judged.
     `broken`: how many of them broke.
-    `values`: numbers that figures and tables are made of; plain values, as JSON has them.
+    `values`: what was measured; plain values, as JSON has them.
     """
 
     faults: tuple[str, ...] = ()
