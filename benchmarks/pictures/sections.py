@@ -70,7 +70,8 @@ def draw_turning(results: Results) -> Figure:
         axes.set_title(f"{shot.scene.name}: its first ball, off our quaternion", fontsize=9)
         axes.grid(visible=True)
     panels[0].set_ylabel("turned off by [rad]")
-    panels[0].legend(fontsize=7.0, loc="center right")
+    # There is room where the first ball of a massé is off by little, and all are in both panels.
+    panels[1].legend(*panels[0].get_legend_handles_labels(), fontsize=6.5, loc=(0.55, 0.05))
     return figure
 
 

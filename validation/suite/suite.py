@@ -49,7 +49,6 @@ class Counts:
     """
 
     ran: int = 0
-    not_representable: int = 0
     unavailable: int = 0
     failed: int = 0
     unfinished: int = 0
@@ -83,7 +82,6 @@ class Outcome:
         verdicts = [check.passed for case in self.cases for check in case.checks]
         return Counts(
             ran=outcomes.count("ran"),
-            not_representable=outcomes.count("not-representable"),
             unavailable=outcomes.count("unavailable"),
             failed=outcomes.count("failed"),
             unfinished=sum(is_unfinished(case) for case in self.cases),
