@@ -11,9 +11,8 @@ import numpy as np
 from ghostball.model import Physics
 from ghostball.model.features import Capabilities, Feature, has_feature
 from ghostball.model.impact_laws import CUSHION_LAWS
+from ghostball.reference_adapters.registry import OURS
 from ghostball.validation.measured.facts import facts_of
-
-_OURS = "ghostball"
 
 
 def best_cushion(facts: str, engine: str, capabilities: Capabilities) -> dict[str, Any] | None:
@@ -24,7 +23,7 @@ def best_cushion(facts: str, engine: str, capabilities: Capabilities) -> dict[st
     text = (files("ghostball.validation.measured") / "best.toml").read_text(encoding="utf-8")
     known = [one for one in tomllib.loads(text)["best"] if one["facts"] == facts]
     mine = [one for one in known if one["engine"] == engine]
-    for one in mine or [one for one in known if one["engine"] == _OURS]:
+    for one in mine or [one for one in known if one["engine"] == OURS]:
         law = next(law for law in CUSHION_LAWS if law.name == one["cushion"])
         falls = one["cushion_restitution_loss"] > 0.0
         needed = [Feature[law.feature or ""]] + [Feature.FALLING_RESTITUTION] * falls

@@ -14,12 +14,12 @@ from ghostball.cli.shared.options import Format, Plain
 from ghostball.cli.shared.terminal import say
 from ghostball.model import GhostballError
 from ghostball.reference_adapters import make_engine
+from ghostball.reference_adapters.registry import OURS
 from ghostball.validation.baselines.gate import source_of
 from ghostball.validation.baselines.revision import checked_out, repository, resolve
 from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.results.store import Results
 from ghostball.validation.scenes.library import select
-from ghostball.validation.truth.scene_truth import OUR_NAME
 
 JUDGED = (
     ExitStatus.PASSED,
@@ -53,7 +53,7 @@ def run_both(
 ) -> ExitStatus:
     """Validate at both revisions, print what differs, and return the exit status of that."""
     config = load_config()
-    labels = tuple(dict.fromkeys(engine or config.engines or (OUR_NAME,)))
+    labels = tuple(dict.fromkeys(engine or config.engines or (OURS,)))
     for label in labels:
         make_engine(label)
     names = scenes or config.scenes
