@@ -96,19 +96,14 @@ class Observed:
         )
 
     @classmethod
-    def of_result(
-        cls,
-        result: Result,
-        metrics: Mapping[str, Value] | None = None,
-        truth: str | None = None,
-    ) -> Observed:
-        """Return what a run says of it, recorded with its events at least."""
+    def of_result(cls, result: Result) -> Observed:
+        """Return what a run that isn't measured says of it, recorded with its events at least."""
         scene, events = result.scene, events_of(result)
         return cls(
             scene.name,
             scene.title,
             scene_hash(scene),
-            truth,
+            None,
             status_name(result.status),
             float(result.rest_time),
             result.rest_positions,
@@ -116,7 +111,7 @@ class Observed:
             len(events),
             bits_hash(events, result.rest_positions),
             sequence_hash(events),
-            judged(metrics or {}, truth),
+            {},
             {name: int(count) for name, count in result.work.items()},
             tuple(ball.id for ball in scene.balls),
         )

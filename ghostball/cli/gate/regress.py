@@ -112,21 +112,21 @@ def run(
     time_limit: float,
 ) -> ExitStatus:
     """Compare, print what changed, and return the exit status; see the options of the command."""
-    if against is not None:
-        if fail_on is not None:
-            raise typer.BadParameter(
-                "judges a comparison with baselines, and --against makes none: it fails where an "
-                "engine is less right by a class. Leave out one of both",
-                param_hint="--fail-on",
-            )
-        return run_both(scenes, engine, against, out, jobs, form, rerun, time_limit)
+    if against is not None and fail_on is not None:
+        raise typer.BadParameter(
+            "judges a comparison with baselines, and --against makes none: it fails where an "
+            "engine is less right by a class. Leave out one of both",
+            param_hint="--fail-on",
+        )
     started, config = time.perf_counter(), load_config()
+    labels = labels_of(engine or (), config)
+    if against is not None:
+        return run_both(scenes, labels, against, out, jobs, form, rerun, time_limit)
     place = config.out if out is None else out
     policy: FailOn = config.fail_on if fail_on is None else fail_on.value
     kept_in = config.baselines if baselines is None else baselines
     names = scenes or config.scenes
     chosen, criteria = select(names), criteria_beside_paths(names)
-    labels = labels_of(engine or (), config)
     if not (engine or config.engines):
         say(
             f"No engine is named, so `{OURS}` itself is compared, in {len(chosen)} scenes. "
