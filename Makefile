@@ -97,8 +97,7 @@ test-slow: kernels  ## the tests that take long
 # and shots have the bits of their baselines (`test_shot.py`). Each file's tests share what they load.
 test-nojit: $(READY)  ## tests that run every line of the kernels, without compilation
 	export NUMBA_DISABLE_JIT=1; $(call with_coverage,interpreted) \
-		--dist loadfile -m "not slow and not compiled" tests/model tests/engine \
-		tests/validation/stress/test_same.py::test_a_few_come_out_the_same_without_compilation
+		--dist loadfile -m "not slow and not compiled" tests/model tests/engine
 
 coverage: COVERAGE := 1
 

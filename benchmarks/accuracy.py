@@ -167,10 +167,8 @@ def measure_accuracy(
 ) -> AccuracyMeasurement:
     """Simulate, prove and grade random shots.
 
-    `shots`: how many.
     `first`: the number of the first one; see `shot_of`.
     `jobs`: processes; 1 runs everything in this one.
-    `progress`: called with how many shots are done.
     """
     numbers = range(first, first + shots)
     compile_kernels((shot_of(number) for number in numbers[:_VARIED]), jobs)

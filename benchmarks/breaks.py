@@ -7,7 +7,6 @@ from functools import partial
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from rich.console import RenderableType
 
 from benchmarks.measurements import Measurement, table_of
@@ -24,6 +23,7 @@ from benchmarks.scenes import (
 from ghostball.engine import simulate_starts
 from ghostball.engine.batch import STATUSES, workers_of
 from ghostball.model import POOL_BALL_RADIUS, Status
+from ghostball.model.arrays import FloatArray
 from ghostball.reports.style import format_time
 from ghostball.validation.parallel.pool import Progress
 
@@ -32,8 +32,6 @@ BREAKS = 1_000_000
 
 AT_ONCE = 20_000
 """Breaks that are drawn and played at a time."""
-
-FloatArray = NDArray[np.float64]
 
 
 class BreaksMeasurement(Measurement):

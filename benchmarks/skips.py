@@ -111,9 +111,6 @@ def measure_skips(
     """Run every scene with each skip off and on that it uses and that can be off, interleaved.
 
     And compare the answers.
-
-    `rounds`: how often each is timed.
-    `progress`: called after each scene.
     """
     rows: list[SkipRow] = []
     unused: dict[str, dict[str, str]] = {}

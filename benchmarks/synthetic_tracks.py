@@ -9,7 +9,8 @@ import numpy as np
 
 from ghostball.engine import simulate
 from ghostball.model import Ball, Physics, Scene, Table
-from ghostball.validation.measured.tracks import FloatArray, Shots, Surface, Track, tracks_of
+from ghostball.model.arrays import FloatArray
+from ghostball.validation.measured.tracks import Shots, Surface, Track, tracks_of
 
 POOL = Surface(2.54, 1.27, 0.028575)
 """A table of nine feet."""

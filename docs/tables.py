@@ -35,7 +35,7 @@ from ghostball.validation.board.board import Board
 from ghostball.validation.board.column import FAULTS
 from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.measured.banks import through_points
-from ghostball.validation.measured.best import best_cloth, best_cushion, place_of
+from ghostball.validation.measured.best import best_cloth, best_cushion
 from ghostball.validation.measured.cloth_families import deceleration
 from ghostball.validation.measured.facts import Row, facts_of
 from ghostball.validation.measured.oblique_hits import oblique_hit, throw_angle
@@ -183,8 +183,7 @@ def pool_rolling() -> str:
     rows = []
     for row in facts.rows:
         found = [
-            deceleration(_PLAY, pool.model_copy(update=cloth), place_of(row))
-            for cloth in ({}, nearest)
+            deceleration(_PLAY, pool.model_copy(update=cloth), row.place) for cloth in ({}, nearest)
         ]
         rows.append(
             (f"{row.low:g} to {row.high:g} m/s", _plus_minus(row, 3), *_errors_off(row, found, 3))
@@ -202,7 +201,7 @@ def snooker_rebounds() -> str:
         for name in engines
     ]
     presets = [Physics(preset="snooker", **changes) for changes in ({}, *best)]
-    columns = [[square_rebound(_PLAY, one, place_of(row)) for row in measured] for one in presets]
+    columns = [[square_rebound(_PLAY, one, row.place) for row in measured] for one in presets]
     rows = [
         (
             f"{row.at:g} m/s",
@@ -226,7 +225,7 @@ def hits() -> str:
     """Return what the preset `snooker` makes of five oblique hits."""
     rows = []
     for row in facts_of("hits-snooker").rows:
-        speed, cut = row.given["speed"], place_of(row)
+        speed, cut = row.given["speed"], row.place
         hit = oblique_hit(_PLAY, Physics(preset="snooker"), speed, cut)
         pairs = (
             (row.value, hit.cue_speed, 3),
@@ -243,7 +242,7 @@ def banks() -> str:
     """Return slid banks: five tables, the preset `pool`, and what speed makes of it."""
     best = best_cushion("banks-pool", "ghostball", make_engine("ghostball").capabilities) or {}
     rows = facts_of("banks-pool").rows
-    through = partial(through_points, _PLAY, aims=[place_of(row) for row in rows])
+    through = partial(through_points, _PLAY, aims=[row.place for row in rows])
     pool = Physics(preset="pool")
     columns = [through(pool), through(pool, speed=3.0), through(pool, speed=7.0)]
     columns.append(through(Physics(preset="pool", **best)))
@@ -266,10 +265,10 @@ def throws() -> str:
     rows = []
     for row in facts_of("throw-pool").rows:
         for cut, value in ((30.0, row.value), (45.0, row.also["at_45_degrees"])):
-            played = throw_angle(_PLAY, Physics(preset="pool"), place_of(row), cut)
+            played = throw_angle(_PLAY, Physics(preset="pool"), row.place, cut)
             sticks = math.degrees(math.atan(math.tan(math.radians(cut)) / 7.0))
             cells = (f"{one:.1f}°" for one in (value, played, sticks))
-            rows.append((f"{place_of(row):g} m/s, {cut:g}°", *cells))
+            rows.append((f"{row.place:g} m/s, {cut:g}°", *cells))
     return _table(("speed, cut", "measured", "`pool`", "no friction throws farther"), rows)
 
 

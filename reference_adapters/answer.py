@@ -24,10 +24,9 @@ from ghostball.model import (
     Status,
     rolling_angular_velocity,
 )
+from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.base import EngineError
 from ghostball.reference_adapters.elsewhere import STATUSES, RunEvent, event_row
-
-FloatArray = NDArray[np.float64]
 
 _NEEDED = ("rest_positions", "events", "samples")
 _KNOWN = (*_NEEDED, "rest_time", "status", "reason", "wall_time", "scene")

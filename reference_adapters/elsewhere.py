@@ -33,7 +33,6 @@ from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from pydantic_core import from_json
 
@@ -59,7 +58,6 @@ from ghostball.reference_adapters.base import (
     ReferenceEngine,
 )
 
-FloatArray = NDArray[np.float64]
 Triple = tuple[float, float, float]
 Plain = str | float | int | bool | None
 

@@ -8,7 +8,6 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ghostball.model import (
     COLLISION_KINDS,
@@ -22,8 +21,7 @@ from ghostball.model import (
     Status,
     rolling_angular_velocity,
 )
-
-FloatArray = NDArray[np.float64]
+from ghostball.model.arrays import FloatArray
 
 FRAME_INTERVAL = 0.002
 """Shortest time between two recorded frames [s], except at events.

@@ -56,11 +56,6 @@ class ResultRefusedError(Exception):
 def check_result(result: Result, scene: Scene, engine: str, record: Record = "trajectory") -> None:
     """Make sure that a result is one of this scene on this engine, and all of it can be measured.
 
-    `result`: what the engine returned.
-    `scene`: what it was asked to run.
-    `engine`: its name.
-    `record`: what it was asked to keep.
-
     Raises `ResultRefusedError` where a field has another type or shape than `Result` says, names
     another engine or scene, counts what can't be counted, or has events that can't have happened. A
     run that says itself that it failed may end anywhere, also at no finite number.

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ghostball.model import COLLISION_KINDS
+from ghostball.model.arrays import FloatArray
 from ghostball.reports.shots import Run, Shot
 from ghostball.validation.results.store import Motion
-
-FloatArray = NDArray[np.float64]
 
 ERROR_FLOOR = 1e-5
 """Smallest distance drawn [m].

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ghostball.model import EventKind, Result
+from ghostball.model.arrays import FloatArray
 from ghostball.reports import style
 from ghostball.reports.figures._table import View, aspect_of, draw_ball, draw_table, view_of
 from ghostball.reports.plot import write_picture
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-FloatArray = NDArray[np.float64]
 
 WIDTH = 9.6
 TRAIL_TIMES = 601

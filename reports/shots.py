@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ghostball.model import GhostballError, Phase, Scene
+from ghostball.model.arrays import FloatArray
 from ghostball.reports import style
 from ghostball.validation.checks.verdict import (
     RestError,
@@ -19,8 +19,6 @@ from ghostball.validation.checks.verdict import (
     verdict_of,
 )
 from ghostball.validation.results.store import CaseRecord, Motion, Results
-
-FloatArray = NDArray[np.float64]
 
 MANY_BALLS = 5
 """From this many balls on no paths are drawn over each other: they would say nothing."""

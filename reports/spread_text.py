@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from ghostball.reference_adapters.registry import OURS
 from ghostball.reports import style
 from ghostball.reports.words import many
 from ghostball.validation.results.store import Results
 from ghostball.validation.suite.spread import DIFFERS, QUANTITIES, SceneSpread, Spread, spreads_of
-from ghostball.validation.truth.scene_truth import OUR_NAME
 
 HEADER = ("scene", "engine", "ended", "rest positions", *QUANTITIES)
 
@@ -16,7 +16,7 @@ KEY = (
     "Each scene from starts varied at random, the same for every engine; touching balls are varied "
     "by opening gaps alone. Rest positions: how far a ball rests from where it does on average, "
     "root mean square. Else the mean ± the standard deviation of one shot, and how many standard "
-    f"errors the mean is from that on `{OUR_NAME}`: ≠ where it is more than {DIFFERS:g}. That "
+    f"errors the mean is from that on `{OURS}`: ≠ where it is more than {DIFFERS:g}. That "
     "compares engines, none with truth."
 )
 

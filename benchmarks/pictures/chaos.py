@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ghostball.engine.sensitivity import PARTS
 from ghostball.model import GhostballError, Scene
+from ghostball.model.arrays import FloatArray
 from ghostball.reports import style
 from ghostball.validation.grading.tolerances import TOLERANCE
 from ghostball.validation.results.store import Results
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-FloatArray = NDArray[np.float64]
 
 SIZES = (1e-4, 1e-7, 1e-10, 1e-13)
 """By how much the fastest ball of a neighbouring shot is faster [m/s]. The first is the paper's

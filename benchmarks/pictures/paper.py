@@ -11,10 +11,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.pictures.shots import our_shot
 from ghostball.model import EventKind
+from ghostball.model.arrays import FloatArray
 from ghostball.reports import style
 from ghostball.reports.figures._table import (
     View,
@@ -32,7 +32,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-FloatArray = NDArray[np.float64]
 
 BREAK = "break-7"
 BIG_BREAK = "break-16"

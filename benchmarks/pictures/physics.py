@@ -13,10 +13,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.pictures.shots import our_shot, write_at
 from ghostball.model import EventKind, Scene
+from ghostball.model.arrays import FloatArray
 from ghostball.reports import style
 from ghostball.reports.shots import Run, Shot
 from ghostball.validation.results.store import Motion, Results
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-FloatArray = NDArray[np.float64]
 
 DEFLECTION = "thirty-degree-rule"
 THROW_BY_ANGLE = "throw-by-angle"

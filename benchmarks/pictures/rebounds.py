@@ -8,7 +8,6 @@ import numpy as np
 
 from benchmarks.rebounds import BestRebounds, ReboundsMeasurement
 from ghostball.reports import style
-from ghostball.validation.measured.best import place_of
 from ghostball.validation.measured.facts import facts_of
 
 if TYPE_CHECKING:
@@ -29,7 +28,7 @@ def best_of_each(measured: ReboundsMeasurement) -> list[BestRebounds]:
 def draw_rebounds(measured: ReboundsMeasurement) -> Figure:
     """Draw what was measured with bars of two standard errors, and the best of each engine."""
     rows = facts_of("cushion-carom").rows
-    at = np.array([place_of(row) for row in rows])
+    at = np.array([row.place for row in rows])
     value = np.array([row.value for row in rows])
     error = np.array([row.error or 0.0 for row in rows])
     figure = style.new_figure(WIDTH, HEIGHT)

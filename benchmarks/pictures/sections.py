@@ -11,10 +11,10 @@ from textwrap import shorten
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.pictures.shots import our_shot
 from ghostball.model import SampledTrajectory
+from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.paper.rotation import turned_by_frames
 from ghostball.reports import style
 from ghostball.reports.accuracy import accuracy_text
@@ -26,7 +26,6 @@ from ghostball.validation.results.store import Motion, Results
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-FloatArray = NDArray[np.float64]
 
 TURNING = ("wall-bounce", "masse")
 SLIPPING = "sliding-swerve"
@@ -71,7 +70,8 @@ def draw_turning(results: Results) -> Figure:
         axes.set_title(f"{shot.scene.name}: its first ball, off our quaternion", fontsize=9)
         axes.grid(visible=True)
     panels[0].set_ylabel("turned off by [rad]")
-    panels[0].legend(fontsize=7.0, loc="center right")
+    # There is room where the first ball of a massé is off by little, and all are in both panels.
+    panels[1].legend(*panels[0].get_legend_handles_labels(), fontsize=6.5, loc=(0.55, 0.05))
     return figure
 
 

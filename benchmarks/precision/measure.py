@@ -149,7 +149,6 @@ def measure_precision(
     `scenes`: each with a closed form, or proved to its end.
     `engines`: engines as for `make_engine`; each begins a ladder of steps, of which its own is one.
     `rounds`: at most as many samples of each point.
-    `progress`: as for `interleave`.
     """
     truths = [(scene, independent_truth(scene)) for scene in scenes]
     places: list[Place] = []

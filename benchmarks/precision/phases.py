@@ -10,13 +10,10 @@ every step falls elsewhere.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ghostball.model import Ball, Scene, SceneError, Status
 from ghostball.validation.runs.our_run import run_ours
 from ghostball.validation.runs.rolling import rolling_spin
-
-FloatArray = NDArray[np.float64]
 
 RETURN_TOLERANCE = 1e-12
 """How far from the scene's states, in m, m/s and m/s of a surface, a shot begun earlier may pass.

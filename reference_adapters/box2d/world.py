@@ -11,9 +11,9 @@ import warnings
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ghostball.model import Disc, Scene, Segment, Side
+from ghostball.model.arrays import FloatArray
 from ghostball.model.scene.sides import Point
 from ghostball.reference_adapters.box2d.engine import SLOP, Box2dSettings
 from ghostball.reference_adapters.stepping.contact_world import SINGLE, ContactWorld, collision_of
@@ -33,7 +33,6 @@ with warnings.catch_warnings():
     warnings.simplefilter("ignore", DeprecationWarning)
     import Box2D
 
-FloatArray = NDArray[np.float64]
 
 SKIN = 2.0 * SLOP
 """How far from an edge Box2D has its surface [units]."""

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 import pyb2d3
-from numpy.typing import NDArray
 
 from ghostball.model import Disc, Scene, Segment
+from ghostball.model.arrays import FloatArray
 from ghostball.model.scene.sides import Point
 from ghostball.reference_adapters.box2d3.engine import Box2d3Settings
 from ghostball.reference_adapters.stepping.contact_world import (
@@ -19,8 +19,6 @@ from ghostball.reference_adapters.stepping.contact_world import (
 )
 from ghostball.reference_adapters.stepping.laws import cushion_restitution, fastest
 from ghostball.reference_adapters.stepping.sides import parts_of, reach_beyond_corners, sides_of
-
-FloatArray = NDArray[np.float64]
 
 SUB_STEPS = 4
 """Of a step, as Box2D's manual has it."""

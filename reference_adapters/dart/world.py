@@ -11,9 +11,9 @@ from typing import Any
 
 import dartpy
 import numpy as np
-from numpy.typing import NDArray
 
 from ghostball.model import Disc, Scene, Segment
+from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.dart.engine import DartSettings
 from ghostball.reference_adapters.stepping.contact_world import (
     DOUBLE,
@@ -30,8 +30,6 @@ from ghostball.reference_adapters.stepping.laws import (
 )
 from ghostball.reference_adapters.stepping.plane import Collision
 from ghostball.reference_adapters.stepping.sides import parts_of, sides_of
-
-FloatArray = NDArray[np.float64]
 
 _CLOTH = "cloth"
 

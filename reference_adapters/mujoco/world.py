@@ -10,9 +10,9 @@ from __future__ import annotations
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from ghostball.model import Disc, Scene, Segment, Side
+from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.stepping.contact_world import DOUBLE, ContactWorld
 from ghostball.reference_adapters.stepping.laws import (
     ball_friction,
@@ -23,8 +23,6 @@ from ghostball.reference_adapters.stepping.laws import (
 from ghostball.reference_adapters.stepping.plane import Collision
 from ghostball.reference_adapters.stepping.settings import SteppingSettings
 from ghostball.reference_adapters.stepping.sides import parts_of, sides_of
-
-FloatArray = NDArray[np.float64]
 
 MARGIN = 1e-9
 """Gap at which balls touch [m]. With 0, frozen balls that just touch would not collide together."""

@@ -13,9 +13,9 @@ import warnings
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ghostball.model import Disc, Scene, Segment
+from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.physx.engine import PhysxSettings
 from ghostball.reference_adapters.stepping.contact_world import (
     SINGLE,
@@ -38,7 +38,6 @@ with warnings.catch_warnings():
     warnings.simplefilter("ignore")
     import sapien
 
-FloatArray = NDArray[np.float64]
 
 _BALLS, _CUSHIONS, _CLOTH = 1, 2, 4
 """What a shape of a ball touches."""

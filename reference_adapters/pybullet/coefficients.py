@@ -10,16 +10,14 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ghostball.model import Scene
+from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.stepping.laws import (
     ball_friction,
     cushion_friction,
     multiplied_restitutions,
 )
-
-FloatArray = NDArray[np.float64]
 
 SMALLEST_FRICTION = 1e-12
 """Ball-ball friction that stands for 0 where cloth or cushions need some [1].

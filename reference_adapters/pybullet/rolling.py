@@ -15,9 +15,9 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ghostball.model import EventKind, Samples, Scene
+from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.pybullet.world import SHORTEST_STEP, Contact, World
 from ghostball.reference_adapters.recording import Recorder, rolling_state
 from ghostball.reference_adapters.stepping.clock import Clock
@@ -34,7 +34,6 @@ from ghostball.reference_adapters.stepping.pocketing import (
 
 EPS = float(np.finfo(np.float64).eps)
 
-FloatArray = NDArray[np.float64]
 
 Vectors = list[list[float]]
 """One of two components for each ball: with so few, numpy would cost its calls at every step."""

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ghostball.model import EventKind, Samples, Scene
+from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.pybullet.world import Contact, World
 from ghostball.reference_adapters.recording import Recorder
 from ghostball.reference_adapters.stepping.clock import Clock
@@ -26,7 +27,6 @@ from ghostball.reference_adapters.stepping.pocketing import (
 from ghostball.reference_adapters.stepping.sides import sides_of
 from ghostball.reference_adapters.stepping.space import slowest_bounce
 
-FloatArray = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 ROLLING_SLIP = 1e-6

@@ -13,14 +13,13 @@ from types import TracebackType
 from typing import Literal, NamedTuple, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ghostball.model import Disc, EventKind, Scene, Segment, Side
+from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.pybullet.coefficients import Coefficients
 from ghostball.reference_adapters.pybullet.loading import load
 from ghostball.reference_adapters.stepping.sides import CornerNames, parts_of, sides_of
 
-FloatArray = NDArray[np.float64]
 Config = Literal["tuned", "default"]
 
 FASTEST = 1e100

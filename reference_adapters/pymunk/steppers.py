@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ghostball.model import EventKind, Samples, Scene
+from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.recording import Recorder, rolling_state
 from ghostball.reference_adapters.stepping import plane
 from ghostball.reference_adapters.stepping.clock import Clock
@@ -17,7 +18,6 @@ from ghostball.reference_adapters.stepping.sides import Normals
 if TYPE_CHECKING:
     from ghostball.reference_adapters.pymunk.world import World
 
-FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 

@@ -10,10 +10,10 @@ import math
 
 import numpy as np
 import pymunk
-from numpy.typing import NDArray
 from pymunk import batch
 
 from ghostball.model import Disc, Scene, Segment, Side
+from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.stepping.friction import ContactFriction
 from ghostball.reference_adapters.stepping.laws import (
     FallingRestitution,
@@ -29,8 +29,6 @@ from ghostball.reference_adapters.stepping.sides import (
     reach_beyond,
     sides_of,
 )
-
-FloatArray = NDArray[np.float64]
 
 _BALL, _CUSHION = 1, 2  # collision types
 _STATE = batch.BodyFields.POSITION | batch.BodyFields.VELOCITY

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 import rapier3d
-from numpy.typing import NDArray
 
 from ghostball.model import Disc, Scene, Segment, Side
+from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.stepping.contact_world import (
     SINGLE,
     ContactWorld,
@@ -19,8 +19,6 @@ from ghostball.reference_adapters.stepping.laws import multiplied_restitutions, 
 from ghostball.reference_adapters.stepping.plane import Collision
 from ghostball.reference_adapters.stepping.settings import SteppingSettings
 from ghostball.reference_adapters.stepping.sides import parts_of, sides_of
-
-FloatArray = NDArray[np.float64]
 
 PREDICTION = 1e-5
 """Gap from which on contacts are resolved, tuned [m]; Rapier's own is 0.02."""

@@ -22,7 +22,6 @@ def ending_of(
     """Return a run's status at the instant t [s] at which it ended, and why where it is too early.
 
     `state` Samples, arrays (1, n, 3): of the balls then.
-    `at_rest`: whether every ball rests.
     """
     if at_rest:
         return Status.REST, ""

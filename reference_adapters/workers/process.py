@@ -85,7 +85,6 @@ class WorkerFailedError(Exception):
 class Worker:
     """One such process; it starts when the first scene is sent, and anew after it failed.
 
-    `command`: what starts it.
     `environment`: of the process; None is ours.
 
     `version`: as the process said it; "" before it started.

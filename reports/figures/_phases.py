@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ghostball.model import Phase
+from ghostball.model.arrays import FloatArray
 from ghostball.reports.shots import Run
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-FloatArray = NDArray[np.float64]
 
 SLIDING_WIDER = 1.2
 """Added to a line's width where the ball slides [pt]."""

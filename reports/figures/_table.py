@@ -5,16 +5,15 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ghostball.model import CUSHIONS, Scene, Table
+from ghostball.model.arrays import FloatArray
 from ghostball.reports import style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.collections import EllipseCollection
 
-FloatArray = NDArray[np.float64]
 View = tuple[float, float, float, float]
 """Left, right, bottom, top of what is shown [m]."""
 

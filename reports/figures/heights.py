@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ghostball.model.arrays import FloatArray
 from ghostball.reports import style
 from ghostball.reports.motions import motion_of_run
 from ghostball.reports.shots import Run, Shot
@@ -15,7 +16,6 @@ from ghostball.reports.shots import Run, Shot
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-FloatArray = NDArray[np.float64]
 
 FLIES_FROM = 1e-4
 """Height over the cloth from which on a ball is seen to fly [m]: what only trembles isn't."""

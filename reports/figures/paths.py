@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ghostball.model.arrays import FloatArray
 from ghostball.reports import style
 from ghostball.reports.figures._phases import draw_motion
 from ghostball.reports.figures._table import View, draw_ball, draw_table, view_of
@@ -18,7 +18,6 @@ from ghostball.validation.checks.verdict import RestError
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-FloatArray = NDArray[np.float64]
 
 WIDTH = 8.8
 """Width of a figure [inch]: text stays readable where a README shows it 900 pixels wide."""

@@ -11,7 +11,6 @@ from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ghostball.reports import style
 from ghostball.reports.accuracy import cell_text
@@ -40,7 +39,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-FloatArray = NDArray[np.float64]
 
 WIDTH, HEIGHT = 13.0, 7.0
 """Size of a sheet [inch]; where engines are many, it is higher by a row for each."""

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ghostball.model import Scene
+from ghostball.model.arrays import FloatArray
 from ghostball.reports import style
 from ghostball.reports.figures._phases import draw_motion
 from ghostball.reports.figures._table import View, aspect_of, draw_ball, draw_table
@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-FloatArray = NDArray[np.float64]
 
 FEW = 8
 """Up to this many balls there is room for names beside them; more are named within."""

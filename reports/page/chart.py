@@ -12,12 +12,11 @@ from typing import Literal
 
 import numpy as np
 from markupsafe import Markup
-from numpy.typing import NDArray
 
+from ghostball.model.arrays import FloatArray
 from ghostball.reports import style
 from ghostball.reports.page.rendering import render
 
-FloatArray = NDArray[np.float64]
 Scale = Literal["linear", "log"]
 
 WIDTH, HEIGHT = 560.0, 250.0
@@ -40,7 +39,6 @@ class Series:
     `dash`: as SVG's `stroke-dasharray`; "" is a whole line.
     `broad`: whether it lies beneath the others as a broad band.
     `marker`: sign at each point; "" draws none.
-    `line`: whether the points are joined.
     `titles`: what is said of each point; none, or one for each.
     """
 

@@ -10,6 +10,7 @@ from typing import Any
 
 from markupsafe import Markup
 
+from ghostball.reference_adapters.registry import OURS
 from ghostball.reports.outcome import bad_cases, kind_text
 from ghostball.reports.page.numbers import COMPARISONS
 from ghostball.reports.page.rendering import render
@@ -21,7 +22,6 @@ from ghostball.validation.checks.verdict import is_unfinished, unfinished_text
 from ghostball.validation.results.store import CaseRecord, Check, Results
 from ghostball.validation.scenes import commands
 from ghostball.validation.scenes.library import scene_names
-from ghostball.validation.truth.scene_truth import OUR_NAME
 
 
 def failures_html(
@@ -34,7 +34,7 @@ def failures_html(
         "failures.html",
         failures=list(_failures(results, scenes)),
         changes=[(change, list(_moved(change))) for change in changes],
-        ours=OUR_NAME,
+        ours=OURS,
         kind_text=kind_text,
         moved_text=moved_text,
         own=[name for name in results.scene_names if name not in shipped],
@@ -86,5 +86,5 @@ def explaining(case: CaseRecord) -> str:
 
     "" where our engine, or none, has a run: there is nothing to part from.
     """
-    explains = case.outcome == "ran" and case.engine != OUR_NAME
+    explains = case.outcome == "ran" and case.engine != OURS
     return commands.explain(case.scene, case.label) if explains else ""

@@ -8,6 +8,7 @@ from typing import Any
 
 from markupsafe import Markup
 
+from ghostball.reference_adapters.registry import OURS
 from ghostball.reports.accuracy import (
     CLASSES,
     MARKS,
@@ -26,7 +27,6 @@ from ghostball.validation.checks.verdict import (
     verdict_of,
 )
 from ghostball.validation.results.store import CaseRecord, Results
-from ghostball.validation.truth.scene_truth import OUR_NAME
 
 FAILING = {"identical": "identical to the bit, but not in work, run time or the limits it keeps"}
 """What a class of changes means where it fails, if that is something else."""
@@ -108,7 +108,7 @@ def _cell(case: CaseRecord | None, scene: str, label: str) -> dict[str, str]:
         "mark": MARKS.get(verdict, ""),
         "kind": kind,
         "why": why_text(case),
-        "link": scene_link(scene, found.at if found else None, (OUR_NAME, label)),
+        "link": scene_link(scene, found.at if found else None, (OURS, label)),
     }
 
 

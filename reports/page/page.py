@@ -29,6 +29,7 @@ from ghostball.reports.page.rendering import asset, render, replay_script
 from ghostball.reports.page.scenes import ScenePart
 from ghostball.reports.page.stress import stress_html
 from ghostball.reports.page.surroundings import environment_html, truth_html
+from ghostball.reports.words import many
 from ghostball.validation.baselines import Regression
 from ghostball.validation.checks.verdict import Verdict, verdict_of
 from ghostball.validation.diagnose.energy_ledger import EnergyLedger
@@ -168,8 +169,7 @@ def _ledgers(results: Results, scenes: Mapping[str, ScenePart]) -> dict[str, Ene
 
 
 def _title(results: Results, regression: Regression | None) -> str:
-    count = len(results.scene_names)
-    scenes = "1 scene" if count == 1 else f"{count} scenes"
+    scenes = many(len(results.scene_names), "scene")
     word = overall(results, *([] if regression is None else [regression])).word
     return f"{word}: {scenes} - Ghostball validation report"
 

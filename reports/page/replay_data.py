@@ -14,11 +14,12 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ghostball.model import CUSHIONS, POCKETS, EventKind, Events, Scene, Table
+from ghostball.model.arrays import FloatArray
 from ghostball.reports.accuracy import accuracy_text
 from ghostball.reports.figures._table import view_of
+from ghostball.reports.figures.heights import FLIES_FROM
 from ghostball.reports.page.replay_tracks import (
     FARTHEST,
     QUANTUM,
@@ -29,16 +30,11 @@ from ghostball.reports.page.replay_tracks import (
 from ghostball.reports.shots import Run, Shot
 from ghostball.validation.results.records import Motion
 
-FloatArray = NDArray[np.float64]
-
 SCHEMA: Final = 2
 """Version of the data; the script refuses another one."""
 
 MAX_EVENTS = 1500
 """Events kept of an engine's log: more can't be distinguished on a time line, nor stepped to."""
-
-FLIES_FROM = 1e-4
-"""Height over the cloth from which on a ball is seen to fly [m]: what only trembles isn't."""
 
 FAR_OFF = 2.0
 """Times the size of what is shown: a ball that ends farther off than this isn't waited for."""

@@ -18,10 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ghostball.model import Events
+from ghostball.model.arrays import FloatArray, IntArray
 from ghostball.validation.results.records import Motion
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 TOLERANCE = 1e-5
 """How far a path may run beside the stored samples [m]: 0.01 mm, a tenth of what is read off."""

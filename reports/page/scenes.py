@@ -40,7 +40,6 @@ REPLAY_ID = "replay-"
 class ScenePart:
     """What the page holds of one scene, and what sections of all scenes need of its motions.
 
-    `html`: its section.
     `ledger`: of our engine's run.
     `hashes`: of the events and rest positions of each run, to the bit, by label.
     `sheet`: of the picture of it that lies beside the page, relative to that.

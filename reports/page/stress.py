@@ -13,8 +13,12 @@ from ghostball.validation.results.store import Results
 from ghostball.validation.stress import FAMILIES, StressFolder
 from ghostball.validation.stress.families.tunnelling import DEPTH, SPEED
 from ghostball.validation.stress.findings import is_stress_folder
-from ghostball.validation.stress.survival import Survival, all_survival, trying_again
-from ghostball.validation.stress.tracked import tracked_numbers
+from ghostball.validation.stress.survival import (
+    Survival,
+    all_survival,
+    tracked_numbers,
+    trying_again,
+)
 
 STRESS_FOLDERS = ("stress", "stress-quick", "stress-full")
 """Where in a results folder a stress run may lie."""

@@ -1,7 +1,7 @@
 """Copies of our packages with a bug planted in them, and what trials find there.
 
     >>> with planted(mutation) as folder:
-    ...     faults_on(folder, ["graded/stop"])
+    ...     faults_on(folder, ["shipped/stop"])
 
 The package `engine`, and the one that a bug is planted in where that is another, are copied into a
 temporary folder, and one text of one file is replaced. Trials run there in a process of their own,
@@ -59,7 +59,7 @@ class Mutation:
     what : str
         What is wrong then, one sentence.
     caught_by : str
-        The trial of the quick stress suite, as FAMILY/TRIAL, or the fast test that sees it.
+        The trial of the stress suite, as FAMILY/TRIAL, or the fast test that sees it.
     package : str
         The package that it is planted in: the engine, or what the engine is judged by.
     """
@@ -132,7 +132,7 @@ def faults_on(
     ----------
     folder : Path
     trials : sequence of str
-        Of the quick stress suite, as FAMILY/TRIAL.
+        Of the stress suite, as FAMILY/TRIAL.
     time_limit, processor_limit : float [s]
         For each of them; the start of the process doesn't count.
 

@@ -39,7 +39,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "        bound = t + first_crossing(gap, rate, pull)\n",
         "        bound = t + first_crossing(gap, rate, pull) + 1e-9\n",
         "Two balls on the cloth collide a nanosecond late.",
-        "graded/head-on",
+        "shipped/head-on",
     ),
     Mutation(
         "late cushion",
@@ -48,7 +48,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "    late = 1e-9 if balls.own_kind[i] >= st.OWN_CUSHION else 0.0\n"
         "    balls.state[i].own_time = balls.state[i].epoch + duration + late\n",
         "A ball meets a cushion a nanosecond late.",
-        "graded/wall-bounce",
+        "shipped/wall-bounce",
     ),
     Mutation(
         "late roll",
@@ -57,7 +57,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "    duration: float = (1.0 + 1e-9) * size / (3.5 * friction) if friction > 0.0 "
         "else math.inf",
         "A slide turns into rolling late, by a part in a billion.",
-        "graded/sliding-swerve",
+        "shipped/sliding-swerve",
     ),
     Mutation(
         "stale prediction",
@@ -66,7 +66,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "        if m == 0 or t == 0.0:\n"
         "            _update_ball(world, world.contacts, balls.touched[1 + m], t)\n",
         "The second ball of an impact keeps the predictions of before.",
-        "graded/three-ball-chain",
+        "shipped/three-ball-chain",
     ),
     Mutation(
         "stale slot",
@@ -75,7 +75,8 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "        i = balls.touched[m]\n",
         "        i = balls.touched[m]\n        if m > 1 and t > 0.0:\n            continue\n",
         "Among many balls, the second ball of an impact keeps the predictions of before.",
-        "graded/many-balls-elastic-0",
+        "tests/engine/test_proved_shots.py"
+        "::test_so_many_balls_that_only_neighbours_are_looked_at_are_as_proved[elastic]",
     ),
     Mutation(
         "neighbours missed",
@@ -83,7 +84,8 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "        for x in range(-1, 2):\n            cell = cell_number",
         "        for x in range(-1, 1):\n            cell = cell_number",
         "Among many balls, those in the three cells to the right are overlooked.",
-        "graded/many-balls-elastic-0",
+        "tests/engine/test_proved_shots.py"
+        "::test_so_many_balls_that_only_neighbours_are_looked_at_are_as_proved[elastic]",
     ),
     Mutation(
         "slow ties first",
@@ -119,7 +121,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "-(1.0 + laws.ball_restitution) * (nx * vx + ny * vy)",
         "-(1.0 + 1.01 * laws.ball_restitution) * (nx * vx + ny * vy)",
         "Balls that only roll part 1 % too fast.",
-        "graded/head-on",
+        "shipped/head-on",
     ),
     Mutation(
         "restitution - 1e-6",
@@ -137,7 +139,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "    balls.state[j].vx *= 1.0 - 5e-10\n"
         "    balls.state[j].vy *= 1.0 - 5e-10\n",
         "Each impact takes a billionth of a ball's energy.",
-        "graded/head-on",
+        "shipped/head-on",
     ),
     Mutation(
         "masses ignored",
@@ -145,7 +147,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "        to_j = exchange * (balls.state[i].mass / total)",
         "        to_j = 0.5 * exchange",
         "Two balls share an impulse as if they weighed the same.",
-        "graded/galperin-1",
+        "shipped/galperin-1",
     ),
     Mutation(
         "pushed apart",
@@ -155,7 +157,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "    balls.state[i].x -= 1e-9 * nx\n"
         "    balls.state[i].y -= 1e-9 * ny\n",
         "A collision moves a ball by a nanometre.",
-        "graded/head-on",
+        "shipped/head-on",
     ),
     Mutation(
         "wrong friction limit",
@@ -163,7 +165,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "STICKING = 2.0 / 7.0",
         "STICKING = 2.0 / 5.0",
         "Friction between balls ends more of their slip than there is.",
-        "graded/throw-stick",
+        "shipped/throw-stick",
     ),
     Mutation(
         "gears the wrong way",
@@ -171,7 +173,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "impact.a_radius * impact.a_wz + impact.b_radius * impact.b_wz",
         "impact.a_radius * impact.a_wz - impact.b_radius * impact.b_wz",
         "The other ball's spin counts with the wrong sign.",
-        "graded/pool-break-9",
+        "shipped/pool-break-9",
     ),
     Mutation(
         "inelastic ties",
@@ -195,7 +197,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "    return slow / (1.0 + loss * math.sqrt(speed))",
         "    return slow / (1.0 + 0.0 * loss * math.sqrt(speed))",
         "A cushion's restitution is the same at any speed.",
-        "graded/three-cushions",
+        "shipped/three-cushions",
     ),
     Mutation(
         "jaw too small",
@@ -236,7 +238,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "        impact.wz + turn * (along * cosine),",
         "        impact.wz - turn * (along * cosine),",
         "What a cushion's friction turns the ball by has the wrong sign.",
-        "graded/pool-break-9",
+        "shipped/pool-break-9",
     ),
     Mutation(
         "half a corner",
@@ -274,7 +276,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "    state[:, st.ROLL_SLOWING] = scene.rolling_frictions * gravity\n",
         "    state[:, st.ROLL_SLOWING] = 2.0 * scene.rolling_frictions * gravity\n",
         "The cloth slows a rolling ball by twice what it should.",
-        "graded/stop",
+        "shipped/stop",
     ),
     Mutation(
         "spin for ever",
@@ -446,7 +448,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
             "        result[order] = total * math.sqrt(",
             f"        result[order] = {factor}.0 * total * math.sqrt(",
             f"Rounding is said to displace balls {factor} times as far as it does.",
-            "graded/head-on",
+            "extremes/speed-sliding-1e+04",
         )
         for factor in (30, 1000)
     ),
@@ -456,7 +458,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "        for times in _chunks(",
         "        return 0.1\n        for times in _chunks(",
         "Every shot is said to be predictable for a tenth of a second.",
-        "graded/stop",
+        "pockets/rattle-1.18500",
     ),
     Mutation(
         "capture height * 1000",
@@ -473,7 +475,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "            if len(self.events) >= max_events:",
         "            if len(self.events) >= min(max_events, 1):",
         "Every proof ends after one event.",
-        "graded/head-on",
+        "shipped/head-on",
         "reference_adapters",
     ),
     Mutation(
@@ -482,7 +484,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "(a.radius * a.wz + b.radius * b.wz)",
         "(a.radius * a.wz - b.radius * b.wz)",
         "In proofs the other ball's spin counts with the wrong sign.",
-        "graded/pool-break-9",
+        "shipped/pool-break-9",
         "reference_adapters",
     ),
     Mutation(
@@ -491,7 +493,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "self.duration = 2 * length(self.ux, self.uy) / (7 * constants.sliding)",
         "self.duration = (2 + arb(1e-9)) * length(self.ux, self.uy) / (7 * constants.sliding)",
         "In proofs a slide lasts longer by a part in two billion.",
-        "graded/sliding-swerve",
+        "shipped/sliding-swerve",
         "reference_adapters",
     ),
     Mutation(
@@ -695,7 +697,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "    distance = math.sqrt(rx * rx + ry * ry + rz * rz)\n    gap = distance - reach\n",
         "    distance = math.sqrt(rx * rx + ry * ry)\n    gap = distance - reach\n",
         "A ball in flight meets what it flies over.",
-        "flight/over-top--0.1-0",
+        "tests/engine/test_flights.py::test_a_jump_clears_a_ball_or_clips_its_top[-0.1-0.0]",
     ),
     Mutation(
         "a flight that passes through",
@@ -703,7 +705,8 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "    rate = (rx * vx + ry * vy + rz * vz) / distance\n",
         "    rate = (rx * vx + ry * vy - rz * vz) / distance\n",
         "A ball that comes down on another is taken to rise.",
-        "flight/on-top-1.5-0.95-0.1",
+        "tests/engine/test_flights.py"
+        "::test_a_ball_that_falls_on_another_comes_off_it[1.5-0.95-0.1]",
     ),
     Mutation(
         "a late last bounce",
@@ -711,6 +714,6 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "        lasts = 2.0 * up / (laws.gravity * (1.0 - e))\n",
         "        lasts = 2.02 * up / (laws.gravity * (1.0 - e))\n",
         "Bounces that are too low to be followed last a hundredth longer.",
-        "flight/endless-1-0.6-0.1",
+        "tests/engine/test_flights.py::test_endless_bounces_end_when_their_series_does[0.6-1]",
     ),
 )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from mutants import MutantError, Mutation, faults_on, planted
 
-FEW = ["graded/head-on", "graded/draw-shot", "graded/stop"]
+FEW = ["shipped/head-on", "shipped/draw-shot", "shipped/stop"]
 """Trials that take no time."""
 
 START = "    check_request(scene, record, max_events, max_work)\n    off ="
@@ -29,9 +29,9 @@ def drastic(text: str) -> Mutation:
 )
 def test_a_shot_that_raises_crashes_or_hangs_is_a_fault(text, limit, reason):
     with planted(drastic(text)) as folder:
-        found = faults_on(folder, ["graded/head-on", "graded/stop"], time_limit=limit)
-    assert found["graded/head-on"] == ()
-    assert reason in found["graded/stop"][0]
+        found = faults_on(folder, ["shipped/head-on", "shipped/stop"], time_limit=limit)
+    assert found["shipped/head-on"] == ()
+    assert reason in found["shipped/stop"][0]
 
 
 def test_a_bug_that_breaks_a_module_is_an_error():
@@ -40,7 +40,7 @@ def test_a_bug_that_breaks_a_module_is_an_error():
         planted(broken) as folder,
         pytest.raises(MutantError, match=r"can't be imported.*__past__"),
     ):
-        faults_on(folder, ["graded/stop"])
+        faults_on(folder, ["shipped/stop"])
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ from ghostball.model.hashes import bits_hash, sequence_hash
 from ghostball.validation.baselines.bands import Bands, band_of_counter, band_of_metric
 from ghostball.validation.baselines.baseline import Accepted
 from ghostball.validation.baselines.classify import classify
-from ghostball.validation.baselines.observed import KEPT_EVENTS, Observed
+from ghostball.validation.baselines.observed import KEPT_EVENTS, Observed, judged
 from ghostball.validation.baselines.regression import Regression, SceneChange
 from ghostball.validation.baselines.rounding import Allowance, allowance_of
 
@@ -47,7 +47,8 @@ def roll_shot(speed: float = 1.0, name: str = "roll") -> Scene:
 
 def observed(scene: Scene, *, like: Scene | None = None, **changes: Any) -> Observed:
     """Return what our engine does in a scene; as if it were in that scene `like`."""
-    run = Observed.of_result(simulate(scene, record="events"), METRICS, "certified")
+    run = Observed.of_result(simulate(scene, record="events"))
+    run = replace(run, metrics=judged(METRICS, "certified"), truth="certified")
     if like is not None:
         run = replace(run, scene_hash=observed(like).scene_hash)
     return replace(run, **changes)

@@ -7,10 +7,10 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
+from same.images import rows_of
 
 from ghostball.model import EventKind, Result, Samples
 from ghostball.model.hashes import bits_hash
-from ghostball.validation.stress.same.images import rows_of
 
 FloatArray = NDArray[np.float64]
 

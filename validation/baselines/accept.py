@@ -9,6 +9,7 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 
 from ghostball.model import GhostballError
+from ghostball.reference_adapters.registry import OURS
 from ghostball.validation.baselines.baseline import (
     Accepted,
     Baseline,
@@ -20,7 +21,6 @@ from ghostball.validation.baselines.gate import platform_of, revision_of, source
 from ghostball.validation.baselines.places import baseline_path
 from ghostball.validation.baselines.regression import Regression, SceneChange, load_regression
 from ghostball.validation.results.files import write_all_whole
-from ghostball.validation.truth.scene_truth import OUR_NAME
 
 CHANGES_FILE = "CHANGES.md"
 
@@ -84,7 +84,7 @@ def accept(
     *,
     only: Sequence[str] = ("*",),
     folder: Path,
-    engine: str = OUR_NAME,
+    engine: str = OURS,
     even_though_limits_fail: bool = False,
 ) -> Acceptance:
     """Accept what a comparison with baselines found.

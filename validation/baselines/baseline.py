@@ -32,6 +32,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationEr
 from pydantic_core import PydanticCustomError
 
 from ghostball.model.hashes import bits_hash, sequence_hash
+from ghostball.reference_adapters.registry import OURS
 from ghostball.validation.baselines.bands import Band, Bands, band_of_counter, band_of_metric
 from ghostball.validation.baselines.baseline_text import (
     events_of_lines,
@@ -44,7 +45,6 @@ from ghostball.validation.baselines.places import ENDING, BaselineError
 from ghostball.validation.baselines.regression import Level
 from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.results.files import describe_validation_error, toml_of
-from ghostball.validation.truth.scene_truth import OUR_NAME
 
 SCHEMA: Final = 3
 """Version of the files; another one can't be compared with."""
@@ -218,14 +218,14 @@ class Baseline(_Model):
         observed: Observed,
         accepted: Accepted,
         earlier: Baseline | None = None,
-        engine: str = OUR_NAME,
+        engine: str = OURS,
     ) -> Baseline:
         """Return the baseline that accepts what was observed.
 
         `earlier`: the one that it replaces: its bands and levels stay where they still hold.
         `engine`: which engine it is of: see `engine_key`.
         """
-        promised: Level = "error" if engine == OUR_NAME else "warn"
+        promised: Level = "error" if engine == OURS else "warn"
         bands = {name: band_of_metric(name, observed.metrics) for name in observed.metrics}
         before = {} if earlier is None else earlier.metrics
         counted = {} if earlier is None else earlier.work
@@ -297,7 +297,7 @@ class Baseline(_Model):
         return "\n".join(lines) + "\n"
 
 
-def load_baseline(path: Path, engine: str = OUR_NAME) -> Baseline:
+def load_baseline(path: Path, engine: str = OURS) -> Baseline:
     """Read a baseline of an engine; see `engine_key`.
 
     Raises `BaselineSchemaError` where another version of ghostball wrote it; `BaselineError` where
@@ -310,7 +310,7 @@ def load_baseline(path: Path, engine: str = OUR_NAME) -> Baseline:
     return baseline_of(text, path, engine)
 
 
-def baseline_of(text: str, path: Path, engine: str = OUR_NAME) -> Baseline:
+def baseline_of(text: str, path: Path, engine: str = OURS) -> Baseline:
     """Read the text of a baseline, as `load_baseline`; `path` is its file, or where it would be."""
     try:
         data = toml_of(text)

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from ghostball.model import Scene
-from ghostball.reference_adapters.registry import engine_class, parse_spec
+from ghostball.reference_adapters.registry import OURS, engine_class, parse_spec
 from ghostball.reference_adapters.returned import check_result
 from ghostball.validation.baselines.baseline import (
     Accepted,
@@ -42,7 +42,6 @@ from ghostball.validation.scenes.gases import many_balls
 from ghostball.validation.suite.case import blank_record, failed
 from ghostball.validation.suite.judge import Case, TruthFailure
 from ghostball.validation.suite.unchanged import is_ours
-from ghostball.validation.truth.scene_truth import OUR_NAME
 
 PENDING = "not accepted yet"
 
@@ -55,7 +54,7 @@ def many_ball_scenes() -> tuple[Scene, ...]:
     return many_balls()
 
 
-def check_baselines(folder: Path, scenes: Sequence[str], engine: str = OUR_NAME) -> None:
+def check_baselines(folder: Path, scenes: Sequence[str], engine: str = OURS) -> None:
     """Read an engine's baselines of some scenes: what is nonsense is refused before anything runs.
 
     One of another schema version is passed over here, and reported with its scene.
@@ -72,7 +71,7 @@ def check_baselines(folder: Path, scenes: Sequence[str], engine: str = OUR_NAME)
 def compare_results(
     results: Results,
     folder: Path,
-    label: str = OUR_NAME,
+    label: str = OURS,
     *,
     whole: bool,
     only: Container[str] | None = None,
@@ -191,7 +190,7 @@ def _observed(
             case.load_scene(),
             case if motion is None else Observed.of_case(case, motion),
         )
-    for scene in many_ball_scenes() if whole and label == OUR_NAME else ():
+    for scene in many_ball_scenes() if whole and label == OURS else ():
         yield scene, _many_ball_run(scene)
 
 
@@ -199,11 +198,11 @@ def _many_ball_run(scene: Scene) -> Observed | CaseRecord:
     """Return what our engine did in a shot of many balls, or that it failed."""
     try:
         result = run_ours(scene, "events")
-        check_result(result, scene, OUR_NAME, "events")
+        check_result(result, scene, OURS, "events")
     except (
         Exception
     ) as error:  # a fault of the engine, reported with its scene, as in every other one
-        case = Case(scene, OUR_NAME, TruthFailure("", ""))
+        case = Case(scene, OURS, TruthFailure("", ""))
         return failed(blank_record(case), f"{type(error).__name__}: {error}")
     return Observed.of_result(result)
 
@@ -273,7 +272,7 @@ def _compare(
         change = change.model_copy(
             update={
                 "summary": f"{change.summary} (accepted on {baseline.accepted.platform}"
-                + "; our engine promises the same bits on every platform" * (engine == OUR_NAME)
+                + "; our engine promises the same bits on every platform" * (engine == OURS)
                 + ")"
             }
         )
@@ -288,7 +287,7 @@ def _compare(
 
 def allowance(scene: Scene, head: Observed, label: str) -> Allowance:
     """Return what rounding explains in a shot that an engine, ours or another, played."""
-    return allowance_of(scene) if label == OUR_NAME else allowance_of_other(scene, head)
+    return allowance_of(scene) if label == OURS else allowance_of_other(scene, head)
 
 
 def _worse(scene: str, title: str, label: str, why: str) -> SceneChange:

@@ -7,9 +7,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ghostball.model import Events, GhostballError, Result
+from ghostball.model.arrays import FloatArray
 from ghostball.model.hashes import bits_hash, sequence_hash
 from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.checks.metrics import Value
@@ -21,8 +21,6 @@ from ghostball.validation.results.records import (
     status_name,
 )
 from ghostball.validation.runs.sampling import events_of
-
-FloatArray = NDArray[np.float64]
 
 UNJUDGED = ("wall_time", "accuracy")
 """Metrics that no baseline holds: the time is the machine's, and a class is made of the errors."""
@@ -40,7 +38,6 @@ class Observed:
 
     `scene`, `title`, `scene_hash`: name and title of the scene, and the hash of its definition.
     `truth`: what its metrics were measured against, as `CaseRecord.truth`; None where they weren't.
-    `status`: how the run ended.
     `rest_time` [s].
     `rest_positions` (n, 3) float64 [m].
     `events`, a structured array (`EVENT_DTYPE`): all of them, or the first ones, of a baseline of a
@@ -99,19 +96,14 @@ class Observed:
         )
 
     @classmethod
-    def of_result(
-        cls,
-        result: Result,
-        metrics: Mapping[str, Value] | None = None,
-        truth: str | None = None,
-    ) -> Observed:
-        """Return what a run says of it, recorded with its events at least."""
+    def of_result(cls, result: Result) -> Observed:
+        """Return what a run that isn't measured says of it, recorded with its events at least."""
         scene, events = result.scene, events_of(result)
         return cls(
             scene.name,
             scene.title,
             scene_hash(scene),
-            truth,
+            None,
             status_name(result.status),
             float(result.rest_time),
             result.rest_positions,
@@ -119,7 +111,7 @@ class Observed:
             len(events),
             bits_hash(events, result.rest_positions),
             sequence_hash(events),
-            judged(metrics or {}, truth),
+            {},
             {name: int(count) for name, count in result.work.items()},
             tuple(ball.id for ball in scene.balls),
         )

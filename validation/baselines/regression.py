@@ -129,7 +129,6 @@ def rest_error_in(metrics: Sequence[Quantity]) -> Quantity | None:
 class SceneChange(_Model):
     """What became of one scene.
 
-    `failed`: whether it fails the gate.
     `summary`: one sentence: what moved and by how much.
     `broken`: the limits of truth that the head breaks, one sentence each.
     `horizon` [s]: until when both sides can be compared; None: to the end.
@@ -192,7 +191,6 @@ class Regression(_Model):
     `engine`: what its baselines call it.
     `base`, `head`: what is kept of the environment that the baselines were accepted in, and the
         environment now (`validation.results.environment.describe_environment`).
-    `fail_on`: what fails it.
     `outcome`: the last where nothing failed, but some scene could not be compared: that is no pass.
     `stale`: baselines of scenes that are no more.
     `warnings`: what doesn't fail the gate but should be known, one sentence each.

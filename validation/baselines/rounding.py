@@ -11,9 +11,9 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ghostball.model import Scene, UnsupportedSceneError
+from ghostball.model.arrays import FloatArray
 from ghostball.validation.baselines.observed import Observed
 from ghostball.validation.grading.certified_growth import growth_of_proof
 from ghostball.validation.grading.certified_widths import is_differentiated
@@ -23,8 +23,6 @@ from ghostball.validation.grading.tolerances import OFF_BY, ROUNDINGS, TOLERANCE
 from ghostball.validation.runs.our_run import run_ours
 from ghostball.validation.runs.sampling import events_of
 from ghostball.validation.truth.proof import proof_of
-
-FloatArray = NDArray[np.float64]
 
 ERROR = ROUNDINGS * UNIT_ROUNDOFF
 """Relative error at every event that our engine stays within."""

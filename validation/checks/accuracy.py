@@ -15,17 +15,17 @@ from collections.abc import Mapping
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ghostball.model import Result
+from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.base import Resolution
 from ghostball.validation.checks.energy_gain import largest_gain
-from ghostball.validation.checks.metrics import EPSILON, ball_errors
+from ghostball.validation.checks.metrics import ball_errors
 from ghostball.validation.grading.event_logs import compare_collisions
 from ghostball.validation.grading.gradable import Gradable
 from ghostball.validation.grading.grading import position_errors
 from ghostball.validation.grading.horizon import extent_of
-from ghostball.validation.grading.tolerances import ROUNDINGS, TIE, UNIT_ROUNDOFF
+from ghostball.validation.grading.tolerances import EPS, ROUNDINGS, TIE, UNIT_ROUNDOFF
 from ghostball.validation.results.records import CERTIFIED, Accuracy, AccuracyKind, BrokenBy
 from ghostball.validation.runs.sampling import (
     energy_series,
@@ -34,8 +34,6 @@ from ghostball.validation.runs.sampling import (
     largest_overlap,
 )
 from ghostball.validation.truth.scene_truth import Truth
-
-FloatArray = NDArray[np.float64]
 
 UP_TO: Final[Mapping[AccuracyKind, float]] = {
     "nanometres": 1e-6,
@@ -109,9 +107,9 @@ def _kind(errors: FloatArray, rounding: FloatArray) -> AccuracyKind:
 def _rounding(result: Result, truth: Truth, within: Gradable | None) -> FloatArray:
     """Return what one rounding of the scene, or of each event, makes of the end, (n,) [m]."""
     scene = result.scene
-    rounding = np.full(len(scene.balls), EPSILON * extent_of(scene))
+    rounding = np.full(len(scene.balls), EPS * extent_of(scene))
     if truth.conditioning is not None:
-        rounding = EPSILON * truth.conditioning
+        rounding = EPS * truth.conditioning
     elif within is not None and within.extent == "whole" and within.sizes is not None:
         known = np.isfinite(within.sizes)
         rounding[known] = np.maximum(rounding[known], UNIT_ROUNDOFF * within.sizes[known])

@@ -5,20 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import get_args
 
 from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.checks.verdict import Verdict, verdict_of
-from ghostball.validation.results.records import AccuracyKind, CaseRecord
+from ghostball.validation.results.records import ACCURACY_KINDS, CaseRecord
 
 NOT_COMPARED = ("wall_time",)
 """Metrics that differ in every run: they are the machine's."""
 
 FAILING = (Verdict.FAIL, Verdict.CRASHED)
 """Verdicts that a run must not come to."""
-
-KINDS: tuple[AccuracyKind, ...] = get_args(AccuracyKind)
-"""Classes of accuracy, the best first."""
 
 
 @dataclass(frozen=True)
@@ -84,7 +80,7 @@ class CaseDifference:
         """How many classes the head is better (above 0) or worse; 0 where one has none."""
         if self.another_shot or "" in self.classes:
             return 0
-        base, head = (KINDS.index(kind) for kind in self.classes)
+        base, head = (ACCURACY_KINDS.index(kind) for kind in self.classes)
         return base - head
 
     @property

@@ -13,10 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ghostball.model import COLLISION_KINDS, Result, SampledTrajectory, Samples, Scene, energy_of
+from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.base import Resolution, resolution_of_step, stated_error
 from ghostball.validation.runs.sampling import energy_series, events_of
-
-FloatArray = NDArray[np.float64]
 
 _ROLLS = 1e-12
 """Slip, in units of a ball's speed, that is but the rounding of a frame of a ball that rolls."""

@@ -49,11 +49,6 @@ class Asked:
     rule: StepRule | None = None
     excuse: str = ""
 
-    @classmethod
-    def stating(cls, criteria: Sequence[Criterion], rule: StepRule | None = None) -> Asked:
-        """Return that these criteria are asked, whatever the engine claims, and no law."""
-        return cls(dict.fromkeys(CLAIMS, tuple(criteria)), rule=rule)
-
     def metrics(self, claim: Claim) -> tuple[str, ...]:
         """Return the metrics that may be limited of who claims this, in the order of `METRICS`."""
         limited = {one.metric for one in self.stated[claim]}

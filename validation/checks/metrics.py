@@ -12,27 +12,23 @@ from functools import lru_cache, partial
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ghostball.model import COLLISION_KINDS, EventKind, ExactTrajectory, Result, Scene
+from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.base import Resolution
 from ghostball.validation.checks.energy_gain import largest_gain
 from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.grading.event_logs import Agreement, compare_collisions
 from ghostball.validation.grading.grading import Grade, grade
-from ghostball.validation.grading.tolerances import TOLERANCE
+from ghostball.validation.grading.tolerances import EPS, TOLERANCE
 from ghostball.validation.results.records import ACCURACY_KINDS, Accuracy
 from ghostball.validation.runs.sampling import energy_at, energy_series, events_of, largest_overlap
 from ghostball.validation.truth.scene_truth import Truth, TruthPart
 
-FloatArray = NDArray[np.float64]
 Value = int | float | None
 Compute = Callable[[Result, Truth], int | float]
 
 T = TypeVar("T")
-
-EPSILON = 2.0**-52
-"""Spacing of doubles at 1: a conditioning times this is an "ulp" of the outcome."""
 
 
 class NotMeasuredError(Exception):
@@ -182,7 +178,7 @@ def conserves_energy(scene: Scene) -> bool:
 
 def _rest_error_ulps(result: Result, truth: Truth) -> float:
     conditioning = _known(truth.conditioning, truth, "conditioning")
-    return float(np.max(ball_errors(result, truth) / (EPSILON * conditioning)))
+    return float(np.max(ball_errors(result, truth) / (EPS * conditioning)))
 
 
 def _rest_time_error(result: Result, truth: Truth) -> float:
@@ -194,7 +190,7 @@ def _rest_time_error_ulps(result: Result, truth: Truth) -> float:
     conditioning = _known(truth.rest_time_conditioning, truth, "conditioning")
     if conditioning == 0.0:
         raise NotMeasuredError("no ball moves in this scene: its rest time is 0 by definition")
-    return _rest_time_error(result, truth) / (EPSILON * conditioning)
+    return _rest_time_error(result, truth) / (EPS * conditioning)
 
 
 def _count(kind: EventKind) -> Compute:

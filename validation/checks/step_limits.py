@@ -34,9 +34,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ghostball.model import COLLISION_KINDS, EventKind, Scene
+from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.base import (
     ReferenceEngine,
     resolution_of,
@@ -48,8 +48,6 @@ from ghostball.validation.grading.certified_growth import Lateness
 from ghostball.validation.grading.tolerances import TIE
 from ghostball.validation.runs.steps import step_of
 from ghostball.validation.truth.scene_truth import Truth
-
-FloatArray = NDArray[np.float64]
 
 STEP_METRICS = frozenset(
     {

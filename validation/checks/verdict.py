@@ -9,6 +9,7 @@ from __future__ import annotations
 import enum
 from collections.abc import Collection
 
+from ghostball.reference_adapters.registry import OURS
 from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.results.records import (
     ACCURACY_KINDS,
@@ -17,7 +18,6 @@ from ghostball.validation.results.records import (
     CaseRecord,
     Check,
 )
-from ghostball.validation.truth.scene_truth import OUR_NAME
 
 
 class Verdict(enum.Enum):
@@ -166,7 +166,7 @@ def rest_error_standing(case: CaseRecord | None) -> RestError:
 def is_own_measure(case: CaseRecord) -> bool:
     """Whether a rest error of this case compares our engine with itself, and proves nothing."""
     # What our engine can't represent it doesn't measure either: another truth is in its place.
-    ours = case.outcome == "ran" and case.engine == OUR_NAME
+    ours = case.outcome == "ran" and case.engine == OURS
     return ours and case.truth not in INDEPENDENT
 
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from ghostball.model import Scene
+from ghostball.reference_adapters.registry import OURS
 from ghostball.validation.checks.criteria import common_criteria
 from ghostball.validation.grading.grading import Grade
-from ghostball.validation.truth.scene_truth import OUR_NAME
 
 
 def faults_of(grade: Grade, scene: Scene) -> tuple[str, ...]:
@@ -21,7 +21,7 @@ def faults_of(grade: Grade, scene: Scene) -> tuple[str, ...]:
     }
     broken = [
         criterion
-        for criterion in common_criteria().applying_to(OUR_NAME, {}, "rounding")
+        for criterion in common_criteria().applying_to(OURS, {}, "rounding")
         if (value := values.get(criterion.metric)) is not None and not criterion.allows(value)
     ]
     faults = [

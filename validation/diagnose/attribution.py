@@ -15,10 +15,10 @@ from dataclasses import dataclass, replace
 from typing import Final, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from ghostball.model import GhostballError, Result, Scene
+from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters import ReferenceEngine
 from ghostball.validation.checks.law import approximations_of
 from ghostball.validation.grading.event_logs import Agreement, Event, compare_logs, events_in
@@ -29,8 +29,6 @@ from ghostball.validation.runs.sampling import events_of
 from ghostball.validation.runs.steps import step_of, with_setting, with_step
 from ghostball.validation.truth.known_shot import KnownBy, KnownShot, known_shot
 from ghostball.validation.truth.proof import proof_of
-
-FloatArray = NDArray[np.float64]
 
 Outcome = Literal["step", "model", "rounding", "not compared"]
 """What a difference comes from, for the most part."""

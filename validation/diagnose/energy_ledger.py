@@ -13,7 +13,6 @@ from collections import defaultdict
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ghostball.model import (
     COLLISION_KINDS,
@@ -24,9 +23,8 @@ from ghostball.model import (
     energy_of,
     initial_state,
 )
+from ghostball.model.arrays import FloatArray
 from ghostball.validation.results.records import Motion
-
-FloatArray = NDArray[np.float64]
 
 SEVERAL = "several kinds at one instant"
 """Collisions of both kinds at one instant that share a ball: no order, so no loss of each."""

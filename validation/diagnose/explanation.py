@@ -7,7 +7,6 @@ from dataclasses import asdict, dataclass
 from typing import Any, Final, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ghostball.model import (
     OBSTACLE_KINDS,
@@ -18,6 +17,7 @@ from ghostball.model import (
     Status,
     partner_name,
 )
+from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters import ReferenceEngine
 from ghostball.validation.diagnose.attribution import Attribution, attribute
 from ghostball.validation.diagnose.near_misses import (
@@ -36,9 +36,7 @@ from ghostball.validation.grading.event_logs import (
 )
 from ghostball.validation.runs.playing import run_engine
 from ghostball.validation.runs.sampling import events_of
-from ghostball.validation.truth.known_shot import KnownShot, known_shot
-
-FloatArray = NDArray[np.float64]
+from ghostball.validation.truth.known_shot import KnownShot, farthest, known_shot
 
 SCHEMA: Final = 5
 """Version of `Explanation.to_dict`."""
@@ -174,11 +172,7 @@ class Explanation:
 
     def distances(self, times: FloatArray) -> FloatArray:
         """Return the largest distance of a ball from where it should be, (k,) [m], at instants."""
-        own, true = (
-            one.sample(times).positions[..., :2] for one in (self.result, self.known.result)
-        )
-        farthest: FloatArray = np.max(np.linalg.norm(own - true, axis=2), axis=1)
-        return farthest
+        return farthest(self.result, self.known.result, times)
 
     def to_dict(self) -> dict[str, Any]:
         """Return everything as plain values, the object that `explain --format json` prints."""

@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ghostball.model import Ball, EventKind, Result, SampledTrajectory, Samples, Scene
+from ghostball.model.arrays import FloatArray
 from ghostball.validation.grading.event_logs import Event
 from ghostball.validation.runs.our_run import run_ours
 
-FloatArray = NDArray[np.float64]
 Centres = Callable[[FloatArray], FloatArray]
 """Times (k,) [s] -> centres (k, balls, 2) [m]."""
 

@@ -22,13 +22,11 @@ from fractions import Fraction
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ghostball.model import Ball, GhostballError, Result, Scene
+from ghostball.model.arrays import FloatArray
 from ghostball.validation.runs.our_run import run_ours
-from ghostball.validation.truth.known_shot import KnownShot
-
-FloatArray = NDArray[np.float64]
+from ghostball.validation.truth.known_shot import KnownShot, farthest
 
 COEFFICIENTS: Final = (
     "rolling_friction",
@@ -196,7 +194,7 @@ class _Search:
         self._result, self._known = result, known
         end = result.rest_time
         times = np.linspace(0.0, end, TIMES)
-        off = _distances(self._own(times), known.result.sample(times).positions[..., :2])
+        off = farthest(result, known.result, times)
         seen = np.flatnonzero(off > VISIBLE * float(np.min(known.scene.radii)))
         first = float(times[seen[0]]) if len(seen) else end
         if agreed is not None and 0.0 < agreed < first and self.before(agreed) > CLEAR * LEAST:
@@ -207,9 +205,7 @@ class _Search:
 
     def before(self, end: float) -> float:
         """Return how far the engine is from the truth, at most, until an instant [m]."""
-        times = _instants(end)
-        true = self._known.result.sample(times).positions[..., :2]
-        return float(np.max(_distances(self._own(times), true)))
+        return float(np.max(farthest(self._result, self._known.result, _instants(end))))
 
     def fit(self, knob: _Knob) -> Factor | None:
         """Return the value that explains the engine's motion best; None where none explains it."""
@@ -251,8 +247,8 @@ class _Search:
         """Return instants until one, and how far off the truth and ours are then: (k, 3)."""
         times, ours = _instants(end), self._off(knob, found.scale, end)
         assert ours is not None  # it was found so
-        true = self._known.result.sample(times).positions[..., :2]
-        return np.column_stack([times, _distances(self._own(times), true), ours])
+        true = farthest(self._result, self._known.result, times)
+        return np.column_stack([times, true, ours])
 
     def _least(self, knob: _Knob, low: float, high: float, end: float) -> float:
         """Return the scale with the least error between two (golden section)."""
@@ -281,28 +277,17 @@ class _Search:
         return math.inf if off is None else float(np.max(off))
 
     def _off(self, knob: _Knob, scale: float, end: float) -> FloatArray | None:
-        times = _instants(end)
         try:
             ours = run_ours(knob.scaled(scale).model_copy(update={"t_max": end}))
         except GhostballError:  # a value that a rule of scenes refuses
             return None
         if ours.rest_time < end and not ours.status.complete:
             return None
-        return _distances(self._own(times), ours.sample(times).positions[..., :2])
-
-    def _own(self, times: FloatArray) -> FloatArray:
-        centres: FloatArray = self._result.sample(times).positions[..., :2]
-        return centres
+        return farthest(self._result, ours, _instants(end))
 
 
 def _instants(end: float) -> FloatArray:
     return np.linspace(0.0, end, TIMES)
-
-
-def _distances(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Return the largest distance of a ball at each instant, (k,) [m]."""
-    farthest: FloatArray = np.max(np.linalg.norm(a - b, axis=2), axis=1)
-    return farthest
 
 
 def _knobs(scene: Scene) -> Iterator[_Knob]:

@@ -27,9 +27,8 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import legendre
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from ghostball.model.arrays import FloatArray
 
 SLIP_RATE = 3.5
 """By what the cloth slows a slip, in units of that by which it slows the ball."""

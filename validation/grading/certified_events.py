@@ -7,9 +7,9 @@ from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ghostball.model import COLLISION_KINDS, EventKind, Scene, Table
+from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.certified import Certificate
 from ghostball.reference_adapters.certified.laws import (
     InContactFrame,
@@ -20,8 +20,6 @@ from ghostball.reference_adapters.certified.laws import (
 from ghostball.reference_adapters.certified.problem import problem_of
 from ghostball.validation.grading.certified_flow import PARTS, PLACE, SLIP, VELOCITY, ProvedBall
 from ghostball.validation.grading.slope import Slope
-
-FloatArray = NDArray[np.float64]
 
 
 class EventChange(NamedTuple):

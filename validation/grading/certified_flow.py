@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ghostball.model import Phase
+from ghostball.model.arrays import FloatArray
 from ghostball.model.trajectory.segment import COLUMNS
 from ghostball.validation.grading.certified_air import (
     SLIP_RATE,
@@ -21,8 +22,6 @@ from ghostball.validation.grading.certified_air import (
     straight,
     straight_flow,
 )
-
-FloatArray = NDArray[np.float64]
 
 PARTS = 7
 """Numbers that a ball's state has here: x, y, vx, vy, slip ux, uy, and the vertical spin wz."""

@@ -24,11 +24,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ghostball.model import EventKind, Scene
+from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.certified import Certificate
 from ghostball.validation.grading.certified_events import EventChange, event_changes
 from ghostball.validation.grading.certified_flow import PARTS, ProvedBall
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

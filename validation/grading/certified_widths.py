@@ -12,15 +12,14 @@ import math
 from fractions import Fraction
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ghostball.model import EventKind, Scene
+from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.certified import Certificate, Enclosure
 from ghostball.reference_adapters.certified.problem import problem_of
 from ghostball.reference_adapters.certified.run import largest_speeds
 from ghostball.validation.grading.tolerances import UNIT_ROUNDOFF
-
-FloatArray = NDArray[np.float64]
 
 _LARGEST = 10**300
 """Beyond it a width is as good as infinite."""

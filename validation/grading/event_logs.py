@@ -18,12 +18,10 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ghostball.model import COLLISION_KINDS, CUSHIONS, EventKind, Events, Scene, partner_name
+from ghostball.model.arrays import FloatArray
 from ghostball.validation.grading.tolerances import TIE
-
-FloatArray = NDArray[np.float64]
 
 Key = tuple[int, int, int]
 """What happened to whom, without when: `EventKind` as int, first ball, second ball or index of

@@ -15,9 +15,9 @@ from functools import lru_cache
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ghostball.model import COLLISION_KINDS, EventKind, ExactTrajectory, GhostballError, Scene
+from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.certified import Certificate
 from ghostball.validation.grading.certified_widths import FlightGrowth, width_sizes
 from ghostball.validation.grading.event_logs import Event
@@ -28,8 +28,6 @@ from ghostball.validation.grading.tolerances import (
     TOLERANCE,
     UNIT_ROUNDOFF,
 )
-
-FloatArray = NDArray[np.float64]
 
 Extent = Literal["whole", "horizon", "low bounce", "proved part"]
 """Up to where events are graded: the end, the predictability horizon, the first bounce that is too

@@ -16,7 +16,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ghostball.model import (
     COLLISION_KINDS,
@@ -27,6 +26,7 @@ from ghostball.model import (
     Samples,
     Scene,
 )
+from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.certified import Certificate, Enclosure
 from ghostball.validation.grading.event_logs import (
     ALL_KINDS,
@@ -44,9 +44,6 @@ from ghostball.validation.grading.gradable import (
     proved_motion,
 )
 from ghostball.validation.grading.tolerances import EPS, LEAST_SLIP, TIE, UNIT_ROUNDOFF
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)

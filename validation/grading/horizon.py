@@ -18,16 +18,15 @@ from functools import cached_property
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ghostball.model import EventKind, Result, Scene
+from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.certified import Certificate
 from ghostball.validation.grading.certified_growth import growth_of_proof
 from ghostball.validation.grading.certified_widths import FlightGrowth, is_differentiated
 from ghostball.validation.grading.tolerances import ROUNDINGS, UNIT_ROUNDOFF
 from ghostball.validation.runs.sampling import events_of
-
-FloatArray = NDArray[np.float64]
 
 _BETWEEN = 4
 """Parts that the time between two events is cut into where growth is looked for."""

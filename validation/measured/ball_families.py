@@ -7,7 +7,7 @@ from typing import Any
 from ghostball.model import Physics
 from ghostball.model.features import Feature, has_feature
 from ghostball.reference_adapters import ReferenceEngine
-from ghostball.validation.measured.best import best_cushion, place_of
+from ghostball.validation.measured.best import best_cushion
 from ghostball.validation.measured.facts import Row, facts_of
 from ghostball.validation.measured.family import Family, Measured, family_of
 from ghostball.validation.measured.oblique_hits import ObliqueHit, oblique_hit, throw_angle
@@ -41,8 +41,7 @@ def oblique_hits(engine: ReferenceEngine, play: Play) -> tuple[Family, Family]:
 
     def hits() -> tuple[Measured, ...]:
         found.extend(
-            (row, oblique_hit(play, physics, row.given["speed"], place_of(row)))
-            for row in facts.rows
+            (row, oblique_hit(play, physics, row.given["speed"], row.place)) for row in facts.rows
         )
         return tuple(one for row, hit in found for one in _speeds(row, hit))
 
@@ -58,7 +57,7 @@ def _speeds(row: Row, hit: ObliqueHit) -> tuple[Measured, Measured]:
 
     def over_it(what: str, value: float, played: float) -> Measured:
         value, played = value / before, played / before
-        return Measured(at=place_of(row), value=value, error=None, played=played, what=what)
+        return Measured(at=row.place, value=value, error=None, played=played, what=what)
 
     return (
         over_it("cue ball", row.value, hit.cue_speed),
@@ -67,7 +66,7 @@ def _speeds(row: Row, hit: ObliqueHit) -> tuple[Measured, Measured]:
 
 
 def _angle(row: Row, hit: ObliqueHit) -> Measured:
-    return Measured(at=place_of(row), value=row.also["cue_angle"], error=None, played=hit.cue_angle)
+    return Measured(at=row.place, value=row.also["cue_angle"], error=None, played=hit.cue_angle)
 
 
 def throw(engine: ReferenceEngine, play: Play) -> Family:
@@ -85,10 +84,10 @@ def throw(engine: ReferenceEngine, play: Play) -> Family:
         physics = Physics(motion="sliding", **settings, **_any_cushion("banks-pool", engine))
         return tuple(
             Measured(
-                at=place_of(row),
+                at=row.place,
                 value=value,
                 error=None,
-                played=throw_angle(play, physics, place_of(row), cut),
+                played=throw_angle(play, physics, row.place, cut),
                 what=f"cut of {cut:g} degrees",
             )
             for row in facts.rows

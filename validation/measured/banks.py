@@ -18,8 +18,9 @@ from typing import Final
 import numpy as np
 
 from ghostball.model import Ball, Physics, Scene, Table
+from ghostball.model.arrays import FloatArray
 from ghostball.validation.measured.play import POOL_BALL, OperatorError, Play
-from ghostball.validation.measured.tracks import FloatArray, tracks_of
+from ghostball.validation.measured.tracks import tracks_of
 
 _DIAMOND: Final = 12.5 * 0.0254  # [m]
 _ACROSS: Final = 48.25 * 0.0254  # from groove to groove [m]

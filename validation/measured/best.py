@@ -11,9 +11,8 @@ import numpy as np
 from ghostball.model import Physics
 from ghostball.model.features import Capabilities, Feature, has_feature
 from ghostball.model.impact_laws import CUSHION_LAWS
-from ghostball.validation.measured.facts import Row, facts_of
-
-_OURS = "ghostball"
+from ghostball.reference_adapters.registry import OURS
+from ghostball.validation.measured.facts import facts_of
 
 
 def best_cushion(facts: str, engine: str, capabilities: Capabilities) -> dict[str, Any] | None:
@@ -24,7 +23,7 @@ def best_cushion(facts: str, engine: str, capabilities: Capabilities) -> dict[st
     text = (files("ghostball.validation.measured") / "best.toml").read_text(encoding="utf-8")
     known = [one for one in tomllib.loads(text)["best"] if one["facts"] == facts]
     mine = [one for one in known if one["engine"] == engine]
-    for one in mine or [one for one in known if one["engine"] == _OURS]:
+    for one in mine or [one for one in known if one["engine"] == OURS]:
         law = next(law for law in CUSHION_LAWS if law.name == one["cushion"])
         falls = one["cushion_restitution_loss"] > 0.0
         needed = [Feature[law.feature or ""]] + [Feature.FALLING_RESTITUTION] * falls
@@ -41,7 +40,7 @@ def best_cloth(facts: str, capabilities: Capabilities) -> dict[str, float]:
     rows = facts_of(facts).rows
     weights = np.array([1.0 / (row.error or 1.0) for row in rows])  # all alike without errors
     grows = has_feature(capabilities, Feature.QUADRATIC_ROLLING)
-    columns = [np.ones(len(rows))] + [np.array([place_of(row) ** 2 for row in rows])] * grows
+    columns = [np.ones(len(rows))] + [np.array([row.place**2 for row in rows])] * grows
     scaled = np.column_stack(columns) * weights[:, None]
     best = np.linalg.lstsq(scaled, np.array([row.value for row in rows]) * weights, rcond=None)[0]
     gravity = Physics().gravity
@@ -49,12 +48,3 @@ def best_cloth(facts: str, capabilities: Capabilities) -> dict[str, float]:
         "rolling_friction": float(best[0]) / gravity,
         "rolling_friction_quadratic": float(best[1]) if grows else 0.0,
     }
-
-
-def place_of(row: Row) -> float:
-    """Return where a row is: on average, or else in the middle."""
-    if row.at is not None:
-        return row.at
-    assert row.low is not None
-    assert row.high is not None
-    return (row.low + row.high) / 2.0

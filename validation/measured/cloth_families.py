@@ -6,7 +6,7 @@ from typing import Final
 
 from ghostball.model import Ball, Physics, Scene, Table
 from ghostball.reference_adapters import ReferenceEngine
-from ghostball.validation.measured.best import best_cloth, best_cushion, place_of
+from ghostball.validation.measured.best import best_cloth, best_cushion
 from ghostball.validation.measured.facts import facts_of
 from ghostball.validation.measured.family import Family, Measured, family_of
 from ghostball.validation.measured.play import OperatorError, Play, rolling_deceleration
@@ -26,15 +26,7 @@ def pool_rolling(engine: ReferenceEngine, play: Play) -> Family:
 
     def figures() -> tuple[Measured, ...]:
         physics = Physics(motion="sliding", **cloth, **cushion)
-        return tuple(
-            Measured(
-                at=place_of(row),
-                value=row.value,
-                error=row.uncertainty,
-                played=deceleration(play, physics, place_of(row)),
-            )
-            for row in facts.rows
-        )
+        return tuple(Measured.of(row, deceleration(play, physics, row.place)) for row in facts.rows)
 
     return family_of(facts, "rolling-pool", "rolling").played(cloth, figures)
 

@@ -10,7 +10,7 @@ import numpy as np
 from ghostball.model import Physics
 from ghostball.reference_adapters import ReferenceEngine
 from ghostball.validation.measured.banks import through_points
-from ghostball.validation.measured.best import best_cloth, best_cushion, place_of
+from ghostball.validation.measured.best import best_cloth, best_cushion
 from ghostball.validation.measured.facts import facts_of
 from ghostball.validation.measured.family import Family, Measured, family_of
 from ghostball.validation.measured.play import Play
@@ -42,12 +42,7 @@ def carom_rebounds(engine: ReferenceEngine, play: Play) -> tuple[Family, Family]
         cloth = best_cloth("rolling-carom", engine.capabilities)
         physics = Physics(preset="carom", **{**cloth, **cushion})
         return tuple(
-            Measured(
-                at=place_of(one.row),
-                value=one.row.value,
-                error=one.row.uncertainty,
-                played=one.ratio,
-            )
+            Measured.of(one.row, one.ratio)
             for degrees in ANGLES
             for one in rebounds(play, physics, degrees)
         )
@@ -84,15 +79,9 @@ def snooker_rebounds(engine: ReferenceEngine, play: Play) -> Family:
 
     def figures() -> tuple[Measured, ...]:
         physics = Physics(preset="snooker", **cushion)
-        found = [(row, place_of(row)) for row in facts.rows]
         return tuple(
-            Measured(
-                at=at,
-                value=row.value,
-                error=row.uncertainty,
-                played=square_rebound(play, physics, at).normal_ratio * at,
-            )
-            for row, at in found
+            Measured.of(row, square_rebound(play, physics, row.place).normal_ratio * row.place)
+            for row in facts.rows
         )
 
     return family.played(cushion, figures)
@@ -107,11 +96,8 @@ def banks(engine: ReferenceEngine, play: Play) -> Family:
         return family.lacking(_LACKS)
 
     def figures() -> tuple[Measured, ...]:
-        aims = [place_of(row) for row in facts.rows]
+        aims = [row.place for row in facts.rows]
         found = through_points(play, Physics(preset="pool", **cushion), aims)
-        return tuple(
-            Measured(at=aim, value=row.value, error=row.uncertainty, played=played)
-            for row, aim, played in zip(facts.rows, aims, found, strict=True)
-        )
+        return tuple(Measured.of(*one) for one in zip(facts.rows, found, strict=True))
 
     return family.played(cushion, figures)

@@ -68,6 +68,15 @@ class Row(BaseModel):
         return self
 
     @property
+    def place(self) -> float:
+        """Where it is: on average, or else in the middle."""
+        if self.at is not None:
+            return self.at
+        assert self.low is not None
+        assert self.high is not None
+        return (self.low + self.high) / 2.0
+
+    @property
     def uncertainty(self) -> float | None:
         """One standard error of the measurement and of the spread together; None: unknown."""
         known = [one for one in (self.error, self.spread) if one is not None]

@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from ghostball.model import EngineFailedError, GhostballError, UnsupportedSceneError
-from ghostball.validation.measured.facts import Facts
+from ghostball.validation.measured.facts import Facts, Row
 from ghostball.validation.measured.play import OperatorError
 
 
@@ -27,6 +27,11 @@ class Measured(BaseModel):
     error: Annotated[float, Field(gt=0.0)] | None
     played: float
     what: str = ""
+
+    @classmethod
+    def of(cls, row: Row, played: float) -> Self:
+        """Return what a row of the facts says, and what a model makes of it."""
+        return cls(at=row.place, value=row.value, error=row.uncertainty, played=played)
 
     @property
     def difference(self) -> float:

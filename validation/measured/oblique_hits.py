@@ -10,6 +10,7 @@ from typing import Final
 import numpy as np
 
 from ghostball.model import Ball, Physics, Scene, Table
+from ghostball.model.arrays import FloatArray
 from ghostball.validation.measured.play import (
     POOL_BALL,
     SNOOKER_BALL,
@@ -18,7 +19,7 @@ from ghostball.validation.measured.play import (
     Play,
     rolling_deceleration,
 )
-from ghostball.validation.measured.tracks import FloatArray, Track, tracks_of
+from ghostball.validation.measured.tracks import Track, tracks_of
 
 _TABLE: Final = Table(length=6.0, width=5.0)
 _MIDDLE: Final = (2.0, 2.5)

@@ -8,7 +8,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from ghostball.validation.measured.tracks import FloatArray, Surface, Track
+from ghostball.model.arrays import FloatArray
+from ghostball.validation.measured.tracks import Surface, Track
 
 
 @dataclass(frozen=True)

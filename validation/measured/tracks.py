@@ -9,11 +9,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ghostball.model import GhostballError, Result
+from ghostball.model.arrays import FloatArray
 
-FloatArray = NDArray[np.float64]
 Shots = dict[str, dict[str, "Track"]]
 """The track of each ball of each shot, by their names in the file."""
 

@@ -198,6 +198,16 @@ def put_document(database: sqlite3.Connection, name: Document, content: str | by
     database.execute("INSERT OR REPLACE INTO documents VALUES (?, ?)", [name, text])
 
 
+def current_records(database: sqlite3.Connection, kind: Kind) -> list[tuple[str, bool]]:
+    """Return the records of a kind that the last run left, as JSON, and whether each is reused."""
+    return [
+        (str(text), bool(reused))
+        for text, reused in database.execute(
+            "SELECT record, reused FROM records WHERE kind = ? AND current ORDER BY id", [kind]
+        )
+    ]
+
+
 def name_text(name: Sequence[str]) -> str:
     """Return the name of a record as its row has it."""
     return json.dumps(list(name), ensure_ascii=False)

@@ -43,7 +43,7 @@ def check_shape(name: str, array: NDArray[np.float64] | None, shape: tuple[int, 
         raise ValueError(f"`{name}` must have the shape {shape}, got {array.shape}")
 
 
-FloatArray = Annotated[
+StoredArray = Annotated[
     NDArray[np.float64],
     PlainValidator(_array_from_json),
     PlainSerializer(_array_to_json, when_used="json"),

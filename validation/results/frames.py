@@ -80,7 +80,6 @@ def frame_of(folder: Path, table: str) -> Any:
 def export(folder: Path, target: Path) -> list[Path]:
     """Write each table that has rows as JSON lines and as CSV; return the files.
 
-    `folder`: with results of any kind.
     `target`: folder of the files; made where it isn't there.
 
     Raises `ResultsError` where the results can't be read, or nothing can be written.

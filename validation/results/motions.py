@@ -40,15 +40,12 @@ def motion_of_case(folder: Path, scene: str, label: str) -> Motion | None:
 
     Raises `ResultsError` where it is damaged.
     """
-    where = "record_id = (SELECT id FROM records WHERE kind = 'case' AND name = ?)"
-    return _motion(
-        folder, where, [name_text((scene, label))], f'the motion of `{label}` in scene "{scene}"'
-    )
-
-
-def _motion(folder: Path, where: str, given: list[str], what: str) -> Motion | None:
     with reading(folder) as database:
-        found = database.execute(f"SELECT id, content FROM motions WHERE {where}", given).fetchone()
+        found = database.execute(
+            "SELECT id, content FROM motions "
+            "WHERE record_id = (SELECT id FROM records WHERE kind = 'case' AND name = ?)",
+            [name_text((scene, label))],
+        ).fetchone()
         if found is None:
             return None
         rows = database.execute(
@@ -63,6 +60,7 @@ def _motion(folder: Path, where: str, given: list[str], what: str) -> Motion | N
         return Motion(events, **parts)
     except Exception as error:
         said = " ".join(f"{type(error).__name__}: {error}".split())
+        what = f'the motion of `{label}` in scene "{scene}"'
         raise ResultsError(f"{folder}: {what} is damaged: {said}. {AGAIN}") from error
 
 

@@ -23,6 +23,7 @@ from ghostball.validation.results.database import (
     LOCK,
     Document,
     Kind,
+    current_records,
     documents_in,
     get_document,
     has_database,
@@ -142,10 +143,7 @@ class RecordStore(Generic[W, R]):
         if not has_database(self.path):
             return {}
         with reading(self.path) as database:
-            rows = database.execute(
-                "SELECT record, reused FROM records WHERE kind = ? AND current ORDER BY id",
-                [self.kind],
-            ).fetchall()
+            rows = current_records(database, self.kind)
         found = (
             self.reused(self._read(text)) if reused else self._read(text) for text, reused in rows
         )

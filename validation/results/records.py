@@ -18,7 +18,7 @@ from pydantic import ConfigDict
 
 from ghostball.model import Events, GhostballError, Scene, SceneError, Status
 from ghostball.model.scene.fields import SceneName
-from ghostball.validation.results.fields import Definition, FloatArray, check_shape
+from ghostball.validation.results.fields import Definition, StoredArray, check_shape
 
 CLOSED_FORM: Final = "closed form"
 CERTIFIED: Final = "certified"
@@ -223,13 +223,13 @@ class CaseRecord:
     approximations: tuple[str, ...] = ()
     accuracy: Accuracy | None = None
     truth: str | None = None
-    truth_positions: FloatArray | None = None
+    truth_positions: StoredArray | None = None
     truth_rest_time: float | None = None
     horizon: float | None = None
     shot_horizon: float | None = None
     truth_counts: dict[str, int] | None = None
-    rest_positions: FloatArray | None = None
-    ball_errors: FloatArray | None = None
+    rest_positions: StoredArray | None = None
+    ball_errors: StoredArray | None = None
     rest_time: float | None = None
     collision_counts: dict[str, int] = field(default_factory=dict)
     energy_initial: float | None = None

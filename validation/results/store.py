@@ -9,7 +9,13 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 from pydantic import AfterValidator, Field, NonNegativeInt, TypeAdapter
 
 from ghostball.model.scene.fields import SceneName
-from ghostball.validation.results.database import documents_in, get_document, reading, record_of
+from ghostball.validation.results.database import (
+    current_records,
+    documents_in,
+    get_document,
+    reading,
+    record_of,
+)
 from ghostball.validation.results.fields import Environment
 from ghostball.validation.results.files import ResultsError
 from ghostball.validation.results.frames import frame_of
@@ -111,7 +117,7 @@ class Results:
         folder = Path(path)
         with reading(folder) as database:
             environment = get_document(database, "suite")
-            rows = database.execute("SELECT record, reused FROM cases ORDER BY id").fetchall()
+            rows = current_records(database, "case")
         if environment is None:
             raise ResultsError(
                 f"{folder}: holds no results of the suite. Run `ghostball validate --out {path}`"
@@ -233,6 +239,6 @@ def has_results(folder: Path) -> bool:
     return "suite" in documents_in(folder)
 
 
-def _case_of(what: str, text: str, reused: int) -> CaseRecord:
+def _case_of(what: str, text: str, reused: bool) -> CaseRecord:
     case: CaseRecord = record_of(_RECORD, text, what)
     return replace(case, reused=True) if reused else case

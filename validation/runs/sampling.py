@@ -22,9 +22,8 @@ from ghostball.model import (
     Scene,
     energy_of,
 )
+from ghostball.model.arrays import FloatArray
 from ghostball.validation.results.records import Motion
-
-FloatArray = NDArray[np.float64]
 
 UNIFORM_TIMES = 401
 """Times of the stored motion's uniform grid: more than a figure's width resolves."""
@@ -127,7 +126,8 @@ def largest_overlap(result: Result) -> float:
         rows = slice(start, start + _CHUNK)
         places = result.sample(times[rows]).positions if frames is None else frames.positions[rows]
         there = None if here is None else here[rows]
-        largest = max(largest, _overlap(result.scene, places, there))
+        deepest = overlaps_of_balls(result.scene, places, there)
+        largest = max(largest, float(np.max(deepest, initial=0.0)))
     return largest
 
 
@@ -204,17 +204,20 @@ def _starts(rows: FloatArray) -> range:
     return range(0, len(rows), _CHUNK)
 
 
-def _overlap(scene: Scene, positions: FloatArray, here: NDArray[np.bool_] | None) -> float:
-    """Largest overlap in a few states, positions (k, n, 3) [m]; 0 where there is none.
+def overlaps_of_balls(
+    scene: Scene, positions: FloatArray, here: NDArray[np.bool_] | None = None
+) -> FloatArray:
+    """Return the deepest overlap of two balls at each instant, (k,) [m]; negative where none touch.
 
-    `here` (k, n): whether each ball is on the table; None: all are.
+    `positions` (k, n, 3) float64 [m].
+    `here` (k, n): whether each ball is on the table, which one in a pocket isn't; None: all are.
     """
     # On the cloth balls touch in the plane of their centres; see "Geometry" in engine/__init__.py.
     centres = positions[:, :, : 3 if scene.physics.airborne else 2]
     first, second = np.triu_indices(len(scene.balls), k=1)
     reach = scene.radii[first] + scene.radii[second]
-    distance = np.linalg.norm(centres[:, first] - centres[:, second], axis=2)
-    overlaps = reach - distance
+    overlaps = reach - np.linalg.norm(centres[:, first] - centres[:, second], axis=2)
     if here is not None:
-        overlaps[~(here[:, first] & here[:, second])] = 0.0
-    return float(np.max(overlaps, initial=0.0))
+        overlaps[~(here[:, first] & here[:, second])] = -np.inf
+    deepest: FloatArray = np.max(overlaps, axis=1, initial=-np.inf)
+    return deepest

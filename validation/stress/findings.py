@@ -9,7 +9,13 @@ from typing import Annotated, Any, Final, Literal
 from pydantic import ConfigDict, Field, TypeAdapter
 
 from ghostball.model import Scene
-from ghostball.validation.results.database import documents_in, get_document, reading, record_of
+from ghostball.validation.results.database import (
+    current_records,
+    documents_in,
+    get_document,
+    reading,
+    record_of,
+)
 from ghostball.validation.results.fields import Definition, EnvironmentValues
 from ghostball.validation.results.files import ResultsError, cannot_write
 from ghostball.validation.results.record_store import RecordStore, RunState
@@ -124,16 +130,14 @@ class StressFolder:
         path = Path(folder)
         with reading(path) as database:
             text = get_document(database, "stress")
-            texts = database.execute(
-                "SELECT record FROM records WHERE kind = 'finding' AND current ORDER BY id"
-            ).fetchall()
+            rows = current_records(database, StressWriter.kind)
         if text is None:
             raise ResultsError(
                 f"{folder}: not a folder of `ghostball stress`: it holds no findings"
             )
         run: StressRun = record_of(RUN, text, f"{folder}: what was tried")
         what = f"{folder}: a finding"
-        findings = [record_of(_FINDING, one, what) for (one,) in texts]
+        findings = [record_of(_FINDING, one, what) for one, _ in rows]
         place = {key: number for number, key in enumerate(run.asked)}
         findings.sort(key=lambda one: place.get(one.key, len(place)))
         return cls(path, run, findings)

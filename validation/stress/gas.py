@@ -6,7 +6,6 @@ import math
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ghostball.model import (
     POOL_BALL_RADIUS as RADIUS,
@@ -19,8 +18,6 @@ from ghostball.model import (
 from ghostball.reference_adapters import ReferenceEngine
 from ghostball.reference_adapters.registry import OURS
 from ghostball.validation.scenes.gases import FRICTIONLESS, packed_gas
-
-FloatArray = NDArray[np.float64]
 
 ICE: Final = Physics(rolling_friction=0.0)
 """Elastic, and nothing slows."""

@@ -1,4 +1,4 @@
-"""What must hold in any run, looked up in its recorded motion by brute force; and how well.
+"""What must hold in any run on the cloth, looked up in its motion by brute force; and how well.
 
 Exact motion is held to rounding, and to what a sustained contact may be off by. An engine that
 steps is held to the law that holds for every engine (`trial.play`): of overlaps of balls and of
@@ -14,7 +14,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine.core.tolerances import LOWEST_BOUNCE, MOTION_ERROR
+from ghostball.engine.core.tolerances import MOTION_ERROR
 from ghostball.engine.running.skips import is_integrated
 from ghostball.model import (
     ExactTrajectory,
@@ -24,17 +24,15 @@ from ghostball.model import (
     SampledTrajectory,
     Samples,
     Scene,
-    Status,
     energy_of,
 )
+from ghostball.model.arrays import FloatArray
 from ghostball.model.scene.obstacles import gap_to
 from ghostball.validation.checks.criteria import common_criteria
 from ghostball.validation.checks.energy_gain import largest_rise
 from ghostball.validation.grading.tolerances import EPS
-from ghostball.validation.runs.sampling import times_gone
+from ghostball.validation.runs.sampling import overlaps_of_balls, times_gone
 from ghostball.validation.runs.steps import STEP_SETTINGS
-
-FloatArray = NDArray[np.float64]
 
 Measured = dict[str, tuple[float, float]]
 """What is measured of a run: by its name, its value and the most that it may be."""
@@ -46,9 +44,6 @@ CONTACT_SLOP = 2.0**-37
 holds a gap closed isn't made of rounding.
 """
 
-BOUNCE_SLOP = 4.0 * LOWEST_BOUNCE
-"""The same of balls that fly: what is in resting contact there bounces instead of being held."""
-
 LAW_ERROR = 1e-7
 """Of the speeds, what a law may be off by that integrates over an impact: twice that of the energy,
 at each of two instants."""
@@ -56,27 +51,28 @@ at each of two instants."""
 MOST_STEPS = 64
 """Contact steps that may err the same way: more than a contact takes from its start to its end."""
 
+BETWEEN = 3
+"""Instants from each event to the next at which a run is looked at, beside those of the events.
+
+And, in exact motion, beside those at which a ball's motion changes, and just before.
+"""
+
 MOST_DISTANCES = 4_000_000
 """Distances of two balls that are computed in one run: of more instants, some are left out."""
 
 
 def measured(result: Result, times: FloatArray, random: bool = False) -> Measured:
-    """Return what no run may do, how much of it this one does, and the most that it may.
+    """Return what no run on the cloth may do, how much of it this one does, and the most allowed.
 
     `result`: recorded as a trajectory.
     `times` (k,) float64 [s]: instants at which it is looked at.
     `random`: see `judges.Invariants`.
     """
     scene, states = result.scene, result.sample(times)
-    in_space = scene.physics.airborne
-    if in_space:
-        found = _depths_in_space(result, times, states)
-    else:
-        found = _depths_on_cloth(result, times, states, random)
+    found = _depths(result, times, states, random)
     if is_exact(result):
-        many = random or in_space
-        limit = rise_limit_of_many(result, times, states) if many else rise_limit(result)
-        limit += 4.0 * LAW_ERROR if random and not in_space and is_integrated(scene) else 0.0
+        limit = rise_limit_of_many(result, times, states) if random else rise_limit(result)
+        limit += 4.0 * LAW_ERROR if random and is_integrated(scene) else 0.0
         rise = energy_rise(energy_of(scene, states).total)
         found["rise of the energy [1]"] = (rise, limit)
     found["contact steps or joint impacts left unsolved"] = (float(unsolved(result)), 0.0)
@@ -92,7 +88,7 @@ def faults_in(found: Measured) -> list[str]:
     ]
 
 
-def _depths_on_cloth(result: Result, times: FloatArray, states: Samples, random: bool) -> Measured:
+def _depths(result: Result, times: FloatArray, states: Samples, random: bool) -> Measured:
     """Return how deep balls overlap each other, of exact motion, and how deep cushions."""
     exact = isinstance(result.trajectory, ExactTrajectory)
     here = (
@@ -112,36 +108,6 @@ def _depths_on_cloth(result: Result, times: FloatArray, states: Samples, random:
     return found
 
 
-def _depths_in_space(result: Result, times: FloatArray, states: Samples) -> Measured:
-    """Return how deep balls are in the table, in each other, and in the noses of cushions."""
-    scene = result.scene
-    here = result.phases(times) != Phase.GONE
-    places, radii = states.positions, scene.radii
-    rounding = gap_rounding(scene, places)
-    limit = rounding + BOUNCE_SLOP * 2.0 * float(radii.max())
-    found = {"depth in the table [m]": (float((radii - places[:, :, 2]).max()), rounding)}
-    first, second = np.triu_indices(len(radii), 1)
-    if len(first):
-        between = np.linalg.norm(places[:, first] - places[:, second], axis=2)
-        depth = radii[first] + radii[second] - between
-        depth = np.where(here[:, first] & here[:, second], depth, -1.0)
-        found["overlap of balls [m]"] = (float(depth.max()), limit)
-    if scene.table is not None and scene.table.cushions:
-        x, y = places[:, :, 0], places[:, :, 1]
-        above = places[:, :, 2] - scene.physics.cushion_height
-        deepest = -1.0
-        for side in scene.table.sides:
-            depth = radii - np.hypot(np.maximum(side.distance(x, y), 0.0), above)
-            deepest = max(float(np.where(here, depth, -1.0).max()), deepest)
-        found["overlap of ball and nose [m]"] = (deepest, limit)
-    if result.status is Status.REST:
-        last = result.sample([result.rest_time])
-        on_cloth = result.phases(np.array([result.rest_time]))[0] != Phase.GONE
-        above = np.where(on_cloth, np.abs(last.positions[0, :, 2] - radii), 0.0)
-        found["height of a ball at rest over the cloth [m]"] = (float(above.max()), rounding)
-    return found
-
-
 def overlaps(
     scene: Scene, positions: FloatArray, here: NDArray[np.bool_] | None = None
 ) -> FloatArray:
@@ -154,14 +120,8 @@ def overlaps(
     """
     radii = scene.radii
     deepest = np.full((len(positions), 2), -np.inf)
-    first, second = np.triu_indices(len(radii), 1)
+    deepest[:, 0] = overlaps_of_balls(scene, positions, here)
     x, y = positions[:, :, 0], positions[:, :, 1]
-    if len(first):
-        dx, dy = x[:, first] - x[:, second], y[:, first] - y[:, second]
-        depths = radii[first] + radii[second] - np.sqrt(dx * dx + dy * dy)
-        if here is not None:
-            depths = np.where(here[:, first] & here[:, second], depths, -np.inf)
-        deepest[:, 0] = np.max(depths, axis=1)
     if scene.table is not None:
         for side in scene.table.sides:
             beyond = radii - side.distance(x, y)
@@ -173,12 +133,10 @@ def overlaps(
     return deepest
 
 
-def instants(result: Result, between: int = 3, most: int = MOST_DISTANCES) -> FloatArray:
+def instants(result: Result, most: int = MOST_DISTANCES) -> FloatArray:
     """Return the instants at which a run is looked at, (k,) [s], sorted.
 
     `result`: recorded with "events" or "trajectory".
-    `between`: instants from each event to the next, beside those of the events themselves; and, in
-        exact motion, beside those at which a ball's motion changes, and just before.
     `most`: of instants: where there are more, or more than `MOST_DISTANCES` allows, some of them,
         evenly taken, and the end.
 
@@ -190,7 +148,7 @@ def instants(result: Result, between: int = 3, most: int = MOST_DISTANCES) -> Fl
     else:
         assert result.events is not None
         marks = np.unique(np.concatenate(([0.0], result.events["t"], [result.rest_time])))
-        parts = np.arange(between + 1) / (between + 1)
+        parts = np.arange(BETWEEN + 1) / (BETWEEN + 1)
         inner = marks[:-1, np.newaxis] + np.diff(marks)[:, np.newaxis] * parts
         times = np.append(inner.ravel(), marks[-1])
     if isinstance(result.trajectory, ExactTrajectory):
@@ -256,20 +214,16 @@ def rise_limit(result: Result) -> float:
 def rise_limit_of_many(result: Result, times: FloatArray, states: Samples) -> float:
     """Return the largest `energy_rise` that an exact motion of many events may have.
 
-    Bounces of balls that lie on others lose nothing, so that the roundings of many add up, by
-    chance half a spacing of doubles each, sqrt(n) / 2 of n together, and four times as much isn't
-    seen. A height is recorded as that of the centre, and rounded so: half a spacing at each of two
-    instants. An instant, too, is rounded, to what the cloth takes in the spacing of the clock
-    there: next to nothing, unless a slow ball slides after days. And each contact step may err by
-    `MOTION_ERROR` of the velocities, so by twice that of the energy. Steps of one contact err the
-    same way, and one takes no more than some fifty.
+    The roundings of many impacts that lose nothing add up, by chance half a spacing of doubles
+    each, sqrt(n) / 2 of n together, and four times as much isn't seen. An instant, too, is rounded,
+    to what the cloth takes in the spacing of the clock there: next to nothing, unless a slow ball
+    slides after days. And each contact step may err by `MOTION_ERROR` of the velocities, so by
+    twice that of the energy. Steps of one contact err the same way, and one takes no more than some
+    fifty.
     """
     scene = result.scene
     limit = rise_limit(result) + 2.0 * EPS * math.sqrt(result.work["events"])
     first = float(energy_of(scene, states).total[0])
-    if scene.physics.airborne and first > 0.0:
-        weights = scene.physics.gravity * scene.masses
-        limit += EPS * float(weights @ states.positions[:, :, 2].max(axis=0)) / first
     if first > 0.0:
         limit += 4.0 * float(np.max(np.spacing(times) * _most_taken(scene, states))) / first
     steps = min(result.work.get("contact_steps", 0), MOST_STEPS)

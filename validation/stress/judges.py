@@ -10,11 +10,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ghostball.model import EventKind, Result, Samples, Scene
+from ghostball.model import Result, Samples, Scene
+from ghostball.model.arrays import FloatArray
 from ghostball.validation.grading.tolerances import EPS
 from ghostball.validation.stress.invariants import (
     MOST_DISTANCES,
-    FloatArray,
     Measured,
     faults_in,
     instants,
@@ -47,7 +47,6 @@ class Invariants:
     `skew`: asymmetry [diameters] that is permitted to exact motion with contact steps.
     `still`: balls that nothing moves, and that must stay where they are: to the bit, if motion is
         exact.
-    `meets`: whether two balls meet; None where that isn't asked.
     `random`: whether the shot is a random one of any features. Such a one may have thousands of
         events, last for days, or have a law that is integrated: their roundings are permitted.
     `looks`: instants at which it is looked at, at most.
@@ -60,7 +59,6 @@ class Invariants:
     swapped: bool = False
     skew: float = MIRROR_OF_CONTACT
     still: tuple[int, ...] = ()
-    meets: bool | None = None
     random: bool = False
     looks: int = MOST_DISTANCES
 
@@ -69,10 +67,6 @@ class Invariants:
         times = instants(result, most=self.looks)
         found = measured(result, times, self.random) | self._more(result, result.sample(times))
         faults = faults_in(found)
-        assert result.events is not None
-        met = bool(np.any(result.events["kind"] == EventKind.BALL_BALL))
-        if self.meets is not None and met != self.meets:
-            faults.append("two balls meet that don't" if met else "a ball goes through another")
         nearest = max((value / limit for value, limit in found.values() if limit > 0.0), default=0)
         values = {name: value for name, (value, _) in found.items()}
         return Verdict.of(result.scene, faults, nearest, values)

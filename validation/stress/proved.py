@@ -40,7 +40,6 @@ class MatchesProof:
 
     As far as the proof goes, and the shot can be predicted in double precision.
 
-    `settings`: how the shot is proved.
     `least`: events that must be proved; None: all of them, to the shot's end. A proof that ends
         before is a fault: what it doesn't say isn't judged. With 0 it may say nothing: somebody
         else asks that enough is proved.

@@ -46,7 +46,7 @@ from ghostball.validation.stress.findings import (
     is_stress_folder,
     save_worst,
 )
-from ghostball.validation.stress.trial import CRASHED, StressError, Suite, Trial, Verdict
+from ghostball.validation.stress.trial import CRASHED, Suite, Trial, Verdict
 from ghostball.validation.suite.unchanged import code_hash, is_ours
 
 DEFAULT_ENGINES: tuple[str, ...] = (
@@ -84,7 +84,6 @@ class StressOutcome:
     `interrupted`: by Ctrl-C: what was found is kept, and a next run continues from there.
     `wall_time` [s]: of this run, from its start to its last finding; kernels that had to be
         compiled included.
-    `jobs`: processes in which it ran.
     """
 
     folder: StressFolder
@@ -206,18 +205,11 @@ def _plan(labels: Sequence[str], suite: Suite, only: Sequence[str]) -> list[Stre
     for label in labels:
         with suppress(EngineUnavailableError):  # its trials say so
             make_engine(label)
-    tasks = [
+    return [
         StressTask(family.name, trial, label)
         for family, trial in chosen_trials(suite, only)
         for label in labels
-        if not family.ours_alone or parse_spec(label)[0] == OURS
     ]
-    if not tasks:
-        raise StressError(
-            f"what is asked for is tried on our engine alone: name `{OURS}` among the engines, got "
-            f"{', '.join(labels)}"
-        )
-    return tasks
 
 
 def _hash_of_all() -> str:

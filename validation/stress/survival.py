@@ -7,7 +7,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
+from ghostball.validation.stress.families.tunnelling import DEPTH, SPEED
 from ghostball.validation.stress.findings import (
     WORST_FOLDER,
     Finding,
@@ -98,3 +100,21 @@ def trying_again(finding: Finding, folder: StressFolder) -> str:
     engine = shlex.quote(finding.label)
     full = "--full " if folder.run.suite == "full" else ""
     return f"ghostball stress {trial} {full}--engine {engine} --rerun --out {beside}"
+
+
+def tracked_numbers(folder: StressFolder) -> list[dict[str, Any]]:
+    """Return the largest step [s] without a miss of each engine that has a ladder of steps.
+
+    As plain values, with whether a larger step misses: an engine is tracked by it from run to run.
+    """
+    return [
+        {
+            "engine": one.label,
+            "own_step": one.values["step"],
+            "largest_step_without_a_miss": one.values["largest_step"],
+            "larger_steps_miss": any(rung["missed"] for rung in one.values["ladder"]),
+        }
+        for one in folder.findings
+        if "ladder" in one.values
+        and (one.values.get("speed"), one.values.get("depth")) == (SPEED, DEPTH)
+    ]

@@ -51,7 +51,7 @@ class Verdict:
         case. From 1 on where it broke.
     `shots`: how many shots were judged.
     `broken`: how many of them broke.
-    `values`: numbers that figures and tables are made of; plain values, as JSON has them.
+    `values`: what was measured; plain values, as JSON has them.
     """
 
     faults: tuple[str, ...] = ()
@@ -80,9 +80,7 @@ class Verdict:
         return cls(found, scene, near, 1, bool(found), values or {})
 
     @classmethod
-    def of_all(
-        cls, verdicts: Sequence[Verdict], values: Mapping[str, Any] | None = None
-    ) -> Verdict:
+    def of_all(cls, verdicts: Sequence[Verdict]) -> Verdict:
         """Return the verdict on several shots: the worst one's scene and values stand for them."""
         worst = max(verdicts, key=lambda one: (one.broken, one.severity))
         faults = tuple(
@@ -92,8 +90,7 @@ class Verdict:
             for fault in one.faults
         )
         broken = sum(one.broken for one in verdicts)
-        shown = worst.values if values is None else values
-        return cls(faults, worst.scene, worst.severity, len(verdicts), broken, shown)
+        return cls(faults, worst.scene, worst.severity, len(verdicts), broken, worst.values)
 
     def joined(self, other: Verdict) -> Verdict:
         """Return the verdict of this judge and of another one on the same shot."""
@@ -214,11 +211,9 @@ class Family:
     `asks`: what an engine must do to survive, a sentence or two.
     `trials`: given the suite, yields the trials; those of "quick" are among those of "full", or are
         smaller ones of the same kind. Made anew at each call, always the same.
-    `ours_alone`: whether it is about our engine, and so is tried for our engine alone.
     """
 
     name: str
     title: str
     asks: str
     trials: Callable[[Suite], Iterable[Trial]]
-    ours_alone: bool = False

@@ -34,12 +34,10 @@ class Untried:
     """Features that an engine claims, and no scene of a run has.
 
     `scenes`: shipped ones that it can play and that have them, the simplest of each.
-    `without`: those of the features that no shipped scene has.
     """
 
     features: tuple[Feature, ...]
     scenes: tuple[str, ...]
-    without: tuple[Feature, ...]
 
 
 def untried(engine: ReferenceEngine, tried: Collection[Scene]) -> Untried:
@@ -58,7 +56,7 @@ def untried(engine: ReferenceEngine, tried: Collection[Scene]) -> Untried:
             for feature in scene_features(scene):
                 simplest.setdefault(feature, scene)
     found = dict.fromkeys(simplest[one].name for one in features if one in simplest)
-    return Untried(features, tuple(found), tuple(one for one in features if one not in simplest))
+    return Untried(features, tuple(found))
 
 
 def _size(scene: Scene) -> tuple[int, int, str]:

@@ -49,6 +49,8 @@ class Case:
     varied_from: str = ""
 
 
+# A motion that blew up may hold nan and infinity; the metrics say so, numpy need not.
+@np.errstate(invalid="ignore", over="ignore")
 def judge(
     record: CaseRecord,
     case: Case,
@@ -63,37 +65,11 @@ def judge(
     `resolution`: what the engine states of how far off a ball may be when it collides.
     `limits`: those that hold for this engine with its settings.
     """
-    # A motion that blew up may hold nan and infinity; the metrics say so, numpy need not.
-    with np.errstate(invalid="ignore", over="ignore"):
-        motion = None if case.varied_from else motion_of(result)
-        return _judged(record, case, truth, result, resolution, limits), motion
-
-
-def checks_on(
-    engine: ReferenceEngine, result: Result, truth: Truth, asked: Asked
-) -> tuple[Check, ...]:
-    """Return what is asked of an engine, judged on a run of it that was made already."""
-    limits = asked.limits(engine, result.scene, truth)
-    metrics = {one.metric for one in limits}
-    with np.errstate(invalid="ignore", over="ignore"):
-        resolution = resolution_of(engine, result.scene)
-        measured, _ = _measured(result, truth, limits, resolution, metrics)
-    return _checks(limits, measured, truth, engine.name)
-
-
-def _judged(
-    record: CaseRecord,
-    case: Case,
-    truth: Truth,
-    result: Result,
-    resolution: Resolution,
-    limits: Sequence[Criterion],
-) -> CaseRecord:
     asked = [one for one in limits if case.metrics is None or one.metric in case.metrics]
     measured, accuracy = _measured(result, truth, asked, resolution, case.metrics)
     start = energy_of(result.scene, initial_state(result.scene))
     end = energy_of(result.scene, result.final_state)
-    return replace(
+    judged = replace(
         record,
         outcome="ran",
         # An engine says in its result what a setting left open, such as a step of None, came to.
@@ -120,6 +96,19 @@ def _judged(
         checks=_checks(asked, measured, truth, record.engine),
         left_out=tuple(one.metric for one in limits if one not in asked and not case.varied_from),
     )
+    return judged, None if case.varied_from else motion_of(result)
+
+
+def checks_on(
+    engine: ReferenceEngine, result: Result, truth: Truth, asked: Asked
+) -> tuple[Check, ...]:
+    """Return what is asked of an engine, judged on a run of it that was made already."""
+    limits = asked.limits(engine, result.scene, truth)
+    metrics = {one.metric for one in limits}
+    with np.errstate(invalid="ignore", over="ignore"):
+        resolution = resolution_of(engine, result.scene)
+        measured, _ = _measured(result, truth, limits, resolution, metrics)
+    return _checks(limits, measured, truth, engine.name)
 
 
 def _measured(

@@ -15,7 +15,13 @@ from pydantic import TypeAdapter
 from ghostball.reference_adapters import EngineUnavailableError, ReferenceEngine, make_engine
 from ghostball.validation.measured.likeness import Likeness, likeness
 from ghostball.validation.parallel.pool import Done, Progress
-from ghostball.validation.results.database import AGAIN, has_database, reading, record_of
+from ghostball.validation.results.database import (
+    AGAIN,
+    current_records,
+    has_database,
+    reading,
+    record_of,
+)
 from ghostball.validation.results.files import ResultsError
 from ghostball.validation.results.record_store import Name, RecordStore
 from ghostball.validation.runs.playing import in_other_process, run_engine
@@ -84,11 +90,9 @@ def load_likenesses(folder: Path) -> list[Likeness]:
     if not has_database(folder):
         return []
     with reading(folder) as database:
-        rows = database.execute(
-            "SELECT record FROM records WHERE kind = 'likeness' AND current ORDER BY id"
-        ).fetchall()
+        rows = current_records(database, LikenessWriter.kind)
     what = f"{folder}: {LikenessWriter.what}"
-    found: list[Likeness] = [record_of(_LIKENESS, text, what) for (text,) in rows]
+    found: list[Likeness] = [record_of(_LIKENESS, text, what) for text, _ in rows]
     if len({tuple(family.name for family in one.families) for one in found}) > 1:
         raise ResultsError(f"{what} are damaged: engines have different families. {AGAIN}")
     return found

@@ -13,14 +13,12 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ghostball.model.arrays import FloatArray
+from ghostball.reference_adapters.registry import OURS
 from ghostball.validation.checks.verdict import is_unfinished
 from ghostball.validation.results.records import CaseRecord
 from ghostball.validation.results.store import Results
-from ghostball.validation.truth.scene_truth import OUR_NAME
-
-FloatArray = NDArray[np.float64]
 
 DIFFERS: Final = 4.0
 """Standard errors between two means from which on they differ: one in 16 000 does by chance."""
@@ -80,10 +78,10 @@ def spreads_of(results: Results) -> Iterator[SceneSpread]:
     for case in results.varied:
         cases.setdefault((case.varied_from, case.label), []).append(case)
     for scene in results.scene_names:
-        ours = _values(cases.get((scene, OUR_NAME), []))
+        ours = _values(cases.get((scene, OURS), []))
         for label in results.labels:
             if (scene, label) in cases:
-                yield _spread(scene, label, cases[scene, label], {} if label == OUR_NAME else ours)
+                yield _spread(scene, label, cases[scene, label], {} if label == OURS else ours)
 
 
 def _ended(cases: list[CaseRecord]) -> list[CaseRecord]:

@@ -49,7 +49,6 @@ class Counts:
     """
 
     ran: int = 0
-    not_representable: int = 0
     unavailable: int = 0
     failed: int = 0
     unfinished: int = 0
@@ -64,7 +63,6 @@ class Counts:
 class Outcome:
     """What a run came to.
 
-    `folder`: where the results are.
     `cases`: those that are done: those reused, then the others in order of completion.
     `planned`: how many there would have been.
     `interrupted`: whether the run was cut short by Ctrl-C; the folder then holds what was done.
@@ -84,7 +82,6 @@ class Outcome:
         verdicts = [check.passed for case in self.cases for check in case.checks]
         return Counts(
             ran=outcomes.count("ran"),
-            not_representable=outcomes.count("not-representable"),
             unavailable=outcomes.count("unavailable"),
             failed=outcomes.count("failed"),
             unfinished=sum(is_unfinished(case) for case in self.cases),

@@ -10,17 +10,15 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ghostball.model import GhostballError, Result, Scene
+from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.certified import CertifiedSettings
 from ghostball.reference_adapters.certified.engine import result_of
 from ghostball.validation.runs.our_run import run_ours
 from ghostball.validation.truth.closed_forms import closed_form
 from ghostball.validation.truth.proof import proof_of
 from ghostball.validation.truth.scene_truth import truth_of
-
-FloatArray = NDArray[np.float64]
 
 KnownBy = Literal["certified", "closed form", "our engine"]
 """Who vouches for a motion; a closed form vouches for its end, the rest is our engine's."""
@@ -67,6 +65,16 @@ class KnownShot:
             return self.rest_positions[:, :2]
         centres: FloatArray = self.result.sample([instant]).positions[0, :, :2]
         return centres
+
+
+def farthest(one: Result, other: Result, times: FloatArray) -> FloatArray:
+    """Return the largest distance of a ball between two runs in the plane, (k,) [m], at instants.
+
+    `times` (k,) float64 [s].
+    """
+    a, b = (run.sample(times).positions[..., :2] for run in (one, other))
+    found: FloatArray = np.max(np.linalg.norm(a - b, axis=2), axis=1)
+    return found
 
 
 def known_shot(scene: Scene) -> KnownShot:

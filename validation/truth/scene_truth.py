@@ -16,7 +16,6 @@ from typing import Any, Literal, get_args
 
 import mpmath
 import numpy as np
-from numpy.typing import NDArray
 
 from ghostball.model import (
     EventKind,
@@ -26,9 +25,11 @@ from ghostball.model import (
     UnsupportedSceneError,
     partner_index,
 )
+from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.base import Resolution, stated_error
 from ghostball.reference_adapters.certified import Certificate, CertifiedSettings
 from ghostball.reference_adapters.certified.engine import result_of
+from ghostball.reference_adapters.registry import OURS
 from ghostball.validation.grading.certified_growth import Lateness, growth_of_proof
 from ghostball.validation.grading.certified_widths import is_differentiated
 from ghostball.validation.grading.event_logs import Key, collisions_of, lower_first
@@ -47,8 +48,6 @@ from ghostball.validation.runs.sampling import (
 from ghostball.validation.truth.closed_forms import DIGITS, ClosedForm, closed_form, has_closed_form
 from ghostball.validation.truth.proof import proof_of, refused_features
 
-FloatArray = NDArray[np.float64]
-
 TruthPart = Literal["rest", "time", "events", "energy", "conditioning", "proof"]
 """What a metric may be measured against; "proof" is what is proved, be it of a part of the shot."""
 
@@ -58,9 +57,6 @@ WantedTruth = Literal["closed-form", "certified", "engine"]
 PARTS: frozenset[TruthPart] = frozenset(get_args(TruthPart))
 
 _NO_TIMES: FloatArray = np.empty(0)
-
-OUR_NAME = "ghostball"
-"""Name of the engine that stands in where a scene has no truth of its own."""
 
 
 class TruthError(GhostballError):
@@ -146,7 +142,7 @@ class Truth:
 
     def is_own_measure(self, engine: str, part: TruthPart | None) -> bool:
         """Whether measuring `engine` against this part compares our engine with itself."""
-        return engine == OUR_NAME and part is not None and part not in self.independent
+        return engine == OURS and part is not None and part not in self.independent
 
 
 def check_truth(scene: Scene, wanted: WantedTruth | None) -> None:

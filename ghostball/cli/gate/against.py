@@ -13,13 +13,11 @@ from ghostball.cli.shared.config import load_config
 from ghostball.cli.shared.options import Format, Plain
 from ghostball.cli.shared.terminal import say
 from ghostball.model import GhostballError
-from ghostball.reference_adapters import make_engine
 from ghostball.validation.baselines.gate import source_of
 from ghostball.validation.baselines.revision import checked_out, repository, resolve
 from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.results.store import Results
 from ghostball.validation.scenes.library import select
-from ghostball.validation.truth.scene_truth import OUR_NAME
 
 JUDGED = (
     ExitStatus.PASSED,
@@ -43,7 +41,7 @@ for label in sys.argv[2:]:
 
 def run_both(
     scenes: Sequence[str] | None,
-    engine: Sequence[str] | None,
+    labels: Sequence[str],
     revision: str,
     out: Path | None,
     jobs: int,
@@ -53,9 +51,6 @@ def run_both(
 ) -> ExitStatus:
     """Validate at both revisions, print what differs, and return the exit status of that."""
     config = load_config()
-    labels = tuple(dict.fromkeys(engine or config.engines or (OUR_NAME,)))
-    for label in labels:
-        make_engine(label)
     names = scenes or config.scenes
     select(names)
     here = Path.cwd().resolve()

@@ -24,6 +24,7 @@ from ghostball.cli.shared.tables import table_of
 from ghostball.cli.shared.terminal import say, tables
 from ghostball.model import Scene
 from ghostball.reference_adapters import make_engine, names_class
+from ghostball.reference_adapters.registry import OURS
 from ghostball.reports.shift import Shift
 from ghostball.validation.baselines import (
     Regression,
@@ -48,7 +49,6 @@ from ghostball.validation.scenes.library import select
 from ghostball.validation.suite.hints import shared
 from ghostball.validation.suite.plan import criteria_beside_paths
 from ghostball.validation.suite.suite import Outcome, run_suite
-from ghostball.validation.truth.scene_truth import OUR_NAME
 
 _COLOURS: dict[Change, str] = {
     "identical": "green",
@@ -112,31 +112,31 @@ def run(
     time_limit: float,
 ) -> ExitStatus:
     """Compare, print what changed, and return the exit status; see the options of the command."""
-    if against is not None:
-        if fail_on is not None:
-            raise typer.BadParameter(
-                "judges a comparison with baselines, and --against makes none: it fails where an "
-                "engine is less right by a class. Leave out one of both",
-                param_hint="--fail-on",
-            )
-        return run_both(scenes, engine, against, out, jobs, form, rerun, time_limit)
+    if against is not None and fail_on is not None:
+        raise typer.BadParameter(
+            "judges a comparison with baselines, and --against makes none: it fails where an "
+            "engine is less right by a class. Leave out one of both",
+            param_hint="--fail-on",
+        )
     started, config = time.perf_counter(), load_config()
+    labels = labels_of(engine or (), config)
+    if against is not None:
+        return run_both(scenes, labels, against, out, jobs, form, rerun, time_limit)
     place = config.out if out is None else out
     policy: FailOn = config.fail_on if fail_on is None else fail_on.value
     kept_in = config.baselines if baselines is None else baselines
     names = scenes or config.scenes
     chosen, criteria = select(names), criteria_beside_paths(names)
-    labels = labels_of(engine or (), config)
     if not (engine or config.engines):
         say(
-            f"No engine is named, so `{OUR_NAME}` itself is compared, in {len(chosen)} scenes. "
+            f"No engine is named, so `{OURS}` itself is compared, in {len(chosen)} scenes. "
             "`ghostball init` sets up your own"
         )
     gates = gates_of(labels, kept_in)
     ran = {scene.name for scene in chosen}
     whole = not scenes or ran >= {scene.name for scene in select(config.scenes)}
     for gate in gates:
-        made = many_ball_scenes() if gate.label == OUR_NAME and whole else ()
+        made = many_ball_scenes() if gate.label == OURS and whole else ()
         check_baselines(gate.folder, [scene.name for scene in (*chosen, *made)], gate.engine)
     with Steps(COMPILING, "running").bar() as step:
         count = step("running")
@@ -186,7 +186,7 @@ def run(
 
 def labels_of(engines: Sequence[str], config: Config) -> tuple[str, ...]:
     """Return the engines asked for, else the project's, else ours."""
-    labels = tuple(dict.fromkeys(engines or config.engines or (OUR_NAME,)))
+    labels = tuple(dict.fromkeys(engines or config.engines or (OURS,)))
     for label in labels:
         make_engine(label)
     return labels
@@ -268,7 +268,7 @@ def _show(
     unfinished = sum(map(is_unfinished, own))
     broken = sum(check.passed is False for case in own for check in case.checks)
     counts = Counter(one.change for one in regression.scenes)
-    of = "" if regression.label == OUR_NAME else f" of {escape(regression.label)}"
+    of = "" if regression.label == OURS else f" of {escape(regression.label)}"
     asked = regression.fail_on != "limits"
     if set(counts) == {"no-baseline"} and asked and not (broken or unfinished):
         console.print(
@@ -307,7 +307,7 @@ def _show(
 
 def _blind(label: str, own: Sequence[CaseRecord]) -> Iterator[str]:
     """Yield what a comparison of these scenes can't see."""
-    tries = f"ghostball stress{'' if label == OUR_NAME else f' -e {label}'}"
+    tries = f"ghostball stress{'' if label == OURS else f' -e {label}'}"
     yield (
         f"[dim]It sees what these {len(own)} scenes try; balls that graze, frozen racks, gases and "
         f"extreme numbers are tried by `{escape(tries)}`[/]"

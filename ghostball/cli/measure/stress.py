@@ -33,9 +33,9 @@ from ghostball.validation.stress.survival import (
     Survival,
     all_survival,
     scene_file,
+    tracked_numbers,
     trying_again,
 )
-from ghostball.validation.stress.tracked import tracked_numbers
 from ghostball.validation.stress.trial import Family
 
 FAULTS_SHOWN = 3

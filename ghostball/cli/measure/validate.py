@@ -36,6 +36,7 @@ from ghostball.reference_adapters import (
     parse_spec,
 )
 from ghostball.reference_adapters.registry import OURS
+from ghostball.reports.words import many
 from ghostball.validation.baselines import Regression, check_baselines
 from ghostball.validation.baselines.regression import UNCOMPARED, FailOn
 from ghostball.validation.checks.criteria import SUFFIX, Criteria
@@ -286,8 +287,9 @@ def _announce(reused: Reuse[CaseRecord], engines: Sequence[str], out: Path) -> N
 
 
 def _reused(count: int, out: Path) -> str:
-    cases = "1 case" if count == 1 else f"{count} cases"
-    return f"{cases} unchanged, reused from {escape(str(out))} (run again with --rerun)"
+    return (
+        f"{many(count, 'case')} unchanged, reused from {escape(str(out))} (run again with --rerun)"
+    )
 
 
 def _left(outcome: Outcome) -> str:

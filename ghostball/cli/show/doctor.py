@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import enum
-import os
 import platform
 import re
 import sys
@@ -16,6 +15,7 @@ from rich import box
 from rich.markup import escape
 from rich.table import Table
 
+from ghostball.cli.shared.options import processor_count
 from ghostball.cli.shared.terminal import say, stdout
 from ghostball.engine.library import cache, shipped
 from ghostball.engine.library.cache_folder import cache_folder
@@ -63,8 +63,8 @@ def doctor() -> ExitStatus:
 
 def _python() -> Iterator[Finding]:
     yield Finding("python", State.GOOD, f"{platform.python_version()} at {sys.executable}")
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
-    yield Finding("machine", State.GOOD, f"{platform.platform()}, {cpu_name()}, {cores} cores")
+    machine = f"{platform.platform()}, {cpu_name()}, {processor_count()} cores"
+    yield Finding("machine", State.GOOD, machine)
 
 
 def _versions() -> Iterator[Finding]:

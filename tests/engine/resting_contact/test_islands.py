@@ -8,13 +8,13 @@ import random
 import numpy as np
 import pytest
 from recorded import same_log
+from same.images import shuffled
 from shots import kept_scene
 
 from ghostball.engine import simulate
 from ghostball.engine.core.kernel import COMPILED
 from ghostball.engine.resting_contact import paths
 from ghostball.model import Result, Status
-from ghostball.validation.stress.same.images import shuffled
 
 
 def shot(name: str) -> Result:

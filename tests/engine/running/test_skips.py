@@ -5,6 +5,7 @@ import re
 import numpy as np
 import pytest
 from recorded import fingerprint
+from same import CHECKS
 from shots import POOL_TABLE, ball, rack, random_shot, scene_of
 
 from ghostball.engine import simulate
@@ -14,7 +15,6 @@ from ghostball.engine.running.skips import BUILT_IN, MOST_IN_MATRIX, Skip, expla
 from ghostball.model import GhostballError, Scene
 from ghostball.validation.scenes.library import FOLDER
 from ghostball.validation.scenes.random_scenes import random_scene
-from ghostball.validation.stress.same import CHECKS
 
 EXACT = [skip for skip in Skip if skip not in {Skip.ADVANCEMENT, *BUILT_IN}]
 PARTS = {Skip.INTEGRATED_LAWS, Skip.DRAG, Skip.FLIGHT}
@@ -97,7 +97,7 @@ def test_a_matrix_that_would_not_fit_is_refused():
         simulate(scene, no_skip=["far-cells"])
 
 
-@pytest.mark.skipif(COMPILED, reason="the stress suite plays them in kernels that take minutes")
+@pytest.mark.skipif(COMPILED, reason="compiled, the slow tests of random scenes play them")
 @pytest.mark.parametrize(
     ("number", "having"),
     [

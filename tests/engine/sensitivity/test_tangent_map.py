@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from same.images import shuffled
 from shots import R, ball, scene_of
 
 from ghostball.engine import simulate
@@ -15,7 +16,6 @@ from ghostball.engine.compilation import kernels_of
 from ghostball.engine.sensitivity import QUALITY, ROUNDING, tangent_map, tangent_of
 from ghostball.model import EventKind, GhostballError, Scene, partner_name
 from ghostball.validation.scenes.library import find_scene
-from ghostball.validation.stress.same.images import shuffled
 
 G = 9.81
 MU = 0.02

@@ -34,7 +34,8 @@ def test_a_stored_run_is_the_run_itself(stored):
     found = Observed.of_case(*stored)
     truth = truth_of(SHOT, "certified")
     result = simulate(SHOT, record="trajectory")
-    expected = Observed.of_result(result, measure(result, truth).values, truth.kind)
+    metrics = judged(measure(result, truth).values, truth.kind)
+    expected = replace(Observed.of_result(result), metrics=metrics, truth=truth.kind)
     for part in fields(Observed):
         one, two = getattr(found, part.name), getattr(expected, part.name)
         if isinstance(one, np.ndarray):

@@ -7,14 +7,13 @@ from typing import Any
 
 import pytest
 from engine_facts import needs
-from step_rules import criteria_of_step, limit_of_step
+from step_rules import asked_of_all, criteria_of_step, limit_of_step
 
 from ghostball.model import Record, Result, Scene
 from ghostball.reference_adapters import make_engine
 from ghostball.reference_adapters.pymunk.engine import PymunkEngine
 from ghostball.validation.checks.criteria import Criteria, common_criteria
 from ghostball.validation.checks.criterion import StepRule
-from ghostball.validation.checks.law import Asked
 from ghostball.validation.checks.verdict import Verdict, verdict_of
 from ghostball.validation.results.records import CaseRecord
 from ghostball.validation.scenes.library import find_scene
@@ -62,7 +61,7 @@ def judged(scene_name: str, engine: PymunkEngine) -> CaseRecord:
     """Run a scene on an engine, judged by its step alone."""
     scene = find_scene(scene_name)
     rule = Criteria().step_rule(engine.name, plain_settings(engine), common_criteria())
-    case = Case(scene, "pymunk", truth_of(scene), Asked.stating((), rule))
+    case = Case(scene, "pymunk", truth_of(scene), asked_of_all((), rule))
     record, _ = run_case(case, lambda _: engine)
     assert record.outcome == "ran", record.reason
     return record
@@ -148,7 +147,7 @@ def test_what_an_engine_does_in_time_costs_nothing() -> None:
     )
     limits = []
     for rule in (both, collisions):
-        record, _ = run_case(Case(scene, "pymunk", truth_of(scene), Asked.stating((), rule)))
+        record, _ = run_case(Case(scene, "pymunk", truth_of(scene), asked_of_all((), rule)))
         limits += [check.limit for check in record.checks if check.metric == "rest_error_max"]
     assert limits[0] > 1.5 * limits[1]
 
@@ -169,7 +168,7 @@ def test_what_is_stated_replaces_what_is_computed() -> None:
         }
     )
     record, _ = run_case(
-        Case(scene, "pymunk", truth_of(scene), Asked.stating(stated.criteria, rule))
+        Case(scene, "pymunk", truth_of(scene), asked_of_all(stated.criteria, rule))
     )
     limits = [check.limit for check in record.checks if check.metric == "rest_error_max"]
     assert limits == [1e-9]

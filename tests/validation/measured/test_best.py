@@ -14,7 +14,7 @@ from ghostball.model import Physics
 from ghostball.model.features import Feature
 from ghostball.reference_adapters import EngineUnavailableError, make_engine
 from ghostball.validation.measured.banks import through_points
-from ghostball.validation.measured.best import best_cloth, best_cushion, place_of
+from ghostball.validation.measured.best import best_cloth, best_cushion
 from ghostball.validation.measured.facts import facts_of
 from ghostball.validation.measured.rebounds import square_rebound
 
@@ -133,4 +133,4 @@ def test_the_preset_snooker_has_the_measured_cloth():
 
 def test_a_row_is_in_the_middle_where_it_says_no_more():
     first = facts_of("rolling-pool").rows[0]
-    assert place_of(first) == pytest.approx(0.225)
+    assert first.place == pytest.approx(0.225)

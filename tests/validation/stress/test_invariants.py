@@ -8,11 +8,7 @@ from shots import POOL_TABLE, R, ball, scene_of
 
 from ghostball.engine import simulate
 from ghostball.model import CUSHIONS, Result, SampledTrajectory, Samples, Status
-from ghostball.validation.stress.invariants import (
-    energy_rise,
-    instants,
-    overlaps,
-)
+from ghostball.validation.stress.invariants import energy_rise, instants, overlaps
 
 
 def test_the_deepest_overlap_of_balls_and_the_deepest_at_a_cushion_are_found():

@@ -2,7 +2,7 @@
 
 from ghostball.validation.stress.families.tunnelling import DEPTH, SPEED
 from ghostball.validation.stress.findings import Finding, StressFolder, StressRun
-from ghostball.validation.stress.tracked import tracked_numbers
+from ghostball.validation.stress.survival import tracked_numbers
 
 
 def folder_of(tmp_path, *findings):

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from step_rules import asked_of_all
 
 import ghostball.validation.suite.unchanged
 from ghostball.model import Ball, Result, Scene, Status, Table
@@ -281,7 +282,7 @@ def test_every_input_is_in_the_hash() -> None:
         "scene": shot,
         "label": "paper-discrete",
         "settings": {"dt": 0.02},
-        "asked": Asked.stating(criteria),
+        "asked": asked_of_all(criteria),
         "truth": None,
         "metrics": None,
     }
@@ -294,11 +295,11 @@ def test_every_input_is_in_the_hash() -> None:
         {"settings": {"dt": 0.01}},
         {"settings": {"dt": 0.02, "new": None}},
         {"asked": Asked()},
-        {"asked": Asked.stating(limits(2e-6).criteria)},
-        {"asked": Asked.stating(limits(metric="rest_error_rms").criteria)},
-        {"asked": Asked.stating((criteria[0].model_copy(update={"reason": "another"}),))},
-        {"asked": Asked.stating(criteria, rules[0])},
-        {"asked": Asked(law=Asked.stating(criteria).stated)},
+        {"asked": asked_of_all(limits(2e-6).criteria)},
+        {"asked": asked_of_all(limits(metric="rest_error_rms").criteria)},
+        {"asked": asked_of_all((criteria[0].model_copy(update={"reason": "another"}),))},
+        {"asked": asked_of_all(criteria, rules[0])},
+        {"asked": Asked(law=asked_of_all(criteria).stated)},
         {"truth": "engine"},
         {"metrics": ["rest_error_max"]},
     ]

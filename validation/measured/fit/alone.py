@@ -6,9 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ghostball.model.arrays import FloatArray
 from ghostball.validation.measured.cushion_contacts import Windows
 from ghostball.validation.measured.fit.lines import window
-from ghostball.validation.measured.tracks import FloatArray, Surface, Track
+from ghostball.validation.measured.tracks import Surface, Track
 
 ROLLED = 0.7
 """How long a ball must have met nothing before a window, for each m/s of its speed in it [s^2/m].

@@ -16,8 +16,8 @@ from typing import Self
 import numpy as np
 
 from ghostball.model import Ball, Physics, Scene, Table
+from ghostball.model.arrays import FloatArray
 from ghostball.validation.measured.fit.lines import Curve
-from ghostball.validation.measured.tracks import FloatArray
 
 SIDE = 1.0
 """How much side a ball may have, typically: the speed of its equator about the vertical, over that

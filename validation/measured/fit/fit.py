@@ -13,13 +13,13 @@ from scipy.special import stdtrit
 from threadpoolctl import threadpool_limits
 
 from ghostball.model import GhostballError, Physics, Result, Scene
+from ghostball.model.arrays import FloatArray
 from ghostball.model.features import Feature, has_feature
 from ghostball.model.impact_laws import CUSHION_LAWS, LawEntry
 from ghostball.reference_adapters import ReferenceEngine
 from ghostball.validation.measured.fit.events import Event
 from ghostball.validation.measured.fit.harvest import Harvest
 from ghostball.validation.measured.fit.least_squares import Field, Problem, Solution
-from ghostball.validation.measured.tracks import FloatArray
 
 LEAST_EVENTS: Final = 8
 """Events of a family below which it tells nothing."""

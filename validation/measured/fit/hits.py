@@ -6,11 +6,12 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
+from ghostball.model.arrays import FloatArray
 from ghostball.validation.measured.cushion_contacts import Windows
 from ghostball.validation.measured.fit.alone import has_rolled, is_free
 from ghostball.validation.measured.fit.events import Event, HitEvent
 from ghostball.validation.measured.fit.lines import Curve, window
-from ghostball.validation.measured.tracks import FloatArray, Surface, Track
+from ghostball.validation.measured.tracks import Surface, Track
 
 BEFORE, AFTER = (-0.30, -0.02), (0.30, 0.55)
 """Where straight lines are laid through the places of the balls [s], from when they meet."""

@@ -17,8 +17,8 @@ from scipy.linalg import cholesky, solve_triangular
 from scipy.optimize import least_squares
 
 from ghostball.model import Physics
+from ghostball.model.arrays import FloatArray
 from ghostball.validation.measured.fit.events import Event
-from ghostball.validation.measured.tracks import FloatArray
 
 Predict = Callable[[Physics, Event, FloatArray], FloatArray]
 """What a model makes of an event begun as given: what would be seen of it."""

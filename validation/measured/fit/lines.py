@@ -7,7 +7,8 @@ from typing import Self
 
 import numpy as np
 
-from ghostball.validation.measured.tracks import FloatArray, Track
+from ghostball.model.arrays import FloatArray
+from ghostball.validation.measured.tracks import Track
 
 
 @dataclass(frozen=True)

@@ -11,10 +11,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Final
 
 from ghostball.validation.stress.families import (
-    combined,
     extremes,
-    flight,
-    graded,
     grazing,
     long_runs,
     pockets,
@@ -35,9 +32,6 @@ _MODULES: Final = (
     storms,
     tunnelling,
     pockets,
-    flight,
-    combined,
-    graded,
     shipped,
 )
 

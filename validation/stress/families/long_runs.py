@@ -22,13 +22,13 @@ from ghostball.model import (
     Table,
     UnsupportedSceneError,
 )
+from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters import ReferenceEngine
 from ghostball.reference_adapters.base import resolution_of
 from ghostball.reference_adapters.registry import OURS
 from ghostball.validation.grading.tolerances import EPS
 from ghostball.validation.stress.gas import (
     ICE,
-    FloatArray,
     begun_at_end,
     collision_rate,
     gas,
@@ -119,7 +119,6 @@ class _Seen:
     stray: list[tuple[float, float]] = field(default_factory=list)
     deepest: float = -math.inf
     slack: float = 0.0
-    curve: list[tuple[int, float]] = field(default_factory=list)
 
     def add(self, result: Result) -> None:
         """Look at the next part of the run."""
@@ -127,7 +126,6 @@ class _Seen:
             self.first_energy = kinetic_energy(result, at_start=True)
         self.collisions += sum(result.collision_counts.values())
         self.energy = kinetic_energy(result)
-        self.curve.append((self.collisions, self.energy / self.first_energy - 1.0))
         stray = stray_momentum(result)
         if stray is not None:
             self.stray.append(stray)
@@ -162,7 +160,6 @@ class _Seen:
             "collisions": n,
             "energy_drift": drift,
             "overlap": self.deepest,
-            "curve": _thinned(self.curve),
         }
         if self.stray:
             speed = math.sqrt(2.0 * self.first_energy)  # of all mass
@@ -190,12 +187,6 @@ def _looks(result: Result) -> Iterator[FloatArray]:
     times = np.arange(0.0, result.rest_time, LOOK)
     for some in np.array_split(times, math.ceil(len(times) / 100)):
         yield result.sample(some).positions
-
-
-def _thinned(curve: list[tuple[int, float]], most: int = 200) -> list[list[float]]:
-    """Return at most so many points of a curve, evenly, with both ends."""
-    rows = np.unique(np.linspace(0, len(curve) - 1, min(most, len(curve))).round().astype(int))
-    return [[curve[row][0], curve[row][1]] for row in rows]
 
 
 @dataclass(frozen=True)

@@ -26,11 +26,7 @@ _POST = 0.04
 
 @dataclass(frozen=True)
 class Meets:
-    """Whether a run has as many of an event as there must be, and none where there must be none.
-
-    `kind`: of the event.
-    `count`: how many.
-    """
+    """Whether a run has as many of an event as there must be, and none where there must be none."""
 
     kind: EventKind
     count: int

@@ -179,7 +179,6 @@ def judge(scene: Scene, steps: list[Step], ours: bool) -> Verdict:
     values = {
         "lost_after": lost[0].k if lost else None,
         "predicted": expected,
-        "steps": [list(step) for step in steps],
     }
     shown = until(scene, lost[0].turn) if lost else scene
     return Verdict.of(shown, faults, nearest, values)

@@ -10,12 +10,10 @@ None where they don't, or where the scene has nothing to compare. `CHECKS` has t
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass
 from typing import Final
 
-from ghostball.model import Result, Scene
-from ghostball.validation.stress.same import images, motion, plays, stored
-from ghostball.validation.stress.trial import Verdict
+from ghostball.model import Scene
+from same import images, motion, plays, stored
 
 Check = Callable[[Scene], str | None]
 
@@ -40,24 +38,6 @@ SELDOM: Final = ("results", "proof")
 """Checks that take a hundred times what others do."""
 
 OFTEN: Final = tuple(name for name in CHECKS if name not in SELDOM)
-
-
-@dataclass(frozen=True)
-class Same:
-    """Whether a scene that our engine plays passes checks; the more it takes, the nearer it came.
-
-    `checks`: names of `CHECKS`.
-    """
-
-    checks: tuple[str, ...]
-
-    def __call__(self, result: Result) -> Verdict:
-        """Judge a run, recorded as a trajectory, by what else is the same."""
-        found = differences(result.scene, self.checks)
-        work = sum(result.work[name] for name in ("events", "contact_steps"))
-        severity = 1.0 + len(found) if found else work / (work + 1e6)
-        faults = [f"{name}: {sentence}" for name, sentence in found.items()]
-        return Verdict.of(result.scene, faults, severity, {"events_and_steps": work})
 
 
 def differences(scene: Scene, only: Collection[str] = CHECKS) -> dict[str, str]:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
+from in_space import BOUNCE_SLOP, faults_in_space
 
 from ghostball.model import EventKind, ExactTrajectory, Phase, Result, Scene, Status
 from ghostball.validation.grading.tolerances import EPS
-from ghostball.validation.stress.invariants import BOUNCE_SLOP, CONTACT_SLOP, gap_rounding
+from ghostball.validation.stress.invariants import CONTACT_SLOP, gap_rounding
 from ghostball.validation.stress.judges import Invariants
-from ghostball.validation.stress.same.plays import played
+from same.plays import played
 
 MOST_PIECES = 4_000
 """Pieces of motion whose joints are looked at: some of them, evenly taken, where there are more."""
@@ -62,7 +63,10 @@ def sampled(scene: Scene) -> str | None:
 
 def invariants(scene: Scene) -> str | None:
     """Return what no shot may do: overlaps, a rise of the energy, contacts left unsolved."""
-    return "; ".join(Invariants(random=True)(played(scene)).faults) or None
+    result = played(scene)
+    if scene.physics.airborne:
+        return "; ".join(faults_in_space(result)) or None
+    return "; ".join(Invariants(random=True)(result).faults) or None
 
 
 def _gap_at_events(result: Result) -> str | None:

@@ -13,7 +13,7 @@ import numpy as np
 
 from ghostball.engine.running.skips import has_drag
 from ghostball.model import Ball, EventKind, Result, Scene, Table
-from ghostball.validation.stress.same.plays import play, played, with_balls
+from same.plays import play, played, with_balls
 
 Plane = Callable[[Any, Any], tuple[Any, Any]]
 """A map of the plane onto itself that takes the axes onto the axes."""

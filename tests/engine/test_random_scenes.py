@@ -1,33 +1,29 @@
-"""What is the same is the same in random scenes of every feature; and a check sees what isn't."""
+"""Random scenes of all that the engine knows come out the same by every path.
+
+Alone, in a batch, in a sweep on any number of threads and as one of many starts, with the scheduler
+of few balls and of many, with each skip off, renumbered and mirrored; the scene, the run and the
+proof read back as they were stored; the motion agrees with its events and its end, and gains no
+energy. And each check sees what isn't so.
+"""
 
 from __future__ import annotations
 
 import math
+import os
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from same import CHECKS, OFTEN, SELDOM, differences, images, motion, plays, stored
 
 from ghostball.engine import simulate
 from ghostball.engine.core.kernel import COMPILED
 from ghostball.engine.running.skips import Skip
 from ghostball.model import Ball, EventKind, ExactTrajectory, Physics, Result, Scene, Status, Table
-from ghostball.reference_adapters.registry import make_engine
 from ghostball.validation.baselines.baseline import Accepted, Baseline, baseline_of
 from ghostball.validation.baselines.observed import Observed
-from ghostball.validation.scenes.random_scenes import random_scene
-from ghostball.validation.stress.random_trials import random_trials
-from ghostball.validation.stress.same import (
-    CHECKS,
-    OFTEN,
-    Same,
-    differences,
-    images,
-    motion,
-    plays,
-    stored,
-)
+from ghostball.validation.scenes.random_scenes import ASPECTS, random_scene
 
 FOUND = {
     "a first nose lifts a ball off the second of a corner": (575, {"flight": "low"}),
@@ -49,24 +45,70 @@ FOUND = {
     "an impact at an instant rounded to a clock of minutes": (16756, {}),
     "a slip that ends where an impulse leaves little of it": (11935, {}),
 }
-"""What was wrong in scenes that the stress suite found, with their number and their options."""
+"""What was wrong in random scenes, with their number and their options."""
 
 
 @pytest.mark.compiled
-@pytest.mark.slow  # the kernels with all parts take minutes to compile; `stress` needs them, too
+@pytest.mark.slow  # the kernels with all parts take minutes to compile
 @pytest.mark.parametrize(("number", "having"), FOUND.values(), ids=FOUND.keys())
 def test_what_random_scenes_found_is_gone(number, having):
     assert differences(random_scene(number, **having), OFTEN) == {}
 
 
+ALOFT = tuple(how for how in ASPECTS["flight"] if how != "no")
+
+LONG_SWEEP = 600
+"""Shots of a sweep that threads share among them: more than each takes at a time."""
+
+SHAPES = ("polygon", "pockets", "posts")
+
+KINDS = {
+    "all": (400, {}),
+    "falling": (20, {"cushion": "falling"}),
+    "shape": (20, {"table": SHAPES}),
+    "struck": (20, {"spin": "struck"}),
+    "flight-in-air": (20, {"air": "yes", "flight": ALOFT}),
+    "flight-over-shapes": (20, {"table": SHAPES, "flight": ALOFT}),
+}
+"""How many random scenes of each kind are played, and the options that they have."""
+
+MORE = int(os.environ.get("GHOSTBALL_RANDOM_SCENES", "1"))
+"""How many times as many are played: more than 1 where somebody looks for what is wrong."""
+
+AT_ONCE = 20
+"""Scenes of a test."""
+
+
+@pytest.mark.compiled
+@pytest.mark.slow  # as above
+@pytest.mark.parametrize(
+    ("kind", "first"),
+    [(kind, k) for kind, (count, _) in KINDS.items() for k in range(0, MORE * count, AT_ONCE)],
+)
+def test_random_scenes_come_out_the_same_by_every_path(kind, first):
+    _, having = KINDS[kind]
+    numbers = range(first, first + AT_ONCE)
+    found = {number: differences(random_scene(number, **having), OFTEN) for number in numbers}
+    assert {number: differ for number, differ in found.items() if differ} == {}
+
+
 @pytest.mark.compiled
 @pytest.mark.slow
-@pytest.mark.parametrize("number", range(12))
-def test_the_stroke_of_a_cue_comes_out_the_same_by_every_path(number):
-    assert differences(random_scene(number, spin="struck"), OFTEN) == {}
+@pytest.mark.parametrize("number", range(4 * MORE))
+def test_runs_and_proofs_read_back_as_they_were_stored(number):
+    assert differences(random_scene(number), SELDOM) == {}
 
 
-@pytest.mark.skipif(COMPILED, reason="`stress` plays them in kernels that take minutes")
+@pytest.mark.compiled
+@pytest.mark.slow
+@pytest.mark.parametrize("number", range(MORE))
+@pytest.mark.parametrize("flight", ASPECTS["flight"])
+def test_a_sweep_that_threads_share_is_as_shot_by_shot(flight, number):
+    scene = random_scene(number, flight=flight, count="few", speed="usual")
+    assert plays.sweep(scene, LONG_SWEEP) is None
+
+
+@pytest.mark.skipif(COMPILED, reason="compiled, the slow tests play them")
 @pytest.mark.parametrize("number", [0, 2])
 def test_a_few_come_out_the_same_without_compilation(number):
     assert differences(random_scene(number, count="few"), OFTEN) == {}
@@ -102,7 +144,7 @@ def replaced(scene: Scene) -> Scene:
     return Scene(**{**dict(scene), "physics": OTHER.physics})
 
 
-@pytest.mark.slow  # it asks for kernels that `stress` compiles, and that take minutes
+@pytest.mark.slow  # as above
 def test_what_is_the_same_differs_in_nothing():
     assert differences(SHOT) == {}
 
@@ -117,7 +159,7 @@ def without_drag_skip(*_, no_skip=(), **__):
         ("records", plays, "simulate", lambda *_, record="rest", **__: record == "events"),
         ("many", plays, "simulate_many", lambda *_, threads, **__: threads == 5),
         ("sweep", plays, "simulate_sweep", lambda *_, threads, **__: threads == 5),
-        # Parts that the scene lacks take minutes to compile; `stress` compiles them, too.
+        # Parts that the scene lacks take minutes to compile.
         pytest.param("cells", plays, "simulate", without_drag_skip, marks=pytest.mark.slow),
         pytest.param("skips", plays, "simulate", without_drag_skip, marks=pytest.mark.slow),
         ("renumbered", images, "play", lambda *_, **__: True),
@@ -185,18 +227,6 @@ def test_a_baseline_of_a_random_scene_reads_back_the_same():
             assert getattr(read, name) == getattr(observed, name), (number, name)
         assert read.rest_positions.tobytes() == observed.rest_positions.tobytes()
         assert read.events.tobytes() == observed.events[: len(read.events)].tobytes()
-
-
-@pytest.mark.slow  # it asks for kernels that `stress` compiles, and that take minutes
-def test_what_breaks_is_reported_with_its_scene(monkeypatch):
-    engine = make_engine("ghostball")
-    monkeypatch.setattr(plays, "MOST_EVENTS", 3)
-    (trial,) = random_trials("few", Same(("ends",)), 3, 1)
-    verdict = trial.run(engine)
-    assert verdict.broken == len(verdict.faults) > 0
-    assert verdict.scene is not None
-    assert "random-" in verdict.faults[0]
-    assert "ends: it stops" in verdict.faults[0]
 
 
 def test_a_result_of_balls_that_continue_spinning_is_at_rest():

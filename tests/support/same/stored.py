@@ -17,7 +17,7 @@ from ghostball.reference_adapters.registry import OURS
 from ghostball.validation.results.records import status_name
 from ghostball.validation.results.store import CaseRecord, Results, ResultsWriter
 from ghostball.validation.runs.sampling import motion_of
-from ghostball.validation.stress.same.plays import played
+from same.plays import played
 
 PROOF: Final = CertifiedSettings(start_precision=106, max_precision=106, max_events=2)
 """How far a scene is proved: what is stored is of the same kind from the first event on."""

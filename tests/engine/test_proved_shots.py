@@ -1,0 +1,85 @@
+"""Random shots, odd ones, and those of many balls are played as interval arithmetic proves them.
+
+Every event that is proved happens, in that order, no other does, and the balls end within 32
+roundings of the state per event; as far as the proof goes, and the shot can be predicted in double
+precision. Shipped scenes are asked the same by `ghostball validate`.
+"""
+
+import pytest
+
+from ghostball.engine import simulate
+from ghostball.model import Ball, Physics, Scene, Table
+from ghostball.reference_adapters.certified import CertifiedSettings
+from ghostball.validation.scenes.gases import FRICTIONLESS, FULL_CLOTH, packed_gas
+from ghostball.validation.scenes.random_scenes import PROVABLE, random_scene
+from ghostball.validation.stress.proved import MatchesProof
+
+PROOF = CertifiedSettings(max_events=500, max_precision=848)
+"""How far a random shot is proved: a few have thousands of events, or bits."""
+
+BATCH = 10
+"""Random shots of a test."""
+
+LEAST_PROVED = 5
+"""Of the random shots of a test, how many must be proved to their ends.
+
+Others are proved up to a contact that lasts, a tie, or bounces that no precision follows.
+"""
+
+SHAPES = {**PROVABLE, "table": ("polygon", "pockets", "posts")}
+OVER_SHAPES = {**SHAPES, "flight": ("low", "jump", "drop", "on-top")}
+
+
+def judged(scene, **how):
+    return MatchesProof(**how)(simulate(scene, record="trajectory"))
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize(
+    ("having", "first"),
+    [*((PROVABLE, first) for first in range(0, 100, BATCH)), (SHAPES, 0), (OVER_SHAPES, 0)],
+    ids=[*(f"table-{first}" for first in range(0, 100, BATCH)), "shape-0", "over-shapes-0"],
+)
+def test_random_shots_are_as_proved(having, first):
+    scenes = [random_scene(number, **having) for number in range(first, first + BATCH)]
+    found = {scene.name: judged(scene, settings=PROOF, least=0) for scene in scenes}
+    assert {name: one.faults for name, one in found.items() if one.faults} == {}
+    assert sum(one.values["proved"] for one in found.values()) >= LEAST_PROVED
+
+
+@pytest.mark.parametrize("physics", [FRICTIONLESS, FULL_CLOTH], ids=["elastic", "sliding"])
+def test_so_many_balls_that_only_neighbours_are_looked_at_are_as_proved(physics):
+    scene = packed_gas(110, 0.3, physics, t_max=0.03, seed=0)
+    result = simulate(scene, record="trajectory")
+    assert result.collision_counts["ball-ball"] > 10
+    assert result.work["cell_moves"] > 10
+    assert MatchesProof()(result).faults == ()
+
+
+def test_a_ball_that_its_spin_throws_back_to_the_cushion_that_it_left_is_as_proved():
+    """It still slides when it comes back."""
+    scene = Scene(
+        name="thrown-back",
+        table=Table(length=2.54, width=1.27),
+        physics=Physics(motion="sliding", sliding_friction=0.2),
+        balls=[
+            Ball(
+                id="cue",
+                position=(0.06, 0.3),
+                velocity=(0.3, 0.05),
+                angular_velocity=(0.0, -250.0, 0.0),
+            )
+        ],
+    )
+    assert judged(scene).faults == ()
+
+
+def test_a_ball_that_rubs_against_another_while_the_cloth_changes_its_spin_is_as_proved():
+    cue = Ball(
+        id="cue", position=(0.6, 0.4), velocity=(1.2, 0.9), angular_velocity=(60.0, -40.0, 30.0)
+    )
+    object_ball = Ball(id="1", position=(0.86, 0.6))
+    scene = Scene(
+        name="hit-while-sliding", physics=Physics(preset="pool"), balls=[cue, object_ball]
+    )
+    assert judged(scene).faults == ()
