@@ -33,20 +33,13 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-HERO_SCENES = ("break-16", "break-8", "break-7")
+HERO_SCENES = ("pocket-break-9", "break-16", "break-7")
 """The first of these that is stored is the hero's break."""
 
-HERO_ENGINES = (
-    "ghostball",
-    "pymunk:contact_steps=exact",
-    "pybullet:contact_steps=exact",
-    "paper-continuous",
-    "pymunk",
-    "pybullet",
-)
-"""Engines of the hero's panels, in rows of three."""
+HERO_ENGINES = ("ghostball", "pymunk:contact_steps=exact", "pymunk", "pybullet")
+"""Engines of the hero's panels, in rows of two."""
 
-HERO_COLUMNS = 3
+HERO_COLUMNS = 2
 
 EXACT = 1e-17
 """Where an error of exactly 0 is drawn [m]: left of every rounding error."""
@@ -71,10 +64,11 @@ def draw_hero(results: Results) -> Figure:
         draw_panel(axes, shot, run, view)
     for axes in grid[len(runs) :]:
         axes.set_axis_off()
+    pockets = shot.scene.table is not None and shot.scene.table.holes
     style.set_title(
         upper,
-        f"One break of {len(shot.scene.balls)} balls: rest positions, and the largest distance "
-        "from ghostball's (rings)",
+        f"One break of {len(shot.scene.balls)} balls{' with pockets' if pockets else ''}: rest "
+        "positions, and the largest distance from ghostball's (rings)",
     )
     draw_accuracy_on(lower.subplots(), errors)
     return figure
