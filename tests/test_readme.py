@@ -140,6 +140,7 @@ def test_the_first_shot_is_as_measured():
 
 MEASURED_AT = re.search(r"measured at revision ([0-9a-f]{7,40})", on_one_line(MEASURED_PAGE))[1]
 SECTIONS_AT = re.search(r"pictures drawn at revision (\w{7})", on_one_line(PAPER))[1]
+DRAWN_AT = re.search(r"[Dd]rawn at revision (\w{7})", on_one_line(MEASURED_PAGE))[1]
 PROVED_AT = re.search(r"proved at revision ([0-9a-f]{7,40})", on_one_line(MEASURED_PAGE))[1]
 
 
@@ -165,12 +166,17 @@ def test_what_is_quoted_or_drawn_is_of_the_revision_that_is_named(kind, revision
 @pytest.mark.parametrize("name", [path.name for path in sorted(GALLERY.glob("*"))])
 def test_every_picture_is_of_the_revision_that_is_named(name):
     revision = Image.open(GALLERY / name).text["Description"]
-    own = {"board.png": committed_board(), "rebounds.png": ReboundsMeasurement.committed()}
+    own = {
+        "board.png": committed_board(),
+        "precision.png": PrecisionMeasurement.committed(),
+        "racks.png": RacksMeasurement.committed(),
+        "rebounds.png": ReboundsMeasurement.committed(),
+    }
     if name in own:
         assert revision.startswith(own[name].environment["git"]["revision"])
     else:
         sections = name.startswith("paper-section")
-        assert revision.startswith(SECTIONS_AT if sections else MEASURED_AT)
+        assert revision.startswith(SECTIONS_AT if sections else DRAWN_AT)
     assert "changes" not in revision
 
 

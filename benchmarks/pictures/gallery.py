@@ -154,16 +154,22 @@ def committed_board() -> Board | None:
     return load_board(paths[0]) if paths else None
 
 
-def draw_committed() -> Iterator[tuple[str, Figure]]:
-    """Draw the committed measurements that there are."""
+def draw_committed() -> Iterator[tuple[str, Figure, str]]:
+    """Draw the committed measurements that there are; each with the revision that it is of."""
     if (precision := PrecisionMeasurement.committed()) is not None:
-        yield "precision", draw_against_time(precision)
+        yield "precision", draw_against_time(precision), revision_of(precision.environment)
     if (racks := RacksMeasurement.committed()) is not None:
-        yield "racks", draw_racks(racks)
+        yield "racks", draw_racks(racks), revision_of(racks.environment)
     if (rebounds := ReboundsMeasurement.committed()) is not None:
-        yield "rebounds", draw_rebounds(rebounds)
+        yield "rebounds", draw_rebounds(rebounds), revision_of(rebounds.environment)
     if (board := committed_board()) is not None:
-        yield "board", draw_board(board)
+        yield "board", draw_board(board), revision_of(board.environment)
+
+
+def revision_of(environment: Mapping[str, Any]) -> str:
+    """Return at which revision something was computed, and whether with changes."""
+    git = environment.get("git") or {"revision": "unknown", "dirty": False}
+    return f"{git['revision']}{', with changes' if git['dirty'] else ''}"
 
 
 def write_gallery(
@@ -173,23 +179,23 @@ def write_gallery(
 
     Those of the paper's section 6 are drawn from `sections_dir`, whose results may have engines
     that the suite leaves out; without it they are left out. Each picture carries, as its
-    description, the revision at which the results were computed.
+    description, the revision at which what it shows was computed.
     """
     results = Results.open(results_dir)
     folder = Path(gallery_dir)
-    git = results.environment.get("git") or {"revision": "unknown", "dirty": False}
-    revision = git["revision"] + ", with changes" * git["dirty"]
     with style.drawing():
-        figures = {name: draw(results) for name, draw in GALLERY.items()}
+        at = revision_of(results.environment)
+        figures = [(name, draw(results), at) for name, draw in GALLERY.items()]
         if sections_dir is not None:
             sections = Results.open(sections_dir)
-            figures |= {name: draw(sections) for name, draw in SECTION_FIGURES.items()}
-        figures |= dict(draw_committed())
+            at = revision_of(sections.environment)
+            figures += [(name, draw(sections), at) for name, draw in SECTION_FIGURES.items()]
+        figures += draw_committed()
         try:
             folder.mkdir(parents=True, exist_ok=True)
             saved = [
                 style.save_figure(figure, folder / name, revision, endings=["png"])
-                for name, figure in figures.items()
+                for name, figure, revision in figures
             ]
         except OSError as error:
             raise GhostballError(
