@@ -33,20 +33,13 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-HERO_SCENES = ("break-16", "break-8", "break-7")
+HERO_SCENES = ("pocket-break-9", "break-16", "break-7")
 """The first of these that is stored is the hero's break."""
 
-HERO_ENGINES = (
-    "ghostball",
-    "pymunk:contact_steps=exact",
-    "pybullet:contact_steps=exact",
-    "paper-continuous",
-    "pymunk",
-    "pybullet",
-)
-"""Engines of the hero's panels, in rows of three."""
+HERO_ENGINES = ("ghostball", "pymunk:contact_steps=exact", "pymunk", "pybullet")
+"""Engines of the hero's panels, in rows of two."""
 
-HERO_COLUMNS = 3
+HERO_COLUMNS = 2
 
 EXACT = 1e-17
 """Where an error of exactly 0 is drawn [m]: left of every rounding error."""
@@ -71,10 +64,11 @@ def draw_hero(results: Results) -> Figure:
         draw_panel(axes, shot, run, view)
     for axes in grid[len(runs) :]:
         axes.set_axis_off()
+    pockets = shot.scene.table is not None and shot.scene.table.holes
     style.set_title(
         upper,
-        f"One break of {len(shot.scene.balls)} balls: rest positions, and the largest distance "
-        "from ghostball's (rings)",
+        f"One break of {len(shot.scene.balls)} balls{' with pockets' if pockets else ''}: rest "
+        "positions, and the largest distance from ghostball's (rings)",
     )
     draw_accuracy_on(lower.subplots(), errors)
     return figure
@@ -161,7 +155,7 @@ def committed_board() -> Board | None:
 
 
 def draw_committed() -> Iterator[tuple[str, Figure, str]]:
-    """Draw the committed measurements that there are, each with the revision that it is of."""
+    """Draw the committed measurements that there are; each with the revision that it is of."""
     if (precision := PrecisionMeasurement.committed()) is not None:
         yield "precision", draw_against_time(precision), revision_of(precision.environment)
     if (racks := RacksMeasurement.committed()) is not None:
@@ -173,9 +167,9 @@ def draw_committed() -> Iterator[tuple[str, Figure, str]]:
 
 
 def revision_of(environment: Mapping[str, Any]) -> str:
-    """Return at which revision something was measured, and whether files differed from it."""
+    """Return at which revision something was computed, and whether with changes."""
     git = environment.get("git") or {"revision": "unknown", "dirty": False}
-    return str(git["revision"]) + ", with changes" * bool(git["dirty"])
+    return f"{git['revision']}{', with changes' if git['dirty'] else ''}"
 
 
 def write_gallery(
@@ -185,17 +179,17 @@ def write_gallery(
 
     Those of the paper's section 6 are drawn from `sections_dir`, whose results may have engines
     that the suite leaves out; without it they are left out. Each picture carries, as its
-    description, the revision at which what it shows was computed or measured.
+    description, the revision at which what it shows was computed.
     """
-    folder, sources = Path(gallery_dir), {results_dir: GALLERY}
-    if sections_dir is not None:
-        sources[sections_dir] = SECTION_FIGURES
+    results = Results.open(results_dir)
+    folder = Path(gallery_dir)
     with style.drawing():
-        figures = []
-        for source, drawn in sources.items():
-            results = Results.open(source)
-            revision = revision_of(results.environment)
-            figures += [(name, draw(results), revision) for name, draw in drawn.items()]
+        at = revision_of(results.environment)
+        figures = [(name, draw(results), at) for name, draw in GALLERY.items()]
+        if sections_dir is not None:
+            sections = Results.open(sections_dir)
+            at = revision_of(sections.environment)
+            figures += [(name, draw(sections), at) for name, draw in SECTION_FIGURES.items()]
         figures += draw_committed()
         try:
             folder.mkdir(parents=True, exist_ok=True)

@@ -90,7 +90,8 @@ class Column(_Model):
     laws: Mapping[str, tuple[float, ...]] = Field(default_factory=dict)
     replay: bool = True
     thread: (
-        Annotated[str, Field(pattern=r"^https://github\.com/[\w.-]+/[\w.-]+/issues/\d+$")] | None
+        Annotated[str, Field(pattern=r"^https://github\.com/[\w.-]+/[\w.-]+/(issues|pull)/\d+$")]
+        | None
     ) = None
     cause: str = ""
     cure: str = ""

@@ -122,9 +122,12 @@ def grade(result: Result, certificate: Certificate, within: Gradable | None = No
 
     A slide or a roll is negligible where all that it slows is below `LEAST_SLIP` of the fastest
     speed at the start, or where it lasts no longer than two roundings of the clock: the slip of
-    1e-17 m/s of a stunned ball is a slip to the proof, and nothing in double precision. So is a
-    flight that lasts no longer than what counts as one instant (`TIE`): a ball that is pushed back
-    to the table within a rounding of its own bounce. The lowest bounce takes far longer.
+    1e-17 m/s of a stunned ball is a slip to the proof, and nothing in double precision. Of a ball
+    that has met another one that is multiplied by the places of balls over their diameter: so far
+    off rounding of the places turns the line along which they part, and one that meets another
+    head-on, which takes all of its speed, keeps that much of it. So is a flight that lasts no
+    longer than what counts as one instant (`TIE`): a ball that is pushed back to the table within a
+    rounding of its own bounce. The lowest bounce takes far longer.
     """
     scene = result.scene
     if result.events is None or result.trajectory is None:
@@ -198,18 +201,31 @@ def _negligible(scene: Scene, log: Sequence[Event]) -> list[bool]:
         EventKind.SLIDE_TO_ROLL: 3.5 * gravity * scene.sliding_frictions,
         EventKind.ROLL_TO_REST: gravity * scene.rolling_frictions,
     }
-    since = [0.0] * len(scene.balls)
+    since, levers = [0.0] * len(scene.balls), [1.0] * len(scene.balls)
     negligible = []
     for one in log:
         lasted = one.t - since[one.a]
         if one.kind in slowing:
             slowed = (lasted - 2.0 * EPS * one.t) * slowing[one.kind][one.a]
-            negligible.append(bool(slowed <= noise))
+            negligible.append(bool(slowed <= noise * levers[one.a]))
         else:
             negligible.append(one.kind is EventKind.BALL_CLOTH and lasted <= TIE * one.t)
         for ball in one.balls:
             since[ball] = one.t
+            if one.kind is EventKind.BALL_BALL:
+                levers[ball] = _lever(scene)
     return negligible
+
+
+def _lever(scene: Scene) -> float:
+    """Return what rounding of two places makes of the line between two balls that touch.
+
+    Of its direction, in units of what it makes of a number: the places over the least distance.
+    """
+    size = float(np.max(np.abs(scene.positions[:, :2])))
+    if scene.table is not None:
+        size = max(size, scene.table.length, scene.table.width)
+    return max(size / (2.0 * float(np.min(scene.radii))), 1.0)
 
 
 def _end_of_found(scene: Scene, pairs: Sequence[tuple[Event, Event]], until: float) -> float:

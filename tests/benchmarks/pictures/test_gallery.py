@@ -26,6 +26,6 @@ def test_the_gallery_is_complete(results_folder, tmp_path, monkeypatch):
 
 
 def test_a_gallery_without_its_scenes_is_an_error(small_folder, tmp_path):
-    with pytest.raises(GhostballError, match='scene "break-16"'):
+    with pytest.raises(GhostballError, match='scene "pocket-break-9"'):
         write_gallery(small_folder, tmp_path / "gallery")
     assert not (tmp_path / "gallery").exists()

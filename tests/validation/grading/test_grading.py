@@ -129,6 +129,21 @@ def test_a_slip_that_is_but_rounding_is_no_event() -> None:
     assert made.events == 3
 
 
+def test_a_roll_that_rounding_of_the_line_of_centres_leaves_is_no_event() -> None:
+    # Head-on, but for the last bits: 1e-14 m/s of 6.2 m/s are left in doubles, 2e-15 m/s in truth.
+    scene = scene_of(
+        ball((0.48132284911279266, 0.09179769516754445), (5.756720402189766, 2.421848082553362)),
+        ball((1.6239230444679669, 0.5724887655890686)),
+        rolling_friction=0.005,
+        t_max=0.5,
+    )
+    result, certificate = simulate(scene, record="trajectory"), certify(scene, motion=True)
+    assert [event.kind for event in certificate.events][1:] == [EventKind.ROLL_TO_REST]
+    made = grade(result, certificate)
+    assert clean(made)
+    assert made.negligible == 2
+
+
 def slow_slide(slip: float) -> Scene:
     """A ball that rolls but for a slip of some [m/s]."""
     radius = 0.028575
