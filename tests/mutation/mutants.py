@@ -53,7 +53,7 @@ class Mutation:
     ----------
     name : str
     file : str
-        With its package, such as "engine/motion/next_piece.py": the engine, or what it is judged by.
+        With its package, the engine or what it is judged by: "engine/motion/next_piece.py".
     old, new : str
         What is replaced, exactly one occurrence, and by what.
     what : str

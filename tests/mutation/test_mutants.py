@@ -48,7 +48,12 @@ def test_a_bug_that_breaks_a_module_is_an_error():
     [
         ("engine/motion/next_piece.py", "no such text", "x", "found 0 times"),
         ("engine/motion/next_piece.py", "def ", "x", "exactly once"),
-        ("engine/motion/next_piece.py", "first_meeting(rx: float", "first_meeting(rx: float", "differ"),
+        (
+            "engine/motion/next_piece.py",
+            "first_meeting(rx: float",
+            "first_meeting(rx: float",
+            "differ",
+        ),
         ("engine/no_such.py", "x", "y", "must be one of our packages"),
     ],
 )
