@@ -30,10 +30,12 @@ export PYTHONDONTWRITEBYTECODE :=
 
 .DEFAULT_GOAL := help
 # Two test runs at once would mix their output.
+ifndef SIDE_BY_SIDE
 .NOTPARALLEL:
+endif
 .PHONY: help venv engines smoke validate regress stress kernels test test-slow test-nojit coverage \
-	coverage-of-changes lock \
-	test-boundscheck lint docs check wheel gallery peers peers-js clean
+	coverage-of-changes lock all-kernels \
+	test-boundscheck lint docs lint-and-docs check wheel gallery peers peers-js clean
 
 help:  ## list the commands
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-18s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -62,7 +64,7 @@ engines: $(READY)  ## install the optional engines to compare with, some 500 MB
 validate: $(READY)  ## run every scene on the default engines, write the report, print the verdicts
 	$(BIN)/ghostball validate $(SCENES) --jobs $(JOBS) --out $(OUT)$(VALIDATE_MORE)
 
-stress: $(READY)  ## try to break the default engines: what CI has time for
+stress: all-kernels  ## try to break the default engines: what CI has time for
 	$(BIN)/ghostball stress --jobs $(JOBS) --out $(OUT)/stress-quick
 
 regress: $(READY)  ## compare our engine with its accepted baselines
@@ -83,6 +85,10 @@ COMPILE := $(BIN)/python tests/support/compile_kernels.py $(JOBS)
 kernels: $(READY)
 	$(COMPILE)
 
+# What `stress` and slow tests run besides.
+all-kernels: $(READY)
+	$(COMPILE) all
+
 # Without coverage none of an older run may stay: `coverage` would take it for this run's.
 test: kernels  ## fast tests, compiled; prints the ten that took longest; COVERAGE=1 measures their coverage too
 	$(call with_coverage,compiled) --durations=10
@@ -90,14 +96,16 @@ test: kernels  ## fast tests, compiled; prints the ten that took longest; COVERA
 # Of the files that have any: to collect all the others takes each process ten seconds.
 SLOW = tests/browser $(shell grep -rl --include='test_*.py' 'mark\.slow' tests)
 
-test-slow: kernels  ## the tests that take long
-	$(PYTEST) -m slow --durations=10 $(SLOW)
+# Most of them wait for processes that they start, some for limits of time: one worker more than there
+# are processors, and each takes over what is left of another's share.
+test-slow: all-kernels  ## the tests that take long
+	$(PYTEST) --numprocesses $$(($(JOBS) + 1)) --dist worksteal -m slow --durations=10 $(SLOW)
 
 # Every line and branch of a kernel that some test runs is run by these too, in a quarter of the time,
 # and shots have the bits of their baselines (`test_shot.py`). Each file's tests share what they load.
 test-nojit: $(READY)  ## tests that run every line of the kernels, without compilation
 	export NUMBA_DISABLE_JIT=1; $(call with_coverage,interpreted) \
-		--dist loadfile -m "not slow and not compiled" tests/model tests/engine
+		--dist loadfile -m "not slow and not compiled" tests/engine
 
 coverage: COVERAGE := 1
 
@@ -121,9 +129,9 @@ lock:  ## write constraints.txt anew: the newest versions, in an environment of 
 	rm -rf .venv-lock
 
 # A negative index that wraps is seen by compiled bounds checks alone. These tests run every module
-# of kernels. Compiling takes most of the time, so shots run the kernels with all parts
-# (tests/support/kernels.py); sweeps would ask for two variants more. Checks are the same where the
-# optimiser does less, and so is every bit: it compiles in three quarters of the time.
+# of kernels. Compiling takes most of the time, so shots run three variants (tests/support/kernels.py);
+# sweeps would ask for more. Checks are the same where the optimiser does less, and so is every bit: it
+# compiles in three quarters of the time.
 CHECKED := NUMBA_BOUNDSCHECK=1 NUMBA_OPT=1
 BOUNDED := impacts resting_contact scheduling sensitivity test_batch.py test_shot.py
 
@@ -138,7 +146,11 @@ lint: $(READY)  ## what pre-commit runs: ruff (rules, format), mypy, the directi
 docs: $(READY)  ## the documentation, into build/site; its commands are run, and a warning fails
 	PATH="$(abspath $(BIN)):$$PATH" COLUMNS=90 NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build
 
-check: lint docs test test-nojit stress test-slow test-boundscheck  ## all checks, but coverage
+# Each takes one processor: side by side they take as long as the longer one.
+lint-and-docs: $(READY)
+	$(MAKE) --jobs 2 --output-sync=target --keep-going SIDE_BY_SIDE=1 lint docs
+
+check: lint-and-docs test test-nojit stress test-slow test-boundscheck  ## all checks, but coverage
 
 # What a user installs, without the extras, in an empty folder: with the kernels that came in the
 # wheel, and no compiler. Then the tests, where no file of the checkout is imported by accident: what

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from kernels import checks_bounds, use_whole_kernels
+from kernels import checks_bounds, use_few_kernels
 
 if checks_bounds():
-    use_whole_kernels()
+    use_few_kernels()

@@ -199,7 +199,9 @@ def test_a_billiard_round_a_post_keeps_its_energy():
     assert result.energy([60.0]).total == pytest.approx(result.energy([0.0]).total, rel=1e-12)
 
 
-@pytest.mark.parametrize("kind", ["polygon", "pockets", "posts"])
+@pytest.mark.parametrize(
+    "kind", ["polygon", pytest.param("pockets", marks=pytest.mark.compiled), "posts"]
+)
 def test_no_ball_of_a_random_scene_gets_out_or_into_an_obstacle(kind: str):
     for number in range(40):
         scene = random_scene(number, table=kind, ball_law="frictional", air="no", quadratic="no")

@@ -53,15 +53,13 @@ class Mutation:
     ----------
     name : str
     file : str
-        Within the package, such as "motion/next_piece.py" or "impacts/laws/cushion_han2005.py".
+        With its package, the engine or what it is judged by: "engine/motion/next_piece.py".
     old, new : str
         What is replaced, exactly one occurrence, and by what.
     what : str
         What is wrong then, one sentence.
     caught_by : str
         The trial of the stress suite, as FAMILY/TRIAL, or the fast test that sees it.
-    package : str
-        The package that it is planted in: the engine, or what the engine is judged by.
     """
 
     name: str
@@ -70,7 +68,11 @@ class Mutation:
     new: str
     what: str
     caught_by: str
-    package: str = "engine"
+
+    @property
+    def package(self) -> str:
+        """The one that it is planted in."""
+        return self.file.partition("/")[0]
 
     def apply(self, folder: Path) -> None:
         """Plant the bug in the copy of its package in a folder.
@@ -80,13 +82,13 @@ class Mutation:
         MutantError
             Where the text isn't there exactly once, or is replaced by itself.
         """
-        path = folder / "ghostball" / self.package / self.file
+        path = folder / "ghostball" / self.file
         try:
             text = path.read_text(encoding="utf-8")
         except OSError as error:
             raise MutantError(
-                f'mutation "{self.name}": `file` must be one of the package `{self.package}`, got '
-                f"{self.file!r}: {error.strerror}. Adapt the mutation"
+                f'mutation "{self.name}": `file` must be one of our packages, got {self.file!r}: '
+                f"{error.strerror}. Adapt the mutation"
             ) from None
         found = text.count(self.old)
         if found != 1 or self.old == self.new:

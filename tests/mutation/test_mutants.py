@@ -16,7 +16,7 @@ def drastic(text: str) -> Mutation:
     new = START.replace(
         "\n", f"\n    if len(scene.balls) == 1:\n        import os, time\n        {text}\n"
     )
-    return Mutation("drastic", "shot.py", START, new, "", "")
+    return Mutation("drastic", "engine/shot.py", START, new, "", "")
 
 
 @pytest.mark.parametrize(
@@ -35,7 +35,7 @@ def test_a_shot_that_raises_crashes_or_hangs_is_a_fault(text, limit, reason):
 
 
 def test_a_bug_that_breaks_a_module_is_an_error():
-    broken = Mutation("broken", "tangents.py", "from __future__", "from __past__", "", "")
+    broken = Mutation("broken", "engine/tangents.py", "from __future__", "from __past__", "", "")
     with (
         planted(broken) as folder,
         pytest.raises(MutantError, match=r"can't be imported.*__past__"),
@@ -46,10 +46,15 @@ def test_a_bug_that_breaks_a_module_is_an_error():
 @pytest.mark.parametrize(
     ("file", "old", "new", "reason"),
     [
-        ("motion/next_piece.py", "no such text", "x", "found 0 times"),
-        ("motion/next_piece.py", "def ", "x", "exactly once"),
-        ("motion/next_piece.py", "first_meeting(rx: float", "first_meeting(rx: float", "differ"),
-        ("no_such.py", "x", "y", "must be one of the package"),
+        ("engine/motion/next_piece.py", "no such text", "x", "found 0 times"),
+        ("engine/motion/next_piece.py", "def ", "x", "exactly once"),
+        (
+            "engine/motion/next_piece.py",
+            "first_meeting(rx: float",
+            "first_meeting(rx: float",
+            "differ",
+        ),
+        ("engine/no_such.py", "x", "y", "must be one of our packages"),
     ],
 )
 def test_a_mutation_that_does_not_fit_is_refused(file, old, new, reason):

@@ -39,9 +39,9 @@ def test_what_catches_a_bug_is_there():
 
 def test_every_mutation_fits(tmp_path):
     for mutation in MUTATIONS:
-        copy = tmp_path / "ghostball" / mutation.package / mutation.file
+        copy = tmp_path / "ghostball" / mutation.file
         copy.parent.mkdir(parents=True, exist_ok=True)
-        copy.write_bytes((INSTALLED / mutation.package / mutation.file).read_bytes())
+        copy.write_bytes((INSTALLED / mutation.file).read_bytes())
         mutation.apply(tmp_path)
         compile(copy.read_text("utf-8"), mutation.file, "exec")
 

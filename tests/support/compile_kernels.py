@@ -6,7 +6,7 @@ made isn't done again. A variant that is missing here costs time only.
 
 import sys
 
-from kernels import checks_bounds, use_whole_kernels
+from kernels import checks_bounds
 
 from ghostball.engine.library.entry import Needed, make_all
 from ghostball.engine.running import driver
@@ -16,14 +16,16 @@ from ghostball.reference_adapters.stepping.kernels import KERNELS
 
 CELLS, INTEGRATED, CONTACTS, DRAG, FLIGHT = range(5)
 
-# What tests run; what takes longest comes first.
-SHOTS = [
-    {CONTACTS},
+# What fast tests run; what takes longest comes first.
+SHOTS: list[set[int]] = [
+    {INTEGRATED, CONTACTS, DRAG},
+    {CONTACTS, DRAG, FLIGHT},
     {INTEGRATED, CONTACTS},
     {CELLS, CONTACTS},
-    {CONTACTS, DRAG, FLIGHT},
     {CONTACTS, FLIGHT},
     {CONTACTS, DRAG},
+    {CONTACTS},
+    {INTEGRATED, DRAG},
     {CELLS},
     {INTEGRATED},
     {DRAG, FLIGHT},
@@ -32,23 +34,32 @@ SHOTS = [
     set(),
 ]
 
-# What they run where bounds are checked.
-if checks_bounds():
-    use_whole_kernels()
-    SHOTS = [{INTEGRATED, CONTACTS, *one} for one in (set(), {CELLS}, {DRAG}, {FLIGHT})]
-    SHOTS.append({INTEGRATED})  # of a test of runs that begin without contacts
+# What the stress suite and slow tests run besides: shots without the skips of parts.
+WHOLE = [{CELLS, INTEGRATED, CONTACTS, DRAG, FLIGHT}, {INTEGRATED, CONTACTS, DRAG, FLIGHT}]
+
+# What tests run with bounds checked (`use_few_kernels`).
+CHECKED = [WHOLE[1], {CELLS, INTEGRATED, CONTACTS}, {INTEGRATED, CONTACTS}]
 
 
 def variant_with(parts: set[int]) -> Variant:
     return Variant(*(part in parts for part in range(5)))
 
 
-def needed() -> list[Needed]:
-    """Return the kernels that tests call."""
-    shots = [driver.needed(variant_with(parts)) for parts in SHOTS]
+def needed(shots: list[set[int]]) -> list[Needed]:
+    """Return the kernels that tests call, with these variants of those of shots."""
     maps = [*tangent_map.needed(True), *tangent_map.needed(False)]
-    return [*shots, *maps, *(one for kernels in KERNELS.values() for one in kernels())]
+    return [*(driver.needed(variant_with(parts)) for parts in shots), *maps]
+
+
+def main(jobs: str, what: str = "fast") -> None:
+    """Compile what fast tests need, or `what` "all" tests; with bounds checked, what those do."""
+    if checks_bounds():
+        asked = needed(CHECKED)
+    else:
+        adapters = (one for kernels in KERNELS.values() for one in kernels())
+        asked = [*needed(SHOTS + WHOLE if what == "all" else SHOTS), *adapters]
+    make_all(asked, int(jobs), print)
 
 
 if __name__ == "__main__":
-    make_all(needed(), int(sys.argv[1]), print)
+    main(*sys.argv[1:])

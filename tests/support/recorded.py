@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,11 +32,6 @@ def fingerprint(result: Result) -> str:
     return bits_hash(result.events, result.rest_positions)
 
 
-def same_log(base: Result, other: Result, order: Sequence[int]) -> bool:
-    """Whether `other`, whose ball k is ball order[k] of `base`, has the same events to the bit."""
-    return rows_of(base, range(len(order))) == rows_of(other, order)
-
-
 def state_at(result: Result, t: float) -> Samples:
     """Return the state (n, 3) at the instant `t`; after the event, where one falls on it."""
     return Samples(*(array[0] for array in result.sample(t)))
@@ -59,12 +53,6 @@ def times_of(result: Result, kind: EventKind, ball: int | None = None) -> list[f
         of_kind = of_kind[of_kind["a"] == ball]
     times: list[float] = of_kind["t"].tolist()
     return times
-
-
-def once_rolling(result: Result, ball: int, since: float = 0.0) -> tuple[float, FloatArray]:
-    """Return when a ball first starts to roll after `since` [s], and its velocity (2,) then."""
-    t = next(t for t in times_of(result, EventKind.SLIDE_TO_ROLL, ball) if t > since)
-    return t, state_at(result, t).velocities[ball, :2]
 
 
 def direction(velocity: FloatArray) -> float:

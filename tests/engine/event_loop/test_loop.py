@@ -9,7 +9,7 @@ import threading
 
 import numpy as np
 import pytest
-from kernels import begin_without_contacts
+from kernels import begins_without_contacts
 from recorded import fingerprint
 from shots import POOL_TABLE, ball, scene_of
 
@@ -202,13 +202,13 @@ def test_ctrl_c_within_the_change_of_logs_changes_nothing(monkeypatch):
     assert fingerprint(simulate(scene, record="trajectory")) == fingerprint(whole)
 
 
+@begins_without_contacts
 def test_ctrl_c_while_contacts_are_compiled_is_raised(monkeypatch):
     """There is no place of a ball to return: the kernel waits in the middle of an event."""
 
     def interrupted(run):
         raise KeyboardInterrupt
 
-    begin_without_contacts(monkeypatch)
     monkeypatch.setattr(driver.Run, "take_contacts", interrupted)
     with pytest.raises(KeyboardInterrupt):
         simulate(Scene.load(FOLDER / "push-line.toml"))

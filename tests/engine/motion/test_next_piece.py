@@ -13,7 +13,7 @@ import math
 import numpy as np
 import pytest
 from mpmath import mp, mpf, workdps
-from recorded import EPS, direction, once_rolling, speed, state_before, times_of
+from recorded import EPS, direction, speed, state_at, state_before, times_of
 from shots import R, ball, scene_of
 
 from ghostball.engine import simulate
@@ -31,6 +31,12 @@ def _forty_digits():
 
 def deceleration(scene: Scene):
     return mpf(scene.physics.rolling_friction) * mpf(scene.physics.gravity)
+
+
+def once_rolling(result, ball, since=0.0):
+    """Return when a ball first starts to roll after `since` [s], and its velocity (2,) then."""
+    t = next(t for t in times_of(result, EventKind.SLIDE_TO_ROLL, ball) if t > since)
+    return t, state_at(result, t).velocities[ball, :2]
 
 
 def assert_close(value: float, exact, ulps: float) -> None:

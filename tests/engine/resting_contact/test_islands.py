@@ -7,8 +7,7 @@ import random
 
 import numpy as np
 import pytest
-from recorded import same_log
-from same.images import shuffled
+from same.images import rows_of, shuffled
 from shots import kept_scene
 
 from ghostball.engine import simulate
@@ -57,7 +56,7 @@ def test_the_numbering_of_the_balls_does_not_matter(name):
     orders = list(itertools.permutations(range(len(base.scene.balls))))
     for order in random.Random(0).sample(orders, min(len(orders), 6)):
         other = simulate(shuffled(base.scene, order), record="events")
-        assert same_log(base, other, order)
+        assert rows_of(other, order) == rows_of(base, range(len(order)))
         assert np.array_equal(other.rest_positions, base.rest_positions[list(order)])
 
 

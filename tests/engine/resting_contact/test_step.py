@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from kernels import begin_without_contacts
+from kernels import begins_without_contacts
 from recorded import fingerprint
 from shots import kept_scene
 
@@ -32,6 +32,7 @@ def driven_into_a_cushion():
     return Scene(name="driven", table=table, physics=physics, balls=[spinning])
 
 
+@begins_without_contacts
 @pytest.mark.parametrize(
     "scene",
     [  # one for each of the places where a run finds that it needs contacts
@@ -41,10 +42,8 @@ def driven_into_a_cushion():
     ],
     ids=lambda scene: scene.name,
 )
-def test_a_run_that_comes_to_contacts_continues_as_with_them_from_the_first(scene, monkeypatch):
-    """Under bounds checks these alone begin without contacts (`kernels`)."""
+def test_a_run_that_comes_to_contacts_continues_as_with_them_from_the_first(scene):
     with_them = simulate(scene, record="events", no_skip=["contacts"])
-    begin_without_contacts(monkeypatch)
     beginning = driver.Run(scene, keep_log=False)
     assert beginning._room.contacts is None
     beginning.play(Limits(events=65_536, work=10**9), budget=10**9)
