@@ -511,7 +511,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "    turned = 2 * difference / least + ",
         "    turned = difference / least + ",
         "The bound of how far a slide in air is off is half of one, and bounds nothing.",
-        "tests/reference_adapters/certified/test_slide.py::"
+        "tests/reference_adapters/certified/test_slide_piece.py::"
         "test_a_piece_whose_slip_points_elsewhere_fails_by_no_more_than_is_said[89]",
         "reference_adapters",
     ),
@@ -532,7 +532,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "wz + turn * py * cos,",
         "wz - turn * py * cos,",
         "In closed forms a cushion's friction turns the ball the wrong way.",
-        "tests/reference_adapters/certified/test_certify.py"
+        "tests/reference_adapters/certified/test_api.py"
         "::test_closed_forms_lie_within_the_enclosures[english-check]",
         "validation",
     ),
@@ -542,7 +542,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "size = min(friction * push, 2 * speed / 7)",
         "size = (1 + mp.mpf(10) ** -9) * min(friction * push, 2 * speed / 7)",
         "In closed forms friction between balls is too large by a part in a billion.",
-        "tests/reference_adapters/certified/test_certify.py"
+        "tests/reference_adapters/certified/test_api.py"
         "::test_closed_forms_lie_within_the_enclosures[throw-alciatore]",
         "validation",
     ),
@@ -553,7 +553,7 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "        if collision is not None and self.collisions:\n"
         "            self.collisions.append(collision)",
         "A closed form leaves the first collision out of its sequence.",
-        "tests/reference_adapters/certified/test_certify.py"
+        "tests/reference_adapters/certified/test_api.py"
         "::test_closed_forms_lie_within_the_enclosures[head-on]",
         "validation",
     ),

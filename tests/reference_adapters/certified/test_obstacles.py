@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from proofs import proved
 from shots import ball, scene_of
 from side_pocket import SIDE_POCKET, into_side_pocket
 
@@ -20,12 +21,6 @@ from ghostball.validation.stress.proved import MatchesProof
 
 ELL = [[0, 0], [2, 0], [2, 1], [1, 1], [1, 2], [0, 2]]
 """Its corner (1, 1) points into the table."""
-
-
-def proved(scene: Scene) -> Certificate:
-    certificate = certify(scene, cached=False, motion=True)
-    assert certificate.proved, certificate.reason
-    return certificate
 
 
 def met(certificate: Certificate) -> list[str]:
@@ -138,7 +133,7 @@ def test_a_ball_between_two_rails_in_one_line_is_in_contact_with_both_and_meets_
 
 
 @pytest.mark.parametrize("kind", ["polygon", "pockets", "posts"])
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", range(3))
 def test_our_engine_does_what_is_proved(kind: str, seed: int):
     scene = random_scene(seed, **{**PROVABLE, "table": kind})
     verdict = MatchesProof(least=0, cached=False)(simulate(scene, record="trajectory"))

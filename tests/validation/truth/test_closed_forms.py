@@ -1,6 +1,6 @@
 """Closed forms against independent checks: conservation laws, published numbers, pi itself.
 
-That each lies within what is proved of its scene is in `certified/test_certify.py`.
+That each lies within what is proved of its scene is in `certified/test_api.py`.
 """
 
 from __future__ import annotations
