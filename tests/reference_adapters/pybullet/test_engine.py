@@ -6,20 +6,16 @@ without pybullet the tests that run it are skipped with the adapter's own reason
 
 from __future__ import annotations
 
-import json
-import subprocess
-import sys
 from typing import Any
 
 import numpy as np
 import pytest
-from shots import R, ball, scene_of
+from shots import ball, scene_of
 
 from ghostball.engine import simulate
 from ghostball.model import EventKind, Record, Result, Scene, Table, UnsupportedSceneError
 from ghostball.model.features import missing_features
 from ghostball.reference_adapters.base import EngineError
-from ghostball.reference_adapters.pybullet import loading, world as pybullet_world
 from ghostball.reference_adapters.pybullet.engine import PybulletEngine, PybulletSettings
 from ghostball.reference_adapters.registry import make_engine
 from ghostball.validation.scenes.library import find_scene
@@ -27,8 +23,6 @@ from ghostball.validation.scenes.library import find_scene
 TABLE = Table(length=2.0, width=1.0)
 
 SLIDING = {"motion": "sliding", "rolling_friction": 0.05, "sliding_friction": 0.2}
-
-HALF_BALL = scene_of(ball((0, 0), (1, 0)), ball((0.3, R)), rolling_friction=0.1)
 
 
 def run(scene: Scene, record: Record = "events", **settings: Any) -> Result:
@@ -158,58 +152,3 @@ def test_bad_settings_name_the_field_the_rule_and_the_value(spec: str, message: 
     with pytest.raises(EngineError) as caught:
         make_engine(f"pybullet:{spec}")
     assert message in str(caught.value)
-
-
-def test_says_why_it_is_unavailable(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(loading.importlib.util, "find_spec", lambda name: None)
-    reason = PybulletEngine.unavailable()
-    assert reason is not None
-    assert (
-        "no wheels above Python 3.11" if sys.version_info >= (3, 12) else "pip install"
-    ) in reason
-    loading.load.cache_clear()
-    with pytest.raises(EngineError, match="engine `pybullet` is unavailable: pybullet isn't"):
-        PybulletEngine().simulate(scene_of(ball((0, 0))))
-
-
-def test_closes_its_client_also_when_a_run_fails(monkeypatch: pytest.MonkeyPatch) -> None:
-    run(HALF_BALL)
-    bullet = loading.load()
-
-    def connected() -> list[bool]:
-        return [bullet.getConnectionInfo(client)["isConnected"] for client in range(8)]
-
-    before = connected()
-    monkeypatch.setattr(pybullet_world, "_IDLE", {"tuned": [], "default": []})
-
-    def fail(world: pybullet_world.World, dt: float) -> None:
-        raise RuntimeError("no step")
-
-    monkeypatch.setattr(pybullet_world.World, "step", fail)
-    with pytest.raises(RuntimeError, match="no step"):
-        run(HALF_BALL)
-    monkeypatch.setattr(pybullet_world.World, "_build", fail)
-    with pytest.raises(RuntimeError, match="no step"):
-        run(HALF_BALL)
-    assert connected() == before
-
-
-def test_imports_bullet_late_and_prints_nothing() -> None:
-    if PybulletEngine.unavailable():
-        pytest.skip(str(PybulletEngine.unavailable()))
-    program = """
-import sys
-from ghostball.model import Ball, Scene, Table
-from ghostball.reference_adapters.pybullet.engine import PybulletEngine
-assert "pybullet" not in sys.modules
-assert PybulletEngine.unavailable() is None
-assert "pybullet" not in sys.modules
-balls = [Ball(id="cue", position=(0.5, 0.5), velocity=(1, 0)), Ball(id="8", position=(0.8, 0.5))]
-scene = Scene(name="roll", balls=balls, table=Table(length=2, width=1), t_max=0.5)
-print(PybulletEngine().simulate(scene).to_json())
-"""
-    done = subprocess.run(
-        [sys.executable, "-c", program], capture_output=True, text=True, check=True
-    )
-    assert done.stderr == ""
-    assert json.loads(done.stdout)["engine"] == "pybullet"

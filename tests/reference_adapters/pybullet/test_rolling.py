@@ -159,26 +159,6 @@ def test_a_ball_that_only_rolls_along_a_cushion_does_not_hit_it() -> None:
     assert run(scene).collision_counts["ball-cushion"] == 0
 
 
-@pytest.mark.parametrize(
-    "settings", [{}, {"contact_steps": "exact"}, {"dt": 0.3}, {"config": "default"}]
-)
-def test_t_max_is_reached_exactly(settings: dict[str, Any]) -> None:
-    result = run(shot({"position": (0, 0), "velocity": (1, 0)}, t_max=0.7654321), **settings)
-    assert result.status is Status.T_MAX
-    assert result.rest_time == 0.7654321
-    if "config" not in settings:
-        expected = 0.7654321 - 0.1 * G * 0.7654321**2 / 2
-        assert result.rest_positions[0, 0] == pytest.approx(expected, abs=1e-12)
-
-
-def test_max_time_stops_a_run_and_says_what_moves() -> None:
-    result = run(shot({"position": (0, 0), "velocity": (1, 0)}), max_time=0.25)
-    assert result.status is Status.STEP_LIMIT
-    assert result.rest_time == 0.25
-    assert '`max_time` = 0.25 s was reached in scene "shot"' in result.reason
-    assert 'ball "0" moves at 0.755 m/s' in result.reason
-
-
 def test_the_default_configuration_keeps_what_pybullet_does_on_its_own() -> None:
     # Its damping: v' = -mu g - k (1 + v) v with k = 0.04 1/s, so x = integral of v dv / -v'.
     scene = shot({"position": (0, 0), "velocity": (1, 0)})
