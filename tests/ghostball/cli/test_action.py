@@ -17,7 +17,7 @@ from ghostball.cli.action import Inputs
 from ghostball.cli.shared.config import ConfigError
 from ghostball.cli.shared.options import FailOnChoice
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parents[3]
 ACTION = yaml.safe_load((ROOT / "action.yml").read_text(encoding="utf-8"))
 STEPS = ACTION["runs"]["steps"]
 SCENES = "stop half-ball-cut break-7"
