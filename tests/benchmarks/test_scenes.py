@@ -1,14 +1,12 @@
 """Fails where a generated scene is not what its description says, or would be refused as a file."""
 
-import math
-
 import numpy as np
 import pytest
 
 from benchmarks import scenes
 from benchmarks.scenes import ROLLING
 from ghostball.model import POOL_BALL_RADIUS as R
-from ghostball.validation.scenes.gases import FRICTIONLESS, FULL_CLOTH, packed_gas
+from ghostball.validation.scenes.gases import FULL_CLOTH
 from ghostball.validation.scenes.library import find_scene
 
 
@@ -60,13 +58,3 @@ def test_frozen_racks_touch_as_the_shipped_one_does_to_the_bit():
     shipped = find_scene("frozen-break")
     frozen = scenes.random_rack(1)
     assert np.array_equal(frozen.positions[1:], shipped.positions[1:])
-
-
-@pytest.mark.parametrize(("count", "packing"), [(1, 0.75), (7, 0.1), (16, 0.6)])
-def test_a_packed_gas_has_its_packing(count, packing):
-    scene = packed_gas(count, packing, FRICTIONLESS, t_max=1.0)
-    columns = math.ceil(math.sqrt(count))
-    places = columns * math.ceil(count / columns)
-    covered = places * math.pi * R**2 / (scene.table.length * scene.table.width)
-    assert covered == pytest.approx(packing)
-    assert len(scene.balls) == count
