@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import ast
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
@@ -266,14 +265,6 @@ def test_engines_of_other_packages_always_run(
 # --- the hashes
 
 
-def statements(node: ast.AST) -> Iterator[ast.AST]:
-    """Yield all statements below a node: no expression is one, or has one in it."""
-    for child in ast.iter_child_nodes(node):
-        if not isinstance(child, ast.expr):
-            yield child
-            yield from statements(child)
-
-
 def test_every_input_is_in_the_hash() -> None:
     shot = scenes()[1]
     criteria, rules = limits().criteria, common_criteria().steps
@@ -305,6 +296,3 @@ def test_every_input_is_in_the_hash() -> None:
     hashes = {inputs_hash(**base)} | {inputs_hash(**base | change) for change in changes}
     assert len(hashes) == len(changes) + 1
     assert inputs_hash(**base) == inputs_hash(**base | {"scene": scenes()[1]})
-
-
-# --- the whole, as a user meets it
