@@ -4,28 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from functions import ONE, SCENE, engine, still
 
-from ghostball import Scene, find_scene
+from ghostball import Scene
 from ghostball.model import EngineFailedError, EventKind, Status
 from ghostball.model.features import Feature
 from ghostball.reference_adapters import plays
-from ghostball.reference_adapters.function import engine_of
 from ghostball.validation.runs.playing import run_engine
-
-SCENE = find_scene("half-ball-cut")
-
-
-ONE = find_scene("stop")
-
-
-def still(scene, **more):
-    """A right answer of a shot that is over at once."""
-    sample = (0.0, scene.positions, scene.velocities)
-    return {"rest_positions": scene.positions, "events": [], "samples": [sample]} | more
-
-
-def engine(function, where="mine:simulate"):
-    return engine_of(function, where)()
 
 
 def test_all_forms_of_an_answer_are_the_same_result():

@@ -7,27 +7,14 @@ import sys
 from dataclasses import dataclass
 
 import pytest
+from functions import ONE, SCENE, engine, still
 
-from ghostball import find_scene
 from ghostball.model import UnsupportedSceneError
 from ghostball.model.features import Feature
 from ghostball.reference_adapters import EngineError, make_engine, plays
 from ghostball.reference_adapters.base import resolution_of_step
 from ghostball.reference_adapters.function import engine_of, name_of_function
 from ghostball.validation.runs.playing import in_other_process, run_engine
-
-SCENE = find_scene("half-ball-cut")
-ONE = find_scene("stop")
-
-
-def still(scene, **more):
-    """A right answer of a shot that is over at once."""
-    sample = (0.0, scene.positions, scene.velocities)
-    return {"rest_positions": scene.positions, "events": [], "samples": [sample]} | more
-
-
-def engine(function, where="mine:simulate"):
-    return engine_of(function, where)()
 
 
 def test_a_function_is_named_as_its_module_unless_it_has_a_name_of_its_own():

@@ -5,6 +5,7 @@ import sys
 import pytest
 from typer.testing import CliRunner
 
+import ghostball.reference_adapters.pybullet.loading
 from ghostball.cli import app
 
 
@@ -33,3 +34,11 @@ def here(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     yield tmp_path
     sys.modules.pop("my_engine", None)
+
+
+@pytest.fixture
+def without_pybullet(monkeypatch):
+    reason = "pybullet isn't installed. Run `python -m pip install pybullet`"
+    monkeypatch.setattr(
+        ghostball.reference_adapters.pybullet.loading, "unavailable", lambda: reason
+    )

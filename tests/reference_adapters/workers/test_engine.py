@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from echo_worker import worker
 from engine_facts import needs, play, rack
 
 from ghostball.engine import simulate
@@ -19,19 +20,6 @@ from ghostball.reference_adapters.workers.process import (
 )
 from ghostball.validation.runs.playing import run_engine
 from ghostball.validation.scenes.library import find_scene
-
-ECHO = """
-import json, sys
-print(json.dumps({"version": "1"}), flush=True)
-for line in sys.stdin:
-    print(json.dumps(ANSWER), flush=True)
-"""
-
-
-def worker(tmp_path: Path, answer: dict) -> Worker:
-    script = tmp_path / "echo.py"
-    script.write_text(ECHO.replace("ANSWER", repr(answer)))
-    return Worker([sys.executable, str(script)])
 
 
 def test_an_interpreter_without_the_engine_is_absent_and_says_why(

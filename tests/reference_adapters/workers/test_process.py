@@ -10,6 +10,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 import pytest
+from echo_worker import worker
 
 from ghostball.model import Ball, Physics, Scene
 from ghostball.reference_adapters.workers.process import (
@@ -22,19 +23,6 @@ from ghostball.reference_adapters.workers.process import (
 from ghostball.validation.parallel.sources import code_here
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.suite.unchanged import code_hash
-
-ECHO = """
-import json, sys
-print(json.dumps({"version": "1"}), flush=True)
-for line in sys.stdin:
-    print(json.dumps(ANSWER), flush=True)
-"""
-
-
-def worker(tmp_path: Path, answer: dict) -> Worker:
-    script = tmp_path / "echo.py"
-    script.write_text(ECHO.replace("ANSWER", repr(answer)))
-    return Worker([sys.executable, str(script)])
 
 
 def test_a_worker_in_any_language_is_asked_and_answers(tmp_path: Path) -> None:

@@ -12,7 +12,6 @@ from xml.etree import ElementTree
 import pytest
 from commands import HEAD, ball, refused
 
-import ghostball.reference_adapters.pybullet.loading
 from ghostball.cli.measure.validate import _plan
 from ghostball.reference_adapters.paper.discrete import PaperDiscreteEngine
 from ghostball.validation.results.database import has_database
@@ -31,14 +30,6 @@ from ghostball.validation.results.store import Results, has_results
 )
 def test_engines_are_put_beside_real_tables_where_all_scenes_are_asked(scenes, metrics, whole):
     assert _plan(scenes, (), None, metrics, None, None, True).whole == whole
-
-
-@pytest.fixture
-def without_pybullet(monkeypatch):
-    reason = "pybullet isn't installed. Run `python -m pip install pybullet`"
-    monkeypatch.setattr(
-        ghostball.reference_adapters.pybullet.loading, "unavailable", lambda: reason
-    )
 
 
 @pytest.mark.usefixtures("without_pybullet")

@@ -2,16 +2,7 @@
 
 import pytest
 
-import ghostball.reference_adapters.pybullet.loading
 from ghostball.validation import scene_names
-
-
-@pytest.fixture
-def without_pybullet(monkeypatch):
-    reason = "pybullet isn't installed. Run `python -m pip install pybullet`"
-    monkeypatch.setattr(
-        ghostball.reference_adapters.pybullet.loading, "unavailable", lambda: reason
-    )
 
 
 @pytest.mark.usefixtures("without_pybullet")

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from benchmarks.pictures.physics import PUBLISHED_DEFLECTIONS
 from ghostball.model import Ball, Physics, Scene
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.truth.closed_forms import ClosedForm, closed_form, has_closed_form
@@ -55,20 +56,6 @@ def cut_shot(cut: float) -> Scene:
         ),
         t_max=0.7,
     )
-
-
-PUBLISHED_DEFLECTIONS = [
-    (30.0, 33.670),
-    (math.degrees(math.asin(3 / 4)), 27.267),  # quarter ball
-    (math.degrees(math.asin(1 / 4)), 27.626),  # three-quarter ball
-    (28.126, 33.749),  # the maximum
-    (10.0, 21.681),
-    (20.0, 31.868),
-    (40.0, 31.196),
-    (45.0, 29.055),
-    (60.0, 20.633),
-    (80.0, 7.116),
-]
 
 
 @pytest.mark.parametrize(("cut", "deflection"), PUBLISHED_DEFLECTIONS)
