@@ -8,7 +8,7 @@ from mpmath import mpf
 from shots import random_break, random_cloth_shot, random_shot, scene_of
 
 from ghostball.engine import simulate
-from ghostball.model import Scene
+from ghostball.model import EventKind, Scene, partner_name
 from ghostball.reference_adapters.certified import (
     Certificate,
     CertifiedSettings,
@@ -85,3 +85,15 @@ SHOTS = {
     "gas": random_shot(11, 4, rolling_friction=0.0, t_max=3.0),
 }
 """Shots that are proved to their end, one of each kind."""
+
+ELL = [[0, 0], [2, 0], [2, 1], [1, 1], [1, 2], [0, 2]]
+"""Vertices of a table whose corner (1, 1) points into it."""
+
+
+def met(certificate: Certificate) -> list[str]:
+    """Return what balls meet of what stands on the table, by kind and name."""
+    return [
+        f"{e.kind.label} {partner_name(e.kind, e.b)}"
+        for e in certificate.events
+        if e.kind in (EventKind.BALL_CUSHION, EventKind.POCKETED)
+    ]

@@ -35,8 +35,6 @@ G = 9.81
 CLOTH, LEAVES = EventKind.BALL_CLOTH, EventKind.LEAVES_TABLE
 TABLE = Table(length=2.54, width=1.27)
 
-NO_SPIN = {"angular_velocity": (0.0, 0.0, 0.0)}
-
 
 def constants(**physics):
     scene = flying(ball((0.0, 0.0), (1.0, 0.0)), **physics)
@@ -165,35 +163,6 @@ def test_what_the_table_does_is_not_guessed(rise, up, what) -> None:
 
 
 # -- noses ---------------------------------------------------------------------------------------
-
-
-def test_a_ball_in_flight_meets_a_nose_at_the_root_of_a_quartic() -> None:
-    height = 0.036
-    balls = ball((2.0, 0.6), (3.0, 0.2, 0.6), **NO_SPIN)
-    scene = flying(balls, table=TABLE, cushion="mirror", cushion_height=height)
-    certificate = certify(scene, CertifiedSettings(max_events=40), cached=False)
-    event = next(e for e in certificate.events if e.kind is EventKind.BALL_CUSHION)
-    before = [e for e in certificate.events if e.t.upper < event.t.lower]
-    assert all(e.kind is CLOTH for e in before)
-    assert len(before) == 1
-    # Of the second parabola: from the landing on, half as fast upwards.
-    with mp.workdps(40):
-        t0 = 2 * mpf(0.6) / mpf(G)
-        up = mpf(0.6) / 2
-        mu = mpf(scene.physics.sliding_friction)
-        slip = mp.sqrt(mpf(3) ** 2 + mpf(0.2) ** 2)
-        part = 1 - mu * mpf(1.5) * mpf(0.6) / slip
-        vx = 3 * part
-        x0 = mpf(2) + 3 * t0
-        away, above = mpf(2.54) - x0, mpf(R) - mpf(height)
-        g = mpf(G)
-
-        def gap(s: mpf) -> mpf:
-            rise = above + up * s - g * s * s / 2
-            return (away - vx * s) ** 2 + rise**2 - mpf(R) ** 2
-
-        s = mp.findroot(gap, (away - mpf(R)) / vx)
-        assert abs(middle(event.t) - (t0 + s)) < mpf(10) ** -30
 
 
 def test_a_ball_that_flies_over_a_cushion_leaves_the_table_there() -> None:

@@ -10,7 +10,6 @@ from flint import arb
 from proofs import engine_keys, keys, proved
 from shots import ball, scene_of
 
-from ghostball.engine import simulate
 from ghostball.model import Table
 from ghostball.reference_adapters.certified import (
     certify,
@@ -37,29 +36,6 @@ def test_an_end_near_t_max_is_distinguished_from_it():
         ball((0.0, 0.0), (0.6, 0.8)), rolling_friction=0.5, gravity=2.0, t_max=math.hypot(0.6, 0.8)
     )
     assert certify(scene).proved  # off by a rounding, which is resolved
-
-
-def test_a_ball_spins_on_the_spot_where_the_cloth_does_not_rub():
-    scene = scene_of(
-        ball((0.0, 0.0), angular_velocity=(0.0, 10.0, 0.0)),
-        ball((1.0, 0.0), angular_velocity=(0.0, 0.0, 5.0)),
-        motion="sliding",
-        sliding_friction=0.0,
-        t_max=3.0,
-    )
-    certificate = proved(scene)
-    assert certificate.rested
-    assert certificate.events == ()
-    assert float(certificate.spins[0][1]) == 10.0
-    assert simulate(scene).status.complete
-
-
-def test_the_end_waits_for_the_last_spin():
-    certificate = proved(scene_of(ball((0.0, 0.0), angular_velocity=(0, 0, 20)), motion="sliding"))
-    assert certificate.events == ()
-    assert certificate.rested
-    assert float(certificate.t_end) == 2.0
-    assert float(certificate.spins[0][2]) == 0.0
 
 
 @pytest.mark.parametrize(("speed", "separate"), [(1.0, True), (1e28, True), (1e32, False)])
