@@ -7,7 +7,7 @@ import sys
 import numpy as np
 import pytest
 
-from ghostball.model import Ball, EventKind, Physics, Scene, Status, Table, UnsupportedSceneError
+from ghostball.model import Ball, EventKind, Physics, Scene, Status, Table
 from ghostball.reference_adapters.pymunk.engine import PymunkEngine, PymunkSettings
 
 R = 0.028575
@@ -182,22 +182,6 @@ def test_impacts_of_one_instant_are_resolved_together(restitution):
     expected = [(1 - 3 * share, 0), (1.5 * share, share * math.sqrt(0.75))]
     expected.append((expected[1][0], -expected[1][1]))
     np.testing.assert_allclose(velocities[:, :2], expected, rtol=0, atol=1e-8)
-
-
-def test_unsupported_scenes_are_refused_with_the_reason():
-    ball = Ball(id="cue", position=(0.5, 0.5), velocity=(1, 0))
-    table = Table(length=1.0, width=1.0)
-    for physics, what in (
-        (Physics(air_drag=0.004), "air drag"),
-        (Physics(motion="sliding", cushion="han2005"), "no height for the nose"),
-        (Physics(motion="sliding", cushion="mathavan2010"), "the cloth takes part"),
-        (Physics(motion="sliding", airborne=True), "leave the cloth"),
-    ):
-        with pytest.raises(UnsupportedSceneError, match=what):
-            run(scene_of(ball, table=table, physics=physics))
-    sliding = scene_of(ball, physics=Physics(motion="sliding"))
-    with pytest.raises(UnsupportedSceneError, match="config=tuned"):
-        run(sliding, config="default")
 
 
 def test_importing_the_adapter_does_not_import_pymunk():

@@ -5,6 +5,7 @@ import math
 import pytest
 from pydantic import ValidationError
 
+from ghostball.reference_adapters.pybullet.engine import PybulletSettings
 from ghostball.reference_adapters.pymunk.engine import PymunkSettings
 
 
@@ -26,3 +27,8 @@ from ghostball.reference_adapters.pymunk.engine import PymunkSettings
 def test_bad_settings_are_refused(settings):
     with pytest.raises(ValidationError):
         PymunkSettings(**settings)
+
+
+def test_steps_to_contacts_need_the_tuned_configuration():
+    with pytest.raises(ValidationError, match="`contact_steps` = exact needs `config` = tuned"):
+        PybulletSettings(contact_steps="exact", config="default")

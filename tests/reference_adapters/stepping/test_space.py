@@ -14,7 +14,7 @@ NAMES = [pytest.param(name, marks=needs(name)) for name in ("dart", "physx")]
 SHORT = {"dart": (2.85e-3, 2.87e-4, 2.87e-5), "physx": (2.84e-3, 2.7e-4)}
 """By how much a slide is too short in steps of 10 ms, 1 ms ... [m]."""
 SHOTS = {"dart": {"sliding-stun": 0.05}, "physx": {"sliding-stun": 0.1, "draw-shot": 0.1}}
-IN_FLIGHT = {"dart": 0.1, "physx": 0.02}
+IN_FLIGHT = {"dart:cloth=own": 0.1, "physx:cloth=own": 0.02, "pybullet": 0.01}
 """How far off rest positions may be [m]."""
 
 
@@ -33,11 +33,14 @@ def test_a_cloth_of_its_own_is_of_first_order(name: str) -> None:
         assert np.abs(rest - simulate(find_scene(shot)).rest_positions).max() < limit, shot
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_a_ball_flies_over_the_cloth(name: str) -> None:
+@pytest.mark.parametrize(
+    "spec", [pytest.param(spec, marks=needs(spec.partition(":")[0])) for spec in IN_FLIGHT]
+)
+def test_a_ball_flies_over_the_cloth_and_rolls_on(spec: str) -> None:
+    """Broken by rolling friction that acts at bounces: 0.2 m are missing then, at any step."""
     scene = find_scene("flight-throw")
-    result = play(f"{name}:cloth=own", scene, record="events")
-    assert np.abs(result.rest_positions - simulate(scene).rest_positions).max() < IN_FLIGHT[name]
+    result = play(spec, scene, record="events")
+    assert np.abs(result.rest_positions - simulate(scene).rest_positions).max() < IN_FLIGHT[spec]
     assert (result.events["kind"] == EventKind.BALL_CLOTH).sum() >= 4
 
 

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-import ghostball.validation.suite.unchanged
 from ghostball.model import Ball, Result, Scene, Status, Table
 from ghostball.reference_adapters.ghostball import GhostballEngine
 from ghostball.reference_adapters.paper.discrete import PaperDiscreteEngine
@@ -140,42 +139,24 @@ def test_nothing_runs_twice_and_all_say_so(tmp_path: Path, ran: list[tuple[str, 
 # --- what runs again
 
 
-def touch_sources(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(ghostball.validation.suite.unchanged, "_loaded_sources", lambda: "edited")
+UNCHANGED = "ghostball.validation.suite.unchanged"
+OTHER_CODE: dict[str, Callable[[pytest.MonkeyPatch], None]] = {
+    "sources": lambda patch: patch.setattr(f"{UNCHANGED}._loaded_sources", lambda: "edited"),
+    "library": lambda patch: patch.setattr(
+        f"{UNCHANGED}.versions", lambda: versions() | {"pymunk": "99.0"}
+    ),
+    "python": lambda patch: patch.setattr(sys, "version", sys.version + " [another compiler]"),
+    "processor": lambda patch: patch.setattr(f"{UNCHANGED}.cpu_name", lambda: "another"),
+    "variable": lambda patch: patch.setenv("NPY_DISABLE_CPU_FEATURES", "AVX2"),
+}
 
 
-def touch_library(monkeypatch: pytest.MonkeyPatch) -> None:
-    newer = versions() | {"pymunk": "99.0"}
-    monkeypatch.setattr(ghostball.validation.suite.unchanged, "versions", lambda: newer)
-
-
-def touch_python(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sys, "version", sys.version + " [another compiler]")
-
-
-def touch_processor(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(ghostball.validation.suite.unchanged, "cpu_name", lambda: "another")
-
-
-def touch_variable(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("NPY_DISABLE_CPU_FEATURES", "AVX2")
-
-
-@pytest.mark.parametrize(
-    "touch",
-    [
-        touch_sources,
-        touch_library,
-        touch_python,
-        touch_processor,
-        touch_variable,
-    ],
-)
+@pytest.mark.parametrize("other", OTHER_CODE)
 def test_what_computes_is_in_the_hash_of_the_code(
-    monkeypatch: pytest.MonkeyPatch, touch: Callable[[pytest.MonkeyPatch], None]
+    monkeypatch: pytest.MonkeyPatch, other: str
 ) -> None:
     before = code_hash()
-    touch(monkeypatch)
+    OTHER_CODE[other](monkeypatch)
     assert code_hash() not in (before, "")
 
 
