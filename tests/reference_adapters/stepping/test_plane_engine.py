@@ -41,6 +41,8 @@ COLLISIONS = {
     "dart": Exactness(3e-5, 3e-5, (0.5, 0.9, 1.0), (0.5, 0.9, 1.0)),
     "mujoco": Exactness(2e-9, 1e-12),
     "physx": Exactness(1e-6, 1e-6),
+    "pybullet": Exactness(1e-12, 1e-12),
+    "pymunk": Exactness(1e-12, 1e-12),
     "rapier": Exactness(1e-6, 1e-6),
     **dict.fromkeys(IN_JAVASCRIPT, Exactness(2e-6, 2e-6)),
 }
@@ -62,9 +64,11 @@ def test_a_single_collision_is_right_at_any_restitution(
 
 
 @pytest.mark.parametrize(
-    ("name", "tangential"), of_each({"rapier": 1.0} | dict.fromkeys(IN_JAVASCRIPT, 0.8))
+    ("name", "tangential"),
+    of_each({"pybullet": 1.0, "rapier": 1.0} | dict.fromkeys(("pymunk", *IN_JAVASCRIPT), 0.8)),
 )
 def test_balls_and_cushions_have_restitutions_of_their_own(name: str, tangential: float) -> None:
+    """Breaks where an engine's own rule, such as the product of two, is left as it is."""
     cushion = {"cushion_restitution": 0.9, "cushion_tangential_restitution": tangential}
     own = {"ball_restitution": 0.5, "cushion": "restitution", **cushion}
     scene = to_the_wall().model_copy(update={"physics": FREE.model_copy(update=own)})
@@ -72,10 +76,22 @@ def test_balls_and_cushions_have_restitutions_of_their_own(name: str, tangential
     assert velocity == pytest.approx((-0.9, tangential), abs=1e-6)
 
 
+@pytest.mark.parametrize("steps", ["fixed", "exact"])
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=needs(name)) for name in ("pybullet", "pymunk")]
+)
+def test_balls_that_stay_in_contact_collide_once(name: str, steps: str) -> None:
+    """Breaks where balls that go on together, in contact by rounding alone, collide each step."""
+    scene = head_on(restitution=0.0).model_copy(update={"t_max": 0.5})
+    result = play(f"{name}:contact_steps={steps}", scene)
+    assert result.collision_counts["ball-ball"] == 1
+    assert result.work["steps"] < 1500
+
+
 @pytest.mark.parametrize(
     ("spec", "degrees"),
     of_each(
-        dict.fromkeys(("box2d:bullet=no", "dart", "mujoco", "physx"), 0.70)
+        dict.fromkeys(("box2d:bullet=no", "dart", "mujoco", "physx", "pybullet", "pymunk"), 0.70)
         | {"box2d3": 0.61, "rapier": 0.68}
     ),
 )
@@ -84,7 +100,9 @@ def test_a_cut_is_late_by_a_part_of_the_step(spec: str, degrees: float) -> None:
     assert np.abs(cut_angles(spec, 1e-3)).max() == pytest.approx(degrees, abs=0.05)
 
 
-@pytest.mark.parametrize(("name", "most"), of_each({"box2d3": 0.15, "rapier": 0.08}))
+@pytest.mark.parametrize(
+    ("name", "most"), of_each({"box2d3": 0.15, "pybullet": 0.08, "pymunk": 0.08, "rapier": 0.08})
+)
 def test_a_smaller_step_mends_a_cut(name: str, most: float) -> None:
     assert np.abs(cut_angles(name, 1e-4)).max() < most
 
@@ -92,7 +110,16 @@ def test_a_smaller_step_mends_a_cut(name: str, most: float) -> None:
 @pytest.mark.parametrize(
     ("name", "error"),
     of_each(
-        {"dart": 1e-6, "mujoco": 1e-6, "physx": 2e-3, "box2d": 2e-3, "box2d3": 1e-3, "rapier": 1e-3}
+        {
+            "dart": 1e-6,
+            "mujoco": 1e-6,
+            "pybullet": 1e-6,
+            "pymunk": 1e-6,
+            "physx": 2e-3,
+            "box2d": 2e-3,
+            "box2d3": 1e-3,
+            "rapier": 1e-3,
+        }
     ),
 )
 def test_a_cut_in_exact_steps_is_right(name: str, error: float) -> None:
@@ -112,6 +139,8 @@ SHOTS = ("half-ball-cut", "throw-slip", "throw-stick")
             ("mujoco", ("half-ball-cut", "restitution-bounce", "draw-shot"), 1e-6),
             ("mujoco", ("unequal-balls", "corner-exact", "unbounded-cut"), 1e-5),
             ("physx", (*SHOTS, "draw-shot", "restitution-cut"), 1e-4),
+            ("pybullet", ("half-ball-cut", "unequal-balls", "restitution-cut"), 1e-8),
+            ("pymunk", (*SHOTS, "unequal-balls", "restitution-cut"), 1e-8),
         )
     ],
 )
