@@ -5,13 +5,12 @@ from __future__ import annotations
 import json
 import sys
 import tomllib
+from functools import partial
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
 
 from benchmarks.synthetic_tracks import EXAMPLE, EXAMPLE_PHYSICS, write_example
-from ghostball.cli import app
 from ghostball.model import Physics
 
 TABLE = ("--table", "2.54", "1.27", "--radius", "0.028575")
@@ -20,14 +19,8 @@ HEADER = "shot,ball,t,x,y\n"
 
 
 @pytest.fixture
-def cli(monkeypatch, in_this_process):
-    """Run the command in this process, with lines of a length of its own."""
-    monkeypatch.setenv("COLUMNS", "200")
-
-    def run(*arguments):
-        return CliRunner().invoke(app, ["fit", *map(str, arguments)])
-
-    return run
+def cli(cli):
+    return partial(cli, "fit")
 
 
 @pytest.fixture

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 
 import pytest
+from commands import refused
 from typer.testing import CliRunner
 
 from ghostball.cli import app
@@ -78,5 +79,4 @@ def test_validate_says_the_same_of_the_same_runs(tmp_path):
 )
 def test_what_is_no_board_is_refused(tmp_path, options, says):
     done = CliRunner().invoke(app, ["leaderboard", *options, "--out", str(tmp_path)])
-    assert done.exit_code == 2
-    assert says in done.stderr
+    assert refused(done, says)
