@@ -8,6 +8,7 @@ from benchmarks.rebounds import best_rebounds
 from ghostball.reference_adapters import make_engine
 
 
+@pytest.mark.slow
 def test_a_restitution_that_falls_comes_nearer_than_one_number():
     ours = make_engine("ghostball")
     falls, fixed = (best_rebounds(ours, "han2005", falls=f) for f in (True, False))

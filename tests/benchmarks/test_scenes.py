@@ -1,18 +1,16 @@
 """Fails where a generated scene is not what its description says, or would be refused as a file."""
 
-import math
-
 import numpy as np
 import pytest
 
 from benchmarks import scenes
 from benchmarks.scenes import ROLLING
 from ghostball.model import POOL_BALL_RADIUS as R
-from ghostball.validation.scenes.gases import FRICTIONLESS, FULL_CLOTH, packed_gas
+from ghostball.validation.scenes.gases import FULL_CLOTH
 from ghostball.validation.scenes.library import find_scene
 
 
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", range(2))
 def test_a_rack_has_its_gaps_and_its_speed(seed):
     scene = scenes.racked_break(seed, FULL_CLOTH)
     assert len(scene.balls) == 16
@@ -40,7 +38,7 @@ def gaps_of(scene):
     return np.sort(between - 2 * R)
 
 
-@pytest.mark.parametrize("number", range(20))
+@pytest.mark.parametrize("number", range(4))
 def test_random_racks_are_loose_and_frozen_alternately(number):
     scene = scenes.random_rack(number)
     assert scene == scenes.random_rack(number)
@@ -60,14 +58,3 @@ def test_frozen_racks_touch_as_the_shipped_one_does_to_the_bit():
     shipped = find_scene("frozen-break")
     frozen = scenes.random_rack(1)
     assert np.array_equal(frozen.positions[1:], shipped.positions[1:])
-
-
-@pytest.mark.parametrize("count", [1, 2, 7, 16])
-@pytest.mark.parametrize("packing", [0.1, 0.6, 0.75])
-def test_a_packed_gas_has_its_packing(count, packing):
-    scene = packed_gas(count, packing, FRICTIONLESS, t_max=1.0)
-    columns = math.ceil(math.sqrt(count))
-    places = columns * math.ceil(count / columns)
-    covered = places * math.pi * R**2 / (scene.table.length * scene.table.width)
-    assert covered == pytest.approx(packing)
-    assert len(scene.balls) == count

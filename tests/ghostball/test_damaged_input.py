@@ -6,7 +6,6 @@ there, such as another date, the command does its work.
 
 from __future__ import annotations
 
-import json
 import random
 import shutil
 import sqlite3
@@ -16,15 +15,11 @@ from pathlib import Path
 
 import pytest
 import tomli_w
+from damage import DEEP, VALUES, assert_refused_or_done, faults, reads, run, texts
 from likenesses import keep_likenesses, likeness
 from pydantic import TypeAdapter
 from stored_results import store_findings
-from typer.testing import CliRunner
 
-from ghostball.cli import app
-from ghostball.cli.shared.config import load_config
-from ghostball.model import GhostballError, Scene
-from ghostball.reference_adapters.elsewhere import Run
 from ghostball.validation.baselines.baseline import load_baseline
 from ghostball.validation.baselines.regression import Regression, SceneChange
 from ghostball.validation.board.board import Board, load
@@ -36,61 +31,11 @@ from ghostball.validation.results.files import BOARD
 from ghostball.validation.results.store import Results
 from ghostball.validation.stress.findings import Finding, StressRun
 
-DEEP = "[" * 100_000
-VALUES = (None, True, -1, 1e999, "x", "../../out", "\ud800", [], [[1.0], [1.0, 2.0]], {}, {"x": {}})
-"""What a fault puts in a value's place."""
-
-GONE = "gone"
 RECORDS = {
     "documents": "content",
     "records": "record",
 }
 """Columns that hold records, by table."""
-
-
-def run(*arguments):
-    result = CliRunner().invoke(app, [str(one) for one in arguments])
-    return result.exit_code, result.output
-
-
-def assert_refused_or_done(*arguments):
-    """Run a command, which must do its work, or refuse its input in one line."""
-    status, output = run(*arguments)
-    assert status in (0, 1, 2, 4), output
-    assert "Traceback" not in output
-    if status == 2:
-        assert output.count("error: ") == 1, output
-    return status
-
-
-def places(value, path=()):
-    """Yield the path of each part of a value."""
-    yield path
-    if isinstance(value, list):
-        value = dict(enumerate(value[:2]))  # of a long one the first two
-    for key, part in value.items() if isinstance(value, dict) else ():
-        yield from places(part, (*path, key))
-
-
-def faults(whole, values=VALUES):
-    """Yield copies of a value that each have one fault."""
-    for path in places(whole):
-        for put in (*values, GONE) if path else ():
-            changed = json.loads(json.dumps(whole))
-            at = changed
-            for key in path[:-1]:
-                at = at[key]
-            if put is GONE:
-                del at[path[-1]]
-            else:
-                at[path[-1]] = put
-            yield changed
-
-
-def texts(text):
-    """Yield JSON that each has one fault, and what is none."""
-    yield from ("", "null", "[]", "{}", "no json", DEEP, text[: len(text) // 2])
-    yield from map(json.dumps, faults(json.loads(text)))
 
 
 # --- results ----------------------------------------------------------------------------------
@@ -244,45 +189,6 @@ def test_no_name_in_a_record_leads_out_of_the_folder(valid, tmp_path, name, kind
 
 # --- other files ------------------------------------------------------------------------------
 
-RUN = {
-    "engine": "elsewhere",
-    "scene": "stop",
-    "status": "rest",
-    "rest_time": 1.0,
-    "rest_positions": [[0.5, 0.5, 0.028575]],
-    "events": [{"t": 0.5, "kind": "ball-cushion", "a": 0, "b": "left"}],
-    "samples": {
-        "t": [0.0, 1.0],
-        "positions": [[[0.4, 0.5, 0.028575]], [[0.5, 0.5, 0.028575]]],
-        "velocities": [[[0.2, 0.0, 0.0]], [[0.0, 0.0, 0.0]]],
-        "angular_velocities": [[[0.0, 7.0, 0.0]], [[0.0, 0.0, 0.0]]],
-    },
-}
-
-
-def reads(read, path, text):
-    """Whether a file is read; whatever is raised where it isn't, a command says in one line."""
-    path.write_text(text, "utf-8", "surrogatepass")
-    try:
-        read(path)
-    except GhostballError:
-        return False
-    return True
-
-
-def test_a_run_made_elsewhere_of_another_shape_is_refused(tmp_path):
-    scene = Scene.model_validate({"name": "a", "balls": [{"id": "b", "position": (0.4, 0.5)}]})
-
-    def read(path):
-        for one in Run.load(path):
-            one.result(scene)
-
-    assert reads(read, tmp_path / "run.json", json.dumps(RUN))
-    large = (1 << 40, 10**400, 1e300)
-    every = [*texts(json.dumps(RUN)), *map(json.dumps, faults(RUN, large)), "9" * 10_000]
-    read_all = [text for text in every if reads(read, tmp_path / "run.json", text)]
-    assert 0 < len(read_all) < len(every) / 2
-
 
 @pytest.mark.parametrize("text", [DEEP, '{"a":' * 100_000, "\x00", "9" * 10_000, '["' + DEEP])
 def test_what_is_graded_may_be_nested_as_deeply_as_one_likes(tmp_path, text):
@@ -326,23 +232,6 @@ def test_a_baseline_of_another_shape_is_refused(tmp_path):
 @pytest.mark.parametrize("text", ["truth = " + DEEP, "[[", "\x00", "checks = 3", "x = 1"])
 def test_limits_of_another_shape_are_refused(tmp_path, text):
     assert not reads(Criteria.load, tmp_path / "shot.expect.toml", text)
-
-
-def test_settings_of_another_shape_are_refused(tmp_path, monkeypatch):
-    valid = {"engines": ["pymunk"], "scenes": ["smoke"], "baselines": "baselines", "out": "out"}
-    values = [value for value in VALUES if value is not None and value != "\ud800"]
-    every = ["[tool.ghostball]\na = " + DEEP, "[tool.ghostball", "tool = 3"]
-    every += [tomli_w.dumps({"tool": {"ghostball": one}}) for one in faults(valid, values)]
-    file = tmp_path / "pyproject.toml"
-
-    def read(path):
-        load_config(path.parent)
-
-    assert reads(read, file, tomli_w.dumps({"tool": {"ghostball": valid}}))
-    assert sum(reads(read, file, one) for one in every) < len(every) / 2
-    monkeypatch.chdir(tmp_path)
-    file.write_text("[tool.ghostball]\nscenes = " + DEEP)
-    assert_refused_or_done("validate", "--no-report")
 
 
 @pytest.mark.parametrize("text", ["name = " + DEEP, "balls = [[", "\x00", "balls = 3"])

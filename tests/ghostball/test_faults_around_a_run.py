@@ -170,22 +170,6 @@ def test_an_engine_that_crashes_or_hangs_costs_its_own_results_alone(command):
 
 
 @pytest.mark.slow
-@COMMANDS
-@pytest.mark.usefixtures("here")
-def test_a_run_that_is_killed_leaves_its_results_and_a_next_one_continues_from_there(command):
-    asked = Asked(command, ["ghostball", "faulty:slow=0.5"], count=2)
-    with asked.start() as process:
-        deadline = time.monotonic() + PATIENCE
-        while (there := len(asked.done())) < 2 and process.poll() is None:
-            assert time.monotonic() < deadline
-            time.sleep(0.02)
-        process.kill()  # it alone: what it had started ends by itself, without a word
-        _, errors = process.communicate(timeout=PATIENCE)
-    assert "Traceback" not in errors
-    asked.assert_continues(least=there)
-
-
-@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="limits of files are POSIX")
 @COMMANDS
 @pytest.mark.usefixtures("here")

@@ -2,8 +2,13 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 from written_results import LABELS, SHOTS, write_results
+
+from ghostball.model import EVENT_DTYPE, Result, SampledTrajectory, Status, initial_state
+from ghostball.reports.shots import load_shot
+from ghostball.validation.results.store import Results
 
 
 @pytest.fixture(scope="session")
@@ -22,3 +27,25 @@ def module_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def small_folder(tmp_path: Path) -> Path:
     """One scene on three engines, to write a report into."""
     return write_results(tmp_path / "small", ["stop"], LABELS[:3])
+
+
+@pytest.fixture
+def result(results_folder):
+    """A result, as an engine returns it."""
+    shot = load_shot(Results.open(results_folder), "head-on")
+    motion, state = shot.ours.motion, initial_state(shot.scene)
+    return Result(
+        engine="ghostball",
+        settings={},
+        scene=shot.scene,
+        status=Status.REST,
+        final_state=state,
+        rest_time=3.0,
+        collision_counts={"ball-ball": 1, "ball-cushion": 0},
+        work={},
+        wall_time=0.0,
+        events=np.array([(1.0, 0, 0, 1)], dtype=EVENT_DTYPE),
+        trajectory=SampledTrajectory(
+            motion.times, motion.positions, motion.velocities, motion.angular_velocities
+        ),
+    )

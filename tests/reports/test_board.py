@@ -17,7 +17,7 @@ from ghostball.reports.board import (
 )
 from ghostball.reports.page.board import board_html
 from ghostball.validation.board.asking import board_scene
-from ghostball.validation.board.board import ROWS, Board, load, run_board
+from ghostball.validation.board.board import Board, load, run_board
 from ghostball.validation.board.cell import Cell
 from ghostball.validation.board.column import COLUMNS
 from ghostball.validation.results.environment import describe_environment
@@ -166,7 +166,3 @@ def test_results_may_be_written_beside_a_board(folder: Path) -> None:
         ResultsWriter(folder)
     (folder / "board" / "more").unlink()
     ResultsWriter(folder)
-
-
-def test_every_row_is_there_once() -> None:
-    assert len(set(ROWS)) == len(ROWS)

@@ -2,18 +2,11 @@
 
 from __future__ import annotations
 
-import json
-import re
-
 import pytest
 from regressions import identical, regression, uncompared, worse
 
-from ghostball.reports.findings import RULES, Finding, Place, Places, findings
-from ghostball.reports.github import SHOWN, note, notes
-from ghostball.reports.sarif import sarif_json
+from ghostball.reports.findings import Place, Places, findings
 from ghostball.validation.results.store import Results
-
-NOWHERE = Places(lambda _label, _trace: None, lambda _engine, _scene, _says: None)
 
 
 def place_of_baseline(engine: str, scene: str, says: str) -> Place:
@@ -67,45 +60,3 @@ def test_missing_baselines_are_one_finding_unless_limits_alone_are_asked(passed)
     (few,) = findings(passed, [regression(many[0], outcome="no-baseline")], PLACES)
     assert "in shot-0. Run" in few.message
     assert findings(passed, [regression(*many, outcome="passed", fail_on="limits")], PLACES) == []
-
-
-def test_a_note_is_one_line_that_ends_no_property_early():
-    one = Finding("limit-broken", "error", "a: b, c", "100 %\nnext", Place("my,file:x.py", 12))
-    assert notes([one]) == (
-        "::error file=my%2Cfile%3Ax.py,line=12,title=Ghostball%3A a%3A b%2C c::100 %25%0Anext\n"
-    )
-    assert note("error", "x", "y") == "::error title=Ghostball%3A x::y"
-
-
-def test_more_than_github_shows_are_counted():
-    def some(level, count):
-        return [Finding("limit-broken", level, f"{level}-{k}", "x", None) for k in range(count)]
-
-    lines = notes([*some("error", SHOWN + 3), *some("warning", SHOWN)]).splitlines()
-    assert len(lines) == 2 * SHOWN
-    assert lines[SHOWN - 1].startswith("::error title=Ghostball%3A 4 more::error-9, error-10")
-
-
-def test_sarif_has_what_the_standard_asks_for(results):
-    # SARIF 2.1.0: 3.13 the log, 3.14 the run, 3.18 and 3.19 the tool, 3.27 a result, 3.29 and 3.30
-    # where it is. https://docs.oasis-open.org/sarif/sarif/v2.1.0/sarif-v2.1.0.html
-    found = findings(results, [regression(worse())], NOWHERE)
-    log = json.loads(sarif_json(found, "0.1.0", Place("pyproject.toml", 1)))
-    assert set(log) == {"$schema", "version", "runs"}
-    assert log["version"] == "2.1.0"
-    (run,) = log["runs"]
-    driver = run["tool"]["driver"]
-    assert (driver["name"], driver["version"]) == ("Ghostball", "0.1.0")
-    rules = [rule["id"] for rule in driver["rules"]]
-    assert rules == list(RULES)
-    assert len(run["results"]) == len(found) > 3
-    for result in run["results"]:
-        assert rules[result["ruleIndex"]] == result["ruleId"]
-        assert result["level"] in ("none", "note", "warning", "error")
-        assert result["message"]["text"]
-        (location,) = result["locations"]
-        physical = location["physicalLocation"]
-        assert physical["artifactLocation"]["uri"] == "pyproject.toml"
-        assert physical["region"]["startLine"] >= 1
-        (fingerprint,) = result["partialFingerprints"].values()
-        assert re.fullmatch("[0-9a-f]{64}", fingerprint)

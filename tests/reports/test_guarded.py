@@ -129,23 +129,6 @@ def test_a_file_that_is_missing_is_a_fault_of_ghostball():
     assert [one.part for one in failed] == ["page"]
 
 
-@pytest.mark.usefixtures("without_run_figures")
-def test_a_template_that_is_missing_costs_its_section_alone(small_folder, monkeypatch):
-    monkeypatch.setattr(page, "environment_html", lambda *_: page.render("nowhere.html"))
-    failed, html = written(small_folder)
-    assert failed == ['section "Environment" of report.html']
-    assert "TemplateNotFound" in html
-    assert '<section class="scene"' in html
-
-
-def test_a_figure_that_lacks_a_file_costs_itself_alone(small_folder, monkeypatch):
-    def draw(_):
-        raise FileNotFoundError(2, "No such file", "font.ttf")
-
-    monkeypatch.setattr(report, "draw_sheet", draw)
-    assert written(small_folder)[0] == ["figure stop-sheet"]
-
-
 def test_a_disk_that_is_full_is_no_fault_of_a_figure(small_folder, monkeypatch):
     def save(figure, path, *_, **__):
         raise OSError(28, "No space left on device", str(path))

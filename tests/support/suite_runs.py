@@ -64,12 +64,10 @@ class Fake(EngineBase):
         )
         if does == "lose a ball":
             shifted.positions[0, 0, 1] = np.nan
-        if does == "flatten":
-            shifted = shifted._replace(positions=shifted.positions[:, :, :2])
         return Result(
-            engine="ghostball" if does == "lie" else "fake",
+            engine="fake",
             settings={},
-            scene=scene.model_copy(update={"t_max": 9.0}) if does == "swap" else scene,
+            scene=scene,
             status={
                 "hand back": Status.INTERRUPTED,
                 "give up": Status.FAILED,
@@ -81,7 +79,7 @@ class Fake(EngineBase):
             collision_counts=truth.collision_counts,
             work={"steps": np.int64(3)},
             wall_time=0.5,
-            events=None if does == "forget" else truth.events,
+            events=truth.events,
             trajectory=truth.trajectory,
         )
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from flint import arb
+from proofs import in_air
 from shots import R, ball, scene_of
 
 from ghostball.engine import simulate
@@ -14,11 +15,6 @@ from ghostball.reference_adapters.certified.roots import NONE, ROOT, UNSURE
 from ghostball.validation.scenes.library import find_scene
 
 AIR = {"air_drag": 0.0041, "rolling_friction_quadratic": 0.006}
-
-
-def in_air(scene: Scene) -> Scene:
-    physics = scene.physics.model_dump(exclude_unset=True) | AIR
-    return Scene.model_validate({**scene.model_dump(by_alias=True), "physics": physics})
 
 
 @pytest.mark.parametrize(
@@ -45,9 +41,8 @@ def test_a_roll_that_nothing_stops_continues() -> None:
     assert float(certificate.velocities[0][0]) == pytest.approx(0.5, rel=1e-15)
 
 
-@pytest.mark.parametrize(("name", "count"), [("break-8", 30), ("break-16", 60)])
-def test_our_engine_plays_every_proved_event_of_a_break_in_air(name: str, count: int) -> None:
-    scene = in_air(find_scene(name))
+def test_our_engine_plays_every_proved_event_of_a_break_in_air() -> None:
+    scene, count = in_air(find_scene("break-16"), **AIR), 60
     settings = CertifiedSettings(max_events=count)
     certificate, run = certify(scene, settings, cached=False), simulate(scene, record="events")
     assert len(certificate.events) == count
@@ -57,7 +52,7 @@ def test_our_engine_plays_every_proved_event_of_a_break_in_air(name: str, count:
 
 
 def test_a_whole_break_is_proved() -> None:
-    scene = in_air(find_scene("break-7"))
+    scene = in_air(find_scene("break-7"), **AIR)
     certificate, run = certify(scene, cached=False), simulate(scene)
     assert certificate.proved
     rest = np.array([[float(x) for x in place] for place in certificate.positions])

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pydantic import ValidationError
 from shots import POOL_TABLE, ball, scene_of
 
 from ghostball.engine import simulate
@@ -116,19 +115,3 @@ def test_the_certificate_is_at_hand():
     certificate = engine().certify(POOL)
     assert certificate.proved
     assert certificate.events[0].kind in EventKind
-
-
-@pytest.mark.parametrize(
-    "settings",
-    [
-        {"max_precision": 0},
-        {"start_precision": 8},
-        {"max_events": 0},
-        {"width": 0.0},
-        {"time_limit": float("inf")},
-        {"digits": 50},
-    ],
-)
-def test_wrong_settings_are_refused(settings):
-    with pytest.raises(ValidationError):
-        CertifiedSettings(**settings)

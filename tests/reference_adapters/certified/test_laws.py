@@ -1,6 +1,6 @@
 """Impacts in balls where they are known to nothing or not at all.
 
-That all laws are right is asked of whole shots: `test_certify.py`, against the oracle.
+That all laws are right is asked of whole shots: `test_api.py`, against the oracle.
 """
 
 from __future__ import annotations

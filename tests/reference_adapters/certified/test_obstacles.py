@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 import pytest
+from proofs import ELL, met, proved
 from shots import ball, scene_of
 from side_pocket import SIDE_POCKET, into_side_pocket
 
@@ -18,23 +17,6 @@ from ghostball.reference_adapters.certified.problem import problem_of
 from ghostball.validation.scenes.random_scenes import PROVABLE, random_scene
 from ghostball.validation.stress.proved import MatchesProof
 
-ELL = [[0, 0], [2, 0], [2, 1], [1, 1], [1, 2], [0, 2]]
-"""Its corner (1, 1) points into the table."""
-
-
-def proved(scene: Scene) -> Certificate:
-    certificate = certify(scene, cached=False, motion=True)
-    assert certificate.proved, certificate.reason
-    return certificate
-
-
-def met(certificate: Certificate) -> list[str]:
-    return [
-        f"{e.kind.label} {partner_name(e.kind, e.b)}"
-        for e in certificate.events
-        if e.kind in (EventKind.BALL_CUSHION, EventKind.POCKETED)
-    ]
-
 
 @pytest.mark.parametrize(("degrees", "goes"), [(68.2915, True), (68.2925, False)])
 def test_the_critical_angle_of_a_side_pocket_is_proved(degrees: float, goes: bool):
@@ -44,50 +26,6 @@ def test_the_critical_angle_of_a_side_pocket_is_proved(degrees: float, goes: boo
         shot = into_side_pocket(degrees, float(aim), away=0.9, t_max=1.5)
         ends.append("pocketed bottom" in met(proved(shot)))
     assert any(ends) == goes
-
-
-def test_a_ball_meets_a_corner_that_points_into_the_table_as_a_point():
-    """Head on, so that it goes back the way it came; its name is that of the side before it."""
-    scene = scene_of(
-        ball((0.5, 0.5), (1.0, 1.0)),
-        table=Table.model_validate({"vertices": ELL}),
-        cushion="mirror",
-        rolling_friction=0.0,
-        t_max=0.6,
-    )
-    certificate = proved(scene)
-    assert met(certificate) == ["ball-cushion side-3"]
-    (event,) = certificate.events
-    at_corner = 0.5 - scene.radii[0] / math.sqrt(2.0)
-    assert float(event.t) == pytest.approx(at_corner, rel=1e-15)
-    for part, velocity in enumerate((-1.0, -1.0)):
-        assert float(certificate.velocities[0][part]) == pytest.approx(velocity, rel=1e-15)
-
-
-def test_a_ball_that_passes_the_end_of_a_side_does_not_meet_its_line():
-    scene = scene_of(
-        ball((0.5, 1.5), (0.0, -1.0)),
-        ball((1.5, 0.5), (-1.0, 0.0)),
-        table=Table.model_validate({"vertices": ELL}),
-        rolling_friction=0.0,
-        t_max=0.7,
-    )
-    assert met(proved(scene)) == []
-
-
-@pytest.mark.parametrize("slip", [0.0, -20.0])
-@pytest.mark.parametrize("air", [0.0, 0.2])
-def test_a_ball_bounces_off_a_post(slip: float, air: float):
-    """Along the line of centres: the same post is met twice, with a cushion between."""
-    post = {"length": 2.0, "width": 1.0, "posts": [{"centre": (1.0, 0.5), "radius": 0.1}]}
-    scene = scene_of(
-        ball((0.5, 0.5), (4.0, 0.0), angular_velocity=(0.0, slip, 0.0)),
-        table=Table.model_validate(post),
-        motion="sliding",
-        air_drag=air,
-    )
-    post_then_left = ["ball-cushion post-1", "ball-cushion left"]
-    assert met(proved(scene))[:3] == [*post_then_left, "ball-cushion post-1"]
 
 
 U = [[0, 0], [3, 0], [3, 2], [2, 2], [2, 1], [1, 1], [1, 2], [0, 2]]
@@ -138,7 +76,7 @@ def test_a_ball_between_two_rails_in_one_line_is_in_contact_with_both_and_meets_
 
 
 @pytest.mark.parametrize("kind", ["polygon", "pockets", "posts"])
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", range(3))
 def test_our_engine_does_what_is_proved(kind: str, seed: int):
     scene = random_scene(seed, **{**PROVABLE, "table": kind})
     verdict = MatchesProof(least=0, cached=False)(simulate(scene, record="trajectory"))

@@ -1,6 +1,6 @@
 """The oracle's root finder, and what it refuses.
 
-Its motion and its laws are checked by `test_certify.py`: proofs hold the closed forms' answers,
+Its motion and its laws are checked by `test_api.py`: proofs hold the closed forms' answers,
 and the oracle's.
 """
 

@@ -2,18 +2,12 @@
 
 import numpy as np
 import pytest
+from proofs import in_air
 from shots import ball, random_cloth_shot, scene_of
 
 from ghostball.engine import simulate
-from ghostball.model import Scene
 from ghostball.reference_adapters.registry import make_engine
 from ghostball.validation.scenes.library import find_scene
-
-
-def in_air(scene: Scene, t_max: float | None = None, **physics: float) -> Scene:
-    changed = {"physics": scene.physics.model_dump(exclude_unset=True) | physics, "t_max": t_max}
-    return Scene.model_validate({**scene.model_dump(by_alias=True), **changed})
-
 
 SHOTS = {
     "rolls": in_air(find_scene("break-7"), air_drag=0.0041, rolling_friction_quadratic=0.006),

@@ -23,13 +23,12 @@ from engine_facts import (
     rack,
     shares,
     throw,
-    to_the_wall,
 )
 from typer.testing import CliRunner
 
 from ghostball.cli import app
 from ghostball.engine import simulate
-from ghostball.model import Ball, Scene, Status, Table, UnsupportedSceneError
+from ghostball.model import Status, UnsupportedSceneError
 from ghostball.reference_adapters.javascript.engine import PlanckEngine
 from ghostball.reference_adapters.javascript.packages import DRIVER, folder
 from ghostball.reference_adapters.registry import make_engine
@@ -39,32 +38,6 @@ from ghostball.validation.scenes.library import find_scene
 ENGINES = ("planck", "matter-js", "p2", "cannon-es", "rapier-js")
 NAMES = [pytest.param(name, marks=needs(name)) for name in ENGINES]
 IN_DOUBLES = [pytest.param(name, marks=needs(name)) for name in ("planck", "p2", "cannon-es")]
-
-
-@pytest.mark.parametrize("name", NAMES)
-@pytest.mark.parametrize("restitution", [0.0, 0.5, 0.9, 1.0])
-def test_a_single_collision_is_right(name: str, restitution: float) -> None:
-    wanted = [(1.0 - restitution) / 2.0, (1.0 + restitution) / 2.0]
-    for spec in (name, f"{name}:contact_steps=exact"):
-        assert shares(spec, head_on(restitution=restitution)) == pytest.approx(wanted, abs=2e-6)
-        x, y = play(spec, to_the_wall(restitution)).final_state.velocities[0, 0, :2]
-        assert (x, y) == pytest.approx((-restitution, 1.0), abs=2e-6)
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_balls_and_cushions_have_restitutions_of_their_own(name: str) -> None:
-    changes = {
-        "ball_restitution": 0.5,
-        "cushion": "restitution",
-        "cushion_restitution": 0.9,
-        "cushion_tangential_restitution": 0.8,
-    }
-    ball = Ball(id="cue", position=(1.5, 0.3), velocity=(1.0, 1.0))
-    physics = FREE.model_copy(update=changes)
-    table = Table(length=2.0, width=2.0)
-    scene = Scene(name="wall", balls=[ball], table=table, physics=physics, t_max=0.6)
-    velocity = play(name, scene).final_state.velocities[0, 0, :2]
-    assert velocity == pytest.approx((-0.9, 0.8), abs=1e-6)
 
 
 @pytest.mark.parametrize("name", IN_DOUBLES)

@@ -15,7 +15,6 @@ from ghostball.model import (
     Scene,
     Status,
     Table,
-    UnsupportedSceneError,
 )
 from ghostball.reference_adapters.paper.continuous import (
     PaperContinuousEngine,
@@ -214,16 +213,3 @@ def test_a_run_that_does_not_end_says_so(settings):
     result = engine(**settings).simulate(roll(1.0))
     assert (result.status, result.rest_time) == (Status.STEP_LIMIT, settings["max_time"])
     assert "`max_time`" in result.reason
-
-
-@pytest.mark.parametrize(
-    ("physics", "section"),
-    [
-        (Physics(ball_restitution=0.9), "4.2"),
-        (Physics(cushion="restitution", cushion_restitution=0.8), "6.3"),
-        (Physics(motion="sliding"), "6.2"),
-    ],
-)
-def test_what_the_paper_lacks_is_refused_with_its_section(physics, section):
-    with pytest.raises(UnsupportedSceneError, match=section):
-        engine().simulate(head_on(1.0, physics=physics, table=TABLE))

@@ -7,7 +7,7 @@ import math
 import pytest
 from pydantic import ValidationError
 
-from ghostball.model import Ball, EventKind, Physics, Scene, Status, Table, UnsupportedSceneError
+from ghostball.model import Ball, EventKind, Physics, Scene, Status, Table
 from ghostball.reference_adapters.paper.discrete import PaperDiscreteEngine, PaperDiscreteSettings
 
 R = 0.028575
@@ -141,24 +141,6 @@ def test_a_run_that_does_not_end_says_so(settings):
     assert result.status is Status.STEP_LIMIT
     assert "`max_time`" in result.reason
     assert result.rest_time == settings["max_time"]
-
-
-@pytest.mark.parametrize(
-    ("physics", "section"),
-    [
-        (Physics(ball_restitution=0.9), "4.2"),
-        (Physics(motion="sliding", ball_friction=0.05), "section 1"),
-        (Physics(motion="sliding", ball_friction="alciatore"), "section 1"),
-        (Physics(motion="sliding", ball_impact="mathavan2014"), "section 1"),
-        (Physics(cushion="restitution", cushion_restitution=0.8), "6.3"),
-        (Physics(motion="sliding"), "6.2"),
-        (Physics(motion="sliding", cushion="han2005"), "only mirror, section 4.2"),
-        (Physics(air_drag=0.004), "6.3"),
-    ],
-)
-def test_what_the_paper_lacks_is_refused_with_its_section(physics, section):
-    with pytest.raises(UnsupportedSceneError, match=section):
-        engine().simulate(head_on(1.0, physics=physics, table=TABLE))
 
 
 @pytest.mark.parametrize(

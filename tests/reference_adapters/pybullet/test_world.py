@@ -7,9 +7,9 @@ import hashlib
 import pytest
 
 from ghostball.model import Result
-from ghostball.reference_adapters import make_engine
 from ghostball.reference_adapters.pybullet import loading, world as pybullet_world
 from ghostball.reference_adapters.pybullet.world import World
+from ghostball.reference_adapters.registry import make_engine
 from ghostball.validation.scenes.library import find_scene
 
 pytestmark = pytest.mark.skipif(
@@ -62,11 +62,23 @@ def test_worlds_at_once_have_a_client_each():
         assert one._client != other._client
 
 
-def test_a_client_that_something_went_wrong_with_is_closed():
-    scene = find_scene("head-on")
-    with (
-        pytest.raises(ValueError, match="lost"),
-        World(scene, planar=True, config="tuned", iterations=50),
-    ):
-        raise ValueError("lost")
-    assert pybullet_world._IDLE["tuned"] == []
+def test_closes_its_client_also_when_a_run_fails(monkeypatch: pytest.MonkeyPatch) -> None:
+    play("head-on", "pybullet")
+    bullet = loading.load()
+
+    def connected() -> list[bool]:
+        return [bullet.getConnectionInfo(client)["isConnected"] for client in range(8)]
+
+    before = connected()
+    monkeypatch.setattr(pybullet_world, "_IDLE", {"tuned": [], "default": []})
+
+    def fail(world: pybullet_world.World, dt: float) -> None:
+        raise RuntimeError("no step")
+
+    monkeypatch.setattr(pybullet_world.World, "step", fail)
+    with pytest.raises(RuntimeError, match="no step"):
+        play("head-on", "pybullet")
+    monkeypatch.setattr(pybullet_world.World, "_build", fail)
+    with pytest.raises(RuntimeError, match="no step"):
+        play("head-on", "pybullet")
+    assert connected() == before

@@ -6,15 +6,11 @@ import random
 
 import numpy as np
 import pytest
-from shots import R, ball, random_cloth_shot, scene_of
+from shots import R, ball, scene_of
 
 from ghostball.engine import simulate
 from ghostball.model import EventKind, Scene
-from ghostball.model.features import missing_features
-from ghostball.reference_adapters.pymunk.engine import PymunkEngine, PymunkSettings
-from ghostball.reference_adapters.stepping import plane
 from ghostball.reference_adapters.stepping.cloth import ClosedFormCloth
-from ghostball.validation.scenes.library import find_scene
 
 
 def distant(seed: int, **physics: object) -> Scene:
@@ -86,52 +82,6 @@ def test_a_kick_makes_a_rolling_ball_slide_unless_it_would_end_within_the_step()
     cloth.kick(kick, None, dt=0.08)
     assert cloth.rolling[0]
     assert cloth.velocities[0] == pytest.approx([0.5 + 2 / 7 * 0.5, 0.0])
-
-
-class WholeKicks(ClosedFormCloth):
-    """A cloth whose kicks do all that a kick does where no ball was hit, too."""
-
-    early = 0
-
-    def kick(self, changes, turns, dt):
-        WholeKicks.early += not changes.any() and (turns is None or not turns.any())
-        self._kick_all(changes, turns, dt)
-
-
-def bits(scene: Scene, steps: str, **settings: object) -> list[bytes]:
-    run = PymunkEngine(PymunkSettings(contact_steps=steps, **settings)).simulate(
-        scene, record="trajectory"
-    )
-    moments = np.linspace(0.0, run.trajectory.t_end, 1000)
-    arrays = [run.events, *run.final_state, *run.trajectory.sample(moments)]
-    return [array.tobytes() for array in arrays]
-
-
-SLIDES_WITH_A_SPIN_OF_MINUS_ZERO = scene_of(
-    ball((0, 0), (2.0, 0.5), angular_velocity=(-0.0, -0.0, -0.0)),
-    ball((0.5, 0.14), (-0.0, -0.1)),
-    ball((0.2, 0.5), angular_velocity=(-0.0, 40.0, -0.0)),
-    motion="sliding",
-    ball_friction=0.06,
-)
-
-
-@pytest.mark.parametrize("steps", ["fixed", "exact"])
-def test_a_kick_without_a_collision_may_leave_out_what_it_does(steps, monkeypatch):
-    """To the bit, over shots whose balls slide, roll, are hit and spin.
-
-    Breaks where anything reads the spin that a rolling ball had before its velocity last changed.
-    """
-    scenes = [random_cloth_shot(seed) for seed in range(60)]
-    able = PymunkEngine(PymunkSettings(contact_steps=steps)).capabilities
-    shots = [one for one in scenes if not missing_features(able, one)][:4]
-    shots = [one.model_copy(update={"t_max": 1.0}) for one in shots]
-    shots += [SLIDES_WITH_A_SPIN_OF_MINUS_ZERO, find_scene("draw-shot")]
-    found = [bits(shot, steps) for shot in shots]
-    monkeypatch.setattr(plane, "ClosedFormCloth", WholeKicks)
-    monkeypatch.setattr(WholeKicks, "early", 0)
-    assert [bits(shot, steps) for shot in shots] == found
-    assert WholeKicks.early > 100
 
 
 @pytest.mark.parametrize(("ending", "spins"), [("slide-to-roll", True), ("roll-to-rest", False)])

@@ -38,8 +38,8 @@ def throw(result: Result, cut: float) -> float:
     return cut - math.atan2(vy, vx)
 
 
-@pytest.mark.parametrize("speed", [0.5, 1.0, 3.0])
-@pytest.mark.parametrize("cut", [0.2, 0.6, 1.1])
+@pytest.mark.parametrize("speed", [0.5, 3.0])
+@pytest.mark.parametrize("cut", [0.2, 1.1])
 @pytest.mark.parametrize("friction", [0.02, 0.06, "alciatore"])
 @pytest.mark.parametrize("side", [0.0, 0.4, -0.4])
 def test_throw_of_a_collision_without_topspin(
@@ -62,7 +62,7 @@ def test_throw_of_a_collision_without_topspin(
 
 ENGINE = PymunkEngine(PymunkSettings(contact_steps="exact"))
 REPRESENTED = [
-    seed for seed in range(60) if not missing_features(ENGINE.capabilities, random_cloth_shot(seed))
+    seed for seed in range(25) if not missing_features(ENGINE.capabilities, random_cloth_shot(seed))
 ]
 
 

@@ -8,7 +8,6 @@ import pytest
 from likenesses import keep_likenesses
 
 from ghostball.reports.page.real_tables import real_tables_html
-from ghostball.reports.words import LIKENESS_KEY
 from ghostball.validation.measured.likeness import Family, Likeness, Measured
 from ghostball.validation.results.store import Results
 
@@ -110,7 +109,3 @@ def test_what_an_engine_lacks_is_said_and_harmless(html):
 
 def test_a_first_engine_that_lacks_all_hides_no_curve_of_the_others(tmp_path):
     assert "<title>ghostball</title>" in html_of(FOUND[::-1], tmp_path)
-
-
-def test_it_says_how_to_read_it(html):
-    assert LIKENESS_KEY in html

@@ -27,20 +27,6 @@ def test_one_of_two_changes_is_accepted_and_the_other_still_fails(accepted):
     assert all("breaks its limits: quality_factor must be" in one.summary for one in found.scenes)
 
 
-@pytest.mark.parametrize("reason", ["", " \n\t "])
-def test_nothing_is_accepted_without_a_reason(shop, reason):
-    shop.compare()
-    with pytest.raises(AcceptError, match="`reason` must say why"):
-        shop.accept(reason)
-    assert not shop.baselines.exists()
-
-
-def test_nothing_is_accepted_that_was_not_compared(shop, tmp_path):
-    with pytest.raises(AcceptError, match=r"holds no comparison.*`ghostball regress`"):
-        shop.accept()
-    assert not shop.baselines.exists()
-
-
 @pytest.mark.parametrize("sources", ["0" * 64, None])
 def test_a_comparison_of_other_code_is_not_accepted(shop, sources):
     found = shop.compare()

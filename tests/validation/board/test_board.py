@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-import dataclasses
-import json
-
 import numpy as np
 import pytest
 from engine_facts import needs
 from likenesses import likeness
-from typer.testing import CliRunner
 
-from ghostball.cli import app
 from ghostball.engine.running.driver import Run
 from ghostball.model import POOL_BALL_RADIUS, GhostballError
 from ghostball.validation.board import board as boards
 from ghostball.validation.board.board import Board, load, run_board
-from ghostball.validation.board.cell import Cell, cell_of, cell_of_likeness, shade
-from ghostball.validation.board.column import ACCURACY, COLUMNS, QUESTIONS, scene_path
+from ghostball.validation.board.cell import Cell, cell_of_likeness
+from ghostball.validation.board.column import ACCURACY, COLUMNS, QUESTIONS
 from ghostball.validation.results.files import BOARD
 from ghostball.validation.results.motions import motion_of_case
 from ghostball.validation.results.store import Results
@@ -58,6 +53,7 @@ def ran(monkeypatch):
     return pairs
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("in_this_process")
 def test_our_engine_is_right_in_every_column(tmp_path):
     board, outcome = run_board(["ghostball"], tmp_path, columns=COLUMNS.values())
@@ -118,7 +114,6 @@ def test_the_least_run_time_is_of_a_configuration_that_is_right(tmp_path):
     assert cell.note.startswith("not reached: paper-discrete:dt=0.0001")
 
 
-@pytest.mark.usefixtures("in_this_process")
 @pytest.mark.usefixtures("in_this_process")
 def test_the_widest_angle_is_that_up_to_which_all_are_right(tmp_path):
     board, _ = ask(tmp_path, ["ghostball", "paper-discrete", "pymunk"], "pocket")
@@ -210,26 +205,6 @@ def test_a_shot_that_comes_to_no_end_has_failed(tmp_path):
 
 
 @pytest.mark.usefixtures("in_this_process")
-def test_what_only_our_engine_says_is_right_has_no_class(tmp_path):
-    _, outcome = ask(tmp_path, ["pymunk"], "two")
-    (case,) = outcome.cases
-    asked = COLUMNS["throw"]
-    assert cell_of(asked, "pymunk", [case]).kind == "none"
-    proved = dataclasses.replace(case, truth="certified")
-    assert cell_of(asked, "pymunk", [proved]).kind == proved.accuracy.kind
-
-
-def test_thresholds_shade():
-    assert [shade(COLUMNS["break"], value) for value in (1e-4, 2e-4, 1e-2, 2e-2)] == [
-        "good",
-        "fair",
-        "fair",
-        "bad",
-    ]
-    assert shade(COLUMNS["time"], 1e9) == "fair"
-
-
-@pytest.mark.usefixtures("in_this_process")
 def test_an_engine_beside_real_tables_is_neither_right_nor_wrong(tmp_path):
     few = "ghostball.validation.examples.stepper:Stepper"
     board, outcome = ask(tmp_path, ["ghostball", SLOWING, "pymunk:config=default", few], "table")
@@ -246,15 +221,6 @@ def test_an_engine_beside_real_tables_is_neither_right_nor_wrong(tmp_path):
     assert load(tmp_path / BOARD) == board
 
 
-def test_what_an_engine_lacks_is_beside_what_it_is_off():
-    column = QUESTIONS["table"]
-    part = cell_of_likeness(column, likeness("x", rebound="it has none", rolling=1.4))
-    assert (part.kind, part.value) == ("partly", pytest.approx(1.4))
-    assert part.note == "rolling 1.4; no rebound: it has none"
-    failed = cell_of_likeness(column, likeness("x", rebound="it failed: it hung", rolling=1.4))
-    assert (failed.kind, failed.value) == ("failed", None)
-
-
 def test_what_is_played_in_part_comes_after_what_is_played_whole():
     column = QUESTIONS["table"]
     found = [
@@ -266,14 +232,6 @@ def test_what_is_played_in_part_comes_after_what_is_played_whole():
     cells = tuple(cell_of_likeness(column, one) for one in found)
     board = Board(environment={}, columns=(column,), cells=cells)
     assert board.sorted_rows("table") == ("near", "far", "part", "lacking")
-
-
-def test_an_engine_that_dies_beside_real_tables_did_not_finish(tmp_path):
-    arguments = ["leaderboard", "--only", "-e", "ghostball", "-e", DYING, "--out", str(tmp_path)]
-    done = CliRunner().invoke(app, [*arguments, "--column", "table"])
-    assert done.exit_code == 1, done.output
-    assert f"did not finish like a table on {DYING}: no rebound" in done.output
-    assert load(tmp_path / BOARD).cell("ghostball", "table").kind == "beside"
 
 
 @pytest.mark.usefixtures("in_this_process")
@@ -358,53 +316,6 @@ def test_a_folder_that_cant_be_written_is_named(tmp_path):
     (tmp_path / "board" / (BOARD + ".part")).mkdir()
     with pytest.raises(GhostballError, match="can't write the results folder"):
         ask(tmp_path / "board", ["ghostball"], "throw")
-
-
-@pytest.mark.usefixtures("in_this_process")
-def test_the_command_shows_a_strangers_row_and_its_verdict(tmp_path, monkeypatch):
-    monkeypatch.setenv("COLUMNS", "20")  # a narrow window cuts no cell short
-    arguments = ["leaderboard", "--only", "-e", "ghostball", "-e", SLOWING, "--out", str(tmp_path)]
-    done = CliRunner().invoke(app, [*arguments, "--column", "line", "--column", "throw"])
-    assert done.exit_code == 1, done.output  # a restitution of 0.8 where 1 is asked
-    assert "sequential" in done.output
-    assert "exact" in done.output
-    assert "checks passed" in done.output
-    again = CliRunner().invoke(app, [*arguments, "--column", "line", "--format", "json"])
-    rows = json.loads(again.stdout)["rows"]
-    assert rows[SLOWING]["line"]["again"] == (
-        f"ghostball leaderboard --only -e {SLOWING} --column line --rerun"
-    )
-
-
-@pytest.mark.usefixtures("in_this_process")
-def test_validate_says_the_same_of_the_same_runs(tmp_path):
-    engines = ["-e", "ghostball", "-e", "pymunk", "-e", SLOWING]
-    board = ["leaderboard", "--only", *engines, "--column", "line", "--column", "break"]
-    scenes = [str(scene_path(one)) for name in ("line", "break") for one in COLUMNS[name].scenes]
-    statuses = [
-        CliRunner().invoke(app, [*command, "--out", str(tmp_path / command[0])]).exit_code
-        for command in (board, ["validate", *scenes, *engines, "--no-report"])
-    ]
-    assert statuses == [1, 1]
-    one, other = (
-        {(case.scene, case.label): case.checks for case in Results.open(tmp_path / name).cases}
-        for name in ("leaderboard", "validate")
-    )
-    assert one == other
-
-
-@pytest.mark.parametrize(
-    ("options", "says"),
-    [
-        (["--column", "speed"], "`--column` must be one of cut"),
-        (["--sort", "speed"], "`--sort` must be one of cut"),
-        (["--only"], "needs at least one"),
-    ],
-)
-def test_what_is_no_board_is_refused(tmp_path, options, says):
-    done = CliRunner().invoke(app, ["leaderboard", *options, "--out", str(tmp_path)])
-    assert done.exit_code == 2
-    assert says in done.stderr
 
 
 def test_rows_are_sorted_by_class_then_by_size():

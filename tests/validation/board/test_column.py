@@ -6,7 +6,7 @@ import pytest
 
 from ghostball.model import GhostballError
 from ghostball.validation.board.asking import board_scene
-from ghostball.validation.board.column import ACCURACY, COLUMNS, FAULTS, load_columns
+from ghostball.validation.board.column import ACCURACY, COLUMNS, load_columns
 from ghostball.validation.results.records import INDEPENDENT
 from ghostball.validation.scenes.library import scene_names
 from ghostball.validation.truth.scene_truth import truth_of
@@ -85,15 +85,3 @@ def test_scenes_have_the_names_of_their_files_and_of_no_shipped_one():
     for name in {name for column in COLUMNS.values() for name in column.scenes}:
         assert board_scene(name).name == name
         assert name not in scene_names()
-
-
-def test_every_column_says_what_it_is_and_a_fault_names_its_thread():
-    for column in COLUMNS.values():
-        assert column.question[0].isupper()
-        assert not column.question.endswith(".")
-    for name, fault in FAULTS.items():
-        repository, number = name.rsplit("-", 1)
-        assert fault.thread.endswith(f"/{number}")
-        assert repository in fault.thread.lower()
-        assert fault.cause.endswith(".")
-        assert fault.cure.endswith(".")

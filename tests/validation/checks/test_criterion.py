@@ -6,7 +6,6 @@ import math
 
 import pytest
 
-from ghostball.validation.checks.criteria import Criteria
 from ghostball.validation.checks.criterion import CriteriaError, Criterion, Selector
 
 FIXED = {"contact_steps": "fixed", "dt": 0.001, "gate": True}
@@ -16,10 +15,6 @@ def criterion(*engines: str, metric: str = "rest_error_max", **limit: float) -> 
     return Criterion.model_validate(
         {"engines": engines, "metric": metric, "reason": "because", **(limit or {"at_most": 1.0})}
     )
-
-
-def criteria(*items: Criterion) -> Criteria:
-    return Criteria(criteria=items)
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from written_results import LABELS, write_results
 
 from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.checks.verdict import (
@@ -21,7 +20,6 @@ from ghostball.validation.checks.verdict import (
     verdict_of,
 )
 from ghostball.validation.results.records import CLOSED_FORM, OUR_ENGINE, CaseRecord, Check
-from ghostball.validation.results.store import Results
 
 
 def check(metric: str, passed: bool | None = True, kind: str = "at_most") -> Check:
@@ -176,22 +174,3 @@ def test_our_engine_is_no_reference_in_a_scene_that_it_cannot_represent() -> Non
     refused = replace(case(engine="ghostball"), outcome="not-representable", truth=None)
     assert not is_own_measure(refused)
     assert rest_error_standing(replace(refused, metrics={})) is RestError.NONE
-
-
-def test_verdicts_of_stored_cases(tmp_path):
-    results = Results.open(
-        write_results(tmp_path / "results", ["stop", "head-on", "break-7"], LABELS)
-    )
-
-    def verdict(scene, label):
-        return verdict_of(results.case(scene, label))
-
-    assert verdict("stop", "ghostball") is Verdict.PASS
-    assert verdict("stop", "paper-discrete") is Verdict.FAIL
-    assert verdict("break-7", "ghostball") is Verdict.REFERENCE
-    assert verdict("stop", "newcomer:dt=1e-3") is Verdict.SHOWN
-    assert verdict("stop", "pybullet") is Verdict.NOT_REPRESENTABLE
-    assert verdict("head-on", "newcomer:dt=1e-3") is Verdict.CRASHED
-    assert verdict_of(None) is Verdict.MISSING
-    assert is_own_measure(results.case("break-7", "ghostball"))
-    assert not is_own_measure(results.case("stop", "ghostball"))

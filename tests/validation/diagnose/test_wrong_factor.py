@@ -79,18 +79,12 @@ def test_a_step_beside_a_wrong_coefficient_hides_it_not():
 
 def test_a_wrong_mass_and_a_wrong_spin_are_named_with_their_ball():
     scene = find_scene("unequal-balls")
-    heavy = scene.balls[0].model_copy(update={"mass": 0.8 * scene.balls[0].mass})
-    result = simulate(
-        scene.model_copy(update={"balls": (heavy, *scene.balls[1:])}), record="trajectory"
-    )
+    result, heavy = with_first(scene, mass=0.8 * scene.balls[0].mass)
     found = wrong_factor(known_shot(scene), result)
     assert (found.what, found.ball, found.relation) == ("mass", heavy.id, "4/5 of")
     scene = find_scene("draw-shot")
     spin = tuple((0.4 * scene.angular_velocities[0]).tolist())
-    cue = scene.balls[0].model_copy(update={"angular_velocity": spin})
-    result = simulate(
-        scene.model_copy(update={"balls": (cue, *scene.balls[1:])}), record="trajectory"
-    )
+    result, cue = with_first(scene, angular_velocity=spin)
     found = wrong_factor(known_shot(scene), result)
     assert (found.what, found.ball, found.relation) == ("spin", cue.id, "2/5 of")
 
@@ -98,10 +92,7 @@ def test_a_wrong_mass_and_a_wrong_spin_are_named_with_their_ball():
 def test_what_a_shot_cannot_tell_apart_is_said():
     # Only the ratio of the masses matters where two balls meet.
     scene = find_scene("draw-shot")
-    heavy = scene.balls[0].model_copy(update={"mass": 0.8 * scene.balls[0].mass})
-    result = simulate(
-        scene.model_copy(update={"balls": (heavy, *scene.balls[1:])}), record="trajectory"
-    )
+    result, _ = with_first(scene, mass=0.8 * scene.balls[0].mass)
     found = wrong_factor(known_shot(scene), result)
     assert found.what == "mass"
     assert len(found.rivals) == 1

@@ -181,22 +181,6 @@ def test_there_is_no_derivative_past_two_collisions_at_one_instant() -> None:
     assert rounding_horizon(growth) == math.inf
 
 
-@pytest.mark.parametrize("name", ["half-ball-cut", "draw-shot", "chaos-a", "frozen-to-cushion"])
-def test_what_our_engine_says_of_itself_agrees(name: str) -> None:
-    scene = find_scene(name)
-    result, proof = simulate(scene, record="trajectory"), certify(scene, motion=True)
-    assert self_reported_growth(result, proof) == []
-
-
-@pytest.mark.parametrize("table", ["polygon", "pockets", "posts"])
-def test_what_our_engine_says_of_itself_agrees_beside_jaws_posts_and_holes(table: str) -> None:
-    wanted = {**PROVABLE, "table": table, "motion": "sliding"}
-    for number in range(6):
-        scene = random_scene(number, **wanted)
-        result, proof = simulate(scene, record="trajectory"), certify(scene, motion=True)
-        assert self_reported_growth(result, proof) == []
-
-
 def test_our_engines_sample_of_roundings_is_as_near_as_it_says() -> None:
     # Breaks where two roundings share their signs: of two balls that meet, their errors cancel;
     # of one ball, again and again in thousands of impacts, they add up.

@@ -8,7 +8,6 @@ from hypothesis import given, strategies as st
 
 from ghostball.engine import simulate
 from ghostball.model import EVENT_DTYPE, EventKind
-from ghostball.reference_adapters.certified import certify
 from ghostball.validation.grading.event_logs import (
     ALL_KINDS,
     Event,
@@ -16,7 +15,6 @@ from ghostball.validation.grading.event_logs import (
     events_from,
     events_in,
 )
-from ghostball.validation.grading.gradable import proved_events
 from ghostball.validation.scenes.library import find_scene
 
 BALLS = EventKind.BALL_BALL
@@ -204,21 +202,6 @@ def test_thousands_of_events_that_repeat_themselves():
     compared = compare_logs(whole, whole[:-2], strict=True)
     assert compared.missing == (29_998, 29_999)
     assert compared.invented == ()
-
-
-@pytest.mark.parametrize("name", ["break-16", "follow-shot", "thirty-degree-rule", "galperin-2"])
-def test_our_engine_finds_what_is_proved(name):
-    scene = find_scene(name)
-    proved = proved_events(certify(scene))
-    events = simulate(scene, record="events").events
-    found = compare_logs(proved, events_in(events, ALL_KINDS), strict=True)
-    assert found.parting is None
-    assert found.index_pairs == tuple((k, k) for k in range(len(events)))
-    without = compare_logs(proved, events_in(np.delete(events, 2), ALL_KINDS), strict=True)
-    assert without.parting.true == proved[2]
-    assert without.missing[0] == 2
-    doubled = compare_logs(proved, events_in(np.insert(events, 2, events[2]), ALL_KINDS))
-    assert len(doubled.invented) >= 1
 
 
 def test_the_lower_ball_comes_first_in_a_log():

@@ -6,9 +6,6 @@ import pytest
 
 from ghostball.model import Physics
 from ghostball.validation.measured.play import (
-    CAROM_BALL,
-    POOL_BALL,
-    SNOOKER_BALL,
     rolling_deceleration,
 )
 
@@ -16,8 +13,3 @@ from ghostball.validation.measured.play import (
 def test_a_ball_that_rolls_is_slowed_by_both_parts_of_the_cloth():
     physics = Physics(rolling_friction=0.01, rolling_friction_quadratic=0.02)
     assert rolling_deceleration(physics, 2.0) == pytest.approx(0.0981 + 0.08)
-
-
-def test_snooker_balls_are_the_smallest_and_carom_balls_the_heaviest():
-    assert SNOOKER_BALL.radius < POOL_BALL.radius < CAROM_BALL.radius
-    assert SNOOKER_BALL.mass < POOL_BALL.mass < CAROM_BALL.mass

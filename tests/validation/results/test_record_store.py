@@ -9,7 +9,6 @@ from unittest.mock import Mock
 import pytest
 from stored_cases import (
     ENVIRONMENT,
-    in_database,
     labels,
     left,
     motion,
@@ -69,20 +68,6 @@ def test_what_would_not_come_again_is_kept_for_nobody(tmp_path: Path) -> None:
     writer.write((record("pybullet", status="rest"), None))  # an engine whose code nobody knows
     writer.finish("complete")
     assert writer.known() == (0, {})
-
-
-def test_a_full_disk_loses_nothing_that_was_there(tmp_path: Path) -> None:
-    writer = taking_over(tmp_path)
-    writer.write((record("pymunk"), motion(7)))
-    assert writer._database is not None
-    pages = in_database(tmp_path, "PRAGMA page_count")
-    writer._database.execute(f"PRAGMA max_page_count = {pages}")
-    with pytest.raises(ResultsError, match="database or disk is full"):  # noqa: PT012
-        for seed in range(100):
-            writer.write((record(f"pybullet:n={seed}"), motion(seed)))
-    writer.finish("interrupted")
-    assert labels(Results.open(tmp_path).cases)[:2] == ["ghostball", "pymunk"]
-    assert left(tmp_path) == ["ghostball", "pybullet"]
 
 
 def test_two_writers_are_never_in_one_folder(tmp_path: Path) -> None:

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import multiprocessing
 
-import pytest
 from pool_tasks import crashed, work
 from pydantic import TypeAdapter
 
 from ghostball.validation.parallel.pool import limit_of
-from ghostball.validation.results.files import ResultsError
 from ghostball.validation.results.record_store import RecordStore
 from ghostball.validation.runs.runner import run
 
@@ -114,9 +112,3 @@ def test_a_run_of_a_part_keeps_the_rest_for_a_later_one(tmp_path):
     ran(tmp_path, {"a": "1"})
     assert stored(tmp_path) == [("a", "done a")]
     assert ran(tmp_path, {"a": "1", "b": "2"}).reused == 2
-
-
-def test_two_runs_at_once_in_one_folder_are_refused(tmp_path):
-    with Notes(tmp_path).reserved(), pytest.raises(ResultsError, match="another run writes there"):
-        ran(tmp_path, {"a": "1"})
-    assert stored(tmp_path) == []

@@ -2,17 +2,15 @@
 
 import hashlib
 import itertools
-import math
 import subprocess
 import sys
 from collections import Counter
 
-import numpy as np
 import pytest
+from random_layouts import FEW, options_in, touching_rails
 
 from ghostball.model import Physics
 from ghostball.model.features import Feature, scene_features
-from ghostball.validation.scenes.random_parts import reach
 from ghostball.validation.scenes.random_scenes import (
     ASPECTS,
     OF_FEATURES,
@@ -21,21 +19,9 @@ from ghostball.validation.scenes.random_scenes import (
     random_scene,
 )
 
-FEW = range(200)
-"""What `make test` plays, each with a few balls; more of them take most of the time."""
-
 
 def has(feature, options):
     return any(options[aspect] == option for aspect, option in OF_FEATURES[feature])
-
-
-@pytest.fixture(scope="module")
-def few():
-    return [random_scene(number, count="few") for number in FEW]
-
-
-def options_in(scene):
-    return dict(tag.split("=") for tag in scene.tags)
 
 
 def test_every_feature_has_its_options():
@@ -123,80 +109,12 @@ def test_a_number_of_one_of_several_options_has_one_of_them():
     assert {options_in(scene)["table"] for scene in drawn} == {"pool", "small"}
 
 
-def test_gaps_of_loose_racks_are_of_any_size():
-    gaps = []
-    for number in range(100):
-        scene = random_scene(number, layout="loose-rack", radii="equal", flight="no", count="many")
-        pairs = itertools.combinations(scene.balls, 2)
-        gaps.append(min(math.dist(a.position, b.position) - a.radius - b.radius for a, b in pairs))
-    assert sum(gap < 1e-6 for gap in gaps) > 20
-    assert sum(gap > 1e-4 for gap in gaps) > 20
-    assert min(gaps) > 1e-10
-
-
 def test_scenes_of_numbers_are_those_that_findings_name():
     """Breaks where a draw is changed, added or left out: then no number is its scene any more."""
     digest = hashlib.sha256()
     for number in range(0, 20_000, 50):
         digest.update(random_scene(number).model_dump_json().encode())
     assert digest.hexdigest()[:16] == "f4e747634ce08f69"
-
-
-def touching_rails(scene):
-    """Return which ball touches which cushion, (n, 4)."""
-    touches = np.zeros((len(scene.balls), 4), dtype=bool)
-    height, flies = scene.physics.cushion_height, scene.physics.airborne
-    for i, ball in enumerate(scene.balls):
-        edge = reach({"radius": ball.radius}, {"airborne": flies, "cushion_height": height})
-        for side in () if scene.table is None else scene.table.sides:
-            gap = side.distance(*ball.position[:2]) - edge
-            touches[i, side.cushion] = abs(gap) < 1e-14 and ball.position[2] == ball.radius
-    return touches
-
-
-def touching_balls(scene):
-    """Return how many pairs of balls touch."""
-    return sum(
-        abs(math.dist(one.position, other.position) - one.radius - other.radius) < 1e-13
-        or (
-            not scene.physics.airborne
-            and abs(math.dist(one.position[:2], other.position[:2]) - one.radius - other.radius)
-            < 1e-13
-        )
-        for one, other in itertools.combinations(scene.balls, 2)
-    )
-
-
-def test_balls_lie_as_their_options_say(few):
-    """Nearly always: where there is no room they lie elsewhere."""
-    found = Counter()
-    for scene in few:
-        options = options_in(scene)
-        rails, pairs = touching_rails(scene), touching_balls(scene)
-        along = [
-            ball
-            for ball, touches in zip(scene.balls, rails, strict=True)
-            if (touches[:2].any() and ball.velocity[0] == 0.0 != ball.velocity[1])
-            or (touches[2:].any() and ball.velocity[1] == 0.0 != ball.velocity[0])
-        ]
-        facts = {
-            ("layout", "touching"): pairs > 0,
-            ("layout", "rack"): pairs > 2,
-            ("layout", "rack-at-rail"): pairs > 2 and rails.any(axis=1).sum() > 1,
-            ("layout", "rail"): rails.any(),
-            ("layout", "corner"): (rails[:, :2].any(axis=1) & rails[:, 2:].any(axis=1)).any(),
-            ("along-rail", "yes"): len(along) > 0,
-            ("flight", "jump"): any(ball.velocity[2] > 0.0 for ball in scene.balls),
-            ("flight", "drop"): any(ball.position[2] > ball.radius for ball in scene.balls),
-            ("flight", "on-top"): any(ball.position[2] > ball.radius for ball in scene.balls),
-            ("stop", "t-max"): scene.t_max is not None,
-        }
-        for option, fact in facts.items():
-            if options[option[0]] == option[1]:
-                found[option, bool(fact)] += 1
-    for option, _ in list(found):
-        right, wrong = found[option, True], found[option, False]
-        assert right >= 9 * wrong, (option, right, wrong)
 
 
 def test_every_scene_has_a_ball_that_moves(few):

@@ -38,11 +38,6 @@ def test_a_ball_halfway_through_any_cushion_is_found(place, side):
     assert overlaps(opened, out)[0, 1] < 0.0
 
 
-def test_one_ball_overlaps_nothing():
-    scene = scene_of(ball((0.0, 0.0)))
-    assert np.all(overlaps(scene, scene.positions[np.newaxis]) == -np.inf)
-
-
 def test_energy_that_rises_is_found():
     assert energy_rise(np.array([2.0, 1.0, 1.5, 0.0])) == 0.25
     assert energy_rise(np.array([2.0, 1.0, 1.0])) == 0.0

@@ -176,11 +176,6 @@ def test_work_beyond_its_bound_is_seen(run, counter, words):
     assert words in fault
 
 
-def test_too_many_events_are_seen(run):
-    (fault,) = Invariants(most_events=0)(run).faults
-    assert "number of events of 1, at most 0" in fault
-
-
 def test_a_ball_that_must_not_move_is_seen():
     away = simulate(scene(speed=-1.0), record="trajectory")
     still = Invariants(most_events=0, still=(1,))

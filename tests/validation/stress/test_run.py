@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 
 import ghostball.validation.stress.run
 from ghostball.model import EngineFailedError, GhostballError, SceneError, UnsupportedSceneError
 from ghostball.validation.results.database import transaction, writing
-from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.stress import StressOutcome, run_stress
 from ghostball.validation.stress.families import chosen_trials
 from ghostball.validation.stress.findings import Finding, StressFolder, StressRun
 from ghostball.validation.stress.run import StressTask, run_trial
-from ghostball.validation.stress.trial import CRASHED, NOT_FINITE, Trial, graded_severity, play
+from ghostball.validation.stress.trial import CRASHED, Trial
 
 ONE = ["grazing/rolling-hit-1e-01"]
 TWO = [*ONE, "grazing/rolling-miss-1e-01"]
@@ -122,13 +120,6 @@ class Planted(Trial):
         raise self.error
 
 
-def raising(error):
-    def run(*_, **__):
-        raise error
-
-    return run
-
-
 @pytest.mark.parametrize(
     ("error", "outcome"),
     [
@@ -143,17 +134,6 @@ def raising(error):
 def test_who_is_to_blame_for_an_error(error, outcome):
     found = run_trial(StressTask("f", Planted(error), "pymunk"))
     assert found.outcome == outcome
-
-
-def test_an_engine_is_to_blame_for_its_own_errors_and_for_what_it_hands_back():
-    scene = find_scene("head-on")
-    for simulate in (raising(GhostballError("no")), lambda *_, **__: "no result"):
-        engine = SimpleNamespace(name="planted", simulate=simulate)
-        with pytest.raises(EngineFailedError):
-            play(engine, scene)
-    engine.simulate = raising(UnsupportedSceneError("planted", ("no spin",)))
-    with pytest.raises(UnsupportedSceneError):
-        play(engine, scene)
 
 
 def outcome_of(*findings, must_hold=()):
@@ -217,20 +197,3 @@ def test_a_changed_criterion_is_another_code(tmp_path, monkeypatch):
     assert len(set(hashes)) == 3
     monkeypatch.setattr(ghostball.validation.stress.run, "code_hash", lambda: "")
     assert ghostball.validation.stress.run._hash_of_all() == ""
-
-
-@pytest.mark.parametrize(
-    ("nearness", "broken", "severity"),
-    [
-        (0.5, False, 0.5),
-        (3.0, False, 0.999),
-        (float("nan"), False, 0.0),
-        (-1.0, False, 0.0),
-        (0.5, True, 1.0),
-        (3.0, True, 3.0),
-        (1e13, True, NOT_FINITE),
-        (float("nan"), True, NOT_FINITE),
-    ],
-)
-def test_severity_tells_how_far_beyond_and_never_says_crash(nearness, broken, severity):
-    assert graded_severity(nearness, broken) == severity < CRASHED

@@ -3,12 +3,6 @@
 from __future__ import annotations
 
 import multiprocessing
-import os
-import signal
-import subprocess
-import sys
-import textwrap
-import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -122,68 +116,6 @@ def test_processes_find_what_one_process_finds(tmp_path: Path) -> None:
         assert (case.outcome, case.reason) == (other.outcome, other.reason)
         assert np.array_equal(case.rest_positions, other.rest_positions)
     assert multiprocessing.active_children() == []
-
-
-def group_is_gone(group: int, within: float) -> bool:
-    """Whether no process of a group is left, given some time for init to bury the dead."""
-    deadline = time.monotonic() + within
-    while time.monotonic() < deadline:
-        try:
-            os.killpg(group, 0)
-        except ProcessLookupError:
-            return True
-        time.sleep(0.05)
-    return False
-
-
-# That workers are deaf to it is asserted in test_pool.py, and what a run keeps, above.
-@pytest.mark.slow
-@pytest.mark.skipif(os.name == "nt", reason="signals to a process group are POSIX")
-@pytest.mark.parametrize("jobs", [1, 2])
-def test_ctrl_c_in_a_terminal(tmp_path: Path, fake_engines: Path, jobs: int) -> None:
-    # A terminal signals the whole process group: workers must not answer it themselves.
-    script = tmp_path / "script.py"
-    script.write_text(
-        textwrap.dedent(f"""
-        from pathlib import Path
-        from ghostball.model import Ball, Scene
-        from ghostball.validation import run_suite
-
-        if __name__ == "__main__":
-            ball = Ball(id="cue", position=(0.0, 0.0), velocity=(1.0, 0.0))
-            outcome = run_suite(
-                [Scene(name="roll", balls=[ball])],
-                ["fake", "fake:does=hang", "fake:shift=1.0", "fake:does=hang,shift=1.0"],
-                Path({str(tmp_path / "out")!r}),
-                jobs={jobs},
-                progress=lambda done, total, record: print("done", done, flush=True),
-            )
-            raise SystemExit(outcome.exit_status)
-        """)
-    )
-    process = subprocess.Popen(
-        [sys.executable, str(script)],
-        env=os.environ | {"PYTHONPATH": os.pathsep.join([str(fake_engines), *sys.path])},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-    )
-    try:
-        assert process.stdout is not None
-        for _ in range(jobs):  # one process gets to the first that hangs, two get one further
-            assert process.stdout.readline().startswith("done")
-        os.killpg(process.pid, signal.SIGINT)
-        _, errors = process.communicate(timeout=60)
-    finally:
-        process.kill()
-        process.communicate()
-    assert errors == ""  # no traceback of any process
-    assert process.returncode == 130
-    folder = Results.open(tmp_path / "out")
-    assert folder.state == "interrupted"
-    assert len(folder.cases) == jobs
-    assert group_is_gone(process.pid, within=10.0)
 
 
 def test_with_a_limit_of_time_a_crash_and_a_hang_cost_one_case_each(

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import ast
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
@@ -13,7 +12,6 @@ import numpy as np
 import pytest
 from step_rules import asked_of_all
 
-import ghostball.validation.suite.unchanged
 from ghostball.model import Ball, Result, Scene, Status, Table
 from ghostball.reference_adapters.ghostball import GhostballEngine
 from ghostball.reference_adapters.paper.discrete import PaperDiscreteEngine
@@ -142,42 +140,24 @@ def test_nothing_runs_twice_and_all_say_so(tmp_path: Path, ran: list[tuple[str, 
 # --- what runs again
 
 
-def touch_sources(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(ghostball.validation.suite.unchanged, "_loaded_sources", lambda: "edited")
+UNCHANGED = "ghostball.validation.suite.unchanged"
+OTHER_CODE: dict[str, Callable[[pytest.MonkeyPatch], None]] = {
+    "sources": lambda patch: patch.setattr(f"{UNCHANGED}._loaded_sources", lambda: "edited"),
+    "library": lambda patch: patch.setattr(
+        f"{UNCHANGED}.versions", lambda: versions() | {"pymunk": "99.0"}
+    ),
+    "python": lambda patch: patch.setattr(sys, "version", sys.version + " [another compiler]"),
+    "processor": lambda patch: patch.setattr(f"{UNCHANGED}.cpu_name", lambda: "another"),
+    "variable": lambda patch: patch.setenv("NPY_DISABLE_CPU_FEATURES", "AVX2"),
+}
 
 
-def touch_library(monkeypatch: pytest.MonkeyPatch) -> None:
-    newer = versions() | {"pymunk": "99.0"}
-    monkeypatch.setattr(ghostball.validation.suite.unchanged, "versions", lambda: newer)
-
-
-def touch_python(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sys, "version", sys.version + " [another compiler]")
-
-
-def touch_processor(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(ghostball.validation.suite.unchanged, "cpu_name", lambda: "another")
-
-
-def touch_variable(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("NPY_DISABLE_CPU_FEATURES", "AVX2")
-
-
-@pytest.mark.parametrize(
-    "touch",
-    [
-        touch_sources,
-        touch_library,
-        touch_python,
-        touch_processor,
-        touch_variable,
-    ],
-)
+@pytest.mark.parametrize("other", OTHER_CODE)
 def test_what_computes_is_in_the_hash_of_the_code(
-    monkeypatch: pytest.MonkeyPatch, touch: Callable[[pytest.MonkeyPatch], None]
+    monkeypatch: pytest.MonkeyPatch, other: str
 ) -> None:
     before = code_hash()
-    touch(monkeypatch)
+    OTHER_CODE[other](monkeypatch)
     assert code_hash() not in (before, "")
 
 
@@ -267,14 +247,6 @@ def test_engines_of_other_packages_always_run(
 # --- the hashes
 
 
-def statements(node: ast.AST) -> Iterator[ast.AST]:
-    """Yield all statements below a node: no expression is one, or has one in it."""
-    for child in ast.iter_child_nodes(node):
-        if not isinstance(child, ast.expr):
-            yield child
-            yield from statements(child)
-
-
 def test_every_input_is_in_the_hash() -> None:
     shot = scenes()[1]
     criteria, rules = limits().criteria, common_criteria().steps
@@ -306,6 +278,3 @@ def test_every_input_is_in_the_hash() -> None:
     hashes = {inputs_hash(**base)} | {inputs_hash(**base | change) for change in changes}
     assert len(hashes) == len(changes) + 1
     assert inputs_hash(**base) == inputs_hash(**base | {"scene": scenes()[1]})
-
-
-# --- the whole, as a user meets it

@@ -25,7 +25,7 @@ from ghostball.validation.suite.plan import shipped_criteria
 from ghostball.validation.truth.closed_forms import DIGITS, closed_form
 from ghostball.validation.truth.scene_truth import Truth, TruthError, check_truth, truth_of
 
-BB, BC = int(EventKind.BALL_BALL), int(EventKind.BALL_CUSHION)
+BB = int(EventKind.BALL_BALL)
 
 
 def shot(**changes: Any) -> Scene:

@@ -98,38 +98,6 @@ def test_a_whole_scene_may_stand_in_a_run(tmp_path: Path) -> None:
     assert graded(tmp_path, run)[0] == 0
 
 
-@pytest.mark.parametrize(
-    ("change", "says"),
-    [
-        ({"status": "done"}, "`status` of .* is refused"),
-        ({"rest_positions": [[0, 0]]}, "`rest_positions.0.2` of .* is refused"),
-        ({"events": [{"t": -1, "kind": "ball-ball", "a": 0}]}, "`events.0.t` of .* is refused"),
-    ],
-)
-def test_what_is_no_run_is_refused_with_its_place(change: dict, says: str) -> None:
-    with pytest.raises(EngineError, match=says):
-        Run.parse(made_elsewhere("stop") | change, "a file, run 1")
-
-
-@pytest.mark.parametrize(
-    ("change", "says"),
-    [
-        ({"rest_positions": []}, "must have 1 balls, got 0"),
-        ({"samples": None}, "has no `samples`"),
-        ({"events": [{"t": 0.0, "kind": "bang", "a": 0}]}, "must be one of ball-ball"),
-        ({"events": [{"t": 0.0, "kind": "ball-cushion", "a": 0, "b": "up"}]}, "left, right"),
-        (
-            {"samples": {"t": [0], "positions": [], "velocities": [], "angular_velocities": []}},
-            "must have the shape",
-        ),
-    ],
-)
-def test_what_does_not_fit_its_scene_is_refused(change: dict, says: str) -> None:
-    run = Run.parse(made_elsewhere("stop") | change, "a file, run 1")
-    with pytest.raises(EngineError, match=says):
-        run.result(find_scene("stop"))
-
-
 def played(tmp_path: Path, *command: str) -> int:
     """Have a program play exported scenes, and return the status with which they are graded."""
     CliRunner().invoke(app, ["scenes", "--export", str(tmp_path)])

@@ -1,10 +1,12 @@
-"""What `ghostball run` shows of a shot."""
+"""What `ghostball run` shows of a shot, and of a scene that it can't play."""
 
 from __future__ import annotations
 
+import json
 import math
 
 import pytest
+from commands import refused
 from typer.testing import CliRunner
 
 from ghostball.cli import app
@@ -12,6 +14,7 @@ from ghostball.cli.measure.run import result_table
 from ghostball.cli.shared.terminal import stdout
 from ghostball.engine import simulate
 from ghostball.model import Ball, Scene
+from ghostball.reference_adapters import make_engine
 from ghostball.validation.scenes.library import find_scene
 
 
@@ -77,3 +80,43 @@ def test_a_hash_that_is_none_is_refused(options: list[str], said: str) -> None:
     refused = CliRunner().invoke(app, ["run", "stop", "--expect-hash", *options])
     assert refused.exit_code == 2
     assert said in refused.stderr
+
+
+def test_run_shows_rest_positions_counts_energy_work_and_time(cli):
+    result = cli("run", "half-ball-cut")
+    assert result.exit_code == 0, result.output
+    expected = make_engine("ghostball").simulate(find_scene("half-ball-cut"))
+    for x, y, _ in expected.rest_positions:
+        assert f"{x:.9f}" in result.stdout
+        assert f"{y:.9f}" in result.stdout
+    for part in ("x [m]", "ball-ball 1, ball-cushion 0", "J at the start", "events 3", "ms"):
+        assert part in result.stdout
+
+
+def test_json_reads_back_to_the_same_bits(cli):
+    result = cli("run", "half-ball-cut", "--format=json", "--record", "events")
+    assert result.exit_code == 0, result.output
+    printed = json.loads(result.stdout)
+    expected = make_engine("ghostball").simulate(find_scene("half-ball-cut"), record="events")
+    assert printed["rest_positions"] == expected.rest_positions.tolist()
+    assert printed["rest_time"] == expected.rest_time
+    assert [event["t"] for event in printed["events"]] == expected.events["t"].tolist()
+    assert list(printed) == list(expected.to_dict())
+    assert result.stdout.count("\n") == 1
+
+
+def test_plot_writes_a_picture(cli, tmp_path):
+    picture = tmp_path / "shot.png"
+    result = cli("run", "stop", "--plot", picture)
+    assert result.exit_code == 0, result.output
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    assert str(picture) in result.stdout
+
+
+def test_a_scene_that_the_engine_cannot_represent_is_refused(cli):
+    assert refused(
+        cli("run", "sliding-stun", "--engine", "paper-discrete"),
+        "`paper-discrete` can't represent",
+        "sliding",
+        "`ghostball engines` lists which engines can",
+    )

@@ -1,10 +1,21 @@
-"""What `ghostball validate` plans to run."""
+"""What `ghostball validate` plans, runs, reuses and says."""
 
 from __future__ import annotations
 
+import re
+import signal
+import subprocess
+import sys
+import time
+from xml.etree import ElementTree
+
 import pytest
+from commands import HEAD, ball, refused
 
 from ghostball.cli.measure.validate import _plan
+from ghostball.reference_adapters.paper.discrete import PaperDiscreteEngine
+from ghostball.validation.results.database import has_database
+from ghostball.validation.results.store import Results, has_results
 
 
 @pytest.mark.parametrize(
@@ -19,3 +30,154 @@ from ghostball.cli.measure.validate import _plan
 )
 def test_engines_are_put_beside_real_tables_where_all_scenes_are_asked(scenes, metrics, whole):
     assert _plan(scenes, (), None, metrics, None, None, True).whole == whole
+
+
+@pytest.mark.usefixtures("without_pybullet")
+def test_validate_refuses_an_engine_that_is_asked_for_by_name_and_missing(cli, tmp_path):
+    # Breaks where a CI that lost an engine stays green with "0 checks passed".
+    out = tmp_path / "out"
+    result = cli("validate", "stop", "-e", "ghostball", "-e", "pybullet", "--out", out)
+    assert refused(result, "`pybullet` is unavailable", "pip install pybullet")
+    assert not out.exists()
+
+
+def test_validate_writes_results_verdicts_and_junit(cli_with_processes, tmp_path):
+    out = tmp_path / "results"
+    result = cli_with_processes(
+        "validate",
+        "stop",
+        "head-on",
+        "-e",
+        "ghostball",
+        "-e",
+        "paper-discrete:dt=1e-2,max_time=60",
+        "--out",
+        out,
+        "--format=junit",
+        "--jobs=1",
+        "--no-report",
+    )
+    assert result.exit_code == 0, result.output
+    labels = [case.label for case in Results.open(out).cases]
+    assert labels == ["ghostball", "paper-discrete:dt=1e-2,max_time=60"] * 2
+    for part in ("stop", "head-on", "paper-discrete:dt=1e-2,max_time=60", "checks passed"):
+        assert part in result.stderr
+    assert not (out / "report.html").exists()
+    assert len(ElementTree.fromstring(result.stdout.encode()).findall("testsuite")) == 2
+    assert "running (step 2 of 2): 4 of 4 done" in result.stderr
+
+
+@pytest.mark.usefixtures("without_run_figures")
+def test_a_second_run_reuses_what_is_unchanged_and_says_so(cli, tmp_path):
+    command = ("validate", "stop", "-e", "ghostball", "-e", "paper-discrete", "--out", tmp_path)
+    first = cli(*command)
+    assert first.exit_code == 0, first.output
+    assert "reused" not in first.output
+    second = cli(*command)
+    assert second.exit_code == 0, second.output
+    said = f"2 cases unchanged, reused from {tmp_path} (run again with --rerun)"
+    assert said in second.stderr
+    assert f"{said}; their run times are of then" in second.stdout
+    cases = Results.open(tmp_path).cases
+    assert all(case.reused for case in cases)
+    report = (tmp_path / "report.html").read_text()
+    assert "2 of 2 cases reused from an earlier run, since they were unchanged" in report
+    assert report.count(f"({cases[0].measured[:10]})") == 4  # beside each run time, in two tables
+    third = cli(*command, "--rerun", "--no-report")
+    assert "reused" not in third.output
+    assert not any(case.reused for case in Results.open(tmp_path).cases)
+
+
+@pytest.mark.usefixtures("without_run_figures")
+def test_only_the_metrics_asked_for_are_judged_and_the_others_counted(cli, tmp_path):
+    command = ("validate", "stop", "-e", "ghostball", "--out", tmp_path / "out")
+    whole = cli(*command, "--no-report").stdout
+    every = int(re.search(r"(\d+) checks passed", whole)[1])
+    result = cli(*command, "--metric=rest_error_*", "--metric=wall_time", "--format=junit")
+    assert result.exit_code == 0, result.output
+    passed, left_out = re.search(
+        r"(\d+) checks passed, 0 failed, (\d+) left out by --metric", result.stderr
+    ).groups()
+    assert 0 < int(passed) < every
+    assert int(passed) + int(left_out) >= every  # of those left out, some have no value here
+    report = (tmp_path / "out" / "report.html").read_text()
+    said = "Only some metrics were measured</strong>: <code>rest_error_max</code>, "
+    assert said in report
+    assert f"{left_out} limits on others were not judged" in report
+    root = ElementTree.fromstring(result.stdout.encode())
+    assert int(root.get("tests")) - int(root.get("skipped")) == int(passed)
+    nothing = cli(*command, "--metric", "wall_time", "--no-report")
+    assert (
+        "nothing was judged: no limit covers what was run. --metric leaves out every limit"
+        in nothing.stderr
+    )
+
+
+def test_a_failed_check_of_the_criteria_beside_a_scene_file_fails_the_run(cli, tmp_path):
+    # A limit that nothing can meet.
+    path = tmp_path / "shot.toml"
+    path.write_text(HEAD + ball())
+    criteria = tmp_path / "shot.expect.toml"
+    criteria.write_text(
+        '[[criteria]]\nengines = ["ghostball"]\nmetric = "ball_cushion_count"\nequals = 77\n'
+        'reason = "none"\n'
+    )
+    out = tmp_path / "out"
+    result = cli("validate", path, "-e", "ghostball", "--out", out, "--no-report")
+    assert result.exit_code == 1, result.output
+    assert "failed  shot on ghostball: ball_cushion_count must be == 77, got" in result.stdout
+
+
+def test_a_pass_says_whether_its_outcome_was_judged(cli, tmp_path):
+    # Breaks where limits that hold, of energy alone, are shown like a right outcome.
+    engines = ("-e", "ghostball", "-e", "pymunk:contact_steps=exact", "-e", "paper-discrete")
+    out = tmp_path / "out"
+    result = cli("validate", "galperin-1", *engines, "--out", out, "--no-report")
+    assert result.exit_code == 0, result.output
+    row = next(line for line in result.stdout.splitlines() if line.startswith(" galperin-1"))
+    cells = [cell.strip() for cell in row.split("  ") if cell.strip()]
+    assert cells[1:3] == ["exact ✓", "400 pm ✓"]
+    assert cells[3] == "broken: balls 50.9 mm inside each other ≈"
+    assert "≈ keeps its limits, of which none is on how the shot ends" in result.stdout
+
+
+def test_what_an_engine_raises_is_a_fault_of_that_engine(cli, tmp_path, monkeypatch):
+    def crash(self, scene, *, record="rest"):
+        raise ZeroDivisionError("of the engine")
+
+    monkeypatch.setattr(PaperDiscreteEngine, "simulate", crash)
+    result = cli("validate", "stop", "-e", "paper-discrete", "--out", tmp_path, "--no-report")
+    assert result.exit_code == 1
+    assert (
+        "did not finish stop on paper-discrete: ZeroDivisionError: of the engine" in result.stdout
+    )
+    assert "0 failed, cases that did not finish: 1" in result.stdout
+    lines = result.stdout.splitlines()
+    (row,) = [line.split() for line in lines if line.startswith(" paper-discrete ")]
+    # It finishes one less than it was asked; no error, no time, no limit.
+    assert row == ["paper-discrete", "1", "–", "–", "0", "0"]
+
+
+@pytest.mark.compiled  # interpreted, our engine is too slow to be interrupted at a chosen time
+def test_ctrl_c_keeps_what_is_done_and_says_so(tmp_path):
+    out = tmp_path / "out"
+    names = ["stop", "break-7", "break-8"]
+    command = [sys.executable, "-m", "ghostball", "validate", *names, "--out", str(out)]
+    # The last case takes minutes, if nobody ends it.
+    command += ["-e", "ghostball", "-e", "paper-discrete:dt=1e-6,max_time=600"]
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as process:
+        give_up = time.monotonic() + 120
+        while not (has_database(out) and has_results(out) and Results.open(out).cases):
+            assert process.poll() is None, process.communicate()
+            assert time.monotonic() < give_up
+            time.sleep(0.05)
+        process.send_signal(signal.SIGINT)
+        stdout, stderr = process.communicate(timeout=300)
+    assert process.returncode == 130, stderr
+    results = Results.open(out)
+    done = len(results.cases)
+    assert f"Interrupted: {done} of {2 * len(names)} cases are done and kept" in stderr
+    assert results.state == "interrupted"
+    assert "checks passed" in stdout

@@ -49,7 +49,7 @@ def build(values):
     return Physics(motion="sliding", **dict(zip(NAMES, values, strict=True)))
 
 
-def made(seed, count=60, spoilt=0):
+def made(seed, count=40, spoilt=0):
     random = np.random.default_rng(seed)
     z = random.uniform(0.5, 2.0, count)
     seen = 0.05 + 0.3 * z**2 + random.normal(0.0, NOISE, count)
@@ -66,22 +66,21 @@ def solved(events):
     return problem.solve(np.array([0.1, 0.2]))
 
 
-def test_errors_on_both_sides_are_taken_into_account():
-    off = []
-    for seed in range(100):
-        solution = solved(made(seed))
-        off.append((solution.values - [0.05, 0.3]) / solution.errors)
-    off = np.array(off)
+@pytest.fixture(scope="module")
+def solutions():
+    return [solved(made(seed)) for seed in range(100)]
+
+
+def test_errors_on_both_sides_are_taken_into_account(solutions):
+    off = np.array([(one.values - [0.05, 0.3]) / one.errors for one in solutions])
     # 95 of 100 are meant: fewer than 88 or more than 99 would be a surprise in a thousand.
     held = np.sum(np.abs(off) < 1.96, axis=0)
     assert np.all((held >= 88) & (held <= 99))
     assert np.abs(off.mean(axis=0)) == pytest.approx([0.0, 0.0], abs=0.35)
 
 
-def test_the_goodness_is_1_where_only_noise_is_left():
-    assert np.mean([solved(made(seed)).goodness for seed in range(30)]) == pytest.approx(
-        1.0, abs=0.1
-    )
+def test_the_goodness_is_1_where_only_noise_is_left(solutions):
+    assert np.mean([one.goodness for one in solutions]) == pytest.approx(1.0, abs=0.1)
 
 
 def test_events_that_are_spoilt_move_the_values_little():

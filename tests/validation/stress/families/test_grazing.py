@@ -10,7 +10,6 @@ from stress_trials import trials_of
 
 from ghostball.engine import simulate
 from ghostball.model import EventKind
-from ghostball.reference_adapters.certified import certify
 from ghostball.validation.stress.families.grazing import FAMILY, HitOrMiss
 from ghostball.validation.stress.trial import SceneTrial
 
@@ -23,13 +22,6 @@ def judged(name: str) -> tuple[SceneTrial, HitOrMiss]:
     assert isinstance(trial, SceneTrial)
     assert isinstance(trial.judge, HitOrMiss)
     return trial, trial.judge
-
-
-def test_a_proof_says_the_same():
-    """Of all of the full suite, so that no rounding of a scene has turned a hit into a miss."""
-    for name, trial in trials_of(FAMILY, "full").items():
-        kinds = [event.kind for event in certify(trial.scene, cached=False).events]
-        assert kinds.count(trial.judge.kind) == (trial.judge.depth > 0.0), name
 
 
 @pytest.mark.parametrize("kind", KINDS)

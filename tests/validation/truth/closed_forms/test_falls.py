@@ -3,9 +3,7 @@
 import pytest
 from mpmath import mp
 
-from ghostball.engine import simulate
 from ghostball.model import Ball, Physics, Scene
-from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.truth.closed_forms import closed_form
 
 R = 0.028575
@@ -32,17 +30,6 @@ def test_a_fall_and_a_throw_last_as_long_as_the_formulas_say() -> None:
         height = mp.log(1 + k * 9 / g) / (2 * k)
         lasts = (mp.atan(3 * mp.sqrt(k / g)) + mp.acosh(mp.exp(k * height))) / mp.sqrt(g * k)
     assert float(form.rest_time) == pytest.approx(float(lasts), rel=1e-15)
-
-
-@pytest.mark.parametrize("k", [0.0041, 0.41])
-def test_our_engine_ends_when_the_closed_form_does(k: float) -> None:
-    scene = find_scene("air-drop")
-    physics = scene.physics.model_copy(update={"air_drag": k})
-    scene = scene.model_copy(update={"physics": physics})
-    form, run = closed_form(scene), simulate(scene)
-    assert form is not None
-    assert run.rest_time == pytest.approx(float(form.rest_time), rel=4e-15)
-    assert run.rest_positions[:, :2].tolist() == [list(ball.position[:2]) for ball in scene.balls]
 
 
 @pytest.mark.parametrize(

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from benchmarks.pictures.physics import PUBLISHED_DEFLECTIONS
 from ghostball.model import Ball, Physics, Scene
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.truth.closed_forms import ClosedForm, closed_form, has_closed_form
@@ -41,29 +42,6 @@ def physics_of(scene: Scene) -> tuple[float, float, float]:
     return physics.gravity, physics.sliding_friction, physics.rolling_friction
 
 
-def test_a_stunned_cue_ball_stops_where_it_hits() -> None:
-    scene, form = solved("stun-shot")
-    contact = scene.positions[1] - [2 * R, 0, 0]
-    np.testing.assert_allclose(as_array(form.rest_positions)[0], contact[:2], rtol=0, atol=1e-12)
-
-
-@pytest.mark.parametrize(("name", "sign"), [("draw-shot", -1.0), ("follow-shot", 1.0)])
-def test_draw_and_follow_go_as_far_as_their_formula_says(name: str, sign: float) -> None:
-    # (2 (R w)^2 / 49 g) (1 / mu_s + 1 / mu_r), with the spin that is left at the collision.
-    scene, form = solved(name)
-    g, mu_s, mu_r = physics_of(scene)
-    run = scene.positions[1, 0] - 2 * R - scene.positions[0, 0]
-    v0 = scene.velocities[0, 0]
-    if scene.rolls[0]:
-        surface = math.sqrt(v0**2 - 2 * mu_r * g * run)
-    else:
-        seconds = (v0 - math.sqrt(v0**2 - 2 * mu_s * g * run)) / (mu_s * g)
-        surface = R * scene.angular_velocities[0, 1] + 2.5 * mu_s * g * seconds
-    expected = sign * 2 * surface**2 / (49 * g) * (1 / mu_s + 1 / mu_r)
-    contact = scene.positions[1, 0] - 2 * R
-    assert float(form.rest_positions[0][0]) - contact == pytest.approx(expected, rel=1e-12)
-
-
 def cut_shot(cut: float) -> Scene:
     """A rolling cue ball that meets a resting one at a cut angle [deg], at 1 m/s."""
     offset = 2 * R * math.sin(math.radians(cut))
@@ -78,20 +56,6 @@ def cut_shot(cut: float) -> Scene:
         ),
         t_max=0.7,
     )
-
-
-PUBLISHED_DEFLECTIONS = [
-    (30.0, 33.670),
-    (math.degrees(math.asin(3 / 4)), 27.267),  # quarter ball
-    (math.degrees(math.asin(1 / 4)), 27.626),  # three-quarter ball
-    (28.126, 33.749),  # the maximum
-    (10.0, 21.681),
-    (20.0, 31.868),
-    (40.0, 31.196),
-    (45.0, 29.055),
-    (60.0, 20.633),
-    (80.0, 7.116),
-]
 
 
 @pytest.mark.parametrize(("cut", "deflection"), PUBLISHED_DEFLECTIONS)

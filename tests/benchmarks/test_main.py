@@ -1,0 +1,116 @@
+"""`python -m benchmarks`: what it prints and writes, and the exit status of every kind of input."""
+
+import pytest
+from commands import refused
+from typer.testing import CliRunner
+
+from benchmarks import accuracy, skips, speed
+from benchmarks.__main__ import app
+from benchmarks.accuracy import AccuracyMeasurement
+from benchmarks.precision.points import PrecisionMeasurement
+from benchmarks.racks import Player, RacksMeasurement
+from benchmarks.skips import SkipsMeasurement
+from benchmarks.speed import TargetsMeasurement, Workload
+
+LOAD = Workload("break-pool", "t", lambda _: lambda: {"kernel": 20e-6, "per_event": 560e-9})
+
+
+@pytest.fixture
+def bench(monkeypatch):
+    """Run `python -m benchmarks` in this process, on a workload that takes no time."""
+    monkeypatch.setenv("COLUMNS", "300")
+    monkeypatch.setattr(speed, "WORKLOADS", (LOAD,))
+
+    def run(*arguments):
+        return CliRunner().invoke(app, [*map(str, arguments)])
+
+    return run
+
+
+def test_targets_are_tabled_and_written(bench, tmp_path):
+    result = bench("targets", "--repeats", "2", "--out", tmp_path / "new")
+    assert result.exit_code == 0, result.output
+    for part in ("met, 33 % better", "missed by 100 %", "≤ 30 µs", "1 of 2 targets met"):
+        assert part in result.stdout
+    path = tmp_path / "new" / "targets.json"
+    assert f"written: {path}" in result.stdout
+    assert TargetsMeasurement.load(path).rounds == 2
+
+
+def test_racks_prints_its_figures_and_who_could_not(bench, tmp_path, monkeypatch):
+    fakes = {
+        "fake": Player("fake", "1.0", lambda _: 0.25),
+        "gone": Player("gone", "", lambda _: 0.0, "get it"),
+    }
+    monkeypatch.setattr("benchmarks.__main__.peer", fakes.get)
+    monkeypatch.setattr("benchmarks.__main__.our_player", lambda: Player("ours", "", lambda _: 1.0))
+    result = bench("racks", "--peer", "fake", "--peer", "gone", "--out", tmp_path)
+    assert result.exit_code == 0, result.output
+    (line,) = (line for line in result.stdout.splitlines() if line.strip().startswith("fake"))
+    assert line.split() == ["fake", "1.0", "100", *["250", "ms"] * 4]
+    assert "get it" in result.stdout
+    stored = RacksMeasurement.load(tmp_path / "racks.json")
+    assert [len(one.seconds) for one in stored.engines] == [1000, 100, 0]
+
+
+def test_accuracy_is_tabled_stored_and_a_fault_is_the_exit_status(bench, monkeypatch, tmp_path):
+    arguments = ["accuracy", "--shots", "10", "--jobs", "1", "--out", tmp_path]
+    result = bench(*arguments, "--first", "7")
+    assert result.exit_code == 0, result.output
+    assert "10 shots from number 7" in result.stdout
+    assert "0 not found, 0 invented" in result.stdout
+    assert "python -m benchmarks accuracy --first" in result.stdout  # the worst, to be run again
+    assert AccuracyMeasurement.load(tmp_path / "accuracy.json").shots == 10
+    monkeypatch.setattr(accuracy, "MAX_EVENTS", 1)
+    result = bench(*arguments)
+    assert result.exit_code == 1
+    assert "Shots that break a limit" in result.stderr
+
+
+def test_skips_are_tabled_and_a_defect_is_the_exit_status(bench, monkeypatch, tmp_path):
+    honest = skips.run
+    monkeypatch.setattr(
+        skips, "run", lambda scene, record="rest", no_skip=(): honest(scene, record=record)
+    )
+    arguments = ["skips", "half-ball-cut", "--repeats", "1", "--out", tmp_path]
+    result = bench(*arguments)
+    assert result.exit_code == 0, result.output
+    assert "same bits" in result.stdout
+    kept = SkipsMeasurement.load(tmp_path / "skips.json")
+    assert {row.scene for row in kept.rows} == {"half-ball-cut"}
+    monkeypatch.setattr(skips, "compare_answers", lambda on, off: ("differs", "planted"))
+    result = bench(*arguments)
+    assert result.exit_code == 1
+    assert "differs: planted" in result.stdout
+
+
+def test_precision_tables_what_is_reached(bench, tmp_path):
+    engines = ("ghostball", "paper-continuous", "pymunk:contact_steps=exact")
+    shot = ["half-ball-cut", *(f"-e{one}" for one in engines)]
+    result = bench("precision", *shot, "--repeats", "1", "--out", tmp_path)
+    assert result.exit_code == 0, result.output
+    for part in ("half-ball-cut (closed form)", "to 1 mm", "not reached"):
+        assert part in result.stdout
+    kept = PrecisionMeasurement.load(tmp_path / "precision.json")
+    assert {point.engine for point in kept.points} == set(engines)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "part"),
+    [
+        (["targets", "brake"], "'brake'"),
+        (["targets", "--repeats", "0"], "--repeats"),
+        (["targets", "--store", "break*"], "`--store`"),
+        (["racks", "--peer", "pooltol"], "pooltool"),
+        (["skips", "nosuch"], "nosuch"),
+        (["skips", "--store", "break-16"], "`--store`"),
+        (["precision", "nosuch"], 'unknown scene or tag "nosuch"'),
+        (["precision", "mathavan-cut"], '"mathavan-cut" has no truth'),
+        (["precision", "-e", "pymunk:dt=-1"], "`dt` of engine `pymunk`"),
+        (["precision", "--store", "-e", "ghostball"], "`--store`"),
+        (["targets", "--out", "/dev/null/x"], "can't make the folder"),
+        (["nonsense"], "nonsense"),
+    ],
+)
+def test_bad_input_is_refused(bench, arguments, part):
+    assert refused(bench(*arguments), part)

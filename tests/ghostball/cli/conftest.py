@@ -1,0 +1,44 @@
+"""Commands, run in the process of the tests."""
+
+import sys
+
+import pytest
+from typer.testing import CliRunner
+
+import ghostball.reference_adapters.pybullet.loading
+from ghostball.cli import app
+
+
+@pytest.fixture
+def cli_with_processes(monkeypatch):
+    """Run a command in this process, with lines of a length of its own; its engines in others."""
+    monkeypatch.setenv("COLUMNS", "200")
+
+    def run(*arguments):
+        result = CliRunner().invoke(app, [str(argument) for argument in arguments])
+        assert "\x1b" not in result.output, "control codes without a terminal"
+        return result
+
+    return run
+
+
+@pytest.fixture
+def cli(cli_with_processes, in_this_process):
+    """Run a command and its engines in this process: to start another one takes a second."""
+    return cli_with_processes
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    """Work in an empty folder, where a project may begin."""
+    monkeypatch.chdir(tmp_path)
+    yield tmp_path
+    sys.modules.pop("my_engine", None)
+
+
+@pytest.fixture
+def without_pybullet(monkeypatch):
+    reason = "pybullet isn't installed. Run `python -m pip install pybullet`"
+    monkeypatch.setattr(
+        ghostball.reference_adapters.pybullet.loading, "unavailable", lambda: reason
+    )

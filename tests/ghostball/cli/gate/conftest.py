@@ -1,0 +1,71 @@
+"""Projects with baselines, and what may move in them."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+
+import gate
+import pytest
+from gate_commands import accept, cli, regress, write_config
+
+import ghostball.cli.gate.regress
+import ghostball.reference_adapters.ghostball
+import ghostball.validation.runs.our_run
+from ghostball.engine import simulate
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch, in_this_process):
+    """Two scenes in the working directory."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "200")
+    for scene in (gate.cut_shot(), gate.roll_shot()):
+        scene.save(tmp_path / f"{scene.name}.toml")
+    return tmp_path
+
+
+@pytest.fixture
+def accepted(here):
+    assert regress().exit_code == 4
+    assert accept().exit_code == 0
+    return here
+
+
+@pytest.fixture
+def planted(monkeypatch):
+    """Our engine loses a nanometre of each place where a ball of the cut comes to rest."""
+
+    def lossy(scene, **options):
+        result = simulate(scene, **options)
+        if scene.name != "cut":
+            return result
+        state = result.final_state
+        return replace(result, final_state=state._replace(positions=state.positions - 1e-9))
+
+    for module in (ghostball.reference_adapters.ghostball, ghostball.validation.runs.our_run):
+        monkeypatch.setattr(module, "simulate", lossy)
+
+
+@pytest.fixture
+def busier(monkeypatch):
+    """Our engine counts an event more in the cut and in the shipped stop, and moves no bit."""
+
+    def count(scene, **options):
+        result = simulate(scene, **options)
+        more = {"events": result.work["events"] + (scene.name in ("cut", "stop"))}
+        return replace(result, work={**result.work, **more})
+
+    monkeypatch.setattr(ghostball.reference_adapters.ghostball, "simulate", count)
+
+
+@pytest.fixture
+def project(tmp_path, monkeypatch, in_this_process):
+    """A folder with an engine and its settings, as `ghostball init` writes them."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "200")
+    monkeypatch.delitem(sys.modules, "my_engine", raising=False)
+    assert cli("init").exit_code == 0
+    write_config(tmp_path, engines=["my_engine:simulate"], scenes=["stop", "head-on"])
+    yield tmp_path
+    sys.modules.pop("my_engine", None)

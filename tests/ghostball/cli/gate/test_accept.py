@@ -1,0 +1,74 @@
+"""`ghostball accept`: what it keeps, what it refuses, and that it asks for a reason."""
+
+from __future__ import annotations
+
+import re
+
+from commands import refused
+from gate_commands import accept, cli, contents, edit_engine, regress
+
+from ghostball.validation.baselines import (
+    load_baseline,
+    load_regression,
+)
+from ghostball.validation.baselines.places import (
+    baseline_path,
+)
+
+
+def test_what_breaks_limits_of_truth_is_refused_and_listed(accepted, planted):
+    # Breaks where a bug is accepted without a word.
+    found = regress("--rerun")
+    assert found.exit_code == 1
+    assert "ghostball accept" not in found.stderr
+    assert "Limits of truth are broken, so this is to be mended, not accepted: cut" in found.stderr
+    before = contents(accepted / "accepted" / "ghostball")
+    refused = accept()
+    assert refused.exit_code == 1
+    assert refused.stdout == ""
+    assert re.search(r"cut: .*must be <= .*, got ", refused.stderr)
+    assert "--even-though-limits-fail" in refused.stderr
+    assert contents(accepted / "accepted" / "ghostball") == before
+    page = cli("report", "out", "--format", "markdown").stdout
+    assert "fails until that is mended" in page
+
+
+def test_accepting_needs_a_reason_and_a_comparison(here):
+    assert cli("accept").exit_code == 2
+    assert refused(accept(), "holds no comparison", "`ghostball regress")
+    regress()
+    assert refused(accept(reason=" "), "`reason`")
+    assert refused(accept("--out", "cut.toml"), "cut.toml")
+    assert not (here / "accepted").exists()
+
+
+def test_the_gate_of_an_engine_of_ones_own_from_none_to_a_change_and_its_acceptance(project):
+    first = cli("regress")
+    assert first.exit_code == 4, first.output
+    assert cli("accept", "--reason", "The first.").exit_code == 0
+    baseline = load_baseline(project / "baselines/my_engine/stop.toml", "my_engine")
+    assert baseline.hash.level == "warn"
+    second = cli("regress")
+    assert second.exit_code == 0, second.output
+    assert "passed: 2 identical" in second.stdout
+    edit_engine("1e-3", "2e-3")
+    assert refused(cli("accept", "--reason", "Unseen."), "the code changed since that comparison")
+    third = cli("regress")
+    assert third.exit_code == 1, third.output
+    assert "2 ms" not in third.stdout
+    assert load_regression(project / "out").scene("head-on").failed
+    assert cli("accept", "--reason", "A longer step.").exit_code == 0
+    assert cli("regress").exit_code == 0
+
+
+def test_what_validate_found_can_be_accepted(here):
+    assert cli("regress", "cut.toml").exit_code == 4
+    assert cli("accept", "--reason", "The first.").exit_code == 0
+    path = baseline_path(here / "baselines" / "ghostball", "cut")
+    text = path.read_text("utf-8")
+    path.write_text(re.sub(r"\nbounds = \d+", "\nbounds = 1", text), "utf-8")
+    options = ("cut.toml", "-e", "ghostball", "--no-report")
+    assert cli("validate", *options).exit_code == 1
+    assert cli("accept", "--reason", "As it was.").exit_code == 0
+    assert "\nbounds = 1\n" not in path.read_text("utf-8")
+    assert cli("validate", *options).exit_code == 0

@@ -1,0 +1,45 @@
+"""What `[tool.ghostball]` says: wrong settings are refused by every command that reads them."""
+
+from __future__ import annotations
+
+import pytest
+import tomli_w
+from commands import refused
+from damage import DEEP, VALUES, assert_refused_or_done, faults, reads
+
+from ghostball.cli.shared.config import load_config
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ('engins = ["ghostball"]', "`tool.ghostball.engins` is not a known setting. Did you mean"),
+        ("engines = [1]", "`engines[0]` must be a valid string, got 1"),
+        ('scenes = ["none-such"]', 'unknown scene or tag "none-such"'),
+        ('scenes = ["none-such/*.toml"]', "matches no shipped scene and no TOML file"),
+        ("engines = [", "not valid TOML"),
+    ],
+)
+def test_a_configuration_that_is_wrong_is_refused(cli, tmp_path, monkeypatch, text, said):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "pyproject.toml").write_text(f"[tool.ghostball]\n{text}\n", "utf-8")
+    for command in ("regress", "validate"):
+        assert refused(cli(command), said)
+    assert not (tmp_path / "out").exists()
+
+
+def test_settings_of_another_shape_are_refused(tmp_path, monkeypatch):
+    valid = {"engines": ["pymunk"], "scenes": ["smoke"], "baselines": "baselines", "out": "out"}
+    values = [value for value in VALUES if value is not None and value != "\ud800"]
+    every = ["[tool.ghostball]\na = " + DEEP, "[tool.ghostball", "tool = 3"]
+    every += [tomli_w.dumps({"tool": {"ghostball": one}}) for one in faults(valid, values)]
+    file = tmp_path / "pyproject.toml"
+
+    def read(path):
+        load_config(path.parent)
+
+    assert reads(read, file, tomli_w.dumps({"tool": {"ghostball": valid}}))
+    assert sum(reads(read, file, one) for one in every) < len(every) / 2
+    monkeypatch.chdir(tmp_path)
+    file.write_text("[tool.ghostball]\nscenes = " + DEEP)
+    assert_refused_or_done("validate", "--no-report")

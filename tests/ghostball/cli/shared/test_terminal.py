@@ -1,0 +1,59 @@
+"""How a command ends: refused, interrupted, failed by a bug of ours or by a full disk."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from commands import refused
+
+
+@pytest.mark.parametrize("option", ["--out", "--plot"])
+def test_a_place_that_cannot_be_written_is_refused_before_the_run(
+    cli, tmp_path, monkeypatch, option
+):
+    # A parent that is a file: permissions alone would not stop an administrator.
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "file").write_text("")
+    target = tmp_path / "file" / "x.png"
+    arguments = ["run", "stop"] if option == "--plot" else ["validate", "stop"]
+    assert refused(cli(*arguments, option, target), str(target), "Not a directory")
+    assert [path.name for path in tmp_path.iterdir()] == ["file"]
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full here")
+@pytest.mark.parametrize("option", ["--format=json", "--record=rest"])
+def test_a_full_disk_is_said_in_one_line(option):
+    with Path("/dev/full").open("w") as full:
+        done = subprocess.run(
+            [sys.executable, "-m", "ghostball", "run", "stop", option],
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+            check=False,
+        )
+    assert done.returncode == 3
+    assert done.stderr.startswith("error: standard output: can't be written: No space left")
+    assert done.stderr.count("\n") == 1
+
+
+def test_an_unexpected_error_is_short_with_its_traceback_and_status_3(cli, monkeypatch):
+    def fail(name):
+        raise RuntimeError("disc [bold]error")
+
+    monkeypatch.setattr("ghostball.cli.measure.run.find_scene", fail)
+    result = cli("run", "stop")
+    assert result.exit_code == 3
+    assert result.stdout == ""
+    assert "Traceback" in result.stderr
+    assert "ghostball itself failed: RuntimeError: disc [bold]error" in result.stderr
+
+
+def test_ctrl_c_in_any_command_is_status_130(cli, monkeypatch):
+    def interrupt(name):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("ghostball.cli.measure.run.find_scene", interrupt)
+    result = cli("run", "stop")
+    assert result.exit_code == 130
+    assert "Interrupted." in result.stderr

@@ -1,0 +1,76 @@
+"""Lists of what there is: scenes, engines, metrics, recipes."""
+
+import importlib.metadata
+
+from ghostball.cli.show.lists import _version
+from ghostball.reference_adapters import engine_class
+from ghostball.validation import scene_names
+
+
+def test_scenes_lists_every_shipped_scene_with_its_tags(cli):
+    result = cli("scenes")
+    assert result.exit_code == 0
+    for name in scene_names():
+        assert f" {name} " in result.stdout
+    assert "closed-form" in result.stdout
+
+
+def test_engines_are_a_table_with_a_line_of_each(cli):
+    rows = {
+        line.split()[0]: line.split() for line in cli("engines").stdout.splitlines() if line.strip()
+    }
+    version = importlib.metadata.version("ghostball")
+    assert rows["ghostball"][1:] == [version, "yes", "nothing"]
+    assert rows["paper-discrete"][1:4] == [version, "yes", "sliding"]  # what most scenes need
+
+
+def test_engines_lists_settings_and_capabilities(cli):
+    result = cli("engines", "ghostball", "pymunk")
+    assert result.exit_code == 0
+    for part in (
+        "ghostball  available",
+        "max_events=",
+        "contact_steps=fixed (exact)",
+        "dt unset",
+        "not represented",
+        "rolling without slip",
+    ):
+        assert part in result.stdout
+
+
+def test_lists_are_for_programs_too(cli):
+    for command in ("scenes", "metrics"):
+        assert cli(command, "--format", "json").stdout.startswith(f'{{"{command}": ')
+    assert cli("scenes", "stop").stdout.startswith("schema = 1\n")
+    assert "half-ball-cut" in cli("scenes", "smoke").stdout
+    assert "around-the-table" not in cli("scenes", "smoke").stdout
+    assert "rest_error_max" in cli("metrics").stdout
+    assert "pymunk  available" in cli("engines", "pymunk").stdout
+    assert "paper-discrete" not in cli("engines", "pymunk").stdout
+
+
+def test_the_table_of_engines_fits_a_terminal(cli, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    lines = cli("engines").stdout.splitlines()
+    assert max(map(len, lines)) <= 80
+    assert len(lines) < 60
+    assert "".join(lines).count(" pymunk ") == 1
+
+
+def test_the_version_of_an_engine_in_javascript_is_that_of_its_own_package(monkeypatch):
+    # Breaks where a Python distribution of that name is asked, which is other people's.
+    monkeypatch.setattr("ghostball.cli.show.lists.installed", lambda: {"planck": "1.4.2"})
+    monkeypatch.setattr("ghostball.cli.show.lists.version", lambda _: "9.9.9")
+    assert _version(engine_class("planck")) == "1.4.2"
+    assert _version(engine_class("p2")) == ""
+    assert _version(engine_class("pymunk")) == "9.9.9"
+
+
+def test_a_recipe_is_code_of_that_engine_alone(cli):
+    found = cli("engines", "pymunk", "--recipe")
+    assert found.exit_code == 0, found.output
+    compile(found.stdout, "recipe", "exec")
+    assert "import pymunk" in found.stdout
+    assert "ghostball" not in found.stdout
+    assert "has no recipe" in cli("engines", "ghostball", "--recipe").stderr
+    assert "needs an engine: pybullet, pymunk" in cli("engines", "--recipe").stderr

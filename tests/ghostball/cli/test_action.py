@@ -1,0 +1,303 @@
+"""The action: its steps, run as a runner of GitHub does, in a repository whose engine changes."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+import yaml
+
+from ghostball.cli.action import Inputs
+from ghostball.cli.shared.config import ConfigError
+from ghostball.cli.shared.options import FailOnChoice
+
+ROOT = Path(__file__).parents[3]
+ACTION = yaml.safe_load((ROOT / "action.yml").read_text(encoding="utf-8"))
+STEPS = ACTION["runs"]["steps"]
+SCENES = "stop half-ball-cut break-7"
+
+
+@dataclass(frozen=True)
+class Ended:
+    """What the action left: status of its last step, outputs, summary, log, what is uploaded."""
+
+    status: int
+    outputs: dict[str, str]
+    summary: str
+    log: str
+    kept: list[Path]
+
+    @property
+    def notes(self) -> list[str]:
+        return [line for line in self.log.splitlines() if line.startswith("::")]
+
+
+def run_action(repository: Path, temporary: Path, **inputs: str) -> Ended:
+    """Run the steps of the action in a checkout; what pip would do is written down instead."""
+    given = {name: str(one.get("default", "")) for name, one in ACTION["inputs"].items()}
+    given |= {name.replace("_", "-"): value for name, value in inputs.items()}
+    temporary.mkdir(exist_ok=True)
+    files = {name: temporary / name.lower() for name in ("GITHUB_OUTPUT", "GITHUB_STEP_SUMMARY")}
+    for file in files.values():
+        file.write_text("", encoding="utf-8")
+    tools = temporary / "tools"
+    tools.mkdir(exist_ok=True)
+    python = tools / "python"
+    python.write_text(
+        f'#!/bin/sh\n[ "$2" = pip ] && {{ echo "$@"; exit; }}\nexec {sys.executable} "$@"\n',
+        encoding="utf-8",
+    )
+    python.chmod(0o755)
+    contexts = {f"inputs.{name}": value for name, value in given.items()}
+    contexts |= {"github.action_path": str(ROOT), "runner.temp": str(temporary), "github.job": "x"}
+    contexts |= {"strategy.job-index": "0"}
+    status, log, kept = 0, "", []
+
+    def filled(text: str) -> str:
+        return re.sub(r"\$\{\{ (.*?) \}\}", lambda found: value_of(found[1]), text)
+
+    def value_of(expression: str) -> str:
+        name, _, default = expression.partition(" || ")
+        return contexts.get(name, "") or default.strip("'")
+
+    for step in STEPS:
+        if "run" in step:
+            if status:
+                continue  # as a runner passes over what follows a failure
+            script = temporary / "step.sh"
+            script.write_text(step["run"], encoding="utf-8")
+            environment = {name: filled(value) for name, value in step["env"].items()}
+            inherited = {k: v for k, v in os.environ.items() if not k.startswith("GITHUB_")}
+            ended = subprocess.run(
+                ["bash", "--noprofile", "--norc", "-e", "-o", "pipefail", str(script)],
+                cwd=repository / filled(step["working-directory"]),
+                env=inherited
+                | environment
+                | {name: str(file) for name, file in files.items()}
+                | {
+                    "CI": "true",
+                    "GITHUB_ACTIONS": "true",
+                    "GITHUB_WORKSPACE": str(repository),
+                    "PATH": f"{tools}{os.pathsep}{os.environ['PATH']}",
+                    "GHOSTBALL_CACHE_DIR": os.environ.get("GHOSTBALL_CACHE_DIR", ""),
+                },
+                stdout=subprocess.PIPE,
+                stderr=subprocess.STDOUT,
+                text=True,
+                check=False,
+            )
+            status, log = ended.returncode, log + ended.stdout
+            if "id" in step:
+                for line in files["GITHUB_OUTPUT"].read_text("utf-8").splitlines():
+                    name, _, value = line.partition("=")
+                    contexts[f"steps.{step['id']}.outputs.{name}"] = value
+        elif "upload-artifact" in step["uses"]:
+            assert step["if"] == "${{ !cancelled() && steps.gate.outputs.results != '' }}"
+            if contexts.get("steps.gate.outputs.results"):
+                names = filled(step["with"]["path"]).split()
+                kept = [path for name in names if (path := repository / name).is_file()]
+                assert len(kept) == len(names)
+    outputs = {name: filled(one["value"]) for name, one in ACTION["outputs"].items()}
+    return Ended(status, outputs, files["GITHUB_STEP_SUMMARY"].read_text("utf-8"), log, kept)
+
+
+def ghostball(folder: Path, *arguments: str) -> str:
+    ended = subprocess.run(
+        [sys.executable, "-m", "ghostball", *arguments],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    return ended.stdout + ended.stderr
+
+
+@pytest.fixture(scope="module")
+def guarded(tmp_path_factory):
+    """A repository with the engine that `init` writes, its workflow and its baselines."""
+    folder = tmp_path_factory.mktemp("project")
+    ghostball(folder, "init", "--ci")
+    ghostball(folder, "regress", *SCENES.split())
+    assert "accepted: stop, half-ball-cut, break-7" in ghostball(folder, "accept", "--reason", "x")
+    shutil.rmtree(folder / "out")
+    for command in ("init", "add .", "-c user.name=x -c user.email=x@x commit -m x"):
+        subprocess.run(["git", *command.split()], cwd=folder, check=True, capture_output=True)
+    return folder
+
+
+@pytest.fixture
+def repository(guarded, tmp_path):
+    """A clone of it, as a runner checks it out."""
+    clone = ["git", "clone", "--quiet", str(guarded), str(tmp_path / "checkout")]
+    subprocess.run(clone, check=True)
+    return tmp_path / "checkout"
+
+
+def edit(repository: Path, before: str, after: str) -> None:
+    path = repository / "my_engine.py"
+    text = path.read_text("utf-8")
+    assert before in text
+    path.write_text(text.replace(before, after), "utf-8")
+
+
+def better(repository: Path) -> None:
+    edit(repository, "dt: float = 1e-3", "dt: float = 2.5e-4")
+
+
+def worse(repository: Path) -> None:
+    edit(repository, "dt: float = 1e-3", "dt: float = 4e-3")
+
+
+def wrong(repository: Path) -> None:
+    edit(repository, "impulse = 0.5 *", "impulse = 0.525 *")
+
+
+def broken(repository: Path) -> None:
+    edit(repository, "slowing = ", "nothing = {}['cue']\n        slowing = ")
+
+
+@pytest.mark.slow
+class TestInARepository:
+    def test_nothing_changed(self, repository, tmp_path):
+        ended = run_action(repository, tmp_path / "t", scenes=SCENES)
+        assert ended.status == 0, ended.log
+        assert ended.outputs == {"verdict": "passed", "changed": "", "worst": ""}
+        assert not ended.notes
+        assert "nothing moved in 3 scenes" in ended.summary
+        assert [path.name for path in ended.kept] == ["report.html", "results.db"]
+        assert f"{ROOT}[compiler]" in ended.log
+
+    def test_a_project_in_a_folder_shadows_no_package_and_its_page_is_kept(
+        self, repository, tmp_path
+    ):
+        # Breaks where the project's folder comes first on the path, or where `results` is relative
+        # to it: what uploads is started in the folder of the checkout.
+        folder = repository / "sub"
+        folder.mkdir()
+        for name in ("my_engine.py", "pyproject.toml", "baselines"):
+            shutil.move(repository / name, folder / name)
+        (folder / "typer.py").write_text("raise ImportError\n", "utf-8")
+        ended = run_action(repository, tmp_path / "t", scenes="stop", working_directory="sub")
+        assert (ended.status, ended.outputs["verdict"]) == (0, "passed"), ended.log
+        assert ended.kept == [folder / "out" / name for name in ("report.html", "results.db")]
+
+    def test_an_engine_that_gets_better_is_to_be_accepted_or_passes(self, repository, tmp_path):
+        better(repository)
+        ended = run_action(repository, tmp_path / "t", scenes=SCENES)
+        assert (ended.status, ended.outputs["verdict"]) == (1, "failed"), ended.log
+        assert ended.outputs["changed"] == SCENES
+        passed = run_action(repository, tmp_path / "t", scenes=SCENES, fail_on="worse")
+        assert (passed.status, passed.outputs["verdict"]) == (0, "passed"), passed.log
+        assert {note.partition(" ")[0] for note in passed.notes} == {"::warning"}
+
+    def test_one_that_gets_worse_fails_at_the_line_of_its_baseline(self, repository, tmp_path):
+        worse(repository)
+        ended = run_action(repository, tmp_path / "t", scenes=SCENES, fail_on="worse")
+        assert (ended.status, ended.outputs["verdict"]) == (1, "failed"), ended.log
+        assert ended.outputs["worst"] in ended.outputs["changed"].split()
+        errors = [note for note in ended.notes if note.startswith("::error")]
+        (first,) = (one for one in errors if "title=Ghostball%3A half-ball-cut" in one)
+        file, line = re.search(r"file=([^,]+),line=(\d+)", first).groups()
+        assert file == "baselines/my_engine/half-ball-cut.toml"
+        text = (repository / file).read_text("utf-8").splitlines()[int(line) - 1]
+        assert text.startswith("bits = ")
+        assert "● now" in ended.summary
+        assert re.search(r"half-ball-cut +[·━○●]+ +[\d.]+ mm -> [\d.]+ mm", ended.summary)
+        lenient = run_action(repository, tmp_path / "t", scenes=SCENES, fail_on="limits")
+        assert (lenient.status, lenient.outputs["verdict"]) == (0, "passed"), lenient.log
+
+    def test_one_that_makes_energy_breaks_limits_at_its_function(self, repository, tmp_path):
+        wrong(repository)
+        ended = run_action(repository, tmp_path / "t", scenes=SCENES, fail_on="limits")
+        assert (ended.status, ended.outputs["verdict"]) == (1, "failed"), ended.log
+        (first, *_) = (note for note in ended.notes if "breaks a limit" in note)
+        line = int(re.search(r"::error file=my_engine.py,line=(\d+),", first)[1])
+        text = (repository / "my_engine.py").read_text("utf-8").splitlines()[line - 1]
+        assert text.startswith(("@plays", "def simulate"))
+
+    def test_one_that_raises_fails_at_the_line_that_does(self, repository, tmp_path):
+        broken(repository)
+        ended = run_action(repository, tmp_path / "t", scenes=SCENES, fail_on="limits")
+        assert (ended.status, ended.outputs["verdict"]) == (1, "failed"), ended.log
+        (first, *_) = (note for note in ended.notes if "did not finish" in note)
+        line = int(re.search(r"::error file=my_engine.py,line=(\d+),", first)[1])
+        text = (repository / "my_engine.py").read_text("utf-8").splitlines()[line - 1]
+        assert text.strip() == "nothing = {}['cue']"
+        assert "KeyError" in first
+        assert ended.kept
+
+    def test_without_baselines_it_says_how_to_make_them_and_keeps_what_it_did(
+        self, repository, tmp_path
+    ):
+        shutil.rmtree(repository / "baselines")
+        ended = run_action(repository, tmp_path / "t", scenes=SCENES)
+        assert (ended.status, ended.outputs["verdict"]) == (4, "not-judged"), ended.log
+        (only,) = ended.notes
+        assert only.startswith("::error file=my_engine.py,line=")
+        assert "ghostball accept" in only
+        # From what was kept, the baselines can be made elsewhere.
+        done = ghostball(repository, "accept", "--reason", "x", "--out", str(ended.kept[1].parent))
+        assert "accepted: stop, half-ball-cut, break-7" in done
+        limits = run_action(repository, tmp_path / "t", scenes=SCENES, fail_on="limits")
+        assert (limits.status, limits.outputs["verdict"]) == (0, "passed"), limits.log
+
+
+@pytest.mark.parametrize(
+    ("inputs", "said"),
+    [
+        ({}, "no engine is named"),
+        ({"engine": "mine:Mine", "fail_on": "wors"}, "`fail-on` must be one of changed, worse"),
+        ({"engine": "mine:Mine"}, "can't be imported"),
+    ],
+)
+@pytest.mark.slow
+def test_bad_input_is_one_error_and_nothing_is_lost(tmp_path, inputs, said):
+    folder = tmp_path / "checkout"
+    folder.mkdir()
+    ended = run_action(folder, tmp_path / "t", **inputs)
+    assert ended.status == 2, ended.log
+    assert ended.outputs["verdict"] == "error"
+    (only,) = ended.notes
+    assert said in only
+    assert said in ended.summary
+    assert not ended.kept
+    assert list(folder.iterdir()) == []
+
+
+def test_inputs_are_words_of_a_shell(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    given = {
+        "INPUT_ENGINE": " a:B  pymunk:dt=1e-4\n",
+        "INPUT_SCENES": "'my scenes/*.toml' smoke",
+        "INPUT_FAIL_ON": "worse",
+    }
+    inputs = Inputs.of(given)
+    assert inputs.engines == ("a:B", "pymunk:dt=1e-4")
+    assert inputs.scenes == ("my scenes/*.toml", "smoke")
+    assert (inputs.baselines, inputs.fail_on) == (None, FailOnChoice.WORSE)
+    with pytest.raises(ConfigError, match="no engine is named"):
+        Inputs.of({})
+
+
+def test_the_name_of_the_artifact_is_of_the_use_and_the_job():
+    # Breaks where two uses in one job, or two jobs of a matrix, keep their pages under one name.
+    (name,) = (step["with"]["name"] for step in STEPS if "upload" in step.get("uses", ""))
+    for one in ("inputs.artifact", "github.job", "strategy.job-index"):
+        assert f"${{{{ {one} }}}}" in name
+    assert ACTION["inputs"]["artifact"]["default"] == "ghostball"
+
+
+def test_every_input_is_used_and_none_is_pasted_into_a_command():
+    text = (ROOT / "action.yml").read_text(encoding="utf-8")
+    for name in ACTION["inputs"]:
+        assert f"inputs.{name} " in text, name
+    assert not [step["run"] for step in STEPS if "${{" in step.get("run", "")]
+    assert {choice.value for choice in FailOnChoice} <= set(
+        re.findall(r"\w+", ACTION["inputs"]["fail-on"]["description"])
+    )

@@ -1,0 +1,109 @@
+"""What comes next: one event, several that do not concern each other, or what can't be decided."""
+
+from __future__ import annotations
+
+from proofs import keys, overlap, proved
+from shots import R, ball, scene_of
+
+from ghostball.model import EventKind
+from ghostball.reference_adapters.certified import (
+    CertifiedSettings,
+    Choice,
+    certify,
+)
+from ghostball.validation.scenes.library import find_scene
+
+BALL_BALL, BALL_CUSHION = EventKind.BALL_BALL, EventKind.BALL_CUSHION
+
+
+def test_two_collisions_at_one_instant_are_ambiguous():
+    certificate = certify(find_scene("three-ball-symmetric"))
+    assert certificate.ending == "ambiguous"
+    assert certificate.events == ()
+    assert set(certificate.choices) == {Choice(BALL_BALL, 0, 1), Choice(BALL_BALL, 0, 2)}
+    for part in ('"cue" with "left"', '"cue" with "right"', "at t = 1.06"):
+        assert part in certificate.reason
+    assert certificate.precision == CertifiedSettings().max_precision
+    # Nothing is reported beyond: the state is that at the start.
+    assert float(certificate.t_end) == 0.0
+    assert [float(x) for x in certificate.positions[0]] == [-0.5, 0.0]
+
+
+def test_a_corner_is_ambiguous():
+    certificate = certify(find_scene("corner-exact"))
+    assert certificate.ending == "ambiguous"
+    assert set(certificate.choices) == {Choice(BALL_CUSHION, 0, 0), Choice(BALL_CUSHION, 0, 2)}
+
+
+def test_a_frozen_rack_is_ambiguous_from_its_first_collision():
+    certificate = certify(find_scene("frozen-break"))
+    assert certificate.ending == "ambiguous"
+    assert [e.key for e in certificate.events] == [(BALL_BALL, 0, 1)]
+    assert len(certificate.choices) == 2
+
+
+def graze(offset):
+    return scene_of(
+        ball((0.0, 0.0), (1.0, 0.0)), ball((1.0, offset)), rolling_friction=0.0, t_max=2.0
+    )
+
+
+def test_an_exact_graze_is_ambiguous():
+    certificate = certify(graze(2 * R))
+    assert certificate.ending == "ambiguous"
+    assert certificate.choices == (Choice(BALL_BALL, 0, 1),)
+    assert "whether they touch" in certificate.reason
+    assert "at t = 1 s" in certificate.reason or "at t = 0.99999" in certificate.reason
+
+
+def test_a_thinner_graze_than_doubles_can_say_is_reported():
+    # 1e-40 m too far: the miss is decided by 2^-133 of the radius, beyond double precision. A ball
+    # that starts with a y of 2 R less a slope does that.
+    slope = 2.0**-70
+    scene = scene_of(
+        ball((0.0, 0.0), (1.0, slope)), ball((1.0, 2 * R)), rolling_friction=0.0, t_max=2.0
+    )
+    assert keys(proved(scene)) == [(0, 0, 1)]
+    scene = scene_of(
+        ball((0.0, 0.0), (1.0, -slope)), ball((1.0, 2 * R)), rolling_friction=0.0, t_max=2.0
+    )
+    assert proved(scene).events == ()
+
+
+def test_independent_events_of_one_instant_pass_as_a_tie():
+    # A rolling cue ball and a resting one slide equally long after their impact.
+    certificate = proved(find_scene("half-ball-rolling"))
+    tied = [e for e in certificate.events if e.tie]
+    assert [e.kind for e in tied] == [EventKind.SLIDE_TO_ROLL]
+    following = certificate.events[certificate.events.index(tied[0]) + 1]
+    assert following.kind is EventKind.SLIDE_TO_ROLL
+    assert following.a != tied[0].a
+    assert overlap(tied[0].t, following.t)
+
+
+def test_mirrored_pairs_are_proved_with_the_same_enclosures():
+    scene = scene_of(
+        ball((0.0, 0.5), (1.0, 0.0)),
+        ball((0.5, 0.51)),
+        ball((0.0, -0.5), (1.0, 0.0)),
+        ball((0.5, -0.51)),
+    )
+    certificate = proved(scene)
+    upper = [e.t for e in certificate.events if e.a < 2]
+    lower = [e.t for e in certificate.events if e.a >= 2]
+    assert len(upper) == len(lower) == 3
+    for one, other in zip(upper, lower, strict=True):
+        assert overlap(one, other)
+
+
+def test_a_tie_near_a_third_ball_is_ambiguous():
+    # Both collisions come at one instant, and the two balls that are hit touch each other.
+    scene = scene_of(
+        ball((-0.5, 0.0), (1.0, 0.0), radius=0.03125),
+        ball((0.0, 0.0), radius=0.03125),
+        ball((0.0625, 0.0), radius=0.03125),
+        ball((0.5625, 0.0), (-1.0, 0.0), radius=0.03125),
+    )
+    certificate = certify(scene)
+    assert certificate.ending == "ambiguous"
+    assert "whether the order matters" in certificate.reason

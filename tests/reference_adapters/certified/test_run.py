@@ -1,0 +1,46 @@
+"""A run in one precision: its last event, its end, and which ties are far enough apart."""
+
+from __future__ import annotations
+
+import math
+from types import SimpleNamespace
+
+import pytest
+from flint import arb
+from proofs import engine_keys, keys, proved
+from shots import ball, scene_of
+
+from ghostball.model import Table
+from ghostball.reference_adapters.certified import (
+    certify,
+)
+from ghostball.reference_adapters.certified.problem import problem_of
+from ghostball.reference_adapters.certified.run import TIE_BITS, Run
+
+
+def test_an_event_at_t_max_is_still_one():
+    # From 1/2 m to where the ball of 1/4 m touches the line x = 0, at 1 m/s: exactly 1/4 s.
+    scene = scene_of(
+        ball((0.5, 0.5), (-1.0, 0.0), radius=0.25),
+        table=Table(length=4.0, width=4.0),
+        rolling_friction=0.0,
+        t_max=0.25,
+    )
+    assert keys(proved(scene)) == [(1, 0, 0)] == engine_keys(scene)
+
+
+def test_an_end_near_t_max_is_distinguished_from_it():
+    scene = scene_of(ball((0.0, 0.0), (1.0, 0.0)), rolling_friction=0.5, gravity=2.0, t_max=1.0)
+    assert keys(proved(scene)) == [(3, 0, -1)]
+    scene = scene_of(
+        ball((0.0, 0.0), (0.6, 0.8)), rolling_friction=0.5, gravity=2.0, t_max=math.hypot(0.6, 0.8)
+    )
+    assert certify(scene).proved  # off by a rounding, which is resolved
+
+
+@pytest.mark.parametrize(("speed", "separate"), [(1.0, True), (1e28, True), (1e32, False)])
+def test_a_tie_passes_only_where_no_ball_is_fast_enough_to_reach_it(speed, separate):
+    """Breaks where balls are taken to be slower than scenes may have them: here 1 m is left."""
+    scene = scene_of(ball((0.0, 0.0)), ball((1.0, 0.0), (0.0, speed)), t_max=1.0)
+    one = SimpleNamespace(balls=(0,))
+    assert Run(problem_of(scene), 200)._isolated(one, arb(0), 2.0**-TIE_BITS) is separate

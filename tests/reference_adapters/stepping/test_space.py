@@ -1,0 +1,54 @@
+"""Engines on their own cloth: slides of first order in the step, and flight over it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from engine_facts import needs, play, slide
+
+from ghostball.engine import simulate
+from ghostball.model import EventKind, Scene, UnsupportedSceneError
+from ghostball.validation.scenes.library import find_scene
+
+NAMES = [pytest.param(name, marks=needs(name)) for name in ("dart", "physx")]
+SHORT = {"dart": (2.85e-3, 2.87e-4, 2.87e-5), "physx": (2.84e-3, 2.7e-4)}
+"""By how much a slide is too short in steps of 10 ms, 1 ms ... [m]."""
+SHOTS = {"dart": {"sliding-stun": 0.05}, "physx": {"sliding-stun": 0.1, "draw-shot": 0.1}}
+IN_FLIGHT = {"dart:cloth=own": 0.1, "physx:cloth=own": 0.02, "pybullet": 0.01}
+"""How far off rest positions may be [m]."""
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_cloth_of_its_own_is_of_first_order(name: str) -> None:
+    scene = slide()
+    end = simulate(scene).final_state
+    for dt, short in zip((1e-2, 1e-3, 1e-4), SHORT[name], strict=False):
+        state = play(f"{name}:cloth=own,dt={dt}", scene).final_state
+        off = end.positions[0, 0, 0] - state.positions[0, 0, 0]
+        assert abs(off) == pytest.approx(short, rel=0.05 if name == "physx" else 0.02)
+        if name == "dart":
+            assert state.velocities[0, 0, 0] == pytest.approx(end.velocities[0, 0, 0], rel=1e-4)
+    for shot, limit in SHOTS[name].items():
+        rest = play(f"{name}:cloth=own", find_scene(shot)).rest_positions
+        assert np.abs(rest - simulate(find_scene(shot)).rest_positions).max() < limit, shot
+
+
+@pytest.mark.parametrize(
+    "spec", [pytest.param(spec, marks=needs(spec.partition(":")[0])) for spec in IN_FLIGHT]
+)
+def test_a_ball_flies_over_the_cloth_and_rolls_on(spec: str) -> None:
+    """Broken by rolling friction that acts at bounces: 0.2 m are missing then, at any step."""
+    scene = find_scene("flight-throw")
+    result = play(spec, scene, record="events")
+    assert np.abs(result.rest_positions - simulate(scene).rest_positions).max() < IN_FLIGHT[spec]
+    assert (result.events["kind"] == EventKind.BALL_CLOTH).sum() >= 4
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_flight_over_cushions_or_a_cloth_between_the_steps_is_refused(name: str) -> None:
+    leaves = find_scene("flight-leaves")
+    scene = Scene(**{**dict(leaves), "balls": leaves.balls[:1]})
+    with pytest.raises(UnsupportedSceneError, match="no cushions where balls may fly"):
+        play(f"{name}:cloth=own", scene)
+    with pytest.raises(UnsupportedSceneError, match="no balls that leave the cloth"):
+        play(name, find_scene("flight-throw"))

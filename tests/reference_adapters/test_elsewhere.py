@@ -1,0 +1,74 @@
+"""Runs made elsewhere: what is no run, or doesn't fit its scene, is refused with its place."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+from damage import faults, reads, texts
+
+from ghostball.model import Scene
+from ghostball.reference_adapters.base import EngineError
+from ghostball.reference_adapters.elsewhere import Run
+from ghostball.validation.scenes.library import find_scene
+
+RUN = {
+    "engine": "elsewhere",
+    "scene": "stop",
+    "status": "rest",
+    "rest_time": 1.0,
+    "rest_positions": [[0.5, 0.5, 0.028575]],
+    "events": [{"t": 0.5, "kind": "ball-cushion", "a": 0, "b": "left"}],
+    "samples": {
+        "t": [0.0, 1.0],
+        "positions": [[[0.4, 0.5, 0.028575]], [[0.5, 0.5, 0.028575]]],
+        "velocities": [[[0.2, 0.0, 0.0]], [[0.0, 0.0, 0.0]]],
+        "angular_velocities": [[[0.0, 7.0, 0.0]], [[0.0, 0.0, 0.0]]],
+    },
+}
+
+
+def test_a_run_of_another_shape_is_refused(tmp_path):
+    scene = Scene.model_validate({"name": "a", "balls": [{"id": "b", "position": (0.4, 0.5)}]})
+
+    def read(path):
+        for one in Run.load(path):
+            one.result(scene)
+
+    assert reads(read, tmp_path / "run.json", json.dumps(RUN))
+    large = (1 << 40, 10**400, 1e300)
+    every = [*texts(json.dumps(RUN)), *map(json.dumps, faults(RUN, large)), "9" * 10_000]
+    read_all = [text for text in every if reads(read, tmp_path / "run.json", text)]
+    assert 0 < len(read_all) < len(every) / 2
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"status": "done"}, "`status` of .* is refused"),
+        ({"rest_positions": [[0, 0]]}, "`rest_positions.0.2` of .* is refused"),
+        ({"events": [{"t": -1, "kind": "ball-ball", "a": 0}]}, "`events.0.t` of .* is refused"),
+    ],
+)
+def test_what_is_no_run_is_refused_with_its_place(change: dict, says: str) -> None:
+    with pytest.raises(EngineError, match=says):
+        Run.parse(RUN | change, "a file, run 1")
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"rest_positions": []}, "must have 1 balls, got 0"),
+        ({"samples": None}, "has no `samples`"),
+        ({"events": [{"t": 0.0, "kind": "bang", "a": 0}]}, "must be one of ball-ball"),
+        ({"events": [{"t": 0.0, "kind": "ball-cushion", "a": 0, "b": "up"}]}, "left, right"),
+        (
+            {"samples": {"t": [0], "positions": [], "velocities": [], "angular_velocities": []}},
+            "must have the shape",
+        ),
+    ],
+)
+def test_what_does_not_fit_its_scene_is_refused(change: dict, says: str) -> None:
+    run = Run.parse(RUN | change, "a file, run 1")
+    with pytest.raises(EngineError, match=says):
+        run.result(find_scene("stop"))

@@ -1,0 +1,136 @@
+"""A process that plays scenes: what it is sent, what it answers, and how it fails."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import sys
+from collections.abc import Callable, Iterator
+from importlib.metadata import version
+from pathlib import Path
+
+import pytest
+from echo_worker import worker
+
+from ghostball.model import Ball, Physics, Scene
+from ghostball.reference_adapters.workers.process import (
+    PYTHON,
+    SCRIPTS,
+    Worker,
+    WorkerFailedError,
+    installed,
+)
+from ghostball.validation.parallel.sources import code_here
+from ghostball.validation.scenes.library import find_scene
+from ghostball.validation.suite.unchanged import code_hash
+
+
+def test_a_worker_in_any_language_is_asked_and_answers(tmp_path: Path) -> None:
+    one = worker(tmp_path, {"status": "rest"})
+    assert one.play(find_scene("stop"), "rest", 20.0) == {"status": "rest"}
+    assert one.version == "1"
+    one.close()
+
+
+def test_a_workers_error_is_its_own(tmp_path: Path) -> None:
+    one = worker(tmp_path, {"error": "no chalk"})
+    with pytest.raises(WorkerFailedError, match="no chalk"):
+        one.play(find_scene("stop"), "rest", 20.0)
+    one.close()
+
+
+SERVED = """
+import os, sys
+def version():
+    return "9.1"
+def simulate(scene, record):
+    print("chatter of the engine")
+    name = scene["name"]
+    if name == "bad":
+        raise ValueError("bad scene")
+    if name == "crash":
+        sys.stderr.write("out of chalk\\n")
+        sys.stderr.flush()
+        os._exit(3)
+    if name == "hang":
+        import time
+        time.sleep(60)
+    return {"rest_time": 0.25}
+"""
+
+
+@pytest.fixture
+def served(tmp_path: Path) -> Iterator[Callable[..., dict]]:
+    """Play a scene of some name on an engine of Python, which `serve.py` serves."""
+    shutil.copy(SCRIPTS / "serve.py", tmp_path)
+    (tmp_path / "mine.py").write_text(SERVED)
+    one = Worker([sys.executable, str(tmp_path / "serve.py"), "mine"])
+
+    def play(name: str = "stop", longest: float = 20.0) -> dict:
+        scene = find_scene("stop").model_copy(update={"name": name})
+        return one.play(scene, "rest", longest)
+
+    yield play
+    one.close()
+
+
+def test_a_crash_is_reported_with_its_last_words_and_the_next_scene_starts_anew(served) -> None:
+    assert served() == {"rest_time": 0.25}
+    with pytest.raises(WorkerFailedError, match="ended without an answer: out of chalk"):
+        served("crash")
+    with pytest.raises(WorkerFailedError, match="ValueError: bad scene"):
+        served("bad")
+    assert served() == {"rest_time": 0.25}
+
+
+def test_a_worker_that_hangs_is_given_up(served) -> None:
+    served()
+    with pytest.raises(WorkerFailedError, match="without an answer: over 0 s"):
+        served("hang", longest=0.2)
+
+
+def test_all_that_the_workers_have_is_in_the_hash_of_the_code(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(PYTHON, sys.executable)
+    assert installed()["pydantic"] == version("pydantic")
+    assert code_here()["pydantic of the workers"] == version("pydantic")
+    with_them = code_hash()
+    monkeypatch.setenv(PYTHON, str(tmp_path / "nowhere"))
+    assert installed() == {}
+    assert code_hash() != with_them
+
+
+def sent_with(tmp_path: Path, scene: Scene) -> dict:
+    """Return what a worker is sent that is to play a scene."""
+    script = tmp_path / "keep.py"
+    kept = tmp_path / "kept"
+    script.write_text(
+        'import sys\nprint(\'{"version": "1"}\', flush=True)\n'
+        f"open({str(kept)!r}, 'w').write(sys.stdin.readline())\nprint('{{}}', flush=True)\n"
+    )
+    one = Worker([sys.executable, str(script)])
+    one.play(scene, "events", 20.0)
+    one.close()
+    sent: dict = json.loads(kept.read_text())
+    return sent
+
+
+def test_what_is_sent_is_a_scene(tmp_path: Path) -> None:
+    scene = find_scene("draw-shot")
+    sent = sent_with(tmp_path, scene)
+    assert sent["record"] == "events"
+    assert type(scene).model_validate(sent["scene"]) == scene
+
+
+def test_a_struck_ball_is_sent_with_its_velocities(tmp_path: Path) -> None:
+    strike = {"speed": 2.0, "direction": 0.3, "offset_left": 0.2}
+    scene = Scene(
+        name="struck",
+        physics=Physics(motion="sliding"),
+        balls=[Ball(id="cue", position=(0.0, 0.0), strike=strike)],
+    )
+    (ball,) = sent_with(tmp_path, scene)["scene"]["balls"]
+    assert "strike" not in ball
+    assert ball["velocity"] == scene.velocities[0].tolist()
+    assert ball["angular_velocity"] == scene.angular_velocities[0].tolist()

@@ -1,0 +1,99 @@
+"""Proofs of scenes as tests of the certified engine ask for them, and what is compared of two."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from mpmath import mpf
+from shots import random_break, random_cloth_shot, random_shot, scene_of
+
+from ghostball.engine import simulate
+from ghostball.model import EventKind, Scene, partner_name
+from ghostball.reference_adapters.certified import (
+    Certificate,
+    CertifiedSettings,
+    Enclosure,
+    certify,
+)
+from ghostball.validation.scenes.random_scenes import PROVABLE, random_scene
+
+
+def proved(scene: Scene, *, motion: bool = False, **settings: float) -> Certificate:
+    """Return the certificate of a scene that is proved to its end."""
+    certificate = certify(scene, CertifiedSettings(**settings), motion=motion, cached=False)
+    assert certificate.proved, certificate.reason
+    return certificate
+
+
+def keys(certificate: Certificate) -> list[tuple[int, int, int]]:
+    """Return kind and partners of each event, as plain numbers."""
+    return [(int(e.kind), e.a, e.b) for e in certificate.events]
+
+
+def engine_keys(scene: Scene) -> list[tuple[int, int, int]]:
+    """Return the same of the events that our engine finds."""
+    events = simulate(scene, record="events").events
+    assert events is not None
+    return [(int(e["kind"]), int(e["a"]), int(e["b"])) for e in events]
+
+
+def middle(enclosure: Enclosure) -> mpf:
+    """Return the middle of an enclosure, in the precision at work."""
+    return mpf(enclosure.mid.numerator) / enclosure.mid.denominator
+
+
+def overlap(one: Enclosure, other: Enclosure) -> bool:
+    """Return whether both may hold the same number."""
+    return one.lower <= other.upper and other.lower <= one.upper
+
+
+def widest(certificate: Certificate) -> float:
+    """Return the width of the widest enclosure of a position at the end [m]."""
+    return max(one.width for position in certificate.positions for one in position)
+
+
+def after(scene: Scene, events: int) -> Certificate:
+    """Return what is proved just after so many events."""
+    certificate = certify(scene, CertifiedSettings(max_events=events), cached=False)
+    assert certificate.events_proved == events
+    return certificate
+
+
+def flying(*balls: dict[str, Any], **fields: Any) -> Scene:
+    """Return a scene on a pool table's cloth, of balls that may leave it."""
+    chosen = {"preset": "pool", "airborne": True, "gravity": 9.81, "table_restitution": 0.5}
+    return scene_of(*balls, **chosen | fields)
+
+
+def jump(number: int, **having: str) -> Scene:
+    """Return a random shot in which balls fly."""
+    wanted = {**PROVABLE, "flight": ("low", "jump", "drop", "on-top"), **having}
+    return random_scene(number, **wanted)
+
+
+def in_air(scene: Scene, t_max: float | None = None, **physics: float) -> Scene:
+    """Return the scene with air that slows its balls."""
+    changed = {"physics": scene.physics.model_dump(exclude_unset=True) | physics, "t_max": t_max}
+    return Scene.model_validate({**scene.model_dump(by_alias=True), **changed})
+
+
+SHOTS = {
+    "rolling": random_shot(7, 5),
+    "unequal": random_shot(6, 4, ball_restitution=0.9),
+    "sliding": random_cloth_shot(3),
+    "break": random_break(5, n=7),
+    "gas": random_shot(11, 4, rolling_friction=0.0, t_max=3.0),
+}
+"""Shots that are proved to their end, one of each kind."""
+
+ELL = [[0, 0], [2, 0], [2, 1], [1, 1], [1, 2], [0, 2]]
+"""Vertices of a table whose corner (1, 1) points into it."""
+
+
+def met(certificate: Certificate) -> list[str]:
+    """Return what balls meet of what stands on the table, by kind and name."""
+    return [
+        f"{e.kind.label} {partner_name(e.kind, e.b)}"
+        for e in certificate.events
+        if e.kind in (EventKind.BALL_CUSHION, EventKind.POCKETED)
+    ]

@@ -1,0 +1,37 @@
+"""Motions of cases: read back to the bit, named where they are damaged."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from pathlib import Path
+
+import numpy as np
+import pytest
+from stored_cases import in_database, motion, record, written
+
+from ghostball.model import EVENT_DTYPE
+from ghostball.validation.results.store import (
+    Motion,
+    Results,
+    ResultsError,
+)
+
+
+def test_a_motion_reads_back_to_the_bit(tmp_path: Path) -> None:
+    written(tmp_path, record())
+    folder = Results.open(tmp_path)
+    read = folder.motion(folder.cases[0])
+    assert read is not None
+    for part in fields(Motion):
+        assert getattr(read, part.name).tobytes() == getattr(motion(), part.name).tobytes()
+    assert read.events.dtype == EVENT_DTYPE
+    parts = (read.energy_translation, read.energy_rotation, read.energy_height)
+    assert np.array_equal(read.energy, sum(parts))
+
+
+def test_a_damaged_motion_is_named(tmp_path: Path) -> None:
+    written(tmp_path, record())
+    folder = Results.open(tmp_path)
+    in_database(tmp_path, "UPDATE motions SET content = substr(content, 1, 100)")
+    with pytest.raises(ResultsError, match=r'the motion of `pymunk` in scene "roll" is damaged'):
+        folder.motion(folder.cases[0])

@@ -1,0 +1,11 @@
+"""Random scenes of a few balls, made once."""
+
+import pytest
+from random_layouts import FEW
+
+from ghostball.validation.scenes.random_scenes import random_scene
+
+
+@pytest.fixture(scope="session")
+def few():
+    return [random_scene(number, count="few") for number in FEW]
