@@ -21,8 +21,7 @@ INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check \
 # Names, tags or patterns; smoke is a small run.
 SCENES ?= full
 # Which pictures lie beside the report: png, svg (both) or none.
-FIGURES ?=
-VALIDATE_MORE = $(if $(FIGURES), --figures $(FIGURES))
+FIGURES ?= png
 PYTEST := $(BIN)/python -m pytest --quiet --numprocesses $(JOBS)
 # Where bytecode isn't kept, each of hundreds of processes compiles every module that it imports:
 # three seconds to load the suite instead of one, twelve to collect the tests instead of four.
@@ -60,7 +59,7 @@ engines: $(READY)  ## install the optional engines to compare with, some 500 MB
 	$(INSTALL) --editable '.[engines]'
 
 validate: $(READY)  ## run every scene on the default engines, write the report, print the verdicts
-	$(BIN)/ghostball validate $(SCENES) --jobs $(JOBS) --out $(OUT)$(VALIDATE_MORE)
+	$(BIN)/ghostball validate $(SCENES) --jobs $(JOBS) --out $(OUT) --figures $(FIGURES)
 
 stress: $(READY)  ## try to break the default engines: what CI has time for
 	$(BIN)/ghostball stress --jobs $(JOBS) --out $(OUT)/stress-quick

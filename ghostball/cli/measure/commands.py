@@ -102,10 +102,8 @@ def validate(
     rerun: Rerun = False,
     cluster: ClusterAddress = None,
     time_limit: TimeLimit = 600.0,
-    report: Annotated[
-        bool, typer.Option(help="Write report.html and its pictures after the run.")
-    ] = True,
-    figures: Figures = FigureChoice.PNG,
+    report: Annotated[bool, typer.Option(help="Write report.html after the run.")] = True,
+    figures: Figures = FigureChoice.NONE,
     ensemble: Annotated[
         int | None,
         typer.Option(
