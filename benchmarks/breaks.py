@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from rich.console import RenderableType
 
-from benchmarks.measurements import Measurement, table_of
+from benchmarks.measurements import Shown, table_of
 from benchmarks.scenes import (
     FARTHEST,
     FASTEST_RACK,
@@ -36,7 +36,7 @@ AT_ONCE = 20_000
 FloatArray = NDArray[np.float64]
 
 
-class BreaksMeasurement(Measurement):
+class BreaksMeasurement(Shown):
     """What `python -m benchmarks breaks` measured, once; see `starts_of`."""
 
     kind: Literal["breaks"] = "breaks"

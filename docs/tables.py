@@ -17,8 +17,8 @@ import numpy as np
 
 from benchmarks.fits import FitsMeasurement
 from benchmarks.made import MadeMeasurement
+from benchmarks.measurements import committed
 from benchmarks.pictures.gallery import committed_board
-from benchmarks.precision.points import PrecisionMeasurement
 from benchmarks.rebounds import ReboundsMeasurement
 from benchmarks.synthetic_tracks import EXAMPLE_PHYSICS
 from ghostball.cli.show.lists import OURS
@@ -40,6 +40,7 @@ from ghostball.validation.measured.cloth_families import deceleration
 from ghostball.validation.measured.facts import Row, facts_of
 from ghostball.validation.measured.oblique_hits import oblique_hit, throw_angle
 from ghostball.validation.measured.rebounds import rebounds as measured_rebounds, square_rebound
+from ghostball.validation.precision.points import PrecisionMeasurement
 from ghostball.validation.scenes.library import select
 
 NONE = Capability("none")
@@ -286,7 +287,7 @@ def _errors_off(row: Row, found: Iterable[float], digits: int) -> Iterable[str]:
 
 def nearest() -> str:
     """Return how near each engine comes to the measured rebounds, from the committed search."""
-    stored = ReboundsMeasurement.committed()
+    stored = committed(ReboundsMeasurement)
     rows = (one.row for one in (stored.best if stored else ()))
     return _table(("engine", "law of cushions", "best coefficients", "typical", "most"), rows)
 
@@ -306,7 +307,7 @@ def fitted_example(path: str) -> str:
 
 def fits() -> str:
     """Return how often the errors of fits hold, from the committed measurement."""
-    stored = FitsMeasurement.committed()
+    stored = committed(FitsMeasurement)
     if stored is None:
         return "Not measured yet: `python -m benchmarks fits --store` does so."
     heads = ("field", "tables", "within 1.96 standard errors", "most")
@@ -317,7 +318,7 @@ def fits() -> str:
 
 def made() -> str:
     """Return how often breaks make a ball, from the committed measurement."""
-    stored = MadeMeasurement.committed()
+    stored = committed(MadeMeasurement)
     if stored is None:
         return "Not measured yet: `python -m benchmarks made --store` does so."
     return _table(("a break", f"of {stored.breaks} here", "published"), stored.rows)
@@ -368,9 +369,9 @@ ASKED = ("cut", "exact-steps", "break", "slide")
 
 def choice() -> str:
     """Return which engine with which settings is how right, and what it costs."""
-    measured = PrecisionMeasurement.committed()
+    measured = committed(PrecisionMeasurement)
     if measured is None:
-        return "Nothing was measured yet: `python -m benchmarks precision` does so."
+        return "Nothing was measured yet: `ghostball precision --out DIR` does so."
     rows = []
     for use, label in USES:
         points = [one for one in measured.points if one.label == label]

@@ -12,9 +12,9 @@ from typer.testing import CliRunner
 
 from benchmarks.accuracy import AccuracyMeasurement
 from benchmarks.breaks import BreaksMeasurement
+from benchmarks.measurements import committed
 from benchmarks.pictures.gallery import committed_board
 from benchmarks.pictures.rebounds import best_of_each
-from benchmarks.precision.points import PrecisionMeasurement
 from benchmarks.racks import RacksMeasurement
 from benchmarks.rebounds import ReboundsMeasurement
 from benchmarks.speed import TargetsMeasurement
@@ -22,6 +22,7 @@ from ghostball.cli import app
 from ghostball.engine import simulate
 from ghostball.engine.core.tolerances import CAPTURE_HEIGHT, CONTACT_TOLERANCE
 from ghostball.model import Ball, Physics
+from ghostball.validation.precision.points import PrecisionMeasurement
 from ghostball.validation.scenes.library import find_scene, select
 
 ROOT = Path(__file__).parent.parent
@@ -165,7 +166,7 @@ def test_what_is_quoted_or_drawn_is_of_the_revision_that_is_named(kind, revision
 @pytest.mark.parametrize("name", [path.name for path in sorted(GALLERY.glob("*"))])
 def test_every_picture_is_of_the_revision_that_is_named(name):
     revision = Image.open(GALLERY / name).text["Description"]
-    own = {"board.png": committed_board(), "rebounds.png": ReboundsMeasurement.committed()}
+    own = {"board.png": committed_board(), "rebounds.png": committed(ReboundsMeasurement)}
     if name in own:
         assert revision.startswith(own[name].environment["git"]["revision"])
     else:
@@ -176,7 +177,7 @@ def test_every_picture_is_of_the_revision_that_is_named(name):
 
 def test_how_near_engines_come_to_a_real_table_is_what_was_searched():
     best = {
-        one.engine: f"{one.typical:.1f}" for one in best_of_each(ReboundsMeasurement.committed())
+        one.engine: f"{one.typical:.1f}" for one in best_of_each(committed(ReboundsMeasurement))
     }
     said = re.search(
         r"our engine is ([\d.]+) standard errors off .* pymunk ([\d.]+) and pybullet ([\d.]+)\.",
