@@ -32,7 +32,7 @@ export PYTHONDONTWRITEBYTECODE :=
 .NOTPARALLEL:
 .PHONY: help venv engines smoke validate regress stress kernels test test-slow test-nojit coverage \
 	coverage-of-changes lock \
-	test-boundscheck lint docs check wheel gallery peers peers-js clean
+	test-boundscheck lint docs docs-outputs check wheel gallery peers peers-js clean
 
 help:  ## list the commands
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-18s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -134,9 +134,15 @@ test-boundscheck: $(READY)  ## tests of the kernels with bounds checks
 lint: $(READY)  ## what pre-commit runs: ruff (rules, format), mypy, the direction of imports
 	$(BIN)/pre-commit run --all-files
 
-# Its pages run commands, and a notebook. Material speaks of what comes after MkDocs at each build.
-docs: $(READY)  ## the documentation, into build/site; its commands are run, and a warning fails
-	PATH="$(abspath $(BIN)):$$PATH" COLUMNS=90 NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build
+# Material speaks of what comes after MkDocs at each build.
+docs: $(READY)  ## the documentation, into build/site; its commands are run: other outputs than docs/ has, or a warning, fail
+	$(OUTPUTS) --check
+	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build
+
+docs-outputs: $(READY)  ## write anew what the commands and tables of docs/ print
+	$(OUTPUTS)
+
+OUTPUTS = PATH="$(abspath $(BIN)):$$PATH" COLUMNS=90 $(BIN)/python -m docs.outputs
 
 check: lint docs test test-nojit stress test-slow test-boundscheck  ## all checks, but coverage
 

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import inspect
 import math
 import re
 import subprocess
 import sys
 import tomllib
 from collections.abc import Iterable, Sequence
-from contextlib import suppress
 from functools import partial
+from importlib import import_module
 from pathlib import Path
 from statistics import median
+from typing import Any
 
 import numpy as np
 
@@ -27,7 +29,12 @@ from ghostball.model import POOL_BALL_MASS, POOL_BALL_RADIUS, Ball, Physics, Str
 from ghostball.model.features import Capability, Feature
 from ghostball.model.impact_laws import BALL_LAWS, CUSHION_LAWS
 from ghostball.model.scene import stroke_of
-from ghostball.reference_adapters import EngineUnavailableError, engine_names, make_engine
+from ghostball.reference_adapters import (
+    ReferenceEngine,
+    engine_class,
+    engine_names,
+    make_engine,
+)
 from ghostball.reports.accuracy import CLASSES
 from ghostball.reports.board import about, cell_text, columns_of, looks_of, unit_of
 from ghostball.reports.style import format_length, format_time
@@ -116,12 +123,9 @@ def classes() -> str:
 
 
 def engines() -> str:
-    """Return what each engine that is installed represents of each part of the physics."""
+    """Return what each engine represents of each part of the physics."""
     marks = {"exact": "exact", "approximate": "nearly", "none": ""}
-    shipped = {}
-    for name in engine_names():
-        with suppress(EngineUnavailableError):  # optional; `ghostball engines` names them all
-            shipped[name] = make_engine(name).capabilities
+    shipped = {name: _made(name).capabilities for name in engine_names()}
     return _table(
         ("physics", *(f"`{name}`" for name in shipped)),
         (
@@ -134,14 +138,20 @@ def engines() -> str:
     )
 
 
+def _made(name: str) -> ReferenceEngine:
+    """Return an engine, be it here or not: what it says of itself is the same everywhere."""
+    make: Any = engine_class(name)
+    made: ReferenceEngine = make()
+    return made
+
+
 def shapes() -> str:
-    """Return what each engine that is installed makes of pockets, polygons and posts."""
+    """Return what each engine makes of pockets, polygons and posts."""
     rows = []
     for name in engine_names():
-        with suppress(EngineUnavailableError):
-            known = make_engine(name).capabilities[Feature.POCKETS]
-            said = {"exact": "exact", "approximate": "nearly", "none": "refuses them"}
-            rows.append((f"`{name}`", said[known.support], known.how))
+        known = _made(name).capabilities[Feature.POCKETS]
+        said = {"exact": "exact", "approximate": "nearly", "none": "refuses them"}
+        rows.append((f"`{name}`", said[known.support], known.how))
     return _table(("engine", "plays them", "how"), rows)
 
 
@@ -329,6 +339,18 @@ def command_line() -> str:
     typer = [sys.executable, "-m", "typer", "ghostball.cli", "utils", "docs", "--name", "ghostball"]
     text = subprocess.run(typer, capture_output=True, text=True, check=True).stdout
     return text.partition("\n")[2]
+
+
+def names(section: str) -> str:
+    """Return what is public in a section of the page of Python, with the first line of its help."""
+    page = Path("docs/api.md").read_text(encoding="utf-8")
+    (part,) = re.findall(rf"^## {section}\n(.*?)(?=^## |\Z)", page, re.M | re.S)
+    rows = []
+    for where in re.findall(r"^::: (\S+)", part, re.M):
+        module, _, name = where.rpartition(".")
+        said = inspect.getdoc(getattr(import_module(module), name)) or ""
+        rows.append((f"`{name}`", said.partition("\n")[0]))
+    return _table(("name", "what it is"), rows)
 
 
 def board_table(board: Board, *, reported: bool) -> str:
