@@ -109,7 +109,7 @@ def _masked(output: str) -> str:
 
 if __name__ == "__main__":
     named = [one for one in sys.argv[1:] if one != "--check"]
-    chosen = [DOCS / name for name in named] or sorted(DOCS.glob("*.md"))
+    chosen = [DOCS / name for name in named] or sorted(DOCS.rglob("*.md"))
     try:
         write_outputs(chosen, check="--check" in sys.argv)
     except OutputError as error:

@@ -356,7 +356,16 @@ def names(section: str) -> str:
 def board_table(board: Board, *, reported: bool) -> str:
     """Return a board as a table in Markdown, with what its signs say and its columns ask."""
     columns = columns_of(board, reported=reported)
-    rows = ((f"`{row}`", *(cell_text(board, row, one) for one in columns)) for row in board.rows)
+    from docs.engine_pages import cell_link  # noqa: PLC0415 - which tabulates by this module
+
+    text = cell_text if reported else cell_link
+    rows = (
+        (
+            f"[`{row}`](engines/{row.partition(':')[0]}.md)",
+            *(text(board, row, one) for one in columns),
+        )
+        for row in board.rows
+    )
     lines = [_table(("engine", *(column.title for column in columns)), rows)]
     signs = [f"{one.sign} {one.says}" for one in looks_of(board, columns) if one.sign]
     said = f"{'; '.join(signs)}. Lengths are how far off a run ends."
