@@ -7,15 +7,16 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
-from benchmarks.measurements import committed
+from benchmarks.measurements import committed, committed_files
 from benchmarks.pictures.gallery import committed_board
 from benchmarks.rebounds import ReboundsMeasurement
 from docs.tables import _made, _table
 from ghostball.cli.show.lists import recipe_names, recipe_of
 from ghostball.reference_adapters import engine_class, engine_names
-from ghostball.reports.board import LOOKS, cell_text, columns_of, measured
+from ghostball.reports.board import LOOKS, cell_text, columns_of, measured, move_text
 from ghostball.validation.board.board import Board, command
 from ghostball.validation.board.column import FAULTS, Column
+from ghostball.validation.board.history import HISTORY, load_history, moves_of
 
 DOCS = Path(__file__).resolve().parent
 
@@ -29,7 +30,7 @@ def page(name: str) -> str:
     parts = [_about(name)]
     if board is not None:
         parts += _on_board(board, name)
-    parts += [*_beside_tables(name), *_faults(name), *_lacks(name), *_recipe(name)]
+    parts += [*_moved(name), *_beside_tables(name), *_faults(name), *_lacks(name), *_recipe(name)]
     return "\n\n".join(parts)
 
 
@@ -106,6 +107,26 @@ def _on_board(board: Board, name: str) -> Iterator[str]:
                 f"Measured again, with a replay on the page that `ghostball report` writes of its "
                 f"folder, by `{command(again)}`."
             )
+
+
+def _moved(name: str) -> Iterator[str]:
+    """Say what moved on the board since it was first measured, and between which versions."""
+    paths = committed_files(HISTORY)
+    known = [
+        one
+        for one in (load_history(paths[0].parent) if paths else ())
+        if one.row.partition(":")[0] == name
+    ]
+    if not known:
+        return
+    versions = ", ".join(dict.fromkeys(one.version for one in known if one.version))
+    lines = [
+        f"- {one.when}: {move_text(move)}"
+        for k, one in enumerate(known)
+        for move in moves_of(known[:k], one)
+    ]
+    said = "\n".join(lines) or "Nothing moved on the board since it was first measured."
+    yield f"## Its versions\n\nMeasured: {versions or 'of unknown version'}.\n\n{said}"
 
 
 def _beside_tables(name: str) -> Iterator[str]:
