@@ -20,6 +20,9 @@ from ghostball.validation.board.history import HISTORY, load_history, moves_of
 
 DOCS = Path(__file__).resolve().parent
 
+FAULTS_TITLE = "Reported faults"
+FAULTS_ANCHOR = FAULTS_TITLE.lower().replace(" ", "-")
+
 NAMED = {"physx": "sapien"}
 """What findings call an engine, where that isn't its name."""
 
@@ -41,7 +44,8 @@ def cell_link(board: Board, row: str, column: Column) -> str:
     if cell is None or not text:
         return text
     said = f"{row}, {column.id}: {LOOKS[cell.kind].says}".replace('"', "'")
-    return f'[{text}](engines/{row.partition(":")[0]}.md#{column.id} "{said}")'
+    place = column.id if column.thread is None else FAULTS_ANCHOR
+    return f'[{text}](engines/{row.partition(":")[0]}.md#{place} "{said}")'
 
 
 def coloured(html: str) -> str:
@@ -156,7 +160,7 @@ def _faults(name: str) -> Iterator[str]:
         for path in sorted((DOCS / "findings").glob(f"{NAMED.get(name, name)}-*.md"))
     ]
     if lines or found:
-        parts = ["## Faults that people reported, asked of it"] * bool(lines)
+        parts = [f"## {FAULTS_TITLE}"] * bool(lines)
         heads = ("what was reported", "configuration", "found", "cure")
         parts += [_table(heads, lines)] * bool(lines)
         parts += [f"Found here: {', '.join(found)}."] * bool(found)

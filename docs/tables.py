@@ -358,11 +358,10 @@ def board_table(board: Board, *, reported: bool) -> str:
     columns = columns_of(board, reported=reported)
     from docs.engine_pages import cell_link  # noqa: PLC0415 - which tabulates by this module
 
-    text = cell_text if reported else cell_link
     rows = (
         (
             f"[`{row}`](engines/{row.partition(':')[0]}.md)",
-            *(text(board, row, one) for one in columns),
+            *(cell_link(board, row, one) for one in columns),
         )
         for row in board.rows
     )
