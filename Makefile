@@ -21,8 +21,7 @@ INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check \
 # Names, tags or patterns; smoke is a small run.
 SCENES ?= full
 # Which pictures lie beside the report: png, svg (both) or none.
-FIGURES ?=
-VALIDATE_MORE = $(if $(FIGURES), --figures $(FIGURES))
+FIGURES ?= png
 PYTEST := $(BIN)/python -m pytest --quiet --numprocesses $(JOBS)
 # Where bytecode isn't kept, each of hundreds of processes compiles every module that it imports:
 # three seconds to load the suite instead of one, twelve to collect the tests instead of four.
@@ -35,7 +34,7 @@ ifndef SIDE_BY_SIDE
 endif
 .PHONY: help venv engines smoke validate regress stress kernels test test-slow test-nojit coverage \
 	coverage-of-changes lock all-kernels \
-	test-boundscheck lint docs lint-and-docs check wheel gallery peers peers-js clean
+	test-boundscheck lint docs docs-outputs lint-and-docs check wheel gallery peers peers-js clean
 
 help:  ## list the commands
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-18s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -62,7 +61,7 @@ engines: $(READY)  ## install the optional engines to compare with, some 500 MB
 	$(INSTALL) --editable '.[engines]'
 
 validate: $(READY)  ## run every scene on the default engines, write the report, print the verdicts
-	$(BIN)/ghostball validate $(SCENES) --jobs $(JOBS) --out $(OUT)$(VALIDATE_MORE)
+	$(BIN)/ghostball validate $(SCENES) --jobs $(JOBS) --out $(OUT) --figures $(FIGURES)
 
 stress: all-kernels  ## try to break the default engines: what CI has time for
 	$(BIN)/ghostball stress --jobs $(JOBS) --out $(OUT)/stress-quick
@@ -142,9 +141,15 @@ test-boundscheck: $(READY)  ## tests of the kernels with bounds checks
 lint: $(READY)  ## what pre-commit runs: ruff (rules, format), mypy, the direction of imports
 	$(BIN)/pre-commit run --all-files
 
-# Its pages run commands, and a notebook. Material speaks of what comes after MkDocs at each build.
-docs: $(READY)  ## the documentation, into build/site; its commands are run, and a warning fails
-	PATH="$(abspath $(BIN)):$$PATH" COLUMNS=90 NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build
+# Material speaks of what comes after MkDocs at each build.
+docs: $(READY)  ## the documentation, into build/site; its commands are run: other outputs than docs/ has, or a warning, fail
+	$(OUTPUTS) --check
+	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build
+
+docs-outputs: $(READY)  ## write anew what the commands and tables of docs/ print
+	$(OUTPUTS)
+
+OUTPUTS = PATH="$(abspath $(BIN)):$$PATH" COLUMNS=90 $(BIN)/python -m docs.outputs
 
 # Each takes one processor: side by side they take as long as the longer one.
 lint-and-docs: $(READY)

@@ -13,19 +13,17 @@ from benchmarks.accuracy import SHOTS, measure_accuracy
 from benchmarks.breaks import BREAKS, measure_breaks
 from benchmarks.fits import TABLES, measure_fits
 from benchmarks.made import BREAKS as MADE, measure_made
-from benchmarks.measurements import BenchError, Measurement, machine_folder
+from benchmarks.measurements import Shown, machine_folder
 from benchmarks.pictures.gallery import write_gallery
-from benchmarks.precision.figure import draw_against_steps
-from benchmarks.precision.measure import DEFAULT_SCENES, PRECISION_ENGINES, measure_precision
 from benchmarks.racks import PEERS, measure_racks, our_player, peer
 from benchmarks.rebounds import measure_rebounds
 from benchmarks.skips import measure_skips
 from benchmarks.speed import chosen_workloads, measure_targets
-from ghostball.cli.shared.options import AUTO, Jobs, check_plot, engines_option
+from ghostball.cli.shared.options import AUTO, Jobs
 from ghostball.cli.shared.progress import counting
 from ghostball.cli.shared.terminal import command, say, stdout
-from ghostball.reports import style
 from ghostball.validation.exit_status import ExitStatus
+from ghostball.validation.results.measurement import MeasurementError
 from ghostball.validation.scenes.gases import many_balls
 from ghostball.validation.scenes.library import select
 
@@ -37,7 +35,7 @@ app = typer.Typer(
     rich_markup_mode=None,
 )
 
-M = TypeVar("M", bound=Measurement)
+M = TypeVar("M", bound=Shown)
 
 Repeats = Annotated[
     int, typer.Option(min=1, help="Rounds: how often each is measured; slow ones less often.")
@@ -56,8 +54,7 @@ Scenes = Annotated[
     list[str] | None,
     typer.Argument(
         metavar="SCENE|TAG",
-        help="As of `validate`. Default, of skips: all that are shipped, and two of 256 balls; of "
-        "precision, whose scenes have a closed form or a proof to their end: six.",
+        help="As of `validate` (default: all that are shipped, and two of 256 balls).",
     ),
 ]
 
@@ -67,17 +64,19 @@ def measured_by(
 ) -> M:
     """Measure, show it, and write it; `part` says that it isn't the whole measurement."""
     if store and part:
-        raise BenchError(
+        raise MeasurementError(
             "`--store` keeps whole measurements only, so it can't go with single workloads or "
-            "scenes, `--first`, fewer `--shots` or a smaller `--count` than by default, `--engine` "
-            "or `--peer`. Use `--out DIR`"
+            "scenes, `--first`, fewer `--shots` or a smaller `--count` than by default, or "
+            "`--peer`. Use `--out DIR`"
         )
     folders = [folder for folder in (out, machine_folder() if store else None) if folder]
     for folder in folders:  # refused before it is measured
         try:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            raise BenchError(f"`--out`: can't make the folder {folder}: {error.strerror}") from None
+            raise MeasurementError(
+                f"`--out`: can't make the folder {folder}: {error.strerror}"
+            ) from None
     with counting("measuring") as count:
         measured = measure(progress=count)
     stdout().print(measured.table)
@@ -200,47 +199,6 @@ def skips(
     if measured.defects:
         say(f"[bold red]Answers that a skip changes: {len(measured.defects)};[/] see above")
         raise typer.Exit(ExitStatus.CHECK_FAILED)
-
-
-@app.command()
-@command
-def precision(
-    scenes: Scenes = None,
-    engine: Annotated[
-        list[str] | None,
-        engines_option("ours, pymunk in four ways and pybullet in three, and the proof"),
-    ] = None,
-    repeats: Annotated[
-        int,
-        typer.Option(
-            min=1,
-            help="Rounds: each begins the shot at another part of a step, and the least time "
-            "counts; what takes long is run twice.",
-        ),
-    ] = 4,
-    out: Out = None,
-    store: Store = False,
-    plot: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="Draw the error against the steps in a second of play, and name the step that "
-            "is worth it.",
-        ),
-    ] = None,
-) -> None:
-    """Measure each engine's error against its time, from long steps to short ones.
-
-    The error is the largest distance of a ball from where it truly ends. Some minutes.
-    """
-    if plot is not None:
-        check_plot(plot)
-    chosen = select(scenes or DEFAULT_SCENES)
-    measure = partial(measure_precision, chosen, engine or PRECISION_ENGINES, rounds=repeats)
-    measured = measured_by(measure, out, store, part=bool(scenes) or engine is not None)
-    if plot is not None:
-        with style.drawing():
-            style.save_one(draw_against_steps(measured), plot)
 
 
 @app.command()

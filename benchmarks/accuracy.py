@@ -12,7 +12,7 @@ from pydantic import Field, computed_field
 from rich.console import Group, RenderableType
 from rich.text import Text
 
-from benchmarks.measurements import BenchError, Measurement, Record, table_of
+from benchmarks.measurements import Shown, table_of
 from ghostball.engine import simulate
 from ghostball.model import Scene, Status
 from ghostball.reference_adapters.certified import CertifiedSettings, certify
@@ -20,6 +20,7 @@ from ghostball.validation.checks.violations import faults_of
 from ghostball.validation.grading.grading import grade
 from ghostball.validation.parallel.compiling import compile_kernels
 from ghostball.validation.parallel.pool import Progress, run_tasks
+from ghostball.validation.results.measurement import MeasurementError, Record
 from ghostball.validation.scenes.random_scenes import PROVABLE, random_scene
 
 SHOTS = 10_000
@@ -93,7 +94,7 @@ class Distribution(Record):
         return str(self.count), *("–" if value is None else f"{value:.3g}" for value in values)
 
 
-class AccuracyMeasurement(Measurement):
+class AccuracyMeasurement(Shown):
     """What `python -m benchmarks accuracy` measured.
 
     `endings` counts the shots by how their proof ended, `extents` by how much of them is graded;
@@ -187,7 +188,7 @@ def shot_of(number: int) -> Scene:
 
 
 def _crashed(number: int, reason: str) -> Never:
-    raise BenchError(f"the measurement of shot {number}: {reason}")
+    raise MeasurementError(f"the measurement of shot {number}: {reason}")
 
 
 def _grade_shot(number: int) -> Shot:

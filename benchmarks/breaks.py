@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from rich.console import RenderableType
 
-from benchmarks.measurements import Measurement, table_of
+from benchmarks.measurements import Shown, table_of
 from benchmarks.scenes import (
     FARTHEST,
     FASTEST_RACK,
@@ -34,7 +34,7 @@ AT_ONCE = 20_000
 """Breaks that are drawn and played at a time."""
 
 
-class BreaksMeasurement(Measurement):
+class BreaksMeasurement(Shown):
     """What `python -m benchmarks breaks` measured, once; see `starts_of`."""
 
     kind: Literal["breaks"] = "breaks"

@@ -10,13 +10,14 @@ from typing import Any, Final, Literal, Never
 import numpy as np
 from rich.console import Group, RenderableType
 
-from benchmarks.measurements import BenchError, Measurement, Record, table_of
+from benchmarks.measurements import Shown, table_of
 from benchmarks.synthetic_tracks import POOL, synthetic_tracks
 from ghostball.model import Physics
 from ghostball.reference_adapters import make_engine
 from ghostball.validation.measured.fit.fit import NORMAL, fit_table
 from ghostball.validation.measured.fit.harvest import harvest
 from ghostball.validation.parallel.pool import Progress, run_tasks
+from ghostball.validation.results.measurement import MeasurementError, Record
 
 TABLES: Final = 200
 SHOTS: Final = 100
@@ -54,7 +55,7 @@ class FittedTable(Record):
     """By how many of its standard errors each value is above the true one, the law being known."""
 
 
-class FitsMeasurement(Measurement):
+class FitsMeasurement(Shown):
     """What `python -m benchmarks fits` measured."""
 
     kind: Literal["fits"] = "fits"
@@ -105,7 +106,7 @@ def measure_fits(
 
 
 def _crashed(seed: int, reason: str) -> Never:
-    raise BenchError(f"the fit of table {seed}: {reason}")
+    raise MeasurementError(f"the fit of table {seed}: {reason}")
 
 
 def fitted_table(seed: int) -> FittedTable:

@@ -12,7 +12,7 @@ from typing import Final, Literal
 
 from rich.console import RenderableType
 
-from benchmarks.measurements import Measurement, table_of
+from benchmarks.measurements import Shown, table_of
 from benchmarks.scenes import rack_places
 from ghostball.engine import simulate
 from ghostball.model import POOL_BALL_RADIUS, Ball, EventKind, Physics, Scene, Table
@@ -36,7 +36,7 @@ PUBLISHED: Final = {"made": (0.805, 118), "scratch": (0.076, 118)}
 """Share of breaks in which a ball was made, and in which the cue ball fell; of how many breaks."""
 
 
-class MadeMeasurement(Measurement):
+class MadeMeasurement(Shown):
     """What `python -m benchmarks made` counted.
 
     `made`: breaks in which a ball other than the cue ball was pocketed.

@@ -1,34 +1,33 @@
-"""Stored measurements: a JSON file that says what was measured, where, when and with what."""
+"""Committed measurements, and how they are shown."""
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Any, Literal, Self
+from typing import TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from rich import box
 from rich.console import RenderableType
 from rich.markup import escape
 from rich.table import Table
 
-from ghostball.model import GhostballError
 from ghostball.validation.results.environment import describe_environment
-from ghostball.validation.results.files import describe_validation_error, write_whole
+from ghostball.validation.results.measurement import Measurement
+
+M = TypeVar("M", bound=Measurement)
 
 STORE = Path(__file__).resolve().parent / "results"
 """Committed measurements, one folder per machine."""
 
 
-class BenchError(GhostballError):
-    """A measurement that can't be made, stored or read."""
+class Shown(Measurement):
+    """A measurement that `python -m benchmarks` shows."""
 
-
-def describe_machine() -> dict[str, Any]:
-    """Return machine, versions, revision and date; no command line, for that may hold paths."""
-    return {k: v for k, v in describe_environment().items() if k != "command"}
+    @property
+    def table(self) -> RenderableType:
+        """It as a table for the eye."""
+        raise NotImplementedError
 
 
 def machine_folder() -> Path:
@@ -38,59 +37,10 @@ def machine_folder() -> Path:
     return STORE / "-".join(words)
 
 
-class Record(BaseModel):
-    """A part of a measurement that is stored."""
-
-    model_config = ConfigDict(frozen=True, populate_by_name=True)
-
-
-class Measurement(Record):
-    """What every stored measurement has; its file is named after its kind."""
-
-    schema_version: Literal[1] = Field(default=1, alias="schema")
-    environment: dict[str, Any] = Field(default_factory=describe_machine)
-    rounds: int = 1
-    kind: str
-
-    @property
-    def table(self) -> RenderableType:
-        """It as a table for the eye."""
-        raise NotImplementedError
-
-    @property
-    def where(self) -> str:
-        """Processor and day, for the title of a picture."""
-        return f"{self.environment['cpu']}, {str(self.environment['date'])[:10]}"
-
-    def save(self, folder: Path) -> Path:
-        """Write it into a folder, each field on a line, and each row of one that has rows."""
-        path = folder / f"{self.kind}.json"
-        fields = self.model_dump(mode="json", by_alias=True)
-        lines = (f'  "{name}": {_in_rows(value)}' for name, value in fields.items())
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-            write_whole(path, "{\n" + ",\n".join(lines) + "\n}\n")
-        except OSError as error:
-            raise BenchError(
-                f"{path}: can't write the measurement: {error.strerror}. Choose another `--out`"
-            ) from error
-        return path
-
-    @classmethod
-    def load(cls, path: Path) -> Self:
-        """Read a measurement of this kind."""
-        try:
-            return cls.model_validate_json(path.read_text(encoding="utf-8"))
-        except (OSError, UnicodeDecodeError) as error:
-            raise BenchError(f"{path}: can't read the measurement: {error}") from None
-        except ValidationError as error:
-            raise BenchError(f"{path}: {describe_validation_error(error)}. Measure again") from None
-
-    @classmethod
-    def committed(cls) -> Self | None:
-        """Return the committed measurement of this machine, else of the first; None without any."""
-        paths = committed_files(f"{cls.model_fields['kind'].default}.json")
-        return cls.load(paths[0]) if paths else None
+def committed(kind: type[M]) -> M | None:
+    """Return the committed measurement of this machine, else of the first; None without any."""
+    paths = committed_files(f"{kind.model_fields['kind'].default}.json")
+    return kind.load(paths[0]) if paths else None
 
 
 def committed_files(name: str) -> list[Path]:
@@ -116,15 +66,3 @@ def table_of(
     for name, *cells in rows:
         table.add_row(escape(name), *cells)
     return table
-
-
-def _in_rows(value: Any) -> str:
-    if isinstance(value, dict):
-        rows = [f"{json.dumps(name)}: {json.dumps(row)}" for name, row in value.items()]
-    elif isinstance(value, list):
-        rows = [json.dumps(row) for row in value]
-    else:
-        return json.dumps(value)
-    opened, closed = "{}" if isinstance(value, dict) else "[]"
-    listed = ",".join(f"\n    {row}" for row in rows)
-    return f"{opened}{listed}\n  {closed}" if rows else opened + closed

@@ -9,9 +9,9 @@ import tempfile
 import time
 from pathlib import Path
 
-from benchmarks.measurements import BenchError
-from benchmarks.timing import Sampler
 from ghostball import engine
+from ghostball.validation.results.measurement import MeasurementError
+from ghostball.validation.runs.interleave import Sampler
 from ghostball.validation.scenes.library import FOLDER
 
 SHOOT = """\
@@ -78,4 +78,4 @@ def timed(program: str, **variables: str) -> tuple[float, float]:
         said = f"it took over {LONGEST:.0f} s"
     except ValueError:
         said = "".join(done.stderr.strip().splitlines()[-1:])
-    raise BenchError(f"a new process failed: {said}")
+    raise MeasurementError(f"a new process failed: {said}")

@@ -12,9 +12,9 @@ from typing import Literal
 from rich.console import RenderableType
 from rich.markup import escape
 
-from benchmarks.measurements import Measurement, Record, table_of
+from benchmarks.measurements import Shown, table_of
 from benchmarks.scenes import random_rack
-from benchmarks.timing import Figures, Sampler, Task, interleave, run
+from benchmarks.timing import Figures, run
 from ghostball.model import EngineFailedError, Scene, UnsupportedSceneError
 from ghostball.reference_adapters import EngineUnavailableError, ReferenceEngine, make_engine
 from ghostball.reference_adapters.output import captured
@@ -22,6 +22,8 @@ from ghostball.reference_adapters.registry import OURS
 from ghostball.reports.style import format_time
 from ghostball.validation.parallel.pool import Progress
 from ghostball.validation.parallel.sources import versions
+from ghostball.validation.results.measurement import Record
+from ghostball.validation.runs.interleave import Sampler, Task, interleave
 from ghostball.validation.runs.playing import ONE_BY_ONE, run_as_it_can
 
 RACKS = 1_000
@@ -57,7 +59,7 @@ class RackTimes(Record):
         return Figures.of(self.seconds) if self.seconds else None
 
 
-class RacksMeasurement(Measurement):
+class RacksMeasurement(Shown):
     """What `python -m benchmarks racks` measured; see `random_rack`."""
 
     kind: Literal["racks"] = "racks"

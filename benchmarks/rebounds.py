@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from rich.console import RenderableType
 from scipy.optimize import minimize
 
-from benchmarks.measurements import Measurement, Record, table_of
+from benchmarks.measurements import Shown, table_of
 from ghostball.model import Physics
 from ghostball.model.features import Feature, has_feature
 from ghostball.reference_adapters import ReferenceEngine, make_engine
@@ -19,6 +19,7 @@ from ghostball.validation.measured.cushion_families import ANGLES
 from ghostball.validation.measured.facts import facts_of
 from ghostball.validation.measured.rebounds import rebounds
 from ghostball.validation.parallel.pool import Progress
+from ghostball.validation.results.measurement import Record
 
 PLAYERS: Final[Mapping[str, tuple[str, ...]]] = {
     "ghostball": ("han2005", "mathavan2010", "frictional", "restitution"),
@@ -58,7 +59,7 @@ class BestRebounds(Record):
         return self.engine, law, values, f"{self.typical:.1f}", f"{most:.1f}"
 
 
-class ReboundsMeasurement(Measurement):
+class ReboundsMeasurement(Shown):
     """What `python -m benchmarks rebounds` measured."""
 
     kind: Literal["rebounds"] = "rebounds"

@@ -15,12 +15,13 @@ from typing import Literal
 import numpy as np
 from rich.console import Group, RenderableType
 
-from benchmarks.measurements import Measurement, Record, table_of
+from benchmarks.measurements import Shown, table_of
 from benchmarks.timing import run
 from ghostball.engine.running.skips import BUILT_IN, Skip, explain_skips
 from ghostball.model import Result, Scene
 from ghostball.reports.style import format_time
 from ghostball.validation.parallel.pool import Progress
+from ghostball.validation.results.measurement import Record
 
 ROUNDING = 16.0
 """Roundings by which the first event that differs may do so, where another formula gives the same
@@ -55,7 +56,7 @@ class SkipRow(Record):
     detail: str = ""
 
 
-class SkipsMeasurement(Measurement):
+class SkipsMeasurement(Shown):
     """What `python -m benchmarks skips` measured; `unused` has why a skip has no row, by scene."""
 
     kind: Literal["skips"] = "skips"

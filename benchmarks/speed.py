@@ -15,14 +15,16 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from rich.console import Group, RenderableType
 
-from benchmarks.measurements import BenchError, Measurement, Record, table_of
+from benchmarks.measurements import Shown, table_of
 from benchmarks.processes import prepare_cold_start, prepare_start
 from benchmarks.scenes import ROLLING, racked_break, table_gas
-from benchmarks.timing import Sampler, Task, interleave, run
+from benchmarks.timing import run
 from ghostball.engine import simulate_sweep
 from ghostball.model import POOL_BALL_RADIUS, Scene
 from ghostball.reports.style import format_quantity
 from ghostball.validation.parallel.pool import Progress
+from ghostball.validation.results.measurement import MeasurementError, Record
+from ghostball.validation.runs.interleave import Sampler, Task, interleave
 from ghostball.validation.scenes.gases import FRICTIONLESS, FULL_CLOTH, ball_at, packed_gas
 from ghostball.validation.scenes.library import find_scene
 
@@ -150,7 +152,7 @@ class Row(Record):
         return f"[green]met[/], {by} better" if self.met else f"[bold red]missed[/] by {by}"
 
 
-class TargetsMeasurement(Measurement):
+class TargetsMeasurement(Shown):
     """What `python -m benchmarks targets` measured."""
 
     kind: Literal["targets"] = "targets"
@@ -204,7 +206,7 @@ def chosen_workloads(patterns: Sequence[str]) -> tuple[Workload, ...]:
     )
     if not chosen:
         names = ", ".join(load.name for load in WORKLOADS)
-        raise BenchError(
+        raise MeasurementError(
             f"what is measured must match a workload, got {' '.join(patterns)!r}. There are: "
             f"{names}"
         )

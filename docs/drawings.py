@@ -63,7 +63,7 @@ def side_pocket() -> str:
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width:.0f} {height:.0f}" '
         f'style="max-width: {width:.0f}px; width: 100%" font-family="sans-serif" font-size="13" '
-        f'fill="currentColor" role="img" aria-label="A side pocket to scale">{"".join(parts)}</svg>'
+        f'fill="#777" role="img" aria-label="A side pocket to scale">{"".join(parts)}</svg>'
     )
 
 

@@ -2,23 +2,25 @@
 
 from __future__ import annotations
 
+import inspect
 import math
 import re
 import subprocess
 import sys
 import tomllib
 from collections.abc import Iterable, Sequence
-from contextlib import suppress
 from functools import partial
+from importlib import import_module
 from pathlib import Path
 from statistics import median
+from typing import Any
 
 import numpy as np
 
 from benchmarks.fits import FitsMeasurement
 from benchmarks.made import MadeMeasurement
+from benchmarks.measurements import committed
 from benchmarks.pictures.gallery import committed_board
-from benchmarks.precision.points import PrecisionMeasurement
 from benchmarks.rebounds import ReboundsMeasurement
 from benchmarks.synthetic_tracks import EXAMPLE_PHYSICS
 from ghostball.cli.show.lists import OURS
@@ -27,7 +29,12 @@ from ghostball.model import POOL_BALL_MASS, POOL_BALL_RADIUS, Ball, Physics, Str
 from ghostball.model.features import Capability, Feature
 from ghostball.model.impact_laws import BALL_LAWS, CUSHION_LAWS
 from ghostball.model.scene import stroke_of
-from ghostball.reference_adapters import EngineUnavailableError, engine_names, make_engine
+from ghostball.reference_adapters import (
+    ReferenceEngine,
+    engine_class,
+    engine_names,
+    make_engine,
+)
 from ghostball.reports.accuracy import CLASSES
 from ghostball.reports.board import about, cell_text, columns_of, looks_of, unit_of
 from ghostball.reports.style import format_length, format_time
@@ -40,6 +47,7 @@ from ghostball.validation.measured.cloth_families import deceleration
 from ghostball.validation.measured.facts import Row, facts_of
 from ghostball.validation.measured.oblique_hits import oblique_hit, throw_angle
 from ghostball.validation.measured.rebounds import rebounds as measured_rebounds, square_rebound
+from ghostball.validation.precision.points import PrecisionMeasurement
 from ghostball.validation.scenes.library import select
 
 NONE = Capability("none")
@@ -115,12 +123,9 @@ def classes() -> str:
 
 
 def engines() -> str:
-    """Return what each engine that is installed represents of each part of the physics."""
+    """Return what each engine represents of each part of the physics."""
     marks = {"exact": "exact", "approximate": "nearly", "none": ""}
-    shipped = {}
-    for name in engine_names():
-        with suppress(EngineUnavailableError):  # optional; `ghostball engines` names them all
-            shipped[name] = make_engine(name).capabilities
+    shipped = {name: _made(name).capabilities for name in engine_names()}
     return _table(
         ("physics", *(f"`{name}`" for name in shipped)),
         (
@@ -133,14 +138,20 @@ def engines() -> str:
     )
 
 
+def _made(name: str) -> ReferenceEngine:
+    """Return an engine, be it here or not: what it says of itself is the same everywhere."""
+    make: Any = engine_class(name)
+    made: ReferenceEngine = make()
+    return made
+
+
 def shapes() -> str:
-    """Return what each engine that is installed makes of pockets, polygons and posts."""
+    """Return what each engine makes of pockets, polygons and posts."""
     rows = []
     for name in engine_names():
-        with suppress(EngineUnavailableError):
-            known = make_engine(name).capabilities[Feature.POCKETS]
-            said = {"exact": "exact", "approximate": "nearly", "none": "refuses them"}
-            rows.append((f"`{name}`", said[known.support], known.how))
+        known = _made(name).capabilities[Feature.POCKETS]
+        said = {"exact": "exact", "approximate": "nearly", "none": "refuses them"}
+        rows.append((f"`{name}`", said[known.support], known.how))
     return _table(("engine", "plays them", "how"), rows)
 
 
@@ -285,7 +296,7 @@ def _errors_off(row: Row, found: Iterable[float], digits: int) -> Iterable[str]:
 
 def nearest() -> str:
     """Return how near each engine comes to the measured rebounds, from the committed search."""
-    stored = ReboundsMeasurement.committed()
+    stored = committed(ReboundsMeasurement)
     rows = (one.row for one in (stored.best if stored else ()))
     return _table(("engine", "law of cushions", "best coefficients", "typical", "most"), rows)
 
@@ -305,7 +316,7 @@ def fitted_example(path: str) -> str:
 
 def fits() -> str:
     """Return how often the errors of fits hold, from the committed measurement."""
-    stored = FitsMeasurement.committed()
+    stored = committed(FitsMeasurement)
     if stored is None:
         return "Not measured yet: `python -m benchmarks fits --store` does so."
     heads = ("field", "tables", "within 1.96 standard errors", "most")
@@ -316,7 +327,7 @@ def fits() -> str:
 
 def made() -> str:
     """Return how often breaks make a ball, from the committed measurement."""
-    stored = MadeMeasurement.committed()
+    stored = committed(MadeMeasurement)
     if stored is None:
         return "Not measured yet: `python -m benchmarks made --store` does so."
     return _table(("a break", f"of {stored.breaks} here", "published"), stored.rows)
@@ -329,10 +340,30 @@ def command_line() -> str:
     return text.partition("\n")[2]
 
 
+def names(section: str) -> str:
+    """Return what is public in a section of the page of Python, with the first line of its help."""
+    page = Path("docs/api.md").read_text(encoding="utf-8")
+    (part,) = re.findall(rf"^## {section}\n(.*?)(?=^## |\Z)", page, re.M | re.S)
+    rows = []
+    for where in re.findall(r"^::: (\S+)", part, re.M):
+        module, _, name = where.rpartition(".")
+        said = inspect.getdoc(getattr(import_module(module), name)) or ""
+        rows.append((f"`{name}`", said.partition("\n")[0]))
+    return _table(("name", "what it is"), rows)
+
+
 def board_table(board: Board, *, reported: bool) -> str:
     """Return a board as a table in Markdown, with what its signs say and its columns ask."""
     columns = columns_of(board, reported=reported)
-    rows = ((f"`{row}`", *(cell_text(board, row, one) for one in columns)) for row in board.rows)
+    from docs.engine_pages import cell_link  # noqa: PLC0415 - which tabulates by this module
+
+    rows = (
+        (
+            f"[`{row}`](engines/{row.partition(':')[0]}.md)",
+            *(cell_link(board, row, one) for one in columns),
+        )
+        for row in board.rows
+    )
     lines = [_table(("engine", *(column.title for column in columns)), rows)]
     signs = [f"{one.sign} {one.says}" for one in looks_of(board, columns) if one.sign]
     said = f"{'; '.join(signs)}. Lengths are how far off a run ends."
@@ -367,9 +398,9 @@ ASKED = ("cut", "exact-steps", "break", "slide")
 
 def choice() -> str:
     """Return which engine with which settings is how right, and what it costs."""
-    measured = PrecisionMeasurement.committed()
+    measured = committed(PrecisionMeasurement)
     if measured is None:
-        return "Nothing was measured yet: `python -m benchmarks precision` does so."
+        return "Nothing was measured yet: `ghostball precision --out DIR` does so."
     rows = []
     for use, label in USES:
         points = [one for one in measured.points if one.label == label]

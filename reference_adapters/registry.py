@@ -15,7 +15,7 @@ from difflib import get_close_matches
 from functools import cache
 from importlib import import_module
 from importlib.machinery import PathFinder
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import EntryPoint, EntryPoints, entry_points
 from operator import attrgetter
 from types import ModuleType
 from typing import Any
@@ -47,7 +47,7 @@ class EngineUnavailableError(EngineError):
 
 def engine_names() -> tuple[str, ...]:
     """Return the names of all installed engines, ours first, without importing any of them."""
-    names = {point.name for point in entry_points(group=GROUP)}
+    names = {point.name for point in _points(*sys.path)}
     return tuple(sorted(names, key=lambda name: (name != OURS, name)))
 
 
@@ -122,8 +122,17 @@ def parse_spec(spec: str) -> tuple[str, dict[str, str]]:
 
 def _is_ours(name: str) -> bool:
     """Whether engines of this package may be meant: by their name, or by "*" for all engines."""
-    points = entry_points(group=GROUP, name=name)
+    points = _points(*sys.path).select(name=name)
     return name == "*" or any(one.value.startswith(__package__ or "") for one in points)
+
+
+@cache
+def _points(*path: str) -> EntryPoints:  # noqa: ARG001 - key
+    """Return the entry points of all packages in the folders of `sys.path`.
+
+    Kept, since to read every installed package's metadata takes milliseconds, as long as a shot.
+    """
+    return entry_points(group=GROUP)
 
 
 def spec_of(name: str, settings: Mapping[str, object]) -> str:
@@ -266,16 +275,8 @@ def known_settings(settings: type[BaseModel]) -> dict[str, Any]:
 
 
 def _entry_point(name: str) -> EntryPoint:
-    return _find_entry_point(name, tuple(sys.path))
-
-
-@cache
-def _find_entry_point(name: str, searched: tuple[str, ...]) -> EntryPoint:  # noqa: ARG001 - key
-    """Return the one entry point of that name in the folders of `sys.path`.
-
-    Kept, since to read every installed package's metadata takes milliseconds, as long as a shot.
-    """
-    points = {point.value: point for point in entry_points(group=GROUP, name=name)}
+    """Return the one entry point of that name."""
+    points = {point.value: point for point in _points(*sys.path).select(name=name)}
     if not points:
         close = get_close_matches(name, engine_names(), n=1)
         hint = f"Did you mean `{close[0]}`? " if close else ""

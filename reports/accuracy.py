@@ -209,3 +209,13 @@ def _broken_text(found: Accuracy) -> str:
     if found.cause == "overlap":
         return f"balls {style.format_length(found.amount)} inside each other"
     return "gave up early" if found.cause == "stopped" else "not finite"
+
+
+def wrong_text(cases: Iterable[CaseRecord]) -> str:
+    """Count the cases that are no true shot at all, "2 broken, 5 another shot"; "" without any.
+
+    A limit asks of an engine no more than its step allows: so such a case may keep them all.
+    """
+    found = Counter(case.accuracy.kind for case in cases if case.accuracy is not None)
+    kinds: tuple[AccuracyKind, ...] = ("broken", "another shot")
+    return ", ".join(f"{found[kind]} {kind}" for kind in kinds if found[kind])

@@ -12,7 +12,8 @@ from ghostball.reports import style
 from ghostball.reports.accuracy import CLASSES
 from ghostball.validation.board.board import Board, load
 from ghostball.validation.board.cell import Cell, Shade
-from ghostball.validation.board.column import LIKENESS, Column
+from ghostball.validation.board.column import COLUMNS, LIKENESS, Column
+from ghostball.validation.board.history import Move
 from ghostball.validation.results.fields import Environment, EnvironmentValues
 from ghostball.validation.results.files import BOARD
 from ghostball.validation.results.records import AccuracyKind
@@ -125,6 +126,17 @@ def cell_text(board: Board, row: str, column: Column) -> str:
     if cell is None:
         return ""
     return f"{LOOKS[cell.kind].sign} {value_text(column, cell)}".strip()
+
+
+def move_text(move: Move) -> str:
+    """Say which cell of the board moved, from what to what, and since when."""
+    column = COLUMNS[move.column]
+    ends = []
+    for said in (move.before, move.now):
+        cell = Cell.model_validate({"row": move.row, "column": move.column, **said.model_dump()})
+        word = value_text(column, cell) or "no value"
+        ends.append(f"{LOOKS[cell.kind].sign} {word}".strip())
+    return f"moved: {move.row}, {column.id}: {' to '.join(ends)}, since {move.since.when}"
 
 
 def looks_of(board: Board, columns: Collection[Column]) -> list[CellLook]:

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ghostball.reference_adapters.registry import OURS
+from ghostball.reports.accuracy import wrong_text
 from ghostball.reports.words import many
 from ghostball.validation.baselines.regression import LENIENT, UNCOMPARED, Regression, SceneChange
 from ghostball.validation.checks.difference import FAILING
@@ -32,6 +33,9 @@ CHANGES = {
 
 _SIGNS = ("✗", "!", "?", "○", "✓")
 _KINDS = {"✗": "fail", "!": "fail", "?": "holds", "○": "holds", "✓": "pass"}
+
+
+PASSED = "Passed"
 
 
 @dataclass(frozen=True)
@@ -69,7 +73,7 @@ def overall(results: Results | None, *regressions: Regression) -> Overall:
         if compared.sign == "✓":
             words = [limits.word]
         elif limits.sign == "✓":
-            words = ["Limits hold", compared.word]
+            words = [limits.word.replace(PASSED, "Limits hold"), compared.word]
     word = ", ".join(words)
     why = " ".join(answer.why for answer in ([] if limits is None else [limits]) + found)
     return Overall(sign, word[0].upper() + word[1:], _KINDS[sign], why)
@@ -94,7 +98,9 @@ def of_limits(results: Results) -> Answer:
     if why := not_judged(results.cases):
         said = f"{why[0].upper()}{why[1:]}. `ghostball validate` ends with 4."
         return Answer("○", "No outcome judged", said)
-    return Answer("✓", "Passed", f"Every limit holds: {many(passed, 'check')} passed.")
+    wrong = wrong_text(results.cases)
+    word = f"Limits hold, with cases that are no true shot: {wrong}" if wrong else PASSED
+    return Answer("✓", word, f"Every limit holds: {many(passed, 'check')} passed.")
 
 
 def of_comparison(regression: Regression) -> Answer:

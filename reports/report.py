@@ -34,6 +34,9 @@ SHEET = "-sheet"
 PART = f"part of {PAGE} on scene "
 """What a task calls a scene's part of the page and its sheet, before the scene's name."""
 
+CASES_WORTH_A_PROCESS = 100
+"""How many cases without pictures take as long as a process to start and import what it needs."""
+
 FIGURE = "figure "
 """What is said of a figure that can't be made, before its file without the ending."""
 
@@ -59,8 +62,8 @@ def write_report(
 
     `results_dir`: a folder that the suite wrote.
     `progress`: called with how many parts are done, of how many, and which was the last.
-    `jobs`: processes that make it. With more than one, guard a script with `if __name__ ==
-        "__main__"`.
+    `jobs`: processes that make it, at most. With more than one, guard a script with `if __name__
+        == "__main__"`.
     `figures`: draw a sheet of each scene as PNG, as PNG and SVG, or not at all. What an earlier
         report drew and this one doesn't is removed.
 
@@ -75,6 +78,8 @@ def write_report(
     tasks = [PART + name for name in results.scene_names]
     parts: dict[str, ScenePart] = {}
     failed: list[FailedPart] = []
+    if figures == "none":
+        jobs = min(jobs, len(results.cases) // CASES_WORTH_A_PROCESS)
     try:
         (results.path / FIGURES).mkdir(exist_ok=True)
         for done, (task, made) in enumerate(

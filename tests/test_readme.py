@@ -12,9 +12,9 @@ from typer.testing import CliRunner
 
 from benchmarks.accuracy import AccuracyMeasurement
 from benchmarks.breaks import BreaksMeasurement
+from benchmarks.measurements import committed
 from benchmarks.pictures.gallery import committed_board
 from benchmarks.pictures.rebounds import best_of_each
-from benchmarks.precision.points import PrecisionMeasurement
 from benchmarks.racks import RacksMeasurement
 from benchmarks.rebounds import ReboundsMeasurement
 from benchmarks.speed import TargetsMeasurement
@@ -22,6 +22,7 @@ from ghostball.cli import app
 from ghostball.engine import simulate
 from ghostball.engine.core.tolerances import CAPTURE_HEIGHT, CONTACT_TOLERANCE
 from ghostball.model import Ball, Physics
+from ghostball.validation.precision.points import PrecisionMeasurement
 from ghostball.validation.scenes.library import find_scene, select
 
 ROOT = Path(__file__).parent.parent
@@ -168,9 +169,9 @@ def test_every_picture_is_of_the_revision_that_is_named(name):
     revision = Image.open(GALLERY / name).text["Description"]
     own = {
         "board.png": committed_board(),
-        "precision.png": PrecisionMeasurement.committed(),
-        "racks.png": RacksMeasurement.committed(),
-        "rebounds.png": ReboundsMeasurement.committed(),
+        "precision.png": committed(PrecisionMeasurement),
+        "racks.png": committed(RacksMeasurement),
+        "rebounds.png": committed(ReboundsMeasurement),
     }
     if name in own:
         assert revision.startswith(own[name].environment["git"]["revision"])
@@ -182,7 +183,7 @@ def test_every_picture_is_of_the_revision_that_is_named(name):
 
 def test_how_near_engines_come_to_a_real_table_is_what_was_searched():
     best = {
-        one.engine: f"{one.typical:.1f}" for one in best_of_each(ReboundsMeasurement.committed())
+        one.engine: f"{one.typical:.1f}" for one in best_of_each(committed(ReboundsMeasurement))
     }
     said = re.search(
         r"our engine is ([\d.]+) standard errors off .* pymunk ([\d.]+) and pybullet ([\d.]+)\.",

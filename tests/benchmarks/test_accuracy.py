@@ -9,10 +9,10 @@ import pytest
 
 import benchmarks.accuracy
 from benchmarks.accuracy import AccuracyMeasurement, Distribution, measure_accuracy, shot_of
-from benchmarks.measurements import BenchError
 from ghostball.engine import simulate
 from ghostball.model import Scene
 from ghostball.validation.parallel.pool import Done
+from ghostball.validation.results.measurement import MeasurementError
 
 
 @pytest.fixture(scope="module")
@@ -62,7 +62,7 @@ def test_a_process_that_crashes_names_the_shot(monkeypatch: pytest.MonkeyPatch) 
         yield Done(tasks[0], None, "its process ended with signal 9", "")
 
     monkeypatch.setattr("benchmarks.accuracy.run_tasks", dying)
-    with pytest.raises(BenchError, match=r"^the measurement of shot 17: its process ended"):
+    with pytest.raises(MeasurementError, match=r"^the measurement of shot 17: its process ended"):
         measure_accuracy(1, first=17, jobs=1)
 
 

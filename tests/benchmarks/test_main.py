@@ -7,7 +7,6 @@ from typer.testing import CliRunner
 from benchmarks import accuracy, skips, speed
 from benchmarks.__main__ import app
 from benchmarks.accuracy import AccuracyMeasurement
-from benchmarks.precision.points import PrecisionMeasurement
 from benchmarks.racks import Player, RacksMeasurement
 from benchmarks.skips import SkipsMeasurement
 from benchmarks.speed import TargetsMeasurement, Workload
@@ -84,17 +83,6 @@ def test_skips_are_tabled_and_a_defect_is_the_exit_status(bench, monkeypatch, tm
     assert "differs: planted" in result.stdout
 
 
-def test_precision_tables_what_is_reached(bench, tmp_path):
-    engines = ("ghostball", "paper-continuous", "pymunk:contact_steps=exact")
-    shot = ["half-ball-cut", *(f"-e{one}" for one in engines)]
-    result = bench("precision", *shot, "--repeats", "1", "--out", tmp_path)
-    assert result.exit_code == 0, result.output
-    for part in ("half-ball-cut (closed form)", "to 1 mm", "not reached"):
-        assert part in result.stdout
-    kept = PrecisionMeasurement.load(tmp_path / "precision.json")
-    assert {point.engine for point in kept.points} == set(engines)
-
-
 @pytest.mark.parametrize(
     ("arguments", "part"),
     [
@@ -104,10 +92,6 @@ def test_precision_tables_what_is_reached(bench, tmp_path):
         (["racks", "--peer", "pooltol"], "pooltool"),
         (["skips", "nosuch"], "nosuch"),
         (["skips", "--store", "break-16"], "`--store`"),
-        (["precision", "nosuch"], 'unknown scene or tag "nosuch"'),
-        (["precision", "mathavan-cut"], '"mathavan-cut" has no truth'),
-        (["precision", "-e", "pymunk:dt=-1"], "`dt` of engine `pymunk`"),
-        (["precision", "--store", "-e", "ghostball"], "`--store`"),
         (["targets", "--out", "/dev/null/x"], "can't make the folder"),
         (["nonsense"], "nonsense"),
     ],

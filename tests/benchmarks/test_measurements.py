@@ -5,39 +5,39 @@ from rich.console import Console
 
 from benchmarks import measurements
 from benchmarks.accuracy import AccuracyMeasurement
-from benchmarks.measurements import BenchError, machine_folder
-from benchmarks.precision.points import PrecisionMeasurement
+from benchmarks.measurements import committed, machine_folder
 from benchmarks.racks import RacksMeasurement, RackTimes
 from benchmarks.skips import SkipsMeasurement
 from benchmarks.speed import TargetsMeasurement
+from ghostball.validation.results.measurement import MeasurementError
 
 MEASURED = RacksMeasurement(engines=(RackTimes(engine="ghostball", seconds=(1e-5, 2e-5)),))
 
 
 def test_it_reads_back_from_the_folder_of_the_machine(tmp_path, monkeypatch):
     monkeypatch.setattr(measurements, "STORE", tmp_path)
-    assert RacksMeasurement.committed() is None
+    assert committed(RacksMeasurement) is None
     path = MEASURED.save(machine_folder())
     assert path.parent.parent == tmp_path
-    assert RacksMeasurement.load(path) == RacksMeasurement.committed() == MEASURED
+    assert RacksMeasurement.load(path) == committed(RacksMeasurement) == MEASURED
     assert [p.name for p in path.parent.iterdir()] == ["racks.json"]
     assert "command" not in MEASURED.environment
 
 
 def test_another_kind_or_damage_is_refused_by_name(tmp_path):
     path = MEASURED.save(tmp_path)
-    with pytest.raises(BenchError, match=r"racks.json: `kind`"):
+    with pytest.raises(MeasurementError, match=r"racks.json: `kind`"):
         TargetsMeasurement.load(path)
     path.write_text(path.read_text()[:-20])
-    with pytest.raises(BenchError, match="Invalid JSON"):
+    with pytest.raises(MeasurementError, match="Invalid JSON"):
         RacksMeasurement.load(path)
-    with pytest.raises(BenchError, match="can't read"):
+    with pytest.raises(MeasurementError, match="can't read"):
         RacksMeasurement.load(tmp_path / "nowhere.json")
 
 
 def test_a_folder_that_cannot_be_written_is_an_error(tmp_path):
     (tmp_path / "file").touch()
-    with pytest.raises(BenchError, match="can't write the measurement"):
+    with pytest.raises(MeasurementError, match="can't write the measurement"):
         MEASURED.save(tmp_path / "file")
 
 
@@ -46,14 +46,12 @@ def test_a_folder_that_cannot_be_written_is_an_error(tmp_path):
     "kind",
     [
         AccuracyMeasurement,
-        PrecisionMeasurement,
         RacksMeasurement,
         SkipsMeasurement,
         TargetsMeasurement,
     ],
 )
 def test_what_is_committed_is_read_and_has_a_table(kind):
-
     console = Console(width=200, record=True)
-    console.print(kind.committed().table)
+    console.print(committed(kind).table)
     assert "ghostball" in console.export_text() or kind is not RacksMeasurement

@@ -3,8 +3,8 @@
 import pytest
 
 from benchmarks import processes
-from benchmarks.measurements import BenchError
 from benchmarks.processes import COMPILE, SHOOT, timed
+from ghostball.validation.results.measurement import MeasurementError
 
 CACHE = "import os; print(len(os.listdir(os.environ['GHOSTBALL_CACHE_DIR'])))"
 
@@ -25,7 +25,7 @@ def test_a_start_is_timed_with_its_import_and_a_cold_one_has_an_empty_cache(monk
 )
 def test_a_process_that_fails_or_hangs_is_an_error(monkeypatch, program, said):
     monkeypatch.setattr(processes, "LONGEST", 3.0)
-    with pytest.raises(BenchError, match=said):
+    with pytest.raises(MeasurementError, match=said):
         timed(program)
 
 

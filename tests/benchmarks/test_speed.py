@@ -2,7 +2,6 @@
 
 import pytest
 
-from benchmarks.measurements import BenchError
 from benchmarks.speed import (
     QUANTITIES,
     TARGETS,
@@ -14,6 +13,7 @@ from benchmarks.speed import (
     measure_targets,
     shipped_scene,
 )
+from ghostball.validation.results.measurement import MeasurementError
 
 
 @pytest.mark.parametrize(
@@ -65,7 +65,7 @@ def test_workloads_are_chosen_by_pattern():
     assert chosen_workloads(()) == WORKLOADS
     gases = [load.name for load in chosen_workloads(("gas-1*0",))]
     assert gases == ["gas-1000", "gas-10000", "gas-100000"]
-    with pytest.raises(BenchError, match=r"must match a workload, got 'brake'.*break-pool"):
+    with pytest.raises(MeasurementError, match=r"must match a workload, got 'brake'.*break-pool"):
         chosen_workloads(("brake",))
 
 

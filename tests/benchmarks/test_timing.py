@@ -5,10 +5,11 @@ import dataclasses
 import pytest
 
 from benchmarks import timing
-from benchmarks.measurements import BenchError
 from benchmarks.scenes import table_gas
-from benchmarks.timing import Figures, Task, interleave, run
+from benchmarks.timing import Figures, run
 from ghostball.model import Status
+from ghostball.validation.results.measurement import MeasurementError
+from ghostball.validation.runs.interleave import Task, interleave
 
 
 def task_of(name, log, most=None):
@@ -48,7 +49,8 @@ def test_the_99th_percentile_is_exceeded_by_1_percent_at_most(count, p99):
 
 
 @pytest.mark.parametrize(
-    ("status", "error"), [(Status.INTERRUPTED, KeyboardInterrupt), (Status.FAILED, BenchError)]
+    ("status", "error"),
+    [(Status.INTERRUPTED, KeyboardInterrupt), (Status.FAILED, MeasurementError)],
 )
 def test_a_run_that_broke_off_is_no_measurement(monkeypatch, status, error):
     simulate = timing.simulate

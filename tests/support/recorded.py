@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from same.images import rows_of
 
 from ghostball.model import EventKind, Result, Samples
 from ghostball.model.hashes import bits_hash

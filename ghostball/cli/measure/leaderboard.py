@@ -20,9 +20,10 @@ from ghostball.cli.shared.tables import table_of
 from ghostball.cli.shared.terminal import say, stdout
 from ghostball.model import GhostballError
 from ghostball.reports import style
-from ghostball.reports.board import LOOKS, about, draw_board, value_text
+from ghostball.reports.board import LOOKS, about, draw_board, move_text, value_text
 from ghostball.validation.board.board import ROWS, Board, command, run_board
 from ghostball.validation.board.column import COLUMNS, FAULTS, LIKENESS, QUESTIONS, Column
+from ghostball.validation.board.history import Move, entries_of, remember
 from ghostball.validation.checks.verdict import not_judged
 from ghostball.validation.exit_status import ExitStatus, worst
 
@@ -71,12 +72,15 @@ def run(
         )
     asked = [row for row in dict.fromkeys(rows) if row not in board.absent]
     shown = [row for row in (board.sorted_rows(sort) if sort else asked) if row in asked]
+    ids = {one.id for one in chosen}
+    fresh = [one for one in board.cells if one.earlier is None and one.row in asked]
+    moves = remember(out, entries_of(board, [one for one in fresh if one.column in ids]))
     failed = list(_failed_beside(board, shown, chosen))
     if plot is not None:
         with style.drawing():
             style.save_one(draw_board(board, chosen), plot, about(board))
     if form is Plain.JSON:
-        typer.echo(_plain(board, shown, chosen))
+        typer.echo(_plain(board, shown, chosen, moves))
     else:
         console = stdout()
         for table in _blocks(board, shown, chosen, console):
@@ -86,6 +90,8 @@ def run(
         for one in chosen:
             unit = f" [{one.unit}]" if one.unit else ""
             stdout().print(f"{one.id}{unit}: {one.question}", markup=False, style="dim")
+        for move in moves:
+            stdout().print(move_text(move), soft_wrap=True, markup=False)
         for line in (*([] if outcome is None else failures(outcome.cases)), *failed):
             stdout().print(line, soft_wrap=True)
         if outcome is not None:
@@ -163,13 +169,25 @@ def _shown(board: Board, row: str, column: Column) -> str:
     return f"[{LOOKS[cell.kind].terminal}]{escape(value_text(column, cell)) or '–'}[/]"
 
 
-def _plain(board: Board, rows: Sequence[str], columns: Sequence[Column]) -> str:
+def _plain(
+    board: Board, rows: Sequence[str], columns: Sequence[Column], moves: Sequence[Move]
+) -> str:
     ids = [column.id for column in columns]
     cells = [cell for row in rows for name in ids if (cell := board.cell(row, name)) is not None]
     return json.dumps(
         {
             "environment": dict(board.environment),
             "absent": dict(board.absent),
+            "moved": [
+                {
+                    "row": one.row,
+                    "column": one.column,
+                    "before": one.before.model_dump(),
+                    "since": one.since.model_dump(exclude={"row", "cells"}),
+                    "now": one.now.model_dump(),
+                }
+                for one in moves
+            ],
             "rows": {
                 row: {
                     cell.column: cell.model_dump() | {"again": command(cell)}

@@ -20,6 +20,7 @@ from ghostball.reports.accuracy import (
     cell_text,
     kinds_of,
     tally,
+    wrong_text,
 )
 from ghostball.reports.spread_text import HEADER, KEY as SPREAD_KEY, remarks_of, rows_of
 from ghostball.reports.words import LIKENESS_KEY, likeness_cell
@@ -96,6 +97,8 @@ def headline(outcome: Outcome, seconds: float) -> str:
         parts.append(f"{counts.checks_reference} only compare our engine with itself")
     if counts.checks_left_out:
         parts.append(f"{counts.checks_left_out} left out by --metric")
+    if wrong := wrong_text(outcome.cases):
+        parts.append(f"though cases are no true shot: {wrong}")
     if counts.unfinished:
         parts.append(f"cases that did not finish: {counts.unfinished}")
     if counts.unavailable:

@@ -32,7 +32,7 @@ def report(
         typer.Argument(metavar="DIR", help="A folder that `validate` or `regress` wrote."),
     ],
     jobs: Jobs = AUTO,
-    figures: Figures = FigureChoice.PNG,
+    figures: Figures = FigureChoice.NONE,
     opened: Annotated[bool, typer.Option("--open", help="Show the page in the browser.")] = False,
     form: Annotated[
         Format | None,

@@ -9,8 +9,8 @@ from shots import ball, scene_of
 from side_pocket import SIDE_POCKET, into_side_pocket
 
 from ghostball.engine import simulate
-from ghostball.model import EventKind, Scene, Table, partner_name
-from ghostball.reference_adapters.certified import Certificate, CertifiedSettings, certify
+from ghostball.model import Scene, Table
+from ghostball.reference_adapters.certified import CertifiedSettings, certify
 from ghostball.reference_adapters.certified.arithmetic import working_precision
 from ghostball.reference_adapters.certified.obstacles import Round, obstacles_met
 from ghostball.reference_adapters.certified.problem import problem_of

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
+from benchmarks.measurements import committed
 from benchmarks.rebounds import ReboundsMeasurement
 from ghostball.engine import simulate
 from ghostball.model import Physics
@@ -51,7 +52,7 @@ def sought(off, names, **fixed):
 
 @pytest.mark.parametrize("name", ["ghostball", "pymunk", "box2d", "pybullet", "mujoco"])
 def test_the_best_numbers_are_those_of_the_committed_search(name):
-    stored = ReboundsMeasurement.committed()
+    stored = committed(ReboundsMeasurement)
     assert stored is not None
     try:
         engine = make_engine(name)

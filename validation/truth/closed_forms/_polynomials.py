@@ -41,10 +41,12 @@ def _root(polynomial: Polynomial, low: mpf, high: mpf) -> mpf:
     """Return the one change of sign in [low, high], to the last digit.
 
     Newton's step where it stays inside the bracket, else its middle; the bracket shrinks at each
-    step, and a step that rounding can't resolve ends the search.
+    step. The error that a step leaves is of the order of its square: so one that changes none but
+    the last quarter of the digits ends the search. Rounding may keep steps from becoming shorter.
     """
     derivative = _derivative(polynomial)
     starts_below = _value(polynomial, low) < 0
+    resolved = mp.eps**0.75
     at = (low + high) / 2
     for _ in range(mp.prec + 10):
         value, slope = _value(polynomial, at), _value(derivative, at)
@@ -54,10 +56,12 @@ def _root(polynomial: Polynomial, low: mpf, high: mpf) -> mpf:
             high = at
         step = value / slope if slope != 0 else mp.inf
         newer = at - step
+        if abs(step) <= resolved * abs(at):
+            return min(max(newer, low), high)
         if not low <= newer <= high:
             newer = (low + high) / 2
-        if newer == at or abs(newer - at) <= 2 * mp.eps * abs(at):
-            return newer
+            if newer == at:
+                return newer
         at = newer
     return at
 

@@ -5,11 +5,11 @@ import itertools
 import pytest
 from toy_engines import ToyEngine, ToySettings, roll
 
-from benchmarks.precision import ladder
-from benchmarks.precision.ladder import MOST_STEPS, ladder_of, start_of
-from benchmarks.precision.phases import begun_earlier
 from ghostball.model import Ball, Scene
 from ghostball.reference_adapters import make_engine
+from ghostball.validation.precision import ladder
+from ghostball.validation.precision.ladder import MOST_STEPS, ladder_of, start_of
+from ghostball.validation.precision.phases import begun_earlier
 
 
 def steps_of(label):

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from benchmarks.measurements import BenchError
-from benchmarks.precision.points import (
+from ghostball.reports import style
+from ghostball.validation.precision.points import (
     TARGETS,
     PrecisionMeasurement,
     PrecisionPoint,
     knee_of,
-    knee_text,
 )
-from ghostball.reports import style
+from ghostball.validation.results.measurement import MeasurementError
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -54,7 +53,7 @@ def draw_against_steps(measured: PrecisionMeasurement) -> Figure:
     """
     points = tuple(one for one in measured.points if one.step is not None)
     if not points:
-        raise BenchError("no engine that was measured has steps. Name one that has")
+        raise MeasurementError("no engine that was measured has steps. Name one that has")
     figure = _draw(
         measured.model_copy(update={"points": points}),
         lambda point: 1.0 / (point.step or 1.0),
@@ -167,3 +166,26 @@ def _draw_panel(axes: Axes, points: Sequence[PrecisionPoint], cost: _Cost) -> No
             markerfacecolor="white",
             zorder=4,
         )
+
+
+def knee_text(points: Sequence[PrecisionPoint]) -> str:
+    """Return the step that is worth it, "1 ms"; "< 1 ms" where it is the finest that was run."""
+    knee = knee_of(points)
+    if knee is None or knee.step is None:
+        return "\u2013"
+    return f"{'< ' if is_finest(knee, points) else ''}{style.format_time(knee.step)}"
+
+
+def is_finest(point: PrecisionPoint, points: Iterable[PrecisionPoint]) -> bool:
+    """Whether a point has the shortest step of those on its scene."""
+    same = [one for one in points if one.scene == point.scene]
+    return point.step == min(one.step for one in same if one.step is not None)
+
+
+def least_error(points: Sequence[PrecisionPoint]) -> str:
+    """Return the error of the point whose worst phase is nearest, and its time: "1 nm in 24 ms".
+
+    A median would let an engine win by a step that is good from half of all phases.
+    """
+    best = min(points, key=lambda point: point.error_high)
+    return f"{style.format_length(best.error_high)} in {style.format_time(best.seconds)}"

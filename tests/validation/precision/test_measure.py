@@ -3,11 +3,11 @@
 import pytest
 from toy_engines import NoSettings, ToyEngine, ToySettings, cut, other_shot, roll
 
-from benchmarks.precision import ladder, measure as precision
-from benchmarks.precision.measure import measure_precision
-from benchmarks.precision.points import PrecisionMeasurement, seconds_to
 from ghostball.model import UnsupportedSceneError
 from ghostball.reference_adapters import EngineBase, EngineError, EngineUnavailableError
+from ghostball.validation.precision import ladder, measure as precision
+from ghostball.validation.precision.measure import measure_precision
+from ghostball.validation.precision.points import PrecisionMeasurement, seconds_to
 from ghostball.validation.scenes.library import find_scene
 
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from benchmarks.precision.phases import begun_earlier
 from ghostball.model import Record, Result, Scene
 from ghostball.reference_adapters import ReferenceEngine, parse_spec
 from ghostball.reference_adapters.certified import CertifiedEngine, CertifiedSettings, certify
 from ghostball.reference_adapters.certified.engine import result_of
 from ghostball.reference_adapters.output import captured
 from ghostball.reference_adapters.registry import spec_of
+from ghostball.validation.precision.phases import begun_earlier
 from ghostball.validation.runs.playing import run_engine
 from ghostball.validation.runs.steps import step_of, step_setting, with_step
 

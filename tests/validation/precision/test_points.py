@@ -2,15 +2,14 @@
 
 import pytest
 
-from benchmarks.measurements import BenchError
-from benchmarks.precision.figure import draw_against_steps
-from benchmarks.precision.points import (
+from ghostball.reports import style
+from ghostball.reports.precision import draw_against_steps, knee_text
+from ghostball.validation.precision.points import (
     PrecisionMeasurement,
     PrecisionPoint,
     knee_of,
-    knee_text,
 )
-from ghostball.reports import style
+from ghostball.validation.results.measurement import MeasurementError
 
 
 def ladder(errors: dict[float, float]) -> list[PrecisionPoint]:
@@ -68,5 +67,5 @@ def test_the_picture_rings_and_names_it():
         assert "pymunk: 1 ms" in {text.get_text() for text in axes.texts}
         assert list(axes.containers[0][0].get_xdata()) == pytest.approx([1e2, 1e3, 1e4])
         assert len(axes.containers) == 1
-        with pytest.raises(BenchError, match="has steps"):
+        with pytest.raises(MeasurementError, match="has steps"):
             draw_against_steps(PrecisionMeasurement(points=exact))

@@ -3,14 +3,13 @@
 import numpy as np
 import pytest
 
-from benchmarks.precision.figure import draw_against_time
-from benchmarks.precision.points import (
+from ghostball.reports import style
+from ghostball.reports.precision import draw_against_time, least_error
+from ghostball.validation.precision.points import (
     PrecisionMeasurement,
     PrecisionPoint,
-    least_error,
     seconds_to,
 )
-from ghostball.reports import style
 
 
 def point(engine, seconds, error, *, step=None, scene="cut", same_events=True):

@@ -9,17 +9,17 @@ from statistics import median
 
 import numpy as np
 
-from benchmarks.measurements import BenchError
-from benchmarks.precision.ladder import Rung, ladder_of, start_of
-from benchmarks.precision.points import LeftOut, PrecisionMeasurement, PrecisionPoint
-from benchmarks.timing import Sampler, Task, interleave
 from ghostball.model import EngineFailedError, Result, Scene, UnsupportedSceneError
 from ghostball.reference_adapters import EngineUnavailableError, make_engine
 from ghostball.reference_adapters.base import resolution_of
 from ghostball.validation.checks.metrics import ball_errors
 from ghostball.validation.grading.event_logs import collisions_of
 from ghostball.validation.parallel.pool import Progress
+from ghostball.validation.precision.ladder import Rung, ladder_of, start_of
+from ghostball.validation.precision.points import LeftOut, PrecisionMeasurement, PrecisionPoint
+from ghostball.validation.results.measurement import MeasurementError
 from ghostball.validation.results.records import CERTIFIED, INDEPENDENT
+from ghostball.validation.runs.interleave import Sampler, Task, interleave
 from ghostball.validation.suite.suite import DEFAULT_ENGINES
 from ghostball.validation.truth.scene_truth import Truth, truth_of
 
@@ -192,7 +192,7 @@ def independent_truth(scene: Scene) -> Truth:
         return truth
     proof = truth.certificate
     why = truth.no_certificate if proof is None else f"{proof.ending}: {proof.reason}"
-    raise BenchError(
+    raise MeasurementError(
         f'scene "{scene.name}" has no truth that is independent of our engine: it has no closed '
         f"form, and it isn't proved to its end ({why}). Leave it out"
     )

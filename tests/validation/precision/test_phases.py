@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from toy_engines import cut, roll
 
-from benchmarks.precision.phases import begun_earlier
 from ghostball.engine import simulate
 from ghostball.model import Ball, Scene, Table
 from ghostball.validation import find_scene
+from ghostball.validation.precision.phases import begun_earlier
 
 
 @pytest.mark.parametrize("name", ["half-ball-cut", "sliding-swerve", "masse", "throw-by-spin"])

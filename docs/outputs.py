@@ -1,0 +1,116 @@
+"""What the blocks of a page print, written beneath them: `python -m docs.outputs [--check]`.
+
+A block is a comment of the page, so that both a forge and the site show its output alone:
+
+    <!-- run python
+    from docs import tables
+
+    print(tables.metrics())
+    -->
+
+    (the output: Markdown, or with `as=LANGUAGE` behind `python` a code block)
+
+    <!-- end -->
+
+`run shell` runs commands instead, in `build/docs/FOLDER` with `in=FOLDER`, and expects the exit
+status of `exit=N`. With `as=console` the commands are shown, too, but for lines that end in
+`# hide`. What differs from the last output in durations alone is left as it is.
+"""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from collections.abc import Sequence
+from contextlib import redirect_stdout
+from io import StringIO
+from pathlib import Path
+
+DOCS = Path(__file__).resolve().parent
+BUILD = DOCS.parent / "build" / "docs"
+
+_BLOCK = re.compile(
+    r"^(?P<head><!-- run (?P<kind>python|shell)(?P<options>[^\n]*)\n(?P<code>.*?)\n-->\n)"
+    r"(?P<output>.*?)(?P<end>^<!-- end -->$)",
+    re.MULTILINE | re.DOTALL,
+)
+_DURATION = re.compile(r"\d[\d.]*(?=\s?(?:ns|µs|ms|s|min)\b)")
+_SPACE = re.compile(r"[ ─]+")
+HIDE = "# hide"
+
+
+class OutputError(Exception):
+    """A block that can't be run, or a page whose outputs aren't those of its blocks."""
+
+
+def write_outputs(pages: Sequence[Path], *, check: bool) -> None:
+    """Run the blocks of pages and write what they print beneath them; or check that it is there."""
+    stale = []
+    for page in pages:
+        old = page.read_text(encoding="utf-8")
+        new = _BLOCK.sub(lambda block, page=page: _with_output(block, page), old)  # type: ignore[misc]
+        if new == old:
+            continue
+        stale.append(page.name)
+        if not check:
+            page.write_text(new, encoding="utf-8")
+    if check and stale:
+        raise OutputError(
+            f"what blocks print isn't what stands in docs/: {', '.join(stale)}. "
+            "`make docs-outputs` writes it anew: look at the difference, and commit it"
+        )
+
+
+def _with_output(block: re.Match[str], page: Path) -> str:
+    options = dict(one.split("=", 1) for one in block["options"].split())
+    code, shown_as = block["code"], options.get("as", "")
+    where = f"{page.name}, block {code.splitlines()[-1]!r}"
+    if block["kind"] == "python":
+        text = _printed(code)
+    else:
+        text = _run(code, options.get("in", ""), int(options.get("exit", 0)), where)
+    if shown_as == "console":
+        lines = [line for line in code.splitlines() if not line.endswith(HIDE)]
+        text = "\n".join(f"$ {line}" for line in lines) + f"\n{text}"
+    text = "\n".join(line.rstrip() for line in text.strip("\n").splitlines())
+    if shown_as:
+        text = f"```{shown_as}\n{text}\n```"
+    output = f"\n{text}\n\n" if text else ""
+    if _masked(output) == _masked(block["output"]):
+        output = block["output"]
+    return f"{block['head']}{output}{block['end']}"
+
+
+def _printed(code: str) -> str:
+    printed = StringIO()
+    with redirect_stdout(printed):
+        exec(code, {"__name__": "docs"})
+    return printed.getvalue()
+
+
+def _run(code: str, folder: str, status: int, where: str) -> str:
+    ran = subprocess.run(
+        ["bash", "-c", code],
+        cwd=BUILD / folder if folder else DOCS.parent,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        check=False,
+    )
+    if ran.returncode != status:
+        raise OutputError(f"{where}: ended with {ran.returncode}, expected {status}:\n{ran.stdout}")
+    return ran.stdout
+
+
+def _masked(output: str) -> str:
+    return _SPACE.sub(" ", _DURATION.sub("", output))
+
+
+if __name__ == "__main__":
+    named = [one for one in sys.argv[1:] if one != "--check"]
+    chosen = [DOCS / name for name in named] or sorted(DOCS.rglob("*.md"))
+    try:
+        write_outputs(chosen, check="--check" in sys.argv)
+    except OutputError as error:
+        sys.exit(f"error: {error}")

@@ -1,0 +1,139 @@
+"""What `ghostball precision` does: measure error against time, and say which step is worth it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import typer
+from rich.markup import escape
+from rich.table import Table
+
+from ghostball.cli.shared.config import load_config
+from ghostball.cli.shared.options import Plain, check_plot
+from ghostball.cli.shared.progress import counting
+from ghostball.cli.shared.tables import table_of
+from ghostball.cli.shared.terminal import tables
+from ghostball.reference_adapters import make_engine
+from ghostball.reports import style
+from ghostball.reports.precision import draw_against_steps, is_finest, knee_text, least_error
+from ghostball.reports.style import format_length, format_time
+from ghostball.validation.exit_status import ExitStatus
+from ghostball.validation.precision.measure import (
+    DEFAULT_SCENES,
+    PRECISION_ENGINES,
+    measure_precision,
+)
+from ghostball.validation.precision.points import (
+    TARGETS,
+    PrecisionMeasurement,
+    PrecisionPoint,
+    knee_of,
+    seconds_to,
+)
+from ghostball.validation.results.measurement import MeasurementError
+from ghostball.validation.scenes.library import select
+
+LEGEND = (
+    "Times are of the simulation alone, the least of all samples. A time counts where all finer "
+    "steps are as near, from every phase of the step; not reached: no step that was run is. "
+    "The least error is that of the worst phase of the best step. Worth it is the step up to which "
+    "four times the steps at least halve the error, of the worst phase; < before a step: that is "
+    "the finest one that was run, and finer ones may pay, too."
+)
+
+
+def run(
+    scenes: Sequence[str] | None,
+    engine: Sequence[str] | None,
+    repeats: int,
+    out: Path | None,
+    plot: Path | None,
+    form: Plain,
+) -> ExitStatus:
+    """Measure, and return the exit status; see the options of the command."""
+    if plot is not None:
+        check_plot(plot)
+    if out is not None:  # refused before it is measured
+        try:
+            out.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            why = f"`--out`: can't make the folder {out}: {error.strerror}"
+            raise MeasurementError(why) from None
+    named = tuple(engine or load_config().engines)
+    for spec in named:  # who names an engine wants it, and not to read at the end why it isn't here
+        make_engine(spec)
+    with counting("measuring") as count:
+        measured = measure_precision(
+            select(scenes or DEFAULT_SCENES),
+            named or PRECISION_ENGINES,
+            rounds=repeats,
+            progress=count,
+        )
+    if form is Plain.JSON:
+        typer.echo(measured.model_dump_json(by_alias=True, indent=1))
+    console = tables(form)
+    for table in _tables(measured):
+        console.print(table)
+    for line in (LEGEND, *_missing(measured)):
+        console.print(line, markup=False, style="dim")
+    for line in worth_it(measured.points):
+        console.print(line, markup=False, soft_wrap=True)
+    if out is not None:
+        console.print(f"written: {measured.save(out)}", soft_wrap=True, markup=False)
+    if plot is not None and measured.points:
+        with style.drawing():
+            style.save_one(draw_against_steps(measured), plot)
+        console.print(f"drawn in {plot}", soft_wrap=True, markup=False)
+    return ExitStatus.PASSED if measured.points else ExitStatus.NOT_JUDGED
+
+
+def worth_it(points: Sequence[PrecisionPoint]) -> Iterator[str]:
+    """Yield for each engine which of its steps are worth it, and what they bring and cost."""
+    for engine in dict.fromkeys(one.engine for one in points if one.step is not None):
+        mine = [one for one in points if one.engine == engine]
+        scenes = list(dict.fromkeys(one.scene for one in mine))
+        ladders = [[one for one in mine if one.scene == scene] for scene in scenes]
+        knees = [knee for ladder in ladders if (knee := knee_of(ladder)) is not None]
+        if not knees:
+            yield f"{engine}: no step brings about the true collisions"
+            continue
+        steps = _range(sorted({one.step for one in knees if one.step is not None}))
+        error = format_length(max(one.error_high for one in knees))
+        most = format_time(max(one.seconds for one in knees))
+        some = f", in {len(knees)} of {len(scenes)} scenes" if len(knees) < len(scenes) else ""
+        finest = any(is_finest(knee, mine) for knee in knees)
+        more = "; finer ones than were run may pay, too" * finest
+        yield (
+            f"{engine}: worth it is a step of {steps}{some}: at most {error} off, {most} for a "
+            f"shot{more}"
+        )
+
+
+def _range(steps: Sequence[float]) -> str:
+    ends = dict.fromkeys(map(format_time, (steps[0], steps[-1])))
+    return " to ".join(ends)
+
+
+def _missing(measured: PrecisionMeasurement) -> Iterator[str]:
+    yield from dict.fromkeys(f"{o.scene}, {o.engine}: left out: {o.why}" for o in measured.left_out)
+
+
+def _tables(measured: PrecisionMeasurement) -> Iterator[Table]:
+    """Yield scene by scene the time of each engine for each accuracy."""
+    reached = [f"to {format_length(target)}" for target in TARGETS]
+    heads = ("engine", *reached, "least error (worst phase)", "worth it")
+    for scene in dict.fromkeys(point.scene for point in measured.points):
+        points = [point for point in measured.points if point.scene == scene]
+        rows = []
+        for engine in dict.fromkeys(point.engine for point in points):
+            mine = [point for point in points if point.engine == engine]
+            failed = [o.step for o in measured.left_out if (o.scene, o.engine) == (scene, engine)]
+            lost = [step for step in failed if step is not None]
+            times = (seconds_to(target, mine, lost) for target in TARGETS)
+            cells = ("not reached" if one is None else format_time(one) for one in times)
+            rows.append((escape(engine), *cells, least_error(mine), knee_text(mine)))
+        title = f"[bold]{escape(f'{scene} ({points[0].truth}): {points[0].title}')}[/]"
+        table = table_of(heads, rows, right=heads[1:], title=title)
+        table.title_justify = "left"
+        yield table

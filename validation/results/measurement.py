@@ -1,0 +1,80 @@
+"""A measurement that is stored: a JSON file that says what was measured, where, when, with what."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any, Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from ghostball.model import GhostballError
+from ghostball.validation.results.environment import describe_environment
+from ghostball.validation.results.files import describe_validation_error, write_whole
+
+
+class MeasurementError(GhostballError):
+    """A measurement that can't be made, stored or read."""
+
+
+def describe_machine() -> dict[str, Any]:
+    """Return machine, versions, revision and date; no command line, for that may hold paths."""
+    return {k: v for k, v in describe_environment().items() if k != "command"}
+
+
+class Record(BaseModel):
+    """A part of a measurement that is stored."""
+
+    model_config = ConfigDict(frozen=True, populate_by_name=True)
+
+
+class Measurement(Record):
+    """What every stored measurement has; its file is named after its kind."""
+
+    schema_version: Literal[1] = Field(default=1, alias="schema")
+    environment: dict[str, Any] = Field(default_factory=describe_machine)
+    rounds: int = 1
+    kind: str
+
+    @property
+    def where(self) -> str:
+        """Processor and day, for the title of a picture."""
+        return f"{self.environment['cpu']}, {str(self.environment['date'])[:10]}"
+
+    def save(self, folder: Path) -> Path:
+        """Write it into a folder, each field on a line, and each row of one that has rows."""
+        path = folder / f"{self.kind}.json"
+        fields = self.model_dump(mode="json", by_alias=True)
+        lines = (f'  "{name}": {_in_rows(value)}' for name, value in fields.items())
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            write_whole(path, "{\n" + ",\n".join(lines) + "\n}\n")
+        except OSError as error:
+            raise MeasurementError(
+                f"{path}: can't write the measurement: {error.strerror}. Choose another `--out`"
+            ) from error
+        return path
+
+    @classmethod
+    def load(cls, path: Path) -> Self:
+        """Read a measurement of this kind."""
+        try:
+            return cls.model_validate_json(path.read_text(encoding="utf-8"))
+        except (OSError, UnicodeDecodeError) as error:
+            raise MeasurementError(f"{path}: can't read the measurement: {error}") from None
+        except ValidationError as error:
+            raise MeasurementError(
+                f"{path}: {describe_validation_error(error)}. Measure again"
+            ) from None
+
+
+def _in_rows(value: Any) -> str:
+    if isinstance(value, dict):
+        rows = [f"{json.dumps(name)}: {json.dumps(row)}" for name, row in value.items()]
+    elif isinstance(value, list):
+        rows = [json.dumps(row) for row in value]
+    else:
+        return json.dumps(value)
+    opened, closed = "{}" if isinstance(value, dict) else "[]"
+    listed = ",".join(f"\n    {row}" for row in rows)
+    return f"{opened}{listed}\n  {closed}" if rows else opened + closed
