@@ -13,7 +13,13 @@ import math
 from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
 from ghostball.engine.core.state import Balls, FloatArray, Laws
-from ghostball.engine.core.tolerances import EPS, GAP_ROUNDING, GAP_ULPS, TIME_ROUNDING
+from ghostball.engine.core.tolerances import (
+    APPROACH_ROUNDING,
+    EPS,
+    GAP_ROUNDING,
+    GAP_ULPS,
+    TIME_ROUNDING,
+)
 from ghostball.engine.motion.crossings import first_bent_crossing, first_crossing
 from ghostball.engine.motion.position import (
     FOR_EVER,
@@ -183,7 +189,7 @@ def _time_to_any(
     away -= nose_reach(balls, i, laws, k)
     if not away >= 0.0:
         return _time_by_bounds(balls, i, laws, k, duration, lasts, 0.0)
-    rate, pull = nx * ball.vx + ny * ball.vy, nx * ball.ax + ny * ball.ay
+    rate, pull = _part_along(nx, ny, ball.vx, ball.vy), _part_along(nx, ny, ball.ax, ball.ay)
     if rate >= 0.0 and pull >= 0.0:
         return math.inf, True
     s = away / -rate if pull == 0.0 else first_crossing(away, rate, pull)
@@ -198,6 +204,18 @@ def _time_to_any(
         if along >= 0.0 and along <= dx * dx + dy * dy:
             return s, True
     return _time_by_bounds(balls, i, laws, k, duration, lasts, s)
+
+
+@kernel(inline=True)
+def _part_along(nx: float, ny: float, x: float, y: float) -> float:
+    """Return the part of a vector along a normal; 0 where that is but rounding.
+
+    A ball that goes along a slanting side has some, which a bounce can't take away: it would bounce
+    there without end. Along an axis nothing is rounded.
+    """
+    part_x, part_y = nx * x, ny * y
+    part = part_x + part_y
+    return part if abs(part) > APPROACH_ROUNDING * (abs(part_x) + abs(part_y)) else 0.0
 
 
 @kernel(inline=True)
@@ -231,8 +249,7 @@ def _time_by_bounds(
         x, y, vx, vy, ax, ay = whole_motion(balls, i, t)
         nx, ny, away = facing(laws, k, x, y)
         gap = max(away - nose_reach(balls, i, laws, k), 0.0)
-        rate = nx * vx + ny * vy
-        pull = nx * ax + ny * ay
+        rate, pull = _part_along(nx, ny, vx, vy), _part_along(nx, ny, ax, ay)
         bent, left = jerk_along(balls, i, nx, ny), min(lasts - s, FOR_EVER)
         step = first_bent_crossing(gap, rate, pull, bent, left)
         if step == math.inf:

@@ -157,6 +157,32 @@ def test_a_polygon_that_is_a_rectangle_plays_like_one():
     assert [kind for kind, _ in met(one)] == [kind for kind, _ in met(two)]
 
 
+@pytest.mark.parametrize(
+    ("part", "speed", "aside", "physics"),
+    [
+        (0.62, 0.1, 0.0, Physics()),
+        (0.62, 0.1, 0.0, Physics(cushion="restitution", cushion_restitution=0.5)),
+        (0.41, 0.1, 1e-15, Physics(motion="sliding", rolling_friction_quadratic=0.0039)),
+    ],
+    ids=["mirror", "restitution", "quadratic"],
+)
+def test_a_ball_along_a_slanting_side_goes_along_it(part, speed, aside, physics):
+    """Rounding of a part of its velocity towards the side was a bounce, again and again."""
+    start, end = np.array([1.25, 0.0]), np.array([0.5, 1.0])
+    along = (end - start) / math.hypot(*(end - start))
+    off = np.array([-along[1], along[0]])
+    x, y = start + part * (end - start) + 0.028575 * off
+    vx, vy = speed * (along - aside * off)
+    table = Table.model_validate({"vertices": [(0.0, 0.0), tuple(start), tuple(end)]})
+    ball = Ball(id="cue", position=(x, y), velocity=(vx, vy))
+    result = played(table, ball, physics=physics, t_max=0.2)
+    assert result.status is Status.T_MAX
+    assert result.collision_counts["ball-cushion"] <= 1
+    way = result.final_state.positions[0, 0, :2] - (x, y)
+    assert float(way @ off) == pytest.approx(0.0, abs=1e-15)
+    assert float(way @ along) > 0.15 * speed
+
+
 def test_a_ball_meets_a_corner_that_points_into_the_table_as_a_point():
     """Head on it comes back; beside, it leaves as off a disc of its own radius."""
     shape = [(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 1.0), (1.0, 2.0), (0.0, 2.0)]
