@@ -228,7 +228,7 @@ LEFT_BEHIND = {
 @pytest.mark.slow
 @pytest.mark.parametrize("way", IN_ANOTHER_PROCESS)
 def test_an_engine_that_crashes_or_hangs_did_not_finish_whatever_the_command(here, way):
-    limit = ("--time-limit", "10" if way == "hang" else "120")
+    limit = ("--time-limit", "3" if way == "hang" else "120")
     engine = ("-e", label(way))
     stress = (f"shipped/{SCENE}", "--full", "--out", "stress")
     said = {
@@ -238,7 +238,7 @@ def test_an_engine_that_crashes_or_hangs_did_not_finish_whatever_the_command(her
         "stress": run("stress", *stress, *engine, *limit),
         "leaderboard": run("leaderboard", "--only", *engine, "--column", "cut", *limit),
     }
-    why = "it took longer than 10 s" if way == "hang" else "exit code 7"
+    why = "it took longer than 3 s" if way == "hang" else "exit code 7"
     assert [command for command, (_, text) in said.items() if why not in text] == []
     found: Said = {command: (status, broken_in(text)) for command, (status, text) in said.items()}
     found["pytest"] = by_pytest(here, way, f"--ghostball-time-limit={limit[1]}")

@@ -133,7 +133,16 @@ def test_the_example_in_javascript_plays(tmp_path: Path) -> None:
     if shutil.which("npm") is None:
         pytest.skip("npm isn't installed")
     shutil.copy(EXAMPLES / "planck.mjs", tmp_path)
-    install = ["npm", "install", "--silent", "--prefix", str(tmp_path), "planck@1.4"]
+    install = [
+        "npm",
+        "install",
+        "--silent",
+        "--fetch-retries",
+        "0",
+        "--prefix",
+        str(tmp_path),
+        "planck@1.4",
+    ]
     if subprocess.run(install, check=False, capture_output=True).returncode:
         pytest.skip("npm can't install planck here")
     assert played(tmp_path, "node", str(tmp_path / "planck.mjs")) == 0
