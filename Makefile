@@ -95,10 +95,9 @@ test: kernels  ## fast tests, compiled; prints the ten that took longest; COVERA
 # Of the files that have any: to collect all the others takes each process ten seconds.
 SLOW = tests/browser $(shell grep -rl --include='test_*.py' 'mark\.slow' tests)
 
-# Most of them wait for processes that they start, some for limits of time: one worker more than there
-# are processors, and each takes over what is left of another's share.
+# Each takes over what is left of another's share: some wait a minute for processes that they start.
 test-slow: all-kernels  ## the tests that take long
-	$(PYTEST) --numprocesses $$(($(JOBS) + 1)) --dist worksteal -m slow --durations=10 $(SLOW)
+	$(PYTEST) --dist worksteal -m slow --durations=10 $(SLOW)
 
 # Every line and branch of a kernel that some test runs is run by these too, in a quarter of the time,
 # and shots have the bits of their baselines (`test_shot.py`). Each file's tests share what they load.

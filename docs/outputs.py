@@ -36,6 +36,8 @@ _BLOCK = re.compile(
     re.MULTILINE | re.DOTALL,
 )
 _DURATION = re.compile(r"\d[\d.]*(?=\s?(?:ns|µs|ms|s|min)\b)")
+_PROGRESS = re.compile(r"^(?:compiling the engine's|running \(step|proving scene) .*\n", re.MULTILINE)
+"""What commands say on a machine that is slow, or that compiles first."""
 _SPACE = re.compile(r"[ ─]+")
 HIDE = "# hide"
 
@@ -100,7 +102,7 @@ def _run(code: str, folder: str, status: int, where: str) -> str:
     )
     if ran.returncode != status:
         raise OutputError(f"{where}: ended with {ran.returncode}, expected {status}:\n{ran.stdout}")
-    return ran.stdout
+    return _PROGRESS.sub("", ran.stdout)
 
 
 def _masked(output: str) -> str:

@@ -28,6 +28,7 @@ from ghostball.model import (
     Table,
     partner_name,
 )
+from ghostball.model.scene.obstacles import FIRST_HOLE
 
 MOST = 2**53
 """Largest count: beyond it JSON's readers, whose numbers are doubles, lose ones."""
@@ -219,7 +220,7 @@ def _rules_of_events(result: Result, scene: Scene) -> Iterator[tuple[str, Any, s
     balls = f"the index of a ball, from 0 to {n - 1}"
     yield "a", (a < 0) | (a >= n), balls
     of_balls = kind == EventKind.BALL_BALL
-    of_cushion = np.isin(kind, [EventKind.BALL_CUSHION, EventKind.LEAVES_TABLE])
+    of_cushion = kind == EventKind.BALL_CUSHION
     yield "b", of_balls & ((b < 0) | (b >= n)), balls
     yield "b", of_balls & (a == b), "another ball than a"
     cushions, pockets = _met(scene.table)
@@ -228,9 +229,13 @@ def _rules_of_events(result: Result, scene: Scene) -> Iterator[tuple[str, Any, s
         of_cushion & ~np.isin(b, cushions),
         _rule("cushion", EventKind.BALL_CUSHION, cushions),
     )
+    leaves = kind == EventKind.LEAVES_TABLE
+    over = [*cushions, *(FIRST_HOLE + pocket for pocket in pockets)]
+    yield "b", leaves & ~np.isin(b, over), _rule("cushion", EventKind.LEAVES_TABLE, over)
     pocketed = kind == EventKind.POCKETED
     yield "b", pocketed & ~np.isin(b, pockets), _rule("pocket", EventKind.POCKETED, pockets)
-    yield "b", ~of_balls & ~of_cushion & ~pocketed & (b != -1), "-1, for a ball alone"
+    alone = ~(of_balls | of_cushion | leaves | pocketed)
+    yield "b", alone & (b != -1), "-1, for a ball alone"
 
 
 def _met(table: Table | None) -> tuple[list[int], list[int]]:

@@ -373,6 +373,7 @@ OWN_PIECE = 4  # a piece ends, and another one begins
 OWN_LAND = 5  # a ball in flight comes down on the cloth
 OWN_BOUNCES_END = 6  # bounces that are too low to be followed end
 OWN_CUSHION = 7  # + a row of `Laws.obstacles`: a ball meets that, be it a cushion or not
+FIRST_HOLE = 2**17  # what an event calls a pocket that a ball flies over: this, + its place
 OWN_OVER = 2**32  # + a row, above all rows: a ball flies over an obstacle, and off the table
 
 FREE = -1

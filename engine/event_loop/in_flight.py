@@ -26,7 +26,6 @@ from ghostball.engine.impacts.slow_impacts import lies_on
 from ghostball.engine.motion.flight import one_is_loaded
 from ghostball.engine.motion.next_piece import leave, mark
 from ghostball.engine.motion.obstacles import hole_at
-from ghostball.model.scene.obstacles import FIRST_HOLE
 
 
 @kernel(inline=True)
@@ -60,7 +59,7 @@ def resolve_flight(height: FloatArray | None, world: World, i: int, kind: int, t
             land(height, balls, i, laws)
     elif kind >= st.OWN_OVER:
         row = laws.obstacles[kind - st.OWN_OVER]
-        first = FIRST_HOLE if row.law == st.TAKES_OUT else 0
+        first = st.FIRST_HOLE if row.law == st.TAKES_OUT else 0
         _take_out(height, world, i, LEAVES_TABLE_EVENT, first + int(row.index), t)
     elif kind >= st.OWN_CUSHION and laws.obstacles[kind - st.OWN_CUSHION].law == st.TAKES_OUT:
         fall_into(height, world, i, kind - st.OWN_CUSHION, t)

@@ -43,7 +43,7 @@ from ghostball.engine.motion.position import FOR_EVER, jerk_along, whole_motion,
 HIGHEST_AT_BACK = 1.4
 """How high a ball's centre may be at the far edge of a hole to fall into it, in radii.
 
-As in pooltool (Kiefl 2024), which takes it for what the back of a pocket throws back into it.
+As in pooltool, which takes it for what the back of a pocket throws back into it.
 """
 
 _BESIDE = 2.0**-30
@@ -197,7 +197,7 @@ def _way_over_piece(balls: Balls, i: int, laws: Laws, k: int) -> tuple[float, fl
         return 0.0, 0.0
     if row.law == st.TAKES_OUT:
         way = middle + math.sqrt(square)
-        return (way, -speed) if way > 0.0 else (0.0, 0.0)
+        return (max(way, 0.0), -speed) if way > -beside else (0.0, 0.0)
     way = middle - math.sqrt(square)
     return (max(way, 0.0), -speed) if way > -beside else (0.0, 0.0)
 

@@ -120,6 +120,14 @@ def admit(scene: Scene) -> None:
     if not _is_laid_out(scene):
         check_whole(scene)
         check_supported("ghostball", CAPABILITIES, scene)
+        if scene.table is not None:
+            _check_count(len(scene.table.sides) + len(scene.table.obstacles))
+
+
+def _check_count(obstacles: int) -> None:
+    if obstacles > st.MOST_OBSTACLES:
+        lacks = f"no more than {st.MOST_OBSTACLES} obstacles on one table, here are {obstacles}"
+        raise UnsupportedSceneError("ghostball", (lacks,))
 
 
 def _is_laid_out(scene: Scene) -> bool:
@@ -250,11 +258,7 @@ def laws_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Laws:
     """
     physics = scene.physics
     obstacles = obstacles_of(scene, off)
-    if len(obstacles) > st.MOST_OBSTACLES:
-        lacks = (
-            f"no more than {st.MOST_OBSTACLES} obstacles on one table, here are {len(obstacles)}"
-        )
-        raise UnsupportedSceneError("ghostball", (lacks,))
+    _check_count(len(obstacles))
     speed_dependent = physics.ball_friction == "alciatore"
     return Laws(
         slides=physics.motion == "sliding",

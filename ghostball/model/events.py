@@ -28,7 +28,7 @@ class EventKind(enum.IntEnum):
     ROLL_TO_REST = 3
     POCKETED = 4  # its centre entered the hole of a pocket
     BALL_CLOTH = 5  # one in the air came down, or its last bounces ended
-    LEAVES_TABLE = 6  # it flew over a cushion
+    LEAVES_TABLE = 6  # it flew over a cushion, or over a pocket and its back
 
     @property
     def label(self) -> str:

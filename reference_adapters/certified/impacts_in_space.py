@@ -131,6 +131,8 @@ class ImpactsInSpace(Impacts):
             if not (isinstance(gap, RoundGap) and gap.piece.is_post):
                 reach = nose_reach(self._problem.balls[chosen.choice.a].radius, self._height)
                 away, above = reach / radius, (radius - self._height) / radius
+        if isinstance(gap, RoundGap) and not free:
+            self._check_distance(chosen, gap, (inward[0], inward[1]), 2 * radius)
         if isinstance(gap, StraightGap):
             self._check_cushion(chosen, gap.piece)
             if gap.piece.is_level and touching:

@@ -27,8 +27,8 @@ HIGHEST_AT_BACK = 1.4
 the model, and the same double as the engine's."""
 
 _MARGIN = 2.0**-20
-"""Part of a radius by which doubles have to say that a ball passes something: far more than they
-err, where its place is known well enough for doubles."""
+"""Part of a ball's radius, place and way by which doubles have to say that it passes something: far
+more than they err where its place is known to `motion.EXACT_ENOUGH`."""
 
 Point = tuple[float, float]
 

@@ -7,6 +7,7 @@ precision and starts again.
 
 from __future__ import annotations
 
+import math
 import time
 
 from flint import arb
@@ -181,12 +182,12 @@ class Run:
     def _predict_holes(self, i: int, body: FlyingBody) -> float:
         """Predict what holes do to ball i, in the air; return how long it flies at most [s]."""
         assert body.duration is not None
-        last = float(body.duration)
+        last = _latest(body.duration)
         for piece in self._pieces:
             if isinstance(piece, Round) and piece.takes_out:
                 for choice, found in past_hole(i, body, piece):
                     self._agenda.add(Candidate(choice, (body,), found=found))
-                    last = last if found.s is None else min(last, float(found.s))
+                    last = last if found.s is None else min(last, _latest(found.s))
         return last
 
     def _predict_over(self, i: int, body: FlyingBody, piece: Straight | Round, last: float) -> bool:
@@ -371,3 +372,8 @@ class Run:
             self.rested = False
             return self._t_max
         return t
+
+
+def _latest(s: arb) -> float:
+    """Return a double that a time surely doesn't exceed [s]."""
+    return math.nextafter(float(s.upper()), math.inf)

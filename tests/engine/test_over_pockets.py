@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from ghostball.engine import simulate
+from ghostball.engine.core import state as st
 from ghostball.model import EventKind, Hole, Result, Scene, Table, event_dict
 from ghostball.model.scene.obstacles import (
     FIRST_HOLE,
@@ -18,6 +19,7 @@ from ghostball.model.scene.obstacles import (
     obstacle_name,
 )
 from ghostball.model.scene.pockets import outline_of_pockets
+from ghostball.reference_adapters.returned import check_result
 from ghostball.validation.scenes.random_scenes import ASPECTS, random_scene
 
 R = 0.028575
@@ -49,6 +51,7 @@ def at_side_pocket(height_there: float, distance: float, **physics: float) -> Re
 
 
 def ends(result: Result) -> list[tuple[str, object]]:
+    check_result(result, result.scene, "ghostball")
     return [(event["kind"], event["b"]) for event in map(event_dict, result.events)]
 
 
@@ -107,9 +110,27 @@ def test_it_leaves_the_table_over_a_side_of_a_polygon_and_not_over_a_post():
     assert first["t"] == pytest.approx((0.5 - 0.1 - R) / 2.0, rel=1e-12)
 
 
+def test_no_ball_leaves_a_pocket_behind_the_ends_of_its_facings():
+    """They lean so far apart that they are nearest to the hole's middle in front of it."""
+    corner = {"mouth": 0.13, "angle": 1.9, "jaw_radius": 0.005, "depth": 0.03, "radius": 0.09}
+    table = Table.model_validate({"length": 2.0, "width": 1.0, "pockets": {"corner": corner}})
+    (hole,) = (one for one in table.holes if one.pocket == 0)
+    for angle in np.linspace(0.1, 1.4, 40):
+        for aside in (-0.06, -0.03, 0.0, 0.03, 0.06):
+            way = (-math.cos(angle), -math.sin(angle))
+            x, y = (c - 0.6 * w for c, w in zip(hole.centre, way, strict=True))
+            x, y = x - aside * way[1], y + aside * way[0]
+            if min(x, y) < 0.05:
+                continue
+            height = 0.3 + 0.5 * GRAVITY * (0.8 / 4.0) ** 2
+            result = thrown((x, y, height), (4.0 * way[0], 4.0 * way[1], 0.0), table)
+            assert ends(result)[0][0] == "leaves-table"
+            assert len(result.events) == 1
+
+
 def test_what_leaves_over_a_pocket_has_a_name_that_reads_back():
     index = obstacle_index("bottom-pocket")
-    assert index == FIRST_HOLE + SIDE.pocket
+    assert index == FIRST_HOLE + SIDE.pocket == st.FIRST_HOLE + SIDE.pocket
     assert obstacle_name(index) == "bottom-pocket"
 
 

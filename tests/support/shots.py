@@ -18,8 +18,8 @@ POOL_TABLE = Table(length=2.54, width=1.27)
 
 def crowded_table() -> Table:
     """Return a table with more posts than our engine plays."""
-    posts = [{"centre": (0.5 + k, 0.5), "radius": 0.02} for k in range(60)]
-    return Table.model_validate({"length": 61.0, "width": 1.0, "posts": posts})
+    posts = [{"centre": (0.5 + k, 2.5), "radius": 0.02} for k in range(60)]
+    return Table.model_validate({"length": 61.0, "width": 3.0, "posts": posts})
 
 
 FLIES = {

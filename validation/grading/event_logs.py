@@ -63,6 +63,8 @@ class Event:
             return f"{first} hits {f'the {name} cushion' if self.b < len(CUSHIONS) else name}"
         if self.kind is EventKind.POCKETED:
             return f'{first} falls into the pocket "{partner_name(self.kind, self.b)}"'
+        if self.kind is EventKind.LEAVES_TABLE:
+            return f'{first} flies off the table, over "{partner_name(self.kind, self.b)}"'
         return f"{first}: {self.kind.label}"
 
 

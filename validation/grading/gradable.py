@@ -18,6 +18,7 @@ import numpy as np
 
 from ghostball.model import COLLISION_KINDS, EventKind, ExactTrajectory, GhostballError, Scene
 from ghostball.model.arrays import FloatArray
+from ghostball.model.scene.obstacles import FIRST_POST
 from ghostball.reference_adapters.certified import Certificate
 from ghostball.validation.grading.certified_widths import FlightGrowth, width_sizes
 from ghostball.validation.grading.event_logs import Event
@@ -170,7 +171,8 @@ def _first_low_bounce(scene: Scene, certificate: Certificate) -> float:
             x, y = places[k, a[k], :2].tolist()
             _, across[k] = scene.table.facing(int(b[k]), x, y)
         if in_space:
-            across = np.hypot(across, places[rows, a, 2] - scene.physics.cushion_height)
+            above = places[rows, a, 2] - scene.physics.cushion_height
+            across = np.hypot(across, np.where(b < FIRST_POST, above, 0.0))  # a post is as tall
         across -= radii[a]
         gaps = np.where(pair, gaps, across)
     # Collisions at one instant are no bounce: what is struck against a cushion comes back at once.

@@ -29,7 +29,7 @@ FIRST_POST = 1 << 16
 """Index of the first post."""
 
 FIRST_HOLE = 1 << 17
-"""Index of the first pocket, of those that balls fly over; others follow as in `POCKETS`."""
+"""Index by which `leaves-table` names the first pocket; others follow as in `POCKETS`."""
 
 
 class Segment(NamedTuple):
@@ -69,7 +69,7 @@ Obstacle = Segment | Disc | Hole
 
 
 def obstacle_name(index: int) -> str:
-    """Return what files and reports call a cushion, a side of a polygon, or a post."""
+    """Return what files and reports call a cushion, a side, a post, or a pocket flown over."""
     if index < FIRST_SIDE:
         return CUSHIONS[index]
     if index < FIRST_POST:
@@ -94,7 +94,7 @@ def obstacle_index(name: str) -> int:
             return FIRST_SIDE + int(number) - 1
         if kind == "post" and int(number) <= FIRST_HOLE - FIRST_POST:
             return FIRST_POST + int(number) - 1
-    raise ValueError(f'"{name}" is no cushion, side or post')
+    raise ValueError(f'"{name}" is no cushion, side, post or pocket')
 
 
 def partner_name(kind: EventKind, index: int) -> str:
@@ -107,7 +107,10 @@ def partner_index(kind: EventKind, name: str) -> int:
 
     Raises `ValueError` where nothing can be called so.
     """
-    return POCKETS.index(name) if kind is EventKind.POCKETED else obstacle_index(name)
+    index = POCKETS.index(name) if kind is EventKind.POCKETED else obstacle_index(name)
+    if index >= FIRST_HOLE and kind is not EventKind.LEAVES_TABLE:
+        raise ValueError(f'a ball leaves the table over "{name}", and doesn\'t hit it')
+    return index
 
 
 def obstacles_of_polygon(vertices: Sequence[Point]) -> list[Obstacle]:

@@ -64,7 +64,7 @@ class Facing(NamedTuple):
     joint: float  # where the straight nose ends and the jaw begins, along the cushion
     jaw: Point  # the jaw's centre
     start: Point  # of the facing, where the jaw ends
-    end: Point  # at the middle of the hole
+    end: Point  # at the middle of the hole, or beyond
 
 
 def facing_of(pocket: Pocket, is_corner: bool) -> Facing:
@@ -83,7 +83,10 @@ def facing_of(pocket: Pocket, is_corner: bool) -> Facing:
     offset = pocket.jaw_radius * (1.0 + cosine) / sine  # r / tan(angle / 2)
     start = (half + offset * along[0], offset * along[1])
     hole = hole_of(pocket, is_corner)
+    # To where it is nearest to the hole's middle; but no less far out than that.
     way = (hole[0] - half) * along[0] + hole[1] * along[1]
+    if is_corner:
+        way = max(way, (hole[0] + hole[1] - half) / (along[0] + along[1]))
     end = (half + way * along[0], way * along[1])
     return Facing(half + offset, (half + offset, -pocket.jaw_radius), start, end)
 

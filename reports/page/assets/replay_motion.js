@@ -196,7 +196,7 @@ globalThis.Ghostball ??= {};
       case "ball-cloth":
         return `${first} lands`;
       case "leaves-table":
-        return `${first} leaves the table over ${cushion}`;
+        return `${first} flies off the table${b in scene.cushions ? ` over ${cushion}` : ""}`;
       case "pocketed":
         return `${first} falls into the ${scene.pockets[b]} pocket`;
       case "slide-to-roll":

@@ -5,8 +5,9 @@ from __future__ import annotations
 import pytest
 
 from ghostball.engine import simulate
+from ghostball.engine.motion import flight
 from ghostball.model import Scene, Table
-from ghostball.reference_adapters.certified import Certificate, certify
+from ghostball.reference_adapters.certified import Certificate, certify, over_obstacles
 from ghostball.validation.scenes.random_scenes import ASPECTS, PROVABLE, random_scene
 from ghostball.validation.stress.proved import MatchesProof
 
@@ -25,6 +26,10 @@ def thrown_at_side_pocket(height_there: float, distance: float, aside: float = 0
         "balls": [{"id": "cue", "position": start, "velocity": (0.0, -2.0, 0.0)}],
     }
     return certify(Scene.model_validate(scene), cached=False)
+
+
+def test_the_rule_of_holes_is_the_engine_s():
+    assert over_obstacles.HIGHEST_AT_BACK == flight.HIGHEST_AT_BACK
 
 
 def ends(proof: Certificate) -> list[tuple[str, int]]:

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from step_rules import asked_of_all
 
 from ghostball.engine import simulate
 from ghostball.reference_adapters import make_engine
@@ -13,7 +14,7 @@ from ghostball.reference_adapters.base import EngineBase, resolution_of, stated_
 from ghostball.reference_adapters.certified import certify
 from ghostball.reference_adapters.ghostball import GhostballEngine
 from ghostball.validation.checks.criteria import Criteria, common_criteria
-from ghostball.validation.checks.law import Asked, asked_of
+from ghostball.validation.checks.law import asked_of
 from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.checks.verdict import Verdict, verdict_of
 from ghostball.validation.grading.certified_growth import growth_of_proof
@@ -152,7 +153,7 @@ def test_a_run_that_stops_early_fails_what_every_scene_asks():
     """Breaks where a criterion is dropped because a bad run left nothing to measure."""
     scene = find_scene("half-ball-cut")
     rows = common_criteria().applying_to("ghostball", {}, "rounding")
-    graded = Asked.stating([one for one in rows if one.metric == "quality_factor"])
+    graded = asked_of_all([one for one in rows if one.metric == "quality_factor"])
     record, _ = run_case(Case(scene, "ghostball:max_events=1", truth_of(scene), graded))
     assert [check.passed for check in record.checks] == [False]
     whole, _ = run_case(Case(scene, "ghostball", truth_of(scene), graded))

@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+from shots import crowded_table
 from toy_engines import roll
 
-from ghostball.model import Physics, Table, UnsupportedSceneError
+from ghostball.model import Physics, UnsupportedSceneError
 from ghostball.validation import find_scene
 from ghostball.validation.truth.known_shot import known_shot
 
@@ -32,7 +33,7 @@ def test_else_the_next_best_with_the_reason(name, kind, why):
 
 
 def test_what_nobody_represents_is_refused():
-    # Our engine has pockets, and flight, not the two together.
-    physics, table = Physics(motion="sliding", airborne=True), Table.model_validate("wpa-9ft")
-    with pytest.raises(UnsupportedSceneError, match="no pockets, polygons and posts where balls"):
-        known_shot(roll(physics=physics, table=table))
+    with pytest.raises(UnsupportedSceneError, match="no more than 53 obstacles"):
+        known_shot(
+            roll(physics=Physics(motion="sliding", cushion="mathavan2010"), table=crowded_table())
+        )

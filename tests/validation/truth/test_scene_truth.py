@@ -9,6 +9,7 @@ from typing import Any
 import mpmath
 import numpy as np
 import pytest
+from shots import crowded_table
 
 import ghostball.validation.truth.proof
 import ghostball.validation.truth.scene_truth
@@ -180,11 +181,10 @@ def test_a_proof_of_physics_without_a_closed_form_is_refused_before_anything_run
 
 
 def test_no_truth_at_all_says_why() -> None:
-    # Our engine has pockets, and flight, not the two together.
-    physics, table = Physics(motion="sliding", airborne=True), Table.model_validate("wpa-9ft")
-    truth = truth_of(shot(physics=physics, table=table))
+    physics = Physics(motion="sliding", cushion="mathavan2010")
+    truth = truth_of(shot(physics=physics, table=crowded_table()))
     assert truth.kind is None
-    assert "no pockets, polygons and posts where balls" in truth.why_not("rest")
+    assert "no more than 53 obstacles" in truth.why_not("rest")
 
 
 def test_only_the_parts_that_are_asked_for_are_computed(monkeypatch: pytest.MonkeyPatch) -> None:
