@@ -112,7 +112,7 @@ def test_it_leaves_the_table_over_a_side_of_a_polygon_and_not_over_a_post():
 
 def test_no_ball_leaves_a_pocket_behind_the_ends_of_its_facings():
     """They lean so far apart that they are nearest to the hole's middle in front of it."""
-    corner = {"mouth": 0.13, "angle": 1.9, "jaw_radius": 0.005, "depth": 0.03, "radius": 0.09}
+    corner = {"mouth": 0.13, "angle": 1.9, "jaw_radius": 0.005, "depth": 0.03, "radius": 0.17}
     table = Table.model_validate({"length": 2.0, "width": 1.0, "pockets": {"corner": corner}})
     (hole,) = (one for one in table.holes if one.pocket == 0)
     for angle in np.linspace(0.1, 1.4, 40):
