@@ -102,7 +102,7 @@ def _run(code: str, folder: str, status: int, where: str) -> str:
         stderr=subprocess.STDOUT,
         text=True,
         check=False,
-        # Where pytest takes this for a CI it shortens no line, and what stands in docs/ would differ.
+        # Where pytest takes this for a CI it shortens no line, and would print other ones.
         env={name: value for name, value in os.environ.items() if name != "CI"},
     )
     if ran.returncode != status:
