@@ -14,7 +14,8 @@ A block is a comment of the page, so that both a forge and the site show its out
 
 `run shell` runs commands instead, in `build/docs/FOLDER` with `in=FOLDER`, and expects the exit
 status of `exit=N`. With `as=console` the commands are shown, too, but for lines that end in
-`# hide`. What differs from the last output in durations alone is left as it is.
+`# hide`. Where what commands print differs from the last output in durations alone, it is left as
+it is. Pictures that pages draw are written, or checked, with them.
 """
 
 from __future__ import annotations
@@ -28,15 +29,20 @@ from contextlib import redirect_stdout
 from io import StringIO
 from pathlib import Path
 
+from docs import drawings
+
 DOCS = Path(__file__).resolve().parent
 BUILD = DOCS.parent / "build" / "docs"
+
+PICTURES = {"side-pocket.svg": drawings.side_pocket}
+"""Pictures of the pages, and what draws each."""
 
 _BLOCK = re.compile(
     r"^(?P<head><!-- run (?P<kind>python|shell)(?P<options>[^\n]*)\n(?P<code>.*?)\n-->\n)"
     r"(?P<output>.*?)(?P<end>^<!-- end -->$)",
     re.MULTILINE | re.DOTALL,
 )
-_DURATION = re.compile(r"\d[\d.]*(?=\s?(?:ns|µs|ms|s|min)\b)")
+_DURATION = re.compile(r"\d[\d.]*\s?(?:ns|µs|ms|s|min)\b")
 _PROGRESS = re.compile(
     r"^(?:compiling the engine's|running \(step|proving scene) .*\n", re.MULTILINE
 )
@@ -52,6 +58,12 @@ class OutputError(Exception):
 def write_outputs(pages: Sequence[Path], *, check: bool) -> None:
     """Run the blocks of pages and write what they print beneath them; or check that it is there."""
     stale = []
+    for name, draw in PICTURES.items() if set(pages) >= set(DOCS.rglob("*.md")) else ():
+        picture, drawn = DOCS / name, draw() + "\n"
+        if picture.read_text(encoding="utf-8") != drawn:
+            stale.append(name)
+            if not check:
+                picture.write_text(drawn, encoding="utf-8")
     for page in pages:
         old = page.read_text(encoding="utf-8")
         new = _BLOCK.sub(lambda block, page=page: _with_output(block, page), old)  # type: ignore[misc]
@@ -82,7 +94,8 @@ def _with_output(block: re.Match[str], page: Path) -> str:
     if shown_as:
         text = f"```{shown_as}\n{text}\n```"
     output = f"\n{text}\n\n" if text else ""
-    if _masked(output) == _masked(block["output"]):
+    # What commands print has durations in it, of which the units differ, too; tables have not.
+    if block["kind"] == "shell" and _masked(output) == _masked(block["output"]):
         output = block["output"]
     return f"{block['head']}{output}{block['end']}"
 

@@ -46,6 +46,11 @@ def draw_against_time(measured: PrecisionMeasurement) -> Figure:
     return _draw(measured, lambda point: point.seconds, "time of a run [s]", title)
 
 
+NO_STEPS = (
+    "the picture shows what steps buy, and no engine that is named has steps. Name one that has"
+)
+
+
 def draw_against_steps(measured: PrecisionMeasurement) -> Figure:
     """Draw it against the steps in a second of play, of engines that have steps, and its knee.
 
@@ -53,7 +58,7 @@ def draw_against_steps(measured: PrecisionMeasurement) -> Figure:
     """
     points = tuple(one for one in measured.points if one.step is not None)
     if not points:
-        raise MeasurementError("no engine that was measured has steps. Name one that has")
+        raise MeasurementError(NO_STEPS)
     figure = _draw(
         measured.model_copy(update={"points": points}),
         lambda point: 1.0 / (point.step or 1.0),

@@ -91,7 +91,6 @@ def _take_out(
     leave(world.balls, i)
     if height is not None:
         height[i, st.UP_SPEED], height[i, st.FALL], height[i, st.LASTS] = 0.0, 0.0, 0.0
-    mark(world.balls, i)
 
 
 @kernel(inline=True)

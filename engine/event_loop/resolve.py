@@ -135,6 +135,7 @@ def _resolve_own(world: World, contacts: Contacts | None, i: int, t: float) -> i
         cushion = kind - st.OWN_CUSHION
         if world.laws.obstacles[cushion].law == st.TAKES_OUT:
             fall_into(balls.height, world, i, cushion, t)
+            mark(balls, i)
             return 0
         partner = _held_against(world, i, cushion, t)
         if partner != i:

@@ -8,8 +8,8 @@ cloth. Where bounces have become so low that nothing could tell them from a ball
 
 Over a table that isn't a plain rectangle, straight noses have ends, and jaws have round noses. What
 flies over one of them is off the table; a post is taller than any ball flies. A ball in the air
-falls into a hole where it lands, or where it leaves it no higher than `HIGHEST_AT_BACK`; higher, it
-flies over the back of the pocket, and is off the table.
+falls into a hole where it lands, or where it would leave it no higher than `HIGHEST_AT_BACK`;
+higher, it flies over the back of the pocket, and is off the table.
 
 Two balls touch where their centres are as far apart in space as their radii add up to; a ball and a
 cushion where its centre is by its radius away from the nose, a line at `cushion_height` above the
@@ -41,9 +41,10 @@ from ghostball.engine.motion.obstacles import MOST_BOUNDS, facing, is_post, turn
 from ghostball.engine.motion.position import FOR_EVER, jerk_along, whole_motion, with_rises
 
 HIGHEST_AT_BACK = 1.4
-"""How high a ball's centre may be at the far edge of a hole to fall into it, in radii.
+"""How high a ball's centre may be to fall into a hole where it would leave it, in radii.
 
-As in pooltool, which takes it for what the back of a pocket throws back into it.
+As in pooltool, which takes it for what the back of a pocket throws back into it. At the edge
+towards the table no back is there; the rule is the same, since it would come down on the lip.
 """
 
 _BESIDE = 2.0**-30

@@ -23,7 +23,7 @@ from ghostball.reference_adapters.certified.obstacle_gaps import choice_at
 from ghostball.reference_adapters.certified.obstacles import Round, Straight
 
 HIGHEST_AT_BACK = 1.4
-"""How high a ball's centre may be at the far edge of a hole to fall into it, in radii: a rule of
+"""How high a ball's centre may be to fall into a hole where it would leave it, in radii: a rule of
 the model, and the same double as the engine's."""
 
 _MARGIN = 2.0**-20

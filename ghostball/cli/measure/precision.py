@@ -16,7 +16,13 @@ from ghostball.cli.shared.tables import table_of
 from ghostball.cli.shared.terminal import tables
 from ghostball.reference_adapters import make_engine
 from ghostball.reports import style
-from ghostball.reports.precision import draw_against_steps, is_finest, knee_text, least_error
+from ghostball.reports.precision import (
+    NO_STEPS,
+    draw_against_steps,
+    is_finest,
+    knee_text,
+    least_error,
+)
 from ghostball.reports.style import format_length, format_time
 from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.precision.measure import (
@@ -32,6 +38,7 @@ from ghostball.validation.precision.points import (
     seconds_to,
 )
 from ghostball.validation.results.measurement import MeasurementError
+from ghostball.validation.runs.steps import step_of
 from ghostball.validation.scenes.library import select
 
 LEGEND = (
@@ -61,8 +68,10 @@ def run(
             why = f"`--out`: can't make the folder {out}: {error.strerror}"
             raise MeasurementError(why) from None
     named = tuple(engine or load_config().engines)
-    for spec in named:  # who names an engine wants it, and not to read at the end why it isn't here
-        make_engine(spec)
+    # Who names an engine wants it, and not to read at the end why it isn't here, or isn't drawn.
+    stepless = [step_of(make_engine(spec)) is None for spec in named]
+    if plot is not None and named and all(stepless):
+        raise MeasurementError(NO_STEPS)
     with counting("measuring") as count:
         measured = measure_precision(
             select(scenes or DEFAULT_SCENES),

@@ -66,6 +66,7 @@ def test_where_nothing_can_be_played_nothing_was_judged(precision):
         (["-e", "nosuch:simulate"], "`nosuch:simulate`"),
         (["--repeats", "0"], "--repeats"),
         (["--plot", "steps.txt"], "must end in"),
+        (["-e", "ghostball", "--plot", "steps.png"], "no engine that is named has steps"),
         (["--out", "/dev/null/x"], "can't make the folder"),
     ],
 )
