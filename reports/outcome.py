@@ -37,6 +37,8 @@ _KINDS = {"✗": "fail", "!": "fail", "?": "holds", "○": "holds", "✓": "pass
 
 PASSED = "Passed"
 
+_BESIDES = ", with cases that are no true shot: "
+
 
 @dataclass(frozen=True)
 class Answer:
@@ -55,6 +57,11 @@ class Overall:
     word: str
     kind: str
     why: str
+
+    @property
+    def short(self) -> str:
+        """The word, without what is said besides."""
+        return self.word.partition(_BESIDES)[0]
 
 
 def overall(results: Results | None, *regressions: Regression) -> Overall:
@@ -99,7 +106,7 @@ def of_limits(results: Results) -> Answer:
         said = f"{why[0].upper()}{why[1:]}. `ghostball validate` ends with 4."
         return Answer("○", "No outcome judged", said)
     wrong = wrong_text(results.cases)
-    word = f"Limits hold, with cases that are no true shot: {wrong}" if wrong else PASSED
+    word = f"Limits hold{_BESIDES}{wrong}" if wrong else PASSED
     return Answer("✓", word, f"Every limit holds: {many(passed, 'check')} passed.")
 
 

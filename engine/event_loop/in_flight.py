@@ -52,6 +52,7 @@ def resolve_flight(height: FloatArray | None, world: World, i: int, kind: int, t
         return False
     hole = hole_at(laws, balls.state[i].x, balls.state[i].y) if kind == st.OWN_LAND else -1
     if hole >= 0:
+        height[i, st.RISE] = 0.0  # as of one that lands: what is left of it is rounding
         fall_into(height, world, i, hole, t)
     elif kind in (st.OWN_LAND, st.OWN_BOUNCES_END):
         note_event(BALL_CLOTH_EVENT, i, -1, t, log)

@@ -61,6 +61,8 @@ def test_a_ball_that_lands_in_a_hole_is_pocketed_there():
     assert ends(result) == [("pocketed", "bottom")]
     assert result.rest_time == pytest.approx(distance / SPEED, rel=1e-12)
     assert result.rest_positions[0] == pytest.approx((*SIDE.centre, R), abs=1e-12)
+    assert result.rest_positions[0, 2] == R
+    assert result.energy([result.rest_time]).total == 0.0
 
 
 @pytest.mark.parametrize(
