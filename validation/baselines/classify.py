@@ -24,7 +24,7 @@ from ghostball.validation.grading.event_logs import ALL_KINDS, compare_logs, eve
 
 _SOURCES = {
     "proof": "the proof of the shot",
-    "engine": "our engine's own account, for the shot is not proved to its end",
+    "engine": "our engine's own account, for no proof says how errors grow up to the end",
     "nothing": "no account: roundings that are never amplified",
 }
 """Who says what rounding explains."""
