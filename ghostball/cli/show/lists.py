@@ -39,7 +39,7 @@ from ghostball.validation.scenes.library import select
 
 ENGINES_KEY = (
     "Lacks most: what it doesn't represent and most of the {count} shipped scenes need.\n"
-    "`ghostball engines NAME` says all of it, its settings, and how to get it;\n"
+    "`ghostball engines NAME` says all of it, its settings, and why it isn't here; "
     "with --recipe, its best settings as code of that engine ({recipes})."
 )
 
@@ -124,11 +124,11 @@ def engines_table() -> RenderableType:
     scenes = select()
     needed = Counter(feature for scene in scenes for feature in scene_features(scene))
     rows: list[Sequence[RenderableType]] = []
-    absent: list[RenderableType] = []
+    absent: list[str] = []
     for name in engine_names():
         found = _described(name)
         if found.reason is not None:
-            absent.append(Text(f"{name} isn't here: {found.reason.partition('. ')[0]}."))
+            absent.append(name)
         lacks = [one for one in needed if not has_feature(found.capabilities, one)]
         lacks.sort(key=lambda one: -needed[one])
         said = [f"{one.value} ({needed[one]})" for one in lacks[:LACKS_SHOWN]]
@@ -139,8 +139,10 @@ def engines_table() -> RenderableType:
         here = Text("yes", style="green") if found.reason is None else Text("no", style="red")
         rows.append((name, found.version, here, Text(", ".join(said))))
     key = ENGINES_KEY.format(count=len(scenes), recipes=", ".join(recipe_names()))
+    if absent:
+        key = f"Not here: {', '.join(absent)}.\n{key}"
     heads = ("engine", "version", "here", "lacks most (scenes)")
-    return Group(table_of(heads, rows, whole=heads[:3]), *absent, Text(key))
+    return Group(table_of(heads, rows, whole=heads[:3]), Text(key))
 
 
 def recipe_names() -> tuple[str, ...]:

@@ -2,7 +2,7 @@
 
 import importlib.metadata
 
-from ghostball.cli.show.lists import _version
+from ghostball.cli.show.lists import _Described, _version
 from ghostball.reference_adapters import engine_class
 from ghostball.validation import scene_names
 
@@ -53,8 +53,18 @@ def test_the_table_of_engines_fits_a_terminal(cli, monkeypatch):
     monkeypatch.setenv("COLUMNS", "80")
     lines = cli("engines").stdout.splitlines()
     assert max(map(len, lines)) <= 80
-    assert len(lines) < 60
     assert "".join(lines).count(" pymunk ") == 1
+
+
+def test_an_engine_that_is_not_here_takes_a_word_of_the_table_and_not_its_reason(cli, monkeypatch):
+    # Breaks where the table says why: a path of node_modules took it over the height of a screen.
+    monkeypatch.setenv("COLUMNS", "80")
+    reason = "needs /a/path " + 20 * "that is long "
+    monkeypatch.setattr("ghostball.cli.show.lists._described", lambda _: _Described(reason))
+    shown = cli("engines").stdout
+    assert "Not here: ghostball, billiards, box2d, " in shown
+    assert "that is long" not in shown
+    assert len(shown.splitlines()) < 40
 
 
 def test_the_version_of_an_engine_in_javascript_is_that_of_its_own_package(monkeypatch):
