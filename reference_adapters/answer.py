@@ -114,7 +114,8 @@ class Answer:
             plain = {
                 key: one.item() if hasattr(one, "item") else one for key, one in values.items()
             }
-            return event_row(RunEvent.model_validate(plain), f"answer that {self._what}")
+            told = RunEvent.model_validate(plain)
+            return event_row(told, self._scene.table, f"answer that {self._what}")
         except ValidationError as error:
             first = error.errors()[0]
             field = ".".join(map(str, first["loc"][:1]))

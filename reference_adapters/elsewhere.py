@@ -9,8 +9,10 @@ A run is an object with these keys, in SI units; balls are in the order of the s
     rest_time           when the last ball came to rest, or the run ended [s]
     rest_positions      [[x, y, z], ...], centres then [m]
     events              [{"t", "kind", "a", "b"}, ...] in order of time; kinds "ball-ball",
-                        "ball-cushion", "slide-to-roll", "roll-to-rest"; a and b are indices of
-                        balls, b is the cushion's name ("left", ...) or null where it is none
+                        "ball-cushion", "slide-to-roll", "roll-to-rest", "pocketed", "ball-cloth",
+                        "leaves-table"; a and b are indices of balls, b is the name of a cushion
+                        ("left", "side-1", "post-1") or a pocket ("top-left"), or null where it
+                        is none
     samples             {"t": [...], "positions": [...], "velocities": [...],
                         "angular_velocities": [...]}: of each instant, of each ball, three numbers.
                         From t = 0 to `rest_time`; just before and just after each collision is
@@ -38,9 +40,7 @@ from pydantic_core import from_json
 
 from ghostball.model import (
     COLLISION_KINDS,
-    CUSHIONS,
     EVENT_DTYPE,
-    POCKETS,
     EventKind,
     Record,
     Result,
@@ -48,7 +48,8 @@ from ghostball.model import (
     Samples,
     Scene,
     Status,
-    partner_index,
+    Table,
+    partner_name,
 )
 from ghostball.model.features import EXACT, Capabilities, Capability, Feature
 from ghostball.reference_adapters.base import (
@@ -57,6 +58,7 @@ from ghostball.reference_adapters.base import (
     EngineSettings,
     ReferenceEngine,
 )
+from ghostball.reference_adapters.returned import partners_of
 
 Triple = tuple[float, float, float]
 Plain = str | float | int | bool | None
@@ -167,7 +169,9 @@ class Run(_Part):
                 f"`rest_positions` of the {name} must have {n} balls, got "
                 f"{len(self.rest_positions)}"
             )
-        events = np.array([event_row(event, name) for event in self.events], dtype=EVENT_DTYPE)
+        events = np.array(
+            [event_row(event, scene.table, name) for event in self.events], dtype=EVENT_DTYPE
+        )
         counts = Counter(event.kind for event in self.events)
         centres = np.array(self.rest_positions)[np.newaxis]
         still = np.zeros_like(centres)
@@ -211,8 +215,11 @@ class Run(_Part):
         return SampledTrajectory(t, *parts)
 
 
-def event_row(event: RunEvent, name: str) -> tuple[float, int, int, int]:
-    """Return an event as a row of `EVENT_DTYPE`; `name` is what the run is called in messages.
+def event_row(event: RunEvent, table: Table | None, name: str) -> tuple[float, int, int, int]:
+    """Return an event as a row of `EVENT_DTYPE`.
+
+    `table`: whose cushions, sides, posts and pockets it may name.
+    `name`: what the run is called in messages.
 
     Raises `EngineError` where its kind, or what it names, is none.
     """
@@ -224,14 +231,19 @@ def event_row(event: RunEvent, name: str) -> tuple[float, int, int, int]:
         )
     b = -1 if event.b is None else event.b
     if isinstance(b, str):
-        try:
-            b = partner_index(kind, b)
-        except ValueError:
-            known = POCKETS if kind is EventKind.POCKETED else CUSHIONS
+        partners = partners_of(table).get(kind)
+        named = {partner_name(kind, index): index for index in partners or ()}
+        if b not in named:
+            rule = (
+                f"one of {', '.join(named)}" if named else "the name of what this scene has none of"
+            )
+            if partners is None:
+                rule = "the index of a ball" if kind is EventKind.BALL_BALL else "null"
             raise EngineError(
-                f"`b` of an event of the {name} must be one of {', '.join(known)} where it "
-                f"is a {'pocket' if kind is EventKind.POCKETED else 'cushion'}, got {b!r}"
-            ) from None
+                f"`b` of an event of the {name} must be {rule} where its kind is {kind.label}, "
+                f"got {b!r}"
+            )
+        b = named[b]
     a = event.a
     if kind is EventKind.BALL_BALL and b < a:
         a, b = b, a

@@ -223,29 +223,28 @@ def _rules_of_events(result: Result, scene: Scene) -> Iterator[tuple[str, Any, s
     of_cushion = kind == EventKind.BALL_CUSHION
     yield "b", of_balls & ((b < 0) | (b >= n)), balls
     yield "b", of_balls & (a == b), "another ball than a"
-    cushions, pockets = _met(scene.table)
-    yield (
-        "b",
-        of_cushion & ~np.isin(b, cushions),
-        _rule("cushion", EventKind.BALL_CUSHION, cushions),
-    )
-    leaves = kind == EventKind.LEAVES_TABLE
-    over = [*cushions, *(FIRST_HOLE + pocket for pocket in pockets)]
-    yield "b", leaves & ~np.isin(b, over), _rule("cushion", EventKind.LEAVES_TABLE, over)
-    pocketed = kind == EventKind.POCKETED
-    yield "b", pocketed & ~np.isin(b, pockets), _rule("pocket", EventKind.POCKETED, pockets)
-    alone = ~(of_balls | of_cushion | leaves | pocketed)
+    partners = partners_of(scene.table)
+    for of, one, what in (
+        (of_cushion, EventKind.BALL_CUSHION, "cushion"),
+        (kind == EventKind.LEAVES_TABLE, EventKind.LEAVES_TABLE, "cushion"),
+        (kind == EventKind.POCKETED, EventKind.POCKETED, "pocket"),
+    ):
+        yield "b", of & ~np.isin(b, partners[one]), _rule(what, one, partners[one])
+    alone = ~(of_balls | np.isin(kind, list(partners)))
     yield "b", alone & (b != -1), "-1, for a ball alone"
 
 
-def _met(table: Table | None) -> tuple[list[int], list[int]]:
-    """Return the indices of the cushions, sides and posts, and of the pockets, of a table."""
-    if table is None:
-        return [], []
-    others = table.obstacles
-    cushions = {side.cushion for side in table.sides}
+def partners_of(table: Table | None) -> dict[EventKind, list[int]]:
+    """Return what events of a ball and an obstacle, or a pocket, may name of a table, by kind."""
+    others = () if table is None else table.obstacles
+    cushions = {side.cushion for side in (() if table is None else table.sides)}
     cushions |= {one.obstacle for one in others if not isinstance(one, Hole)}
-    return sorted(cushions), [one.pocket for one in others if isinstance(one, Hole)]
+    pockets = [one.pocket for one in others if isinstance(one, Hole)]
+    return {
+        EventKind.BALL_CUSHION: sorted(cushions),
+        EventKind.POCKETED: pockets,
+        EventKind.LEAVES_TABLE: [*sorted(cushions), *(FIRST_HOLE + one for one in pockets)],
+    }
 
 
 def _rule(what: str, kind: EventKind, indices: list[int]) -> str:

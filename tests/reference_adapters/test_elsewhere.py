@@ -8,6 +8,7 @@ import pytest
 from damage import faults, reads, texts
 
 from ghostball.model import Scene
+from ghostball.model.scene.obstacles import FIRST_POST
 from ghostball.reference_adapters.base import EngineError
 from ghostball.reference_adapters.elsewhere import Run
 from ghostball.validation.scenes.library import find_scene
@@ -29,7 +30,9 @@ RUN = {
 
 
 def test_a_run_of_another_shape_is_refused(tmp_path):
-    scene = Scene.model_validate({"name": "a", "balls": [{"id": "b", "position": (0.4, 0.5)}]})
+    ball = {"id": "b", "position": (0.4, 0.5)}
+    table = {"length": 2.0, "width": 1.0}
+    scene = Scene.model_validate({"name": "a", "balls": [ball], "table": table})
 
     def read(path):
         for one in Run.load(path):
@@ -72,3 +75,39 @@ def test_what_does_not_fit_its_scene_is_refused(change: dict, says: str) -> None
     run = Run.parse(RUN | change, "a file, run 1")
     with pytest.raises(EngineError, match=says):
         run.result(find_scene("stop"))
+
+
+POSTED = {"length": 2.0, "width": 1.0, "posts": [{"centre": (1.5, 0.5), "radius": 0.1}]}
+POLYGON = {"vertices": [(0.0, 0.0), (2.0, 0.0), (1.0, 1.5)]}
+SHAPED = {"posts": POSTED, "polygon": POLYGON, "pocketed": {"preset": "wpa-8ft"}, "no table": None}
+
+
+@pytest.mark.parametrize(
+    ("table", "kind", "says"),
+    [
+        ("posts", "ball-cushion", "must be one of left, right, bottom, top, post-1 where"),
+        ("polygon", "ball-cushion", "must be one of side-1, side-2, side-3 where"),
+        ("pocketed", "pocketed", "must be one of bottom-left, bottom, bottom-right, top-right, "),
+        ("pocketed", "leaves-table", "left, right, bottom, top, bottom-left-pocket, "),
+        ("posts", "pocketed", "must be the name of what this scene has none of where its kind is"),
+        ("no table", "ball-cushion", "must be the name of what this scene has none of"),
+        ("posts", "ball-ball", "must be the index of a ball where its kind is ball-ball, got"),
+        ("posts", "ball-cloth", "must be null where its kind is ball-cloth, got 'post-2'"),
+    ],
+)
+def test_a_partner_that_is_not_there_is_refused_with_those_that_are(
+    table: str, kind: str, says: str
+) -> None:
+    ball = {"id": "b", "position": (1.0, 0.5)}
+    scene = Scene.model_validate({"name": "a", "balls": [ball], "table": SHAPED[table]})
+    event = {"t": 0.5, "kind": kind, "a": 0, "b": "post-2"}
+    with pytest.raises(EngineError, match=says):
+        Run.parse(RUN | {"events": [event]}, "a file, run 1").result(scene)
+
+
+def test_partners_are_named_as_events_of_ours_name_them() -> None:
+    ball = {"id": "b", "position": (1.0, 0.5)}
+    scene = Scene.model_validate({"name": "a", "balls": [ball], "table": POSTED})
+    event = {"t": 0.5, "kind": "ball-cushion", "a": 0, "b": "post-1"}
+    run = Run.parse(RUN | {"events": [event]}, "a file, run 1").result(scene)
+    assert run.events["b"].tolist() == [FIRST_POST]
