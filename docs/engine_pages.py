@@ -10,6 +10,7 @@ from pathlib import Path
 from benchmarks.measurements import committed, committed_files
 from benchmarks.pictures.gallery import committed_board
 from benchmarks.rebounds import ReboundsMeasurement
+from docs.replay_pages import replay_link
 from docs.tables import _made, _table
 from ghostball.cli.show.lists import recipe_names, recipe_of
 from ghostball.reference_adapters import engine_class, engine_names
@@ -49,7 +50,7 @@ def cell_link(board: Board, row: str, column: Column) -> str:
 
 
 def coloured(html: str) -> str:
-    """Return the site's board with the colours of its cells, and what it is sorted by."""
+    """Return the site's board: its cells coloured, sortable, and leading to their replays."""
     board = committed_board()
     if board is None:
         return html
@@ -60,7 +61,9 @@ def coloured(html: str) -> str:
             return found[0]
         size = "" if one.size is None else repr(one.size)
         look = f'style="background:{LOOKS[one.kind].paper}"'
-        return f'<td class="cell" {look} data-size="{size}">{found[1]}'
+        to = replay_link(found[2], found[3])
+        link = found[1] if to is None else re.sub(r'href="[^"]*"', f'href="{to}"', found[1])
+        return f'<td class="cell" {look} data-size="{size}">{link}'
 
     return re.sub(r'<td>(<a [^>]*title="([^",]+(?:,[^",]+=[^",]+)*), ([\w-]+): )', cell, html)
 

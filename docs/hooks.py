@@ -8,6 +8,7 @@ from typing import Any
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))  # of `docs` and `benchmarks`
 
 from docs.engine_pages import coloured
+from docs.replay_pages import write_pages
 
 _HIDDEN = re.compile(r"^<!--\n(:::.*?)\n-->$", re.MULTILINE | re.DOTALL)
 
@@ -20,3 +21,8 @@ def on_page_markdown(markdown: str, **_: Any) -> str:
 def on_page_content(html: str, page: Any, **_: Any) -> str:
     """Colour the board, where it is."""
     return coloured(html) if page.file.src_uri == "leaderboard.md" else html
+
+
+def on_post_build(config: Any) -> None:
+    """Write the pages that cells of the board lead to."""
+    write_pages(Path(config.site_dir))

@@ -31,4 +31,7 @@ def test_a_cell_leads_to_its_engine_and_has_the_colour_of_its_class():
     html = coloured(f'<tr><td><a href="x" title="{title}">4 mm</a></td></tr>')
     assert 'class="cell" style="background:#' in html
     assert 'data-size="' in html
+    assert '<a href="../replays/cut.html#pymunk:config=default" title=' in html
+    gas = title.replace(", cut: ", ", gas: ")
+    assert '<a href="x" title=' in coloured(f'<td><a href="x" title="{gas}">kept</a></td>')
     assert coloured("<td>other</td>") == "<td>other</td>"

@@ -15,8 +15,10 @@ from benchmarks.pictures.racks import draw_racks
 from benchmarks.pictures.rebounds import draw_rebounds
 from benchmarks.pictures.sections import SECTION_FIGURES
 from benchmarks.pictures.shots import our_shot
+from benchmarks.pictures.steps import draw_steps
 from benchmarks.racks import RacksMeasurement
 from benchmarks.rebounds import ReboundsMeasurement
+from benchmarks.steps import COLUMNS, StepsMeasurement
 from ghostball.model import GhostballError
 from ghostball.reports import style
 from ghostball.reports.board import draw_board
@@ -164,6 +166,9 @@ def draw_committed() -> Iterator[tuple[str, Figure, str]]:
         yield "rebounds", draw_rebounds(rebounds), revision_of(rebounds.environment)
     if (board := committed_board()) is not None:
         yield "board", draw_board(board), revision_of(board.environment)
+    if (steps := committed(StepsMeasurement)) is not None:
+        for name, column in COLUMNS.items():
+            yield f"steps-{name}", draw_steps(steps, column), revision_of(steps.environment)
 
 
 def revision_of(environment: Mapping[str, Any]) -> str:

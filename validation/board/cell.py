@@ -10,6 +10,7 @@ from typing import Annotated, Final, Literal, get_args
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
+from ghostball.model import Scene
 from ghostball.validation.board.column import ACCURACY, Column
 from ghostball.validation.checks.verdict import is_unfinished, unfinished_text
 from ghostball.validation.measured.likeness import Likeness
@@ -218,8 +219,12 @@ def _widest(column: Column, row: str, cases: Sequence[CaseRecord]) -> Cell:
 
 
 def _angle(case: CaseRecord) -> float:
+    return angle_of(scene_from(case.definition, case.scene))
+
+
+def angle_of(scene: Scene) -> float:
     """Return the angle of the first ball's way from the y axis, a side pocket's [degrees]."""
-    x, y = scene_from(case.definition, case.scene).velocities[0, :2]
+    x, y = scene.velocities[0, :2]
     return round(math.degrees(math.atan2(abs(x), abs(y))), 3)
 
 

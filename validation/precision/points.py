@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Literal
 
 from ghostball.validation.results.measurement import Measurement, Record
@@ -77,16 +77,23 @@ def seconds_to(
 
 
 def knee_of(points: Iterable[PrecisionPoint]) -> PrecisionPoint | None:
-    """Return the point whose step is worth it: beyond it finer ones cost more than they mend.
-
-    It is that of the least error of the worst phase, times the root of the steps that it takes: so
-    from any coarser one four times the steps at least halve the error, and to any finer one not.
+    """Return the point whose step is worth it: see `knee_step`.
 
     `points`: of one engine on one scene. None where no step brought about the true events.
+    """
+    steps = {one.step: one for one in points if one.step is not None and one.same_events}
+    knee = knee_step({step: one.error_high for step, one in steps.items()})
+    return None if knee is None else steps[knee]
+
+
+def knee_step(errors: Mapping[float, float]) -> float | None:
+    """Return the step that is worth it [s]: finer ones cost more than they mend; None of none.
+
+    It is that of the least error, times the root of the steps that it takes: so from any coarser
+    one four times the steps at least halve the error, and to any finer one not.
+
+    `errors`: of each step [s] that has one.
 
     Steps are counted, not timed: so the answer is the same on every machine.
     """
-    steps = {one.step: one for one in points if one.step is not None and one.same_events}
-    if not steps:
-        return None
-    return steps[min(steps, key=lambda step: (steps[step].error_high / step**0.5, -step))]
+    return min(errors, key=lambda step: (errors[step] / step**0.5, -step), default=None)
