@@ -104,14 +104,23 @@ class StepsMeasurement(Shown):
 
 
 def knee(column: Column, points: Sequence[StepPoint]) -> StepPoint | None:
-    """Return the point of the step that is worth it; None where none has an error.
+    """Return the point of the step that is worth it; None where no step makes it right.
 
+    A step that is good by luck doesn't count: its error is the largest of it and all finer ones.
     What is right by the column's threshold can't be mended: all such errors are the same.
+
+    `points`: of one engine, the coarsest step first.
     """
-    least = column.good or 0.0
-    errors = {1.0 / one.steps: max(one.error, least) for one in points if one.error is not None}
+    errors: dict[float, float] = {}
+    largest = column.good or 0.0
+    for one in reversed(points):
+        if one.error is None:
+            break
+        largest = max(largest, one.error)
+        errors[1.0 / one.steps] = largest
     step = knee_step(errors)
-    return next((one for one in points if step is not None and 1.0 / one.steps == step), None)
+    worth = next((one for one in points if step is not None and 1.0 / one.steps == step), None)
+    return None if worth is None or worth.kind == "bad" else worth
 
 
 def error_text(column: Column, point: StepPoint) -> str:

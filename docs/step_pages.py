@@ -41,7 +41,7 @@ def _row(column: Column, row: str, points: Sequence[StepPoint]) -> tuple[str, ..
     ends = (points[0], points[-1])
     cells = [error_text(column, one) for one in ends]
     if worth is None:
-        return f"`{row}`", "none", "–", *cells
+        return f"`{row}`", "no step", "–", *cells
     finer = worth is points[-1] and len(points) > 1 and bool(worth.error)
     said = f"1/{worth.steps}" + " or finer" * finer
     return f"`{row}`", said, error_text(column, worth), *cells

@@ -19,6 +19,11 @@ PANEL: Final = 3.3
 LEAST: Final = 1e-17
 """Errors below it are drawn there, 0 among them, where no error is larger."""
 
+COLOURS: Final = ("#000000", "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#7A5C00", "#56B4E9")
+MARKERS: Final = "osD^vP*X"
+LINES: Final = ("-", "--", "-.", ":", (0, (5, 1)))
+"""Of the lines in their order; together they repeat after more lines than there are engines."""
+
 UNITS: Final = {
     "m": "how far off [m]",
     "m/s": "fastest inelastic [m/s]",
@@ -36,25 +41,25 @@ def draw_steps(measured: StepsMeasurement, column: Column) -> Figure:
     figure = style.new_figure(WIDTH, PANEL + 0.22 * len(lines))
     axes = figure.subplots()
     axes.set(xscale="log", yscale="log", ylim=(floor / 3.0, 3.0 * top))
-    for rows in lines:
-        points, look = found[rows[0]], style.engine_style(rows[0])
+    for k, rows in enumerate(lines):
+        points, colour = found[rows[0]], COLOURS[k % len(COLOURS)]
         right = [one for one in points if one.error is not None]
         axes.plot(
             [one.steps for one in right],
             [max(one.error or 0.0, floor) for one in right],
-            color=look.colour,
-            linestyle=look.line,
-            marker=look.marker,
-            markersize=4.5,
+            color=colour,
+            linestyle=LINES[k % len(LINES)],
+            marker=MARKERS[k % len(MARKERS)],
+            markersize=5.0,
             linewidth=1.4,
             label=", ".join(map(style.engine_name, rows)),
         )
         wrong = [one.steps for one in points if one.kind in WRONG]
-        axes.plot(wrong, [top] * len(wrong), linestyle="", marker="x", color=look.colour)
+        axes.plot(wrong, [top] * len(wrong), linestyle="", marker="x", color=colour)
         worth = knee(column, points)
         if worth is not None:
             at = max(worth.error or 0.0, floor)
-            axes.plot(worth.steps, at, "o", markersize=11.0, color=look.colour, fillstyle="none")
+            axes.plot(worth.steps, at, "o", markersize=11.0, color=colour, fillstyle="none")
     axes.set_xticks(STEPS, [f"{steps}" for steps in STEPS])
     axes.minorticks_off()
     axes.grid(visible=True)

@@ -48,6 +48,10 @@ def test_a_step_is_worth_it_until_four_times_as_many_do_not_halve_the_error():
     assert worth is not None
     assert worth.steps == 240
     assert knee(COLUMNS["cut"], points("cut", "pymunk", {60: None, 120: None})) is None
+    # What is lucky isn't worth it.
+    lucky = {60: 8e-4, 120: 1e-9, 240: 4e-4, 480: 4e-4, 960: None, 1920: 3e-4}
+    assert knee(COLUMNS["cut"], points("cut", "pymunk", lucky)).steps == 1920
+    assert knee(COLUMNS["cut"], points("cut", "pymunk", lucky | {960: 4e-4})).steps == 120
     # What a threshold calls right is right with the coarsest step.
     kept = knee(COLUMNS["break"], points("break", "pymunk", {60: 2e-3, 120: 5e-5, 240: 1e-15}))
     assert kept is not None
@@ -90,6 +94,6 @@ def test_engines_with_the_same_errors_share_a_line_and_knees_are_ringed():
     names = axes.get_legend_handles_labels()[1]
     assert names == ["pymunk, pybullet", "mujoco"]
     rings = [line for line in axes.lines if line.get_fillstyle() == "none"]
-    assert [line.get_xdata()[0] for line in rings] == [3840, 120]
+    assert [line.get_xdata()[0] for line in rings] == [3840, 3840]
     crosses = [line for line in axes.lines if line.get_marker() == "x"]
     assert [list(line.get_xdata()) for line in crosses] == [[], [60]]
