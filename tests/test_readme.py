@@ -18,6 +18,7 @@ from benchmarks.pictures.rebounds import best_of_each
 from benchmarks.racks import RacksMeasurement
 from benchmarks.rebounds import ReboundsMeasurement
 from benchmarks.speed import TargetsMeasurement
+from benchmarks.steps import COLUMNS, StepsMeasurement
 from ghostball.cli import app
 from ghostball.engine import simulate
 from ghostball.engine.core.tolerances import CAPTURE_HEIGHT, CONTACT_TOLERANCE
@@ -172,6 +173,7 @@ def test_every_picture_is_of_the_revision_that_is_named(name):
         "precision.png": committed(PrecisionMeasurement),
         "racks.png": committed(RacksMeasurement),
         "rebounds.png": committed(ReboundsMeasurement),
+        **{f"steps-{name}.png": committed(StepsMeasurement) for name in COLUMNS},
     }
     if name in own:
         assert revision.startswith(own[name].environment["git"]["revision"])

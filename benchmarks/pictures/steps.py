@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from textwrap import fill
 from typing import TYPE_CHECKING, Final
 
 from benchmarks.steps import STEPS, WRONG, StepPoint, StepsMeasurement, error_text, knee
@@ -19,10 +20,16 @@ PANEL: Final = 3.3
 LEAST: Final = 1e-17
 """Errors below it are drawn there, 0 among them, where no error is larger."""
 
-COLOURS: Final = ("#000000", "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#7A5C00", "#56B4E9")
+NAMES: Final = 64
+"""Characters of a line of the legend."""
+
+COLOURS: Final = (
+    *("#000000", "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#7A5C00", "#56B4E9"),
+    *("#882255", "#8C8C8C", "#B8A200", "#332288"),
+)
 MARKERS: Final = "osD^vP*X"
 LINES: Final = ("-", "--", "-.", ":", (0, (5, 1)))
-"""Of the lines in their order; together they repeat after more lines than there are engines."""
+"""Of the lines in their order: no two have all three of them."""
 
 UNITS: Final = {
     "m": "how far off [m]",
@@ -52,9 +59,9 @@ def draw_steps(measured: StepsMeasurement, column: Column) -> Figure:
             marker=MARKERS[k % len(MARKERS)],
             markersize=5.0,
             linewidth=1.4,
-            label=", ".join(map(style.engine_name, rows)),
+            label=fill(", ".join(map(style.engine_name, rows)), NAMES),
         )
-        wrong = [one.steps for one in points if one.kind in WRONG]
+        wrong = [one.steps for one in points if one.kind in WRONG and one.kind != "none"]
         axes.plot(wrong, [top] * len(wrong), linestyle="", marker="x", color=colour)
         worth = knee(column, points)
         if worth is not None:
@@ -63,7 +70,8 @@ def draw_steps(measured: StepsMeasurement, column: Column) -> Figure:
     axes.set_xticks(STEPS, [f"{steps}" for steps in STEPS])
     axes.minorticks_off()
     axes.grid(visible=True)
-    axes.set_xlabel("steps in a second of play; ringed: worth it; × no true shot")
+    lost = any(one.kind in WRONG for row in found.values() for one in row if one.kind != "none")
+    axes.set_xlabel(f"steps in a second of play; ringed: worth it{'; × no true shot' * lost}")
     axes.set_ylabel(UNITS.get(column.unit, "share of the energy"))
     if any(one.error is not None and one.error < floor for row in found.values() for one in row):
         axes.annotate("0", (0.01, floor), xycoords=("axes fraction", "data"), va="bottom")
