@@ -23,11 +23,19 @@ from ghostball.engine.motion.geometry import (
     speed_of,
 )
 from ghostball.engine.motion.next_piece import keep_spin
+from ghostball.engine.motion.obstacles import turning
 from ghostball.engine.resting_contact.cloth_response import effective_mass
 from ghostball.engine.resting_contact.gaps import gap_now
 
 _RESIDUE = 2.0**-20
 """Bounce, in units of a negligible one, left to the contact force: a thousandth of its speed."""
+
+_ONE_WALL = 1.0 - 2.0**-32
+"""Cosine between the normals of two obstacles that a ball touches above which they are one wall.
+
+An angle of 2e-5: twice that at which a ball, within the reach of a contact, touches a rail and the
+jaw that goes on from it.
+"""
 
 
 @kernel
@@ -126,10 +134,13 @@ def _approaches(world: World, count: int) -> bool:
     balls, contacts = world.balls, world.contacts
     found = False
     for c in range(count):
-        a, b = contacts.ends[c, st.FIRST], contacts.ends[c, st.SECOND]
         nx, ny, _ = gap_now(world, c)
         contacts.forces[c].nx = nx
         contacts.forces[c].ny = ny
+    for c in range(count):
+        a, b = contacts.ends[c, st.FIRST], contacts.ends[c, st.SECOND]
+        if b < 0 and world.laws.obstacles[-1 - b].kind != st.LINE:
+            _face_wall(world, c, count)
         rate = gap_rate(world, c)
         contacts.forces[c].rate = rate
         size = abs(balls.state[a].vx) + abs(balls.state[a].vy)
@@ -142,6 +153,33 @@ def _approaches(world: World, count: int) -> bool:
         )
         found = found or (rate < -APPROACH_ROUNDING * size and not residue)
     return found
+
+
+@kernel
+def _face_wall(world: World, c: int, count: int) -> None:
+    """Give contact c, with an obstacle, the normal of the wall that it is a part of there.
+
+    That of the flattest of those that the ball touches in nearly the same direction: a rail, not
+    the jaw that goes on from it, which the ball can't meet before the rail's end. A hair before it
+    the tolerance of the gap would have it meet the jaw at an angle of 1e-5.
+    """
+    contacts, laws = world.contacts, world.laws
+    a, forces = contacts.ends[c, st.FIRST], contacts.forces
+    ball = world.balls.state[a]
+    least, flattest = turning(laws, -1 - contacts.ends[c, st.SECOND], ball.x, ball.y), c
+    first = c  # of the contacts of a ball with obstacles, which are listed one after the other
+    while first > 0 and contacts.ends[first - 1, st.FIRST] == a:
+        first -= 1
+    for other in range(first, count):
+        b = contacts.ends[other, st.SECOND]
+        if contacts.ends[other, st.FIRST] != a:
+            break
+        if b < 0:
+            same = forces[other].nx * forces[c].nx + forces[other].ny * forces[c].ny
+            turns = turning(laws, -1 - b, ball.x, ball.y)
+            if same > _ONE_WALL and turns < least:
+                least, flattest = turns, other
+    forces[c].nx, forces[c].ny = forces[flattest].nx, forces[flattest].ny
 
 
 @kernel

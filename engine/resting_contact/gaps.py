@@ -7,6 +7,7 @@ import math
 from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
 from ghostball.engine.core.state import Balls, Contacts, Laws, World
+from ghostball.engine.motion.crossings import first_crossing
 from ghostball.engine.motion.geometry import contact_tolerance, friction_limit, gap_rounding
 from ghostball.engine.motion.obstacles import facing, nose_reach
 from ghostball.engine.motion.position import displacement, pair_reach
@@ -151,6 +152,10 @@ def stays_closed(world: World, count: int, duration: float) -> bool:
     end; where the overlap is largest depends on whether it opens first. A cubic that is within
     `_WITHIN` of the tolerance at these places, and at the start, is within it everywhere. Of a
     contact that doesn't push, which opens, the way out has no bound.
+
+    And looked at where a ball passes an end of a segment: a cubic before and another one after, for
+    the normal begins to turn there. A ball driven into a rail was past the rail's end, and off it,
+    before the first of the seven.
     """
     contacts = world.contacts
     for c in range(count):
@@ -158,11 +163,33 @@ def stays_closed(world: World, count: int, duration: float) -> bool:
         now = contacts.forces[c].gap
         tolerance = _WITHIN * contact_tolerance(world.balls, a, b)
         allowed = max(tolerance, gap_rounding(world.balls, a, b) - now)
-        for part in range(1, 8):
-            gap = gap_after(world, c, 0.125 * part * duration)
+        for part in range(1, 10):
+            s = 0.125 * part * duration if part < 8 else _time_to_end(world, c, part == 9)
+            if not 0.0 < s < duration:
+                continue
+            gap = gap_after(world, c, s)
             if gap < -allowed or (contacts.forces[c].force > 0.0 and gap > max(allowed, now)):
                 return False
     return True
+
+
+@kernel
+def _time_to_end(world: World, c: int, far: bool) -> float:
+    """Return in how long contact c comes to its segment's start, or far end [s]; inf if it doesn't.
+
+    As `normal_after`; from either side.
+    """
+    a, row = world.contacts.ends[c, st.FIRST], -1 - world.contacts.ends[c, st.SECOND]
+    if row < 0 or world.laws.obstacles[row].kind != st.SEGMENT:
+        return math.inf
+    ball, segment, new = world.balls.state[a], world.laws.obstacles[row], world.contacts.motion[a]
+    dx, dy = segment.nx - segment.x, segment.ny - segment.y
+    x, y = (segment.nx, segment.ny) if far else (segment.x, segment.y)
+    way = (ball.x - x) * dx + (ball.y - y) * dy
+    sign = 1.0 if way > 0.0 else -1.0
+    rate, pull = ball.vx * dx + ball.vy * dy, new.new_ax * dx + new.new_ay * dy
+    s: float = first_crossing(sign * way, sign * rate, sign * pull)
+    return s
 
 
 @kernel

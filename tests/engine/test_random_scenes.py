@@ -44,6 +44,10 @@ FOUND = {
     "a ball of 1e-162 m/s in a corner": (205, {"air": "yes", "layout": "corner"}),
     "an impact at an instant rounded to a clock of minutes": (16756, {}),
     "a slip that ends where an impulse leaves little of it": (11935, {}),
+    "a step that looks past the end of the rail that holds a ball": (
+        1350,
+        {"spin": "struck", "table": ("polygon", "pockets", "posts")},
+    ),
 }
 """What was wrong in random scenes, with their number and their options."""
 

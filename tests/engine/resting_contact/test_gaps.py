@@ -8,6 +8,7 @@ import pytest
 
 from ghostball.engine import simulate
 from ghostball.model import Ball, Physics, Scene, Table
+from ghostball.validation.stress.invariants import instants
 from ghostball.validation.stress.judges import Invariants
 
 R = 2.0**-5
@@ -64,3 +65,29 @@ def test_a_ball_that_its_spin_drives_onto_a_row_at_a_cushion_takes_few_steps():
     )
     kept = Invariants(most_events=300, most_steps=25, images=(0, 1, 2))
     assert kept(simulate(scene, record="trajectory")).faults == ()
+
+
+@pytest.mark.parametrize(("ahead", "speed"), [(3e-5, 0.5), (1e-3, 2.0), (3e-3, 2.0)])
+def test_a_ball_that_its_spin_drives_into_a_rail_glides_off_its_end(ahead, speed):
+    """Breaks where a step looks past the rail's end, or where the jaw is met a hair before it."""
+    table = Table.model_validate("wpa-9ft")
+    radius, end = 0.028575, table.obstacles[0].end[0]  # of the bottom rail, at the side pocket
+    scene = Scene(
+        name="glides",
+        table=table,
+        physics=Physics(motion="sliding", cushion="frictional", cushion_friction=0.2),
+        t_max=0.005,
+        balls=[
+            Ball(
+                id="cue",
+                position=(end - ahead, radius),
+                velocity=(speed, 0.0),
+                angular_velocity=(20.0, speed / radius, 0.0),
+            )
+        ],
+    )
+    result = simulate(scene, record="trajectory")
+    assert result.work["contact_steps"] > 0
+    assert Invariants()(result).faults == ()
+    assert result.sample(instants(result)).velocities[:, 0, 1].max() <= 1e-11
+    assert result.rest_positions[0, 1] < radius
