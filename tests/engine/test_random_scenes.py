@@ -48,6 +48,8 @@ FOUND = {
         1350,
         {"spin": "struck", "table": ("polygon", "pockets", "posts")},
     ),
+    "a ball between two, kept together by a hundred impacts": (3179, {"table": "polygon"}),
+    "three balls, kept together by a thousand impacts": (4446, {"table": "posts"}),
 }
 """What was wrong in random scenes, with their number and their options."""
 
@@ -188,6 +190,8 @@ def test_a_motion_that_contradicts_itself_is_seen(monkeypatch):
     assert seen() == set()
     assert seen(status=Status.WORK_LIMIT) == {"ends"}
     assert seen(rest_time=result.rest_time + 1e-9, status=Status.T_MAX) >= {"ends"}
+    met = result.events["t"][result.events["kind"] == EventKind.BALL_BALL]
+    assert not motion._left_by_impacts(result, 0, 1, met, 1e-15).any()  # they were apart before
     late = result.events.copy()
     late["t"][np.argmax(late["kind"] == EventKind.BALL_BALL)] += 1e-9
     assert seen(events=late) >= {"sampled"}
