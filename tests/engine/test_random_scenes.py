@@ -48,6 +48,7 @@ FOUND = {
         1350,
         {"spin": "struck", "table": ("polygon", "pockets", "posts")},
     ),
+    "pieces of a motion whose acceleration changes unevenly": (3390, {"table": "polygon"}),
     "a ball between two, kept together by a hundred impacts": (3179, {"table": "polygon"}),
     "three balls, kept together by a thousand impacts": (4446, {"table": "posts"}),
 }
