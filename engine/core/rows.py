@@ -87,10 +87,11 @@ class BallRow(Row):
     spin_slowing: float  # deceleration of the spin about the vertical [rad/s^2]
     cloth_friction: float  # coefficient of sliding friction, for impacts with the cloth
     moved: float  # 1: the ball has moved, by more than very slow motion, since it last came to rest
+    fastest: float  # largest size of its velocity at `epoch`, before impulses of then [m/s]
 
 
 STATE_COLUMNS = 24
-"""Columns of `Balls.state`: whole cache lines, the last two are padding."""
+"""Columns of `Balls.state`: whole cache lines, the last is padding."""
 
 BALL = dtype_of(BallRow, STATE_COLUMNS)
 

@@ -30,13 +30,17 @@ APPROACH_ROUNDING = 8.0 * EPS
 """Speed of approach, in units of both balls' speeds, whose sign is noise.
 
 An impact with restitution 0 leaves up to about 4 EPS of the speeds, of either sign. Taken as an
-approach it would be resolved again and again at the same instant, changing nothing. The price: two
+approach it would be resolved again and again at the same instant, changing nothing. The speeds are
+the largest that the balls had at that instant: a row of balls that is pushed into a cushion halves
+its own speed there, again and again, and would never be at its rounding. The price: two
 balls that truly approach so slowly are let pass, and overlap by up to this part of the way that
 they go together, as much as the rounding of their velocities moves them in any case.
 """
 
 LEAST_SPEED = 2.0**-500
 """Speed [m/s] below which a ball that rebounds, or is in contact, rests: its square is a double.
+
+So two balls that approach no faster don't collide.
 
 0.85 times the least double is that number again, so that bounces would never end. And on a cloth
 without friction each inelastic impulse leaves a ball in a corner 1e-16 of its speed.

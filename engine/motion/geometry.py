@@ -12,15 +12,17 @@ from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
 from ghostball.engine.core.state import Balls, Cells, FloatArray, Laws, World
 from ghostball.engine.core.tolerances import (
+    APPROACH_ROUNDING,
     CAPTURE_HEIGHT,
     CONTACT_REACH,
     CONTACT_TOLERANCE,
     EPS,
     GAP_ULPS,
+    LEAST_SPEED,
     STOP_DISTANCE,
 )
 from ghostball.engine.motion.obstacles import facing, nose_reach
-from ghostball.engine.motion.position import pair_reach, relative_motion
+from ghostball.engine.motion.position import pair_reach, relative_motion, velocity
 
 
 @kernel
@@ -140,13 +142,32 @@ def negligible_bounce(rate: float, acceleration: float, height: float) -> bool:
 
 
 @kernel
-def in_contact(gap: float, rate: float, tolerance: float, pull: float) -> bool:
+def approach_rounding(balls: Balls, i: int, j: int, t: float) -> float:
+    """Return up to which speed [m/s] balls i and j don't approach at the instant t [s].
+
+    See `APPROACH_ROUNDING` and `LEAST_SPEED`.
+    """
+    size: float = max(APPROACH_ROUNDING * (_size(balls, i, t) + _size(balls, j, t)), LEAST_SPEED)
+    return size
+
+
+@kernel
+def _size(balls: Balls, i: int, t: float) -> float:
+    """Largest size of the velocity of ball i at the instant t so far [m/s], in the 1-norm."""
+    vx, vy = velocity(balls, i, t)
+    size: float = abs(vx) + abs(vy)
+    return size if t > balls.state[i].epoch else max(size, balls.state[i].fastest)
+
+
+@kernel
+def in_contact(gap: float, rate: float, tolerance: float, pull: float, noise: float) -> bool:
     """Whether a gap [m], changing at `rate` [m/s], counts as closed when a contact step starts.
 
-    `pull` is the most that friction can take from the rate [m/s^2].
+    `pull` is the most that friction can take from the rate [m/s^2]; one of up to `noise` is none,
+    which counts where no cloth rubs.
     """
     touching = gap <= CONTACT_REACH * tolerance
-    return touching and negligible_bounce(rate, pull, tolerance)
+    return touching and (abs(rate) <= noise or negligible_bounce(rate, pull, tolerance))
 
 
 @kernel
@@ -162,7 +183,9 @@ def obstacle_in_contact(balls: Balls, i: int, laws: Laws, k: int) -> bool:
     nx, ny, distance = facing(laws, k, ball.x, ball.y)
     gap = distance - nose_reach(balls, i, laws, k)
     rate = nx * ball.vx + ny * ball.vy
-    return in_contact(gap, rate, contact_tolerance(balls, i, i), 3.0 * friction_limit(balls, i))
+    noise = max(APPROACH_ROUNDING * (abs(ball.vx) + abs(ball.vy)), LEAST_SPEED)
+    pull = 3.0 * friction_limit(balls, i)
+    return in_contact(gap, rate, contact_tolerance(balls, i, i), pull, noise)
 
 
 @kernel
@@ -181,7 +204,8 @@ def pair_in_contact(balls: Balls, i: int, j: int, t: float) -> bool:
     gap = distance - pair_reach(balls, i, j)
     rate = (rx * vx + ry * vy) / distance
     pull = 1.5 * (friction_limit(balls, i) + friction_limit(balls, j))
-    return in_contact(gap, rate, contact_tolerance(balls, i, j), pull)
+    noise = approach_rounding(balls, i, j, t)
+    return in_contact(gap, rate, contact_tolerance(balls, i, j), pull, noise)
 
 
 @kernel

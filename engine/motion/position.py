@@ -239,6 +239,8 @@ def advance(balls: Balls, i: int, t: float) -> None:
     ball = balls.state[i]
     s = t - ball.epoch
     ball.x, ball.y, ball.vx, ball.vy, ball.ax, ball.ay = whole_motion(balls, i, t)
+    size = abs(ball.vx) + abs(ball.vy)
+    ball.fastest = size if s > 0.0 else max(size, ball.fastest)
     if ball.phase == st.SLIDING:
         ball.wx += ball.bx * s
         ball.wy += ball.by * s

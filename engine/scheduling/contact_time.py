@@ -21,7 +21,12 @@ from ghostball.engine.motion.flight import (
     soonest_crossing,
     time_to_impact,
 )
-from ghostball.engine.motion.geometry import at_rest, capture_height, negligible_bounce
+from ghostball.engine.motion.geometry import (
+    approach_rounding,
+    at_rest,
+    capture_height,
+    negligible_bounce,
+)
 from ghostball.engine.motion.position import (
     acceleration,
     both_last,
@@ -32,7 +37,6 @@ from ghostball.engine.motion.position import (
     relative_jerk,
     relative_motion,
     speed,
-    velocity,
 )
 
 NOT_YET = 0
@@ -184,7 +188,7 @@ def touch(
         return NOT_YET, t + s, 0.0
     # They touch, as far as doubles can tell. While r . v = 0, the gap opens at first as
     # `opening` s^2 / 2: the lines of centres turn away, or friction pulls together.
-    noise = APPROACH_ROUNDING * (_speed(balls, i, t) + _speed(balls, j, t))
+    noise = approach_rounding(balls, i, j, t)
     across = max(vx * vx + vy * vy - rate * rate, 0.0)
     opening = across / distance + pull
     pulled = opening < -APPROACH_ROUNDING * (_pull(balls, i, t) + _pull(balls, j, t))
@@ -368,12 +372,4 @@ def _pull(balls: Balls, i: int, t: float) -> float:
     """Size of the acceleration of ball i at the instant t [m/s^2], in the 1-norm."""
     ax, ay = acceleration(balls, i, t)
     size: float = abs(ax) + abs(ay)
-    return size
-
-
-@kernel
-def _speed(balls: Balls, i: int, t: float) -> float:
-    """Size of the velocity of ball i at the instant t [m/s], in the 1-norm."""
-    vx, vy = velocity(balls, i, t)
-    size: float = abs(vx) + abs(vy)
     return size

@@ -51,6 +51,8 @@ FOUND = {
     "pieces of a motion whose acceleration changes unevenly": (3390, {"table": "polygon"}),
     "a ball between two, kept together by a hundred impacts": (3179, {"table": "polygon"}),
     "three balls, kept together by a thousand impacts": (4446, {"table": "posts"}),
+    "a row without bounce, pushed into a cushion": (2416, {"table": "polygon"}),
+    "a row without bounce in air, on a cloth without friction": (3679, {"table": "pockets"}),
 }
 """What was wrong in random scenes, with their number and their options."""
 
