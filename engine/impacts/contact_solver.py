@@ -85,7 +85,8 @@ def end_approach(contacts: Contacts, count: int) -> bool:
         approach = min(_worst_approach(contacts, count, 0.0), _worst_approach(contacts, count, 1.0))
         if approach >= -_UNSOLVED * fastest:
             return True
-        break
+        if not _leave_out_parting(contacts, count, turn, fastest):
+            break
     _take_energy(contacts, count)
     return False
 
@@ -108,6 +109,26 @@ def _leave_out(contacts: Contacts, count: int, turn: int) -> bool:
         if force < 0.0 and (turn < _BLOCK_ROUNDS or force == worst):
             contacts.forces[c].active = 0.0
     return worst < 0.0
+
+
+@kernel
+def _leave_out_parting(contacts: Contacts, count: int, turn: int, fastest: float) -> bool:
+    """Leave out contacts that push and part, if any: all, or later those that part fastest.
+
+    Where others approach on: two contacts all but parallel, as with a rail and with a jaw at its
+    end, push as one (see `_NULL`), whatever each of them needs.
+    """
+    best = 0.0
+    for c in range(count):
+        if contacts.forces[c].active == 1.0:
+            best = max(best, contacts.forces[c].rate + contacts.forces[c].product)
+    found = best > _UNSOLVED * fastest
+    for c in range(count):
+        left = contacts.forces[c].rate + contacts.forces[c].product
+        enough = left > _UNSOLVED * fastest if turn < _BLOCK_ROUNDS else left == best
+        if found and contacts.forces[c].active == 1.0 and enough:
+            contacts.forces[c].active = 0.0
+    return found
 
 
 @kernel

@@ -157,6 +157,20 @@ def test_a_ball_all_but_wedged_continues_along_the_gap():
     assert after[0] == pytest.approx([1e-3, 0.0], abs=1e-15)
 
 
+@pytest.mark.parametrize("angle", [1e-3, 1e-5, 2e-7, 1e-9])
+@pytest.mark.parametrize("slower", [1e-3, 0.5])
+def test_of_two_contacts_all_but_parallel_the_one_that_is_needed_pushes(angle, slower):
+    """A rail and the jaw at its end, approached at two speeds: together they would have to pull."""
+    sine, cosine = math.sin(angle), math.cos(angle)
+    group = Group([(0.0, 0.0)], [1.7], [((1.0 - cosine * slower) / sine, slower)])
+    group.ends = [(0, TOP), (0, BOTTOM)]
+    group.normals = [np.array([0.0, 1.0]), np.array([sine, cosine])]
+    assert group.rates(group.velocities) == pytest.approx([-slower, -1.0])
+    solved, after = group.solve()
+    assert solved
+    assert group.rates(after) == pytest.approx([1.0 - slower, 0.0], abs=1e-6)
+
+
 @pytest.mark.parametrize("n", [4, 20])
 def test_a_contact_that_stays_out_changes_nothing(n):
     """Its rate is inf, which times 0 was NaN: so twenty contacts got no forces at all."""
