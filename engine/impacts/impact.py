@@ -176,7 +176,8 @@ def bounce(balls: Balls, i: int, cushion: int, laws: Laws) -> None:
 
     Contract: the ball is advanced to the instant of the impact. It leaves the cushion whatever the
     sign that rounding gave to a vanishing approach. One that would leave it by no more than the
-    rounding of its velocity goes along it: between two noses without room it would bounce for ever.
+    rounding of its velocity, now or before the impulses of this instant, goes along it: between two
+    noses without room it would bounce for ever.
     """
     inward_x, inward_y, _ = facing(laws, cushion, balls.state[i].x, balls.state[i].y)
     nx, ny = -inward_x, -inward_y
@@ -202,6 +203,7 @@ def bounce(balls: Balls, i: int, cushion: int, laws: Laws) -> None:
     terms = abs(vn) + abs(after.vt)
     if laws.slides:
         terms += balls.state[i].radius * (abs(after.wn) + abs(after.wt) + abs(after.wz))
+    terms = max(terms, balls.state[i].fastest)
     if abs(vn) <= max(APPROACH_ROUNDING * terms, LEAST_SPEED):
         vn = 0.0
     balls.state[i].vx = vn * nx - after.vt * ny

@@ -148,3 +148,20 @@ def test_an_inelastic_cushion_keeps_the_ball_at_the_nose_without_a_storm():
     assert result.status is Status.REST
     assert result.collision_counts["ball-cushion"] <= 2
     assert result.rest_positions[0, 0] == pytest.approx(2.54 - R, abs=4 * EPS * 2.54)
+
+
+@pytest.mark.parametrize("e", [0.5, 0.75])
+def test_a_ball_that_just_fits_between_two_cushions_bounces_until_rounding_is_left(e):
+    radius = 2.0**-5
+    scene = scene_of(
+        ball((0.5, radius), (0.0, 1.0), radius=radius),
+        table=Table(length=1.0, width=2.0 * radius),
+        cushion="restitution",
+        cushion_restitution=e,
+    )
+    result = simulate(scene, record="events")
+    assert result.status is Status.REST
+    # e to that power is `APPROACH_ROUNDING` of its speed: it bounced until no number was left.
+    bounces = math.log(8.0 * EPS) / math.log(e)
+    assert result.collision_counts["ball-cushion"] == pytest.approx(bounces, abs=2.0)
+    assert tuple(result.rest_positions[0, :2]) == (0.5, radius)
