@@ -53,8 +53,18 @@ FOUND = {
     "three balls, kept together by a thousand impacts": (4446, {"table": "posts"}),
     "a row without bounce, pushed into a cushion": (2416, {"table": "polygon"}),
     "a row without bounce in air, on a cloth without friction": (3679, {"table": "pockets"}),
+    "the same, of balls that may fly": (
+        0,
+        {
+            "table": "pockets",
+            "flight": ("low", "jump", "drop", "on-top"),
+            "air": "yes",
+            "quadratic": ("no", "yes"),
+            "speed": ("usual", "fast"),
+        },
+    ),
     "a rail and the jaw at its end push as one": (757, {"table": "pockets"}),
-    "the same at a rail along x": (2959, {"table": "pockets"}),
+    "the same at another rail": (2959, {"table": "pockets"}),
 }
 """What was wrong in random scenes, with their number and their options."""
 
