@@ -63,6 +63,10 @@ FOUND = {
             "speed": ("usual", "fast"),
         },
     ),
+    "a ball at a cushion, pushed by one that another lies on": (
+        195,
+        {"air": "yes", "flight": ("low", "jump", "drop", "on-top")},
+    ),
     "a rail and the jaw at its end push as one": (757, {"table": "pockets"}),
     "the same at another rail": (2959, {"table": "pockets"}),
 }
