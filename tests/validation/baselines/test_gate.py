@@ -37,6 +37,30 @@ def test_no_baseline_is_no_pass_until_it_is_accepted(shop):
     assert second.base["reason"] == "The first of all."
 
 
+def test_a_metric_that_only_warns_passes_with_a_warning(accepted, monkeypatch):
+    path = baseline_path(accepted.baselines, "roll")
+    baseline = load_baseline(path)
+    work = {
+        name: value.model_copy(update={"level": "warn"}) for name, value in baseline.work.items()
+    }
+    path.write_text(baseline.model_copy(update={"work": work}).text(), encoding="utf-8")
+
+    def busier(scene, **options):
+        result = simulate(scene, **options)
+        more = {"events": result.work["events"] + (scene.name == "roll")}
+        return replace(result, work={**result.work, **more})
+
+    monkeypatch.setattr(ghostball.reference_adapters.ghostball, "simulate", busier)
+    found = accepted.compare()
+    assert found.outcome == "passed"
+    (warning,) = found.warnings
+    assert warning.startswith("roll: `events` 1 -> 2")
+    # ... and keeps its level when that is accepted.
+    accepted.accept("Counts one more.")
+    assert load_baseline(path).work["events"].level == "warn"
+    assert load_baseline(path).work["events"].value == 2
+
+
 def test_another_scene_of_the_same_name_is_not_comparable(accepted):
     changed = gate.cut_shot(1.5)
     found = accepted.compare(scenes=[changed, SCENES[1]])

@@ -6,6 +6,7 @@ import math
 
 import gate
 import numpy as np
+import pytest
 from hypothesis import assume, given, settings, strategies as st
 
 from ghostball.engine import simulate
@@ -81,6 +82,16 @@ def test_a_wrong_tangent_map_does_not_make_a_changed_result_rounding(monkeypatch
 
 def test_a_shot_that_is_not_proved_is_explained_by_our_engine_alone():
     assert allowance_of(find_scene("push-line")).source == "engine"
+
+
+@pytest.mark.parametrize("name", ["break-7", "frozen-break", "cradle", "wedged", "roll-distance"])
+def test_no_allowance_is_nothing_or_not_a_number(name):
+    # NaN would explain nothing where it is compared with <=, and all where with >.
+    found = allowance_of(find_scene(name))
+    assert not np.isnan(found.event_times).any()
+    assert np.all(found.event_times >= 0.0)
+    if found.rest is not None:
+        assert np.all(np.isfinite(found.rest))
 
 
 def test_in_air_the_proof_says_how_far_the_end_may_move():
