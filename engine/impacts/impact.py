@@ -16,9 +16,9 @@ from ghostball.engine.core.state import (
     Balls,
     Laws,
 )
-from ghostball.engine.core.tolerances import APPROACH_ROUNDING, LEAST_SPEED
 from ghostball.engine.impacts.laws.dispatch import ball_law, cushion_law
 from ghostball.engine.impacts.laws.interface import BallImpact, CushionImpact
+from ghostball.engine.motion.geometry import rounding_of
 from ghostball.engine.motion.next_piece import keep_spin
 from ghostball.engine.motion.obstacles import facing
 
@@ -204,7 +204,7 @@ def bounce(balls: Balls, i: int, cushion: int, laws: Laws) -> None:
     if laws.slides:
         terms += balls.state[i].radius * (abs(after.wn) + abs(after.wt) + abs(after.wz))
     terms = max(terms, balls.state[i].fastest)
-    if abs(vn) <= max(APPROACH_ROUNDING * terms, LEAST_SPEED):
+    if abs(vn) <= rounding_of(terms):
         vn = 0.0
     balls.state[i].vx = vn * nx - after.vt * ny
     balls.state[i].vy = vn * ny + after.vt * nx

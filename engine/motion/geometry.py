@@ -141,14 +141,20 @@ def negligible_bounce(rate: float, acceleration: float, height: float) -> bool:
     return rate * rate <= 2.0 * acceleration * height
 
 
-@kernel
-def approach_rounding(balls: Balls, i: int, j: int, t: float) -> float:
-    """Return up to which speed [m/s] balls i and j don't approach at the instant t [s].
+@kernel(inline=True)
+def rounding_of(size: float) -> float:
+    """Return up to which speed [m/s] an approach is none, of balls of this speed [m/s].
 
     See `APPROACH_ROUNDING` and `LEAST_SPEED`.
     """
-    size: float = max(APPROACH_ROUNDING * (_size(balls, i, t) + _size(balls, j, t)), LEAST_SPEED)
-    return size
+    return max(APPROACH_ROUNDING * size, LEAST_SPEED)
+
+
+@kernel
+def approach_rounding(balls: Balls, i: int, j: int, t: float) -> float:
+    """Return up to which speed [m/s] balls i and j don't approach at the instant t [s]."""
+    size: float = _size(balls, i, t) + _size(balls, j, t)
+    return rounding_of(size)
 
 
 @kernel
@@ -183,7 +189,7 @@ def obstacle_in_contact(balls: Balls, i: int, laws: Laws, k: int) -> bool:
     nx, ny, distance = facing(laws, k, ball.x, ball.y)
     gap = distance - nose_reach(balls, i, laws, k)
     rate = nx * ball.vx + ny * ball.vy
-    noise = max(APPROACH_ROUNDING * (abs(ball.vx) + abs(ball.vy)), LEAST_SPEED)
+    noise = rounding_of(abs(ball.vx) + abs(ball.vy))
     pull = 3.0 * friction_limit(balls, i)
     return in_contact(gap, rate, contact_tolerance(balls, i, i), pull, noise)
 

@@ -192,44 +192,40 @@ def _pieces_keep_gaps(world: World, count: int, pieces: int) -> bool:
         most += _LOOKED_AT * (contact_tolerance(world.balls, one, other) - most)
         contacts.turns[0] += pieces
         for done in range(0, pieces, 2):
+            x, to_x = _places_along(contacts, a, 0, done, pieces), (0.0, 0.0, 0.0)
+            y, to_y = _places_along(contacts, a, 1, done, pieces), (0.0, 0.0, 0.0)
+            if b >= 0:
+                to_x = _places_along(contacts, b, 0, done, pieces)
+                to_y = _places_along(contacts, b, 1, done, pieces)
             for look in range(3):
-                x, y = _place_along(contacts, a, done, pieces, look)
-                to_x, to_y = 0.0, 0.0
-                if b >= 0:
-                    to_x, to_y = _place_along(contacts, b, done, pieces, look)
-                _, _, gap = gap_between(world.balls, world.laws, a, b, x, y, to_x, to_y)
+                _, _, gap = gap_between(
+                    world.balls, world.laws, a, b, x[look], y[look], to_x[look], to_y[look]
+                )
                 if not abs(gap) <= most:
                     return False
     return True
 
 
 @kernel(inline=True)
-def _place_along(
-    contacts: Contacts, k: int, done: int, pieces: int, look: int
-) -> tuple[float, float]:
-    """Return where ball k is [m] a third, a half or two thirds along the next two of its pieces."""
-    x = _displacement_along(contacts, k, 0, done, pieces, look)
-    y = _displacement_along(contacts, k, 1, done, pieces, look)
-    return contacts.paths[k, 0, 0] + x, contacts.paths[k, 1, 0] + y
+def _places_along(
+    contacts: Contacts, k: int, axis: int, done: int, pieces: int
+) -> tuple[float, float, float]:
+    """Return ball k's coordinate [m] a third, a half and two thirds along the next two pieces.
 
-
-@kernel
-def _displacement_along(
-    contacts: Contacts, k: int, axis: int, done: int, pieces: int, look: int
-) -> float:
-    """Return how far ball k has come along an axis then [m]: see `start_piece`."""
+    Of which each has a constant acceleration: see `start_piece`.
+    """
     part = 1.0 / pieces
     start, fast = _displacement_at(contacts, k, axis, done * part)
     end, fast_end = _displacement_at(contacts, k, axis, (done + 2) * part)
     fast, fast_end = part * fast, part * fast_end
     first = (end - start) - 2.0 * fast - 0.5 * (fast_end - fast)
-    if look == 0:
-        return start + (2.0 * fast + (2.0 / 3.0) * first) / 3.0
-    if look == 1:
-        return start + fast + 0.5 * first
     second = (fast_end - fast) - first
-    far: float = end - (2.0 * fast_end - (2.0 / 3.0) * second) / 3.0
-    return far
+    origin = contacts.paths[k, axis, 0]
+    return (
+        origin + (start + (2.0 * fast + (2.0 / 3.0) * first) / 3.0),
+        origin + (start + fast + 0.5 * first),
+        origin + (end - (2.0 * fast_end - (2.0 / 3.0) * second) / 3.0),
+    )
 
 
 @kernel
