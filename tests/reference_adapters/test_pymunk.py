@@ -7,11 +7,12 @@ import sys
 import numpy as np
 import pytest
 
-from ghostball.model import Ball, Physics, Scene
+from ghostball.model import Ball, EventKind, Physics, Scene, Status, Table
 from ghostball.reference_adapters.pymunk.engine import PymunkEngine, PymunkSettings
 
 R = 0.028575
 MU_G = 0.02 * 9.81
+EXACT = 1e-8  # [m]: gaps of 1e-10 m, magnified by the lever of a cut shot
 
 
 def run(scene, record="events", **settings):
@@ -22,11 +23,88 @@ def scene_of(*balls, name="test", **fields):
     return Scene(name=name, balls=balls, **fields)
 
 
+def kinds_of(result):
+    return [EventKind(int(kind)) for kind in result.events["kind"]]
+
+
+@pytest.mark.parametrize(
+    ("settings", "position_error", "time_error"),
+    [
+        ({"contact_steps": "exact"}, 1e-12, 1e-12),
+        ({"config": "tuned"}, MU_G * 1e-3**2, 1e-3),  # half a kick makes it second order
+        ({"config": "default"}, 1.05 / 60.0 / 2.0, 1.0 / 60.0),  # v dt / 2 without
+    ],
+)
+def test_roll_to_rest(settings, position_error, time_error):
+    """Fails without the half kick, with friction of another size, or with an inexact stop."""
+    result = run(scene_of(Ball(id="cue", position=(0, 0), velocity=(0.6, 0.8))), **settings)
+    assert result.status is Status.REST
+    distance = np.hypot(*result.rest_positions[0, :2])
+    assert distance == pytest.approx(1.0 / (2 * MU_G), abs=position_error)
+    assert result.rest_time == pytest.approx(1.0 / MU_G, abs=time_error)
+    assert result.rest_positions[0, 2] == R
+    assert kinds_of(result) == [EventKind.ROLL_TO_REST]
+    assert not np.any(result.final_state.velocities)
+    assert not np.any(result.final_state.angular_velocities)
+
+
 def test_default_overshoots():
     """The newcomer's error is there to be seen: v dt / 2 too far, 8 mm at 1 m/s."""
     result = run(scene_of(Ball(id="cue", position=(0, 0), velocity=(1, 0))), config="default")
     excess = result.rest_positions[0, 0] - 1.0 / (2 * MU_G)
     assert excess == pytest.approx(0.5 / 60.0, rel=0.05)
+
+
+@pytest.mark.parametrize("steps", ["fixed", "exact"])
+def test_cushion_and_corner(steps):
+    """A ball runs into the right and top cushions, and rests where its mirror image would."""
+    table = Table(length=1.0, width=0.8)
+    velocity = np.array([1.0, 0.7])
+    start = np.array([0.3, 0.2])
+    result = run(
+        scene_of(Ball(id="cue", position=tuple(start), velocity=tuple(velocity)), table=table),
+        contact_steps=steps,
+    )
+    speed = np.hypot(*velocity)
+    straight = start + velocity * speed / (2 * MU_G)
+    # Unfold the reflections: fold each coordinate back into the strip between R and size - R.
+    strip = np.array([1.0, 0.8]) - 2 * R
+    folded = (straight - R) % (2 * strip)
+    expected = R + np.minimum(folded, 2 * strip - folded)
+    error = EXACT if steps == "exact" else 0.02
+    np.testing.assert_allclose(result.rest_positions[0, :2], expected, rtol=0, atol=error)
+    crossings = int(np.sum((straight - R) // strip))
+    assert result.collision_counts == {"ball-ball": 0, "ball-cushion": crossings}
+    assert crossings == 6
+    first = result.events[0]
+    assert (first["a"], first["b"]) == (0, 1)  # the right cushion comes first
+
+
+def rack(gap, t_max=0.45, **physics):
+    balls = [Ball(id="cue", position=(0.6, 0.636), velocity=(4.0, 0.0))]
+    pitch = 2 * R + gap
+    for row in range(4):
+        for i in range(row + 1):
+            place = (1.9 + row * pitch * math.sqrt(0.75), 0.635 + (i - row / 2) * pitch)
+            balls.append(Ball(id=f"{row}-{i}", position=place))
+    table = Table(length=2.54, width=1.27)
+    return scene_of(*balls, table=table, physics=Physics(**physics), t_max=t_max)
+
+
+@pytest.mark.parametrize("gap", [0.0, 1e-6, 1e-3])
+@pytest.mark.parametrize("restitution", [0.9, 1.0])
+@pytest.mark.parametrize("steps", ["fixed", "exact"])
+def test_break_keeps_momentum_and_gains_no_energy(gap, restitution, steps):
+    """Fails where impulses of one step leak into the next one through Chipmunk's memory."""
+    scene = rack(gap, ball_restitution=restitution, rolling_friction=0.0)
+    result = run(scene, contact_steps=steps)
+    assert result.status is Status.T_MAX
+    assert result.collision_counts["ball-ball"] >= 9
+    energy = result.to_dict()["energy"]
+    assert energy["final"] <= energy["initial"] * (1.0 + 1e-9)
+    if result.collision_counts["ball-cushion"] == 0:
+        momentum = result.final_state.velocities[0].sum(axis=0)
+        np.testing.assert_allclose(momentum, [4.0, 0.0, 0.0], rtol=0, atol=1e-9)
 
 
 @pytest.mark.parametrize("restitution", [0.8, 1.0])

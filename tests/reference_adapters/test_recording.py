@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ghostball.model import Ball, Scene, Status
+from ghostball.model import Ball, Scene, Status, rolling_angular_velocity
 from ghostball.reference_adapters.recording import FRAME_INTERVAL, Recorder, rolling_state
 
 BALLS = [
@@ -38,3 +38,12 @@ def test_frames_of_rolling_balls_are_the_whole_states_to_the_bit():
     assert len(whole.times) == 5  # steps 0, 3, 4 (by force) and 7, and the end
     for name in ("times", "positions", "velocities", "angular_velocities"):
         assert getattr(rolling, name).tobytes() == getattr(whole, name).tobytes()
+
+
+def test_a_rolling_state_lies_on_the_cloth_and_spins_as_it_rolls():
+    positions, velocities = np.ones((2, 1, 2, 2))
+    state = rolling_state(positions, velocities, SCENE.radii)
+    assert state.positions[0, :, 2].tolist() == [0.03, 0.02]
+    assert state.velocities[0, :, 2].tolist() == [0.0, 0.0]
+    spins = rolling_angular_velocity(state.velocities[0], SCENE.radii)
+    assert state.angular_velocities[0].tolist() == spins.tolist()

@@ -274,6 +274,17 @@ def test_a_result_that_breaks_the_contract_is_refused(whole, case):
     assert "Mend `simulate` of engine `ghostball`" in str(refused.value)
 
 
+def test_a_scene_without_a_table_has_no_cushion():
+    scene = Scene(name="open", balls=SCENE.balls)
+    result = simulate(scene, record="trajectory")
+    k = int(np.flatnonzero(result.events["kind"] == 0)[0])
+    events = result.events.copy()
+    events["kind"][k] = 1
+    counts = {"ball-ball": result.collision_counts["ball-ball"] - 1, "ball-cushion": 1}
+    with pytest.raises(ResultRefusedError, match=r"cushion that is there: this scene has none"):
+        check_result(replace(result, events=events, collision_counts=counts), scene, "ghostball")
+
+
 def test_what_the_engine_says_stands_in_the_refusal(whole):
     said = replace(whole, status="rest", reason="no more balls")
     with pytest.raises(ResultRefusedError, match=r"\(the engine says: no more balls\)"):

@@ -29,6 +29,19 @@ def test_two_collisions_at_one_instant_are_ambiguous():
     assert [float(x) for x in certificate.positions[0]] == [-0.5, 0.0]
 
 
+def test_a_corner_is_ambiguous():
+    certificate = certify(find_scene("corner-exact"))
+    assert certificate.ending == "ambiguous"
+    assert set(certificate.choices) == {Choice(BALL_CUSHION, 0, 0), Choice(BALL_CUSHION, 0, 2)}
+
+
+def test_a_frozen_rack_is_ambiguous_from_its_first_collision():
+    certificate = certify(find_scene("frozen-break"))
+    assert certificate.ending == "ambiguous"
+    assert [e.key for e in certificate.events] == [(BALL_BALL, 0, 1)]
+    assert len(certificate.choices) == 2
+
+
 def graze(offset):
     return scene_of(
         ball((0.0, 0.0), (1.0, 0.0)), ball((1.0, offset)), rolling_friction=0.0, t_max=2.0
@@ -55,6 +68,17 @@ def test_a_thinner_graze_than_doubles_can_say_is_reported():
         ball((0.0, 0.0), (1.0, -slope)), ball((1.0, 2 * R)), rolling_friction=0.0, t_max=2.0
     )
     assert proved(scene).events == ()
+
+
+def test_independent_events_of_one_instant_pass_as_a_tie():
+    # A rolling cue ball and a resting one slide equally long after their impact.
+    certificate = proved(find_scene("half-ball-rolling"))
+    tied = [e for e in certificate.events if e.tie]
+    assert [e.kind for e in tied] == [EventKind.SLIDE_TO_ROLL]
+    following = certificate.events[certificate.events.index(tied[0]) + 1]
+    assert following.kind is EventKind.SLIDE_TO_ROLL
+    assert following.a != tied[0].a
+    assert overlap(tied[0].t, following.t)
 
 
 def test_mirrored_pairs_are_proved_with_the_same_enclosures():

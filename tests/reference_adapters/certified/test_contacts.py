@@ -56,6 +56,18 @@ def test_a_ball_that_begins_beyond_a_cushion_by_a_rounding():
     assert (certificate.ending, certificate.events) == ("sustained contact", ())
 
 
+def test_overlapping_balls_that_come_back_meet_again():
+    overlap = math.nextafter(2 * R, 0.0)
+    scene = scene_of(
+        ball((0.0, 0.0)),
+        ball((overlap, 0.0), (0.3, 0.0), angular_velocity=(0.0, -120.0, 0.0)),
+        motion="sliding",
+    )
+    certificate = proved(scene)
+    assert keys(certificate)[0] == (0, 0, 1)
+    assert float(certificate.events[0].t) > 0.1
+
+
 def test_a_ball_on_a_cushion_bounces_or_rolls_along_it():
     assert keys(proved(find_scene("rail-into")))[0] == (1, 0, 2)
     assert keys(proved(find_scene("rail-along"))) == [(3, 0, -1)]
@@ -76,6 +88,17 @@ def test_balls_in_contact_from_the_start_are_certified_up_to_it():
     )
 
 
+def test_a_ball_pushed_into_a_cushion_is_certified_up_to_it():
+    scene = scene_of(
+        ball((0.5, R), angular_velocity=(50.0, 0.0, 0.0)),
+        table=Table(length=2.0, width=1.0),
+        motion="sliding",
+    )
+    certificate = certify(scene)
+    assert certificate.ending == "sustained contact"
+    assert certificate.choices == (Choice(BALL_CUSHION, 0, 2),)
+
+
 def test_bounces_under_topspin_end_in_sustained_contact():
     # Topspin drives the ball back into the one that it hit: ever lower, without end.
     scene = scene_of(
@@ -89,6 +112,13 @@ def test_bounces_under_topspin_end_in_sustained_contact():
     collisions = [e for e in certificate.events if e.kind is BALL_BALL]
     assert len(collisions) > 2
     assert widest(certificate) <= CertifiedSettings().width
+
+
+def test_balls_without_restitution_part_where_their_ways_turn():
+    scene = scene_of(ball((0.0, 0.0), (1.0, 0.0)), ball((0.5, 0.03)), ball_restitution=0.0)
+    certificate = proved(scene)
+    assert keys(certificate)[0] == (0, 0, 1)
+    assert len(certificate.events) == 3
 
 
 def test_topspin_presses_balls_without_restitution():

@@ -7,7 +7,8 @@ from proofs import in_air
 from shots import R, ball, scene_of
 
 from ghostball.engine import simulate
-from ghostball.reference_adapters.certified import certify
+from ghostball.model import Scene
+from ghostball.reference_adapters.certified import CertifiedSettings, certify
 from ghostball.reference_adapters.certified.arithmetic import working_precision
 from ghostball.reference_adapters.certified.drag import Roll, first_entry_of
 from ghostball.reference_adapters.certified.roots import NONE, ROOT, UNSURE
@@ -33,12 +34,36 @@ def test_a_roll_ends_where_worked_numbers_say(
     assert float(certificate.positions[0][0]) == pytest.approx(displacement, rel=1e-15)
 
 
+def test_a_roll_that_nothing_stops_continues() -> None:
+    scene = scene_of(ball((0, 0), (2.0, 0.0)), air_drag=0.5, rolling_friction=0.0, t_max=3.0)
+    certificate = certify(scene, cached=False)
+    assert float(certificate.positions[0][0]) == pytest.approx(np.log1p(3.0) / 0.5, rel=1e-15)
+    assert float(certificate.velocities[0][0]) == pytest.approx(0.5, rel=1e-15)
+
+
+def test_our_engine_plays_every_proved_event_of_a_break_in_air() -> None:
+    scene, count = in_air(find_scene("break-16"), **AIR), 60
+    settings = CertifiedSettings(max_events=count)
+    certificate, run = certify(scene, settings, cached=False), simulate(scene, record="events")
+    assert len(certificate.events) == count
+    for proved, found in zip(certificate.events, run.events[:count], strict=True):
+        assert (proved.kind, proved.a, proved.b) == (found["kind"], found["a"], found["b"])
+        assert float(proved.t) == pytest.approx(found["t"], abs=1e-8)
+
+
 def test_a_whole_break_is_proved() -> None:
     scene = in_air(find_scene("break-7"), **AIR)
     certificate, run = certify(scene, cached=False), simulate(scene)
     assert certificate.proved
     rest = np.array([[float(x) for x in place] for place in certificate.positions])
     assert np.abs(rest - run.rest_positions[:, :2]).max() < 1e-11
+
+
+def test_a_cloth_that_slows_fast_balls_more_is_proved_where_balls_slide_too() -> None:
+    scene = find_scene("half-ball-rolling")
+    physics = scene.physics.model_copy(update={"rolling_friction_quadratic": 0.006})
+    slides = Scene(**{**dict(scene), "physics": physics})
+    assert certify(slides, cached=False).proved
 
 
 def test_ranges_of_a_roll_hold_its_values() -> None:

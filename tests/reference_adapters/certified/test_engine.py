@@ -7,7 +7,7 @@ import pytest
 from shots import POOL_TABLE, ball, scene_of
 
 from ghostball.engine import simulate
-from ghostball.model import GhostballError, Status, UnsupportedSceneError
+from ghostball.model import EventKind, GhostballError, Status, UnsupportedSceneError
 from ghostball.model.features import Feature
 from ghostball.reference_adapters import ReferenceEngine
 from ghostball.reference_adapters.certified import CertifiedEngine, CertifiedSettings
@@ -70,6 +70,14 @@ def test_the_motion_can_be_sampled():
     assert (result.phases(times) == ours.phases(times)).mean() > 0.99
 
 
+def test_t_max_ends_a_result():
+    scene = scene_of(ball((0.0, 0.0), (1.0, 0.0)), rolling_friction=0.0, t_max=2.0)
+    result = engine().simulate(scene)
+    assert (result.status, result.rest_time) == (Status.T_MAX, 2.0)
+    assert result.rest_positions[0].tolist() == [2.0, 0.0, scene.balls[0].radius]
+    assert result.final_state.velocities[0, 0].tolist() == [1.0, 0.0, 0.0]
+
+
 @pytest.mark.parametrize(
     ("name", "settings", "status", "reason"),
     [
@@ -90,7 +98,20 @@ def test_a_partial_proof_says_why_and_is_not_complete(name, settings, status, re
     assert np.isfinite(result.rest_positions).all()
 
 
+def test_the_state_of_a_partial_proof_is_that_of_its_last_event():
+    whole = engine().simulate(POOL, record="events")
+    part = engine(max_events=2).simulate(POOL, record="events")
+    assert whole.events is not None
+    assert part.rest_time == whole.events["t"][1]
+
+
 def test_what_it_cannot_prove_is_refused_with_the_reason():
     scene = find_scene("mathavan-cut")
     with pytest.raises(UnsupportedSceneError, match="has no closed form"):
         engine().simulate(scene)
+
+
+def test_the_certificate_is_at_hand():
+    certificate = engine().certify(POOL)
+    assert certificate.proved
+    assert certificate.events[0].kind in EventKind

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from flint import arb
@@ -235,3 +238,12 @@ def test_two_balls_that_meet_a_third_at_one_instant_are_ambiguous() -> None:
     assert certificate.ending == "ambiguous"
     assert "what comes first" in certificate.reason
     assert certificate.events_proved == 0
+
+
+def test_bounces_that_lose_nothing_end_with_the_time_given() -> None:
+    scene = flying(ball((0.0, 0.0, 0.2)), table_restitution=1.0, t_max=3.0)
+    certificate = proved(scene)
+    times = [float(e.t) for e in certificate.events]
+    first = math.sqrt(2.0 * (0.2 - R) / G)
+    assert np.diff(times) == pytest.approx(2.0 * first, rel=1e-12)
+    assert all(before < after for before, after in pairwise(times))

@@ -27,6 +27,17 @@ def scene(friction, cushion, masses=(0.17, 0.2)):
     )
 
 
+def test_equal_elastic_balls_swap_their_speeds_exactly():
+    one = scene_of(ball((0.0, 0.0)), ball((1.0, 0.0)))
+    with working_precision(53):
+        zero, third = arb(0), arb(1) / 3
+        cue = InContactFrame(third, zero, zero, zero, zero, arb(R))
+        rest = InContactFrame(zero, zero, zero, zero, zero, arb(R))
+        a, b = Laws(problem_of(one)).collide(0, 1, cue, rest)
+        assert a.vn.is_zero()
+        assert b.vn.contains(third.mid())
+
+
 def test_a_slip_that_may_be_nothing_is_ended_by_friction():
     # Stick or slip needs no decision where the impulse is the same: the friction that ends it.
     one = scene(0.0625, {"cushion": "mirror"}, masses=(0.17, 0.17))

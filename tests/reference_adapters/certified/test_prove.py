@@ -36,6 +36,29 @@ def test_positions_that_stay_too_wide_reach_the_cap():
     assert len(certificate.events) == len(proved(SHOTS["rolling"]).events)
 
 
+def test_the_event_limit_returns_what_was_proved():
+    whole = proved(SHOTS["rolling"])
+    part = certify(SHOTS["rolling"], CertifiedSettings(max_events=3))
+    assert part.ending == "event limit"
+    assert "`max_events`" in part.reason
+    assert keys(part) == keys(whole)[:3]
+
+
+def test_the_time_limit_returns_what_was_proved():
+    certificate = certify(POOL, CertifiedSettings(time_limit=1e-9))
+    assert certificate.ending == "time limit"
+    assert "`time_limit`" in certificate.reason
+    assert not certificate.proved
+
+
+POOL = scene_of(
+    ball((0.6, 0.6), (2.0, 0.1), angular_velocity=(0.0, 0.0, 20.0)),
+    ball((1.2, 0.62)),
+    table=POOL_TABLE,
+    preset="pool",
+)
+
+
 @pytest.mark.parametrize(
     ("physics", "reason"),
     [

@@ -29,6 +29,10 @@ def slope_of(gap):
     return lambda s: sum((k * c * s ** (k - 1) for k, c in enumerate(gap) if k), arb(0))
 
 
+def padded(gap):
+    return (*gap, *[0.0] * (5 - len(gap)))
+
+
 @pytest.mark.parametrize("bits", [53, 106, 424])
 def test_a_root_is_enclosed_to_the_precision_at_hand(bits):
     with working_precision(bits):
@@ -69,6 +73,17 @@ def test_nearly_a_double_root_is_decided_in_enough_precision():
             assert first_entry(gap, arb(0.0), arb(3.0), 212).verdict == verdict
 
 
+def test_wide_coefficients_are_unsure_where_the_sign_is():
+    with working_precision(106):
+        gap = [arb(1, 0.25), arb(-1)]
+        found = first_entry(gap, arb(0.0), arb(4.0), 106)
+        # The root is anywhere in [0.75, 1.25]; one entry, wherever it is.
+        assert found.verdict == ROOT
+        assert found.low <= 0.75
+        assert found.high >= 1.25
+        assert first_entry([arb(0, 0.25), arb(-1)], arb(0.0), arb(4.0), 106).verdict == UNSURE
+
+
 @given(st.lists(st.floats(-10.0, 10.0), min_size=5, max_size=5), st.floats(0.1, 10.0))
 def test_a_fast_search_never_contradicts_an_exact_one(gap, high):
     size = sum(abs(c) * high**k for k, c in enumerate(gap))
@@ -87,6 +102,12 @@ def test_a_fast_search_never_contradicts_an_exact_one(gap, high):
         proved = first_entry([arb(c) for c in gap], arb(0.0), arb(high), 212)
     if UNSURE not in (found.verdict, proved.verdict):
         assert found.verdict == proved.verdict
+
+
+def test_fast_search_of_a_cushion():
+    found = first_entry_in_doubles(padded(QUADRATIC), 0.0, 10.0, lambda s: 1e-12)
+    assert found.verdict == ROOT
+    assert found.low <= 1.0 <= found.high < 2.0
 
 
 def test_a_bracket_without_precision_gives_nothing():

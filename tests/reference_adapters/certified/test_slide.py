@@ -1,5 +1,7 @@
 """Sliding in air, proved: against worked numbers, another solver, and our engine."""
 
+import math
+
 import numpy as np
 import pytest
 from flint import arb
@@ -7,7 +9,7 @@ from proofs import engine_keys, in_air, keys
 from shots import POOL_TABLE, R, ball, random_cloth_shot, scene_of
 
 from ghostball.engine import simulate
-from ghostball.model import Scene, UnsupportedSceneError
+from ghostball.model import EventKind, Scene, UnsupportedSceneError
 from ghostball.reference_adapters.certified import CertifiedSettings, certify
 from ghostball.reference_adapters.certified.arithmetic import (
     UndecidedError,
@@ -57,6 +59,17 @@ def test_a_slide_ends_where_worked_numbers_say(spin, time, place, velocity) -> N
         for enclosure, worked in zip(found, (time, *place, *velocity), strict=True):
             assert float(enclosure) == pytest.approx(worked, rel=1e-15)
             assert enclosure.rad() < 1e-27
+
+
+def test_the_end_of_a_slide_is_an_event_of_its_shot() -> None:
+    scene = scene_of(ball((0, 0), (3.0, 0.0), angular_velocity=(-50.0, 60.0, 0.0)), **POOL)
+    certificate = certify(scene, cached=False)
+    assert certificate.proved
+    assert [e.kind for e in certificate.events] == [
+        EventKind.SLIDE_TO_ROLL,
+        EventKind.ROLL_TO_REST,
+    ]
+    assert float(certificate.events[0].t) == pytest.approx(0.27906760072226945, rel=1e-15)
 
 
 # -- another solver ------------------------------------------------------------------------------
@@ -160,6 +173,18 @@ def test_our_engine_plays_every_proved_event() -> None:
     assert np.abs(rest - run.rest_positions[:, :2]).max() < 1e-10
 
 
+def test_a_slide_without_friction_goes_straight_on() -> None:
+    scene = scene_of(
+        ball((0, 0), (2.0, 0.0), angular_velocity=(10.0, 0.0, 0.0)), ball((0, 1)),
+        **POOL | {"sliding_friction": 0.0, "air_drag": 0.5}, t_max=3.0,
+    )  # fmt: skip
+    certificate = certify(scene, cached=False)
+    assert certificate.proved
+    assert float(certificate.positions[0][0]) == pytest.approx(math.log(4.0) / 0.5, rel=1e-15)
+    assert float(certificate.velocities[0][0]) == pytest.approx(0.5, rel=1e-15)
+    assert float(certificate.spins[0][0]) == pytest.approx(10.0, rel=1e-15)
+
+
 # -- contact -------------------------------------------------------------------------------------
 
 
@@ -173,6 +198,12 @@ def test_friction_presses_a_ball_into_a_cushion_in_air() -> None:
     certificate = certify(on_cushion(50.0), cached=False)
     assert certificate.ending == "sustained contact"
     assert "in resting contact" in certificate.reason
+
+
+def test_a_ball_slides_along_a_cushion_in_air() -> None:
+    certificate = certify(on_cushion(0.0, 0.5), cached=False)
+    assert certificate.proved
+    assert len(certificate.events) == 2
 
 
 # -- limits --------------------------------------------------------------------------------------

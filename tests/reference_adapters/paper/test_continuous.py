@@ -76,9 +76,33 @@ def gaps(result: Result) -> np.ndarray:
     return np.linalg.norm(at[:, i] - at[:, j], axis=2) - 2 * R
 
 
+def test_without_friction_a_collision_is_found_at_its_instant():
+    result = engine().simulate(head_on(2.0, t_max=1.0, physics=FRICTIONLESS), record="events")
+    collision, rest = result.events
+    t_contact = (0.7 - 2 * R) / 2.0
+    assert collision["t"] == pytest.approx(t_contact, abs=1e-14)
+    assert (collision["kind"], collision["a"], collision["b"]) == (EventKind.BALL_BALL, 0, 1)
+    # A collision that stops the ball brings it to rest at that instant.
+    assert (rest["kind"], rest["t"], rest["a"]) == (EventKind.ROLL_TO_REST, collision["t"], 0)
+    assert result.final_state.velocities[0].tolist() == [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0]]
+    expected = [1.2 - 2 * R, 1.2 + 2.0 * (1.0 - t_contact)]
+    assert result.rest_positions[:, 0] == pytest.approx(expected, abs=1e-13)
+
+
 def test_a_ball_too_fast_for_the_discrete_engine_is_caught():
     result = engine().simulate(head_on(50.0, t_max=0.1, physics=FRICTIONLESS))
     assert result.collision_counts["ball-ball"] == 1
+
+
+def test_head_on_with_friction_ends_near_the_closed_form():
+    """The only error is that of the straight steps: about v frame / 2 in all."""
+    result = engine().simulate(head_on(1.0))
+    total = 1.0 / (2 * DECELERATION)
+    assert result.collision_counts["ball-ball"] == 1
+    assert result.work["overlaps"] == 0
+    assert result.rest_positions[0, 0] == pytest.approx(1.2 - 2 * R, abs=2e-6)
+    travelled = result.rest_positions[1, 0] - 1.2 + 0.7 - 2 * R
+    assert total - 0.011 < travelled < total - 0.009
 
 
 def test_two_collisions_at_one_instant_are_both_solved():

@@ -43,6 +43,19 @@ def test_a_roll_stops_half_a_step_short(dt):
     assert (stop["kind"], stop["t"]) == (EventKind.ROLL_TO_REST, result.rest_time)
 
 
+def test_the_error_of_a_roll_is_of_first_order():
+    exact = 0.5 + 1.0 / (2 * DECELERATION)
+    errors = [exact - engine(dt=dt).simulate(roll(1.0)).rest_positions[0, 0] for dt in (0.02, 0.01)]
+    assert errors[0] / errors[1] == pytest.approx(2.0, rel=0.01)
+
+
+def test_head_on_balls_swap_velocities():
+    result = engine().simulate(head_on(1.0, t_max=2.0, physics=FRICTIONLESS), record="events")
+    assert result.final_state.velocities[0].tolist() == [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]
+    assert result.collision_counts == {"ball-ball": 1, "ball-cushion": 0}
+    assert result.work["pulls"] == 1
+
+
 def test_overlapping_balls_are_pulled_apart_by_half_each():
     """Contact 3/4 into a step: found 1/4 step too late, so each ball is moved back by half that."""
     distance = 1.2 - 0.5 - 2 * R
@@ -111,6 +124,14 @@ def test_a_cushion_mirrors_and_puts_the_ball_back(cushion, position, velocity, e
     (collision,) = result.events
     assert collision.tolist() == (0.06, EventKind.BALL_CUSHION, 0, cushion)
     assert result.rest_positions[0, :2] == pytest.approx(end)
+
+
+def test_t_max_is_met_by_a_shorter_last_step():
+    result = engine().simulate(roll(1.0, t_max=0.505, physics=FRICTIONLESS), record="trajectory")
+    assert (result.status, result.rest_time) == (Status.T_MAX, 0.505)
+    assert result.work["steps"] == 26
+    assert result.rest_positions[0, 0] == pytest.approx(1.005, abs=1e-14)
+    assert result.trajectory.t_end == 0.505
 
 
 @pytest.mark.parametrize("settings", [{"max_time": 1.0}, {"max_time": 8.0, "stop": "never"}])

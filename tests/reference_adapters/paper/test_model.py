@@ -32,6 +32,14 @@ def test_a_step_is_semi_implicit_euler():
     assert balls.y[0] == pytest.approx(0.5 + 0.08 * speed, rel=1e-15)
 
 
+def test_a_ball_that_friction_would_turn_round_stops():
+    balls = one_ball(0.5 * DECELERATION * 0.02)
+    place = balls.x[0]
+    balls.advance(0.02)
+    assert not balls.moving
+    assert balls.x[0] == place
+
+
 def test_as_printed_a_slow_ball_trembles_and_creeps_for_ever():
     """Why a rule to stop is needed at all: without one no run would end."""
     flip = DECELERATION * 0.02

@@ -64,6 +64,14 @@ def test_refuses_what_bullet_lacks_and_says_why(name: str) -> None:
     assert reason in caught.value.features[0]
 
 
+def test_exact_steps_refuse_sliding_and_fixed_ones_play_it() -> None:
+    scene = scene_of(ball((0, 0)), **SLIDING)
+    exact = PybulletEngine(PybulletSettings(contact_steps="exact"))
+    with pytest.raises(UnsupportedSceneError, match="Use `contact_steps` = fixed"):
+        exact.simulate(scene)
+    assert missing_features(PybulletEngine().capabilities, scene) == ()
+
+
 def test_exact_steps_refuse_flight_and_fixed_ones_play_it() -> None:
     dropped = ball((0, 0, 0.5), (1, 0))
     scene = scene_of(dropped, **SLIDING, airborne=True, t_max=0.2)

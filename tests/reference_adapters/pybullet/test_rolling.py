@@ -43,6 +43,19 @@ def log(result: Result) -> list[tuple[str, int, int]]:
     return [(EventKind(e["kind"]).label, int(e["a"]), int(e["b"])) for e in result.events]
 
 
+@pytest.mark.parametrize("dt", [1e-3, 7e-3, 0.5])
+def test_a_ball_stops_where_the_closed_form_says_at_any_step(dt: float) -> None:
+    # A missing half kick is off by v dt/2; a threshold for rest by its own distance.
+    result = run(shot({"position": (0, 0), "velocity": (0.6, 0.8)}), dt=dt)
+    deceleration = 0.1 * G
+    distance = 1.0 / (2.0 * deceleration)
+    assert result.rest_positions[0] == pytest.approx([0.6 * distance, 0.8 * distance, R], abs=1e-11)
+    assert result.rest_time == pytest.approx(1.0 / deceleration, abs=1e-11)
+    assert not np.any(result.final_state.velocities)
+    assert log(result) == [("roll-to-rest", 0, -1)]
+    assert result.status is Status.REST
+
+
 @pytest.mark.parametrize("cushion", CUSHIONS)
 def test_only_the_cushions_that_exist_are_hit_and_each_by_its_index(cushion: Any) -> None:
     table = Table(length=1.0, width=1.0, cushions=(cushion,))

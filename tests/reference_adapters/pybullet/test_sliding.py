@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from shots import R, ball, scene_of
 
 from ghostball.engine import simulate
-from ghostball.model import CUSHIONS, EventKind, Record, Result, Scene, Table
+from ghostball.model import CUSHIONS, EventKind, Record, Result, Scene, Status, Table
 from ghostball.reference_adapters.pybullet.engine import PybulletEngine, PybulletSettings
 
 G = 9.81
@@ -72,7 +72,37 @@ def rolling_velocities(result: Result) -> NDArray[np.float64]:
     return velocities
 
 
+# --- motion -----------------------------------------------------------------------------------
+
+
+def test_a_stun_shot_slides_then_rolls() -> None:
+    scene = scene_of(ball((0, 0), (1, 0), angular_velocity=(0, 0, 0)), **SLIDING)
+    dt = 1e-3
+    result = run(scene, record="trajectory", dt=dt)
+    slide, roll = result.events
+    assert log(result) == [("slide-to-roll", 0, -1), ("roll-to-rest", 0, -1)]
+    # Events are seen at the end of a step, and positions are short by up to v dt/2.
+    assert float(slide["t"]) == pytest.approx(2 / (7 * 0.2 * G), abs=dt)
+    state = result.sample([slide["t"]])
+    assert state.velocities[0, 0] == pytest.approx([5 / 7, 0, 0], abs=1e-9)
+    assert R * state.angular_velocities[0, 0, 1] == pytest.approx(5 / 7, abs=1e-6)
+    assert state.positions[0, 0, 0] == pytest.approx(12 / (49 * 0.2 * G), abs=dt)
+    distance = 12 / (49 * 0.2 * G) + (5 / 7) ** 2 / (2 * 0.05 * G)
+    assert result.rest_positions[0] == pytest.approx([distance, 0, R], abs=dt / 2)
+    assert float(roll["t"]) == pytest.approx(2 / (7 * 0.2 * G) + 5 / 7 / (0.05 * G), abs=5 * dt)
+    assert result.status is Status.REST
+
+
 # --- impacts with friction --------------------------------------------------------------------
+
+
+def test_ball_friction_throws_by_its_coefficient() -> None:
+    # A stunned collision whose surfaces slip is thrown by atan(mu) [Alciatore A.14].
+    mu, cut = 0.05, math.radians(30)
+    result = run(cut_shot(cut, 1.0, ball_friction=mu), dt=TINY)
+    direction = result.final_state.velocities[0, 1]
+    thrown = cut - math.atan2(direction[1], direction[0])
+    assert thrown == pytest.approx(math.atan(mu), abs=3 * LATE)
 
 
 def test_a_ball_that_friction_lifts_bounces() -> None:

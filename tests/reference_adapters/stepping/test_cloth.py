@@ -57,6 +57,18 @@ def test_the_cloth_is_that_of_our_engine_at_any_step(seed: int, dt: float) -> No
         assert exact <= end * (1 + 1e-12)
 
 
+def test_a_cloth_without_friction_changes_nothing() -> None:
+    scene = distant(
+        7, sliding_friction=0.0, rolling_friction=0.0, spinning_friction_rate=0.0, t_max=1.0
+    )
+    cloth = ClosedFormCloth(scene)
+    displacements, changes = cloth.advance(1.0)
+    for i in (0, 2, 3, 4):  # ball 1 has a cloth of its own
+        assert displacements[i] == pytest.approx(scene.velocities[i, :2], abs=0)
+        assert cloth.angular_velocities[i] == pytest.approx(scene.angular_velocities[i], abs=1e-12)
+    assert {i for _, i in changes} <= {1}
+
+
 def test_a_kick_makes_a_rolling_ball_slide_unless_it_would_end_within_the_step() -> None:
     scene = scene_of(ball((0, 0), (1, 0)), motion="sliding")
     cloth = ClosedFormCloth(scene)

@@ -89,6 +89,16 @@ def test_balls_at_the_gap_close_to_an_overlap(gap, closing):
     assert dt == pytest.approx(closing / 0.5, rel=1e-6)
 
 
+def test_separating_balls_count_when_they_come_back():
+    """Touching, moving apart at 0.1 m/s, pulled back at 2 m/s^2: in contact again after 0.1 s."""
+    x = np.array([[0.0, 0.0], [2 * R, 0.0]])
+    v = np.array([[0.0, 0.0], [0.1, 0.0]])
+    a = np.array([[0.0, 0.0], [-2.0, 0.0]])
+    dt = time_to_contact(x, v, a, np.full(2, R), None, horizon=1.0)
+    assert dt == pytest.approx(0.1 + CONTACT_GAP / 0.1, rel=1e-9)
+    assert time_to_contact(x, v, 0.0 * a, np.full(2, R), None, horizon=1.0) == math.inf
+
+
 def test_only_named_cushions_and_each_at_its_own_distance():
     start, horizon = np.array([[0.4, 0.3]]), 10.0
     expected = {"left": 0.4, "right": 0.6, "bottom": 0.3, "top": 0.5}
@@ -103,6 +113,16 @@ def test_only_named_cushions_and_each_at_its_own_distance():
         without = Table(length=1.0, width=0.8, cushions=others)
         assert time_to_contact(*arguments, without, horizon=horizon) == math.inf
         assert time_to_contact(*arguments, None, horizon=horizon) == math.inf
+
+
+def test_a_ball_that_turns_before_the_cushion_misses_it():
+    """The turning point is v^2 / 2a from the start: 1e-9 m short of the cushion, or beyond it."""
+    v, a = np.array([[1.0, 0.0]]), np.array([[-2.0, 0.0]])
+    table = Table(length=1.0, width=1.0)
+    for beyond, touches in ((1e-9, True), (-1e-9, False)):
+        x = np.array([[1.0 - R - CONTACT_GAP - 0.25 + beyond, 0.5]])
+        dt = time_to_contact(x, v, a, np.array([R]), table, horizon=0.9)
+        assert (dt < math.inf) is touches
 
 
 @pytest.mark.parametrize("speed", [5e-324, 1e-310, 1e-302])

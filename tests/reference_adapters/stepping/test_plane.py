@@ -252,7 +252,7 @@ def test_a_kick_without_a_collision_may_leave_out_what_it_does(steps, monkeypatc
     """
     able = PymunkEngine(PymunkSettings(contact_steps=steps)).capabilities
     scenes = map(random_cloth_shot, range(60))
-    shots = list(islice((one for one in scenes if not missing_features(able, one)), 2))
+    shots = list(islice((one for one in scenes if not missing_features(able, one)), 4))
     shots = [one.model_copy(update={"t_max": 1.0}) for one in shots]
     shots += [SLIDES_WITH_A_SPIN_OF_MINUS_ZERO, find_scene("draw-shot")]
     found = [bits(shot, steps) for shot in shots]

@@ -61,6 +61,14 @@ def test_a_ball_that_leaves_or_passes_does_not_fall() -> None:
     assert rule.take(before, before + np.array([0.0, 0.3])) == []
 
 
+def test_one_that_was_pushed_into_the_hole_falls_at_once() -> None:
+    rule, before = pocketing((1.27, 0.04))
+    before[0, 1] = EDGE - 1e-4
+    ((_, _, part, place),) = rule.take(before, before + np.array([0.0, 0.3]))
+    assert part == 0.0
+    assert place.tolist() == before[0].tolist()
+
+
 def test_many_small_steps_find_what_one_finds() -> None:
     """Breaks where a ball isn't looked at that has gone far enough since it was."""
     rng = np.random.default_rng(35)
@@ -79,6 +87,13 @@ def test_many_small_steps_find_what_one_finds() -> None:
         assert [fall.pocket for fall in found] == [fall.pocket for fall in wanted]
         for fall, want in zip(found, wanted, strict=True):
             assert fall.place == pytest.approx(want.place, abs=1e-13)
+
+
+def test_falls_of_a_step_are_in_order_of_time() -> None:
+    rule, before = pocketing((1.27, 0.3), (1.25, 0.15))
+    falls = rule.take(before, before - (0.0, 0.4))
+    assert [fall.ball for fall in falls] == [1, 0]
+    assert rule.here.tolist() == [False, False]
 
 
 def test_a_table_without_pockets_asks_for_nothing() -> None:

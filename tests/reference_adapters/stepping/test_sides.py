@@ -7,11 +7,13 @@ import math
 import pytest
 from shots import ball, scene_of
 
-from ghostball.model import Scene, Table
+from ghostball.model import Disc, Scene, Segment, Table
 from ghostball.reference_adapters.stepping.sides import (
     CornerNames,
     Normals,
     corners_of,
+    parts_of,
+    sides_of,
 )
 
 L_SHAPE = [(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 1.0), (1.0, 2.0), (0.0, 2.0)]
@@ -19,6 +21,18 @@ L_SHAPE = [(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 1.0), (1.0, 2.0), (0.0, 2.0
 
 def on(table: Table) -> Scene:
     return scene_of(ball((0.5, 0.5)), table=table)
+
+
+def test_a_rectangle_has_sides_and_a_table_with_pockets_parts() -> None:
+    posts = [{"centre": (0.2, 0.2), "radius": 0.05}]
+    plain = on(Table.model_validate({"length": 1.0, "width": 1.0, "posts": posts}))
+    assert len(sides_of(plain)) == 4
+    assert [type(part) for part in parts_of(plain)] == [Disc]
+    pool = parts_of(on(Table.model_validate("wpa-9ft")))
+    assert sides_of(on(Table.model_validate("wpa-9ft"))) == ()
+    assert sum(isinstance(part, Segment) for part in pool) == 6 + 12
+    assert sum(isinstance(part, Disc) for part in pool) == 12
+    assert parts_of(scene_of(ball((0.5, 0.5)))) == ()
 
 
 def test_a_normal_is_that_of_the_line_or_of_the_nearest_part() -> None:

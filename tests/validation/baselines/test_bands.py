@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 from hypothesis import example, given, strategies as st
 
@@ -47,6 +49,12 @@ def test_an_error_in_metres_may_move_as_far_as_the_same_one_in_roundings():
     assert (alone.low, alone.high) == (0.5e-3, 2e-3)
 
 
+def test_an_error_of_nothing_may_become_a_few_roundings_and_no_more():
+    band = band_of_metric("rest_error_max", {"rest_error_max": 0.0, "rest_error_ulps": 0.0})
+    assert band.holds(1e-15)
+    assert not band.holds(1e-14)
+
+
 @example("ball_ball_count", 0.0, 2.225073858507e-311)
 @given(
     st.sampled_from(sorted(METRICS)),
@@ -57,6 +65,12 @@ def test_every_metric_lies_in_the_band_that_is_made_from_it(name, value, roundin
     # Else accepting would write a baseline that is refused when it is read.
     metrics = {"rest_error_ulps": roundings, name: value}
     assert band_of_metric(name, metrics).holds(metrics[name])
+
+
+def test_a_band_has_no_place_for_nothing_and_for_what_is_no_number():
+    for band in (Band(None, None, "error", ""), Band(0.0, 1.0, "error", "")):
+        assert not band.holds(None)
+    assert not Band(0.0, 1.0, "error", "").holds(math.nan)
 
 
 @pytest.mark.parametrize(
@@ -77,6 +91,11 @@ def test_only_truth_says_which_side_is_nearer(name, base, head, expected):
     assert direction(quantity(name, base, head, low=base, high=base)) == (
         0 if base is None else expected
     )
+
+
+def test_within_the_band_or_switched_off_nothing_has_a_direction():
+    assert direction(quantity("rest_error_max", 1.0, 1.5, high=2.0)) == 0
+    assert direction(quantity("rest_error_max", 1.0, 9.0, high=2.0, level="off")) == 0
 
 
 def test_which_metrics_are_errors():

@@ -85,6 +85,22 @@ def test_a_band_that_was_edited_stays_while_it_holds_the_value():
     assert line in accepted.text()
 
 
+def test_a_number_that_may_not_move_is_one_and_a_band_is_three():
+    lines = BASELINE.text().splitlines()
+    assert "matching_events = 2" in lines
+    (line,) = (one for one in lines if one.startswith("rest_error_max = "))
+    assert line.startswith("rest_error_max = [1e-12, ")
+    assert BASELINE.bands == gate.bands_of(RUN)
+
+
+def test_a_value_outside_the_edited_band_gets_a_new_band_of_the_edited_level():
+    earlier = edited("rest_error_max", level="warn", why="a loose scene")
+    head = replace(RUN, metrics={**RUN.metrics, "rest_error_max": 1e-3})
+    value = Baseline.of(head, gate.ACCEPTED, earlier).metrics["rest_error_max"]
+    assert 1e-3 < value.high < 1e-2
+    assert value.level == "warn"
+
+
 # --- edited into nonsense ---------------------------------------------------------------------
 
 HASH = RUN.bits

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import gate
 import numpy as np
 import pytest
+from hypothesis import given, settings, strategies as st
 
 from ghostball.model import EventKind
 from ghostball.validation.baselines.classify import classify
 from ghostball.validation.baselines.observed import KEPT_EVENTS
+from ghostball.validation.scenes.library import find_scene
 
 SHOT = gate.cut_shot()
 BASE = gate.observed(SHOT)
@@ -53,6 +56,24 @@ def test_the_same_bits_are_identical_and_cost_no_other_run():
     assert all(one.within for one in (*change.metrics, *change.counters))
 
 
+@given(st.floats(0.2, 3.0), st.floats(-6.0, 6.0))
+@settings(max_examples=15)
+def test_what_is_worse_one_way_is_better_the_other_way(speed, octaves):
+    # The band of an error is a factor of 2 in both directions, where it is many roundings.
+    scene = gate.cut_shot(speed)
+    run = with_metrics(gate.observed(scene), rest_error_ulps=100.0)
+    assert gate.compared(run, run, scene).change == "identical"
+    other = gate.observed(gate.cut_shot(speed + 0.01), like=scene)
+    other = with_metrics(other, rest_error_ulps=100.0, rest_error_max=1e-12 * 2.0**octaves)
+    pair = of(other, run).change, of(run, other).change
+    if abs(abs(octaves) - 1.0) < 1e-9:
+        return  # on the edge the last bit decides
+    if abs(octaves) < 1.0:
+        assert pair == ("results-changed", "results-changed")
+    else:
+        assert pair == (("worse", "better") if octaves > 0 else ("better", "worse"))
+
+
 # --- rounding ---------------------------------------------------------------------------------
 
 
@@ -67,6 +88,21 @@ def test_another_last_bit_is_rounding_only_and_fails():
     relaxed = replace(gate.bands_of(BASE), hash_level="warn")
     explained = gate.allowance(len(head.events))
     assert not classify(BASE, head, relaxed, lambda: explained).failed
+
+
+def test_a_speed_changed_by_1e9th_is_no_rounding():
+    # Would be called rounding if the allowance were 10^5 times too wide.
+    head = gate.observed(gate.cut_shot(1.0 + 1e-9), like=SHOT)
+    change = gate.compared(BASE, replace(head, scene_hash=BASE.scene_hash), gate.cut_shot(1 + 1e-9))
+    assert change.change == "results-changed"
+    assert change.failed
+    first = change.first_difference
+    assert first.index == 0
+    assert first.before_horizon
+    assert first.words.startswith("event 0: cue meets object")
+    assert "cue meets object" in first.words
+    assert "sooner" in first.words
+    assert first.words in change.summary
 
 
 def test_an_end_that_moved_alone_is_reported_without_an_event():
@@ -89,6 +125,15 @@ def test_an_event_that_is_no_more_is_named():
     assert first.index == 1
     assert first.words.startswith("event 1: ")
     assert first.words.endswith("is no more")
+
+
+def test_an_event_that_was_not_there_is_named():
+    extra = gate.log((0.9, EventKind.BALL_CUSHION, 1, 3))
+    events = np.concatenate([BASE.events, extra])
+    change = of(gate.with_events(BASE, events[np.argsort(events["t"])]))
+    first = change.first_difference
+    assert change.change == "results-changed"
+    assert "object meets the top cushion at 0.9 s comes 1.74 s sooner" in first.words
 
 
 def test_an_event_of_other_balls_that_was_not_there_is_named():
@@ -126,6 +171,26 @@ def test_past_the_horizon_nothing_is_compared():
     assert after.failed
 
 
+@pytest.mark.parametrize("name", ["chaos-a", "chaos-b"])
+def test_an_ulp_of_a_chaotic_shot_is_rounding_up_to_its_horizon(name):
+    scene = find_scene(name)
+    cue, *others = scene.balls
+    vx, vy, _ = cue.velocity
+    moved = cue.model_copy(update={"velocity": (math.nextafter(vx, 9.0), vy, 0.0)})
+    near = scene.model_copy(update={"balls": (moved, *others)})
+    base, head = gate.observed(scene), gate.observed(near, like=scene)
+    change = gate.compared(base, head, near)
+    assert change.change == "rounding-only", change.summary
+    assert change.horizon is not None
+    assert np.max(np.abs(base.rest_positions - head.rest_positions)) > 1e-6, "not chaotic"
+    # 1e-7 of the speed is seen even there.
+    moved = cue.model_copy(update={"velocity": (vx * (1 + 1e-7), vy, 0.0)})
+    far = scene.model_copy(update={"balls": (moved, *others)})
+    change = gate.compared(base, gate.observed(far, like=scene), far)
+    assert change.change == "results-changed"
+    assert change.first_difference.before_horizon
+
+
 # --- logs longer than what is kept ------------------------------------------------------------
 
 LONG = 5 * KEPT_EVENTS
@@ -133,6 +198,10 @@ LONG = 5 * KEPT_EVENTS
 
 def long_run(count=LONG):
     return gate.with_events(BASE, gate.long_log(count))
+
+
+def test_a_long_log_is_identical_to_its_baseline():
+    assert of(long_run(), gate.as_accepted(long_run())).change == "identical"
 
 
 @pytest.mark.parametrize("index", [KEPT_EVENTS, 2 * KEPT_EVENTS, LONG - 1])
@@ -232,6 +301,15 @@ def test_errors_against_another_truth_are_not_compared_and_that_is_said():
     assert (one.level, one.within) == ("warn", False)
     assert "the truth was certified, and is closed form now" in one.why
     assert "rest_error_max" in change.summary
+
+
+def test_another_scene_is_not_comparable_and_not_compared():
+    change = classify(
+        BASE, replace(CHANGED, scene_hash="0" * 64), gate.bands_of(BASE), lambda: None
+    )
+    assert change.change == "not-comparable"
+    assert not change.failed
+    assert not change.metrics
 
 
 def test_an_end_within_its_band_that_moved_by_more_than_rounding_is_better_or_worse():

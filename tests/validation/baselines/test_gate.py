@@ -14,7 +14,7 @@ from ghostball.engine import simulate
 from ghostball.model import UnsupportedSceneError
 from ghostball.validation.baselines.accept import CHANGES_FILE, AcceptError, NotDeterministicError
 from ghostball.validation.baselines.baseline import load_baseline
-from ghostball.validation.baselines.gate import check_baselines
+from ghostball.validation.baselines.gate import check_baselines, outcome_of
 from ghostball.validation.baselines.places import BaselineError, baseline_names, baseline_path
 
 SCENES = [gate.cut_shot(), gate.roll_shot()]
@@ -120,6 +120,10 @@ def test_a_scene_that_our_engine_no_longer_represents_fails(accepted, monkeypatc
     assert "no cloth without a table" in roll.summary
     assert found.stale == ()
     assert found.outcome == "failed"
+
+
+def test_nothing_that_was_compared_is_no_pass():
+    assert outcome_of([]) == "no-baseline"
 
 
 def test_a_baseline_of_a_scene_that_is_no_more_is_reported_and_removed_when_accepted(accepted):

@@ -58,3 +58,9 @@ def test_what_compares_our_engine_with_itself_says_nothing(truth):
     metrics = {"rest_error_max": 0.0, "quality_factor": 0.5, "collision_count": 3, "wall_time": 1.0}
     assert judged(metrics, truth) == {"quality_factor": 0.5, "collision_count": 3}
     assert "rest_error_max" in judged(metrics, "certified")
+
+
+def test_what_has_no_value_is_left_out():
+    assert judged({"rest_error_max": None, "collision_count": 0}, "certified") == {
+        "collision_count": 0
+    }

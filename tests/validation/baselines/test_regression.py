@@ -52,6 +52,11 @@ def test_each_engine_has_its_own(tmp_path):
     assert load_regression(tmp_path, "none") is None
 
 
+def test_a_scene_is_found_by_its_name():
+    assert REGRESSION.scene("cut") == REGRESSION.scenes[0]
+    assert REGRESSION.scene("none") is None
+
+
 def test_no_comparison_is_none(tmp_path):
     assert load_regression(tmp_path) is None
     with writing(tmp_path):

@@ -51,6 +51,19 @@ def test_an_ulp_of_the_input_is_rounding_and_1e7th_is_not(seed):
     assert gate.compared(base, gate.observed(far, like=scene), far).change == "results-changed"
 
 
+def test_the_allowance_is_of_the_run_as_it_is():
+    scene = gate.cut_shot()
+    run = simulate(scene, record="events")
+    found = allowance_of(scene)
+    assert found.event_times.shape == run.events.shape
+    assert found.rest.shape == (2,)
+    assert math.isinf(found.horizon)
+    assert math.isinf(found.map_end)
+    # Some dozens of roundings of what a metre or a second is: neither nothing nor a nanometre.
+    assert np.all(found.event_times > 0.0)
+    assert np.all((found.rest > 0.0) & (found.rest < 1e-11))
+
+
 def test_a_tangent_map_that_is_wrong_explains_nothing(monkeypatch):
     # Breaks where a bug in our engine's tangent map waves itself, or another bug, through.
     scene = find_scene("break-7")
@@ -82,6 +95,14 @@ def test_a_wrong_tangent_map_does_not_make_a_changed_result_rounding(monkeypatch
 
 def test_a_shot_that_is_not_proved_is_explained_by_our_engine_alone():
     assert allowance_of(find_scene("push-line")).source == "engine"
+
+
+def test_a_chaotic_shot_has_a_horizon_and_no_end():
+    found = allowance_of(find_scene("chaos-a"))
+    assert math.isfinite(found.horizon)
+    assert found.rest is None
+    early = simulate(find_scene("chaos-a"), record="events").events["t"] < found.horizon
+    assert np.all(np.isfinite(found.event_times[early]))
 
 
 @pytest.mark.parametrize("name", ["break-7", "frozen-break", "cradle", "wedged", "roll-distance"])

@@ -37,7 +37,11 @@ def displaced(by: float, scene: Scene | None = None) -> Result:
         (0.0, "exact"),
         (1e-15, "exact"),
         (1e-12, "nanometres"),
+        (0.9e-6, "nanometres"),
+        (1.1e-6, "micrometres"),
+        (0.9e-3, "micrometres"),
         (1.1e-3, "millimetres"),
+        (1.1e-2, "centimetres"),
         (3.0, "centimetres"),
     ],
 )
@@ -77,6 +81,23 @@ def test_other_collisions_are_another_shot_wherever_the_balls_end(truth: Truth) 
     assert found is not None
     assert (found.kind, found.agree, found.of, found.error) == ("another shot", 0, 1, None)
     assert found.at == pytest.approx(float(truth.collision_times[0]))
+
+
+def test_the_same_scale_holds_for_every_engine() -> None:
+    scene = find_scene("half-ball-cut")
+    kinds = {}
+    truth = truth_of(scene)
+    for label in ("ghostball", "pymunk", "pymunk:contact_steps=exact", "pymunk:config=default"):
+        result = make_engine(label).simulate(scene, record="trajectory")
+        found = accuracy_of(result, truth)
+        assert found is not None
+        kinds[label] = found.kind
+    assert kinds == {
+        "ghostball": "exact",
+        "pymunk": "millimetres",
+        "pymunk:contact_steps=exact": "nanometres",
+        "pymunk:config=default": "centimetres",
+    }
 
 
 def test_where_rounding_decides_the_balls_are_compared_before_that() -> None:

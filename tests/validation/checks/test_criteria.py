@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from limits import criterion
 
 from ghostball.validation.checks.criteria import Criteria, criteria_beside
 from ghostball.validation.checks.criterion import CLAIMS, CriteriaError, Criterion, Selector
@@ -14,18 +13,43 @@ FIXED = {"contact_steps": "fixed", "dt": 0.001, "gate": True}
 EXACT = {"contact_steps": "exact", "dt": 0.001, "gate": True}
 
 
+def criterion(*engines: str, metric: str = "rest_error_max", **limit: float) -> Criterion:
+    return Criterion.model_validate(
+        {"engines": engines, "metric": metric, "reason": "because", **(limit or {"at_most": 1.0})}
+    )
+
+
 def criteria(*items: Criterion) -> Criteria:
     return Criteria(criteria=items)
 
 
-def test_the_selector_with_most_settings_wins_whatever_the_order_and_the_kind() -> None:
-    # Else "at most 1 m natively" would still bind where "at least 2 m" was meant to replace it.
-    general = criterion("pymunk", at_most=1.0)
-    special = criterion("pymunk:contact_steps=exact", at_least=2.0)
+def test_the_selector_with_most_settings_wins_whatever_the_order() -> None:
+    general, special = (
+        criterion("pymunk", at_most=1.0),
+        criterion("pymunk:contact_steps=exact", at_most=2),
+    )
     for both in (criteria(general, special), criteria(special, general)):
         assert both.applying_to("pymunk", EXACT) == (special,)
         assert both.applying_to("pymunk", FIXED) == (general,)
         assert both.applying_to("pybullet", FIXED) == ()
+
+
+def test_a_special_criterion_replaces_a_general_one_of_another_kind() -> None:
+    # Else "at most 1 m natively" would still bind where "at least 2 m" was meant to replace it.
+    general = criterion("pymunk", at_most=1.0)
+    special = criterion("pymunk:contact_steps=exact", at_least=2.0)
+    assert criteria(general, special).applying_to("pymunk", EXACT) == (special,)
+
+
+def test_precedence_is_per_metric() -> None:
+    time = criterion("pymunk", metric="rest_time_error")
+    special = criterion("pymunk:contact_steps=exact", at_most=2.0)
+    assert set(criteria(time, special).applying_to("pymunk", EXACT)) == {time, special}
+
+
+def test_a_range_is_two_criteria() -> None:
+    low, high = criterion("pymunk", at_least=1.0), criterion("pymunk", at_most=2.0)
+    assert criteria(low, high).applying_to("pymunk", FIXED) == (low, high)
 
 
 def test_equally_specific_criteria_that_both_cover_an_engine_are_refused() -> None:
@@ -35,6 +59,11 @@ def test_equally_specific_criteria_that_both_cover_an_engine_are_refused() -> No
     assert len(both.applying_to("pymunk", FIXED)) == 1
     with pytest.raises(CriteriaError, match=r"`rest_error_max`, equally specific.*one more"):
         both.applying_to("pymunk", EXACT)
+
+
+def test_an_engine_that_nobody_installed_is_refused() -> None:
+    with pytest.raises(CriteriaError, match=r'x.toml: `criteria\[0\].*"pimunk".*mean `pymunk`'):
+        criteria(criterion("pimunk")).check_engines(["ghostball", "pymunk"], "x.toml")
 
 
 def test_the_tables_of_steps_are_checked_too() -> None:
@@ -61,6 +90,12 @@ reason = "by hand"
     [
         ('"ball-ball"', '"bal-ball"', r"`steps\[0\].late\[0\]` must be .*got 'bal-ball'"),
         ("1e-9", "-1e-9", r"`steps\[0\].energy_noise` must be greater than 0, got -1e-09"),
+        (
+            "late",
+            "lte",
+            r"`steps\[0\].lte` is not a known field. Known here: engines, reason, late",
+        ),
+        ('reason = "by hand"', "", r"`steps\[0\].reason` is missing"),
         ('late = ["ball-ball"]', "", r"`steps\[0\].late` is missing"),
     ],
 )

@@ -5,11 +5,16 @@ from __future__ import annotations
 import math
 
 import pytest
-from limits import criterion
 
-from ghostball.validation.checks.criterion import CriteriaError, Selector
+from ghostball.validation.checks.criterion import CriteriaError, Criterion, Selector
 
 FIXED = {"contact_steps": "fixed", "dt": 0.001, "gate": True}
+
+
+def criterion(*engines: str, metric: str = "rest_error_max", **limit: float) -> Criterion:
+    return Criterion.model_validate(
+        {"engines": engines, "metric": metric, "reason": "because", **(limit or {"at_most": 1.0})}
+    )
 
 
 @pytest.mark.parametrize(
@@ -56,7 +61,7 @@ def test_a_limit_includes_its_bound(limit: dict[str, float], value: float, passe
     check = criterion("pymunk", **limit).check(value)
     assert check.passed is passed
     assert (check.limit_kind, check.limit) == next(iter(limit.items()))
-    assert (check.unit, check.reason) == ("m", "by hand")
+    assert (check.unit, check.reason) == ("m", "because")
 
 
 def test_a_metric_without_a_value_fails_its_criterion() -> None:

@@ -1,6 +1,5 @@
 """What is asked of an engine: by whom it is named, what it claims, and what every engine keeps."""
 
-from limits import criterion
 from toy_engines import ToyEngine
 
 from ghostball.model.features import Capability, Feature
@@ -16,8 +15,12 @@ from ghostball.validation.truth.scene_truth import truth_of
 HALF_BALL = find_scene("half-ball-cut")
 
 
+def limit(engine, metric="overlap_max", at_most=1.0):
+    return {"engines": [engine], "metric": metric, "at_most": at_most, "reason": "because"}
+
+
 def criteria(*limits):
-    return Criteria(criteria=limits)
+    return Criteria.model_validate({"criteria": limits})
 
 
 class Coarse(ToyEngine):
@@ -81,6 +84,11 @@ def test_who_states_a_step_is_held_to_what_that_allows():
     assert "overlap_max" in asked
 
 
+def test_every_engine_is_asked_the_same_whatever_its_name_and_package():
+    ours = limits_of(make_engine("ghostball"))
+    assert ours == limits_of(ToyEngine())
+
+
 def test_default_settings_are_excused_by_the_file_and_no_others():
     default = make_engine("pymunk:config=default")
     settings = plain_settings(default)
@@ -105,11 +113,8 @@ def test_whoever_is_excused_is_said_what_is_not_asked():
 
 
 def test_the_scene_wins_then_the_file_for_all_then_the_step_then_the_law():
-    own = criteria(criterion("toy", metric="overlap_max", at_most=1.0))
-    for_all = criteria(
-        criterion("*", metric="overlap_max", at_most=2.0),
-        criterion("toy", metric="energy_rise", at_most=3.0),
-    )
+    own = criteria(limit("toy", "overlap_max", 1.0))
+    for_all = criteria(limit("*", "overlap_max", 2.0), limit("toy", "energy_rise", 3.0))
     asked = limits_of(Coarse(), own=own, for_all=for_all)
     assert (asked["overlap_max"], asked["energy_rise"]) == (1.0, 3.0)
     assert asked["accuracy"] == ANOTHER_SHOT
@@ -129,7 +134,7 @@ def test_a_scene_says_more_of_an_engine_that_it_names():
 
 
 def test_judged_as_another_its_limits_hold_but_own_ones_first():
-    for_all = criteria(criterion("toy", metric="rest_error_ulps", at_most=1e6))
+    for_all = criteria(limit("toy", "rest_error_ulps", 1e6))
     names = [("toy", {}), ("ghostball", {})]
     asked = limits_of(ToyEngine(), HALF_BALL, shipped_criteria(HALF_BALL), for_all, names)
     assert asked["rest_error_ulps"] == 1e6

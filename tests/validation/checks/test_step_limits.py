@@ -7,7 +7,6 @@ from typing import Any
 
 import pytest
 from engine_facts import needs
-from limits import criterion
 from step_rules import asked_of_all, criteria_of_step, limit_of_step
 
 from ghostball.model import Record, Result, Scene
@@ -72,7 +71,9 @@ def broken(record: CaseRecord) -> set[str]:
     return {check.metric for check in record.checks if check.passed is False}
 
 
-@pytest.mark.parametrize("name", ["half-ball-cut", "throw-stick", "wall-bounce"])
+@pytest.mark.parametrize(
+    "name", ["half-ball-cut", "thin-cut", "moving-moving", "throw-stick", "wall-bounce"]
+)
 def test_a_step_ten_times_coarser_than_declared_is_seen(name: str) -> None:
     honest = judged(name, PymunkEngine())
     assert verdict_of(honest) is Verdict.PASS
@@ -81,14 +82,14 @@ def test_a_step_ten_times_coarser_than_declared_is_seen(name: str) -> None:
     assert "rest_error_max" in broken(lying)
 
 
-@pytest.mark.parametrize("name", ["rail-into", "thin-cut", "break-7"])
+@pytest.mark.parametrize("name", ["head-on", "rail-into", "thin-cut", "catch-up", "break-7"])
 def test_who_says_that_steps_end_at_contacts_must(name: str) -> None:
     exact = PymunkEngine.Settings(contact_steps="exact")
     assert verdict_of(judged(name, PymunkEngine(exact))) is Verdict.PASS
     assert "rest_error_max" in broken(judged(name, FixedEngine(exact)))
 
 
-@pytest.mark.parametrize("name", ["draw-shot", "throw-slip"])
+@pytest.mark.parametrize("name", ["gearing", "draw-shot", "throw-slip", "english-running"])
 def test_friction_of_the_wrong_sign_is_seen(name: str) -> None:
     assert verdict_of(judged(name, PymunkEngine())) is Verdict.PASS
     assert "rest_error_max" in broken(judged(name, WrongSignEngine()))
@@ -101,6 +102,13 @@ def test_the_limit_goes_with_the_step() -> None:
     # To first order, and a little more for coarse steps.
     assert coarse / middle == pytest.approx(10.0, rel=0.02)
     assert middle / fine == pytest.approx(10.0, rel=0.002)
+
+
+def test_an_amplifying_shot_is_allowed_more() -> None:
+    gentle, thin = (limit_of_step(find_scene(name), "pymunk") for name in ("head-on", "thin-cut"))
+    assert gentle is not None
+    assert thin is not None
+    assert thin > 5 * gentle
 
 
 @pytest.mark.parametrize(
@@ -147,8 +155,30 @@ def test_what_an_engine_does_in_time_costs_nothing() -> None:
 def test_what_is_stated_replaces_what_is_computed() -> None:
     scene = find_scene("head-on")
     rule = Criteria().step_rule("pymunk", plain_settings(PymunkEngine()), common_criteria())
-    stricter = criterion("pymunk", at_most=1e-9)
-    record, _ = run_case(Case(scene, "pymunk", truth_of(scene), asked_of_all((stricter,), rule)))
+    stated = Criteria.model_validate(
+        {
+            "criteria": [
+                {
+                    "engines": ["pymunk"],
+                    "metric": "rest_error_max",
+                    "at_most": 1e-9,
+                    "reason": "stricter than its step",
+                }
+            ]
+        }
+    )
+    record, _ = run_case(
+        Case(scene, "pymunk", truth_of(scene), asked_of_all(stated.criteria, rule))
+    )
     limits = [check.limit for check in record.checks if check.metric == "rest_error_max"]
     assert limits == [1e-9]
     assert broken(record) == {"rest_error_max"}
+
+
+def test_a_scene_may_say_that_an_engine_errs_by_more_than_its_step() -> None:
+    own = Criteria.model_validate(
+        {"beyond_step": [{"engines": ["pymunk"], "reason": "it has no such law"}]}
+    )
+    fixed = plain_settings(PymunkEngine())
+    assert own.step_rule("pymunk", fixed, common_criteria()) is None
+    assert Criteria().step_rule("pymunk", fixed, common_criteria()) is not None

@@ -168,3 +168,9 @@ def test_every_verdict_reads_without_colour() -> None:
     signs = {verdict.symbol for verdict in Verdict}
     assert len(signs) == len(Verdict) - 1  # what can't run here shares one sign
     assert len({verdict.words for verdict in Verdict}) == len(Verdict)
+
+
+def test_our_engine_is_no_reference_in_a_scene_that_it_cannot_represent() -> None:
+    refused = replace(case(engine="ghostball"), outcome="not-representable", truth=None)
+    assert not is_own_measure(refused)
+    assert rest_error_standing(replace(refused, metrics={})) is RestError.NONE

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from toy_engines import ToyEngine, ToySettings, other_shot, roll
+from toy_engines import ToyEngine, ToySettings, cut, other_shot, roll
 
 from ghostball.model import Ball, EventKind, Scene, Table, UnsupportedSceneError
 from ghostball.reference_adapters import make_engine
@@ -38,6 +38,12 @@ def test_what_stays_whatever_the_step_is_the_models(step):
     found = attribute(roll(), toy(model=5e-3, **step))
     assert found.outcome == "model"
     assert found.ladder[-1].difference == pytest.approx(5e-3, rel=0.03)
+
+
+def test_errors_that_do_not_fall_are_no_steps():
+    found = attribute(roll(), toy(wobble=1e-3))
+    assert found.outcome == "model"
+    assert [one.difference for one in found.ladder] == pytest.approx([1e-3] * 3)
 
 
 @pytest.mark.parametrize("dt", [0.011, 0.013, 0.017, 0.019])
@@ -98,8 +104,7 @@ def test_runs_that_part_are_compared_before_they_do():
 
 def test_what_is_but_rounding_is_neither():
     """Breaks where femtometres of a shot that parts at its first collision are divided."""
-    start = find_scene("break-7").model_copy(update={"t_max": 0.7})  # a little after they part
-    found = attribute(start, make_engine("pymunk"))
+    found = attribute(find_scene("break-7"), make_engine("pymunk"))
     assert found.outcome == "rounding"
     assert found.difference < 1e-13
 
@@ -121,6 +126,11 @@ def test_a_run_that_stops_early_is_not_compared():
 def test_a_scene_that_the_engine_lacks_is_refused():
     with pytest.raises(UnsupportedSceneError):
         attribute(find_scene("sliding-stun"), make_engine("paper-discrete"))
+
+
+def test_the_same_twice():
+    once, again = (attribute(cut(), toy(slope=0.4)) for _ in range(2))
+    assert once == again
 
 
 # --- the instant

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -124,6 +125,37 @@ def test_changes_become_what_proofs_of_changed_shots_say(name: str) -> None:
     ends = [np.array([[e.mid for e in place] for place in proof.positions]) for proof in proofs]
     difference = (ends[0] - ends[1]).astype(np.float64)
     assert difference == pytest.approx(predicted, abs=1e-5 * np.max(np.abs(predicted)))
+
+
+def test_rounding_displaces_a_rolling_ball_by_its_place_and_its_way() -> None:
+    # x and vx are rounded once; y and vy are exactly 0 and stay so.
+    scene = scene_of(ball((0.5, 0.0), (2.0, 0.0)), rolling_friction=0.02, table=None)
+    growth = growth_of_proof(scene, certify(scene, motion=True))
+    for t in (0.0, 1.5):
+        assert growth.sizes([t])[0, 0] == pytest.approx(math.hypot(0.5 + R, 2.0 * t))
+
+
+@pytest.mark.parametrize(
+    ("physics", "by_speed"),
+    [
+        ({"preset": "paper", "air_drag": 0.1}, 1.854461835175432),
+        ({"preset": "paper", "air_drag": 0.0041}, 16.739203213927016),
+        ({"preset": "pool", "air_drag": 0.1}, 2.654189448459432),
+        ({"preset": "paper"}, 25.4841997961264),
+    ],
+)
+def test_a_faster_ball_rolls_farther_in_air_as_worked_numbers_say(
+    physics: dict[str, Any], by_speed: float
+) -> None:
+    """Breaks where the air is left out of the growth: v / (a + b v^2), at 5 m/s."""
+    scene = scene_of(ball((0.0, 0.0), (5.0, 0.0)), **physics)
+    growth = growth_of_proof(scene, certify(scene, motion=True))
+    change = np.zeros((1, 1, 7))
+    change[0, 0, 2] = 1.0
+    moved = carried(growth, change, np.array([growth.t_end]))[0, 0, 0]
+    assert moved == pytest.approx([by_speed, 0.0], rel=1e-14)
+    assert rounding_horizon(growth) == math.inf
+    assert np.isfinite(growth.sizes(np.linspace(0.0, growth.t_end, 50))).all()
 
 
 def test_what_rounding_does_is_the_sum_over_all_that_is_rounded() -> None:

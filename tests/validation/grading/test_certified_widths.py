@@ -9,7 +9,7 @@ import pytest
 from shots import kept_scene
 
 from ghostball.engine import simulate
-from ghostball.model import Scene
+from ghostball.model import Ball, Scene
 from ghostball.reference_adapters.certified import Certificate, CertifiedSettings, certify
 from ghostball.validation.grading.certified_widths import (
     FlightGrowth,
@@ -71,6 +71,22 @@ def test_flights_are_graded_within_the_widths_of_their_proofs() -> None:
         assert (found.missing, found.invented) == ((), ())
         assert found.quality_factor is not None
         assert found.quality_factor < 32.0
+
+
+def test_a_ball_that_ends_elsewhere_has_a_quality_that_says_so() -> None:
+    scene = find_scene("flight-throw")
+    (thrown,) = scene.balls
+    aside = Ball(
+        id="cue",
+        position=(1e-9, *thrown.position[1:]),
+        velocity=thrown.velocity,
+        angular_velocity=thrown.angular_velocity,
+    )
+    moved = Scene(name="moved", physics=scene.physics, balls=[aside])
+    proof = certify(scene, motion=True)
+    found = grade(simulate(moved, record="trajectory"), proof, gradable(scene, proof))
+    assert found.quality_factor is not None
+    assert found.quality_factor > 32.0
 
 
 def test_what_is_amplified_too_far_is_past_a_horizon() -> None:

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, strategies as st
 
 from ghostball.engine import simulate
-from ghostball.model import EventKind
+from ghostball.model import EVENT_DTYPE, EventKind
 from ghostball.validation.grading.event_logs import (
     ALL_KINDS,
     Event,
@@ -28,6 +28,36 @@ def collisions(*rows):
 TRUE = collisions((1.0, 0, 1), (1.5, 2, 3), (2.0, 1, 2), (3.0, 0, 3))
 
 
+def test_a_log_agrees_with_itself_and_with_late_times():
+    late = collisions((1.1, 0, 1), (1.6, 2, 3), (2.2, 1, 2), (3.4, 0, 3))
+    for other in (TRUE, late):
+        found = compare_logs(TRUE, other)
+        assert found.parting is None
+        assert [a for a, _ in found.pairs] == TRUE
+        assert found.before == found.pairs
+
+
+def test_collisions_without_a_ball_in_common_may_swap():
+    assert (
+        compare_logs(TRUE, collisions((1.0, 2, 3), (1.2, 0, 1), (2.0, 1, 2), (3.0, 0, 3))).parting
+        is None
+    )
+
+
+def test_collisions_that_share_a_ball_may_not():
+    found = compare_logs(TRUE, collisions((1.0, 0, 1), (1.5, 1, 2), (2.0, 2, 3), (3.0, 0, 3)))
+    assert found.parting.true == TRUE[1]
+    assert found.parting.other == Event(BALLS, 1, 2, 1.5)
+    assert found.parting.t == 1.5
+    assert len(found.before) == 1
+
+
+def test_unless_they_are_at_one_instant_in_either_log():
+    stepped = collisions((1.0, 0, 1), (1.5, 1, 2), (1.5, 2, 3), (3.0, 0, 3))
+    assert compare_logs(TRUE, stepped).parting is None
+    assert compare_logs(stepped, TRUE).parting is None
+
+
 def test_a_missing_and_an_added_collision_are_named():
     missing = compare_logs(TRUE, TRUE[:2] + TRUE[3:])
     assert missing.parting.true == TRUE[2]
@@ -36,6 +66,12 @@ def test_a_missing_and_an_added_collision_are_named():
     assert added.parting.true == TRUE[1]  # what ball 3 does in truth
     assert added.parting.other == Event(CUSHION, 3, 1, 0.5)
     assert added.parting.first == Event(CUSHION, 3, 1, 0.5)
+
+
+def test_events_of_other_kinds_are_left_out():
+    rows = [(1.0, EventKind.SLIDE_TO_ROLL, 0, -1), (2.0, EventKind.BALL_BALL, 0, 1)]
+    events = np.array([(t, int(k), a, b) for t, k, a, b in rows], dtype=EVENT_DTYPE)
+    assert events_in(events) == [Event(BALLS, 0, 1, 2.0)]
 
 
 logs = st.lists(
@@ -173,6 +209,12 @@ def test_the_lower_ball_comes_first_in_a_log():
     swapped = events.copy()
     swapped["a"][0], swapped["b"][0] = events["b"][0], events["a"][0]
     assert events_in(swapped, ALL_KINDS) == events_in(events, ALL_KINDS)
+
+
+def test_events_keep_their_places_where_some_kinds_are_left_out():
+    events = simulate(find_scene("follow-shot"), record="events").events
+    for one in events_in(events):
+        assert events["t"][one.index] == one.t
 
 
 def test_random_logs_are_paired_alike_each_once_and_in_the_order_of_each_ball():

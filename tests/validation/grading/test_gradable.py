@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,6 +14,7 @@ from shots import kept_scene
 from ghostball.engine import simulate
 from ghostball.model import GhostballError
 from ghostball.reference_adapters.certified import (
+    CertifiedSettings,
     certify,
 )
 from ghostball.validation.grading.certified_growth import growth_of_proof
@@ -40,6 +43,18 @@ def test_the_motion_is_needed_for_how_errors_grow() -> None:
         grade(result, certify(result.scene))
 
 
+def test_an_event_on_the_other_side_of_the_horizon_is_no_difference() -> None:
+    result, certificate, growth = run_and_proof("break-7")
+    assert result.events is not None
+    cut = float(certificate.events[9].t)
+    until = math.nextafter(cut, 1.0)
+    made = grade(result, certificate, growth, until=until)
+    assert made.events == 10
+    late = result.events.copy()
+    late["t"][9] = cut * (1 + 1e-9)
+    assert clean(grade(replace(result, events=late), certificate, growth, until=until))
+
+
 @pytest.mark.parametrize("name", ["frozen-break", "push-line", "frozen-triangle"])
 def test_what_is_proved_is_graded_where_the_proof_ends_early(name: str) -> None:
     result, certificate, growth = run_and_proof(name)
@@ -53,6 +68,17 @@ def test_what_is_proved_is_graded_where_the_proof_ends_early(name: str) -> None:
     assert made.until == float(certificate.t_end)
     if name == "push-line":
         assert grade(without_event(result, 0), certificate, growth).missing[0] == 0
+
+
+@pytest.mark.parametrize("settings", [{"max_events": 4}, {"max_precision": 60}])
+def test_a_cap_leaves_what_was_proved_until_then(settings: dict[str, Any]) -> None:
+    scene = find_scene("break-7")
+    certificate = certify(scene, CertifiedSettings(start_precision=53, **settings), motion=True)
+    made = grade(simulate(scene, record="trajectory"), certificate)
+    assert made.extent == "proved part"
+    assert made.why.startswith(certificate.ending)
+    assert made.events == len(certificate.events)
+    assert clean(made)
 
 
 def test_where_nothing_is_proved_nothing_is_graded() -> None:

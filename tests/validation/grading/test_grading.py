@@ -45,6 +45,24 @@ def test_an_exact_run_of_a_whole_shot() -> None:
     assert made.time_error_max == made.time_errors.max()
 
 
+def test_an_event_that_is_not_found() -> None:
+    result, certificate, growth = run_and_proof("break-7")
+    made = grade(without_event(result, 5), certificate, growth)
+    assert made.missing[0] == 5  # and what its balls go through after it
+    assert made.first is not None
+    assert made.first.t == float(certificate.events[5].t)
+
+
+def test_an_event_that_is_not_so() -> None:
+    result, certificate, growth = run_and_proof("break-7")
+    assert result.events is not None
+    extra = np.insert(result.events, 3, result.events[2])
+    made = grade(replace(result, events=extra), certificate, growth)
+    assert made.invented[0] == 3
+    assert made.first is not None
+    assert made.first.other is made.first.first
+
+
 def test_a_time_and_a_place_that_are_wrong() -> None:
     result, certificate, growth = run_and_proof("half-ball-cut")
     assert result.events is not None
@@ -62,6 +80,15 @@ def test_a_time_and_a_place_that_are_wrong() -> None:
     assert made.time_error_max == pytest.approx(1000, abs=10)
     assert made.position_errors[1] == pytest.approx(1e-9, rel=1e-5)
     assert made.quality_factor == pytest.approx(1e-9 / UNIT_ROUNDOFF, rel=1e-5)
+
+
+def test_the_quality_factor_is_in_units_of_each_balls_own_rounding() -> None:
+    result, certificate, growth = run_and_proof("half-ball-cut", amplification=(1.0, 1e6))
+    errors = grade(result, certificate, growth).position_errors
+    made = grade(result, certificate, growth)
+    assert made.quality_factor == pytest.approx(
+        max(errors[0], errors[1] / 1e6) / UNIT_ROUNDOFF, rel=1e-12
+    )
 
 
 def test_a_ball_that_nothing_can_have_moved_must_not_move() -> None:
@@ -149,6 +176,13 @@ def test_events_without_a_common_ball_may_swap_and_their_times_tell() -> None:
     assert made.time_error_max is not None
     assert made.time_error_max > 1e9
     assert grade(result, certificate, growth).swapped == 0
+
+
+def test_events_of_one_ball_may_not_swap() -> None:
+    result, certificate, growth = run_and_proof("around-the-table")
+    made = grade(swap(result, 3, 1e-9), certificate, growth)
+    assert made.missing
+    assert made.invented
 
 
 def test_an_engine_of_frames_is_graded_by_its_collisions() -> None:

@@ -56,6 +56,16 @@ def test_our_run_knows_from_when_on_it_has_no_derivative(name, ends):
     assert np.isfinite(growth.sizes(known)).all()
 
 
+def test_a_run_and_a_proof_have_the_same_horizon_but_for_roundings():
+    scene = find_scene("chaos-a")
+    growths = (
+        RunGrowth(simulate(scene, record="trajectory")),
+        growth_of_proof(scene, certify(scene, motion=True)),
+    )
+    ours, proved = (horizon(growth, 1e-3, 2.0**-48) for growth in growths)
+    assert ours == pytest.approx(proved, rel=0.05)
+
+
 def test_who_errs_more_has_the_shorter_horizon():
     labels = (
         "ghostball",
@@ -76,6 +86,14 @@ def test_what_all_but_happens_leaves_a_shot_predictable():
     assert horizon_of("break-7", "pymunk") == math.inf
 
 
+def test_a_contact_at_which_steps_end_is_off_by_its_gap():
+    scene = find_scene("break-7")
+    assert resolution_of(make_engine("pymunk:contact_steps=exact"), scene) == 1e-10
+    assert resolution_of(make_engine("pymunk:dt=1e-4"), scene) == pytest.approx(2e-4)
+    assert resolution_of(make_engine("ghostball"), scene) == 0.0
+    assert resolution_of(make_engine("certified"), scene) == "proved"
+
+
 def test_who_states_nothing_is_not_taken_to_be_exact_and_excused_from_nothing():
     class Protocol:
         """No `EngineBase`, and without a word about its resolution."""
@@ -94,6 +112,18 @@ def test_who_states_nothing_is_not_taken_to_be_exact_and_excused_from_nothing():
     truth = truth_of(scene, parts=("rest",))
     assert truth.horizon_of(None) == truth.horizon_of(0.0) > truth.horizon_of(1e-3)
     assert truth.horizon_of("proved") == math.inf
+
+
+@pytest.mark.parametrize(
+    ("name", "ends"),
+    [
+        ("chaos-a", 5.4501),  # roundings have grown to a millimetre
+        ("half-ball-cut", math.inf),
+        ("frozen-to-cushion", math.inf),  # a closed form, through two collisions at one instant
+    ],
+)
+def test_a_shot_has_a_horizon_of_its_own_whatever_the_engine(name, ends):
+    assert truth_of(find_scene(name)).shot_horizon == pytest.approx(ends, abs=1e-4)
 
 
 def test_past_its_horizon_nothing_is_said_of_how_a_shot_ends():

@@ -29,6 +29,11 @@ def test_a_rebound_is_found_with_its_ratio():
     assert contact.speed_before == pytest.approx(0.8)
 
 
+def test_noise_of_a_tracker_moves_it_by_less_than_a_percent():
+    (contact,) = cushion_contacts({"cue": rebound(0.55, noise=0.0004)}, SURFACE)
+    assert contact.normal_ratio == pytest.approx(0.55, abs=0.005)
+
+
 def test_what_begins_too_late_or_passes_a_ball_does_not_count():
     assert cushion_contacts({"cue": rebound(0.55, at=0.3)}, SURFACE) == []
     near = Track(TIMES, np.tile([2.6, 0.6 + 2.2 * SURFACE.radius], (len(TIMES), 1)))

@@ -24,6 +24,13 @@ def test_our_engine_comes_near_to_rebounds_of_carom():
     assert 2.0 < slope.most < 3.0
 
 
+def test_one_restitution_for_all_speeds_is_far_off_and_rises():
+    ratio, slope = of("pybullet", carom_rebounds)
+    assert ratio.settings["cushion_restitution_loss"] == 0.0
+    assert ratio.most > 10.0
+    assert all(one.value < 0.0 < one.played for one in slope.figures)
+
+
 def test_a_ball_that_does_not_bounce_is_said():
     ratio, slope = of("pybullet:config=default", carom_rebounds)
     assert "bounced 0 times" in ratio.lacks

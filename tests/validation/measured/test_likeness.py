@@ -26,6 +26,13 @@ def test_our_engine_plays_everything_that_was_measured():
     assert not any(family.lacks for family in families.values())
 
 
+def test_an_engine_that_only_rolls_lacks_it_all():
+    families = likeness_of("paper-discrete")
+    assert families["cushion"].lacks == "it has no law of cushions that turns balls"
+    assert families["rolling-pool"].lacks.startswith("it has no sliding that turns into rolling")
+    assert not any(family.figures for family in families.values())
+
+
 @pytest.mark.parametrize("spec", ["ghostball.validation.examples.stepper:Stepper"])
 def test_an_engine_that_mentions_few_features_lacks_the_others(spec):
     families = likeness_of(spec)

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from functools import partial
 
+import numpy as np
 import pytest
 
 from ghostball.engine import simulate
-from ghostball.model import Physics
+from ghostball.model import EventKind, Physics
 from ghostball.validation.measured.play import OperatorError
 from ghostball.validation.measured.rebounds import rebounds, square_rebound
 
@@ -38,6 +39,22 @@ def test_a_square_rebound_has_the_speeds_right_before_and_after_the_contact(spee
     contact = square_rebound(PLAY, physics, speed)
     assert contact.speed_before == pytest.approx(speed, rel=1e-4)
     assert contact.normal_ratio == pytest.approx(0.8, rel=1e-3)
+
+
+@pytest.mark.parametrize("law", ["frictional", "han2005", "mathavan2010"])
+def test_a_square_rebound_is_the_law_s_own(law):
+    seen = []
+
+    def play(scene):
+        seen.append(PLAY(scene))
+        return seen[-1]
+
+    contact = square_rebound(play, Physics(**SLIDES, cushion=law, cushion_restitution=0.9), 1.5)
+    (event,) = (one for one in seen[0].events if one["kind"] == EventKind.BALL_CUSHION)
+    instants = np.array([event["t"] - 1e-9, event["t"] + 1e-9])
+    before, after = seen[0].sample(instants).velocities[:, 0, 0]
+    assert contact.speed_before == pytest.approx(before, rel=1e-3)
+    assert contact.speed_after == pytest.approx(-after, rel=2e-3)
 
 
 def test_a_ball_that_stays_at_the_cushion_is_said():

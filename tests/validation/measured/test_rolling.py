@@ -28,6 +28,15 @@ def test_a_known_deceleration_is_found_in_each_window():
     assert [one.deceleration for one in found] == pytest.approx([0.05, 0.05])
 
 
+def test_noise_of_a_tracker_averages_out():
+    found = [
+        one.deceleration
+        for seed in range(20)
+        for one in rolling_windows({str(seed): rolls(0.05, noise=0.0004)}, SURFACE)
+    ]
+    assert np.mean(found) == pytest.approx(0.05, abs=0.003)
+
+
 def test_a_ball_that_comes_near_ends_a_window():
     still = Track(TIMES, np.tile([0.4 + 0.7 * 1.5, 0.7 + 2.1 * SURFACE.radius], (len(TIMES), 1)))
     found = rolling_windows({"cue": rolls(), "still": still}, SURFACE)

@@ -61,3 +61,12 @@ def test_what_somebody_edited_is_named(folder):
         database.execute("UPDATE records SET record = json_set(record, '$.shots', 'many')")
     with pytest.raises(ResultsError, match="a finding is damaged: `shots` must be a valid integer"):
         StressFolder.load(folder)
+
+
+def test_the_worst_case_of_what_broke_is_never_a_survivor(tmp_path):
+    broken = finding("b", outcome="broken", faults=("crashed",), severity=1.0, scene=None)
+    run = StressRun("quick", ("f",), ("ghostball",), {})
+    found = [finding("a", severity=0.9, scene={"name": "x"}), broken]
+    folder = StressFolder(tmp_path, run, found)
+    assert folder.worst(broken.family, broken.label) is None
+    assert StressFolder(tmp_path, run, found[:1]).worst(broken.family, broken.label) == found[0]

@@ -20,7 +20,7 @@ from ghostball.model import (
     Table,
 )
 from ghostball.validation.stress.invariants import travel_in_a_step
-from ghostball.validation.stress.judges import Ends, Invariants, asymmetry, momentum_change
+from ghostball.validation.stress.judges import Both, Ends, Invariants, asymmetry, momentum_change
 
 R = 2.0**-5
 
@@ -78,6 +78,18 @@ def test_an_overlap_is_seen(run):
     )  # a contact may be that deep
 
 
+def test_an_overlap_with_a_cushion_is_seen():
+    table = Table(length=1.0, width=1.0, cushions=("left",))
+    ball = Ball(id="a", radius=R, position=(0.25, 0.5), velocity=(-1.0, 0.0))
+    shot = Scene(
+        name="one", physics=Physics(rolling_friction=0.0), table=table, balls=[ball], t_max=1.0
+    )
+    run = simulate(shot, record="trajectory")
+    assert Invariants(most_events=1)(run).faults == ()
+    (fault,) = Invariants(most_events=1)(moved(run, 0, 1, -2e-12)).faults
+    assert "ball and cushion" in fault
+
+
 def test_an_engine_that_steps_may_go_into_a_cushion_by_the_way_of_a_step(run):
     table = Table(length=2.0, width=1.0, cushions=("right",))
     scene = run.scene.model_copy(update={"table": table})
@@ -114,6 +126,11 @@ def test_energy_that_rises_is_seen(run):
     assert "energy" in fault
 
 
+def test_momentum_that_changes_is_seen(run):
+    faults = INVARIANTS(moved(run, 1, 4, 1e-14)).faults
+    assert any("momentum" in fault for fault in faults)
+
+
 def test_momentum_is_measured_against_the_most_there_is():
     shot = scene()
     velocities = np.zeros((3, 2, 3))
@@ -135,6 +152,15 @@ def test_the_image_of_a_ball_may_be_another_one(swapped):
     positions = np.array([[a, b]])
     assert asymmetry(positions, (1, 0), swapped) == 0.0
     assert asymmetry(positions, (0, 1), swapped) > 0.5
+
+
+def test_contact_steps_permit_a_stated_asymmetry(run):
+    stepped = replace(run, work={**run.work, "contact_steps": 3})
+    askew = moved(stepped, 0, 2, 1e-12)
+    assert Invariants(most_events=1, most_steps=3, images=(0, 1))(askew).faults == ()
+    assert (
+        len(Invariants(most_events=1, most_steps=3, images=(0, 1), skew=1e-13)(askew).faults) == 1
+    )
 
 
 @pytest.mark.parametrize(
@@ -163,3 +189,10 @@ def test_a_wrong_end_is_seen(run):
     assert "collisions" in Ends(velocities, 2)(run).faults[0]
     assert "velocity" in Ends(((0.0, 0.0), (1.0 - 1e-14, 0.0)))(run).faults[0]
     assert "from where" in Ends(velocities, 1, (positions[0], (1.0625 + 1e-13, 0.0)))(run).faults[0]
+
+
+def test_both_judges_are_asked(run):
+    verdict = Both(Invariants(most_events=0), Ends(((0.0, 0.0), (1.0, 0.0)), 2))(run)
+    assert len(verdict.faults) == 2
+    assert {"number of events [1]", "collisions"} & set(verdict.values)
+    assert verdict.broken == 1

@@ -62,6 +62,17 @@ def test_an_event_that_is_not_proved_is_seen(run):
     )
 
 
+def test_an_end_that_is_not_proved_is_seen(run):
+    off = run.final_state.positions.copy()
+    off[0, 0, 0] += 1e-12
+    exact = replace(run, final_state=run.final_state._replace(positions=off))
+    assert any("quality_factor" in fault for fault in MatchesProof()(exact).faults)
+
+
+def test_a_right_run_survives(run):
+    assert MatchesProof()(run).faults == ()
+
+
 def test_an_engine_that_steps_is_asked_what_its_step_allows():
     shot = cut("cut", ICE)
     fine, coarse = make_engine("pymunk:dt=1e-4"), make_engine("pymunk:dt=1e-3")

@@ -13,7 +13,7 @@ from ghostball.validation.stress import StressOutcome, run_stress
 from ghostball.validation.stress.families import chosen_trials
 from ghostball.validation.stress.findings import Finding, StressFolder, StressRun
 from ghostball.validation.stress.run import StressTask, run_trial
-from ghostball.validation.stress.trial import Trial
+from ghostball.validation.stress.trial import CRASHED, Trial
 
 ONE = ["grazing/rolling-hit-1e-01"]
 TWO = [*ONE, "grazing/rolling-miss-1e-01"]
@@ -87,6 +87,25 @@ def test_a_look_at_a_part_does_not_make_a_run_whole(tmp_path):
     assert more.folder.run.labels == ("ghostball", "pymunk")
     rest = run_stress(["ghostball", "pymunk"], tmp_path, only=TWO)
     assert (rest.folder.planned, len(rest.folder.findings), rest.folder.whole) == (5, 5, True)
+
+
+@pytest.mark.usefixtures("here")
+def test_what_other_code_was_asked_for_is_no_part_of_a_run(tmp_path):
+    run_stress(["ghostball"], tmp_path, only=TWO)
+    made_by_other_code(tmp_path)
+    outcome = run_stress(["pymunk"], tmp_path, only=ONE)
+    assert (outcome.folder.planned, outcome.folder.run.labels) == (1, ("pymunk",))
+
+
+@pytest.mark.usefixtures("here")
+def test_a_crash_is_tried_again_where_it_is_asked_for_and_else_stays(tmp_path, monkeypatch):
+    crashed = Finding("grazing", "rolling-hit-1e-01", "pymunk", "broken", ("crashed",), CRASHED)
+    with monkeypatch.context() as patch:
+        patch.setattr(ghostball.validation.stress.run, "run_trial", lambda _: crashed)
+        run_stress(["pymunk"], tmp_path, only=ONE)
+    run_stress(["ghostball"], tmp_path, only=ONE)
+    assert {one.outcome for one in StressFolder.load(tmp_path).findings} == {"survived", "broken"}
+    assert run_stress(["pymunk"], tmp_path, only=ONE).reused == 0
 
 
 class Planted(Trial):

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
+
 from ghostball.validation.stress.findings import Finding, StressFolder, StressRun
 from ghostball.validation.stress.survival import Survival, all_survival, scene_file
 
@@ -34,6 +36,13 @@ def test_outcomes_and_shots_are_counted():
     )
     counted = [one.count(name) for name in ("survived", "broken", "not-representable")]
     assert (counted, one.tried, one.text) == ([1, 1, 1], 2, "1/2")
+
+
+@pytest.mark.parametrize(
+    ("outcome", "text"), [("not-representable", "–"), ("unavailable", "unavailable")]
+)
+def test_what_nothing_is_known_of_has_no_number(outcome, text):
+    assert Survival(folder(found("a", outcome)), "f", "pymunk").text == text
 
 
 def test_breaks_come_worst_first_and_a_break_is_worse_than_any_close_call():

@@ -26,3 +26,7 @@ def test_one_shot_tells_the_largest_step(tmp_path):
     one, two = tracked_numbers(folder)
     assert (one["own_step"], one["largest_step_without_a_miss"]) == (1e-3, 1e-3)
     assert (one["larger_steps_miss"], two["larger_steps_miss"]) == (True, False)
+
+
+def test_an_engine_of_which_nothing_is_known_has_no_row(tmp_path):
+    assert tracked_numbers(folder_of(tmp_path, finding("one"))) == []

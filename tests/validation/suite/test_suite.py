@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from suite_runs import limits, scene
 
+from ghostball.validation.checks.verdict import Verdict, verdict_of
 from ghostball.validation.results.store import CaseRecord, Results
 from ghostball.validation.suite.judge import Case
 from ghostball.validation.suite.suite import run_suite
@@ -71,6 +72,19 @@ def test_a_run_measures_judges_and_stores(tmp_path: Path) -> None:
     assert (counts.ran, counts.checks_passed, counts.checks_failed) == (3, 3 + len(PROVED), 1)
     assert counts.checks_reference == 1
     assert outcome.exit_status == 1
+
+
+def test_an_engine_of_another_package_is_held_to_the_resolution_that_it_states(
+    tmp_path: Path,
+) -> None:
+    labels = ["fake:sees=1e-3", "fake:sees=1e-3,shift=0.1", "fake"]
+    outcome = run_suite([scene()], labels, tmp_path)
+    assert [verdict_of(case) for case in outcome.cases] == [
+        Verdict.PASS,
+        Verdict.FAIL,
+        Verdict.LIMITS_HOLD,  # it claims to roll balls nearly right: how near, nobody knows
+    ]
+    assert all(case.accuracy is not None for case in outcome.cases)
 
 
 @pytest.mark.parametrize("does", ["interrupt", "hand back"])

@@ -10,13 +10,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from limits import criterion
 from step_rules import asked_of_all
 
 from ghostball.model import Ball, Result, Scene, Status, Table
 from ghostball.reference_adapters.ghostball import GhostballEngine
 from ghostball.reference_adapters.paper.discrete import PaperDiscreteEngine
 from ghostball.validation.checks.criteria import Criteria, common_criteria
+from ghostball.validation.checks.criterion import Criterion
 from ghostball.validation.checks.law import Asked
 from ghostball.validation.parallel.sources import versions
 from ghostball.validation.results.records import CaseRecord, Motion, status_name
@@ -40,8 +40,9 @@ def scenes(speed: float = 1.0) -> list[Scene]:
 
 def limits(at_most: float = 1e-6, metric: str = "rest_error_max") -> Criteria:
     # Also of an engine whose steps of 20 ms may lead the cut onto another path.
-    limit = criterion(*ENGINES, metric=metric, at_most=at_most, past_horizon=True)
-    return Criteria(criteria=(limit,))
+    criterion = {"engines": ENGINES, "metric": metric, "at_most": at_most, "past_horizon": True}
+    criterion["reason"] = "by hand"
+    return Criteria(criteria=(Criterion.model_validate(criterion),))
 
 
 @pytest.fixture
@@ -175,7 +176,9 @@ def test_other_criteria_are_judged(tmp_path: Path) -> None:
     assert strict.exit_status == 1
     assert strict.counts.reused == 2
     # Of one engine alone: the other's verdict stands.
-    own = criterion("ghostball", metric="energy_rise")
+    own = Criterion.model_validate(
+        {"engines": ["ghostball"], "metric": "energy_rise", "at_most": 1.0, "reason": "by hand"}
+    )
     both = Criteria(criteria=(*limits(1e-12).criteria, own))
     third = run(tmp_path, criteria={"roll": both, "cut": limits(1.0)})
     assert third.counts.reused == 3

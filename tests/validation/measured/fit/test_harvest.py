@@ -33,6 +33,16 @@ def test_balls_that_count_as_rolling_roll(shots):
     assert slowing == pytest.approx([0.01 * 9.81] * len(slowing), rel=0.1)
 
 
+def test_the_line_before_a_cushion_is_straight_but_for_rolling(shots):
+    for one in harvest(shots, POOL).cushion:
+        towards, along, side = one.given
+        assert towards >= 0.14
+        assert side == 0.0
+        assert 0.0 < one.seen[0] < towards
+        assert abs(one.seen[1]) < np.hypot(towards, along)
+        assert 0.0 < one.gap < 1.0
+
+
 def test_a_hit_is_seen_in_axes_along_the_way_of_the_ball():
     # The ball comes at an angle of 30 degrees, and hits the other full: both go on that way.
     angle = np.pi / 6.0

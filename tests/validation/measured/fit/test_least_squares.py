@@ -95,6 +95,12 @@ def test_a_value_stays_within_its_bounds():
     assert problem.solve(np.array([0.1, 0.2])).values[0] == pytest.approx(0.06)
 
 
+def test_a_family_that_does_not_feel_a_field_leaves_it_alone():
+    deaf = Field("sliding_friction", 0.0, 1.0, 1e-3, frozenset({"other"}))
+    problem = Problem({"made": made(1)}, [FRICTION, deaf], build, predict)
+    assert problem.solve(np.array([0.1, 0.2])).values[1] == 0.2
+
+
 def test_numbers_of_one_shot_count_once():
     random = np.random.default_rng(1)
     slopes, left = np.ones((50, 1)), random.normal(0.0, 1.0, 50)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ghostball.validation.measured.fit.lines import Curve, noise_of, without_stale
+from ghostball.validation.measured.fit.lines import Curve, noise_of, window, without_stale
 from ghostball.validation.measured.tracks import Track
 
 TIMES = np.arange(0.0, 2.0, 0.02)
@@ -51,3 +51,13 @@ def test_samples_that_repeat_while_the_ball_moves_are_left_out():
     fresh = without_stale(Track(TIMES, positions))
     assert len(fresh.times) == len(TIMES) - 3
     assert fresh.positions == pytest.approx(np.delete(track.positions, [10, 40, 41], axis=0))
+
+
+def test_samples_of_a_ball_at_rest_are_kept():
+    still = Track(TIMES, np.full((len(TIMES), 2), 0.5))
+    assert len(without_stale(still).times) == len(TIMES)
+
+
+def test_a_window_has_the_samples_between():
+    part = window(rolls(), 0.5, 0.6)
+    assert part.times == pytest.approx([0.5, 0.52, 0.54, 0.56, 0.58, 0.6])

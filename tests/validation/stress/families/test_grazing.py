@@ -9,6 +9,7 @@ import pytest
 from stress_trials import trials_of
 
 from ghostball.engine import simulate
+from ghostball.model import EventKind
 from ghostball.validation.stress.families.grazing import FAMILY, HitOrMiss
 from ghostball.validation.stress.trial import SceneTrial
 
@@ -39,3 +40,13 @@ def test_a_miss_a_phantom_and_a_double_collision_are_seen(kind: str):
     assert "a collision is seen where the path misses by 1.00e-01" in phantom
     twice = np.concatenate([runs[0].events, runs[0].events])
     assert hit[1](replace(runs[0], events=twice)).faults == ("2 collisions where there is one",)
+
+
+def test_the_deepest_miss_and_else_the_shallowest_shot_is_the_worst_case():
+    trial, _ = judged("rolling-hit-1e-01")
+    run = simulate(trial.scene, record="events")
+    assert run.events is not None
+    lost = replace(run, events=run.events[run.events["kind"] != EventKind.BALL_BALL])
+    deep, shallow = (HitOrMiss(10.0**-power) for power in (1, 13))
+    assert deep(lost).severity > shallow(lost).severity >= 1.0
+    assert deep(run).severity < shallow(run).severity < 1.0

@@ -65,6 +65,15 @@ def test_where_no_proof_says_anything_a_closed_form_does(name):
     assert "instead of" in trial.judge(fewer).faults[0]
 
 
+def test_a_ball_that_leaves_a_corner_by_one_cushion_alone_is_seen():
+    trial = scene_trial(FAMILY, "corner-sliding-slanting-gap-0")
+    assert trial.judge(simulate(trial.scene, record="trajectory")).faults == ()
+    table = trial.scene.table.model_copy(update={"cushions": ("left",)})
+    half = trial.scene.model_copy(update={"table": table})
+    run = replace(simulate(half, record="trajectory"), scene=trial.scene)
+    assert "overlap" in trial.judge(run).faults[0]
+
+
 @pytest.mark.compiled
 def test_what_rows_racks_and_wedges_need_is_a_third_of_what_they_may():
     """Of all of the full suite: a limit that is far above says little."""

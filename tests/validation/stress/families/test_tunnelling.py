@@ -12,6 +12,7 @@ from ghostball.model import EventKind, Scene, UnsupportedSceneError
 from ghostball.reference_adapters.registry import make_engine
 from ghostball.validation.runs.steps import with_step
 from ghostball.validation.stress.families.tunnelling import (
+    DIAMETER,
     FAMILY,
     PHASES,
     EndEnergy,
@@ -19,10 +20,16 @@ from ghostball.validation.stress.families.tunnelling import (
     bounces,
     crossing,
     elastic_break,
+    energy_limit,
     own_step,
     passing,
 )
 from ghostball.validation.stress.trial import SceneTrial
+
+
+def test_the_half_chord_of_a_full_collision_is_a_diameter():
+    assert crossing(1.0) == pytest.approx(DIAMETER)
+    assert crossing(0.5) == pytest.approx(DIAMETER * math.sqrt(0.75))
 
 
 @pytest.mark.parametrize("phase", [0.0, 0.25, 0.875])
@@ -90,6 +97,12 @@ def test_a_wrong_energy_breaks_an_engine(shot):
         assert "energy at the end is off" in verdict.faults[0]
     # What rounding can't do, an engine that steps may.
     assert energy_of(*elastic_break()).run(make_engine("pymunk")).faults == ()
+
+
+def test_what_our_engine_may_be_off_by_is_rounding():
+    result = simulate(elastic_break()[0], record="trajectory")
+    assert len(result.events) < 40
+    assert energy_limit(result) == (8 + len(result.events)) * 2.0**-52
 
 
 @pytest.mark.parametrize("suite", ["quick", "full"])
