@@ -34,7 +34,7 @@ ifndef SIDE_BY_SIDE
 endif
 .PHONY: help venv engines smoke validate regress stress kernels test test-slow test-nojit coverage \
 	coverage-of-changes lock all-kernels \
-	test-boundscheck lint docs docs-outputs all-but-test check wheel gallery peers peers-js clean
+	test-boundscheck lint docs docs-outputs lint-and-docs check wheel gallery peers peers-js clean
 
 help:  ## list the commands
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-18s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -150,12 +150,11 @@ docs-outputs: $(READY)  ## write anew what the commands and tables of docs/ prin
 
 OUTPUTS = PATH="$(abspath $(BIN)):$$PATH" COLUMNS=90 $(BIN)/python -m docs.outputs
 
-# Two of them at a time: none keeps two processors busy to its end. What takes longest comes first.
-all-but-test: $(READY)
-	$(MAKE) --jobs 2 --output-sync=target --keep-going SIDE_BY_SIDE=1 \
-		docs lint test-slow test-boundscheck stress test-nojit
+# Each takes one processor: side by side they take as long as the longer one.
+lint-and-docs: $(READY)
+	$(MAKE) --jobs 2 --output-sync=target --keep-going SIDE_BY_SIDE=1 lint docs
 
-check: test all-but-test  ## all checks, but coverage
+check: lint-and-docs test test-nojit stress test-slow test-boundscheck  ## all checks, but coverage
 
 # What a user installs, without the extras, in an empty folder: with the kernels that came in the
 # wheel, and no compiler. Then the tests, where no file of the checkout is imported by accident: what
