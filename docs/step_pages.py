@@ -18,7 +18,7 @@ def page() -> str:
     measured = committed(StepsMeasurement)
     if measured is None:
         return "Nothing was measured yet: `python -m benchmarks steps --store` does so."
-    parts = [f"Measured on {measured.where}; errors and steps are the same on every machine."]
+    parts = [f"Measured on {measured.where}; a machine's speed changes neither errors nor steps."]
     for name, column in COLUMNS.items():
         found = measured.of(name)
         played = {row: points for row, points in found.items() if _plays(points)}
