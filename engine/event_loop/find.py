@@ -6,7 +6,7 @@ import math
 
 from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
-from ghostball.engine.core.state import Balls, Contacts, Log, World
+from ghostball.engine.core.state import Balls, Cells, Contacts, Log, World
 from ghostball.engine.event_loop.record import is_full
 from ghostball.engine.motion.geometry import at_rest
 from ghostball.engine.scheduling.due_pairs import Event, own_event, touching
@@ -17,7 +17,10 @@ _MAX_FRUITLESS_BOUNDS = 64
 which a number that is NaN where nobody looks could cause. A shot needs 1 or 2 in all."""
 
 _BALLS_A_UNIT = 8
-"""Balls that are looked through in a unit of work."""
+"""Balls that are looked through in a unit of work, where all are."""
+
+_WORK_BY_CELLS = 128
+"""Units of work of an event where cells say which balls are near, of however many."""
 
 
 @kernel(inline=True)
@@ -26,7 +29,7 @@ def find(world: World, limit: int) -> tuple[int, Event]:
     balls, log = world.balls, world.log
     update(world, world.cells, log.clock[st.NOW])
     _unmark(balls)
-    in_vain, turn = 0, 4 + len(balls.own_kind) // _BALLS_A_UNIT
+    in_vain, turn = 0, _work_of_turn(world.cells, len(balls.own_kind))
     while True:
         t, single, row = earliest(world, world.cells)
         status = _status_at(world, t, single, row, limit)
@@ -44,6 +47,12 @@ def find(world: World, limit: int) -> tuple[int, Event]:
         if in_vain > _MAX_FRUITLESS_BOUNDS * (len(balls.own_kind) + 32) ** 2:
             log.counters[st.NOT_FINITE] = row
             return st.RUN_NOT_FINITE, event
+
+
+@kernel(inline=True)
+def _work_of_turn(cells: Cells | None, count: int) -> int:
+    """Return the units of work that it takes to find what of `count` balls happens next."""
+    return 4 + count // _BALLS_A_UNIT if cells is None else _WORK_BY_CELLS
 
 
 @kernel(inline=True)

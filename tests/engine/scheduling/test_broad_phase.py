@@ -9,7 +9,7 @@ from shots import POOL_TABLE, R, ball, rack, scene_of
 
 from ghostball.engine import simulate
 from ghostball.engine.running import skips
-from ghostball.model import Ball, EventKind, Physics, Scene, Table
+from ghostball.model import Ball, EventKind, Physics, Scene, Status, Table
 
 
 def many_balls(count, filled=0.4, seed=1, speed=1.0, t_max=None, spread=1.0, **physics) -> Scene:
@@ -112,3 +112,14 @@ def test_a_dense_rack_on_a_large_table_needs_few_bounds():
     scene = scene_of(*balls[:512], table=Table(length=14.4, width=7.2))
     work = simulate(scene, record="rest", max_events=200).work
     assert work["bounds"] < 30 * (work["events"] + work["contact_steps"])
+
+
+@pytest.mark.compiled
+def test_an_event_takes_as_much_work_among_many_balls_as_among_few():
+    """A gas of 100 000 met the limit of work: each event counted as if all balls were looked at."""
+    few, many = (
+        simulate(many_balls(count, t_max=9.0, rolling_friction=0.0), max_work=200_000)
+        for count in (400, 6_400)
+    )
+    assert few.status is many.status is Status.WORK_LIMIT
+    assert many.work["events"] == pytest.approx(few.work["events"], rel=0.1)
