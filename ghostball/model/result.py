@@ -8,7 +8,7 @@ import traceback
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from html import escape
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -18,7 +18,6 @@ from ghostball.model.errors import EngineFailedError, GhostballError
 from ghostball.model.events import OBSTACLE_KINDS, EventKind, Events, Status
 from ghostball.model.hashes import bits_hash
 from ghostball.model.scene.obstacles import partner_name
-from ghostball.model.scene.picture import picture
 from ghostball.model.scene.scene import Scene
 from ghostball.model.strokes import struck_balls
 from ghostball.model.trajectory.tangent_map import TangentMap
@@ -30,9 +29,6 @@ from ghostball.model.trajectory.trajectory import (
     Trajectory,
     energy_of,
 )
-
-PICTURE_TIMES = 200
-"""At how many instants a notebook's picture follows the balls, beside those of the events."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -233,17 +229,9 @@ class Result:
 
     def _repr_html_(self) -> str:
         """Return what a notebook shows: how the shot ended, and the paths of the balls."""
-        path = self.rest_positions[np.newaxis]
-        if self.trajectory is not None:
-            times = np.linspace(0.0, self.rest_time, PICTURE_TIMES)
-            if self.events is not None:  # where the paths have their corners
-                times = np.union1d(times, self.events["t"])
-            path = np.concatenate([self.sample(times).positions, path])
-        counts = ", ".join(f"{kind} {count}" for kind, count in self.collision_counts.items())
-        ended = f"{self.engine}, {self.status.name.lower()} at t = {self.rest_time:.6g} s; {counts}"
-        return (
-            f"<figure>{picture(self.scene, path)}<figcaption>{escape(ended)}</figcaption></figure>"
-        )
+        # By name: pictures are the reports', which lie above the model.
+        drawn: str = import_module("ghostball.reports.notebook").ended(self)
+        return drawn
 
     @cached_property
     def rounding(self) -> TangentMap:

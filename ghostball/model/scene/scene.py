@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 import weakref
 from collections.abc import Mapping, Sequence
+from importlib import import_module
 from pathlib import Path
 from typing import Any, Self
 
@@ -22,7 +23,6 @@ from ghostball.model.scene.contents import SceneContents
 from ghostball.model.scene.from_arrays import add_strikes, fields_of_balls
 from ghostball.model.scene.messages import describe, refusal
 from ghostball.model.scene.parts import POOL_BALL_MASS, POOL_BALL_RADIUS
-from ghostball.model.scene.picture import picture
 from ghostball.model.scene.rules import check_scene
 from ghostball.model.scene.starts import let_table_answer_strikes
 from ghostball.model.scene.strike import Strike
@@ -135,7 +135,9 @@ class Scene(SceneContents):
 
     def _repr_svg_(self) -> str:
         """Return what a notebook shows: the balls, and where those that move are going."""
-        return picture(self)
+        # By name: pictures are the reports', which lie above the model.
+        drawn: str = import_module("ghostball.reports.notebook").picture(self)
+        return drawn
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:

@@ -8,7 +8,7 @@ import pytest
 
 from ghostball.engine import simulate
 from ghostball.model import Ball, Scene, Table
-from ghostball.model.scene.picture import picture
+from ghostball.reports.notebook import picture
 
 SVG = "{http://www.w3.org/2000/svg}"
 BALLS = [

@@ -1,6 +1,7 @@
-"""A scene, or what became of it, as a small SVG: what a notebook shows of `Scene` and `Result`.
+"""What a notebook shows of `Scene` and `Result`: a small SVG of the scene, or of what became of it.
 
-Text alone, so that nothing is loaded for it. The figures of `ghostball.reports` show more.
+Text alone, so that no matplotlib is loaded for it. The figures beside this module show more. The
+model looks these functions up by name when a notebook asks, so that it imports nothing above it.
 """
 
 from __future__ import annotations
@@ -10,13 +11,16 @@ from html import escape
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.model.scene.contents import SceneContents
+from ghostball.model import Result, Scene
 
 PIXELS = 640.0
 """Of the longer side."""
 
 MARGIN = 0.06
 """Around the table, or around the balls where there is none [m]."""
+
+TIMES = 200
+"""At how many instants the balls are followed, beside those of the events."""
 
 AIM = 0.15
 """What the line of a moving ball shows: how far it would go in this time [s]."""
@@ -35,7 +39,7 @@ COLOURS = (
 )
 
 
-def picture(scene: SceneContents, path: NDArray[np.float64] | None = None) -> str:
+def picture(scene: Scene, path: NDArray[np.float64] | None = None) -> str:
     """Return the table and its balls, seen from above, as SVG.
 
     Parameters
@@ -100,3 +104,18 @@ def picture(scene: SceneContents, path: NDArray[np.float64] | None = None) -> st
         x, y = at(*(track[-1] + 1.1 * ball.radius))
         names.append(f'<text x="{x:.1f}" y="{y:.1f}" fill="#fff">{escape(ball.id)}</text>')
     return "".join((*parts, *names, "</svg>"))
+
+
+def ended(result: Result) -> str:
+    """Return how a shot ended, and the paths of its balls, as HTML."""
+    path = result.rest_positions[np.newaxis]
+    if result.trajectory is not None:
+        times = np.linspace(0.0, result.rest_time, TIMES)
+        if result.events is not None:  # where the paths have their corners
+            times = np.union1d(times, result.events["t"])
+        path = np.concatenate([result.sample(times).positions, path])
+    counts = ", ".join(f"{kind} {count}" for kind, count in result.collision_counts.items())
+    status = result.status.name.lower()
+    text = f"{result.engine}, {status} at t = {result.rest_time:.6g} s; {counts}"
+    drawn = picture(result.scene, path)
+    return f"<figure>{drawn}<figcaption>{escape(text)}</figcaption></figure>"
