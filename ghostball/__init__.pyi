@@ -6,15 +6,19 @@ from .engine import (
 )
 from .model import (
     Ball as Ball,
+    EngineFailedError as EngineFailedError,
     EventKind as EventKind,
+    ExactTrajectory as ExactTrajectory,
     GhostballError as GhostballError,
     Physics as Physics,
     Result as Result,
+    SampledTrajectory as SampledTrajectory,
     Scene as Scene,
     SceneError as SceneError,
     Status as Status,
     Strike as Strike,
     Table as Table,
+    UnsupportedSceneError as UnsupportedSceneError,
 )
 from .model.features import Feature as Feature
 from .reference_adapters import make_engine as make_engine, plays as plays

@@ -42,12 +42,8 @@ COLOURS = (
 def picture(scene: Scene, path: NDArray[np.float64] | None = None) -> str:
     """Return the table and its balls, seen from above, as SVG.
 
-    Parameters
-    ----------
-    scene : Scene
-    path : (k, n, 3) float64 [m], optional
-        Where the balls were at k instants, the last of them their end: they are drawn there, and
-        as rings where they began. What isn't finite is left out.
+    `path` (k, n, 3) [m] is where the balls were at k instants, the last of them their end: they are
+    drawn there, and as rings where they began. What isn't finite is left out.
     """
     moved = scene.positions[np.newaxis] if path is None else path
     xy = np.concatenate([scene.positions[np.newaxis], moved])[:, :, :2]

@@ -8,8 +8,8 @@ from pkgutil import resolve_name
 import pytest
 
 ROOT = Path(__file__).parent.parent
-# But for `model`, whose types are what every user and every engine handles.
 PACKAGES = {
+    "ghostball/model": "ghostball.model",
     "engine": "ghostball.engine",
     "reference_adapters": "ghostball.reference_adapters",
     "validation": "ghostball.validation",

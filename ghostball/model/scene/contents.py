@@ -88,8 +88,6 @@ class SceneContents(Part):
     def rolls(self) -> NDArray[np.bool_]:
         """Whether each ball starts rolling without slip, or at rest, (n,) bool; a fresh array.
 
-        Notes
-        -----
         A ball whose angular velocity isn't given rolls; so does every ball where `motion` is
         "rolling". Otherwise the slip at its lowest point decides, (vx - R wy, vy + R wx): it must
         be at most 4 EPS times the larger of |v| and R |(wx, wy)|, which leaves room for the

@@ -41,14 +41,8 @@ SMALLEST = 1.0 / LARGEST
 def problem(kind: str, rule: str, *, at: tuple[int | str, ...] = ()) -> PydanticCustomError:
     """Build the error that a validator raises.
 
-    Parameters
-    ----------
-    kind : str
-        pydantic's type of the error.
-    rule : str
-        A sentence.
-    at : tuple of str and int
-        The field to blame, from where the validator stands down; it finds the line in a file.
+    `kind` is pydantic's type of the error, `rule` a sentence, `at` the field to blame, from where
+    the validator stands down: it finds the line in a file.
     """
     return PydanticCustomError(kind, "{sentence}", {"sentence": rule, "at": at})
 

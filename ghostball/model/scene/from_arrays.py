@@ -23,12 +23,8 @@ def fields_of_balls(
 ) -> list[dict[str, Any]]:
     """Return the fields of each ball, given by arrays of all; None leaves a field out.
 
-    Only shapes of arrays are checked: a scene checks the rest.
-
-    Raises
-    ------
-    SceneError
-        Where arrays don't go together.
+    Only shapes of arrays are checked, and a `SceneError` says where they don't go together: a scene
+    checks the rest.
     """
     arrays = {name: _array(name, values) for name, values in columns.items() if values is not None}
     n = len(arrays["position"])
@@ -47,10 +43,7 @@ def fields_of_balls(
 def add_strikes(balls: list[dict[str, Any]], strikes: Mapping[int, Strike]) -> None:
     """Give balls, as `fields_of_balls` makes them, their strikes, by index.
 
-    Raises
-    ------
-    SceneError
-        Where there is no such ball.
+    Raises `SceneError` where there is no such ball.
     """
     for i, strike in strikes.items():
         if type(i) is not int or not 0 <= i < len(balls):

@@ -16,10 +16,7 @@ from ghostball.model.scene.physics import Physics, choice, entry_of, from_preset
 def check_laws_in_scene(scene: SceneContents) -> None:
     """Check that the laws of impacts, which are in order themselves, suit the balls and the table.
 
-    Raises
-    ------
-    PydanticCustomError
-        For the first rule that is broken.
+    Raises `PydanticCustomError` for the first rule that is broken.
     """
     _check_laws_without_spin(scene)
     _check_limits(scene)

@@ -61,13 +61,8 @@ def describe(
 ) -> str:
     """Say each problem of a failed validation in one line: place, field, rule, value, advice.
 
-    Parameters
-    ----------
-    error : pydantic.ValidationError
-    model : type
-        What was being validated: `Scene`, or a part of one.
-    source, text : str
-        The file's name and content, where there is a file.
+    `model` is what was being validated, `Scene` or a part of one; `source` and `text` are the
+    file's name and content, where there is a file.
     """
     problems: dict[Location, list[Mapping[str, Any]]] = {}
     for problem in error.errors():  # the branches of a union share a location

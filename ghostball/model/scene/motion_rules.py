@@ -20,10 +20,7 @@ from ghostball.model.scene.starts import Starts
 def check_motions(scene: SceneContents, starts: Starts) -> None:
     """Check how balls of a scene begin to move.
 
-    Raises
-    ------
-    PydanticCustomError
-        For the first rule that a scene with one of these motions would break.
+    Raises `PydanticCustomError` for the first rule that a scene with one of these would break.
     """
     _check_rolling(scene, starts)
     _check_spin(scene, starts)
@@ -80,12 +77,7 @@ def _speeds(scene: SceneContents, starts: Starts) -> NDArray[np.float64]:
 
 
 def _check_drag(scene: SceneContents, starts: Starts) -> None:
-    """Refuse what is slowed so fast that its motion can't be computed.
-
-    Raises
-    ------
-    PydanticCustomError
-    """
+    """Refuse what is slowed so fast that its motion can't be computed."""
     speeds, physics = _speeds(scene, starts), scene.physics
     k = int(np.argmax(speeds))
     for field in ("air_drag", "rolling_friction_quadratic"):
@@ -110,12 +102,7 @@ def _check_drag(scene: SceneContents, starts: Starts) -> None:
 
 
 def _check_ends(scene: SceneContents, starts: Starts) -> None:
-    """Refuse a shot without `t_max` that might never end, or only after too long.
-
-    Raises
-    ------
-    PydanticCustomError
-    """
+    """Refuse a shot without `t_max` that might never end, or only after too long."""
     # A ball that moves may set any other moving: its speed is held against every ball's friction.
     if scene.t_max is not None:
         return

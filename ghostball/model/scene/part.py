@@ -28,10 +28,7 @@ class Part(BaseModel):
     def model_validate(cls, obj: Any, **options: Any) -> Self:
         """Make one of plain values, such as those of a JSON object.
 
-        Raises
-        ------
-        SceneError
-            Where a rule is broken.
+        Raises `SceneError` where a rule is broken.
         """
         try:
             return super().model_validate(obj, **options)
@@ -42,10 +39,7 @@ class Part(BaseModel):
     def model_validate_json(cls, json_data: str | bytes | bytearray, **options: Any) -> Self:
         """Make one of JSON text, such as `model_dump_json` writes.
 
-        Raises
-        ------
-        SceneError
-            Where it is no JSON, or a rule is broken.
+        Raises `SceneError` where it is no JSON, or a rule is broken.
         """
         try:
             return super().model_validate_json(json_data, **options)

@@ -137,21 +137,11 @@ def fill_in_motion(ball: Ball, velocity: Vector, angular_velocity: Vector) -> No
 def rolling_angular_velocity(
     velocity: NDArray[np.float64], radius: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Angular velocity of rolling without slip, k x v / R.
+    """Return the angular velocity of rolling without slip, k x v / R, (..., 3) [rad/s].
 
-    Parameters
-    ----------
-    velocity : (..., 3) float64 [m/s]
-    radius : float64 [m], broadcast against `velocity` without its last axis
-
-    Returns
-    -------
-    (..., 3) float64 [rad/s]
-
-    Notes
-    -----
-    The paper (section 5.3) prints the axis as r = v x k; in a right-handed frame with k up, a
-    ball rolls about k x v, so its angle about the printed axis is -s / R.
+    `velocity` (..., 3) [m/s], `radius` [m] broadcast against it without its last axis. The paper
+    (section 5.3) prints the axis as r = v x k; in a right-handed frame with k up, a ball rolls
+    about k x v, so its angle about the printed axis is -s / R.
     """
     omega = np.zeros_like(velocity)
     omega[..., 0] = -velocity[..., 1] / radius

@@ -188,10 +188,8 @@ def _check_laws(physics: Physics) -> None:
     Whoever set one wants another law. What the preset or the default gives is allowed, so that a
     law can be swapped for another with nothing else changed.
 
-    Raises
-    ------
-    PydanticCustomError
-        For the first field that differs from the preset's value and has no effect.
+    Raises `PydanticCustomError` for the first field that differs from the preset's value and has no
+    effect.
     """
     for chooser, laws in (("cushion", CUSHION_LAWS), ("ball_impact", BALL_LAWS)):
         chosen = entry_of(laws, getattr(physics, chooser))

@@ -28,10 +28,7 @@ from ghostball.model.scene.starts import Starts, starts_of
 def check_scene(scene: SceneContents) -> None:
     """Check a scene whose fields are each in order.
 
-    Raises
-    ------
-    PydanticCustomError
-        For the first rule that is broken.
+    Raises `PydanticCustomError` for the first rule that is broken.
     """
     starts = starts_of(scene)
     _check_ids(scene)
@@ -43,10 +40,7 @@ def check_scene(scene: SceneContents) -> None:
 def check_places(scene: SceneContents, starts: Starts) -> None:
     """Check where balls begin: all of a scene, in one shot or in many, one after the other.
 
-    Raises
-    ------
-    PydanticCustomError
-        For the first rule that is broken.
+    Raises `PydanticCustomError` for the first rule that is broken.
     """
     _check_height(scene, starts)
     _check_resolved(scene, starts)

@@ -161,11 +161,7 @@ def check_whole(scene: Scene) -> None:
     """Check a scene anew, with all its parts, unless it was made by its checks.
 
     `model_copy`, `model_construct`, `copy` and `pickle` make scenes past them.
-
-    Raises
-    ------
-    SceneError
-        Where a rule is broken.
+    Raises `SceneError` where a rule is broken.
     """
     kept = _CHECKED.get(id(scene))
     if kept is not None and kept() is scene:

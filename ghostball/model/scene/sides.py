@@ -24,26 +24,13 @@ INWARD: dict[CushionName, Point] = {
 
 
 class Side(NamedTuple):
-    """A cushion of a rectangular table: an infinite line through its nose.
-
-    Attributes
-    ----------
-    name : str
-    cushion : int
-        Its place in `CUSHIONS`, by which events name it.
-    normal : two floats
-        Unit normal into the table.
-    point : two floats [m]
-        A corner of the table that the line goes through.
-    length : float [m]
-        Of the table along it.
-    """
+    """A cushion of a rectangular table: an infinite line through its nose."""
 
     name: CushionName
-    cushion: int
-    normal: Point
-    point: Point
-    length: float
+    cushion: int  # its index in `CUSHIONS`, by which events name it
+    normal: Point  # unit normal into the table
+    point: Point  # a corner of the table that the line goes through [m]
+    length: float  # of the table along it [m]
 
     @property
     def across(self) -> int:

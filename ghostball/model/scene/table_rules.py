@@ -16,10 +16,7 @@ def check_polygon(
 ) -> None:
     """Check the vertices of a table, its size [m], and that each side has a cushion.
 
-    Raises
-    ------
-    PydanticCustomError
-        For the first rule that is broken.
+    Raises `PydanticCustomError` for the first rule that is broken.
     """
     if len(vertices) < 3:
         raise problem(
@@ -132,10 +129,7 @@ def _is_between(a: Point, b: Point, c: Point) -> bool:
 def check_pockets(size: tuple[float, float], cushions: Sequence[str], pockets: Pockets) -> None:
     """Check the pockets of a rectangle of that size [m].
 
-    Raises
-    ------
-    PydanticCustomError
-        For the first rule that is broken.
+    Raises `PydanticCustomError` for the first rule that is broken.
     """
     _check_cushions(cushions, "pockets", "pockets lie between cushions")
     _check_rails(size, pockets)

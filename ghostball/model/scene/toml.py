@@ -25,10 +25,7 @@ LARGEST_FILE = 2**26
 def read(path: Path) -> str:
     """Return the text of a scene file.
 
-    Raises
-    ------
-    SceneError
-        Where it can't be read, or can be no scene.
+    Raises `SceneError` where it can't be read, or can be no scene.
     """
     try:
         with path.open("rb") as file:
@@ -51,10 +48,7 @@ def read(path: Path) -> str:
 def parse(text: str, source: str) -> dict[str, Any]:
     """Return the plain values of a scene's TOML text; `source` is what errors call it.
 
-    Raises
-    ------
-    SceneError
-        Where it isn't TOML, or has no schema.
+    Raises `SceneError` where it isn't TOML, or has no schema.
     """
     if not isinstance(text, str):
         raise refusal(f"{source}: must be text, got {type(text).__name__}. Decode it, as UTF-8")

@@ -20,16 +20,7 @@ _END_OF_STRING = {'"""': re.compile(r'(?<!\\)(?:\\\\)*"""+'), "'''": re.compile(
 def line_of(text: str, location: Location) -> int | None:
     """Return the line of a field; else the first line of the nearest part around it.
 
-    Parameters
-    ----------
-    text : str
-        Valid TOML.
-    location : tuple of str and int
-
-    Returns
-    -------
-    int or None
-        From 1; None where not even the outermost part is in the text.
+    From 1; None where not even the outermost part is in `text`, which is valid TOML.
     """
     best, depth = None, 0
     for number, path in _keys_by_line(text):

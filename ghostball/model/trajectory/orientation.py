@@ -35,18 +35,11 @@ MAX_STEPS = 1_000_000
 
 
 class Pieces(NamedTuple):
-    """One ball's motion as m pieces in order of time, each with an angular velocity of its own.
+    """One ball's motion as m pieces in order of time, each with an angular velocity of its own."""
 
-    Attributes
-    ----------
-    start, duration : (m,) float64 [s]
-    spin : (m, d, 3) float64
-        Coefficients of the angular velocity, by power of the time since `start` [rad/s ...].
-    """
-
-    start: FloatArray
-    duration: FloatArray
-    spin: FloatArray
+    start: FloatArray  # (m,) [s]
+    duration: FloatArray  # (m,) [s]
+    spin: FloatArray  # (m, d, 3), the angular velocity by power of the time since `start` [rad/s]
 
 
 def pieces_of(
@@ -58,13 +51,8 @@ def pieces_of(
 ) -> Pieces:
     """Split a ball's segments where its vertical spin has decayed, and find the spin of each piece.
 
-    Parameters
-    ----------
-    segments : (k, 14 ...) float64, as in `ExactTrajectory`
-    powers : two (2 m, k) float64, as of `ExactTrajectory.powers`
-    radius : float [m]
-    spin_deceleration : float [rad/s^2]
-    t_end : float [s]
+    `segments` (k, 14 ...) and `powers`, two (2 m, k), are as in `ExactTrajectory`; `radius` in
+    metres, `spin_deceleration` in rad/s^2, `t_end` in seconds.
     """
     start = segments[:, segment.EPOCH]
     duration = np.append(start[1:], t_end) - start
@@ -109,22 +97,12 @@ def pieces_of(
 def orientation_at(times: FloatArray, pieces: Pieces) -> FloatArray:
     """Return the orientation at `times`, unit quaternions (k, 4); (1, 0, 0, 0) at the start.
 
-    Parameters
-    ----------
-    times : (k,) float64 [s], from the start of the first piece to the end of the last
-    pieces : Pieces
-
-    Raises
-    ------
-    GhostballError
-        Where a ball turns more than `MAX_STEPS` steps can follow.
-
-    Notes
-    -----
-    Steps depend on the motion alone, not on `times`: the same instant gives the same bits,
-    whatever else is asked for. The error is some roundings for each step, and what the rounding of
-    the instant itself amounts to, |w| eps t: the largest of the two, about 1e-13 rad for a ball
-    that turns a hundred times in ten seconds.
+    `times` (k,) are from the start of the first piece to the end of the last [s]. Raises
+    `GhostballError` where a ball turns more than `MAX_STEPS` steps can follow. Steps depend on the
+    motion alone, not on `times`: the same instant gives the same bits, whatever else is asked for.
+    The error is some roundings for each step, and what the rounding of the instant itself amounts
+    to, |w| eps t: the largest of the two, about 1e-13 rad for a ball that turns a hundred times in
+    ten seconds.
     """
     fixed = has_fixed_axis(pieces)
     steps = _steps_of(pieces, fixed)
@@ -172,21 +150,10 @@ def fixed_axis_turn(spin: FloatArray, duration: FloatArray) -> FloatArray:
 def series_turn(spin: FloatArray, duration: FloatArray, terms: int) -> FloatArray:
     """Return the turn by a spin (m, d, 3) over a short while, quaternions (m, 4).
 
-    Whatever the axes.
-
-    Parameters
-    ----------
-    spin : (m, d, 3) float64
-        As in `Pieces`.
-    duration : (m,) float64 [s]
-        Such that |w| times it is at most `STEP_TURN` all along.
-    terms : int
-        Of the power series, the first included.
-
-    Notes
-    -----
-    With q = sum C_n and w s = sum W_k, by power of the time, the equation q' = w q / 2 says
-    2 (n + 1) C_{n+1} = sum_k W_k C_{n-k}. The series converges everywhere.
+    Whatever the axes. `spin` is as in `Pieces`, `duration` (m,) [s] such that |w| times it is at
+    most `STEP_TURN` all along; the series has so many `terms`, the first included. With q = sum C_n
+    and w s = sum W_k, by power of the time, the equation q' = w q / 2 says 2 (n + 1) C_{n+1} =
+    sum_k W_k C_{n-k}. The series converges everywhere.
     """
     half = 0.5 * _scaled(spin, duration)
     found = [np.zeros((len(half), 4))]
@@ -204,8 +171,6 @@ def series_turn(spin: FloatArray, duration: FloatArray, terms: int) -> FloatArra
 def terms_needed(spin: FloatArray, duration: FloatArray) -> int:
     """Return how many terms of `series_turn` leave out no more than `LEFT_OUT`.
 
-    Notes
-    -----
     The recurrence in absolute values bounds each term. Of d in a row, which is how far it looks
     back, the next d are at most half of the largest, once n is twice the sum of its factors; so all
     that follow sum up to at most d times that one.

@@ -28,14 +28,8 @@ def speed(velocity: Number, acceleration: Number, s: Number) -> Number:
 def tails(coefficients: Any, count: int, s: Any) -> tuple[Any, Any, Any, Any, Any, Any]:
     """Return what powers beyond the second add to x, y, their velocities and accelerations.
 
-    Parameters
-    ----------
-    coefficients : (2 k,) or (2 k, m) float64
-        By power and axis.
-    count : int
-        How many powers to take, at most k.
-    s : float or (m,) float64 [s]
-        Time since the piece began.
+    `coefficients` (2 k,) or (2 k, m) are by power and axis, of which `count` are taken, at most k;
+    `s` is the time since the piece began [s], or (m,) of them.
     """
     # All as s^3 q(s): q, its derivative, and half of its second one, by Horner's scheme.
     x, y, vx, vy, ax, ay = 0.0 * s, 0.0 * s, 0.0 * s, 0.0 * s, 0.0 * s, 0.0 * s
@@ -52,14 +46,8 @@ def tails(coefficients: Any, count: int, s: Any) -> tuple[Any, Any, Any, Any, An
 def rises(coefficients: Any, count: int, s: Any) -> tuple[Any, Any, Any]:
     """Return what powers from the second on add to a height, its velocity and its acceleration.
 
-    Parameters
-    ----------
-    coefficients : (k,) or (k, m) float64
-        By power.
-    count : int
-        How many powers to take, at most k.
-    s : float or (m,) float64 [s]
-        Time since the piece began.
+    `coefficients` (k,) or (k, m) are by power, of which `count` are taken, at most k; `s` is
+    the time since the piece began [s], or (m,) of them.
     """
     # As s^2 q(s): q, its derivative, and half of its second one.
     z, vz, az = 0.0 * s, 0.0 * s, 0.0 * s

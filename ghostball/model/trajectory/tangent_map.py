@@ -17,11 +17,8 @@ class TangentMap(Protocol):
         """Return the changes at `times`, (k, m, n, 7) float64.
 
         For each ball the change of its position x, y [m], velocity x, y [m/s] and angular velocity
-        x, y, z [rad/s] at the same instant; not finite where no derivative exists.
-
-        Parameters
-        ----------
-        times : (k,) float64 [s], in any order; past the end, as at the end
+        x, y, z [rad/s] at the same instant; not finite where no derivative exists. `times` (k,)
+        are in any order; past the end it is as at the end.
         """
         ...
 
@@ -40,17 +37,8 @@ class TangentMap(Protocol):
     def horizon(self, instants: FloatArray, tolerance: float, error: float | None) -> float:
         """Return the first instant at which error times `growth` exceeds a tolerance [s].
 
-        Parameters
-        ----------
-        instants : (k,) float64 [s], increasing
-            Of the events; between two of them growth is looked for at a few instants only.
-        tolerance : float [m]
-        error : float or None
-            What a growth is multiplied by; None: what the engine itself stays within.
-
-        Returns
-        -------
-        float [s]
-            inf where that never happens.
+        inf where that never happens. `instants` (k,), increasing, are those of the events; between
+        two of them growth is looked for at a few instants only. `tolerance` is in metres; `error`
+        is what a growth is multiplied by, None what the engine itself stays within.
         """
         ...

@@ -163,14 +163,8 @@ class ExactTrajectory:
         """Return instants between which sliding balls stay near their chords, (k,) [s], increasing.
 
         Joined by straight lines, the states at these times draw a curved path as a curve; rolling
-        balls go straight on and need none.
-
-        Parameters
-        ----------
-        deviation : float [m]
-            How far a path may run beside its chord.
-        limit : int
-            How many chords a single slide is cut into at most.
+        balls go straight on and need none. `deviation` [m] is how far a path may run
+        beside its chord, `limit` how many chords a single slide is cut into at most.
         """
         times = [np.empty(0)]
         for segments in self.segments:
@@ -191,16 +185,10 @@ class ExactTrajectory:
         Every ball starts at (1, 0, 0, 0). A ball that rolls by a distance s without spin about the
         vertical turns by s / R about k x v, exactly, since between events it rolls straight on.
 
-        Raises
-        ------
-        GhostballError
-            Where a ball turns too far to be followed.
-
-        Notes
-        -----
         Where the axis moves, because the ball slides or spins about the vertical as it
         rolls, the turn is a power series, exact to rounding; see `model.trajectory.orientation`.
         The paper's own rule (section 5.3) is in `reference_adapters.paper.rotation`.
+        Raises `GhostballError` where a ball turns too far to be followed.
         """
         t = np.clip(times, 0.0, self.t_end)
         result = np.empty((len(t), len(self.segments), 4))
@@ -286,8 +274,6 @@ class SampledTrajectory:
 def energy_of(scene: Scene, samples: Samples) -> Energy:
     """Return the energy of the balls of `scene` in the given states.
 
-    Notes
-    -----
     I = (2/5) m R^2 for a solid ball. Height is counted from a ball that lies on the cloth, so a
     scene at rest has energy 0.
     """
