@@ -180,7 +180,7 @@ class Code:
         return self.layout.result(made)
 
     def call(self, arrays: Sequence[ndarray[Any, Any]], numbers: Sequence[int], last: Last) -> Call:
-        """Return a call with these arguments, of the types that it is for: quicker than to bind.
+        """Return a call with these arguments, of the types that it is for: faster than to bind.
 
         First arrays, then integers or truth values, then others; None is left out.
         """

@@ -58,6 +58,11 @@ def main(jobs: str, what: str = "fast") -> None:
     else:
         adapters = (one for kernels in KERNELS.values() for one in kernels())
         asked = [*needed(SHOTS + WHOLE if what == "all" else SHOTS), *adapters]
+    if missing := sum(not one.is_made for one in asked):
+        print(
+            f"Compiling {missing} of the engine's kernels, once; that takes some minutes. Whoever "
+            "edits one waits for those that call it, and for no others"
+        )
     make_all(asked, int(jobs), print)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from copies import copy_packages
 
-from ghostball.engine.library import build, cache, entry, load, processor, shipped
+from ghostball.engine.library import build, cache, entry, load, processor, shipped, table
 from ghostball.engine.library.entry import COMPILED, Entry, Needed, make_all
 from ghostball.engine.library.table import kind_of
 from ghostball.model import GhostballError
@@ -167,10 +167,14 @@ def came(copy):
     return copy, copy / "ghostball/engine/library/shipped"
 
 
-def spoil_sources(folder):
-    """Have the library be of other sources; `test_shipped.py` has all that may not fit."""
-    manifest = folder / shipped.MANIFEST
-    manifest.write_text(json.dumps({**json.loads(manifest.read_text()), "sources": ""}))
+def spoil_manifest(**changes):
+    """Return what has the library be of another kind; `test_shipped.py` has all kinds."""
+
+    def spoil(folder):
+        manifest = folder / shipped.MANIFEST
+        manifest.write_text(json.dumps({**json.loads(manifest.read_text()), **changes}))
+
+    return spoil
 
 
 def spoil_library(folder):
@@ -180,7 +184,14 @@ def spoil_library(folder):
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("spoil", "reason"),
-    [(spoil_sources, "the sources were changed"), (spoil_library, "called.so: ")],
+    [
+        (spoil_manifest(sources=""), "the sources were changed"),
+        (spoil_manifest(table=table.VERSION + 1), "they are called in another way"),
+        (spoil_manifest(system="plan9-x86_64"), "they are for another system"),
+        (spoil_manifest(target=processor.WIDE), "they are for processors with "),
+        (spoil_library, "called.so: "),
+    ],
+    ids=["sources", "version", "system", "processor", "library"],
 )
 def test_a_library_that_came_and_does_not_fit_is_compiled_or_what_to_install_is_said(
     came, spoil, reason
