@@ -188,7 +188,8 @@ def test_how_near_engines_come_to_a_real_table_is_what_was_searched():
         one.engine: f"{one.typical:.1f}" for one in best_of_each(committed(ReboundsMeasurement))
     }
     said = re.search(
-        r"misses rebounds .* by ([\d.]+) times .*, pymunk by ([\d.]+) and pybullet by ([\d.]+) times",
+        r"misses rebounds .* by ([\d.]+) times .*, pymunk by ([\d.]+) and pybullet by "
+        r"([\d.]+) times",
         on_one_line(README),
     )
     assert said.groups() == (best["ghostball"], best["pymunk"], best["pybullet"])
