@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from ghostball.engine import simulate
 from ghostball.engine.core.tolerances import LOWEST_BOUNCE
-from ghostball.model import Phase, Result, Samples, Status, energy_of
+from ghostball.model import Phase, Result, Samples, Scene, Status, energy_of
 from ghostball.model.arrays import FloatArray
 from ghostball.validation.grading.tolerances import EPS
 from ghostball.validation.runs.sampling import overlaps_of_balls
@@ -36,6 +37,21 @@ def faults_in_space(result: Result) -> list[str]:
     found["rise of the energy [1]"] = (energy_rise(energy), rise_limit(result, times, states))
     found["contact steps or joint impacts left unsolved"] = (float(unsolved(result)), 0.0)
     return faults_in(found)
+
+
+def after_the_first_event(scene: Scene) -> tuple[np.void, FloatArray, FloatArray]:
+    """Return the event, and velocities and spins just after it, (n, 3) each."""
+    result = simulate(scene, record="trajectory")
+    event = result.events[0]
+    states = result.sample([event["t"]])
+    return event, states.velocities[0], states.angular_velocities[0]
+
+
+def energies_around_events(result: Result) -> FloatArray:
+    """Return the energy just before and after each event [J]."""
+    assert result.events is not None
+    times = np.unique(result.events["t"])
+    return result.energy(np.sort(np.concatenate((times, np.nextafter(times, 0.0))))).total
 
 
 def rise_limit(result: Result, times: FloatArray, states: Samples) -> float:

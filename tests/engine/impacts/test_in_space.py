@@ -1,4 +1,4 @@
-"""Impacts of balls that may leave the cloth: on the table, with each other, at a cushion's nose."""
+"""Impacts of balls that may leave the cloth: with each other and at a cushion's nose."""
 
 from __future__ import annotations
 
@@ -6,54 +6,11 @@ import math
 
 import numpy as np
 import pytest
-from shots import FLIES, JUST_ABOVE, R, ball, scene_of
+from in_space import after_the_first_event, energies_around_events
+from shots import FLIES, R, ball, scene_of
 
 from ghostball.engine import simulate
 from ghostball.model import EventKind, Phase, Table
-
-
-def after_the_first_event(scene):
-    """Return the event, and velocities and spins just after it, (n, 3) each."""
-    result = simulate(scene, record="trajectory")
-    event = result.events[0]
-    states = result.sample([event["t"]])
-    return event, states.velocities[0], states.angular_velocities[0]
-
-
-# --- on the table
-
-
-@pytest.mark.parametrize(
-    ("velocity", "spin", "then", "turning"),
-    [
-        ((2, 0, -1), (0, 0, 0), (1.7, 0, 0.5), (0, 26.246719160104987, 0)),
-        (
-            (0.5, 0, -2),
-            (0, 0, 40),
-            (0.35714285714285714, 0, 1),
-            (0, 12.498437695288089, 40),
-        ),
-        (
-            (1, 0.5, -1),
-            (20, -30, 10),
-            (0.74014490651493903, 0.35008225458648925, 0.5),
-            (6.88383679671822, -7.2655211299159254, 10),
-        ),
-    ],
-    ids=["slips", "sticks", "slips across"],
-)
-def test_a_bounce_on_the_table_is_the_published_one(velocity, spin, then, turning):
-    """Breaks where the vertical spin is touched: another engine takes 2/7 of it where it sticks."""
-    scene = scene_of(ball((0, 0, JUST_ABOVE), velocity, angular_velocity=spin), **FLIES)
-    event, v, w = after_the_first_event(scene)
-    assert event["kind"] == EventKind.BALL_CLOTH
-    assert v[0] == pytest.approx(then, abs=1e-12)
-    assert w[0] == pytest.approx(turning, abs=1e-10)
-    invariant = [velocity[0] + 0.4 * R * spin[1], velocity[1] - 0.4 * R * spin[0]]
-    assert [v[0, 0] + 0.4 * R * w[0, 1], v[0, 1] - 0.4 * R * w[0, 0]] == pytest.approx(invariant)
-
-
-# --- a cushion's nose
 
 
 def test_a_nose_that_rubs_turns_the_ball():
@@ -115,10 +72,9 @@ def test_a_ball_that_comes_up_from_the_table_yields_to_one_that_falls_on_it():
         **(FLIES | {"table_restitution": 0.8427}),
     )
     result = simulate(scene, record="trajectory")
-    times = np.unique(result.events["t"])
     for kind in (EventKind.BALL_BALL, EventKind.BALL_CLOTH):
         assert np.any(result.events["kind"] == kind)
-    energy = result.energy(np.sort(np.concatenate((times, np.nextafter(times, 0.0))))).total
+    energy = energies_around_events(result)
     assert np.diff(energy).max() <= 1e-13 * energy[0]
 
 
