@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import pytest
 
+from ghostball.engine import simulate
 from ghostball.engine.running import from_scene
+from ghostball.model import Result, Scene
+
+Play = Callable[..., Result]
 
 _OWN = from_scene.obstacles_of
 
@@ -20,3 +24,9 @@ def add_obstacles(monkeypatch: pytest.MonkeyPatch, *rows: Sequence[float]) -> No
         return np.vstack([_OWN(scene, *more), *((*row, *coefficients) for row in rows)])
 
     monkeypatch.setattr(from_scene, "obstacles_of", obstacles_of)
+
+
+def played_among(monkeypatch: pytest.MonkeyPatch, scene: Scene, *rows: Sequence[float]) -> Result:
+    """Play a scene on whose table these rows are, too."""
+    add_obstacles(monkeypatch, *rows)
+    return simulate(scene, record="trajectory")

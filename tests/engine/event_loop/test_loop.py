@@ -1,4 +1,4 @@
-"""No shot holds the kernels: loops count their turns, pauses change nothing, limits end it."""
+"""Every shot ends, or hears Ctrl-C: no loop of the kernels goes on for ever."""
 
 from __future__ import annotations
 
@@ -9,16 +9,10 @@ import threading
 
 import numpy as np
 import pytest
-from kernels import begins_without_contacts
-from recorded import fingerprint
 from shots import POOL_TABLE, ball, scene_of
 
-from ghostball.engine import simulate, simulate_many
-from ghostball.engine.core.rows import MEMBER_COLUMNS
-from ghostball.engine.impacts.impact import MOST_IN_CORNER
-from ghostball.engine.running import driver, room, skips
+from ghostball.engine import simulate
 from ghostball.model import Scene, Status, Table
-from ghostball.validation.scenes.library import FOLDER
 
 R = 0.028575
 K = 0.0041
@@ -68,45 +62,6 @@ def test_two_balls_frozen_into_a_corner_in_air_end():
     assert simulate(scene, max_work=10**7).status is Status.REST
 
 
-ON_CLOTH = ["break-7", "frozen-triangle", "push-line"]
-PLAYED = [
-    *((name, many) for name in ON_CLOTH for many in (False, True)),
-    ("air-slides", False),  # in cells they need kernels that no other test does
-    ("flight-jump", False),
-]
-
-
-def pause_at_every_step(monkeypatch):
-    monkeypatch.setattr(driver.Run.play, "__defaults__", (1,))
-
-
-def fill_scratch_with_nan(monkeypatch):
-    made = room.Room.__init__
-
-    def poisoned(self, layout, with_contacts):
-        made(self, layout, with_contacts)
-        self.numbers[:] = math.nan
-        if self.contacts is not None:
-            self.contacts[2][layout.count * MEMBER_COLUMNS :] = math.nan
-
-    monkeypatch.setattr(room.Room, "__init__", poisoned)
-
-
-@pytest.mark.compiled
-@pytest.mark.parametrize("disturb", [pause_at_every_step, fill_scratch_with_nan])
-@pytest.mark.parametrize(("name", "many"), PLAYED)
-def test_neither_pauses_nor_what_is_in_scratch_change_a_bit(name, many, disturb, monkeypatch):
-    """Nothing in a block is read before it is written, and a shot continues where it paused."""
-    if many:
-        monkeypatch.setattr(skips, "MOST_PAIRED", 0)
-    scene = Scene.load(FOLDER / f"{name}.toml")
-    whole = simulate(scene.model_copy(), record="events")
-    disturb(monkeypatch)
-    other = simulate(scene.model_copy(), record="events")
-    assert fingerprint(other) == fingerprint(whole)
-    assert other.work == whole.work
-
-
 @pytest.mark.compiled
 def test_a_ball_that_bounces_without_room_and_without_loss_stands_still():
     """Between two noses as wide apart as it is, each impact is at the same instant."""
@@ -121,97 +76,6 @@ def test_a_ball_that_bounces_without_room_and_without_loss_stands_still():
         cushion="restitution", cushion_restitution=0.85,
     )  # fmt: skip
     assert simulate(lossy, max_work=10**6).status is Status.REST
-
-
-def test_a_limit_ends_a_shot_and_says_what_was_done():
-    scene = scene_of(
-        ball((0.5, 0.5), (1.0, 0.3)), table=POOL_TABLE, rolling_friction=0.0, t_max=9e9
-    )
-    result = simulate(scene, max_work=1_000)
-    assert result.status is Status.WORK_LIMIT
-    assert not result.status.complete
-    assert "events" in result.reason
-    assert "work 100" in result.reason
-    assert result.settings["max_work"] == 1_000
-    assert 0.0 < result.rest_time < 9e9
-    few = simulate(scene, record="events", max_events=5)
-    assert (few.status, len(few.events)) == (Status.EVENT_LIMIT, 5)
-    assert "5 events" in few.reason
-    assert few.rest_time == few.events["t"][-1]
-    batch = simulate_many([scene], max_work=1_000)
-    assert batch.rest_times[0] == result.rest_time
-    assert not batch.complete[0]
-
-
-@pytest.mark.parametrize("record", ["rest", "trajectory"])
-def test_ctrl_c_before_the_kernel_was_called_leaves_all_balls_where_they_begin(monkeypatch, record):
-    """It continued in arrays that nobody had filled, and the process crashed now and then."""
-    whole = room.Room.play
-    interrupts = iter([True])
-
-    def play(self, *arguments, **budget):
-        self.numbers[:] = np.nan  # what new memory holds is anybody's guess
-        if next(interrupts, False):
-            raise KeyboardInterrupt
-        return whole(self, *arguments, **budget)
-
-    monkeypatch.setattr(room.Room, "play", play)
-    scene = Scene.load(FOLDER / "break-16.toml")
-    result = simulate(scene, record=record)
-    assert result.status is Status.INTERRUPTED
-    assert result.rest_time == 0.0
-    assert result.work["events"] == 0
-    np.testing.assert_array_equal(result.rest_positions, scene.positions)
-
-
-def test_ctrl_c_while_a_full_log_is_replaced_loses_no_event_and_keeps_none_twice(monkeypatch):
-    """Between two of its lines, events were lost, and others were what new memory held."""
-    scene = Scene.load(FOLDER / "galperin-3.toml")
-    whole = simulate(scene, record="events")
-    larger, calls = driver.log_of, iter([False, False, True])  # the first two logs are had
-
-    def log_of(*arguments):
-        if next(calls, False):
-            raise KeyboardInterrupt
-        return larger(*arguments)
-
-    monkeypatch.setattr(driver, "_FIRST_LOG", MOST_IN_CORNER + 64)
-    monkeypatch.setattr(driver, "log_of", log_of)
-    result = simulate(scene, record="events")
-    done = len(result.events)
-    assert result.status is Status.INTERRUPTED
-    assert 64 < done < len(whole.events)
-    np.testing.assert_array_equal(result.events, whole.events[:done])
-    until = simulate(scene, max_events=done)
-    np.testing.assert_array_equal(result.rest_positions, until.rest_positions)
-
-
-def test_ctrl_c_within_the_change_of_logs_changes_nothing(monkeypatch):
-    scene = Scene.load(FOLDER / "galperin-3.toml")
-    whole = simulate(scene, record="trajectory")
-    take = driver.Run._take_next_log
-
-    def take_twice(run):
-        change = run._next_log
-        take(run)
-        run._next_log = change  # as if interrupted before its last line
-        take(run)
-
-    monkeypatch.setattr(driver, "_FIRST_LOG", MOST_IN_CORNER + 64)
-    monkeypatch.setattr(driver.Run, "_take_next_log", take_twice)
-    assert fingerprint(simulate(scene, record="trajectory")) == fingerprint(whole)
-
-
-@begins_without_contacts
-def test_ctrl_c_while_contacts_are_compiled_is_raised(monkeypatch):
-    """There is no place of a ball to return: the kernel waits in the middle of an event."""
-
-    def interrupted(run):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(driver.Run, "take_contacts", interrupted)
-    with pytest.raises(KeyboardInterrupt):
-        simulate(Scene.load(FOLDER / "push-line.toml"))
 
 
 @pytest.mark.compiled

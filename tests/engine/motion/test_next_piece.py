@@ -62,23 +62,6 @@ def test_a_ball_stops_where_and_when_it_must(v, friction):
     assert result.events["kind"].tolist() == [EventKind.ROLL_TO_REST]
 
 
-def test_without_friction_it_rolls_on_to_t_max():
-    scene = scene_of(ball((0.5, 0.25), (0.75, -0.5)), rolling_friction=0.0, t_max=8.0)
-    result = simulate(scene)
-    assert (result.status, result.rest_time) == (Status.T_MAX, 8.0)
-    assert result.rest_positions[0].tolist() == [6.5, -3.75, R]
-    assert result.final_state.velocities[0, 0].tolist() == [0.75, -0.5, 0.0]
-
-
-def test_t_max_cuts_a_roll_where_the_closed_form_is():
-    scene = scene_of(ball((0, 0), (1, 0)), t_max=2.5)
-    result = simulate(scene, record="events")
-    a = deceleration(scene)
-    assert (result.status, result.rest_time, len(result.events)) == (Status.T_MAX, 2.5, 0)
-    assert_close(result.rest_positions[0, 0], 2.5 - a * mpf(2.5) ** 2 / 2, 4)
-    assert_close(result.final_state.velocities[0, 0, 0], 1 - a * mpf(2.5), 4)
-
-
 def test_a_slide_and_the_roll_after_it_are_on_their_parabolas():
     """Another engine, in steps of 1/512 s, is 3.8 mm off at 1 s and 28 mm at rest."""
     velocity, spin = (1.3, 0.4), (35.0, -20.0, 15.0)

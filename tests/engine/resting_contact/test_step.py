@@ -4,51 +4,19 @@ import math
 
 import numpy as np
 import pytest
-from kernels import begins_without_contacts
-from recorded import fingerprint
 from shots import kept_scene
 
 from ghostball.engine import simulate
 from ghostball.engine.core import state as st
-from ghostball.engine.core.kernel import COMPILED
 from ghostball.engine.core.tolerances import CONTACT_TOLERANCE, EPS
 from ghostball.engine.impacts.impact import MOST_IN_CORNER
-from ghostball.engine.resting_contact import step
-from ghostball.engine.resting_contact.forces import solve
 from ghostball.engine.running import driver
-from ghostball.engine.running.room import Limits
-from ghostball.model import Ball, EventKind, Physics, Scene, Status, Table
-from ghostball.validation.scenes.library import FOLDER, find_scene
+from ghostball.model import Ball, EventKind, Physics, Scene, Status
+from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.stress.invariants import overlaps
 from ghostball.validation.truth.closed_forms import closed_form
 
 R = 0.028575
-
-
-def driven_into_a_cushion():
-    """A ball at rest at a cushion, whose spin drives it there."""
-    spinning = Ball(id="ball", radius=R, position=(R, 0.5), angular_velocity=(0.0, -60.0, 0.0))
-    table, physics = Table(length=1.0, width=1.0), Physics(motion="sliding")
-    return Scene(name="driven", table=table, physics=physics, balls=[spinning])
-
-
-@begins_without_contacts
-@pytest.mark.parametrize(
-    "scene",
-    [  # one for each of the places where a run finds that it needs contacts
-        driven_into_a_cushion(),
-        Scene.load(FOLDER / "push-line.toml"),
-        Scene.load(FOLDER / "three-ball-symmetric.toml"),
-    ],
-    ids=lambda scene: scene.name,
-)
-def test_a_run_that_comes_to_contacts_continues_as_with_them_from_the_first(scene):
-    with_them = simulate(scene, record="events", no_skip=["contacts"])
-    beginning = driver.Run(scene, keep_log=False)
-    assert beginning._room.contacts is None
-    beginning.play(Limits(events=65_536, work=10**9), budget=10**9)
-    assert beginning._counters[st.STATUS] == st.RUN_CONTACTS
-    assert fingerprint(simulate(scene, record="events")) == fingerprint(with_them)
 
 
 def largest_overlap(scene, result, samples=20_001):
@@ -139,71 +107,6 @@ def test_a_line_that_rolls_in_air_is_slowed_as_a_whole(n, motion):
     gone = end.positions[0, :, 0] - [ball.position[0] for ball in balls]
     assert end.velocities[0, :, 0] == pytest.approx(np.sqrt(a / b) * np.tan(last), rel=0.0, abs=off)
     assert gone == pytest.approx(np.log(np.cos(last) / np.cos(first)) / b, rel=0.0, abs=off * t)
-
-
-def spinning_push():
-    """A ball whose spin drives it against another, on a cloth that gives that one nothing."""
-    return Scene(
-        name="spinning-push",
-        physics=Physics(
-            motion="sliding",
-            sliding_friction=0.2,
-            rolling_friction=0.0,
-            ball_friction=0.06,
-            ball_restitution=0.9,
-        ),
-        balls=[
-            Ball(id="free", position=(0.0, 0.0), rolling_friction=0.0, sliding_friction=0.0),
-            Ball(id="push", position=(-2 * R, 0.0), angular_velocity=(0.0, 60.0, 0.0)),
-        ],
-        t_max=0.1,
-    )
-
-
-def check_spinning_push(result, friction=0.06, rel=1e-9):
-    """Closed form: half the cloth's force goes through the contact, and Coulomb's part of that."""
-    mu, g, t = 0.2, 9.81, 0.1
-    end = result.sample([t])
-    rubbed = 2.5 / R * friction * 0.5 * mu * g * t
-    slowed = 2.5 / R * mu * g * t
-    spins = end.angular_velocities[0]
-    assert spins[:, 1] == pytest.approx([-rubbed, 60.0 - slowed - rubbed], rel=rel)
-    assert end.velocities[0, :, 0] == pytest.approx(0.5 * mu * g * t, rel=rel)
-
-
-def test_a_spinning_ball_that_pushes_another_rubs_it():
-    result = simulate(spinning_push(), record="events")
-    assert result.work["contact_steps"] > 0
-    check_spinning_push(result)
-
-
-@pytest.mark.skipif(COMPILED, reason="what is compiled can't be replaced")
-def test_a_step_that_no_forces_with_friction_solve_is_taken_without_and_counted(monkeypatch):
-    def jams(*arguments):
-        *_, rubs = arguments
-        return not rubs and solve(*arguments)
-
-    monkeypatch.setattr(step, "solve", jams)
-    monkeypatch.setattr(step, "start_motion", lambda *_: False)
-    result = simulate(spinning_push(), record="events")
-    assert result.work["unsolved_contact_steps"] == result.work["contact_steps"] > 10
-    check_spinning_push(result, friction=0.0)
-
-
-@pytest.mark.skipif(COMPILED, reason="what is compiled can't be replaced")
-def test_a_step_that_no_forces_solve_is_as_short_as_can_be_and_counted(monkeypatch):
-    tried = []
-
-    def jams_once(*arguments):
-        count = arguments[2]
-        tried.append(count)
-        return 0 in tried and solve(*arguments)
-
-    monkeypatch.setattr(step, "solve", jams_once)
-    monkeypatch.setattr(step, "start_motion", lambda *_: False)
-    result = simulate(spinning_push(), record="events")
-    assert result.work["unsolved_contact_steps"] == 1
-    check_spinning_push(result, rel=1e-6)  # it lasts 3 ns, and what it lets approach rubs nothing
 
 
 # --- where a proof ends early, at a tie or in lasting contact: closed forms

@@ -1,0 +1,93 @@
+"""Balls leave the run at an obstacle that takes them out.
+
+Broken by a scheduler or a contact step that still sees the ball, or by an energy that stays.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+import pytest
+from more_obstacles import Play, played_among
+from shots import R, ball, scene_of
+
+from ghostball.engine import simulate
+from ghostball.engine.core import state as st
+from ghostball.engine.running import skips
+from ghostball.model import EventKind, Phase, Result, Status, event_dict
+
+
+@pytest.fixture
+def played(monkeypatch: pytest.MonkeyPatch) -> Play:
+    """Play a scene with more obstacles than its cushions."""
+    return partial(played_among, monkeypatch)
+
+
+@pytest.fixture(params=["all pairs", "cells"])
+def either(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let either scheduler play."""
+    if request.param == "cells":
+        monkeypatch.setattr(skips, "MOST_PAIRED", 0)
+
+
+HOLE = (st.DISC, 0.5, 0.0, 0.0, 0.0, 0.05, st.TAKES_OUT, 4)
+
+WAY = 0.5 - 0.05
+"""To where the centre of a ball that comes along x enters it [m]."""
+
+
+def gone(result: Result) -> list[tuple[float, int, int]]:
+    kept = result.events[result.events["kind"] == EventKind.POCKETED]
+    return [(float(t), int(a), int(b)) for t, _, a, b in kept.tolist()]
+
+
+def test_a_ball_leaves_where_its_centre_enters_with_all_its_energy(played, either):
+    still = ball((0.0, 1.0), (0.4, 0.0))
+    scene = scene_of(
+        ball((0.0, 0.0), (2.0, 0.0), angular_velocity=(0.0, 0.0, 30.0)), still,
+        motion="sliding", sliding_friction=0.0, rolling_friction=0.0,
+        spinning_friction_rate=0.0, t_max=1.0,
+    )  # fmt: skip
+    result = played(scene, HOLE)
+    ((t, which, at),) = gone(result)
+    assert (which, at) == (0, 4)
+    assert t == pytest.approx(WAY / 2.0, rel=1e-12)
+    assert result.rest_positions[0, :2] == pytest.approx([WAY, 0.0], abs=1e-12)
+    before, after = result.sample([0.5 * t, 0.9]), result.sample([0.9])
+    assert before.angular_velocities[0, 0, 2] == 30.0
+    assert not np.any(after.velocities[0, 0])
+    assert not np.any(after.angular_velocities[0, 0])
+    assert result.phases([0.0, 0.9])[:, 0].tolist() == [Phase.SLIDING, Phase.GONE]
+    alone = simulate(scene_of(still, **scene.physics.model_dump(), t_max=1.0), record="trajectory")
+    assert result.energy([0.9]).total == pytest.approx(alone.energy([0.9]).total)
+    assert result.work["balls_gone"] == 1
+    assert event_dict(result.events[-1])["b"] == "top"
+    assert np.all(np.isfinite(result.sensitivity([0.9])[:, 0]))
+
+
+def test_no_ball_meets_one_that_is_gone(played, either):
+    """One comes the same way, into the hole too; another passes where the first left the run."""
+    across = ball((WAY - R, -1.0), (0.0, 1.2))
+    balls = [ball((0.0, 0.0), (2.0, 0.0)), ball((-0.5, 0.0), (2.0, 0.0)), across]
+    result = played(scene_of(*balls, rolling_friction=0.0, t_max=1.0), HOLE)
+    assert [which for _, which, _ in gone(result)] == [0, 1]
+    assert result.collision_counts == {"ball-ball": 0, "ball-cushion": 0}
+    assert result.rest_positions[2, :2] == pytest.approx([WAY - R, 0.2], abs=1e-9)
+    assert result.status is Status.T_MAX
+
+
+def test_a_ball_in_a_line_of_touching_ones_leaves_without_the_others(played, either):
+    """They are pushed over a line that takes them out, the first of them first."""
+    line = (st.LINE, 0.5, 0.0, -1.0, 0.0, 0.0, st.TAKES_OUT, 4)
+    row = [ball((2.0 * R * k, 0.0)) for k in range(3)]
+    shot = [*row, ball((-0.3, 0.0), (2.0, 0.0))]
+    result = played(
+        scene_of(*shot, motion="sliding", ball_restitution=0.2, rolling_friction=0.01), line
+    )
+    left = [which for _, which, _ in gone(result)]
+    assert left[0] == 2
+    assert result.status is Status.REST
+    inside = [k for k in range(4) if k not in left]
+    assert all(result.rest_positions[k, 0] < 0.5 - R for k in inside)
+    assert all(result.rest_positions[k, 0] == pytest.approx(0.5 - R, abs=1e-9) for k in left)

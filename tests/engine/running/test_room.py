@@ -1,0 +1,74 @@
+"""The room that shots are played in: nothing in it is read before it is written."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from recorded import fingerprint
+
+from ghostball.engine import simulate
+from ghostball.engine.core.rows import MEMBER_COLUMNS
+from ghostball.engine.running import driver, room, skips
+from ghostball.model import Scene, Status
+from ghostball.validation.scenes.library import FOLDER
+
+ON_CLOTH = ["break-7", "frozen-triangle", "push-line"]
+PLAYED = [
+    *((name, many) for name in ON_CLOTH for many in (False, True)),
+    ("air-slides", False),  # in cells they need kernels that no other test does
+    ("flight-jump", False),
+]
+
+
+def pause_at_every_step(monkeypatch):
+    monkeypatch.setattr(driver.Run.play, "__defaults__", (1,))
+
+
+def fill_scratch_with_nan(monkeypatch):
+    made = room.Room.__init__
+
+    def poisoned(self, layout, with_contacts):
+        made(self, layout, with_contacts)
+        self.numbers[:] = math.nan
+        if self.contacts is not None:
+            self.contacts[2][layout.count * MEMBER_COLUMNS :] = math.nan
+
+    monkeypatch.setattr(room.Room, "__init__", poisoned)
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("disturb", [pause_at_every_step, fill_scratch_with_nan])
+@pytest.mark.parametrize(("name", "many"), PLAYED)
+def test_neither_pauses_nor_what_is_in_scratch_change_a_bit(name, many, disturb, monkeypatch):
+    """Nothing in a block is read before it is written, and a shot continues where it paused."""
+    if many:
+        monkeypatch.setattr(skips, "MOST_PAIRED", 0)
+    scene = Scene.load(FOLDER / f"{name}.toml")
+    whole = simulate(scene.model_copy(), record="events")
+    disturb(monkeypatch)
+    other = simulate(scene.model_copy(), record="events")
+    assert fingerprint(other) == fingerprint(whole)
+    assert other.work == whole.work
+
+
+@pytest.mark.parametrize("record", ["rest", "trajectory"])
+def test_ctrl_c_before_the_kernel_was_called_leaves_all_balls_where_they_begin(monkeypatch, record):
+    """It continued in arrays that nobody had filled, and the process crashed now and then."""
+    whole = room.Room.play
+    interrupts = iter([True])
+
+    def play(self, *arguments, **budget):
+        self.numbers[:] = np.nan  # what new memory holds is anybody's guess
+        if next(interrupts, False):
+            raise KeyboardInterrupt
+        return whole(self, *arguments, **budget)
+
+    monkeypatch.setattr(room.Room, "play", play)
+    scene = Scene.load(FOLDER / "break-16.toml")
+    result = simulate(scene, record=record)
+    assert result.status is Status.INTERRUPTED
+    assert result.rest_time == 0.0
+    assert result.work["events"] == 0
+    np.testing.assert_array_equal(result.rest_positions, scene.positions)

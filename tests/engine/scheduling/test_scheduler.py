@@ -1,0 +1,30 @@
+"""Cells and a bound for every pair are two schedulers of one engine: the same bits."""
+
+import pytest
+from many_balls import by_both, many_balls
+from recorded import fingerprint
+from shots import POOL_TABLE, ball, rack, scene_of
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("spread", [1.0, 4.0])
+def test_cells_give_the_same_bits(spread, monkeypatch):
+    """Of more balls than random scenes have, which the stress suite asks this of."""
+    scene = many_balls(60, 0.5, t_max=1.0, rolling_friction=0.0, spread=spread)
+    paired, celled = by_both(scene, monkeypatch)
+    assert len(paired.events) > 100
+    assert fingerprint(paired) == fingerprint(celled)
+    assert paired.work["cell_moves"] == 0 < celled.work["cell_moves"]
+
+
+def test_a_few_balls_in_cells_without_a_compiler(monkeypatch):
+    scene = scene_of(
+        ball((0.6, 0.635), (1.0, 0.02)),
+        *rack(3, (1.9, 0.635), 1e-4),
+        table=POOL_TABLE,
+        rolling_friction=0.0,
+        t_max=3.0,
+    )
+    paired, celled = by_both(scene, monkeypatch)
+    assert celled.work["cell_moves"] > 0
+    assert fingerprint(paired) == fingerprint(celled)

@@ -1,0 +1,59 @@
+"""Small changes along a shot: when its events come, and where nothing is known any more."""
+
+from __future__ import annotations
+
+import math
+import random
+
+import numpy as np
+import pytest
+from changes import directions_of, moved, recorded
+from same.images import shuffled
+
+from ghostball.validation.scenes.library import find_scene
+
+
+def test_event_shifts_say_when_events_come():
+    scene = find_scene("break-7")
+    result = recorded(scene)
+    change, size = directions_of(scene, 1), 1e-8
+    shifts = result.tangent(change).event_shifts[:, 0]
+    after, before = (recorded(moved(scene, sign * size * change[0])) for sign in (1, -1))
+    difference = (after.events["t"] - before.events["t"]) / (2 * size)
+    assert difference == pytest.approx(shifts, rel=1e-4, abs=1e-4 * np.max(np.abs(shifts)))
+
+
+@pytest.mark.parametrize("name", ["break-7", "half-ball-cut", "throw-slip", "moving-moving"])
+def test_the_numbering_of_the_balls_does_not_matter(name):
+    """Breaks where the signs of roundings are those of a row of the log, or of a ball's number."""
+    result = recorded(find_scene(name))
+    order = list(range(len(result.scene.balls)))
+    times = np.linspace(0.0, 1.0, 9) * result.rest_time
+    base = result.sensitivity(times)
+    for seed in range(3):
+        random.Random(seed).shuffle(order)
+        other = recorded(shuffled(result.scene, order))
+        assert np.array_equal(other.rest_positions, result.rest_positions[order])
+        assert other.sensitivity(times) == pytest.approx(base[:, order], rel=1e-9)
+        assert other.horizon() == pytest.approx(result.horizon(), rel=1e-9)
+
+
+def test_what_is_exact_by_symmetry_is_not_taken_for_chaos():
+    """Galperin's balls stay on their line to the last bit: rounding never leaves it."""
+    result = recorded(find_scene("galperin-2"))
+    assert result.horizon() == math.inf
+    assert np.max(result.sensitivity(result.rest_time)) < 1e9
+
+
+def test_nothing_is_predicted_past_several_collisions_of_one_ball():
+    result = recorded(find_scene("three-ball-symmetric"))
+    t = float(result.events["t"][0])
+    assert result.horizon() == pytest.approx(t)
+    assert np.all(np.isfinite(result.sensitivity(t * (1 - 1e-9))))
+    assert np.all(np.isinf(result.sensitivity(t * (1 + 1e-9))))
+
+
+def test_nothing_is_predicted_past_sustained_contact():
+    result = recorded(find_scene("push-line"))
+    assert result.horizon() < result.rest_time
+    assert np.any(np.isinf(result.sensitivity(result.rest_time)))

@@ -1,0 +1,82 @@
+"""Small changes of a recorded shot, and what its tangent map must make of them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ghostball.engine import simulate
+from ghostball.engine.sensitivity import QUALITY, ROUNDING
+from ghostball.model import Result, Scene
+
+
+def recorded(scene: Scene) -> Result:
+    """Play a scene whose trajectory is kept."""
+    return simulate(scene, record="trajectory")
+
+
+def one_direction(n: int, **parts: tuple[float, ...]) -> np.ndarray:
+    """Return a change of the first ball: r, v or w."""
+    direction = np.zeros((1, n, 7))
+    for name, place in (("r", slice(0, 2)), ("v", slice(2, 4)), ("w", slice(4, 7))):
+        if name in parts:
+            direction[0, 0, place] = parts[name]
+    return direction
+
+
+def moved(scene: Scene, change: np.ndarray) -> Scene:
+    """Return the scene with the change of every ball's state (n, 7) added; rolling balls roll."""
+    balls = []
+    for one, rolls, d in zip(scene.balls, scene.rolls, change, strict=True):
+        position = np.add(one.position[:2], d[:2])
+        velocity = np.add(one.velocity[:2], d[2:4])
+        update = {"position": tuple(position), "velocity": tuple(velocity)}
+        if not rolls:
+            update["angular_velocity"] = tuple(np.add(one.angular_velocity, d[4:]))
+        balls.append({**one.model_dump(exclude_none=True), **update})
+    return Scene.model_validate({**scene.model_dump(by_alias=True), "balls": balls})
+
+
+def check_derivatives(scene: Scene) -> None:
+    """Check the tangent map by central differences, at instants all over the shot."""
+    result = recorded(scene)
+    times = np.linspace(0.05, 0.95, 7) * result.rest_time
+    for change in directions_of(result.scene, 3):
+        after, before, predicted = _both_sides(result, change, times)
+        difference = recorded(after).sample(times).positions
+        difference -= recorded(before).sample(times).positions
+        error = np.max(np.abs(difference[..., :2] - predicted[..., :2]), axis=(1, 2))
+        rounding = 2 * QUALITY * ROUNDING * np.max(result.sensitivity(times), axis=1)
+        assert np.all(error < 1e-5 * np.max(np.abs(predicted), axis=(1, 2)) + rounding)
+
+
+def _both_sides(result, change, times):
+    """Return the scene changed by much less than matters and by the opposite, and what the tangent
+    map makes of their difference at `times`, (k, n, 7).
+
+    The scenes hold rounded numbers: it is their own difference that is predicted from.
+    """
+    (largest,) = np.max(np.abs(result.tangent(change[np.newaxis]).sample(times)), axis=(0, 2, 3))
+    size = 1e-7 / largest
+    after, before = (moved(result.scene, sign * size * change) for sign in (1, -1))
+    real = np.hstack(
+        [
+            (after.positions - before.positions)[:, :2],
+            (after.velocities - before.velocities)[:, :2],
+            after.angular_velocities - before.angular_velocities,
+        ]
+    )
+    real[result.scene.rolls, 4:] = 0.0
+    return after, before, result.tangent(real[np.newaxis]).sample(times)[:, 0]
+
+
+def directions_of(scene: Scene, count: int) -> np.ndarray:
+    """Return random changes of the balls that move, of rolling ones without their spin."""
+    generator = np.random.default_rng(7)
+    n = len(scene.balls)
+    directions = np.zeros((count, n, 7))
+    moving = np.any(scene.velocities != 0.0, axis=1)
+    directions[:, :, :2] = 0.01 * generator.normal(size=(count, n, 2))
+    directions[:, moving, 2:4] = generator.normal(size=(count, int(moving.sum()), 2))
+    free = moving & ~scene.rolls
+    directions[:, free, 4:] = 10.0 * generator.normal(size=(count, int(free.sum()), 3))
+    return directions

@@ -1,0 +1,40 @@
+"""Scenes of many balls, and shots played by both schedulers."""
+
+from __future__ import annotations
+
+import math
+import random
+
+import pytest
+from shots import R
+
+from ghostball.engine import simulate
+from ghostball.engine.running import skips
+from ghostball.model import Ball, Physics, Result, Scene, Table
+
+
+def many_balls(count, filled=0.4, seed=1, speed=1.0, t_max=None, spread=1.0, **physics) -> Scene:
+    """Balls on a lattice, off by chance; `spread` is the largest ratio of radii."""
+    chance = random.Random(seed)
+    length = math.sqrt(count * math.pi * R * R / filled)
+    lines = math.ceil(math.sqrt(count))
+    step = length / lines
+    room = 0.5 * step - 1.01 * R
+    balls = []
+    for k in range(count):
+        turn = chance.uniform(0.0, 2.0 * math.pi)
+        place = [(m + 0.5) * step + chance.uniform(-room, room) for m in (k % lines, k // lines)]
+        velocity = (speed * math.cos(turn), speed * math.sin(turn))
+        radius = R / chance.uniform(1.0, spread)
+        balls.append(Ball(id=f"{k}", position=place, velocity=velocity, radius=radius))
+    table = Table(length=length, width=length)
+    return Scene(name="many", balls=balls, table=table, physics=Physics(**physics), t_max=t_max)
+
+
+def by_both(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> list[Result]:
+    """Play a scene with a bound for every pair, and with cells."""
+    results = []
+    for most in (10**6, 0):
+        monkeypatch.setattr(skips, "MOST_PAIRED", most)
+        results.append(simulate(scene.model_copy(), record="events"))
+    return results
