@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import pickle
-
 import pytest
 from shots import POOL_TABLE, R, ball, scene_of
 
-from ghostball.model import GhostballError, Table, UnsupportedSceneError
+from ghostball.model import Table, UnsupportedSceneError
 from ghostball.model.features import (
     EXACT,
     Capability,
@@ -169,14 +167,6 @@ def test_an_approximate_feature_is_not_missing():
     check_supported("any", capabilities, scene_of(ball((0, 0), (1, 0))))
 
 
-def test_the_refusal_names_the_engine_and_the_features_and_survives_pickling():
+def test_the_refusal_names_the_engine_and_the_features():
     with pytest.raises(UnsupportedSceneError, match=r"engine `toy` can't represent .*: no rolling"):
         check_supported("toy", {}, scene_of(ball((0, 0))))
-    error = UnsupportedSceneError("toy", ("no flight", "no spin"))
-    again = pickle.loads(pickle.dumps(error))
-    assert (again.engine, again.features, str(again)) == (
-        "toy",
-        ("no flight", "no spin"),
-        str(error),
-    )
-    assert isinstance(error, GhostballError)

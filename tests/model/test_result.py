@@ -12,7 +12,6 @@ from ghostball.engine import simulate
 from ghostball.model import (
     EVENT_DTYPE,
     Ball,
-    EventKind,
     GhostballError,
     Phase,
     Result,
@@ -43,18 +42,6 @@ def result_with(**fields) -> Result:
         "events": EVENTS,
     }
     return Result(**{**defaults, **fields})
-
-
-def test_kinds_have_the_names_of_files_and_reports():
-    assert [kind.label for kind in EventKind] == [
-        "ball-ball",
-        "ball-cushion",
-        "slide-to-roll",
-        "roll-to-rest",
-        "pocketed",
-        "ball-cloth",
-        "leaves-table",
-    ]
 
 
 def test_the_initial_state_is_the_scenes():

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from hypothesis import strategies as st
+from hypothesis.strategies import SearchStrategy
+
 from ghostball.engine.impacts.laws.interface import Cushion, CushionBounce, CushionImpact
 
 R = 0.02625
@@ -47,3 +50,31 @@ def outcome(ball: CushionImpact | CushionBounce, radius: float = R) -> list[floa
 def reflected(impact: CushionImpact) -> CushionImpact:
     """Return the mirror image along the cushion; an angular velocity is an axial vector."""
     return impact._replace(vt=-impact.vt, wn=-impact.wn, wz=-impact.wz)
+
+
+def _without_tiny(numbers: SearchStrategy[float]) -> SearchStrategy[float]:
+    """Numbers whose products lose no bits to underflow: others scale by no power of two."""
+    return numbers.map(lambda x: x if abs(x) > 1e-100 else 0.0)
+
+
+# Speeds in units of the speed of approach, from far below it to far above; 0 among them.
+_spin = _without_tiny(
+    st.one_of(st.sampled_from([0.0, 1.0, -1.0]), st.floats(-1.5, 1.5), st.floats(-40.0, 40.0))
+)
+_coefficient = _without_tiny(st.one_of(st.sampled_from([0.0, 0.14]), st.floats(0.0, 2.0)))
+_part = _without_tiny(st.one_of(st.sampled_from([0.0, 1.0]), st.floats(0.0, 1.0)))
+impacts = st.builds(
+    lambda vn, vt, wn, wt, wz, cloth: impact_of(
+        vn, vn * vt, vn * wn / R, vn * wt / R, vn * wz / R, cloth=cloth
+    ),
+    st.sampled_from([1.0, 1e-3, 7.5]),
+    *[_spin] * 4,
+    _coefficient,
+)
+cushions = st.builds(
+    cushion_of,
+    e=_part,
+    friction=_coefficient,
+    height=st.one_of(st.sampled_from([1.0, 1.4]), st.floats(0.01, 1.99)).map(lambda h: h * R),
+    tangential=_part,
+)

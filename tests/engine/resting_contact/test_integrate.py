@@ -1,37 +1,12 @@
-"""A contact of two balls that lasts, against an independent integration of the constrained motion.
-
-Of a ball and a cushion, the family "held" of the stress suite does that.
-"""
+"""The motion of balls in contact, integrated as far as their gaps permit, also in air."""
 
 from __future__ import annotations
 
 import numpy as np
-import pytest
-from constrained_motion import Touch, constrained_motion
 
 from ghostball.engine import simulate
 from ghostball.engine.core.tolerances import CONTACT_TOLERANCE, EPS
 from ghostball.model import Ball, Physics, Scene
-
-R = 0.028575
-
-
-@pytest.mark.parametrize("e", [1.0, 0.0])
-def test_a_rolling_pair_follows_the_constrained_motion_of_the_paper(e):
-    """The rear ball rolls at a slant, so that friction holds it on the other."""
-    scene = Scene(
-        name="rolling-pair",
-        physics=Physics(ball_restitution=e),
-        balls=[
-            Ball(id="rear", position=(0.0, 0.0), velocity=(0.05, 0.03)),
-            Ball(id="front", position=(2.0 * R, 0.0), velocity=(0.05, 0.0)),
-        ],
-        t_max=0.1,
-    )
-    result = simulate(scene, record="events")
-    assert result.work["contact_steps"] > 3
-    end = result.sample([scene.t_max])
-    assert np.max(np.abs(end.positions[0] - constrained_motion(scene, [Touch(0, 1)])[0])) < 1e-10
 
 
 def test_a_motion_that_is_followed_in_air_keeps_its_gap():

@@ -1,0 +1,58 @@
+"""What a block of arrays was packed from is what kernels find in it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from shots import ball, scene_of
+
+from ghostball.engine.core import block as at
+from ghostball.engine.core.block import Block
+from ghostball.engine.core.rows import STATE_COLUMNS
+from ghostball.engine.event_loop.unpack import balls_in, cells_in, pairs_in, start_from
+from ghostball.engine.running.from_scene import balls_of, cells_of, pairs_of
+
+AIR = {"air_drag": 0.1, "motion": "sliding", "airborne": True}
+
+
+def fill(parts):
+    """Fill arrays with numbers that differ from one to the next."""
+    arrays = [one for part in parts for one in (part if isinstance(part, tuple) else (part,))]
+    for k, one in enumerate(one for one in arrays if one is not None):
+        one[:] = (np.arange(one.size) * 7 + k).reshape(one.shape) % 100
+
+
+@pytest.mark.parametrize("n", [1, 3, 6])
+@pytest.mark.parametrize("physics", [{}, AIR], ids=["on the cloth", "in air"])
+def test_every_array_comes_back(n, physics):
+    scene = scene_of(*(ball((float(k), 0.0)) for k in range(n)), **physics)
+    balls, pairs, cells = balls_of(scene), pairs_of.__wrapped__(n), cells_of(scene)
+    fill([balls.state, *balls[1:6], *balls[7:]])
+    fill(pairs)
+    fill(cells)
+    made = Block(balls, pairs, cells)
+    flags = [None if part is None else 1 for part in balls[7:]]
+    found = balls_in(made.numbers, made.offsets, balls.counters, *flags)
+    start, end = made.offsets[at.STATE], made.offsets[at.OWN_KIND]
+    np.testing.assert_array_equal(made.numbers[start:end].reshape(n, STATE_COLUMNS), balls.state)
+    for name in ("own_kind", "changed", "touched", "touching", "near", "higher", "height"):
+        np.testing.assert_array_equal(getattr(found, name), getattr(balls, name), name)
+    assert (found.air is None) == (balls.air is None)
+    for one, other in zip(found.air or (), balls.air or (), strict=True):
+        np.testing.assert_array_equal(one, other)
+    for one, other in zip(pairs_in(made.numbers, made.offsets), pairs, strict=True):
+        np.testing.assert_array_equal(one, other)
+    for name, one in cells_in(made.numbers, made.offsets)._asdict().items():
+        packed = getattr(cells, name)  # `first` comes with what fills its last double
+        np.testing.assert_array_equal(one.ravel()[: packed.size], packed.ravel(), name)
+
+
+def test_a_shot_starts_from_all_but_what_is_scratch():
+    scene = scene_of(ball((0.0, 0.0)), ball((1.0, 0.0)))
+    made = Block(balls_of(scene), pairs_of(2), None)
+    numbers = np.full_like(made.numbers, np.nan)
+    start_from(numbers, made.numbers, made.offsets)
+    scratch = made.offsets[at.SCRATCH]
+    np.testing.assert_array_equal(numbers[:scratch], made.numbers[:scratch])
+    assert np.all(np.isnan(numbers[scratch:]))
+    assert scratch < len(numbers)

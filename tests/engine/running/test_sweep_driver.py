@@ -1,0 +1,22 @@
+"""Threads that share a sweep: every part of it is as shot by shot."""
+
+import numpy as np
+import pytest
+from batches import assert_same
+from shots import POOL_TABLE, ball, scene_of
+
+from ghostball.engine import simulate, simulate_sweep
+from ghostball.model.sines import cosines_and_sines
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("threads", [1, 2])
+def test_every_part_of_a_long_sweep_is_as_shot_by_shot(threads):
+    """Threads take a share of the shots at a time: some of each share are looked at one by one."""
+    speeds, angles = np.linspace(0.4, 3.0, 300), np.linspace(0.0, 1.5, 300)
+    scene = scene_of(ball((0.6, 0.6), (1.0, 0.0)), table=POOL_TABLE)
+    batch = simulate_sweep(scene, speeds, angles, threads=threads)
+    cosines, sines = cosines_and_sines(angles)
+    for k in (*range(0, 300, 17), *range(70, 80), *range(290, 300)):
+        velocity = (speeds[k] * cosines[k], speeds[k] * sines[k])
+        assert_same(batch, k, simulate(scene_of(ball((0.6, 0.6), velocity), table=POOL_TABLE)))

@@ -1,0 +1,29 @@
+"""Errors say who failed and why, and come back whole from another process."""
+
+from __future__ import annotations
+
+import pickle
+
+import pytest
+
+from ghostball.model import EngineFailedError, GhostballError, SceneError, UnsupportedSceneError
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        UnsupportedSceneError("toy", ("no flight", "no spin")),
+        EngineFailedError("toy", "it raised ValueError", "line 3"),
+        SceneError("`mass` must be positive"),
+    ],
+)
+def test_an_error_survives_pickling(error):
+    again = pickle.loads(pickle.dumps(error))
+    assert (type(again), str(again), vars(again)) == (type(error), str(error), vars(error))
+    assert isinstance(again, GhostballError)
+
+
+def test_only_what_our_own_engine_raised_is_our_bug():
+    assert EngineFailedError("ghostball", "it raised", "line 3").is_our_bug
+    assert not EngineFailedError("ghostball", "it hung").is_our_bug
+    assert not EngineFailedError("toy", "it raised", "line 3").is_our_bug
