@@ -9,9 +9,9 @@ from __future__ import annotations
 from html import escape
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ghostball.model import Result, Scene
+from ghostball.model.arrays import FloatArray
 
 PIXELS = 640.0
 """Of the longer side."""
@@ -39,7 +39,7 @@ COLOURS = (
 )
 
 
-def picture(scene: Scene, path: NDArray[np.float64] | None = None) -> str:
+def picture(scene: Scene, path: FloatArray | None = None) -> str:
     """Return the table and its balls, seen from above, as SVG.
 
     `path` (k, n, 3) [m] is where the balls were at k instants, the last of them their end: they are
@@ -60,11 +60,11 @@ def picture(scene: Scene, path: NDArray[np.float64] | None = None) -> str:
     def at(x: float, y: float) -> tuple[float, float]:
         return (x - low[0]) * scale, (high[1] - y) * scale
 
-    def circle(centre: NDArray[np.float64], radius: float, look: str) -> str:
+    def circle(centre: FloatArray, radius: float, look: str) -> str:
         x, y = at(*centre)
         return f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{radius * scale:.1f}" {look}/>'
 
-    def line(through: NDArray[np.float64], look: str) -> str:
+    def line(through: FloatArray, look: str) -> str:
         points = " ".join("{:.1f},{:.1f}".format(*at(*point)) for point in through)
         return f'<polyline points="{points}" fill="none" {look}/>'
 

@@ -9,8 +9,7 @@ from __future__ import annotations
 from hashlib import sha256
 from typing import TYPE_CHECKING
 
-import numpy as np
-from numpy.typing import NDArray
+from ghostball.model.arrays import FloatArray
 
 if TYPE_CHECKING:
     from ghostball.model.events import Events
@@ -19,7 +18,7 @@ _TIME = (("t", "<f8"),)
 _WHAT = (("kind", "u1"), ("a", "<i4"), ("b", "<i4"))
 
 
-def bits_hash(events: Events, rest_positions: NDArray[np.float64]) -> str:
+def bits_hash(events: Events, rest_positions: FloatArray) -> str:
     """Return the SHA-256 of an event log and the rest positions (n, 3) [m], to the bit.
 
     0.0 and -0.0 are one position.

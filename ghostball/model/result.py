@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ghostball.model.arrays import FloatArray
 from ghostball.model.errors import EngineFailedError, GhostballError
 from ghostball.model.events import OBSTACLE_KINDS, EventKind, Events, Status
 from ghostball.model.hashes import bits_hash
@@ -75,9 +76,9 @@ class Result:
     reason: str = ""
 
     @property
-    def rest_positions(self) -> NDArray[np.float64]:
+    def rest_positions(self) -> FloatArray:
         """Centres when the run ended, (n, 3) float64 [m]."""
-        positions: NDArray[np.float64] = self.final_state.positions[0]
+        positions: FloatArray = self.final_state.positions[0]
         return positions
 
     def sample(self, times: ArrayLike) -> Samples:
@@ -106,7 +107,7 @@ class Result:
         """
         return energy_of(self.scene, self.sample(times))
 
-    def orientation(self, times: ArrayLike) -> NDArray[np.float64]:
+    def orientation(self, times: ArrayLike) -> FloatArray:
         """Return the orientation of every ball at `times`: unit quaternions (k, n, 4), w first.
 
         Parameters are those of `sample`; every ball starts at (1, 0, 0, 0). Of an engine that
@@ -137,7 +138,7 @@ class Result:
         """
         return self._exact("phases").phases(_instants(times))
 
-    def sensitivity(self, times: ArrayLike) -> NDArray[np.float64]:
+    def sensitivity(self, times: ArrayLike) -> FloatArray:
         """Return how far rounding displaces each ball by `times`, over 2^-53: (k, n) float64 [m].
 
         The root mean square of what becomes of rounding the state once at the start and at each
@@ -271,7 +272,7 @@ class Result:
         return trajectory
 
 
-def _sampled_by(engine: str, trajectory: Trajectory, times: NDArray[np.float64], n: int) -> Samples:
+def _sampled_by(engine: str, trajectory: Trajectory, times: FloatArray, n: int) -> Samples:
     """Sample a trajectory that an engine brought, and that it answers for."""
     try:
         samples = Samples(*trajectory.sample(times))
@@ -290,7 +291,7 @@ def _sampled_by(engine: str, trajectory: Trajectory, times: NDArray[np.float64],
     return samples
 
 
-def _instants(times: ArrayLike) -> NDArray[np.float64]:
+def _instants(times: ArrayLike) -> FloatArray:
     """Return `times` as an array (k,), checked."""
     t = np.atleast_1d(np.asarray(times, dtype=np.float64))
     if t.ndim != 1:

@@ -12,14 +12,12 @@ a frame. A ball that slides, or spins about the vertical, turns as if it rolled.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ghostball.model.arrays import FloatArray
 from ghostball.model.trajectory.orientation import hamilton_product
 
 
-def turned_by_frames(
-    velocities: NDArray[np.float64], radii: NDArray[np.float64], dt: float
-) -> NDArray[np.float64]:
+def turned_by_frames(velocities: FloatArray, radii: FloatArray, dt: float) -> FloatArray:
     """Return the orientation that the paper's rule gives balls after each of k frames.
 
     `velocities` (k, n, 3) float64 [m/s]: of each frame, as it is shown.

@@ -11,10 +11,9 @@ is short by up to v dt/2: first order in `dt`, where the planar run has no such 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ghostball.model import EventKind, Samples, Scene
-from ghostball.model.arrays import FloatArray
+from ghostball.model.arrays import BoolArray, FloatArray
 from ghostball.reference_adapters.pybullet.world import Contact, World
 from ghostball.reference_adapters.recording import Recorder
 from ghostball.reference_adapters.stepping.clock import Clock
@@ -26,8 +25,6 @@ from ghostball.reference_adapters.stepping.pocketing import (
 )
 from ghostball.reference_adapters.stepping.sides import sides_of
 from ghostball.reference_adapters.stepping.space import slowest_bounce
-
-Flags = NDArray[np.bool_]
 
 ROLLING_SLIP = 1e-6
 """Slip of the contact point below which a ball rolls [m/s].
@@ -129,19 +126,19 @@ class SlidingRun:
         if not self.at_rest and self._recorder.wants_frame(t):
             self._recorder.frame(t, self.state())
 
-    def _rests(self) -> Flags:
+    def _rests(self) -> BoolArray:
         speed = np.sqrt(np.sum(self._velocities**2, axis=1))
         surface = self._radii * np.sqrt(np.sum(self._spins[:, :2] ** 2, axis=1))
-        rests: Flags = (np.maximum(speed, surface) < self._rest_speed) & self._lies()
+        rests: BoolArray = (np.maximum(speed, surface) < self._rest_speed) & self._lies()
         return rests
 
-    def _lies(self) -> Flags:
+    def _lies(self) -> BoolArray:
         """Whether each ball is on the table, or has left the game."""
         if not self._flies:
             return np.ones(len(self._radii), dtype=np.bool_)
         low = self._world.positions()[:, 2] - self._radii <= self._low
         slow = np.abs(self._velocities[:, 2]) <= self._slow
-        lies: Flags = (low & slow) | self._gone
+        lies: BoolArray = (low & slow) | self._gone
         return lies
 
     def _take_out_what_left(self) -> None:
@@ -172,16 +169,16 @@ class SlidingRun:
             self._resting[ball] = self._rolling[ball] = True
             self._spinning[ball] = False
 
-    def _spins_on(self) -> Flags:
+    def _spins_on(self) -> BoolArray:
         """Whether each ball has a spin about the vertical that will end, and hasn't yet."""
         surface = self._radii * np.abs(self._spins[:, 2])
-        spins: Flags = self._spin_ends & (surface >= self._rest_speed)
+        spins: BoolArray = self._spin_ends & (surface >= self._rest_speed)
         return spins
 
-    def _rolls(self) -> Flags:
+    def _rolls(self) -> BoolArray:
         """Whether each ball's lowest point rests on the cloth."""
         slips = slips_of(self._velocities, self._spins, self._radii)
-        rolls: Flags = (np.hypot(*slips.T) < ROLLING_SLIP) & self._lies()
+        rolls: BoolArray = (np.hypot(*slips.T) < ROLLING_SLIP) & self._lies()
         return rolls
 
     def _note_phases(self) -> None:

@@ -5,10 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ghostball.model import EventKind, Samples, Scene
-from ghostball.model.arrays import FloatArray
+from ghostball.model.arrays import BoolArray, FloatArray
 from ghostball.reference_adapters.recording import Recorder, rolling_state
 from ghostball.reference_adapters.stepping import plane
 from ghostball.reference_adapters.stepping.clock import Clock
@@ -17,8 +16,6 @@ from ghostball.reference_adapters.stepping.sides import Normals
 
 if TYPE_CHECKING:
     from ghostball.reference_adapters.pymunk.world import World
-
-BoolArray = NDArray[np.bool_]
 
 
 class NativeRolling(plane.Stepper):

@@ -10,15 +10,12 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ghostball.engine.library.entry import Needed
 from ghostball.model import EventKind, Samples, Scene, rolling_angular_velocity
+from ghostball.model.arrays import BoolArray, FloatArray
 from ghostball.reference_adapters.stepping.laws import slips_of
 from ghostball.reference_adapters.stepping.slowing import accelerate, last, move, turn
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 EPS = float(np.finfo(np.float64).eps)
 

@@ -12,14 +12,12 @@ import math
 from functools import cache, lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ghostball.engine.core.kernel import kernel
 from ghostball.engine.library.entry import Needed
 from ghostball.model import Hole, Segment, Table
+from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.stepping.slowing import slow, stop
-
-FloatArray = NDArray[np.float64]
 
 Motion = tuple[float, float, float, float, float, float]
 """A place, a velocity and an acceleration [m], [m/s], [m/s^2]."""

@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Set
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ghostball.model import Scene
+from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.stepping.laws import largest_momenta
 from ghostball.reference_adapters.stepping.plane import Collision, untouched
-
-FloatArray = NDArray[np.float64]
 
 Part = tuple[int, bool]
 """A ball or a cushion of a world: its index, and whether it is a cushion."""

@@ -16,13 +16,11 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ghostball.model import Scene
+from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.stepping.laws import cushion_friction
 from ghostball.reference_adapters.stepping.plane import Collision
-
-FloatArray = NDArray[np.float64]
 
 
 class _Slip(NamedTuple):

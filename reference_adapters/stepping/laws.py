@@ -5,11 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ghostball.model import Physics, Scene, energy_of, initial_state
-
-FloatArray = NDArray[np.float64]
+from ghostball.model.arrays import FloatArray
 
 LEAST_RESTITUTION = 2.0**-52
 """Restitution of balls that stands for 0, so that cushions can have another [1].

@@ -14,7 +14,6 @@ from collections.abc import Set
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ghostball.model import (
     EventKind,
@@ -23,6 +22,7 @@ from ghostball.model import (
     Samples,
     Scene,
 )
+from ghostball.model.arrays import BoolArray, FloatArray
 from ghostball.reference_adapters.recording import Recorder
 from ghostball.reference_adapters.stepping import cloth, contact_time
 from ghostball.reference_adapters.stepping.clock import Clock
@@ -38,9 +38,6 @@ from ghostball.reference_adapters.stepping.pocketing import (
 )
 from ghostball.reference_adapters.stepping.settings import SteppingSettings
 from ghostball.reference_adapters.stepping.sides import CornerNames, Normals
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 
 class Collision(NamedTuple):

@@ -14,10 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ghostball.model import Samples, Scene
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
-
+from ghostball.model.arrays import BoolArray, FloatArray
 
 ROUNDING = 1e-12
 """Share of a distance that is left out of it, far more than rounding takes [1]."""

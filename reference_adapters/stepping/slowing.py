@@ -10,13 +10,8 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
 from ghostball.engine.core.kernel import kernel
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
+from ghostball.model.arrays import BoolArray, FloatArray
 
 SLOWEST = 1e-200
 """Speed below which a ball isn't slowed [m/s]: the direction of a slower one would overflow."""

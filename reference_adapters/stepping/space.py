@@ -13,10 +13,10 @@ from pkgutil import resolve_name
 from typing import ClassVar, Literal, Protocol, Self
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import model_validator
 
 from ghostball.model import EventKind, Record, Result, Samples, Scene
+from ghostball.model.arrays import BoolArray, FloatArray
 from ghostball.model.features import Capabilities, Capability, Feature
 from ghostball.reference_adapters.recording import Recorder
 from ghostball.reference_adapters.stepping.clock import Clock
@@ -25,9 +25,6 @@ from ghostball.reference_adapters.stepping.laws import slips_of
 from ghostball.reference_adapters.stepping.plane import PlaneWorld, Stepper, run
 from ghostball.reference_adapters.stepping.plane_engine import PlaneEngine
 from ghostball.reference_adapters.stepping.settings import SteppingSettings
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 REST_SPEED = 1e-5
 """Speed of centre and surface below which a ball rests [m/s]."""

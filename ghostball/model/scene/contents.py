@@ -9,9 +9,9 @@ from collections.abc import Iterable
 from typing import Annotated, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field
 
+from ghostball.model.arrays import BoolArray, FloatArray
 from ghostball.model.rounding import EPS
 from ghostball.model.scene.fields import Positive, SceneName, Text, whole_number
 from ghostball.model.scene.part import Part
@@ -38,17 +38,17 @@ class SceneContents(Part):
     balls: Annotated[tuple[Ball, ...], Field(min_length=1)]
 
     @property
-    def positions(self) -> NDArray[np.float64]:
+    def positions(self) -> FloatArray:
         """Centres at the start, (n, 3) float64 [m]; a fresh array."""
         return np.array([ball.position for ball in self.balls], dtype=np.float64)
 
     @property
-    def velocities(self) -> NDArray[np.float64]:
+    def velocities(self) -> FloatArray:
         """Velocities at the start, (n, 3) float64 [m/s]; a fresh array."""
         return np.array([ball.velocity for ball in self.balls], dtype=np.float64)
 
     @property
-    def angular_velocities(self) -> NDArray[np.float64]:
+    def angular_velocities(self) -> FloatArray:
         """Angular velocities at the start, (n, 3) float64 [rad/s]; a fresh array."""
         rolling = rolling_angular_velocity(self.velocities, self.radii)
         for i, ball in enumerate(self.balls):
@@ -57,35 +57,35 @@ class SceneContents(Part):
         return rolling
 
     @property
-    def radii(self) -> NDArray[np.float64]:
+    def radii(self) -> FloatArray:
         """Radii, (n,) float64 [m]; a fresh array."""
         return np.array([ball.radius for ball in self.balls], dtype=np.float64)
 
     @property
-    def masses(self) -> NDArray[np.float64]:
+    def masses(self) -> FloatArray:
         """Masses, (n,) float64 [kg]; a fresh array."""
         return np.array([ball.mass for ball in self.balls], dtype=np.float64)
 
     @property
-    def rolling_frictions(self) -> NDArray[np.float64]:
+    def rolling_frictions(self) -> FloatArray:
         """Coefficients of rolling resistance, (n,) float64 [1]; a fresh array."""
         shared = self.physics.rolling_friction
         return _own_or_shared((ball.rolling_friction for ball in self.balls), shared)
 
     @property
-    def sliding_frictions(self) -> NDArray[np.float64]:
+    def sliding_frictions(self) -> FloatArray:
         """Coefficients of sliding friction, ball on cloth, (n,) float64 [1]; a fresh array."""
         shared = self.physics.sliding_friction
         return _own_or_shared((ball.sliding_friction for ball in self.balls), shared)
 
     @property
-    def spinning_friction_rates(self) -> NDArray[np.float64]:
+    def spinning_friction_rates(self) -> FloatArray:
         """Decelerations of vertical spin, (n,) float64 [rad/s^2]; a fresh array."""
         shared = self.physics.spinning_friction_rate
         return _own_or_shared((ball.spinning_friction_rate for ball in self.balls), shared)
 
     @property
-    def rolls(self) -> NDArray[np.bool_]:
+    def rolls(self) -> BoolArray:
         """Whether each ball starts rolling without slip, or at rest, (n,) bool; a fresh array.
 
         A ball whose angular velocity isn't given rolls; so does every ball where `motion` is
@@ -100,9 +100,7 @@ class SceneContents(Part):
         return ~given | rolling(self.velocities, self.angular_velocities, self.radii)
 
 
-def rolling(
-    v: NDArray[np.float64], w: NDArray[np.float64], radii: NDArray[np.float64]
-) -> NDArray[np.bool_]:
+def rolling(v: FloatArray, w: FloatArray, radii: FloatArray) -> BoolArray:
     """Whether balls roll to rounding, as `Scene.rolls` has it, or rest.
 
     `v` and `w` are velocities and angular velocities (..., 3) [m/s, rad/s], `radii` [m] of the
@@ -110,9 +108,9 @@ def rolling(
     """
     slip = np.hypot(v[..., 0] - radii * w[..., 1], v[..., 1] + radii * w[..., 0])
     speed = np.maximum(np.hypot(v[..., 0], v[..., 1]), radii * np.hypot(w[..., 0], w[..., 1]))
-    rolls: NDArray[np.bool_] = slip <= ROLLING_ULPS * EPS * speed
+    rolls: BoolArray = slip <= ROLLING_ULPS * EPS * speed
     return rolls
 
 
-def _own_or_shared(own: Iterable[float | None], shared: float) -> NDArray[np.float64]:
+def _own_or_shared(own: Iterable[float | None], shared: float) -> FloatArray:
     return np.array([shared if value is None else value for value in own], dtype=np.float64)

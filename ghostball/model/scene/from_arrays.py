@@ -6,8 +6,9 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ghostball.model.arrays import FloatArray
 from ghostball.model.scene.messages import refusal
 from ghostball.model.scene.strike import Strike
 
@@ -54,7 +55,7 @@ def add_strikes(balls: list[dict[str, Any]], strikes: Mapping[int, Strike]) -> N
         balls[i]["strike"] = strike
 
 
-def _array(name: str, values: ArrayLike) -> NDArray[np.float64]:
+def _array(name: str, values: ArrayLike) -> FloatArray:
     try:
         array = np.asarray(values, dtype=np.float64)
     except (TypeError, ValueError):

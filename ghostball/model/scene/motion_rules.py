@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ghostball.model.arrays import FloatArray
 from ghostball.model.scene.contents import SceneContents
 from ghostball.model.scene.fields import (
     FASTEST_DRAG,
@@ -64,13 +64,13 @@ def _check_spin(scene: SceneContents, starts: Starts) -> None:
         )
 
 
-def _size(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+def _size(vectors: FloatArray) -> FloatArray:
     """Return the lengths of vectors (m, 2) or (m, 3); the squares of tiny ones don't vanish."""
-    sizes: NDArray[np.float64] = np.hypot.reduce(vectors, axis=1)
+    sizes: FloatArray = np.hypot.reduce(vectors, axis=1)
     return sizes
 
 
-def _speeds(scene: SceneContents, starts: Starts) -> NDArray[np.float64]:
+def _speeds(scene: SceneContents, starts: Starts) -> FloatArray:
     """Return how fast each ball may come to go: as it does, or as its surface turns [m/s]."""
     surface = scene.radii[starts.ball] * _size(starts.spin[:, :2])
     return np.maximum(_size(starts.velocity), surface)
@@ -153,10 +153,10 @@ def _check_impacts_end(scene: SceneContents, starts: Starts) -> None:
 def _check_stops(
     scene: SceneContents,
     starts: Starts,
-    speeds: NDArray[np.float64],
+    speeds: FloatArray,
     verb: str,
     field: str,
-    frictions: NDArray[np.float64],
+    frictions: FloatArray,
 ) -> None:
     k, j = int(np.argmax(speeds)), int(np.argmin(frictions))
     # The product as the engine takes it: of two tiny factors it may round to 0.
@@ -179,7 +179,7 @@ def _check_stops(
         )
 
 
-def _check_spin_ends(scene: SceneContents, starts: Starts, speeds: NDArray[np.float64]) -> None:
+def _check_spin_ends(scene: SceneContents, starts: Starts, speeds: FloatArray) -> None:
     # Spin about the vertical may also come from friction in an impact, out of speed. Where its
     # rate is 0 nobody waits for its end.
     rates = scene.spinning_friction_rates

@@ -12,12 +12,10 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ghostball.model.arrays import BoolArray, FloatArray
 from ghostball.model.events import EventKind
 from ghostball.model.scene.sides import CUSHIONS, Point
-
-FloatArray = NDArray[np.float64]
 
 POCKETS = ("bottom-left", "bottom", "bottom-right", "top-right", "top", "top-left")
 """Names of pockets in the order of their index, round the table."""
@@ -162,7 +160,7 @@ def _from_nearest(
     return x - x0 - part * dx, y - y0 - part * dy, 0.0
 
 
-def is_inside(outline: Sequence[Point], x: FloatArray, y: FloatArray) -> NDArray[np.bool_]:
+def is_inside(outline: Sequence[Point], x: FloatArray, y: FloatArray) -> BoolArray:
     """Whether points are inside a polygon, (m,): a line from them to the left crosses it oddly."""
     inside = np.zeros(len(x), dtype=np.bool_)
     for (x0, y0), (x1, y1) in pairwise([*outline, outline[0]]):

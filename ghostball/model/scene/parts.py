@@ -9,7 +9,6 @@ import math
 from typing import Annotated, Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import (
     Field,
     SerializerFunctionWrapHandler,
@@ -17,6 +16,7 @@ from pydantic import (
     model_validator,
 )
 
+from ghostball.model.arrays import FloatArray
 from ghostball.model.scene.fields import (
     NonNegative,
     PlaneVector,
@@ -134,9 +134,7 @@ def fill_in_motion(ball: Ball, velocity: Vector, angular_velocity: Vector) -> No
     object.__setattr__(ball, "angular_velocity", angular_velocity)
 
 
-def rolling_angular_velocity(
-    velocity: NDArray[np.float64], radius: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def rolling_angular_velocity(velocity: FloatArray, radius: FloatArray) -> FloatArray:
     """Return the angular velocity of rolling without slip, k x v / R, (..., 3) [rad/s].
 
     `velocity` (..., 3) [m/s], `radius` [m] broadcast against it without its last axis. The paper

@@ -6,8 +6,8 @@ What a single field may hold is in `scene.fields`.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ghostball.model.arrays import BoolArray, FloatArray
 from ghostball.model.rounding import position_rounding
 from ghostball.model.scene.contents import SceneContents
 from ghostball.model.scene.fields import problem
@@ -94,7 +94,7 @@ def _check_height(scene: SceneContents, starts: Starts) -> None:
     )
 
 
-def _first(wrong: NDArray[np.bool_]) -> int | None:
+def _first(wrong: BoolArray) -> int | None:
     """Return the first element of (m,) that is true, or None."""
     found = np.flatnonzero(wrong)
     return int(found[0]) if len(found) else None
@@ -182,9 +182,7 @@ def _check_obstacles(scene: SceneContents, starts: Starts) -> None:
         )
 
 
-def _refuse_where(
-    wrong: NDArray[np.bool_], scene: SceneContents, starts: Starts, rule: str
-) -> None:
+def _refuse_where(wrong: BoolArray, scene: SceneContents, starts: Starts, rule: str) -> None:
     """Refuse the first ball whose place is wrong, (m,)."""
     k = _first(wrong)
     if k is not None:
@@ -198,14 +196,12 @@ def _refuse_where(
         )
 
 
-def _reach_of_nose(
-    scene: SceneContents, starts: Starts, radii: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _reach_of_nose(scene: SceneContents, starts: Starts, radii: FloatArray) -> FloatArray:
     """Return how near balls' centres may be to a cushion, in plan, (m,) [m]."""
     if not scene.physics.airborne:
         return radii
     above = starts.position[:, 2] - scene.physics.cushion_height
-    reach: NDArray[np.float64] = np.sqrt(np.maximum(radii**2 - above**2, 0.0))
+    reach: FloatArray = np.sqrt(np.maximum(radii**2 - above**2, 0.0))
     return reach
 
 
@@ -234,9 +230,7 @@ _MOST_OVERLAPS = 100_000
 """Overlaps after which no others are sought: thousands of balls at one place have millions."""
 
 
-def overlaps(
-    centres: NDArray[np.float64], radii: NDArray[np.float64]
-) -> list[tuple[int, int, int, float]]:
+def overlaps(centres: FloatArray, radii: FloatArray) -> list[tuple[int, int, int, float]]:
     """Return which balls overlap by more than rounding: shot, pair i > j, and by how much [m].
 
     In order of shot and i, the largest first; not all of them where there are hundreds of

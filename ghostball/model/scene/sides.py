@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from typing import Literal, NamedTuple, TypeVar
 
-import numpy as np
-from numpy.typing import NDArray
+from ghostball.model.arrays import FloatArray
 
 CushionName = Literal["left", "right", "bottom", "top"]
 CUSHIONS: tuple[CushionName, ...] = ("left", "right", "bottom", "top")
 """Cushion names in the order of their index: x = 0, x = length, y = 0, y = width."""
 
 Point = tuple[float, float]
-Number = TypeVar("Number", float, NDArray[np.float64])
+Number = TypeVar("Number", float, FloatArray)
 
 INWARD: dict[CushionName, Point] = {
     "left": (1.0, 0.0),

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ghostball.model.arrays import BoolArray, FloatArray, IntArray
 from ghostball.model.scene.contents import SceneContents
 from ghostball.model.scene.parts import fill_in_motion, rolling_angular_velocity
 from ghostball.model.scene.strike import bounced, stroke_of
@@ -15,13 +15,13 @@ from ghostball.model.scene.strike import bounced, stroke_of
 class Starts(NamedTuple):
     """How m balls begin: all of a scene, or some of its balls in each of many shots."""
 
-    ball: NDArray[np.int64]  # (m,) which it is: index in the scene
-    position: NDArray[np.float64]  # (m, 3) [m]
-    velocity: NDArray[np.float64]  # (m, 3) [m/s]
-    spin: NDArray[np.float64]  # (m, 3) angular velocity [rad/s]
-    rolling: NDArray[np.float64]  # (m, 3) what that of rolling without slip would be [rad/s]
-    given: NDArray[np.bool_]  # (m,) whether the spin is given; else it is that of rolling
-    shot: NDArray[np.int64] | None = None  # (m,) of many shots, which one; None: there is one
+    ball: IntArray  # (m,) which it is: index in the scene
+    position: FloatArray  # (m, 3) [m]
+    velocity: FloatArray  # (m, 3) [m/s]
+    spin: FloatArray  # (m, 3) angular velocity [rad/s]
+    rolling: FloatArray  # (m, 3) what that of rolling without slip would be [rad/s]
+    given: BoolArray  # (m,) whether the spin is given; else it is that of rolling
+    shot: IntArray | None = None  # (m,) of many shots, which one; None: there is one
 
     def name(self, k: int, field: str = "") -> str:
         """Return how a message calls ball k of these, or a field of it."""

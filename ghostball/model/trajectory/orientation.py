@@ -12,14 +12,12 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ghostball.model.arrays import BoolArray, FloatArray, IntArray
 from ghostball.model.errors import GhostballError
 from ghostball.model.rounding import EPS
 from ghostball.model.trajectory import segment
 from ghostball.model.trajectory.segment import Phase
-
-FloatArray = NDArray[np.float64]
 
 STEP_TURN = 4.0
 """Largest turn in one step of the power series [rad]; see `series_turn`."""
@@ -127,14 +125,14 @@ def orientation_at(times: FloatArray, pieces: Pieces) -> FloatArray:
     return _unit(hamilton_product(turn, before[at]))
 
 
-def has_fixed_axis(pieces: Pieces) -> NDArray[np.bool_]:
+def has_fixed_axis(pieces: Pieces) -> BoolArray:
     """Whether the angular velocity of each piece stays on one axis, up to rounding, (m,)."""
     scaled = _scaled(pieces.spin, pieces.duration)
     sizes = np.linalg.norm(scaled, axis=2)
     axis = np.take_along_axis(scaled, np.argmax(sizes, axis=1)[:, None, None], axis=1)
     across = np.linalg.norm(np.cross(scaled, axis), axis=2)
     bound = AXIS_ROUNDING * sizes * np.max(sizes, axis=1, keepdims=True)
-    fixed: NDArray[np.bool_] = np.all(across <= bound, axis=1)
+    fixed: BoolArray = np.all(across <= bound, axis=1)
     return fixed
 
 
@@ -226,7 +224,7 @@ def _later(spin: FloatArray, by: FloatArray) -> FloatArray:
     return later
 
 
-def _steps_of(pieces: Pieces, fixed: NDArray[np.bool_]) -> NDArray[np.int64]:
+def _steps_of(pieces: Pieces, fixed: BoolArray) -> IntArray:
     """Return in how many equal steps to follow each piece, (m,): 1 where its axis stays fixed."""
     turn = np.sum(np.linalg.norm(_scaled(pieces.spin, pieces.duration), axis=2), axis=1)
     steps = np.where(fixed, 1.0, np.ceil(turn / STEP_TURN))
@@ -238,9 +236,7 @@ def _steps_of(pieces: Pieces, fixed: NDArray[np.bool_]) -> NDArray[np.int64]:
     return np.maximum(steps, 1.0).astype(np.int64)
 
 
-def _turn(
-    spin: FloatArray, duration: FloatArray, fixed: NDArray[np.bool_], terms: int
-) -> FloatArray:
+def _turn(spin: FloatArray, duration: FloatArray, fixed: BoolArray, terms: int) -> FloatArray:
     """Return the turn of each step, (m, 4), the way that suits it."""
     turn = np.empty((len(spin), 4))
     turn[fixed] = fixed_axis_turn(spin[fixed], duration[fixed])

@@ -10,6 +10,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ghostball.model.arrays import FloatArray
 from ghostball.model.events import Events
 from ghostball.model.scene.parts import rolling_angular_velocity
 from ghostball.model.scene.scene import Scene
@@ -19,7 +20,6 @@ from ghostball.model.trajectory.polynomial import displacement, rises, speed, ta
 from ghostball.model.trajectory.segment import Phase
 from ghostball.model.trajectory.tangent_map import TangentMap
 
-FloatArray = NDArray[np.float64]
 PhaseArray = NDArray[np.int8]
 
 # Columns of a segment, for x and for y.
