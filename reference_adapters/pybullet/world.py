@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from types import TracebackType
-from typing import Literal, NamedTuple, Self
+from typing import Any, Literal, NamedTuple, Self
 
 import numpy as np
 
@@ -318,11 +318,7 @@ class World:
                 flags=self._bullet.GEOM_FORCE_CONCAVE_TRIMESH,
                 physicsClientId=self._client,
             )
-        body: int = self._bullet.createMultiBody(
-            0.0, shape, basePosition=place, physicsClientId=self._client
-        )
-        self._change(body, restitution=restitution, lateralFriction=friction)
-        return body
+        return self._fixed(shape, place, restitution, friction)
 
     def _nose(self, side: Side, restitution: float, friction: float) -> int:
         """Add a cushion's nose: a capsule along its line, at its height above the cloth."""
@@ -337,15 +333,8 @@ class World:
         # Bullet's capsule stands; it is laid along y, or along x.
         turn = math.sqrt(0.5)
         lying = (turn, 0.0, 0.0, turn) if across else (0.0, turn, 0.0, turn)
-        body: int = self._bullet.createMultiBody(
-            0.0,
-            shape,
-            basePosition=(*((x, middle) if across else (middle, y)), height),
-            baseOrientation=lying,
-            physicsClientId=self._client,
-        )
-        self._change(body, restitution=restitution, lateralFriction=friction)
-        return body
+        place = (*((x, middle) if across else (middle, y)), height)
+        return self._fixed(shape, place, restitution, friction, baseOrientation=lying)
 
     def _plane(
         self,
@@ -357,8 +346,19 @@ class World:
         shape = self._bullet.createCollisionShape(
             self._bullet.GEOM_PLANE, planeNormal=normal, physicsClientId=self._client
         )
+        return self._fixed(shape, origin, restitution, friction)
+
+    def _fixed(
+        self,
+        shape: int,
+        place: tuple[float, ...],
+        restitution: float,
+        friction: float,
+        **turned: Any,
+    ) -> int:
+        """Add a body that never moves."""
         body: int = self._bullet.createMultiBody(
-            0.0, shape, basePosition=origin, physicsClientId=self._client
+            0.0, shape, basePosition=place, physicsClientId=self._client, **turned
         )
         self._change(body, restitution=restitution, lateralFriction=friction)
         return body

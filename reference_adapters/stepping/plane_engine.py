@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 from collections.abc import Iterator
 from pkgutil import resolve_name
 from typing import ClassVar
@@ -14,7 +15,6 @@ from ghostball.reference_adapters.base import (
     none,
     resolution_of_step,
 )
-from ghostball.reference_adapters.optional import why_not_installed
 from ghostball.reference_adapters.stepping.ending import end_of
 from ghostball.reference_adapters.stepping.plane import (
     ExactSteps,
@@ -40,7 +40,13 @@ class PlaneEngine(EngineBase):
     @classmethod
     def unavailable(cls) -> str | None:
         """Return how to get the engine where it isn't installed, or None."""
-        return why_not_installed(cls.PACKAGE, extra=cls.name)
+        if importlib.util.find_spec(cls.PACKAGE) is not None:
+            return None
+        return (
+            "it is optional, and not installed. Run "
+            f"`python -m pip install 'ghostball[{cls.name}]'`, or `ghostball[engines]` for all "
+            "optional engines"
+        )
 
     @property
     def capabilities(self) -> Capabilities:

@@ -86,12 +86,9 @@ class Worker:
     """One such process; it starts when the first scene is sent, and anew after it failed.
 
     `environment`: of the process; None is ours.
-
-    `version`: as the process said it; "" before it started.
     """
 
     def __init__(self, command: list[str], environment: Mapping[str, str] | None = None) -> None:
-        self.version = ""
         self._command = command
         self._environment = environment
         self._process: subprocess.Popen[str] | None = None
@@ -161,7 +158,6 @@ class Worker:
             raise WorkerFailedError(
                 f'its process must begin with {{"version": ...}}, got {str(hello)[:80]}'
             )
-        self.version = str(hello["version"])
 
     def _ask(self, line: str | None, longest: float) -> dict[str, Any]:
         """Send a line, or nothing, and read the answer."""
