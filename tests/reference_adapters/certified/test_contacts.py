@@ -2,18 +2,11 @@
 
 from __future__ import annotations
 
-import math
-
 from proofs import keys, proved, widest
 from shots import R, ball, scene_of
 
 from ghostball.model import COLLISION_KINDS, CUSHIONS, EventKind, Table
-from ghostball.reference_adapters.certified import (
-    Certificate,
-    CertifiedSettings,
-    Choice,
-    certify,
-)
+from ghostball.reference_adapters.certified import Certificate, CertifiedSettings, Choice, certify
 from ghostball.validation.scenes.library import find_scene
 
 BALL_BALL, BALL_CUSHION = EventKind.BALL_BALL, EventKind.BALL_CUSHION
@@ -25,47 +18,6 @@ def collisions(certificate: Certificate) -> list[tuple[str, int, int | str]]:
         for e in certificate.events
         if e.kind in COLLISION_KINDS
     ]
-
-
-def test_balls_that_overlap_by_a_rounding_touch():
-    overlap = math.nextafter(2 * R, 0.0)
-    scene = scene_of(ball((0.0, 0.0), (1.0, 0.0)), ball((overlap, 0.0)))
-    assert keys(proved(scene))[0] == (0, 0, 1)
-    scene = scene_of(ball((0.0, 0.0), (-1.0, 0.0)), ball((overlap, 0.0)))
-    assert keys(proved(scene)) == [(3, 0, -1)]
-
-
-def rail(vx, **fields):
-    """Return a ball that is beyond the left cushion by a rounding."""
-    place = (math.nextafter(R, 0.0), 0.5)
-    return scene_of(
-        ball(place, (vx, 0.0), **fields), table=Table(length=2.0, width=1.0), motion="sliding"
-    )
-
-
-def test_a_ball_that_begins_beyond_a_cushion_by_a_rounding():
-    into = proved(rail(-0.5))
-    assert keys(into)[0] == (1, 0, 0)
-    assert float(into.events[0].t) == 0.0
-    assert (1, 0, 0) not in keys(proved(rail(0.5)))
-    # Backspin brings it back: that is a meeting of its own.
-    back = proved(rail(0.3, angular_velocity=(0.0, -120.0, 0.0)))
-    assert keys(back)[0] == (1, 0, 0)
-    assert float(back.events[0].t) > 0.1
-    certificate = certify(rail(0.0, angular_velocity=(0.0, -60.0, 0.0)))
-    assert (certificate.ending, certificate.events) == ("sustained contact", ())
-
-
-def test_overlapping_balls_that_come_back_meet_again():
-    overlap = math.nextafter(2 * R, 0.0)
-    scene = scene_of(
-        ball((0.0, 0.0)),
-        ball((overlap, 0.0), (0.3, 0.0), angular_velocity=(0.0, -120.0, 0.0)),
-        motion="sliding",
-    )
-    certificate = proved(scene)
-    assert keys(certificate)[0] == (0, 0, 1)
-    assert float(certificate.events[0].t) > 0.1
 
 
 def test_a_ball_on_a_cushion_bounces_or_rolls_along_it():
@@ -112,22 +64,3 @@ def test_bounces_under_topspin_end_in_sustained_contact():
     collisions = [e for e in certificate.events if e.kind is BALL_BALL]
     assert len(collisions) > 2
     assert widest(certificate) <= CertifiedSettings().width
-
-
-def test_balls_without_restitution_part_where_their_ways_turn():
-    scene = scene_of(ball((0.0, 0.0), (1.0, 0.0)), ball((0.5, 0.03)), ball_restitution=0.0)
-    certificate = proved(scene)
-    assert keys(certificate)[0] == (0, 0, 1)
-    assert len(certificate.events) == 3
-
-
-def test_topspin_presses_balls_without_restitution():
-    scene = scene_of(
-        ball((0.0, 0.0), (0.5, 0.0), angular_velocity=(0.0, 300.0, 0.0)),
-        ball((0.5, 0.0)),
-        motion="sliding",
-        ball_restitution=0.0,
-    )
-    certificate = certify(scene)
-    assert certificate.ending == "sustained contact"
-    assert keys(certificate) == [(0, 0, 1)]

@@ -1,0 +1,46 @@
+"""Which contacts of a step are collisions: those that didn't push before."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from shots import ball, scene_of
+
+from ghostball.reference_adapters.stepping.contact_world import SINGLE, ContactWorld, collision_of
+from ghostball.reference_adapters.stepping.plane import Collision
+
+PAIR, RAIL = Collision(0, 1, cushion=False), Collision(1, 2, cushion=True)
+
+
+@pytest.fixture
+def world() -> ContactWorld:
+    scene = scene_of(*(ball((float(k), 0.0), (1.0, 0.0)) for k in range(3)))
+    return ContactWorld(scene, noise=SINGLE, rubs=False)
+
+
+def test_a_contact_that_lasts_is_one_collision(world):
+    found = []
+    for pushing, near in (
+        ({PAIR}, set()),
+        ({PAIR, RAIL}, set()),
+        ({RAIL}, {PAIR}),  # rounding: for a step it doesn't push
+        ({PAIR}, set()),
+        (set(), set()),
+        ({PAIR}, set()),
+    ):
+        world._note(pushing, near)
+        found.append(world.collisions)
+    assert found == [[PAIR], [RAIL], [], [], [], [PAIR]]
+    assert world.contacts_solved == 6
+
+
+def test_what_nothing_pushed_keeps_the_velocity_that_it_was_given(world):
+    world._note({PAIR})
+    rounded = np.full((3, 2), 0.5)
+    assert world._kept(rounded).tolist() == [[0.5, 0.5], [0.5, 0.5], [1.0, 0.0]]
+    assert world._turned(np.ones((3, 3)))[2].tolist() == [0.0, 0.0, 0.0]
+
+
+def test_of_two_parts_the_ball_comes_first_and_of_two_balls_the_first():
+    assert collision_of((2, True), (1, False)) == RAIL
+    assert collision_of((1, False), (0, False)) == PAIR
