@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from shots import R
 
 from ghostball.engine import simulate
 from ghostball.engine.core import state as st
@@ -22,7 +23,6 @@ from ghostball.model.scene.pockets import outline_of_pockets
 from ghostball.reference_adapters.returned import check_result
 from ghostball.validation.scenes.random_scenes import ASPECTS, random_scene
 
-R = 0.028575
 GRAVITY = 9.81
 POOL = Table.model_validate("wpa-9ft")
 SIDE = next(hole for hole in POOL.holes if hole.pocket == 1)

@@ -6,11 +6,11 @@ import sys
 
 import numpy as np
 import pytest
+from shots import R
 
 from ghostball.model import Ball, EventKind, Physics, Scene, Status, Table
 from ghostball.reference_adapters.pymunk.engine import PymunkEngine, PymunkSettings
 
-R = 0.028575
 MU_G = 0.02 * 9.81
 EXACT = 1e-8  # [m]: gaps of 1e-10 m, magnified by the lever of a cut shot
 

@@ -9,12 +9,11 @@ import threading
 
 import numpy as np
 import pytest
-from shots import POOL_TABLE, ball, scene_of
+from shots import POOL_TABLE, R, ball, scene_of
 
 from ghostball.engine import simulate
 from ghostball.model import Scene, Status, Table
 
-R = 0.028575
 K = 0.0041
 
 

@@ -9,34 +9,20 @@ from __future__ import annotations
 import math
 
 import pytest
-from mpmath import mp, mpf, workdps
+from digits import assert_close, deceleration, forty_digits  # noqa: F401 - for all tests
+from mpmath import mp, mpf
 from recorded import EPS, collisions
 from shots import POOL_TABLE, R, ball, scene_of
 
 from ghostball.engine import simulate
-from ghostball.model import EventKind, Scene, Status, Table
+from ghostball.model import EventKind, Status, Table
 
 BALL_BALL, CUSHION = EventKind.BALL_BALL, EventKind.BALL_CUSHION
-
-
-@pytest.fixture(autouse=True)
-def _forty_digits():
-    with workdps(40):
-        yield
-
-
-def deceleration(scene: Scene):
-    return mpf(scene.physics.rolling_friction) * mpf(scene.physics.gravity)
 
 
 def time_to_roll(distance, speed, a):
     """Time in which a ball of this speed rolls so far: the stable root of s = v t - a t^2 / 2."""
     return 2 * distance / (speed + mp.sqrt(speed**2 - 2 * a * distance))
-
-
-def assert_close(value: float, exact, ulps: float) -> None:
-    error = abs(mpf(float(value)) - exact)
-    assert error <= ulps * EPS * abs(exact), f"{float(error / abs(exact)) / EPS:.1f} ulp"
 
 
 @pytest.mark.parametrize("distance", [0.06, 0.5, 2.0])

@@ -12,36 +12,22 @@ import math
 
 import numpy as np
 import pytest
-from mpmath import mp, mpf, workdps
+from digits import assert_close, deceleration, forty_digits  # noqa: F401 - for all tests
+from mpmath import mp, mpf
 from recorded import EPS, direction, speed, state_at, state_before, times_of
 from shots import R, ball, scene_of
 
 from ghostball.engine import simulate
-from ghostball.model import EventKind, Scene, Status, Table
+from ghostball.model import EventKind, Status, Table
 
 FOOT, INCH, MILE_PER_HOUR = 0.3048, 0.0254, 0.44704
 CLOTH = {"motion": "sliding", "rolling_friction": 0.01, "sliding_friction": 0.2}
-
-
-@pytest.fixture(autouse=True)
-def _forty_digits():
-    with workdps(40):
-        yield
-
-
-def deceleration(scene: Scene):
-    return mpf(scene.physics.rolling_friction) * mpf(scene.physics.gravity)
 
 
 def once_rolling(result, ball, since=0.0):
     """Return when a ball first starts to roll after `since` [s], and its velocity (2,) then."""
     t = next(t for t in times_of(result, EventKind.SLIDE_TO_ROLL, ball) if t > since)
     return t, state_at(result, t).velocities[ball, :2]
-
-
-def assert_close(value: float, exact, ulps: float) -> None:
-    error = abs(mpf(float(value)) - exact)
-    assert error <= ulps * EPS * abs(exact), f"{float(error / abs(exact)) / EPS:.1f} ulp"
 
 
 def printed(value: float, published: float) -> None:

@@ -4,13 +4,12 @@ import math
 
 import numpy as np
 import pytest
+from shots import R
 
 from ghostball.engine import simulate
 from ghostball.engine.core import state as st
 from ghostball.model import Ball, Physics, Scene
 from ghostball.validation.scenes.library import find_scene
-
-R = 0.028575
 
 
 @pytest.mark.parametrize("motion", ["sliding", "rolling"])

@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from constrained_motion import Touch, constrained_motion
+from shots import R
 
 from ghostball.engine import simulate
 from ghostball.model import Ball, Physics, Scene
-
-R = 0.028575
 
 
 @pytest.mark.parametrize("e", [1.0, 0.0])

@@ -3,11 +3,11 @@
 import math
 
 import pytest
+from shots import R
 
 from ghostball.engine import simulate
 from ghostball.model import Ball, Physics, Scene, Status, Table
 
-R = 0.028575
 Y = [0.03186, 0.03033, 0.03043, 0.03025, 0.03108, R, 0.03047, 0.03155, 0.02858, 0.03065, 0.03044]
 
 

@@ -1,14 +1,13 @@
 """Forces of a contact step, with friction: as the closed form says, and where none are found."""
 
 import pytest
+from shots import R
 
 from ghostball.engine import simulate
 from ghostball.engine.core.kernel import COMPILED
 from ghostball.engine.resting_contact import step
 from ghostball.engine.resting_contact.forces import solve
 from ghostball.model import Ball, Physics, Scene
-
-R = 0.028575
 
 
 def spinning_push():

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import pytest
 from constrained_motion import Touch, constrained_motion
+from shots import R
 
 from ghostball.engine import simulate
 from ghostball.model import Ball, Physics, Scene
-
-R = 0.028575
 
 
 @pytest.mark.parametrize("air_drag", [0.0, 0.5])

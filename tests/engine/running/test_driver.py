@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from kernels import begins_without_contacts
 from recorded import fingerprint
+from shots import R
 
 from ghostball.engine import simulate
 from ghostball.engine.core import state as st
@@ -64,9 +65,6 @@ def test_ctrl_c_while_contacts_are_compiled_is_raised(monkeypatch):
     monkeypatch.setattr(driver.Run, "take_contacts", interrupted)
     with pytest.raises(KeyboardInterrupt):
         simulate(Scene.load(FOLDER / "push-line.toml"))
-
-
-R = 0.028575
 
 
 def driven_into_a_cushion():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from shots import R
 
 from ghostball.engine import simulate
 from ghostball.engine.motion import flight
@@ -11,7 +12,6 @@ from ghostball.reference_adapters.certified import Certificate, certify, over_ob
 from ghostball.validation.scenes.random_scenes import ASPECTS, PROVABLE, random_scene
 from ghostball.validation.stress.proved import MatchesProof
 
-R = 0.028575
 SIDE = next(hole for hole in Table.model_validate("wpa-9ft").holes if hole.pocket == 1)
 ALOFT = tuple(how for how in ASPECTS["flight"] if how != "no")
 

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from shots import R
 
 from ghostball.model import (
     Ball,
@@ -21,7 +22,6 @@ from ghostball.reference_adapters.paper.continuous import (
     PaperContinuousSettings,
 )
 
-R = 0.028575
 DECELERATION = 0.02 * 9.81
 FRICTIONLESS = Physics(rolling_friction=0.0)
 TABLE = Table(length=2.54, width=1.27)

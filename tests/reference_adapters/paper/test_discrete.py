@@ -6,11 +6,11 @@ import math
 
 import pytest
 from pydantic import ValidationError
+from shots import R
 
 from ghostball.model import Ball, EventKind, Physics, Scene, Status, Table
 from ghostball.reference_adapters.paper.discrete import PaperDiscreteEngine, PaperDiscreteSettings
 
-R = 0.028575
 DECELERATION = 0.02 * 9.81
 FRICTIONLESS = Physics(rolling_friction=0.0)
 TABLE = Table(length=2.54, width=1.27)

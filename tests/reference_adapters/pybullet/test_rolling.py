@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from shots import R
 
 from ghostball.model import CUSHIONS, Ball, EventKind, Physics, Record, Result, Scene, Status, Table
 from ghostball.reference_adapters.pybullet.engine import PybulletEngine, PybulletSettings
 
-R = 0.028575
 G = 9.81
 TABLE = Table(length=2.0, width=1.0)
 

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from shots import R
 
 from ghostball.model import Hole, Table
 from ghostball.model.scene.obstacles import gap_to, is_inside
@@ -14,7 +15,6 @@ from ghostball.reference_adapters.stepping.contact_time import (
     time_to_rest,
 )
 
-R = 0.028575
 ROUNDING = 1e-14  # of a gap between coordinates of about 1 m
 
 
