@@ -54,10 +54,18 @@ def test_a_bound_is_never_later_than_the_bent_gap_closes(gap, rate, acceleration
     assert np.all(bent >= -1e-9 * (1.0 + gap))
 
 
-@given(x=numbers, y=numbers, vx=numbers, vy=numbers, reach=st.floats(0.01, 1.0))
-def test_balls_that_meet_are_at_their_reach_then_and_apart_before(x, y, vx, vy, reach):
-    s = first_meeting(x, y, vx, vy, reach)
-    if s < math.inf and math.hypot(x, y) >= reach:
-        assert abs(math.hypot(x + s * vx, y + s * vy) - reach) <= 1e-7
-        before = np.linspace(0.0, s, 50)
-        assert np.all(np.hypot(x + before * vx, y + before * vy) >= reach - 1e-7)
+@given(
+    to=st.floats(-3.0, 3.0),
+    slant=st.floats(-1.4, 1.4),
+    speed=st.floats(0.01, 10.0),
+    s=st.floats(0.0, 5.0),
+    reach=st.floats(0.01, 1.0),
+)
+def test_balls_meet_when_they_were_made_to(to, slant, speed, s, reach):
+    """Back along the line from where they touch, the surfaces closing at up to 80 degrees."""
+    vx, vy = -speed * math.cos(to + slant), -speed * math.sin(to + slant)
+    x, y = reach * math.cos(to) - s * vx, reach * math.sin(to) - s * vy
+    assert abs(first_meeting(x, y, vx, vy, reach) - s) <= 1e-12 * (1.0 + s)
+    assert first_meeting(x, y, -vx, -vy, reach) == math.inf
+    beside = 2.1 * reach / speed  # across the line, farther than they reach
+    assert first_meeting(x - beside * vy, y + beside * vx, vx, vy, reach) == math.inf

@@ -42,7 +42,8 @@ def test_lengths_and_directions_hold_the_true_ones(bits):
 
 def test_along_an_axis_they_are_exact():
     x = arb(0.1) / 3
-    assert length(x, arb(0)).rad() == x.rad()
+    for size in (length(-x, arb(0)), length(arb(0), x)):
+        assert (size.mid(), size.rad()) == (x.mid(), x.rad())
     assert unit(arb(0), -x, "which way") == (0, -1)
 
 

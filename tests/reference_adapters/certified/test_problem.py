@@ -32,8 +32,9 @@ def test_an_ulp_is_another_problem(field):
 def test_cushions_are_lines_where_they_are_and_mirrors_have_factors_of_1():
     problem = problem_of(shot(table=Table(length=2.0, width=1.0, cushions=("right", "bottom"))))
     assert problem.noses == (None, 2.0, 0.0, None)
-    assert (problem.cushion_restitution, problem.cushion_tangential) == (1.0, 1.0)
     assert problem.obstacles == ()
+    mirror = problem_of(shot(preset="carom", cushion="mirror", table=POOL_TABLE))
+    assert (mirror.cushion_restitution, mirror.cushion_loss, mirror.cushion_tangential) == (1, 0, 1)
 
 
 def test_a_law_of_friction_is_no_number():
