@@ -10,9 +10,9 @@ from flint import arb
 
 from ghostball.model import EventKind
 from ghostball.reference_adapters.certified.certificate import Choice
-from ghostball.reference_adapters.certified.gaps import Gap
 from ghostball.reference_adapters.certified.meetings import Meeting, meeting
 from ghostball.reference_adapters.certified.motion import Body
+from ghostball.reference_adapters.certified.obstacle_gaps import Gap
 from ghostball.reference_adapters.certified.roots import NONE, Bracket
 
 _SLACK = 1e-9

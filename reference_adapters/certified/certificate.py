@@ -11,10 +11,10 @@ from fractions import Fraction
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ghostball.engine.tangents import tangents_of
 from ghostball.model import EventKind, ExactTrajectory, GhostballError, Scene, partner_name
+from ghostball.model.arrays import FloatArray
 from ghostball.model.events import OBSTACLE_KINDS
 from ghostball.model.trajectory import segment
 
@@ -192,7 +192,7 @@ class Certificate:
     velocities: tuple[tuple[Enclosure, ...], ...]
     spins: tuple[tuple[Enclosure, ...], ...]
     seconds: float
-    segments: tuple[NDArray[np.float64], ...] | None = None
+    segments: tuple[FloatArray, ...] | None = None
     columns: tuple[str, ...] = ()
     starts: tuple[tuple[int, ...], ...] = ()
 
@@ -300,9 +300,7 @@ def _vectors_of(stored: Any, sizes: tuple[int, ...]) -> tuple[tuple[Enclosure, .
     return vectors
 
 
-_Segments = tuple[
-    tuple[str, ...], tuple[NDArray[np.float64], ...] | None, tuple[tuple[int, ...], ...]
-]
+_Segments = tuple[tuple[str, ...], tuple[FloatArray, ...] | None, tuple[tuple[int, ...], ...]]
 
 
 def _segments_of(stored: Any, balls: int) -> _Segments:

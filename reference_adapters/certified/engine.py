@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import ClassVar, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ghostball.model import COLLISION_KINDS, EVENT_DTYPE, Record, Result, Samples, Scene, Status
+from ghostball.model.arrays import FloatArray
 from ghostball.model.features import Capabilities
 from ghostball.reference_adapters.base import EngineBase, EngineSettings
 from ghostball.reference_adapters.certified.api import CAPABILITIES, NAME, certify
@@ -103,5 +103,5 @@ def _final_state(scene: Scene, certificate: Certificate) -> Samples:
     return Samples(positions, velocities, _nearest(certificate.spins)[np.newaxis])
 
 
-def _nearest(vectors: tuple[tuple[Enclosure, ...], ...]) -> NDArray[np.float64]:
+def _nearest(vectors: tuple[tuple[Enclosure, ...], ...]) -> FloatArray:
     return np.array([[float(e) for e in vector] for vector in vectors], dtype=np.float64)

@@ -10,7 +10,6 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from operator import mul, sub
-from typing import Protocol
 
 from flint import arb
 
@@ -39,43 +38,13 @@ coefficient adds up a few of them.
 """
 
 
-class Gap(Protocol):
-    """A gap from an instant on: positive where there is room."""
-
-    t: arb
-    """Instant that its time counts from [s]."""
-    choice: Choice
-    """What closes it."""
-
-    curved: bool
-    """Whether a ball is slowed by air: then the gap is no polynomial."""
-
-    def coefficients(self) -> list[arb]:
-        """Return the coefficients, from the constant up; of one that isn't `curved`."""
-        ...
-
-    def value(self, s: arb) -> arb:
-        """Return the gap after a time s [s]."""
-        ...
-
-    def slope(self, s: arb) -> arb:
-        """Return its derivative after a time s [s]."""
-        ...
-
-    def bend(self, s: arb) -> arb:
-        """Return its second derivative after a time s [s]."""
-        ...
-
-    def search_in_doubles(self, high: float) -> Bracket:
-        """Search in doubles up to the time `high` [s]."""
-        ...
-
-
 class DistanceGap(ABC):
     """The squared length of a vector that moves, less the square of a reach [m^2].
 
     `t` [s]: instant that its time counts from.
+    `choice`: what closes it.
     `reach` [m].
+    `curved`: whether a ball is slowed by air: then the gap is no polynomial.
     """
 
     t: arb
@@ -265,4 +234,4 @@ def search_distance(
         size = place + s * (speed + s * pull)
         return DOUBLES_ERROR * size * size
 
-    return first_entry_in_doubles(gap, 0.0, high, margin)
+    return first_entry_in_doubles(gap, high, margin)

@@ -13,8 +13,7 @@ from ghostball.reference_adapters.certified.arithmetic import (
     UndecidedError,
 )
 from ghostball.reference_adapters.certified.drag import first_entry_of, parting
-from ghostball.reference_adapters.certified.gaps import Gap
-from ghostball.reference_adapters.certified.obstacle_gaps import StraightGap
+from ghostball.reference_adapters.certified.obstacle_gaps import Gap, StraightGap
 from ghostball.reference_adapters.certified.roots import (
     NONE,
     ROOT,

@@ -16,6 +16,7 @@ from ghostball.reference_adapters.certified.arithmetic import Direction, exactly
 from ghostball.reference_adapters.certified.certificate import Choice
 from ghostball.reference_adapters.certified.gaps import (
     DistanceGap,
+    PairGap,
     error_in_doubles,
     motion_in_doubles,
     motion_of,
@@ -173,7 +174,7 @@ class StraightGap:
             return error_in_doubles(size, q.speed, q.pull, s)
 
         if not self.ends:
-            return first_entry_in_doubles((*gap, 0.0, 0.0), 0.0, high, margin)
+            return first_entry_in_doubles((*gap, 0.0, 0.0), high, margin)
         along = (ny * rx - nx * ry, ny * q.vx - nx * q.vy, 0.5 * (ny * q.ax - nx * q.ay))
 
         def misses(low: float, end: float) -> bool:
@@ -185,7 +186,7 @@ class StraightGap:
             return unreached(high)
         if not gap[0] > margin(0.0):
             return unsearched(high)
-        found = first_entry_in_doubles((*gap, 0.0, 0.0), 0.0, high, margin)
+        found = first_entry_in_doubles((*gap, 0.0, 0.0), high, margin)
         # A parabola that begins in front of the line crosses it downwards once at most.
         if found.verdict == ROOT and misses(float(found.low), float(found.high)):
             return unreached(high)
@@ -194,6 +195,9 @@ class StraightGap:
 
 ObstacleGap = NoseGap | RoundGap | StraightGap
 """Gaps of a ball and what stands on the table."""
+
+Gap = PairGap | ObstacleGap
+"""Gaps from an instant on: positive where there is room."""
 
 
 def choice_at(i: int, piece: Straight | Round) -> Choice:
@@ -209,11 +213,6 @@ def reach_to_nose(problem: Problem, i: int, piece: Straight | Round) -> arb:
     if not problem.airborne or (isinstance(piece, Round) and piece.is_post):
         return arb(radius)
     return nose_reach(radius, problem.cushion_height)
-
-
-def over_nose(body: Body, piece: Straight) -> tuple[arb, arb]:
-    """Return how far a ball's centre is from the line of a nose [m], and the rate of that [m/s]."""
-    return piece.away((body.x, body.y)), piece.across((body.vx, body.vy))
 
 
 def nose_reach(radius: float, height: float) -> arb:

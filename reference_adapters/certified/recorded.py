@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 from flint import arb
-from numpy.typing import NDArray
 
 from ghostball.model import Phase
+from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.certified.arithmetic import ZERO, unit
 from ghostball.reference_adapters.certified.certificate import segment_columns
 from ghostball.reference_adapters.certified.motion import Body
@@ -37,7 +37,7 @@ class Recorded(NamedTuple):
     """What a `Certificate` holds of the motion: see there."""
 
     columns: tuple[str, ...]
-    segments: tuple[NDArray[np.float64], ...]
+    segments: tuple[FloatArray, ...]
     starts: tuple[tuple[int, ...], ...]
 
 

@@ -36,6 +36,9 @@ _CUTS = (0.486, 0.523, 0.461)
 A root at the end of a piece would stay there for ever.
 """
 
+_MOST_PIECES = 80
+"""Intervals after which a search in doubles gives up, with UNSURE."""
+
 _SMALL_STEP = 2.0**-30
 """Newton step, in units of the bracket, whose sign is left to the proof that follows."""
 
@@ -50,18 +53,15 @@ class Bracket(NamedTuple):
     high: arb
 
 
-def first_entry_in_doubles(
-    gap: Sequence[float], low: float, high: float, margin: Margin, pieces: int = 80
-) -> Bracket:
-    """Search in doubles for the first entry of a gap in [low, high].
+def first_entry_in_doubles(gap: Sequence[float], high: float, margin: Margin) -> Bracket:
+    """Search in doubles for the first entry of a gap in [0, high].
 
     `gap`: coefficients from the constant up [m^2, m^2/s ...].
-    `low`, `high` [s].
+    `high` [s].
     `margin`: what an error of a Bernstein coefficient on an interval that ends at a time can't
         exceed.
-    `pieces`: intervals after which to give up, with UNSURE.
     """
-    stack = [(low, high)]
+    stack, pieces = [(0.0, high)], _MOST_PIECES
     while stack:
         start, end = stack.pop()
         allowed = margin(end)

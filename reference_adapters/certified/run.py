@@ -38,7 +38,6 @@ from ghostball.reference_adapters.certified.obstacle_gaps import (
     RoundGap,
     StraightGap,
     choice_at,
-    over_nose,
     reach_to_nose,
 )
 from ghostball.reference_adapters.certified.obstacles import Round, Straight, obstacles_met
@@ -207,7 +206,7 @@ class Run:
 
     def _predict_leaving(self, body: FlyingBody, piece: Straight, choice: Choice) -> None:
         """Predict when a ball in the air flies over a cushion: its centre is above the nose."""
-        away, rate = over_nose(body, piece)
+        away, rate = piece.away((body.x, body.y)), piece.across((body.vx, body.vy))
         if not away > 0:
             raise UndecidedError("whether it is over the cushion", (choice,), body.t)
         assert body.duration is not None

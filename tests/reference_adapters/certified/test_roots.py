@@ -88,7 +88,7 @@ def test_wide_coefficients_are_unsure_where_the_sign_is():
 def test_a_fast_search_never_contradicts_an_exact_one(gap, high):
     size = sum(abs(c) * high**k for k, c in enumerate(gap))
     gap[0] = abs(gap[0]) + 1e-3
-    found = first_entry_in_doubles(gap, 0.0, high, lambda s: 1e-10 * (size + 1.0))
+    found = first_entry_in_doubles(gap, high, lambda s: 1e-10 * (size + 1.0))
     with workdps(50):
         exact = oracle_entry([mpf(c) for c in gap], mpf(high))
         if found.verdict == NONE:
@@ -105,7 +105,7 @@ def test_a_fast_search_never_contradicts_an_exact_one(gap, high):
 
 
 def test_fast_search_of_a_cushion():
-    found = first_entry_in_doubles(padded(QUADRATIC), 0.0, 10.0, lambda s: 1e-12)
+    found = first_entry_in_doubles(padded(QUADRATIC), 10.0, lambda s: 1e-12)
     assert found.verdict == ROOT
     assert found.low <= 1.0 <= found.high < 2.0
 
