@@ -21,7 +21,7 @@ from ghostball.reference_adapters.output import captured
 from ghostball.reference_adapters.registry import OURS
 from ghostball.reports.style import format_time
 from ghostball.validation.parallel.pool import Progress
-from ghostball.validation.parallel.sources import versions
+from ghostball.validation.parallel.sources import PACKAGE_OF, versions
 from ghostball.validation.results.measurement import Record
 from ghostball.validation.runs.interleave import Sampler, Task, interleave
 from ghostball.validation.runs.playing import ONE_BY_ONE, run_as_it_can
@@ -37,9 +37,6 @@ WARMING = 10
 
 PEERS = ("pooltool", "billiards", "pymunk:dt=1e-3", "pybullet:dt=1e-3")
 """Engines that are measured beside ours unless others are asked for."""
-
-_PACKAGES = {"pooltool": "pooltool-billiards"}
-"""What an engine is installed as, where that is another name."""
 
 
 class RackTimes(Record):
@@ -121,7 +118,7 @@ def peer(spec: str) -> Player:
         engine = make_engine(spec)
     except EngineUnavailableError as error:
         return Player(spec, "", lambda _: math.nan, str(error))  # never asked
-    package = _PACKAGES.get(engine.name, engine.name)
+    package = PACKAGE_OF.get(engine.name, engine.name)
     return Player(spec, versions().get(package) or "", partial(_played, engine))
 
 

@@ -23,7 +23,6 @@ from benchmarks.measurements import committed
 from benchmarks.pictures.gallery import committed_board
 from benchmarks.rebounds import ReboundsMeasurement
 from benchmarks.synthetic_tracks import EXAMPLE_PHYSICS
-from ghostball.cli.show.lists import OURS
 from ghostball.engine import simulate
 from ghostball.model import POOL_BALL_MASS, POOL_BALL_RADIUS, Ball, Physics, Strike, Table
 from ghostball.model.features import Capability, Feature
@@ -47,6 +46,7 @@ from ghostball.validation.measured.cloth_families import deceleration
 from ghostball.validation.measured.facts import Row, facts_of
 from ghostball.validation.measured.oblique_hits import oblique_hit, throw_angle
 from ghostball.validation.measured.rebounds import rebounds as measured_rebounds, square_rebound
+from ghostball.validation.parallel.sources import PACKAGE_OF
 from ghostball.validation.precision.points import PrecisionMeasurement
 from ghostball.validation.scenes.library import select
 
@@ -430,8 +430,9 @@ def other_engines() -> str:
     if stored is None:
         return "No board was measured yet: `ghostball leaderboard` does so."
     columns = [one for one in columns_of(stored, reported=False) if one.id in ASKED]
-    measured = {label.partition(":")[0] for _, label in USES} | set(OURS)
-    chosen = [row for row in stored.rows if ":" not in row and row not in measured]
+    left_out = {label.partition(":")[0] for _, label in USES}
+    left_out |= {name for name, package in PACKAGE_OF.items() if package == "ghostball"}
+    chosen = [row for row in stored.rows if ":" not in row and row not in left_out]
     rows = ((f"`{row}`", *(cell_text(stored, row, one) for one in columns)) for row in chosen)
     return _table(("engine", *(one.title for one in columns)), rows)
 

@@ -8,14 +8,18 @@ from collections.abc import Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from enum import Enum
 from functools import cache
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ghostball.reports.shots import Shot
-from ghostball.validation.parallel.sources import SourcesError, hash_sources, source_folders
+from ghostball.validation.parallel.sources import (
+    SourcesError,
+    hash_sources,
+    source_folders,
+    version_of,
+)
 
 _LIBRARIES = ("matplotlib", "numpy", "pillow")
 """Distributions that decide how a picture looks."""
@@ -59,14 +63,7 @@ def _code() -> str:
         sources = hash_sources((*source_folders(), Path(__file__).parent))
     except SourcesError:
         return ""
-    return " ".join([sources, *(f"{name} {_version(name)}" for name in _LIBRARIES)])
-
-
-def _version(name: str) -> str:
-    try:
-        return version(name)
-    except PackageNotFoundError:  # such as in an archive of everything
-        return "?"
+    return " ".join([sources, *(f"{name} {version_of(name)}" for name in _LIBRARIES)])
 
 
 def _add(digest: Any, value: Any) -> None:

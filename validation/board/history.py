@@ -14,30 +14,15 @@ from typing import Final
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from ghostball.model import GhostballError
-from ghostball.reference_adapters.registry import OURS
 from ghostball.validation.board.board import Board
 from ghostball.validation.board.cell import Cell
 from ghostball.validation.board.column import COLUMNS
+from ghostball.validation.parallel.sources import PACKAGE_OF
 from ghostball.validation.results.fields import Environment
 from ghostball.validation.results.files import describe_validation_error, write_whole
 
 HISTORY: Final = "history.jsonl"
 """The file, in the board's folder."""
-
-PACKAGES: Final = {
-    OURS: OURS,
-    "mujoco": "mujoco-core",
-    "box2d3": "pyb2d3",
-    "dart": "dartpy",
-    "physx": "sapien",
-    "rapier": "rapier3d",
-    "pooltool": "pooltool-billiards",
-    "rapier-js": "@dimforge/rapier2d-compat",
-    "certified": OURS,
-    "paper-discrete": OURS,
-    "paper-continuous": OURS,
-}
-"""What the environment calls an engine, where that isn't its name."""
 
 SAME: Final = 0.01
 """Share by which a value may differ and has not moved."""
@@ -102,7 +87,7 @@ def entries_of(board: Board, cells: Iterable[Cell]) -> Iterator[Entry]:
         engine = row.partition(":")[0]
         yield Entry(
             row=row,
-            version=at.versions.get(PACKAGES.get(engine, engine)) or "",
+            version=at.versions.get(PACKAGE_OF.get(engine, engine)) or "",
             revision="" if at.git is None else at.git.revision,
             date=at.date,
             cells=said,

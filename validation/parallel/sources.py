@@ -10,6 +10,7 @@ from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Final
 
 from ghostball.model import GhostballError
 from ghostball.reference_adapters.javascript import packages as javascript
@@ -30,6 +31,18 @@ LIBRARIES = (
 
 PACKAGES = ("ghostball", *LIBRARIES)
 """Distributions whose versions can change a number."""
+
+PACKAGE_OF: Final = {
+    **dict.fromkeys(("certified", "paper-discrete", "paper-continuous"), "ghostball"),
+    "mujoco": "mujoco-core",
+    "box2d3": "pyb2d3",
+    "dart": "dartpy",
+    "physx": "sapien",
+    "rapier": "rapier3d",
+    "pooltool": "pooltool-billiards",
+    "rapier-js": "@dimforge/rapier2d-compat",
+}
+"""What `versions` calls an engine of this project, where that isn't its name."""
 
 
 class SourcesError(GhostballError):
@@ -75,11 +88,14 @@ def versions() -> dict[str, str | None]:
     """Return the versions of `PACKAGES`, and of the workers' engines; None of what isn't there."""
     there = {**installed(), **javascript.installed()}
     others = (*DISTRIBUTIONS, javascript.NODE, *javascript.PACKAGES)
-    return {name: _version(name) for name in PACKAGES} | {name: there.get(name) for name in others}
+    return {name: version_of(name) for name in PACKAGES} | {
+        name: there.get(name) for name in others
+    }
 
 
 @cache  # reading what is installed takes milliseconds, and every results folder asks
-def _version(package: str) -> str | None:
+def version_of(package: str) -> str | None:
+    """Return the version of a distribution; None where it isn't there."""
     try:
         return version(package)
     except PackageNotFoundError:
@@ -91,7 +107,7 @@ def code_here() -> dict[str, str]:
 
     Of the workers' interpreter all that it has: what lies beneath an engine may change its numbers.
     """
-    ours = {name: _version(name) for name in PACKAGES}
+    ours = {name: version_of(name) for name in PACKAGES}
     there = {**installed(), **javascript.installed()}
     theirs = {f"{name} of the workers": found for name, found in there.items()}
     return {

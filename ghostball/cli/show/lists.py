@@ -6,7 +6,6 @@ import json
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from importlib.metadata import PackageNotFoundError, version
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -31,10 +30,9 @@ from ghostball.reference_adapters import (
     recipes,
 )
 from ghostball.reference_adapters.base import EngineSettings
-from ghostball.reference_adapters.javascript.engine import JavascriptEngine
-from ghostball.reference_adapters.javascript.packages import installed
 from ghostball.reference_adapters.registry import known_settings
 from ghostball.validation.checks.metric_table import METRICS
+from ghostball.validation.parallel.sources import PACKAGE_OF, version_of, versions
 from ghostball.validation.scenes.library import select
 
 ENGINES_KEY = (
@@ -42,18 +40,6 @@ ENGINES_KEY = (
     "`ghostball engines NAME` says all of it, its settings, and why it isn't here; "
     "with --recipe, its best settings as code of that engine ({recipes})."
 )
-
-OURS = ("ghostball", "certified", "paper-continuous", "paper-discrete")
-"""Engines whose version is ghostball's."""
-
-PACKAGES = {
-    "box2d": "Box2D",
-    "dart": "dartpy",
-    "box2d3": "pyb2d3",
-    "rapier": "rapier3d",
-    "physx": "sapien",
-}
-"""Packages that bring an engine of another name."""
 
 LACKS_SHOWN = 2
 """Features of the table of engines that each is said to lack."""
@@ -210,17 +196,11 @@ def _described(name: str) -> _Described:
 
 
 def _version(engine: type[ReferenceEngine]) -> str:
-    """Return the version of what an engine's adapter, or its package, is named after; else ""."""
-    if issubclass(engine, JavascriptEngine):  # of the registry of node, not of Python's
-        return installed().get(engine.PACKAGE, "")
+    """Return the version of the package that an engine, or its adapter, comes with; else ""."""
     top = engine.__module__.partition(".")[0]
-    own = (top,) if top != "ghostball" or engine.name in OURS else ()
-    for package in (PACKAGES.get(engine.name, engine.name), *own):
-        try:
-            return version(package)
-        except PackageNotFoundError:
-            continue
-    return ""
+    if top == "ghostball":
+        return versions().get(PACKAGE_OF.get(engine.name, engine.name)) or ""
+    return version_of(engine.name) or version_of(top) or ""
 
 
 def _capability_rows(capabilities: Mapping[Feature, Capability]) -> dict[str, str]:

@@ -67,13 +67,16 @@ def test_an_engine_that_is_not_here_takes_a_word_of_the_table_and_not_its_reason
     assert len(shown.splitlines()) < 40
 
 
-def test_the_version_of_an_engine_in_javascript_is_that_of_its_own_package(monkeypatch):
-    # Breaks where a Python distribution of that name is asked, which is other people's.
-    monkeypatch.setattr("ghostball.cli.show.lists.installed", lambda: {"planck": "1.4.2"})
-    monkeypatch.setattr("ghostball.cli.show.lists.version", lambda _: "9.9.9")
-    assert _version(engine_class("planck")) == "1.4.2"
-    assert _version(engine_class("p2")) == ""
-    assert _version(engine_class("pymunk")) == "9.9.9"
+def test_the_version_of_an_engine_is_that_of_the_package_that_brings_it(monkeypatch):
+    # Breaks where a Python distribution of that name is asked, which is other people's, or that of
+    # an engine that is installed under another name isn't found.
+    there = {"planck": "1.4.2", "pymunk": "9.9.9", "mujoco-core": "4.0", "ghostball": "0.1"}
+    monkeypatch.setattr("ghostball.cli.show.lists.versions", lambda: there)
+    monkeypatch.setattr("ghostball.cli.show.lists.version_of", {"brought": "3.0"}.get)
+    names = ("planck", "p2", "pymunk", "mujoco", "paper-discrete")
+    found = [_version(engine_class(name)) for name in names]
+    assert found == ["1.4.2", "", "9.9.9", "4.0", "0.1"]
+    assert _version(type("Own", (), {"name": "own", "__module__": "brought.engine"})) == "3.0"
 
 
 def test_a_recipe_is_code_of_that_engine_alone(cli):
