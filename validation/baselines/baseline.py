@@ -28,7 +28,7 @@ from typing import Annotated, Final, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BeforeValidator, Field, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
 
 from ghostball.model.hashes import bits_hash, sequence_hash
@@ -42,7 +42,7 @@ from ghostball.validation.baselines.baseline_text import (
 )
 from ghostball.validation.baselines.observed import KEPT_EVENTS, Observed
 from ghostball.validation.baselines.places import ENDING, BaselineError
-from ghostball.validation.baselines.regression import Level
+from ghostball.validation.baselines.regression import Level, Model
 from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.results.files import describe_validation_error, toml_of
 
@@ -54,10 +54,6 @@ class BaselineSchemaError(BaselineError):
     """A baseline of another version of ghostball: nothing can be compared with it."""
 
 
-class _Model(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", populate_by_name=True)
-
-
 Number = (
     Annotated[int, Field(strict=True)] | Annotated[float, Field(strict=True, allow_inf_nan=False)]
 )
@@ -66,7 +62,7 @@ Coordinate = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Name = Annotated[str, Field(pattern=r"\S")]
 
 
-class Accepted(_Model):
+class Accepted(Model):
     """When a baseline was accepted, by which code, where and why."""
 
     date: str
@@ -75,7 +71,7 @@ class Accepted(_Model):
     reason: Name
 
 
-class Value(_Model):
+class Value(Model):
     """A number and its band; `why` is "" where that was made by the rules in `bands`."""
 
     value: Number
@@ -125,7 +121,7 @@ def _value_of(data: object) -> object:
 Short = Annotated[Value, BeforeValidator(_value_of)]
 
 
-class Hashes(_Model):
+class Hashes(Model):
     """Hashes of a run; see `Observed`.
 
     `level` "error": any bit that moves fails, as our engine promises the same ones on every
@@ -137,7 +133,7 @@ class Hashes(_Model):
     level: Level = "error"
 
 
-class End(_Model):
+class End(Model):
     """How a run ended."""
 
     status: Name
@@ -150,14 +146,14 @@ class End(_Model):
         return np.array(list(self.balls.values()), dtype=np.float64).reshape(-1, 3)
 
 
-class Log(_Model):
+class Log(Model):
     """The events: how many, and the first of them."""
 
     count: int = Field(ge=0)
     first: tuple[str, ...]
 
 
-class Baseline(_Model):
+class Baseline(Model):
     """What was accepted of one scene; see the module."""
 
     schema_version: Literal[3] = Field(default=SCHEMA, alias="schema")

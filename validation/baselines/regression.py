@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Final, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
+from pydantic import BaseModel, Field, TypeAdapter
 
 from ghostball.model.scene.fields import SceneName
 from ghostball.validation.results.database import (
@@ -63,11 +63,11 @@ LENIENT: Final[dict[FailOn, str]] = {
 """What a gate that isn't the strictest says of itself."""
 
 
-class _Model(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", populate_by_name=True)
+class Model(BaseModel, frozen=True, extra="forbid", populate_by_name=True):
+    """A part of a comparison, or of a baseline: no other fields than its own are read."""
 
 
-class FirstDifference(_Model):
+class FirstDifference(Model):
     """The first event that differs.
 
     `index` counts events from 0; `words` says it in one sentence with the balls' ids.
@@ -78,7 +78,7 @@ class FirstDifference(_Model):
     words: str
 
 
-class Quantity(_Model):
+class Quantity(Model):
     """A metric or a work counter on both sides, and the band in which it is accepted.
 
     `level` says what leaving the band means; `why` where the band comes from. A bound that is None
@@ -126,7 +126,7 @@ def rest_error_in(metrics: Sequence[Quantity]) -> Quantity | None:
     return next((one for one in metrics if one.name == "rest_error_max"), None)
 
 
-class SceneChange(_Model):
+class SceneChange(Model):
     """What became of one scene.
 
     `summary`: one sentence: what moved and by how much.
@@ -184,7 +184,7 @@ class SceneChange(_Model):
         return self.change != "identical" or any(not one.within for one in quantities)
 
 
-class Regression(_Model):
+class Regression(Model):
     """A whole comparison.
 
     `label`: which engine, as it was asked for.

@@ -14,7 +14,7 @@ from itertools import product
 from pathlib import Path
 from typing import Final, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
+from pydantic import BaseModel, ValidationError, model_validator
 
 from ghostball.model import GhostballError, Scene
 from ghostball.reference_adapters.registry import EngineUnavailableError, make_engine
@@ -90,15 +90,13 @@ CellKey = tuple[str, str]
 """A row and a column's id."""
 
 
-class Board(BaseModel):
+class Board(BaseModel, frozen=True, extra="forbid", allow_inf_nan=False):
     """The board as it is kept and shown.
 
     `environment`: where, when and with which versions the last of its cells was measured.
     `earlier`: those of cells that say so, for they were measured elsewhere or by other code.
     `absent`: rows that can't run here, and why.
     """
-
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     version: Literal[3] = 3
     environment: EnvironmentValues

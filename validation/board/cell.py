@@ -8,7 +8,7 @@ from functools import partial
 from typing import Annotated, Final, Literal, get_args
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, Field
 
 from ghostball.model import Scene
 from ghostball.validation.board.column import ACCURACY, Column
@@ -41,7 +41,7 @@ LIKE_A_LAW: Final = 0.01
 """How near to a law's the speeds are that are called by its name, over the first ball's."""
 
 
-class Cell(BaseModel):
+class Cell(BaseModel, frozen=True, extra="forbid", allow_inf_nan=False):
     """What one engine shows of one question.
 
     `value`: in the column's unit: of a class, the largest error; None where there is none.
@@ -51,8 +51,6 @@ class Cell(BaseModel):
     `earlier`: the number of the board's earlier environment that it was measured in; None: in that
         of the last run.
     """
-
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     row: str
     column: str

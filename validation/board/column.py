@@ -15,7 +15,6 @@ from typing import Annotated, Final, Literal, Self
 from pydantic import (
     AfterValidator,
     BaseModel,
-    ConfigDict,
     Field,
     ValidationError,
     ValidatorFunctionWrapHandler,
@@ -61,8 +60,8 @@ def _metric_or_likeness(name: object, metric: ValidatorFunctionWrapHandler) -> s
     return LIKENESS if name == LIKENESS else str(metric(name))
 
 
-class _Model(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+class _Model(BaseModel, frozen=True, extra="forbid", allow_inf_nan=False):
+    """A part of a list of columns: no other fields than its own are read."""
 
 
 class Settings(_Model):

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ValidationError
 
 from ghostball.model import GhostballError
 from ghostball.validation.board.board import Board
@@ -31,19 +31,15 @@ ROUNDING: Final = 1e-9
 """By how much a value may differ, in its unit, and has not moved: another processor's roundings."""
 
 
-class Said(BaseModel):
+class Said(BaseModel, frozen=True, extra="forbid", allow_inf_nan=False):
     """What a cell said: its kind and its value, as `Cell` has them."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     kind: str
     value: float | None = None
 
 
-class Entry(BaseModel):
+class Entry(BaseModel, frozen=True, extra="forbid"):
     """A row of one run: `version` is that of the engine, `revision` that of this code."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     row: str
     version: str = ""

@@ -53,7 +53,7 @@ from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, Self, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, Field, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
 
 from ghostball.validation.checks.criterion import (
@@ -85,22 +85,18 @@ SHARED = FOLDER / f"shared{SUFFIX}"
 _Model = TypeVar("_Model", bound=BaseModel)
 
 
-class SharedCriteria(BaseModel):
+class SharedCriteria(BaseModel, frozen=True, extra="forbid"):
     """The criteria of several shipped scenes."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     criteria: tuple[SharedCriterion, ...] = ()
 
 
-class Criteria(BaseModel):
+class Criteria(BaseModel, frozen=True, extra="forbid"):
     """All criteria of a scene, and which truth it is measured against.
 
     A scene that states its `truth` must be proved to its end where it can be proved at all, or for
     as many events as it states in `proved`: what a proof doesn't say isn't judged.
     """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     truth: WantedTruth | None = None
     proved: Annotated[int, Field(strict=True, ge=0)] | None = None

@@ -11,7 +11,6 @@ from pydantic import (
     AllowInfNan,
     BaseModel,
     BeforeValidator,
-    ConfigDict,
     Field,
     Strict,
     model_validator,
@@ -44,13 +43,11 @@ class CriteriaError(GhostballError, ValueError):
     """A criteria file that breaks a rule, or criteria that contradict each other."""
 
 
-class Selector(BaseModel):
+class Selector(BaseModel, frozen=True):
     """Which engines a criterion covers: a name, and settings that must have these values.
 
     The name "*" covers every engine; with settings, every one that has them.
     """
-
-    model_config = ConfigDict(frozen=True)
 
     engine: str
     settings: tuple[tuple[str, str], ...] = ()
@@ -115,10 +112,8 @@ def _not_blank(text: str) -> str:
 Sentence = Annotated[str, Strict(), AfterValidator(_not_blank)]
 
 
-class ForEngines(BaseModel):
+class ForEngines(BaseModel, frozen=True, extra="forbid"):
     """What is said of some engines, and why."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     engines: Annotated[
         tuple[Annotated[Selector, BeforeValidator(Selector.parse)], ...], Field(min_length=1)

@@ -8,7 +8,7 @@ from importlib.resources import files
 from statistics import mean, stdev
 from typing import Any, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, Field, ValidationError, model_validator
 
 from ghostball.model import GhostballError
 
@@ -17,23 +17,19 @@ class FactsError(GhostballError):
     """A table of facts that isn't there, or that says something else than it must."""
 
 
-class Quantity(BaseModel):
+class Quantity(BaseModel, frozen=True, extra="forbid"):
     """What a number is, and its unit."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     quantity: str
     unit: str
 
 
-class Row(BaseModel):
+class Row(BaseModel, frozen=True, extra="forbid"):
     """One figure: of all that lies from `low` to `high`, on average `at`; or at one number.
 
     Where several tables were measured, `of_each` is the figure of each of them; `value` is their
     mean then, and `spread` their standard deviation.
     """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     value: float
     error: float | None = Field(default=None, gt=0.0, description="one standard error")
@@ -87,7 +83,7 @@ def _is_number(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
-class Facts(BaseModel):
+class Facts(BaseModel, frozen=True, extra="forbid"):
     """What one measurement found, row by row.
 
     `against` says what `at`, `low` and `high` are. `given` says what else each row was measured
@@ -95,8 +91,6 @@ class Facts(BaseModel):
     Only where `grades` is true may an engine be judged by the figures; elsewhere `conditions` says
     why not.
     """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     title: str
     quantity: str

@@ -6,21 +6,19 @@ from collections.abc import Callable, Mapping
 from typing import Annotated, Self
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, Field, model_validator
 
 from ghostball.model import EngineFailedError, GhostballError, UnsupportedSceneError
 from ghostball.validation.measured.facts import Facts, Row
 from ghostball.validation.measured.play import OperatorError
 
 
-class Measured(BaseModel):
+class Measured(BaseModel, frozen=True, allow_inf_nan=False):
     """One figure that was measured, and what a model makes of it.
 
     `error`: one standard error of the measurement and of the spread of tables together; None where
     neither is known. `what` says of what the figure is, where a family has several at one place.
     """
-
-    model_config = ConfigDict(frozen=True, allow_inf_nan=False)
 
     at: float
     value: float
@@ -49,15 +47,13 @@ class Measured(BaseModel):
         return self.difference / self.error
 
 
-class Family(BaseModel):
+class Family(BaseModel, frozen=True):
     """Figures of one kind; or why an engine has none of them.
 
     `grades`: whether an error of each is known; where it isn't, there is a typical difference and
     nothing else to go by. `failed`: whether there are none because the engine crashed, hung or
     raised.
     """
-
-    model_config = ConfigDict(frozen=True)
 
     name: str
     short: str
@@ -109,10 +105,8 @@ class Family(BaseModel):
         return self.model_copy(update={"lacks": why, "failed": failed})
 
 
-class Likeness(BaseModel):
+class Likeness(BaseModel, frozen=True):
     """What one engine makes of all that was measured."""
-
-    model_config = ConfigDict(frozen=True)
 
     label: str
     families: tuple[Family, ...]

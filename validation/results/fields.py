@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from pydantic import (
     AfterValidator,
     BaseModel,
-    ConfigDict,
     PlainSerializer,
     PlainValidator,
     TypeAdapter,
@@ -76,10 +75,8 @@ class GitState(BaseModel):
     dirty: bool
 
 
-class Environment(BaseModel):
+class Environment(BaseModel, extra="allow"):
     """What is read of where and with what a run was made; what else is there is only shown."""
-
-    model_config = ConfigDict(extra="allow")
 
     date: str = ""
     command: list[str] = []

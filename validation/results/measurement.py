@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 from typing import Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, Field, ValidationError
 
 from ghostball.model import GhostballError
 from ghostball.validation.results.environment import describe_environment
@@ -22,10 +22,8 @@ def describe_machine() -> dict[str, Any]:
     return {k: v for k, v in describe_environment().items() if k != "command"}
 
 
-class Record(BaseModel):
+class Record(BaseModel, frozen=True, populate_by_name=True):
     """A part of a measurement that is stored."""
-
-    model_config = ConfigDict(frozen=True, populate_by_name=True)
 
 
 class Measurement(Record):

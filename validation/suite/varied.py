@@ -14,7 +14,7 @@ from typing import Annotated, Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, Field, ValidationError, model_validator
 
 from ghostball.model import Ball, GhostballError, Scene, Table
 from ghostball.validation.results.files import describe_problem
@@ -40,7 +40,7 @@ class EnsembleError(GhostballError, ValueError):
     """Varied starts that can't be made: a wrong number of them, or a size that is none."""
 
 
-class Size(BaseModel):
+class Size(BaseModel, frozen=True, extra="forbid", allow_inf_nan=False):
     """How far members lie from their scene, at most; each number is drawn evenly in between.
 
     `velocity` [1] and [rad]: by what part the speed of each moving ball changes, its spin with it,
@@ -50,8 +50,6 @@ class Size(BaseModel):
 
     Raises `ValidationError` where a number is negative, not finite, too large, or both are 0.
     """
-
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     velocity: Annotated[float, Field(ge=0.0, le=0.1)] = 1e-3
     position: Annotated[float, Field(ge=0.0)] = 1e-4

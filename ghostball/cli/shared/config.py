@@ -17,7 +17,7 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, Field, ValidationError
 
 from ghostball.model import GhostballError
 from ghostball.validation.baselines.regression import FailOn
@@ -32,15 +32,13 @@ class ConfigError(GhostballError, ValueError):
     """A configuration that can't be read, or says what nobody understands."""
 
 
-class Config(BaseModel):
+class Config(BaseModel, frozen=True, extra="forbid"):
     """The settings of a project.
 
     `engines`, `scenes`: as on the command line; empty where nothing is said.
     `baselines`, `out`: folders of the accepted baselines and of results.
     `fail_on`: what fails a comparison with baselines.
     """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     engines: tuple[Text, ...] = ()
     scenes: tuple[Text, ...] = ()
