@@ -148,10 +148,8 @@ def kind_text(change: SceneChange) -> str:
     """Return the class of a change; the same bits may fail too, and then it says for what."""
     if change.change != "identical" or not (change.failed or change.left_band):
         return change.change
-    causes = [
-        *["other work"] * any(not count.within for count in change.counters),
-    ]
-    return f"same bits, {', '.join(causes or ['limits broken'])}"
+    other_work = any(not count.within for count in change.counters)
+    return f"same bits, {'other work' if other_work else 'limits broken'}"
 
 
 def kinds_text(changes: Sequence[SceneChange]) -> str:

@@ -73,15 +73,6 @@ class Axis:
         return (values - self.low) / (self.high - self.low)
 
 
-@dataclass(frozen=True)
-class Mark:
-    """An upright line at x with a word beside it."""
-
-    x: float
-    text: str
-    colour: str = "var(--muted)"
-
-
 def linear_axis(label: str, high: float, low: float = 0.0) -> Axis:
     """Return an axis with about five ticks at round numbers."""
     high = high if high > low else low + 1.0
@@ -107,12 +98,17 @@ def log_axis(label: str, low: float, high: float, unit: Literal["m", "s", ""] = 
 
 
 def draw(
-    title: str, series: Iterable[Series], x: Axis, y: Axis, marks: Sequence[Mark] = ()
+    title: str,
+    series: Iterable[Series],
+    x: Axis,
+    y: Axis,
+    marks: Sequence[tuple[float, str]] = (),
 ) -> Markup:
     """Return a chart as SVG.
 
     `title`: what it shows, for those who don't see it.
     `series`: what lies outside of the axes is drawn at their edge.
+    `marks`: where an upright line stands, and the word beside it.
     """
     wide, high = WIDTH - LEFT - RIGHT, HEIGHT - TOP - BOTTOM
 
@@ -138,9 +134,9 @@ def draw(
         x_label=x.label,
         y_label=y.label,
         marks=[
-            (LEFT + wide * float(x.place(np.array(mark.x))), mark)
-            for mark in marks
-            if x.low <= mark.x <= x.high
+            (LEFT + wide * float(x.place(np.array(at))), word)
+            for at, word in marks
+            if x.low <= at <= x.high
         ],
     )
 

@@ -26,12 +26,12 @@ def contrast(one: str, other: str) -> float:
     return (lighter + 0.05) / (darker + 0.05)
 
 
-def readable(colour: str, paper: str, least: float = LEAST_LINE) -> str:
-    """Return a colour mixed with as little ink as makes it readable on `paper`."""
+def readable(colour: str, paper: str) -> str:
+    """Return a colour mixed with as little ink as makes a line of it readable on `paper`."""
     ink = max("#000000", "#ffffff", key=lambda one: contrast(one, paper))
     for step in range(_STEPS + 1):
         mixed = _mix(colour, ink, step / _STEPS)
-        if contrast(mixed, paper) >= least:
+        if contrast(mixed, paper) >= LEAST_LINE:
             return mixed
     return ink
 

@@ -13,7 +13,7 @@ from ghostball.reports.motions import (
     largest,
     motion_of_run,
 )
-from ghostball.reports.page.chart import Axis, Mark, Series, draw, linear_axis, log_axis
+from ghostball.reports.page.chart import Axis, Series, draw, linear_axis, log_axis
 from ghostball.reports.shots import Run, Shot
 
 
@@ -73,7 +73,7 @@ def error_chart(shot: Shot, horizon: float | None = None) -> Markup:
             partings.append(
                 Series(said, colour, np.array([parted]), at, marker="✕", line=False, titles=[said])
             )
-    marks = [] if horizon is None else [Mark(horizon, "horizon")]
+    marks = [] if horizon is None else [(horizon, "horizon")]
     title = f"Largest distance of a ball from our engine's against time in {shot.scene.name}"
     axis = log_axis("distance from ours", ERROR_FLOOR, min(most, 1e3), "m")
     return draw(title, [*series, *partings], _time_axis(shot), axis, marks)

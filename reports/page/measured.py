@@ -1,4 +1,4 @@
-"""Sections of numbers: closed forms in ulps, run times, energy ledgers, hashes, horizons."""
+"""Sections of numbers: errors in ulps, run times, energy ledgers, hashes, horizons, spreads."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from ghostball.reports.page.chart import Series, draw, log_axis
 from ghostball.reports.page.rendering import render
 from ghostball.reports.page.scenes import ScenePart
 from ghostball.reports.shots import rest_error
+from ghostball.reports.spread_text import HEADER, KEY, remarks_of, rows_of
 from ghostball.reports.words import metric_of, run_time_text
 from ghostball.validation.baselines import Regression
 from ghostball.validation.checks.verdict import RestError, rest_error_standing
@@ -112,6 +113,14 @@ def _own_horizon(case: CaseRecord | None) -> str:
 
 def _horizon_text(case: CaseRecord) -> str:
     return f"{style.format_time(case.shot_horizon)} of {style.format_time(case.truth_rest_time)}"
+
+
+def ensembles_html(results: Results) -> Markup:
+    """Return how much the ends of varied starts vary; "" where none were played."""
+    if not results.varied:
+        return Markup()
+    rows, remarks = list(rows_of(results)), list(remarks_of(results))
+    return render("ensembles.html", key=KEY, header=HEADER, rows=rows, remarks=remarks)
 
 
 def ledgers_html(ledgers: Mapping[str, EnergyLedger]) -> Markup:

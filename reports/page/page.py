@@ -12,12 +12,12 @@ from ghostball.reports.outcome import overall
 from ghostball.reports.page.board import board_html
 from ghostball.reports.page.changed import changed_html
 from ghostball.reports.page.colours import engine_css
-from ghostball.reports.page.ensembles import ensembles_html
 from ghostball.reports.page.failures import failures_html
 from ghostball.reports.page.headline import verdict_html
 from ghostball.reports.page.measured import (
     closed_forms_html,
     cost_html,
+    ensembles_html,
     hashes_html,
     horizons_html,
     ledgers_html,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 from markupsafe import Markup
@@ -62,13 +62,15 @@ def engine_settings(results: Results) -> dict[str, dict[str, Any] | None]:
     return {**asked, **used}
 
 
-def flat_values(values: Mapping[str, Any]) -> Iterable[tuple[str, str]]:
-    """Yield a row for each value, for a mapping one for each of its entries."""
+def _rows(values: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Return a row for each value, for a mapping one for each of its entries."""
+    rows: list[tuple[str, str]] = []
     for key, value in values.items():
         if isinstance(value, Mapping):
-            yield from ((f"{key}.{inner}", _plain(entry)) for inner, entry in value.items())
+            rows += ((f"{key}.{inner}", _plain(entry)) for inner, entry in value.items())
         else:
-            yield key, _plain(value)
+            rows.append((key, _plain(value)))
+    return rows
 
 
 def _plain(value: Any) -> str:
@@ -77,8 +79,3 @@ def _plain(value: Any) -> str:
     if isinstance(value, list):
         return ", ".join(map(_plain, value))
     return str(value)
-
-
-def _rows(values: Mapping[str, Any]) -> list[tuple[str, str]]:
-    rows: Iterable[tuple[str, str]] = flat_values(values)
-    return list(rows)

@@ -11,7 +11,6 @@ from ghostball.reports.page.chart import (
     RIGHT,
     TOP,
     WIDTH,
-    Mark,
     Series,
     draw,
     linear_axis,
@@ -68,6 +67,5 @@ def test_logarithmic_ticks_are_lengths():
 
 def test_text_is_inert():
     one = Series("<img>", "red", np.arange(2.0), np.arange(2.0), marker="●", titles=["<b>", "&"])
-    mark = Mark(0.5, "<i>")
-    svg = draw('"><script>', [one], linear_axis("<x>", 1.0), linear_axis("y", 1.0), [mark])
+    svg = draw('"><script>', [one], linear_axis("<x>", 1.0), linear_axis("y", 1.0), [(0.5, "<i>")])
     assert not re.search(r"<(script|img|b|i|x)>", svg)
