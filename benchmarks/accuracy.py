@@ -16,7 +16,7 @@ from benchmarks.measurements import Shown, table_of
 from ghostball.engine import simulate
 from ghostball.model import Scene, Status
 from ghostball.reference_adapters.certified import CertifiedSettings, certify
-from ghostball.validation.checks.violations import faults_of
+from ghostball.validation.checks.law import faults_of
 from ghostball.validation.grading.grading import grade
 from ghostball.validation.parallel.compiling import compile_kernels
 from ghostball.validation.parallel.pool import Progress, run_tasks

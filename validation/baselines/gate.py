@@ -36,7 +36,7 @@ from ghostball.validation.parallel.sources import SourcesError, hash_sources, so
 from ghostball.validation.results.environment import describe_environment, git_state
 from ghostball.validation.results.records import CaseRecord, Motion
 from ghostball.validation.results.store import Results
-from ghostball.validation.runs.our_run import run_ours
+from ghostball.validation.runs.playing import run_ours
 from ghostball.validation.scenes import commands
 from ghostball.validation.scenes.gases import many_balls
 from ghostball.validation.suite.case import blank_record, failed

@@ -20,7 +20,7 @@ from ghostball.validation.grading.certified_widths import is_differentiated
 from ghostball.validation.grading.event_logs import ALL_KINDS, compare_logs, events_in
 from ghostball.validation.grading.horizon import Growth, RunGrowth, extent_of, horizon
 from ghostball.validation.grading.tolerances import OFF_BY, ROUNDINGS, TOLERANCE, UNIT_ROUNDOFF
-from ghostball.validation.runs.our_run import run_ours
+from ghostball.validation.runs.playing import run_ours
 from ghostball.validation.runs.sampling import events_of
 from ghostball.validation.truth.proof import proof_of
 

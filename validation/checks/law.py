@@ -18,10 +18,12 @@ from typing import Any
 from ghostball.model import Scene
 from ghostball.model.features import scene_features
 from ghostball.reference_adapters.base import ReferenceEngine, resolution_of
+from ghostball.reference_adapters.registry import OURS
 from ghostball.validation.checks.criteria import Criteria, common_criteria
 from ghostball.validation.checks.criterion import CLAIMS, Claim, Criterion, StepRule
 from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.checks.step_limits import STEP_METRICS, step_criteria
+from ghostball.validation.grading.grading import Grade
 from ghostball.validation.truth.scene_truth import Truth
 
 Named = tuple[str, Mapping[str, Any]]
@@ -117,6 +119,32 @@ def asked_of(names: Sequence[Named], own: Criteria, for_all: Criteria | None = N
     rule = own.step_rule(judged, settings, *files[1:], common_criteria())
     excuses = (one.excuse(judged, settings) for one in (*files, common_criteria()))
     return Asked(stated, law, rule, next(filter(None, excuses), ""))
+
+
+def faults_of(grade: Grade, scene: Scene) -> tuple[str, ...]:
+    """Return which limits a grade breaks that hold for what claims to err by rounding alone.
+
+    One sentence each; a metric without a value breaks none.
+    """
+    values = {
+        "events_missing": len(grade.missing),
+        "events_invented": len(grade.invented),
+        "event_time_error_ulps": grade.time_error_max,
+        "quality_factor": grade.quality_factor,
+    }
+    broken = [
+        criterion
+        for criterion in common_criteria().applying_to(OURS, {}, "rounding")
+        if (value := values.get(criterion.metric)) is not None and not criterion.allows(value)
+    ]
+    faults = [
+        f"{criterion.metric} is {values[criterion.metric]:.6g}, {criterion.limit_kind} "
+        f"{criterion.limit:g}"
+        for criterion in broken
+    ]
+    if grade.first is not None and faults:
+        faults.append(grade.first.describe(scene))
+    return tuple(faults)
 
 
 def claim_of(engine: ReferenceEngine, scene: Scene) -> Claim:

@@ -9,7 +9,7 @@ import numpy as np
 from ghostball.model import Ball, EventKind, Result, SampledTrajectory, Samples, Scene
 from ghostball.model.arrays import FloatArray
 from ghostball.validation.grading.event_logs import Event
-from ghostball.validation.runs.our_run import run_ours
+from ghostball.validation.runs.playing import run_ours
 
 Centres = Callable[[FloatArray], FloatArray]
 """Times (k,) [s] -> centres (k, balls, 2) [m]."""

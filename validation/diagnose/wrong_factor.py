@@ -25,7 +25,7 @@ import numpy as np
 
 from ghostball.model import Ball, GhostballError, Result, Scene
 from ghostball.model.arrays import FloatArray
-from ghostball.validation.runs.our_run import run_ours
+from ghostball.validation.runs.playing import run_ours
 from ghostball.validation.truth.known_shot import KnownShot, farthest
 
 COEFFICIENTS: Final = (

@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from ghostball.model import Ball, Scene, SceneError, Status
-from ghostball.validation.runs.our_run import run_ours
+from ghostball.validation.runs.playing import run_ours
 from ghostball.validation.runs.rolling import rolling_spin
 
 RETURN_TOLERANCE = 1e-12

@@ -19,6 +19,7 @@ from functools import partial
 from importlib import import_module
 from typing import Any, Final
 
+from ghostball.engine import simulate
 from ghostball.engine.library.load import NoCompilerError
 from ghostball.model import EngineFailedError, Record, Result, Scene, Status, UnsupportedSceneError
 from ghostball.reference_adapters.base import EngineSettings, ReferenceEngine
@@ -70,6 +71,21 @@ def run_engine(engine: ReferenceEngine, scene: Scene, record: Record = "trajecto
     with blamed_on_engine(engine.name):
         result = engine.simulate(scene, record=record)
         check_result(result, scene, engine.name, record)
+    if result.status is Status.INTERRUPTED:
+        raise KeyboardInterrupt
+    return result
+
+
+def run_ours(scene: Scene, record: Record = "trajectory") -> Result:
+    """Run a scene on our engine.
+
+    Interrupted, it hands back what it has: here the user is leaving, and no part of a shot may be
+    taken for the shot.
+
+    Raises `KeyboardInterrupt`; `UnsupportedSceneError` where our engine lacks physics that the
+    scene needs.
+    """
+    result = simulate(scene, record=record)
     if result.status is Status.INTERRUPTED:
         raise KeyboardInterrupt
     return result

@@ -19,7 +19,7 @@ from ghostball.reference_adapters import ReferenceEngine
 from ghostball.reference_adapters.certified import Certificate, CertifiedSettings, certify
 from ghostball.reference_adapters.registry import OURS
 from ghostball.validation.checks.criteria import common_criteria
-from ghostball.validation.checks.violations import faults_of
+from ghostball.validation.checks.law import faults_of
 from ghostball.validation.grading.certified_growth import growth_of_proof
 from ghostball.validation.grading.certified_widths import is_differentiated
 from ghostball.validation.grading.gradable import gradable

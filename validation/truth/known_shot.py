@@ -15,7 +15,7 @@ from ghostball.model import GhostballError, Result, Scene
 from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.certified import CertifiedSettings
 from ghostball.reference_adapters.certified.engine import result_of
-from ghostball.validation.runs.our_run import run_ours
+from ghostball.validation.runs.playing import run_ours
 from ghostball.validation.truth.closed_forms import closed_form
 from ghostball.validation.truth.proof import proof_of
 from ghostball.validation.truth.scene_truth import truth_of

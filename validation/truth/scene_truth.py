@@ -37,7 +37,7 @@ from ghostball.validation.grading.gradable import Gradable, gradable
 from ghostball.validation.grading.horizon import Meetings, growth_along, horizon, meetings_of
 from ghostball.validation.grading.tolerances import ROUNDINGS, TOLERANCE, UNIT_ROUNDOFF
 from ghostball.validation.results.records import CERTIFIED, CLOSED_FORM, OUR_ENGINE
-from ghostball.validation.runs.our_run import run_ours
+from ghostball.validation.runs.playing import run_ours
 from ghostball.validation.runs.sampling import (
     MAX_TIMES,
     UNIFORM_TIMES,

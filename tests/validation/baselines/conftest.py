@@ -8,7 +8,7 @@ import gate
 import pytest
 
 import ghostball.reference_adapters.ghostball
-import ghostball.validation.runs.our_run
+import ghostball.validation.runs.playing
 from ghostball.engine import simulate
 from ghostball.validation.baselines import gate as gate_module
 from ghostball.validation.baselines.accept import accept
@@ -57,7 +57,7 @@ class Workshop:
             result = simulate(scene.model_copy(update={"balls": (moved, *others)}), **options)
             return replace(result, scene=scene)
 
-        for module in (ghostball.reference_adapters.ghostball, ghostball.validation.runs.our_run):
+        for module in (ghostball.reference_adapters.ghostball, ghostball.validation.runs.playing):
             self._monkeypatch.setattr(module, "simulate", planted)
 
     def contents(self):

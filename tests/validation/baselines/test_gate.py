@@ -9,7 +9,7 @@ import gate
 import pytest
 
 import ghostball.reference_adapters.ghostball
-import ghostball.validation.runs.our_run
+import ghostball.validation.runs.playing
 from ghostball.engine import simulate
 from ghostball.model import UnsupportedSceneError
 from ghostball.validation.baselines.accept import CHANGES_FILE, AcceptError, NotDeterministicError
@@ -163,7 +163,7 @@ def unsteady(monkeypatch):
         moved = state._replace(positions=state.positions + 1e-9 * next(count))
         return replace(result, final_state=moved)
 
-    for module in (ghostball.reference_adapters.ghostball, ghostball.validation.runs.our_run):
+    for module in (ghostball.reference_adapters.ghostball, ghostball.validation.runs.playing):
         monkeypatch.setattr(module, "simulate", unsteady)
 
 

@@ -18,6 +18,7 @@ import numpy as np
 from ghostball.model import Ball, Physics, Scene, Table
 from ghostball.model.arrays import FloatArray
 from ghostball.validation.measured.fit.lines import Curve
+from ghostball.validation.measured.play import rolling_deceleration
 
 SIDE = 1.0
 """How much side a ball may have, typically: the speed of its equator about the vertical, over that
@@ -256,9 +257,7 @@ def _begun(
 
 def _rolling_back(physics: Physics, speed: float, time: float) -> float:
     """Return the speed of a rolling ball `time` [s] before it has `speed` [m/s]."""
-    slowing = physics.rolling_friction * physics.gravity
-    slowing += physics.rolling_friction_quadratic * speed**2
-    return speed + slowing * time
+    return speed + rolling_deceleration(physics, speed) * time
 
 
 def _scene(balls: list[Ball], physics: Physics, times: FloatArray) -> Scene:

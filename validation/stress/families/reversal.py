@@ -27,7 +27,7 @@ from ghostball.model import (
 )
 from ghostball.reference_adapters import ReferenceEngine
 from ghostball.reference_adapters.registry import OURS
-from ghostball.validation.runs.our_run import run_ours
+from ghostball.validation.runs.playing import run_ours
 from ghostball.validation.stress.gas import ICE, begun_at_end, gas
 from ghostball.validation.stress.trial import Family, Suite, Trial, Verdict, play
 
