@@ -10,7 +10,7 @@ from ghostball.reports import style
 from ghostball.reports.figures.single import draw_single
 from ghostball.reports.film import FILMS, film_result
 from ghostball.reports.shots import Run, Shot
-from ghostball.validation.results.store import CaseRecord
+from ghostball.validation.results.records import CaseRecord, status_name
 from ghostball.validation.runs.sampling import motion_of
 
 ENDINGS = (".png", ".svg", ".pdf")
@@ -35,7 +35,7 @@ def plot_result(result: Result, path: str | Path) -> Path:
         label=result.engine,
         engine=result.engine,
         outcome="ran",
-        status=result.status.name.lower().replace("_", "-"),
+        status=status_name(result.status),
         rest_positions=result.rest_positions,
         rest_time=result.rest_time,
         collision_counts=dict(result.collision_counts),

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Container, Iterator, Mapping, Sequence
 from contextlib import suppress
 from datetime import UTC, datetime
-from functools import cache
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -46,12 +45,6 @@ from ghostball.validation.suite.unchanged import is_ours
 PENDING = "not accepted yet"
 
 NOT_FINITE = "its numbers are not finite, so they can't be compared or accepted"
-
-
-@cache
-def many_ball_scenes() -> tuple[Scene, ...]:
-    """Return the shots of many balls that have baselines but no files: they are made by a rule."""
-    return many_balls()
 
 
 def check_baselines(folder: Path, scenes: Sequence[str], engine: str = OURS) -> None:
@@ -190,7 +183,7 @@ def _observed(
             case.load_scene(),
             case if motion is None else Observed.of_case(case, motion),
         )
-    for scene in many_ball_scenes() if whole and label == OURS else ():
+    for scene in many_balls() if whole and label == OURS else ():
         yield scene, _many_ball_run(scene)
 
 
@@ -237,9 +230,7 @@ def _compare(
         "scene": scene.name,
         "title": scene.title,
         # The shots of many balls are no files: they run with all others.
-        "command": commands.regress(
-            None if scene in many_ball_scenes() else scene.name, engine=label
-        ),
+        "command": commands.regress(None if scene in many_balls() else scene.name, engine=label),
         "head_hash": head.bits,
     }
 

@@ -70,16 +70,13 @@ from ghostball.validation.checks.criterion import (
 )
 from ghostball.validation.results.files import describe_problem, field_of, toml_of
 from ghostball.validation.results.records import LimitKind
-from ghostball.validation.scenes.library import FOLDER
+from ghostball.validation.scenes.library import CRITERIA_SUFFIX, FOLDER
 from ghostball.validation.truth.scene_truth import WantedTruth
 
-SUFFIX = ".expect.toml"
-"""Ending of a criteria file's name: `break-16.toml` has its criteria in `break-16.expect.toml`."""
-
-COMMON = FOLDER / f"common{SUFFIX}"
+COMMON = FOLDER / f"common{CRITERIA_SUFFIX}"
 """The criteria of every scene."""
 
-SHARED = FOLDER / f"shared{SUFFIX}"
+SHARED = FOLDER / f"shared{CRITERIA_SUFFIX}"
 """The criteria of several shipped scenes, which each of its rows names."""
 
 _Model = TypeVar("_Model", bound=BaseModel)
@@ -226,7 +223,7 @@ def criteria_beside(scene_path: str | Path) -> Criteria:
     """
     path = Path(scene_path)
     name = path.name.removesuffix(".toml")
-    beside = path.with_name(name + SUFFIX)
+    beside = path.with_name(name + CRITERIA_SUFFIX)
     own = Criteria.load(beside) if beside.exists() else Criteria()
     if path.parent != FOLDER:
         return own

@@ -34,6 +34,7 @@ from ghostball.validation.grading.event_logs import (
     compare_logs,
     events_in,
 )
+from ghostball.validation.results.records import status_name
 from ghostball.validation.runs.playing import run_engine
 from ghostball.validation.runs.sampling import events_of
 from ghostball.validation.truth.known_shot import KnownShot, farthest, known_shot
@@ -183,7 +184,7 @@ class Explanation:
             "scene": self.scene.name,
             "engine": self.label,
             "settings": dict(self.result.settings),
-            "status": self.result.status.name.lower().replace("_", "-"),
+            "status": status_name(self.result.status),
             "truth": {"by": self.known.kind, "why_not_certified": self.known.why},
             "agreed_collisions": len(self.agreement.before),
             "parting": None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -41,6 +42,7 @@ def packed_gas(
     return lattice_of(f"gas-{count}", count, columns, steps, table, physics, t_max, seed)
 
 
+@cache  # each run of a gate looks at them again and again
 def many_balls() -> tuple[Scene, ...]:
     """Return scenes of so many balls that cells schedule them: the shipped ones have fewer."""
     gas = packed_gas(256, 0.4, FRICTIONLESS, t_max=0.5)

@@ -15,7 +15,8 @@ from ghostball.model import Scene, SceneError
 FOLDER = Path(str(files("ghostball.validation.scenes")))
 """Where the shipped scenes lie; beside each, `NAME.expect.toml` holds its pass criteria."""
 
-_CRITERIA_SUFFIX = ".expect.toml"
+CRITERIA_SUFFIX = ".expect.toml"
+"""Ending of a criteria file's name: `break-16.toml` has its criteria in `break-16.expect.toml`."""
 
 FULL = "full"
 """What stands for all shipped scenes, where names and tags do."""
@@ -25,7 +26,7 @@ def shipped_scenes() -> tuple[Path, ...]:
     """Return the files of the shipped scenes, in order of name."""
     return tuple(
         sorted(
-            (path for path in FOLDER.glob("*.toml") if not path.name.endswith(_CRITERIA_SUFFIX)),
+            (path for path in FOLDER.glob("*.toml") if not path.name.endswith(CRITERIA_SUFFIX)),
             key=lambda path: path.stem,
         )
     )
@@ -97,7 +98,7 @@ def expand(wanted: Sequence[str]) -> tuple[str, ...]:
             continue
         matches = [name for name in scene_names() if fnmatchcase(name, one)]
         files = (path for path in sorted(glob(one, recursive=True)) if path.endswith(".toml"))
-        matches += [path for path in files if not path.endswith(_CRITERIA_SUFFIX)]
+        matches += [path for path in files if not path.endswith(CRITERIA_SUFFIX)]
         if not matches:
             raise SceneError(
                 f'pattern "{one}" matches no shipped scene and no TOML file here. `ghostball '

@@ -34,7 +34,6 @@ from ghostball.validation.baselines import (
     compare_results,
     save_regressions,
 )
-from ghostball.validation.baselines.gate import many_ball_scenes
 from ghostball.validation.baselines.places import (
     baseline_names,
     engine_folder,
@@ -45,32 +44,23 @@ from ghostball.validation.checks.verdict import is_unfinished, not_judged
 from ghostball.validation.exit_status import ExitStatus, worst
 from ghostball.validation.results.records import COMPLETE_STATUSES, CaseRecord
 from ghostball.validation.results.store import Results
+from ghostball.validation.scenes.gases import many_balls
 from ghostball.validation.scenes.library import select
 from ghostball.validation.suite.hints import shared
 from ghostball.validation.suite.plan import criteria_beside_paths
 from ghostball.validation.suite.suite import Outcome, run_suite
 
-_COLOURS: dict[Change, str] = {
-    "identical": "green",
-    "rounding-only": "yellow",
-    "better": "cyan",
-    "results-changed": "bold red",
-    "worse": "bold red",
-    "no-baseline": "yellow",
-    "not-comparable": "yellow",
-    "not-deterministic": "bold red",
+_WORDS: dict[Change, tuple[str, str]] = {
+    "identical": ("identical", "green"),
+    "rounding-only": ("rounding only", "yellow"),
+    "better": ("better against truth", "cyan"),
+    "results-changed": ("results changed", "bold red"),
+    "worse": ("worse against truth", "bold red"),
+    "no-baseline": ("no baseline", "yellow"),
+    "not-comparable": ("not comparable", "yellow"),
+    "not-deterministic": ("not deterministic", "bold red"),
 }
-
-_WORDS: dict[Change, str] = {
-    "identical": "identical",
-    "rounding-only": "rounding only",
-    "better": "better against truth",
-    "results-changed": "results changed",
-    "worse": "worse against truth",
-    "no-baseline": "no baseline",
-    "not-comparable": "not comparable",
-    "not-deterministic": "not deterministic",
-}
+"""Of each class of changes, what it is called, and its colour."""
 
 _VERDICTS = {
     ExitStatus.PASSED: "[green]passed[/]",
@@ -136,7 +126,7 @@ def run(
     ran = {scene.name for scene in chosen}
     whole = not scenes or ran >= {scene.name for scene in select(config.scenes)}
     for gate in gates:
-        made = many_ball_scenes() if gate.label == OURS and whole else ()
+        made = many_balls() if gate.label == OURS and whole else ()
         check_baselines(gate.folder, [scene.name for scene in (*chosen, *made)], gate.engine)
     with Steps(COMPILING, "running").bar() as step:
         count = step("running")
@@ -161,7 +151,7 @@ def run(
         return ExitStatus.INTERRUPTED
     results = Results.open(place)
     # Of other scenes the folder may hold what another run found.
-    only = ran | {scene.name for scene in many_ball_scenes()}
+    only = ran | {scene.name for scene in many_balls()}
     found = [
         compare_results(
             results,
@@ -278,7 +268,7 @@ def _show(
         )
         say(f"To keep what they did, and see what changes: `{escape(advice)}`")
         return
-    parts = [f"{counts[name]} {words}" for name, words in _WORDS.items() if counts[name]]
+    parts = [f"{counts[name]} {words}" for name, (words, _) in _WORDS.items() if counts[name]]
     if unfinished:
         parts.append(f"{unfinished} did not finish")
     if broken:
@@ -328,11 +318,11 @@ def say_what_next(regression: Regression, advice: str) -> None:
 def _table(changes: Sequence[SceneChange]) -> Table:
     rows = []
     for one in sorted(changes, key=_severity):
-        words = _WORDS[one.change]
+        words, colour = _WORDS[one.change]
         if one.change == "identical":
             other = any(not count.within for count in one.counters)
             words = "same bits" + ", other work" * other
-        change = f"[{_COLOURS[one.change]}]{words}[/]"
+        change = f"[{colour}]{words}[/]"
         # The first says what moved most; page and summary have all.
         moved = one.summary if len(changes) == 1 else one.summary.partition("; ")[0]
         rows.append((escape(one.scene), change, _off_truth(one), escape(moved)))

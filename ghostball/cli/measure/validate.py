@@ -39,7 +39,7 @@ from ghostball.reference_adapters.registry import OURS
 from ghostball.reports.words import many
 from ghostball.validation.baselines import Regression, check_baselines
 from ghostball.validation.baselines.regression import UNCOMPARED, FailOn
-from ghostball.validation.checks.criteria import SUFFIX, Criteria
+from ghostball.validation.checks.criteria import Criteria
 from ghostball.validation.checks.verdict import (
     Verdict,
     is_nothing_judged,
@@ -57,7 +57,7 @@ from ghostball.validation.results.records import (
 from ghostball.validation.results.store import CaseRecord, Results, has_results
 from ghostball.validation.runs.runner import Reuse
 from ghostball.validation.scenes import commands
-from ghostball.validation.scenes.library import FULL, scene_names, select
+from ghostball.validation.scenes.library import CRITERIA_SUFFIX, FULL, scene_names, select
 from ghostball.validation.suite.plan import criteria_beside_paths
 from ghostball.validation.suite.real_tables import measure_likenesses
 from ghostball.validation.suite.suite import DEFAULT_ENGINES, Outcome, run_suite
@@ -342,7 +342,7 @@ def _advice(outcome: Outcome) -> str:
     if case.scene in scene_names():
         return f"{why}Ask for an engine, or for settings, of which the scene states a limit"
     return (
-        f"{why}Say what must hold in {case.scene}{SUFFIX} beside the scene, such as:\n"
+        f"{why}Say what must hold in {case.scene}{CRITERIA_SUFFIX} beside the scene, such as:\n"
         f'[[criteria]]\nengines = ["{case.engine}"]\nmetric = "rest_error_max"\nat_most = 5e-3\n'
         'reason = "why no more than 5 mm"'
     )

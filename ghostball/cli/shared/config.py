@@ -50,16 +50,11 @@ class Config(BaseModel, frozen=True, extra="forbid"):
         """Return the same with its paths relative to the working directory."""
         if root == Path.cwd():
             return self
-        return Config(
-            engines=self.engines,
-            scenes=tuple(
-                str(root / one) if one.endswith(".toml") or "/" in one else one
-                for one in self.scenes
-            ),
-            baselines=root / self.baselines,
-            fail_on=self.fail_on,
-            out=root / self.out,
+        scenes = (
+            str(root / one) if one.endswith(".toml") or "/" in one else one for one in self.scenes
         )
+        paths = {"baselines": root / self.baselines, "out": root / self.out}
+        return self.model_copy(update={"scenes": tuple(scenes), **paths})
 
 
 def load_config(start: Path | None = None) -> Config:

@@ -40,7 +40,7 @@ def coverage(own: Sequence[CaseRecord], label: str) -> Iterator[str]:
         features = _listed([one.value for one in found.features])
         rest = "no shipped scene tries that"
         if found.scenes:
-            rest = f"`ghostball validate {' '.join(found.scenes)}{_option(label)}` does"
+            rest = f"`ghostball validate {' '.join(found.scenes)} -e {label}` does"
         yield f"[yellow]Not tried, though {name} claims it:[/] {escape(features)}; {escape(rest)}"
 
 
@@ -54,10 +54,6 @@ def _failures(own: Sequence[CaseRecord], label: str) -> Iterator[str]:
         yield f"next: `{escape(commands.explain(one.scene, label))}` says what is wrong"
     elif (one := simplest(crashed)) is not None:
         yield f"next: `{escape(commands.simulate(one.scene, label))}` shows where it stopped"
-
-
-def _option(label: str) -> str:
-    return f" -e {label}"
 
 
 def _listed(names: Sequence[str]) -> str:

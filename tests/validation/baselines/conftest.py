@@ -72,7 +72,7 @@ class Workshop:
 @pytest.fixture
 def shop(tmp_path, monkeypatch, in_this_process):
     # The two shots of many balls take a second each, and are tested where they are shipped.
-    monkeypatch.setattr(gate_module, "many_ball_scenes", lambda: ())
+    monkeypatch.setattr(gate_module, "many_balls", lambda: ())
     return Workshop(tmp_path, monkeypatch)
 
 

@@ -12,8 +12,9 @@ import pytest
 from ghostball.model import Scene, SceneError
 from ghostball.model.scene import json_schema
 from ghostball.reference_adapters.registry import engine_names
-from ghostball.validation.checks.criteria import SUFFIX, criteria_beside, shared_criteria
+from ghostball.validation.checks.criteria import criteria_beside, shared_criteria
 from ghostball.validation.scenes.library import (
+    CRITERIA_SUFFIX,
     FOLDER,
     find_scene,
     scene_names,
@@ -100,7 +101,9 @@ def test_every_scene_has_criteria(path: Path) -> None:
 
 
 def test_no_criteria_without_a_scene() -> None:
-    beside = {path.name.removesuffix(SUFFIX) for path in FOLDER.glob(f"*{SUFFIX}")}
+    beside = {
+        path.name.removesuffix(CRITERIA_SUFFIX) for path in FOLDER.glob(f"*{CRITERIA_SUFFIX}")
+    }
     assert beside == {*NAMES, "common", "shared"}
 
 
