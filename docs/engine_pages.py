@@ -11,7 +11,7 @@ from benchmarks.measurements import committed, committed_files
 from benchmarks.pictures.gallery import committed_board
 from benchmarks.rebounds import ReboundsMeasurement
 from docs.replay_pages import replay_link
-from docs.tables import _made, _table
+from docs.tables import any_engine, table
 from ghostball.cli.show.lists import recipe_names, recipe_of
 from ghostball.reference_adapters import engine_class, engine_names
 from ghostball.reports.board import LOOKS, cell_text, columns_of, measured, move_text
@@ -110,7 +110,7 @@ def _on_board(board: Board, name: str) -> Iterator[str]:
             again = next(c for row in rows if (c := board.cell(row, column.id)) is not None)
             yield (
                 f"### {column.id}\n\n{column.question[0].upper()}{column.question[1:]}.\n\n"
-                f"{_table(('configuration', 'found', 'run', 'what it is'), lines)}\n\n"
+                f"{table(('configuration', 'found', 'run', 'what it is'), lines)}\n\n"
                 f"Measured again, with a replay on the page that `ghostball report` writes of its "
                 f"folder, by `{command(again)}`."
             )
@@ -143,7 +143,7 @@ def _beside_tables(name: str) -> Iterator[str]:
         heads = ("engine", "law of cushions", "best coefficients", "typical", "most")
         yield (
             "## Beside real tables\n\nHow near it comes to [rebounds of a match]"
-            f"(../real-tables.md), in standard errors:\n\n{_table(heads, rows)}"
+            f"(../real-tables.md), in standard errors:\n\n{table(heads, rows)}"
         )
 
 
@@ -165,20 +165,20 @@ def _faults(name: str) -> Iterator[str]:
     if lines or found:
         parts = [f"## {FAULTS_TITLE}"] * bool(lines)
         heads = ("what was reported", "configuration", "found", "cure")
-        parts += [_table(heads, lines)] * bool(lines)
+        parts += [table(heads, lines)] * bool(lines)
         parts += [f"Found here: {', '.join(found)}."] * bool(found)
         yield "\n\n".join(parts)
 
 
 def _lacks(name: str) -> Iterator[str]:
-    known = _made(name).capabilities
+    known = any_engine(name).capabilities
     rows = [
         (feature.value, {"approximate": "nearly", "none": "no"}[one.support], one.how)
         for feature, one in known.items()
         if one.support != "exact"
     ]
     if rows:
-        yield f"## What it doesn't represent exactly\n\n{_table(('physics', '', 'how'), rows)}"
+        yield f"## What it doesn't represent exactly\n\n{table(('physics', '', 'how'), rows)}"
 
 
 def _recipe(name: str) -> Iterator[str]:

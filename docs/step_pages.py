@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from benchmarks.measurements import committed
 from benchmarks.steps import COLUMNS, StepPoint, StepsMeasurement, error_text, knee
-from docs.tables import _table
+from docs.tables import table
 from ghostball.validation.board.column import Column
 
 STEPPED = ", with steps of 1 ms"
@@ -29,7 +29,7 @@ def page() -> str:
             f"## {column.title}",
             f"{column.question.partition(STEPPED)[0]}.",
             f"![{column.title}: error against steps](pictures/steps-{name}.png)",
-            _table(heads, rows),
+            table(heads, rows),
             *([f"Lack what is asked: {lacking}."] if lacking else []),
         ]
     return "\n\n".join(parts)

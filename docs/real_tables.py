@@ -1,0 +1,168 @@
+"""Tables of measured billiards, as Markdown: see `real-tables.md`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from functools import partial
+
+import numpy as np
+
+from benchmarks.made import MadeMeasurement
+from benchmarks.measurements import committed
+from benchmarks.rebounds import ReboundsMeasurement
+from docs.tables import table
+from ghostball.engine import simulate
+from ghostball.model import Physics
+from ghostball.reference_adapters import make_engine
+from ghostball.validation.measured.banks import through_points
+from ghostball.validation.measured.best import best_cloth, best_cushion
+from ghostball.validation.measured.cloth_families import deceleration
+from ghostball.validation.measured.facts import Row, facts_of
+from ghostball.validation.measured.oblique_hits import oblique_hit, throw_angle
+from ghostball.validation.measured.rebounds import rebounds as measured_rebounds, square_rebound
+
+_PLAY = partial(simulate, record="trajectory")
+_SYMBOLS = {"cushion_restitution": "e", "cushion_restitution_loss": "c"}
+
+
+def rebounds() -> str:
+    """Return the measured rebounds, and what the preset `carom` makes of them."""
+    carom = Physics(preset="carom")
+    fixed = carom.model_copy(update={"cushion_restitution": 0.87, "cushion_restitution_loss": 0.0})
+    columns = [
+        measured_rebounds(_PLAY, physics, degrees)
+        for physics, degrees in ((carom, 5.0), (carom, 45.0), (fixed, 5.0))
+    ]
+    rows = []
+    for bins in zip(*columns, strict=True):
+        row = bins[0].row
+        ratios = (f"{one.ratio:.3f} ({one.errors_off:+.1f})" for one in bins)
+        rows.append(
+            (f"{row.low:g} to {row.high:g} m/s", f"{row.value:.3f} ± {row.error:.3f}", *ratios)
+        )
+    heads = ("speed", "measured", "`carom`, 5°", "`carom`, 45°", "one restitution, 0.87, 5°")
+    return table(heads, rows)
+
+
+def pool_rolling() -> str:
+    """Return how cloth slowed cue balls of matches, and what the preset `pool` makes of it."""
+    facts = facts_of("rolling-pool")
+    pool = Physics(preset="pool")
+    nearest = best_cloth("rolling-pool", make_engine("ghostball").capabilities)
+    rows = []
+    for row in facts.rows:
+        found = [
+            deceleration(_PLAY, pool.model_copy(update=cloth), row.place) for cloth in ({}, nearest)
+        ]
+        rows.append(
+            (f"{row.low:g} to {row.high:g} m/s", _plus_minus(row, 3), *_errors_off(row, found, 3))
+        )
+    numbers = ", ".join(f"`{name}` {value:.4f}" for name, value in nearest.items())
+    return table(("speed", "measured [m/s²]", "`pool`", f"`pool` with {numbers}"), rows)
+
+
+def snooker_rebounds() -> str:
+    """Return square rebounds of snooker: measured, of the preset, and of the best of other laws."""
+    measured = facts_of("cushion-snooker").rows
+    engines = ("ghostball", "pybullet")  # one whose restitution falls, and one where it can't
+    best = [
+        best_cushion("cushion-snooker", name, make_engine(name).capabilities) or {}
+        for name in engines
+    ]
+    presets = [Physics(preset="snooker", **changes) for changes in ({}, *best)]
+    columns = [[square_rebound(_PLAY, one, row.place) for row in measured] for one in presets]
+    rows = [
+        (
+            f"{row.at:g} m/s",
+            f"{row.value:.3f} m/s",
+            *(f"{one.speed_after:.3f} ({one.speed_after - row.value:+.3f})" for one in contacts),
+        )
+        for row, *contacts in zip(measured, *columns, strict=True)
+    ]
+    after = np.array([[one.speed_after for one in contacts] for contacts in columns])
+    off = np.sqrt(np.mean((after - [row.value for row in measured]) ** 2, axis=1))
+    rows.append(("typical difference", "", *(f"{x:.3f}" for x in off)))
+    falls, fixed = (
+        ", ".join(f"{symbol} = {one[name]:g}" for name, symbol in _SYMBOLS.items() if one[name])
+        for one in best
+    )
+    heads = ("speed before", "measured, after", "`snooker`")
+    return table((*heads, f"`frictional`, {falls}", f"`frictional`, {fixed}"), rows)
+
+
+def hits() -> str:
+    """Return what the preset `snooker` makes of five oblique hits."""
+    rows = []
+    for row in facts_of("hits-snooker").rows:
+        speed, cut = row.given["speed"], row.place
+        hit = oblique_hit(_PLAY, Physics(preset="snooker"), speed, cut)
+        pairs = (
+            (row.value, hit.cue_speed, 3),
+            (row.also["object_speed"], hit.object_speed, 3),
+            (row.also["cue_angle"], hit.cue_angle, 1),
+        )
+        cells = (f"{measured:.{n}f}, {played:.{n}f}" for measured, played, n in pairs)
+        rows.append((f"{speed:.3f} m/s, {cut:.1f}°", *cells))
+    heads = ("speed, cut", "cue ball [m/s]", "object ball [m/s]", "cue ball's way [°]")
+    return table(heads, rows)
+
+
+def banks() -> str:
+    """Return slid banks: five tables, the preset `pool`, and what speed makes of it."""
+    best = best_cushion("banks-pool", "ghostball", make_engine("ghostball").capabilities) or {}
+    rows = facts_of("banks-pool").rows
+    through = partial(through_points, _PLAY, aims=[row.place for row in rows])
+    pool = Physics(preset="pool")
+    columns = [through(pool), through(pool, speed=3.0), through(pool, speed=7.0)]
+    columns.append(through(Physics(preset="pool", **best)))
+    cells = [
+        (
+            f"{row.at:g}",
+            ", ".join(f"{value:.2f}" for value in row.of_each),
+            _plus_minus(row, 2),
+            *_errors_off(row, found, 2),
+        )
+        for row, *found in zip(rows, *columns, strict=True)
+    ]
+    name = f"{best['cushion']}`, e = {best['cushion_restitution']:g}"
+    speeds = ("`pool`", "`pool`, 3 m/s", "`pool`, 7 m/s", f"`{name}")
+    return table(("aimed at", "aimed from, five tables", "mean ± spread", *speeds), cells)
+
+
+def throws() -> str:
+    """Return throw: measured, of the preset `pool`, and where a contact sticks."""
+    rows = []
+    for row in facts_of("throw-pool").rows:
+        for cut, value in ((30.0, row.value), (45.0, row.also["at_45_degrees"])):
+            played = throw_angle(_PLAY, Physics(preset="pool"), row.place, cut)
+            sticks = math.degrees(math.atan(math.tan(math.radians(cut)) / 7.0))
+            cells = (f"{one:.1f}°" for one in (value, played, sticks))
+            rows.append((f"{row.place:g} m/s, {cut:g}°", *cells))
+    return table(("speed, cut", "measured", "`pool`", "no friction throws farther"), rows)
+
+
+def _plus_minus(row: Row, digits: int) -> str:
+    return f"{row.value:.{digits}f} ± {row.uncertainty:.{digits}f}"
+
+
+def _errors_off(row: Row, found: Iterable[float], digits: int) -> Iterable[str]:
+    """Return each figure with how many standard errors it is above the measurement."""
+    error = row.uncertainty
+    assert error is not None
+    return (f"{one:.{digits}f} ({(one - row.value) / error:+.1f})" for one in found)
+
+
+def nearest() -> str:
+    """Return how near each engine comes to the measured rebounds, from the committed search."""
+    stored = committed(ReboundsMeasurement)
+    rows = (one.row for one in (stored.best if stored else ()))
+    return table(("engine", "law of cushions", "best coefficients", "typical", "most"), rows)
+
+
+def made() -> str:
+    """Return how often breaks make a ball, from the committed measurement."""
+    stored = committed(MadeMeasurement)
+    if stored is None:
+        return "Not measured yet: `python -m benchmarks made --store` does so."
+    return table(("a break", f"of {stored.breaks} here", "published"), stored.rows)
