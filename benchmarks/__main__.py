@@ -27,7 +27,7 @@ from ghostball.cli.shared.terminal import command, say, stdout
 from ghostball.validation.board.board import load as load_board
 from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.results.files import BOARD
-from ghostball.validation.results.measurement import MeasurementError
+from ghostball.validation.results.measurement import MeasurementError, make_folder
 from ghostball.validation.results.store import Results
 from ghostball.validation.scenes.gases import many_balls
 from ghostball.validation.scenes.library import select
@@ -75,13 +75,8 @@ def measured_by(
             "`--peer`. Use `--out DIR`"
         )
     folders = [folder for folder in (out, machine_folder() if store else None) if folder]
-    for folder in folders:  # refused before it is measured
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise MeasurementError(
-                f"`--out`: can't make the folder {folder}: {error.strerror}"
-            ) from None
+    for folder in folders:
+        make_folder(folder)
     with counting("measuring") as count:
         measured = measure(progress=count)
     stdout().print(measured.table)

@@ -22,6 +22,16 @@ def describe_machine() -> dict[str, Any]:
     return {k: v for k, v in describe_environment().items() if k != "command"}
 
 
+def make_folder(folder: Path) -> None:
+    """Make the folder of a measurement: one that can't be made is refused before it is measured."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise MeasurementError(
+            f"`--out`: can't make the folder {folder}: {error.strerror}"
+        ) from None
+
+
 class Record(BaseModel, frozen=True, populate_by_name=True):
     """A part of a measurement that is stored."""
 

@@ -24,8 +24,8 @@ from ghostball.cli.shared.options import (
     SceneNames,
     ShotLimit,
     TimeLimit,
-    complete_engine,
     complete_scene,
+    engine_option,
     engines_option,
     out_option,
     plot_option,
@@ -142,12 +142,8 @@ def explain(
     ] = None,
     engine: Annotated[
         str | None,
-        typer.Option(
-            "--engine",
-            "-e",
-            metavar="ENGINE",
-            help="Engine, as for `run` (default: the first of [tool.ghostball] in pyproject.toml).",
-            autocompletion=complete_engine,
+        engine_option(
+            "Engine, as for `run` (default: the first of [tool.ghostball] in pyproject.toml)."
         ),
     ] = None,
     plot: Annotated[

@@ -37,7 +37,7 @@ from ghostball.validation.precision.points import (
     knee_of,
     seconds_to,
 )
-from ghostball.validation.results.measurement import MeasurementError
+from ghostball.validation.results.measurement import MeasurementError, make_folder
 from ghostball.validation.runs.steps import step_of
 from ghostball.validation.scenes.library import select
 
@@ -61,12 +61,8 @@ def run(
     """Measure, and return the exit status; see the options of the command."""
     if plot is not None:
         check_plot(plot)
-    if out is not None:  # refused before it is measured
-        try:
-            out.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            why = f"`--out`: can't make the folder {out}: {error.strerror}"
-            raise MeasurementError(why) from None
+    if out is not None:
+        make_folder(out)
     named = tuple(engine or load_config().engines)
     # Who names an engine wants it, and not to read at the end why it isn't here, or isn't drawn.
     stepless = [step_of(make_engine(spec)) is None for spec in named]

@@ -99,29 +99,24 @@ _ENGINE = (
     "function or class is, such as my_module:simulate."
 )
 
-EngineSpec = Annotated[
-    str,
-    typer.Option(
-        "--engine",
-        "-e",
-        metavar="ENGINE",
-        help=f"Engine. {_ENGINE}",
-        autocompletion=complete_engine,
-    ),
-]
+
+def engine_option(said: str) -> typer.models.OptionInfo:
+    """Return the option `--engine`, with what its help says."""
+    option: typer.models.OptionInfo = typer.Option(
+        "--engine", "-e", metavar="ENGINE", help=said, autocompletion=complete_engine
+    )
+    return option
+
+
+EngineSpec = Annotated[str, engine_option(f"Engine. {_ENGINE}")]
 
 
 def engines_option(default: str) -> typer.models.OptionInfo:
     """Return the option `--engine`, which repeats; `default` says which where it is left out."""
-    option: typer.models.OptionInfo = typer.Option(
-        "--engine",
-        "-e",
-        metavar="ENGINE",
-        help=f"Engine; give it once for each. {_ENGINE} Default: those of [tool.ghostball] in "
-        f"pyproject.toml, else {default}.",
-        autocompletion=complete_engine,
+    return engine_option(
+        f"Engine; give it once for each. {_ENGINE} Default: those of [tool.ghostball] in "
+        f"pyproject.toml, else {default}."
     )
-    return option
 
 
 BaselineFolder = Annotated[
