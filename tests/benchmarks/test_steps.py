@@ -3,36 +3,17 @@
 import math
 
 import pytest
+from step_points import points
 
-from benchmarks.pictures.steps import draw_steps
 from benchmarks.steps import (
     COLUMNS,
-    STEPS,
-    StepPoint,
-    StepsMeasurement,
     error_text,
     knee,
     measure_steps,
     stepped,
 )
-from ghostball.reports import style
 
 pytestmark = pytest.mark.checkout
-
-
-def points(column: str, engine: str, errors: dict[int, float | None]) -> tuple[StepPoint, ...]:
-    kind = "micrometres" if COLUMNS[column].metric == "accuracy" else "fair"
-    return tuple(
-        StepPoint(
-            column=column,
-            engine=engine,
-            label=engine,
-            steps=steps,
-            kind="another shot" if error is None else kind,
-            error=error,
-        )
-        for steps, error in errors.items()
-    )
 
 
 def test_every_column_that_a_step_can_decide_is_measured():
@@ -82,18 +63,3 @@ def test_an_exact_engine_has_no_steps_and_one_that_steps_errs_less_with_finer_on
     coarse, fine = (one.error for one in found["pymunk"])
     # Of the worst of four phases: at 1.5 m/s some millimetres for each millisecond of a step.
     assert math.isclose(coarse / fine, 4.0, rel_tol=0.1)
-
-
-def test_engines_with_the_same_errors_share_a_line_and_knees_are_ringed():
-    ladder = dict(zip(STEPS, (0.1, 5e-2, 2.5e-2, 1.2e-2, 6e-3, 3e-3, 1.5e-3), strict=True))
-    same = [one for row in ("pymunk", "pybullet") for one in points("cut", row, ladder)]
-    other = points("cut", "mujoco", ladder | {60: None, 120: 1e-3, 240: 1e-3})
-    with style.drawing():
-        figure = draw_steps(StepsMeasurement(points=(*same, *other), absent={}), COLUMNS["cut"])
-    (axes,) = figure.axes
-    names = axes.get_legend_handles_labels()[1]
-    assert names == ["pymunk, pybullet", "mujoco"]
-    rings = [line for line in axes.lines if line.get_fillstyle() == "none"]
-    assert [line.get_xdata()[0] for line in rings] == [3840, 3840]
-    crosses = [line for line in axes.lines if line.get_marker() == "x"]
-    assert [list(line.get_xdata()) for line in crosses] == [[], [60]]

@@ -1,6 +1,7 @@
 """Fails where a class is said in words that it does not mean, or a bar leaves a scene out."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 
@@ -10,6 +11,7 @@ from ghostball.reports.accuracy import (
     cell_text,
     meaning_text,
     tally,
+    wrong_text,
 )
 from ghostball.validation.results.records import Accuracy
 from ghostball.validation.results.store import Results
@@ -74,3 +76,16 @@ def test_a_tally_counts_each_case_once(results):
         classless = found.unable + found.crashed + found.compared_with
         assert found.played + classless == len(results.scene_names)
         assert list(found.counts) == [kind for kind in CLASSES if kind in found.counts]
+
+
+def cases(**counts):
+    return [
+        SimpleNamespace(accuracy=SimpleNamespace(kind=kind.replace("_", " ")))
+        for kind, count in counts.items()
+        for _ in range(count)
+    ] + [SimpleNamespace(accuracy=None)]
+
+
+def test_cases_that_are_no_true_shot_are_counted():
+    assert wrong_text(cases(exact=3, centimetres=1)) == ""
+    assert wrong_text(cases(another_shot=5, broken=2, exact=1)) == "2 broken, 5 another shot"

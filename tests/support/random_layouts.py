@@ -3,6 +3,7 @@
 import numpy as np
 
 from ghostball.validation.scenes.random_parts import reach
+from ghostball.validation.scenes.random_scenes import OF_FEATURES
 
 FEW = range(200)
 """What `make test` plays, each with a few balls; more of them take most of the time."""
@@ -10,6 +11,10 @@ FEW = range(200)
 
 def options_in(scene):
     return dict(tag.split("=") for tag in scene.tags)
+
+
+def has(feature, options):
+    return any(options[aspect] == option for aspect, option in OF_FEATURES[feature])
 
 
 def touching_rails(scene):

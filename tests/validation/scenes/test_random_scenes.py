@@ -7,7 +7,7 @@ import sys
 from collections import Counter
 
 import pytest
-from random_layouts import FEW, options_in, touching_rails
+from random_layouts import has, options_in, touching_rails
 
 from ghostball.model import Physics
 from ghostball.model.features import Feature, scene_features
@@ -18,10 +18,6 @@ from ghostball.validation.scenes.random_scenes import (
     options_of,
     random_scene,
 )
-
-
-def has(feature, options):
-    return any(options[aspect] == option for aspect, option in OF_FEATURES[feature])
 
 
 def test_every_feature_has_its_options():
@@ -66,15 +62,6 @@ def test_a_scene_is_its_number_in_another_process_too(few):
     )
     assert said.stdout.strip() == str(few[:40])
     assert len({scene.model_dump_json() for scene in few}) == len(few)
-
-
-@pytest.mark.parametrize("preset", ["carom", "snooker"])
-def test_a_preset_that_is_asked_for_brings_no_features_of_its_own(preset):
-    for number in FEW:
-        scene = random_scene(number, preset=preset, count="few")
-        expected = tuple(one for one in Feature if has(one, options_in(scene)))
-        assert scene_features(scene) == expected, scene.name
-        assert scene.physics.preset == preset
 
 
 def test_the_presets_are_those_of_physics():

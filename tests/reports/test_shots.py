@@ -1,0 +1,49 @@
+"""A scene's runs are read once, ours first; an error is shown as what it is worth."""
+
+from dataclasses import replace
+
+import pytest
+
+from ghostball.model import GhostballError
+from ghostball.reports.shots import CHAOTIC, Run, Shot, legend_text, load_shot, rest_error_text
+from ghostball.validation.checks.verdict import Verdict
+from ghostball.validation.results.store import Results
+
+
+@pytest.fixture(scope="module")
+def results(results_folder):
+    return Results.open(results_folder)
+
+
+def test_runs_are_in_the_order_that_was_asked_for_and_drawn_ours_first(results):
+    shot = load_shot(results, "break-7")
+    assert [run.label for run in shot.runs] == results.labels
+    assert shot.drawn[0] is shot.ours
+    assert shot.ours.label == "ghostball"
+    assert {run.label for run in shot.drawn} == {
+        run.label for run in shot.runs if run.motion is not None
+    }
+    assert shot.has_many_balls
+    with pytest.raises(GhostballError, match=r'no case of scene "none"\. It holds: .*break-7'):
+        load_shot(results, "none")
+
+
+def test_nothing_is_known_of_a_shot_that_nobody_played(results):
+    shot = Shot(load_shot(results, "stop").scene, (Run("pymunk", None, None),))
+    assert (shot.drawn, shot.ours, shot.truth, shot.truth_positions) == ((), None, None, None)
+    assert (shot.truth_counts, shot.end) == (None, "rest")
+    assert rest_error_text(None) == ""
+
+
+def test_an_error_that_nothing_judges_is_in_brackets_and_one_past_prediction_is_none(results):
+    case = replace(results.case("stop", "pymunk"), horizon=None)
+    judged = replace(case.checks[0], metric="rest_error_max", limit_kind="at_most", passed=True)
+    case = replace(case, metrics=case.metrics | {"rest_error_max": 1e-3}, checks=(judged,))
+    free = replace(case, checks=())
+    shown = [rest_error_text(one) for one in (case, free, replace(free, horizon=1.0))]
+    assert shown == ["1 mm", "(1 mm)", CHAOTIC]
+
+
+def test_signs_are_explained_once_each():
+    said = legend_text([Verdict.PASS, Verdict.FAIL, Verdict.PASS, Verdict.MISSING])
+    assert said == f"✓ {Verdict.PASS.words}; ✗ {Verdict.FAIL.words}"

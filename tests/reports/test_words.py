@@ -1,0 +1,55 @@
+"""Words and numbers are the same in every report."""
+
+from dataclasses import replace
+
+import pytest
+from likenesses import likeness
+
+from ghostball.reports.words import (
+    likeness_cell,
+    many,
+    number_text,
+    quantity_text,
+    reused_text,
+    run_time_text,
+)
+from ghostball.validation.results.store import Results
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "text"),
+    [
+        (3.67e-3, "m", "3.67 mm"),
+        (1e-6, "s", "1 µs"),
+        (3, "class", "millimetres"),
+        (12345, "1", "12345"),
+        (0.123456, "1", "0.123"),
+    ],
+)
+def test_a_quantity_has_the_unit_that_suits_it(value, unit, text):
+    assert quantity_text(value, unit) == text
+
+
+def test_what_is_not_there_is_a_dash_and_one_is_no_plural():
+    assert number_text(None) == "–"
+    assert [many(count, "case") for count in (0, 1, 2)] == ["0 cases", "1 case", "2 cases"]
+
+
+def test_what_an_earlier_run_measured_is_said_with_its_dates(small_folder):
+    results = Results.open(small_folder)
+    assert reused_text(results) == ""
+    first, *rest = results.cases
+    first = replace(first, reused=True, measured="2026-01-02T03:04:05")
+    shown = reused_text(Results(results.path, [first, *rest], results.environment))
+    assert "1 of 3 cases reused from an earlier run, since it was unchanged" in shown
+    assert "measured on 2026-01-02" in shown
+    assert run_time_text(first).endswith(" (2026-01-02)")
+    assert "(" not in run_time_text(rest[0])
+
+
+def test_an_engine_beside_real_tables_is_so_many_errors_off_or_lacks_it():
+    rebound, rolling = likeness("ghostball", rebound=-3.0, rolling="it rolls none").families
+    assert likeness_cell(rebound) == "3.0 (3.0)"
+    assert likeness_cell(rolling) == "–"
+    plain = rebound.model_copy(update={"grades": False, "unit": "degrees"})
+    assert likeness_cell(plain).endswith("°")

@@ -1,0 +1,23 @@
+"""The engine to begin from keeps what it says: contacts come up to a step late, and no more."""
+
+import numpy as np
+import pytest
+
+from ghostball.model import UnsupportedSceneError
+from ghostball.validation.examples.stepper import Stepper, StepperSettings
+from ghostball.validation.runs.playing import run_engine, run_ours
+from ghostball.validation.scenes.library import find_scene
+
+
+def test_it_collides_as_in_truth_a_step_late_at_most():
+    engine, scene = Stepper(StepperSettings(dt=5e-3)), find_scene("head-on")
+    run, right = (play(scene) for play in (lambda shot: run_engine(engine, shot), run_ours))
+    first, true = (one.events["t"][one.events["kind"] == 0][0] for one in (run, right))
+    assert true <= first <= true + 5e-3
+    fastest = np.linalg.norm(scene.velocities, axis=1).max()
+    assert engine.resolution(scene) == pytest.approx(5e-3 * fastest)
+
+
+def test_it_refuses_what_it_lacks():
+    with pytest.raises(UnsupportedSceneError):
+        Stepper().simulate(find_scene("draw-shot"))

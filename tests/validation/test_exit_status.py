@@ -1,0 +1,13 @@
+"""The gravest of several statuses is the one that a command ends with."""
+
+from itertools import pairwise
+
+from ghostball.validation.exit_status import ExitStatus, worst
+
+GRAVEST_FIRST = (130, 3, 2, 1, 4, 0)
+
+
+def test_the_gravest_status_wins_whatever_the_order():
+    assert sorted(GRAVEST_FIRST) == sorted(ExitStatus)
+    for graver, milder in pairwise(GRAVEST_FIRST):
+        assert worst(milder, graver, 0) == worst(graver, milder) == graver
