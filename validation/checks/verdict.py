@@ -131,7 +131,7 @@ def not_judged(cases: Collection[CaseRecord]) -> str:
     return ""
 
 
-def rest_verdict_of(case: CaseRecord | None) -> Verdict:
+def rest_verdict_of(case: CaseRecord) -> Verdict:
     """Return what the checks on the rest error alone say; SHOWN where none judges it.
 
     A case may pass by its counts while its rest error is free: a figure of rest errors must not
@@ -139,7 +139,7 @@ def rest_verdict_of(case: CaseRecord | None) -> Verdict:
     """
     verdicts = [
         check.passed
-        for check in (case.checks if case is not None else ())
+        for check in case.checks
         if check.metric.startswith("rest_error") and _judges_outcome(check, case)
     ]
     if not verdicts:
@@ -175,7 +175,7 @@ def is_outcome_judged(case: CaseRecord) -> bool:
     return any(_judges_outcome(check, case) for check in case.checks)
 
 
-def _judges_outcome(check: Check, case: CaseRecord | None) -> bool:
+def _judges_outcome(check: Check, case: CaseRecord) -> bool:
     """Whether a check, passed or not, says if the outcome is right.
 
     A limit from below doesn't: "the first 25 collisions agree" leaves the end free. Nor does a
@@ -183,7 +183,7 @@ def _judges_outcome(check: Check, case: CaseRecord | None) -> bool:
     another shot has, too.
     """
     if check.metric == "quality_factor" and (
-        case is None or case.horizon is not None or case.truth not in INDEPENDENT
+        case.horizon is not None or case.truth not in INDEPENDENT
     ):
         return False
     if check.metric == "accuracy" and check.limit >= ACCURACY_KINDS.index("another shot"):

@@ -192,10 +192,9 @@ def get_document(database: sqlite3.Connection, name: Document) -> str | None:
     return None if found is None else str(found[0])
 
 
-def put_document(database: sqlite3.Connection, name: Document, content: str | bytes) -> None:
+def put_document(database: sqlite3.Connection, name: Document, content: str) -> None:
     """Put a document in place of what there was; within a `transaction`."""
-    text = content if isinstance(content, str) else content.decode()
-    database.execute("INSERT OR REPLACE INTO documents VALUES (?, ?)", [name, text])
+    database.execute("INSERT OR REPLACE INTO documents VALUES (?, ?)", [name, content])
 
 
 def current_records(database: sqlite3.Connection, kind: Kind) -> list[tuple[str, bool]]:

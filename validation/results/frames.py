@@ -6,7 +6,7 @@ import csv
 import importlib
 import io
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
@@ -116,12 +116,9 @@ def _flat(row: Mapping[str, Any]) -> dict[str, Any]:
 
 def _csv(rows: list[dict[str, Any]]) -> str:
     text = io.StringIO()
-    writer = csv.DictWriter(text, list(_columns(rows)), lineterminator="\n")
+    # The columns of all rows, each once, in the order in which they come.
+    columns = list(dict.fromkeys(name for row in rows for name in row))
+    writer = csv.DictWriter(text, columns, lineterminator="\n")
     writer.writeheader()
     writer.writerows(map(_flat, rows))
     return text.getvalue()
-
-
-def _columns(rows: list[dict[str, Any]]) -> Iterator[str]:
-    """Yield the columns of all rows, each once, in the order in which they come."""
-    yield from dict.fromkeys(name for row in rows for name in row)

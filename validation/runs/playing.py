@@ -13,7 +13,7 @@ import pickle
 import traceback
 from collections import deque
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
-from contextlib import closing, contextmanager
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from importlib import import_module
@@ -193,8 +193,7 @@ class _Worker:
         return self
 
     def __exit__(self, *_: object) -> None:
-        with closing(self._answers):
-            pass
+        self._answers.close()
 
     def run(self, shot: _Shot) -> Result:
         self._waiting.append(shot)

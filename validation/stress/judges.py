@@ -34,6 +34,10 @@ contacts of almost one instant comes first, it becomes visible, and `Invariants.
 """
 
 
+END_ROUNDINGS = 32.0
+"""Roundings of the fastest speed, and of the coordinates, by which an exact end may be off."""
+
+
 @dataclass(frozen=True)
 class Invariants:
     """Whether a run is possible at all: nothing overlaps, no energy comes in, no storm of events.
@@ -106,14 +110,11 @@ class Ends:
     `velocities` [m/s]: at the end.
     `collisions`: how many collisions there are; None where that isn't known.
     `positions` [m]: at the end; empty where they aren't known.
-    `roundings`: how many roundings of the fastest ball's speed, and of the coordinates, an exact
-        engine may be off by.
     """
 
     velocities: tuple[tuple[float, float], ...]
     collisions: int | None = None
     positions: tuple[tuple[float, float], ...] = ()
-    roundings: float = 32.0
 
     def __call__(self, result: Result) -> Verdict:
         """Judge a run."""
@@ -124,7 +125,7 @@ class Ends:
         if self.collisions is not None and counted != self.collisions:
             faults.append(f"{counted} collisions instead of {self.collisions}")
         speed = float(np.max(np.abs(scene.velocities)))
-        limit = self.roundings * EPS if exact else solver_noise()
+        limit = END_ROUNDINGS * EPS if exact else solver_noise()
         off = np.abs(result.final_state.velocities[0, :, :2] - self.velocities).max(axis=1) / speed
         ball = int(np.argmax(off))
         if not off[ball] <= limit:
@@ -139,7 +140,7 @@ class Ends:
         if self.positions:
             size = max(np.abs(self.positions).max(), np.abs(scene.positions).max())
             away = np.abs(result.rest_positions[:, :2] - self.positions).max(axis=1)
-            limit = self.roundings * EPS * float(size) if exact else travel_in_a_step(result)
+            limit = END_ROUNDINGS * EPS * float(size) if exact else travel_in_a_step(result)
             ball = int(np.argmax(away))
             if not away[ball] <= limit:
                 faults.append(
