@@ -24,7 +24,7 @@ from ghostball.validation.parallel.pool import Progress
 from ghostball.validation.parallel.sources import PACKAGE_OF, versions
 from ghostball.validation.results.measurement import Record
 from ghostball.validation.runs.interleave import Sampler, Task, interleave
-from ghostball.validation.runs.playing import ONE_BY_ONE, run_as_it_can
+from ghostball.validation.runs.playing import run_engine
 
 RACKS = 1_000
 """Racks of a whole measurement."""
@@ -125,7 +125,14 @@ def peer(spec: str) -> Player:
 def _played(engine: ReferenceEngine, scene: Scene) -> float:
     """Run a scene; impacts that share a ball come one by one where the engine knows no other."""
     with captured():
-        result = run_as_it_can(engine, scene, ({}, ONE_BY_ONE), "rest")
+        try:
+            result = run_engine(engine, scene, "rest")
+        except UnsupportedSceneError as refused:
+            physics = scene.physics.model_copy(update={"impacts": "sequential"})
+            try:
+                result = run_engine(engine, scene.model_copy(update={"physics": physics}), "rest")
+            except UnsupportedSceneError:
+                raise refused from None
     if not result.status.complete:
         raise EngineFailedError(engine.name, f"{result.status.value}: {result.reason}")
     return result.wall_time

@@ -12,12 +12,12 @@ from __future__ import annotations
 import pickle
 import traceback
 from collections import deque
-from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from importlib import import_module
-from typing import Any, Final
+from typing import Any
 
 from ghostball.engine import simulate
 from ghostball.engine.library.load import NoCompilerError
@@ -89,32 +89,6 @@ def run_ours(scene: Scene, record: Record = "trajectory") -> Result:
     if result.status is Status.INTERRUPTED:
         raise KeyboardInterrupt
     return result
-
-
-ONE_BY_ONE: Final[Mapping[str, Any]] = {"impacts": "sequential"}
-"""What leaves the order of impacts that share a ball to an engine which can't take them at once."""
-
-
-def run_as_it_can(
-    engine: ReferenceEngine,
-    scene: Scene,
-    variants: Sequence[Mapping[str, Any]],
-    record: Record = "trajectory",
-) -> Result:
-    """Run a scene with the first of these changes of its physics that the engine represents.
-
-    Raises `UnsupportedSceneError` what it says of the first, where it represents none.
-    """
-    refused: UnsupportedSceneError | None = None
-    for changes in variants:
-        physics = scene.physics.model_copy(update=dict(changes))
-        shot = scene.model_copy(update={"physics": physics}) if changes else scene
-        try:
-            return run_engine(engine, shot, record)
-        except UnsupportedSceneError as error:
-            refused = refused or error
-    assert refused is not None
-    raise refused
 
 
 @contextmanager
