@@ -91,9 +91,9 @@ def rack_places(gap: float | NDArray[np.float64], table: Table = POOL_TABLE) -> 
     return places
 
 
-def table_gas(count: int, t_max: float, seed: int = 0) -> Scene:
+def table_gas(count: int, t_max: float) -> Scene:
     """Return an elastic gas of `count` balls on a pool table; see its lattice."""
     columns = math.ceil(math.sqrt(2.0 * count))
     rows = math.ceil(count / columns)
     steps = np.array([POOL_TABLE.length / columns, POOL_TABLE.width / rows])
-    return lattice_of("table-gas", count, columns, steps, POOL_TABLE, FRICTIONLESS, t_max, seed)
+    return lattice_of("table-gas", count, columns, steps, POOL_TABLE, FRICTIONLESS, t_max, 0)

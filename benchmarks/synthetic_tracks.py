@@ -24,7 +24,6 @@ def synthetic_tracks(
     shots: int,
     seed: int,
     *,
-    surface: Surface = POOL,
     rate: float = 50.0,
     noise: float = 1e-3,
     stale: float = 0.04,
@@ -40,7 +39,7 @@ def synthetic_tracks(
     random = np.random.default_rng(seed)
     found: Shots = {}
     for shot in range(1, shots + 1):
-        scene = _shot(random, physics, surface, side)
+        scene = _shot(random, physics, side)
         tracks = tracks_of(simulate(scene, record="trajectory"), rate)
         found[str(shot)] = {
             ball: _seen(random, track, noise, stale, resting=resting)
@@ -49,9 +48,9 @@ def synthetic_tracks(
     return found
 
 
-def _shot(random: np.random.Generator, physics: Physics, surface: Surface, side: float) -> Scene:
+def _shot(random: np.random.Generator, physics: Physics, side: float) -> Scene:
     places: list[FloatArray] = []
-    extent = np.array([surface.length, surface.width])
+    extent = np.array([POOL.length, POOL.width])
     while len(places) < 3:
         place = random.uniform(_APART, extent - _APART)
         if all(np.linalg.norm(place - other) > _APART for other in places):
@@ -62,19 +61,19 @@ def _shot(random: np.random.Generator, physics: Physics, surface: Surface, side:
         angle = math.atan2(way[1], way[0]) + random.normal() * _AIMED / float(np.linalg.norm(way))
     speed, roll = random.uniform(0.5, 3.0), random.uniform(0.0, 1.0)
     vx, vy = speed * math.cos(angle), speed * math.sin(angle)
-    spin = np.array([-roll * vy, roll * vx, side * random.normal() * speed]) / surface.radius
+    spin = np.array([-roll * vy, roll * vx, side * random.normal() * speed]) / POOL.radius
     struck = Ball(
         id="cue",
         position=tuple(places[0]),
         velocity=(vx, vy),
         angular_velocity=tuple(spin),
-        radius=surface.radius,
+        radius=POOL.radius,
     )
     others = [
-        Ball(id=name, position=tuple(place), radius=surface.radius)
+        Ball(id=name, position=tuple(place), radius=POOL.radius)
         for name, place in zip(("red", "yellow"), places[1:], strict=True)
     ]
-    table = Table(length=surface.length, width=surface.width)
+    table = Table(length=POOL.length, width=POOL.width)
     return Scene(name="shot", table=table, physics=physics, balls=[struck, *others])
 
 

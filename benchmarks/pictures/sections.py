@@ -60,7 +60,7 @@ def draw_turning(results: Results) -> Figure:
     shots = [shot for shot, _ in stored]
     turns = [turned_off(shot, ours) for shot, ours in stored]
     ends = [{label: float(off[-1]) for label, (_, off) in turn.items()} for turn in turns]
-    figure, panels = _new_figure("6.1: how balls turn", shots, 2, ends)
+    figure, panels = _new_figure("6.1: how balls turn", shots, ends)
     for axes, shot, turn in zip(panels, shots, turns, strict=True):
         looks = {run.label: _look(run) for run in shot.drawn} | RULES
         for label, (times, off) in turn.items():
@@ -100,7 +100,7 @@ def turned_off(shot: Shot, ours_run: Run) -> dict[str, tuple[FloatArray, FloatAr
 def draw_slipping(results: Results) -> Figure:
     """Draw a ball that slips along its parabola, and its slip."""
     shot, _ = our_shot(results, SLIPPING)
-    figure, (path, slip) = _new_figure("6.2: a ball that slips", [shot], 2)
+    figure, (path, slip) = _new_figure("6.2: a ball that slips", [shot])
     radius = float(shot.scene.radii[0])
     for run in shot.drawn:
         motion = motion_of_run(run)
@@ -124,7 +124,7 @@ def draw_slipping(results: Results) -> Figure:
 def draw_air(results: Results) -> Figure:
     """Draw how much less far balls roll in air, and a bounce that loses speed."""
     rolls, bounce = (our_shot(results, name)[0] for name in (AIR, RESTITUTION))
-    figure, (ways, speeds) = _new_figure("6.3: air, and restitution", [rolls, bounce], 2)
+    figure, (ways, speeds) = _new_figure("6.3: air, and restitution", [rolls, bounce])
     physics = rolls.scene.physics
     a, b = physics.rolling_friction * physics.gravity, 5.0 / 7.0 * physics.air_drag
     v = np.linspace(0.7, 11.0, 300)
@@ -149,7 +149,7 @@ def draw_air(results: Results) -> Figure:
 def draw_flight(results: Results) -> Figure:
     """Draw a jump shot from the side on every engine that plays it."""
     shot, ours_run = our_shot(results, FLIGHT)
-    figure, (side, off) = _new_figure("6.4: a ball that flies", [shot], 2)
+    figure, (side, off) = _new_figure("6.4: a ball that flies", [shot])
     draw_side(side, shot, _look)
     side.legend(fontsize=7.5, loc="upper right")
     ours = motion_of_run(ours_run)
@@ -176,9 +176,9 @@ SECTION_FIGURES: Mapping[str, Callable[[Results], Figure]] = {
 
 
 def _new_figure(
-    title: str, shots: Any, columns: int, turned: Sequence[Mapping[str, float]] = ()
+    title: str, shots: Any, turned: Sequence[Mapping[str, float]] = ()
 ) -> tuple[Figure, Any]:
-    """Return a figure with its panels, and a row for each engine beneath them.
+    """Return a figure with its two panels, and a row for each engine beneath them.
 
     `turned` says, shot by shot, how far each engine and rule is turned off at the end [rad].
     """
@@ -203,7 +203,7 @@ def _new_figure(
                 va="center",
                 fontweight="bold" if k == 0 else "normal",
             )
-    return figure, upper.subplots(1, columns)
+    return figure, upper.subplots(1, 2)
 
 
 def _rows(shots: list[Shot], turned: Sequence[Mapping[str, float]]) -> list[list[str]]:

@@ -184,14 +184,16 @@ def truth_of(
     proof, no_proof = (None, "it was not asked for")
     if needed and (wanted != "engine" or "proof" in parts):
         proof, no_proof = proof_of(scene)
-    whole = proof is not None and proof.proved
+    proved = None  # the motion of the whole shot
+    if proof is not None and proof.proved:
+        proved = result_of(scene, proof, CertifiedSettings(), "trajectory")
     partial = no_proof if proof is None else f"{proof.ending}: {proof.reason}"
-    if wanted == "certified" and not whole:
+    if wanted == "certified" and proved is None:
         raise TruthError(
             f'scene "{scene.name}": its criteria say `truth` = "certified", but the whole shot '
             f'isn\'t proved: {partial}. Write `truth` = "engine"'
         )
-    if proof is not None and not whole and (least is None or len(proof.events) < least):
+    if proof is not None and proved is None and (least is None or len(proof.events) < least):
         must = "all to its end" if least is None else f"{least}"
         raise TruthError(
             f'scene "{scene.name}": only {len(proof.events)} of its events are proved, {must} must '
@@ -200,29 +202,27 @@ def truth_of(
         )
     ours, missing = _our_run(scene) if needed else (None, "it was not asked for")
     if form is not None:
-        truth = _from_form(scene, form, ours, proof if whole else None, missing, parts)
-    elif proof is not None and whole and wanted != "engine":
-        truth = _from_proof(scene, proof, parts)
+        truth = _from_form(scene, form, ours, proved, missing, parts)
+    elif proof is not None and proved is not None and wanted != "engine":
+        truth = _from_proof(proof, proved, parts)
     elif ours is not None:
-        truth = _from_our_run(ours, parts)
+        truth = _from_run(ours, parts)
     else:
         truth = Truth(None, missing=missing)
     meetings, graded, graded_steps, predictable, ends = None, None, None, math.inf, math.inf
-    if truth.kind != CLOSED_FORM and (whole or ours is not None):
-        run = ours
-        if proof is not None and whole:
-            run = result_of(scene, proof, CertifiedSettings(), "trajectory")
-        assert run is not None
+    run = ours if proved is None else proved
+    if truth.kind != CLOSED_FORM and run is not None:
         growth = growth_along(scene, proof, run)
         meetings, ends = meetings_of(growth, run), growth.derivative_ends
         predictable = horizon(growth, TOLERANCE, ROUNDINGS * UNIT_ROUNDOFF)
     # How errors grow takes longer to compute than many a run: once is enough for all engines.
     lateness = None
     if proof is not None and "proof" in parts:
-        if whole and is_differentiated(scene):
+        until = math.inf if proved is None else predictable
+        if proved is not None and is_differentiated(scene):
             lateness = growth_of_proof(scene, proof).lateness()
         graded = gradable(scene, proof)
-        graded_steps = gradable(scene, proof, exact=False, until=predictable if whole else math.inf)
+        graded_steps = gradable(scene, proof, exact=False, until=until)
     return replace(
         truth,
         certificate=proof,
@@ -235,44 +235,39 @@ def truth_of(
     )
 
 
-def _from_our_run(ours: Result, parts: Collection[TruthPart]) -> Truth:
-    collisions, times = collisions_of(events_of(ours))
-    energy_times, energy = _energy_curve(ours, parts)
+def _from_run(run: Result, parts: Collection[TruthPart]) -> Truth:
+    """Return a run as the truth, our engine's unless more is known of it."""
+    collisions, times = collisions_of(events_of(run))
+    energy_times, energy = _energy_curve(run, parts)
     return Truth(
         OUR_ENGINE,
-        rest_positions=ours.rest_positions,
-        rest_positions_low=np.zeros_like(ours.rest_positions),
-        rest_time=ours.rest_time,
+        rest_positions=run.rest_positions,
+        rest_positions_low=np.zeros_like(run.rest_positions),
+        rest_time=run.rest_time,
         collisions=tuple(collisions),
         collision_times=times,
-        collision_counts=dict(ours.collision_counts),
+        collision_counts=dict(run.collision_counts),
         energy_times=energy_times,
         energy=energy,
     )
 
 
-def _from_proof(scene: Scene, proof: Certificate, parts: Collection[TruthPart]) -> Truth:
-    proved = result_of(scene, proof, CertifiedSettings(), "trajectory")
-    collisions, times = collisions_of(events_of(proved))
-    energy_times, energy = _energy_curve(proved, parts)
-    high, low = np.zeros((2, len(scene.balls), 3))
-    high[:, 2] = scene.radii
+def _from_proof(proof: Certificate, proved: Result, parts: Collection[TruthPart]) -> Truth:
+    """Return a whole proof as the truth; `proved` is its motion."""
+    high, low = np.zeros((2, len(proved.scene.balls), 3))
+    high[:, 2] = proved.scene.radii
     for k, place in enumerate(proof.positions):
         for axis, enclosure in enumerate(place):
             high[k, axis], low[k, axis] = _halves(enclosure.mid)
     rest_time, rest_time_low = _halves(proof.t_end.mid)
-    return Truth(
-        CERTIFIED,
+    return replace(
+        _from_run(proved, parts),
+        kind=CERTIFIED,
         independent=frozenset({"rest", "time", "events", "energy", "proof"}),
         rest_positions=high,
         rest_positions_low=low,
         rest_time=rest_time,
         rest_time_low=rest_time_low,
-        collisions=tuple(collisions),
-        collision_times=times,
-        collision_counts=dict(proved.collision_counts),
-        energy_times=energy_times,
-        energy=energy,
     )
 
 
@@ -280,12 +275,12 @@ def _from_form(
     scene: Scene,
     form: ClosedForm,
     ours: Result | None,
-    proof: Certificate | None,
+    proved: Result | None,
     missing: str,
     parts: Collection[TruthPart],
 ) -> Truth:
     """Return a closed form; what it leaves open is from a whole proof, else from our engine."""
-    rest = ours if proof is None else result_of(scene, proof, CertifiedSettings(), "trajectory")
+    rest = ours if proved is None else proved
     with mpmath.workdps(DIGITS):
         high, low = _split(
             [[*xy, r] for xy, r in zip(form.rest_positions, scene.radii, strict=True)]
@@ -300,7 +295,7 @@ def _from_form(
     independent: set[TruthPart] = {"rest", "time", "events", "conditioning", "proof"}
     return Truth(
         CLOSED_FORM,
-        independent=frozenset(independent if proof is None else independent | {"energy"}),
+        independent=frozenset(independent if proved is None else independent | {"energy"}),
         missing=missing,
         rest_positions=high,
         rest_positions_low=low,
