@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
@@ -19,6 +20,7 @@ from ghostball.reference_adapters.certified.laws import (
 )
 from ghostball.reference_adapters.certified.problem import problem_of
 from ghostball.validation.grading.certified_flow import PARTS, PLACE, SLIP, VELOCITY, ProvedBall
+from ghostball.validation.grading.event_logs import proved_events
 from ghostball.validation.grading.slope import Slope
 
 
@@ -45,14 +47,11 @@ def event_changes(
     """
     laws = Laws(problem_of(scene))
     at = [0] * len(balls)
-    times = [float(event.t) for event in certificate.events]
-    due: dict[tuple[int, float], int] = {}
-    for event, t in zip(certificate.events, times, strict=True):
-        if event.kind in COLLISION_KINDS:
-            for ball in _involved(event.kind, event.a, event.b):
-                due[ball, t] = due.get((ball, t), 0) + 1
-    for event, t in zip(certificate.events, times, strict=True):
-        involved = _involved(event.kind, event.a, event.b)
+    events = proved_events(certificate)
+    collisions = (event for event in events if event.kind in COLLISION_KINDS)
+    due = Counter((ball, event.t) for event in collisions for ball in event.balls)
+    for event in events:
+        t, involved = event.t, event.balls
         mine = tuple(balls[i] for i in involved)
         before = tuple(balls[i].starts[at[i]] for i in involved)
         for i in involved:
@@ -87,10 +86,6 @@ def event_changes(
             passes.lasts,
             noise,
         )
-
-
-def _involved(kind: EventKind, a: int, b: int) -> tuple[int, ...]:
-    return (a, b) if kind is EventKind.BALL_BALL else (a,)
 
 
 class _Passage:

@@ -14,11 +14,12 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ghostball.model import EventKind, Scene
+from ghostball.model import Scene
 from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.certified import Certificate, Enclosure
 from ghostball.reference_adapters.certified.problem import problem_of
 from ghostball.reference_adapters.certified.run import largest_speeds
+from ghostball.validation.grading.event_logs import proved_events
 from ghostball.validation.grading.tolerances import UNIT_ROUNDOFF
 
 _LARGEST = 10**300
@@ -37,15 +38,14 @@ class FlightGrowth:
 
     def __init__(self, scene: Scene, certificate: Certificate) -> None:
         self.t_end = float(certificate.t_end)
-        instants = [float(event.t) for event in certificate.events]
-        self.times: FloatArray = np.unique([0.0, *instants])
+        events = proved_events(certificate)
+        self.times: FloatArray = np.unique([0.0, *(event.t for event in events)])
         fastest = max(largest_speeds(problem_of(scene)))
         self._events: list[list[tuple[float, float]]] = [[(0.0, 0.0)] for _ in scene.balls]
-        for event, t in zip(certificate.events, instants, strict=True):
-            width = _in_doubles(event.t, certificate) * fastest / UNIT_ROUNDOFF
-            pair = event.kind is EventKind.BALL_BALL
-            for ball in (event.a, event.b) if pair else (event.a,):
-                self._events[ball].append((t, width))
+        for event, proved in zip(events, certificate.events, strict=True):
+            width = _in_doubles(proved.t, certificate) * fastest / UNIT_ROUNDOFF
+            for ball in event.balls:
+                self._events[ball].append((event.t, width))
 
     def sizes(self, times: ArrayLike) -> FloatArray:
         """Return how far the fastest ball goes while each ball's last event is uncertain.
@@ -66,8 +66,7 @@ def width_sizes(certificate: Certificate) -> FloatArray:
     A ball that rests, and that no event concerns, isn't displaced; that of another is rounded
     itself, too.
     """
-    moved = {event.a for event in certificate.events}
-    moved |= {event.b for event in certificate.events if event.kind is EventKind.BALL_BALL}
+    moved = {ball for event in proved_events(certificate) for ball in event.balls}
     moved |= {k for k, v in enumerate(certificate.velocities) if any(map(float, v))}
     sizes = np.zeros(len(certificate.positions))
     for k, place in enumerate(certificate.positions):

@@ -16,11 +16,13 @@ import math
 from collections import defaultdict, deque
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 
 from ghostball.model import COLLISION_KINDS, CUSHIONS, EventKind, Events, Scene, partner_name
 from ghostball.model.arrays import FloatArray
+from ghostball.reference_adapters.certified import Certificate
 from ghostball.validation.grading.tolerances import TIE
 
 Key = tuple[int, int, int]
@@ -181,6 +183,14 @@ def events_from(keys: Sequence[Key], times: FloatArray) -> list[Event]:
         Event(EventKind(kind), a, b, float(t), index)
         for index, ((kind, a, b), t) in enumerate(zip(keys, instants, strict=True))
     ]
+
+
+@lru_cache(maxsize=4)  # every engine's run is compared with it, and looks its times up
+def proved_events(certificate: Certificate) -> tuple[Event, ...]:
+    """Return the events of a certificate, at their instants in double precision."""
+    # By the instants, not by `CertifiedEvent.tie`: they tie where the proof has no order of them,
+    # 2^-100 s, and also where an engine can't have one, which is far more.
+    return tuple(Event(*event.key, float(event.t), k) for k, event in enumerate(certificate.events))
 
 
 def compare_logs(

@@ -21,7 +21,7 @@ from ghostball.model.arrays import FloatArray
 from ghostball.model.scene.obstacles import FIRST_POST
 from ghostball.reference_adapters.certified import Certificate
 from ghostball.validation.grading.certified_widths import FlightGrowth, width_sizes
-from ghostball.validation.grading.event_logs import Event
+from ghostball.validation.grading.event_logs import proved_events
 from ghostball.validation.grading.horizon import Growth, growth_along_proof, horizon
 from ghostball.validation.grading.tolerances import (
     LOWEST_BOUNCE,
@@ -108,14 +108,6 @@ def check_proof(scene: Scene, certificate: Certificate) -> None:
             f'`certificate` of scene "{name}" must hold the motion, along which errors grow. '
             "Certify with motion=True"
         )
-
-
-@lru_cache(maxsize=4)  # every engine's run is compared with it, and looks its times up
-def proved_events(certificate: Certificate) -> tuple[Event, ...]:
-    """Return the events of a certificate, at their instants in double precision."""
-    # By the instants, not by `CertifiedEvent.tie`: they tie where the proof has no order of them,
-    # 2^-100 s, and also where an engine can't have one, which is far more.
-    return tuple(Event(*event.key, float(event.t), k) for k, event in enumerate(certificate.events))
 
 
 def proved_motion(scene: Scene, certificate: Certificate) -> ExactTrajectory:

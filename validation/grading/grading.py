@@ -23,7 +23,6 @@ from ghostball.model import (
     ExactTrajectory,
     GhostballError,
     Result,
-    Samples,
     Scene,
 )
 from ghostball.model.arrays import FloatArray
@@ -34,13 +33,13 @@ from ghostball.validation.grading.event_logs import (
     Parting,
     compare_logs,
     events_in,
+    proved_events,
 )
 from ghostball.validation.grading.gradable import (
     Extent,
     Gradable,
     check_proof,
     gradable,
-    proved_events,
     proved_motion,
 )
 from ghostball.validation.grading.tolerances import EPS, LEAST_SLIP, TIE, UNIT_ROUNDOFF
@@ -202,6 +201,7 @@ def _negligible(scene: Scene, log: Sequence[Event]) -> list[bool]:
         EventKind.ROLL_TO_REST: gravity * scene.rolling_frictions,
     }
     since, levers = [0.0] * len(scene.balls), [1.0] * len(scene.balls)
+    lever = _lever(scene)
     negligible = []
     for one in log:
         lasted = one.t - since[one.a]
@@ -213,7 +213,7 @@ def _negligible(scene: Scene, log: Sequence[Event]) -> list[bool]:
         for ball in one.balls:
             since[ball] = one.t
             if one.kind is EventKind.BALL_BALL:
-                levers[ball] = _lever(scene)
+                levers[ball] = lever
     return negligible
 
 
@@ -279,7 +279,7 @@ def position_errors(
     if t < float(certificate.t_end) or within.extent == "horizon":
         truth = proved_motion(result.scene, certificate)
         at = np.array([t])
-        difference = _positions(result.sample(at)) - _positions(truth.sample(at))
+        difference = result.sample(at).positions[0] - truth.sample(at).positions[0]
         return t, np.linalg.norm(difference, axis=1)
     if within.extent == "whole":
         t, positions = result.rest_time, result.rest_positions
@@ -290,11 +290,6 @@ def position_errors(
         for place, enclosures in zip(positions.tolist(), certificate.positions, strict=True)
     ]
     return t, np.array(errors)
-
-
-def _positions(samples: Samples) -> FloatArray:
-    positions: FloatArray = samples.positions[0]
-    return positions
 
 
 def _distance(value: float, enclosure: Enclosure) -> float:
