@@ -16,6 +16,7 @@ from ghostball.validation.truth.closed_forms._motion import (
     cloth_of,
     dot,
     length_of,
+    make_sure_apart,
     negligible,
     scaled,
     slip_of,
@@ -28,19 +29,11 @@ def alone_in_air(setup: Setup) -> Outcome:
     """Let each ball slide and roll along its own line until it rests; they never meet."""
     if setup.cushions or setup.t_max is not None:
         raise OrderError("needs an unbounded cloth, and no end but rest")
-    balls = range(len(setup.positions))
-    ends = [_end_of(setup, ball) for ball in balls]
-    if setup.verify and any(
-        not _stay_separate(setup, i, j, ends[i][0], ends[j][0]) for i in balls for j in range(i)
-    ):
-        raise OrderError("two balls come too close to each other")
-    zero = mp.mpf(0)
-    return Outcome(
-        tuple(place for place, _ in ends),
-        tuple((zero, zero) for _ in balls),
-        max(time for _, time in ends),
-        (),
-    )
+    ends = [_end_of(setup, ball) for ball in range(len(setup.positions))]
+    places = [place for place, _ in ends]
+    if setup.verify:
+        make_sure_apart(list(zip(setup.positions, places, strict=True)), setup.radii)
+    return Outcome.at_rest(places, max(time for _, time in ends))
 
 
 def _end_of(setup: Setup, ball: int) -> tuple[Vector, mpf]:
@@ -100,14 +93,3 @@ def _slid(setup: Setup, state: State, cloth: Cloth) -> tuple[State, mpf]:
         velocity=scaled(velocity(end), along),
         rolls=True,
     ), end
-
-
-def _stay_separate(setup: Setup, i: int, j: int, end_i: Vector, end_j: Vector) -> bool:
-    """Whether boxes around the straight ways of two balls are apart by more than their radii."""
-    reach = setup.radii[i] + setup.radii[j]
-    gaps = []
-    for axis in range(2):
-        one = (setup.positions[i][axis], end_i[axis])
-        other = (setup.positions[j][axis], end_j[axis])
-        gaps.append(max(min(one) - max(other), min(other) - max(one)))
-    return bool(max(gaps) > reach)

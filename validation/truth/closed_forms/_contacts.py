@@ -42,10 +42,8 @@ def collision_with_two(setup: Setup) -> Outcome:
         ends.append(path[-1].state.position)
         times.append(time_to_rest(path, cloth))
     mirrored = (ends[1][0], 2 * cue[1] - ends[1][1])
-    still = (zero, zero)
-    return Outcome(
-        (ends[0], ends[1], mirrored),
-        (still, still, still),
+    return Outcome.at_rest(
+        (*ends, mirrored),
         2 * distance / (velocity[0] + speed) + max(times),
         (("ball-ball", 0, 1), ("ball-ball", 0, 2)),
     )
@@ -74,12 +72,9 @@ def pushed_along(setup: Setup) -> Outcome:
     gripping = radius * spin[1] / (together + 5 * slide / 2)
     speed = together * gripping
     travelled = together * gripping**2 / 2 + speed**2 / (2 * roll)
-    zero = mp.mpf(0)
-    return Outcome(
+    return Outcome.at_rest(
         ((back[0] + travelled, back[1]), (front[0] + travelled, front[1])),
-        ((zero, zero), (zero, zero)),
         gripping + speed / roll,
-        (),
     )
 
 
@@ -96,12 +91,8 @@ def wedged(setup: Setup) -> Outcome:
             raise OrderError("the second ball must lie on the left cushion")
         if not spin < 0:
             raise OrderError("the first ball must have topspin towards the cushion")
-    zero = mp.mpf(0)
-    return Outcome(
-        setup.positions,
-        ((zero, zero), (zero, zero)),
-        setup.radii[0] * abs(spin) / (5 * cloth_of(setup, 0).sliding / 2),
-        (),
+    return Outcome.at_rest(
+        setup.positions, setup.radii[0] * abs(spin) / (5 * cloth_of(setup, 0).sliding / 2)
     )
 
 

@@ -13,7 +13,7 @@ from itertools import combinations
 from mpmath import mp, mpf
 
 from ghostball.validation.truth.closed_forms._motion import length_of, negligible, starting_state
-from ghostball.validation.truth.closed_forms._setup import OrderError, Outcome, Setup, Vector
+from ghostball.validation.truth.closed_forms._setup import OrderError, Outcome, Setup
 
 
 def fall_in_air(setup: Setup) -> Outcome:
@@ -29,10 +29,7 @@ def fall_in_air(setup: Setup) -> Outcome:
         (x, y), (u, v) = setup.positions[i], setup.positions[j]
         if length_of((u - x, v - y)) <= setup.radii[i] + setup.radii[j]:
             raise OrderError("two balls are above each other")
-    zero = mp.mpf(0)
-    none: Vector = (zero, zero)
-    ends = max(_time_of(setup, ball) for ball in balls)
-    return Outcome(setup.positions, tuple(none for _ in balls), ends, ())
+    return Outcome.at_rest(setup.positions, max(_time_of(setup, ball) for ball in balls))
 
 
 def _time_of(setup: Setup, ball: int) -> mpf:

@@ -18,6 +18,7 @@ from ghostball.validation.truth.closed_forms._motion import (
     along,
     cloth_of,
     length_of,
+    make_sure_apart,
     negligible,
     path_of,
     rolling_spin,
@@ -41,21 +42,10 @@ def alone_in_flight(setup: Setup) -> Outcome:
     """Let each ball bounce, slide and roll until it rests; they never meet."""
     if setup.cushions or setup.t_max is not None or setup.table_restitution == 1:
         raise OrderError("needs an unbounded cloth, and bounces that end at rest")
-    balls = range(len(setup.positions))
-    ends = [_end_of(setup, ball) for ball in balls]
-    if setup.verify and any(
-        not _stay_separate(ends[i].hull, ends[j].hull, setup.radii[i] + setup.radii[j])
-        for i in balls
-        for j in range(i)
-    ):
-        raise OrderError("two balls come too close to each other")
-    zero = mp.mpf(0)
-    return Outcome(
-        tuple(end.position for end in ends),
-        tuple((zero, zero) for _ in balls),
-        max(end.time for end in ends),
-        (),
-    )
+    ends = [_end_of(setup, ball) for ball in range(len(setup.positions))]
+    if setup.verify:
+        make_sure_apart([end.hull for end in ends], setup.radii)
+    return Outcome.at_rest([end.position for end in ends], max(end.time for end in ends))
 
 
 def _end_of(setup: Setup, ball: int) -> _Flown:
@@ -107,12 +97,3 @@ def _rubbed(state: State, radius: mpf, push: mpf, setup: Setup, ball: int) -> St
         velocity=(state.velocity[0] + x, state.velocity[1] + y),
         spin=(wx + turn * y, wy - turn * x, wz),
     )
-
-
-def _stay_separate(one: list[Vector], other: list[Vector], reach: mpf) -> bool:
-    """Whether boxes around two hulls are apart by more than `reach` [m]."""
-    gaps = []
-    for axis in range(2):
-        a, b = [point[axis] for point in one], [point[axis] for point in other]
-        gaps.append(max(min(a) - max(b), min(b) - max(a)))
-    return bool(max(gaps) > reach)

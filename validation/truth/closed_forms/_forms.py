@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import replace
+from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache, partial
-from itertools import combinations
 from typing import Literal, NamedTuple
 
 from mpmath import mpf
@@ -18,7 +16,14 @@ from ghostball.validation.truth.closed_forms._contacts import (
 )
 from ghostball.validation.truth.closed_forms._falls import fall_in_air
 from ghostball.validation.truth.closed_forms._flight import alone_in_flight
-from ghostball.validation.truth.closed_forms._setup import Collision, OrderError, Outcome, Setup
+from ghostball.validation.truth.closed_forms._motion import make_sure_apart
+from ghostball.validation.truth.closed_forms._setup import (
+    Collision,
+    OrderError,
+    Outcome,
+    Setup,
+    Vector,
+)
 from ghostball.validation.truth.closed_forms._shot import Shot
 from ghostball.validation.truth.closed_forms._unfolding import unfolded_bounces, unfolded_masses
 
@@ -32,14 +37,27 @@ class Form(NamedTuple):
     flight: bool = False
 
 
-def _undisturbed(setup: Setup) -> Outcome:
-    """Balls that meet nothing: each slides, rolls v^2 / (2 mu g) and rests."""
-    return Shot(setup).end()
+def _in_order(order: Sequence[Collision], setup: Setup) -> Outcome:
+    shot = Shot(setup)
+    for collision in order:
+        shot.play(collision)
+    return shot.end()
 
 
-def _one_collision(setup: Setup) -> Outcome:
-    """Let balls 0 and 1 collide once; then both come to rest."""
-    return Shot(setup).collide(0, 1).end()
+_undisturbed = partial(_in_order, ())
+"""Balls that meet nothing: each slides, rolls v^2 / (2 mu g) and rests."""
+
+_one_collision = partial(_in_order, [("ball-ball", 0, 1)])
+
+_collision_of_the_last = partial(_in_order, [("ball-ball", 0, 2)])
+"""The first ball passes the second and hits the third."""
+
+_bounce_right = partial(_in_order, [("ball-cushion", 0, "right")])
+
+_squeezed_out = partial(
+    _in_order, [("ball-ball", 0, 1), ("ball-cushion", 1, "left"), ("ball-ball", 0, 1)]
+)
+"""The first ball hits the second, which lies on the left cushion, bounces, and hits back."""
 
 
 def _chain(setup: Setup) -> Outcome:
@@ -47,34 +65,16 @@ def _chain(setup: Setup) -> Outcome:
 
     Of balls that touch, one impact comes after the other, as with gaps that vanish.
     """
-    shot = Shot(setup)
-    for ball in range(len(setup.positions) - 1):
-        shot.collide(ball, ball + 1)
-    return shot.end()
-
-
-def _collision_of_the_last(setup: Setup) -> Outcome:
-    """Let the first ball pass the second and hit the third."""
-    return Shot(setup).collide(0, 2).end()
-
-
-def _bounce_right(setup: Setup) -> Outcome:
-    """One bounce from the right cushion by the law of the scene."""
-    return Shot(setup).bounce(0, "right").end()
-
-
-def _squeezed_out(setup: Setup) -> Outcome:
-    """Let the first ball hit the second, which lies on the left cushion, bounces, and hits back."""
-    return Shot(setup).collide(0, 1).bounce(1, "left").collide(0, 1).end()
+    line = range(len(setup.positions) - 1)
+    return _in_order([("ball-ball", ball, ball + 1) for ball in line], setup)
 
 
 class _Pair(NamedTuple):
-    """Two balls that collide once: when, how they end, and a box around their paths and radii."""
+    """Two balls that collide once: when, how they end, and points whose hull holds their paths."""
 
     contact: mpf
     outcome: Outcome
-    low: tuple[mpf, mpf]
-    high: tuple[mpf, mpf]
+    hull: list[Vector]
 
 
 def _separate_pairs(setup: Setup) -> Outcome:
@@ -85,9 +85,10 @@ def _separate_pairs(setup: Setup) -> Outcome:
     n = len(setup.positions)
     if n % 2 or setup.cushions:
         raise OrderError("needs pairs of balls on an unbounded cloth")
-    pairs = [_solve_pair(_part(setup, 2 * k)) for k in range(n // 2)]
-    if setup.verify and any(_overlap(a, b) for a, b in combinations(pairs, 2)):
-        raise OrderError("the pairs come too close to each other")
+    setups = [setup.of(slice(first, first + 2)) for first in range(0, n, 2)]
+    pairs = [_solve_pair(pair) for pair in setups]
+    if setup.verify:
+        make_sure_apart([pair.hull for pair in pairs], [max(pair.radii) for pair in setups])
     order = sorted(range(len(pairs)), key=lambda k: pairs[k].contact)
     return Outcome(
         tuple(position for pair in pairs for position in pair.outcome.positions),
@@ -99,38 +100,9 @@ def _separate_pairs(setup: Setup) -> Outcome:
 
 @lru_cache(maxsize=256)  # a nudge for the conditioning changes one pair, or all by one number
 def _solve_pair(setup: Setup) -> _Pair:
-    shot = Shot(setup).collide(0, 1)
-    contact, outcome, reach = shot.time, shot.end(), max(setup.radii)
-    if not setup.verify:
-        return _Pair(contact, outcome, (reach, reach), (reach, reach))
-    xs, ys = zip(*shot.hull, strict=True)
-    return _Pair(
-        contact,
-        outcome,
-        (min(xs) - reach, min(ys) - reach),
-        (max(xs) + reach, max(ys) + reach),
-    )
-
-
-def _part(setup: Setup, first: int) -> Setup:
-    """Return the setup of two neighbouring balls alone."""
-    pair = slice(first, first + 2)
-    return replace(
-        setup,
-        positions=setup.positions[pair],
-        velocities=setup.velocities[pair],
-        spins=setup.spins[pair],
-        rolls=setup.rolls[pair],
-        radii=setup.radii[pair],
-        masses=setup.masses[pair],
-        rolling_frictions=setup.rolling_frictions[pair],
-        sliding_frictions=setup.sliding_frictions[pair],
-        spin_decelerations=setup.spin_decelerations[pair],
-    )
-
-
-def _overlap(a: _Pair, b: _Pair) -> bool:
-    return all(a.low[axis] <= b.high[axis] and b.low[axis] <= a.high[axis] for axis in (0, 1))
+    shot = Shot(setup)
+    shot.play(("ball-ball", 0, 1))
+    return _Pair(shot.time, shot.end(), shot.hull)
 
 
 MOST_BALLS, MOST_COLLISIONS = 3, 6
@@ -152,13 +124,6 @@ def form_of_shape(setup: Setup) -> Form:
     return Form(
         partial(_in_order, tuple(shot.collisions)), "sliding" if setup.slides else "rolling"
     )
-
-
-def _in_order(order: tuple[Collision, ...], setup: Setup) -> Outcome:
-    shot = Shot(setup)
-    for collision in order:
-        shot.play(collision)
-    return shot.end()
 
 
 FORMS: Mapping[str, Form] = {

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
+from itertools import combinations
 from typing import NamedTuple
 
 from mpmath import mp, mpf
 
-from ghostball.validation.truth.closed_forms._setup import Setup, Spin, Vector
+from ghostball.validation.truth.closed_forms._setup import OrderError, Setup, Spin, Vector
 
 ROUNDING_DIGITS = 40
 """A speed of less than 1e-40 m/s is what rounding to 50 digits left of 0.
@@ -148,6 +150,19 @@ def state_at(path: list[Segment], cloth: Cloth, dt: mpf) -> State:
     """Return the state after `dt` on a path."""
     segment = next(segment for segment in reversed(path) if segment.start <= dt)
     return moved(segment, cloth, dt - segment.start)
+
+
+def make_sure_apart(ways: Iterable[Sequence[Vector]], radii: Iterable[mpf]) -> None:
+    """Make sure that what moves along some ways never meets: boxes around them are apart.
+
+    `ways` [m]: points of each whose convex hull holds it.
+    `radii` [m]: of the largest ball on each.
+    """
+    boxes = [[(min(xs), max(xs)) for xs in zip(*way, strict=True)] for way in ways]
+    for (one, radius), (other, reach) in combinations(zip(boxes, radii, strict=True), 2):
+        gaps = [max(a - d, c - b) for (a, b), (c, d) in zip(one, other, strict=True)]
+        if max(gaps) <= radius + reach:
+            raise OrderError("two balls come too close to each other")
 
 
 def time_to_rest(path: list[Segment], cloth: Cloth) -> mpf:

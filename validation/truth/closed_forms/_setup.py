@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 from mpmath import mp, mpf
 
@@ -32,6 +32,13 @@ _OF_CUSHIONS = (
     "cushion_friction",
     "cushion_height",
 )
+
+
+_OF_EACH_BALL = (
+    *("positions", "velocities", "heights", "rises", "spins", "rolls", "radii", "masses"),
+    *("rolling_frictions", "sliding_frictions", "spin_decelerations"),
+)
+"""What a setup holds for each ball."""
 
 
 class OrderError(Exception):
@@ -92,6 +99,10 @@ class Setup:
     slides: bool
     verify: bool
 
+    def of(self, balls: slice) -> Setup:
+        """Return the setup of some of the balls alone."""
+        return replace(self, **{name: getattr(self, name)[balls] for name in _OF_EACH_BALL})
+
 
 @dataclass(frozen=True)
 class Outcome:
@@ -105,6 +116,14 @@ class Outcome:
     velocities: tuple[Vector, ...]
     time: mpf
     collisions: tuple[Collision, ...]
+
+    @classmethod
+    def at_rest(
+        cls, positions: Sequence[Vector], time: mpf, collisions: Sequence[Collision] = ()
+    ) -> Outcome:
+        """Return the end of a shot whose balls all come to rest."""
+        zero = mp.mpf(0)
+        return cls(tuple(positions), ((zero, zero),) * len(positions), time, tuple(collisions))
 
 
 def numbers_of(scene: Scene) -> dict[Key, mpf]:

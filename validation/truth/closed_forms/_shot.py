@@ -59,28 +59,20 @@ class Shot:
         self._states = [starting_state(setup, i) for i in balls]
         self._paths = [path_of(self._states[i], self._cloths[i]) for i in balls]
 
-    def collide(self, a: int, b: int) -> Shot:
-        """Move until balls `a` and `b` touch, and let them collide."""
-        self._advance(self._time_of_contact(a, b), ("ball-ball", a, b))
-        self._states[a], self._states[b] = ball_impact(
-            self.setup, a, b, self._states[a], self._states[b]
-        )
-        self._replan(a, b)
-        return self
-
-    def bounce(self, ball: int, cushion: str) -> Shot:
-        """Move until the ball touches the cushion, and let it bounce by the scene's law."""
-        self._advance(self._time_of_bounce(ball, cushion), ("ball-cushion", ball, cushion))
-        self._states[ball] = cushion_impact(self.setup, ball, cushion, self._states[ball])
-        self._replan(ball)
-        return self
-
-    def play(self, collision: Collision) -> Shot:
-        """Move until a collision, and let it happen."""
+    def play(self, collision: Collision) -> None:
+        """Move until a collision, and let it happen by the scene's law."""
         kind, ball, other = collision
         if kind == "ball-ball":
-            return self.collide(ball, int(other))
-        return self.bounce(ball, str(other))
+            a, b = ball, int(other)
+            self._advance(self._time_of_contact(a, b), collision)
+            states = self._states[a], self._states[b]
+            self._states[a], self._states[b] = ball_impact(self.setup, a, b, *states)
+            self._replan(a, b)
+        else:
+            cushion = str(other)
+            self._advance(self._time_of_bounce(ball, cushion), collision)
+            self._states[ball] = cushion_impact(self.setup, ball, cushion, self._states[ball])
+            self._replan(ball)
 
     def next_collision(self) -> Collision | None:
         """Return the collision that comes next, or None where the shot ends before any.

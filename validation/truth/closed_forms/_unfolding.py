@@ -36,9 +36,8 @@ def unfolded_bounces(setup: Setup) -> Outcome:
             ahead = (radius + edge * box - position[axis]) * speed / velocity[axis]
             crossings.append((ahead, sides[axis][edge % 2]))
     crossings.sort()
-    collisions: tuple[Collision, ...] = tuple(("ball-cushion", 0, side) for _, side in crossings)
-    zero = mp.mpf(0)
-    return Outcome(((rest[0], rest[1]),), ((zero, zero),), speed / deceleration, collisions)
+    collisions: list[Collision] = [("ball-cushion", 0, side) for _, side in crossings]
+    return Outcome.at_rest([(rest[0], rest[1])], speed / deceleration, collisions)
 
 
 def unfolded_masses(setup: Setup) -> Outcome:
