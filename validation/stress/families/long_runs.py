@@ -37,7 +37,7 @@ from ghostball.validation.stress.gas import (
     stray_momentum,
 )
 from ghostball.validation.stress.invariants import is_exact, overlap_limit, overlaps, solver_noise
-from ghostball.validation.stress.trial import Family, Suite, Trial, Verdict, graded_severity, play
+from ghostball.validation.stress.trial import Family, Suite, Trial, Verdict, play
 
 SEGMENT = 20_000
 """Collisions of a gas that are recorded at once; the next run begins where this one ended."""
@@ -171,15 +171,7 @@ class _Seen:
                 faults.append(
                     f"{momentum:.3g} of the momentum comes from nowhere, at most {limit:.3g}"
                 )
-        severity = min(max(*ratios, 0.0), 1e6)
-        return Verdict(
-            tuple(faults),
-            self.scene,
-            graded_severity(severity, bool(faults)),
-            1,
-            int(bool(faults)),
-            values,
-        )
+        return Verdict.of(self.scene, faults, max(ratios), values)
 
 
 def _looks(result: Result) -> Iterator[FloatArray]:
