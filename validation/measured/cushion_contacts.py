@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ghostball.validation.measured.tracks import Surface, Track
+from ghostball.validation.measured.tracks import Surface, Track, dips
 
 
 @dataclass(frozen=True)
@@ -88,10 +88,7 @@ def cushion_contacts(
 
 def _turning_points(track: Track, surface: Surface, near: float) -> Iterator[tuple[int, int]]:
     """Yield the sample nearest to each contact with a cushion, and the side as `gaps` has it."""
-    gaps = surface.gaps(track.positions)
-    inner = gaps[1:-1]
-    least = (inner < near) & (inner <= gaps[:-2]) & (inner < gaps[2:])
-    for k, side in np.argwhere(least).tolist():
+    for k, side in np.argwhere(dips(surface.gaps(track.positions), near)).tolist():
         yield k + 1, side
 
 

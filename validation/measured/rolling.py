@@ -62,11 +62,7 @@ def _beginnings(
     track: Track, others: list[Track], surface: Surface, windows: RollingWindows
 ) -> Iterator[float]:
     """Yield where windows begin [s]."""
-    gaps = np.min(surface.gaps(track.positions), axis=1)
-    for other in others:
-        distances = np.linalg.norm(other.at(track.times) - track.positions, axis=1)
-        gaps = np.minimum(gaps, distances - 2.0 * surface.radius)
-    met = track.times[gaps < windows.touching]
+    met = track.times[surface.least_gaps(track, others) < windows.touching]
     edges = [track.times[0], *met, track.times[-1]]
     for begin, end in pairwise(edges):
         count = int((end - begin - windows.after) / windows.length)

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ghostball.model import GhostballError, Result
 from ghostball.model.arrays import FloatArray
@@ -56,6 +57,21 @@ class Surface:
         far = np.array([self.length, self.width]) - positions
         sides = np.stack([positions, far], axis=-1) - self.radius
         return sides.reshape(*positions.shape[:-1], 4)
+
+    def least_gaps(self, track: Track, others: Sequence[Track]) -> FloatArray:
+        """Return a ball's gap to the cushion or the other ball that is nearest, (n,) [m]."""
+        gaps: FloatArray = np.min(self.gaps(track.positions), axis=1)
+        for other in others:
+            apart = np.linalg.norm(other.at(track.times) - track.positions, axis=1)
+            gaps = np.minimum(gaps, apart - 2.0 * self.radius)
+        return gaps
+
+
+def dips(gaps: FloatArray, below: float) -> NDArray[np.bool_]:
+    """Whether each of some gaps but the first and the last is the least nearby, below a limit."""
+    inner = gaps[1:-1]
+    found: NDArray[np.bool_] = (inner < below) & (inner <= gaps[:-2]) & (inner < gaps[2:])
+    return found
 
 
 def tracks_of(result: Result, rate: float = 50.0) -> dict[str, Track]:

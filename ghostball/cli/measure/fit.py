@@ -25,7 +25,8 @@ from ghostball.validation.results.files import write_whole
 from ghostball.validation.runs.playing import in_other_process
 
 try:
-    from ghostball.validation.measured.fit.fit import FIELDS, Fit, NotEnoughError, fit_table
+    from ghostball.validation.measured.fit.fields import FIELDS
+    from ghostball.validation.measured.fit.fit import Fit, NotEnoughError, fit_table
     from ghostball.validation.measured.fit.harvest import harvest
 except ImportError as error:
     missing = (error.name or "").partition(".")[0]

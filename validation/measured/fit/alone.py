@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ghostball.model.arrays import FloatArray
 from ghostball.validation.measured.cushion_contacts import Windows
 from ghostball.validation.measured.fit.lines import window
 from ghostball.validation.measured.tracks import Surface, Track
@@ -35,8 +34,4 @@ def is_free(
     seen = window(track, first, last)
     if np.max(np.diff([first, *seen.times, last])) > Windows.gap:
         return False
-    gaps: FloatArray = np.min(surface.gaps(seen.positions), axis=1)
-    for other in others:
-        apart = np.linalg.norm(other.at(seen.times) - seen.positions, axis=1)
-        gaps = np.minimum(gaps, apart - 2.0 * surface.radius)
-    return bool(np.min(gaps, initial=np.inf) > Windows.ball_margin)
+    return bool(np.min(surface.least_gaps(seen, others), initial=np.inf) > Windows.ball_margin)

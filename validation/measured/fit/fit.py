@@ -12,14 +12,28 @@ import numpy as np
 from scipy.special import stdtrit
 from threadpoolctl import threadpool_limits
 
-from ghostball.model import GhostballError, Physics, Result, Scene
+from ghostball.model import GhostballError, Physics
 from ghostball.model.arrays import FloatArray
-from ghostball.model.features import Feature, has_feature
+from ghostball.model.features import has_feature
 from ghostball.model.impact_laws import CUSHION_LAWS, LawEntry
 from ghostball.reference_adapters import ReferenceEngine
 from ghostball.validation.measured.fit.events import Event
+from ghostball.validation.measured.fit.fields import (
+    ALL,
+    BEGIN,
+    CUSHION,
+    DEFAULT_FIELDS,
+    FIELDS,
+    NEEDS,
+    SPREAD,
+    cushion_laws,
+    lacking,
+    own_fields,
+    told_by,
+)
 from ghostball.validation.measured.fit.harvest import Harvest
 from ghostball.validation.measured.fit.least_squares import Field, Problem, Solution
+from ghostball.validation.measured.play import Play
 
 LEAST_EVENTS: Final = 8
 """Events of a family below which it tells nothing."""
@@ -28,49 +42,11 @@ NORMAL: Final = 1.96
 ALIKE: Final = 0.95
 """Correlation from which on two values aren't told apart: one makes up for the other."""
 
-_ALL = frozenset({"rolling", "cushion", "hit"})
-_CUSHION, _HIT = frozenset({"cushion"}), frozenset({"hit"})
-
-FIELDS: Final = {
-    one.name: one
-    for one in (
-        Field("rolling_friction", 0.0, 0.2, 1e-4, _ALL),
-        Field("rolling_friction_quadratic", 0.0, 0.5, 5e-4, _ALL),
-        Field("sliding_friction", 0.02, 1.0, 2e-3, _CUSHION | _HIT),
-        Field("ball_restitution", 0.3, 1.0, 2e-3, _HIT),
-        Field("ball_friction", 0.0, 1.0, 2e-3, _HIT),
-        Field("cushion_restitution", 0.2, 1.0, 2e-3, _CUSHION),
-        Field("cushion_restitution_loss", 0.0, 1.0, 2e-3, _CUSHION),
-        Field("cushion_friction", 0.0, 1.0, 2e-3, _CUSHION),
-        Field("cushion_height", 0.02, 0.05, 1e-4, _CUSHION),
-    )
-}
-"""What can be fitted. Where values end, `Physics` does, or it is far from any table's."""
-DEFAULT_FIELDS: Final = tuple(
-    name for name in FIELDS if name not in {"ball_friction", "cushion_height"}
-)
-"""What is fitted where nobody chooses: no tracker sees the side of a ball, which throws it as the
-friction of balls does; and a height can be measured by a ruler."""
-_TOLD_BY: Final = {
-    "rolling_friction": frozenset({"rolling"}),
-    "rolling_friction_quadratic": frozenset({"rolling"}),
-    "sliding_friction": _HIT,
-}
-"""Fields that not every family which feels them tells. In contacts with cushions alone the friction
-of a sliding ball hides behind that of the cushion, and the errors of both would be wrong.
-"""
-_SPREAD: Final = {"sliding_friction": 0.05, "rolling_friction": 0.004}
-"""How much tables differ in what is held where it isn't told, by one standard deviation: cloth from
-heated to worn.
-"""
-_BEGIN = {"ball_friction": 0.06, "cushion_restitution_loss": 0.05}
-
 
 class NotEnoughError(GhostballError):
     """Tracks that have too few clean events to tell what is asked of them."""
 
 
-Play = Callable[[Scene], Result]
 Progress = Callable[[int, int, str], None]
 
 
@@ -144,7 +120,7 @@ class _Fitting:
             name: events for name, events in found.families.items() if len(events) >= LEAST_EVENTS
         }
         self._counts = {name: len(events) for name, events in found.families.items()}
-        self._lacking = _lacking(engine, preset)
+        self._lacking = lacking(engine, preset)
         self._base = Physics(preset=preset, **self._lacking)
         self._not_told: dict[str, str] = {}
         self._known: dict[str, Sequence[FloatArray]] = {}
@@ -157,30 +133,28 @@ class _Fitting:
         """Fit, and say what came of it."""
         fields = self._told(self._asked or DEFAULT_FIELDS)
         if not fields:
-            raise NotEnoughError(f"not enough to tell anything: {self._too_few(_ALL)}")
+            raise NotEnoughError(f"not enough to tell anything: {self._too_few(ALL)}")
         laws = self._laws(fields)
         self._steps = len(laws) + 2 if laws else 1
         values = self._begin(fields)
         if not laws:
             held = {} if self._law is None else {"cushion": self._law}
-            return self._fit_of(
-                fields, self._solve("all", fields, values, held, _ALL), held, {}, []
-            )
-        others = [one for one in fields if _told_by(one) != _CUSHION]
+            return self._fit_of(fields, self._solve("all", fields, values, held, ALL), held, {}, [])
+        others = [one for one in fields if told_by(one) != CUSHION]
         if others:
-            first = self._solve("cloth and balls", others, values, {}, _ALL - _CUSHION)
+            first = self._solve("cloth and balls", others, values, {}, ALL - CUSHION)
             values |= _by_name(others, first)
             self._known |= first.known
         solutions = self._by_law(laws, fields, values)
         alike = _laws_alike(solutions)
         chosen = self._base.cushion if self._base.cushion in alike else alike[0]
-        own = _own_fields(next(law for law in laws if law.name == chosen), fields)
+        own = own_fields(next(law for law in laws if law.name == chosen), fields)
         values |= _by_name(own, solutions[chosen])
         self._known |= solutions[chosen].known
         held = {"cushion": chosen}
         fields = [*others, *own]
         tried = {name: one.goodness for name, one in solutions.items()}
-        solution = self._solve("all", fields, values, held, _ALL)
+        solution = self._solve("all", fields, values, held, ALL)
         values |= _by_name(fields, solution)
         self._known |= solution.known
         moves = self._moves(fields, values, held)
@@ -193,8 +167,8 @@ class _Fitting:
         solutions = {}
         for done, law in enumerate(laws, start=1):
             self._steps_done = done
-            held, own = {"cushion": law.name}, _own_fields(law, fields)
-            solutions[law.name] = self._solve(law.name, own, values, held, _CUSHION)
+            held, own = {"cushion": law.name}, own_fields(law, fields)
+            solutions[law.name] = self._solve(law.name, own, values, held, CUSHION)
         self._steps_done = len(laws) + 1
         return solutions
 
@@ -206,10 +180,10 @@ class _Fitting:
         Contacts with cushions feel the friction of the cloth, and need not tell it.
         """
         squares = dict.fromkeys((one.name for one in fields), 0.0)
-        for name, spread in _SPREAD.items():
+        for name, spread in SPREAD.items():
             if name in self._not_told:
                 other = {**values, name: getattr(self._base, name) + spread}
-                moved = self._solve("another cloth", fields, other, held, _ALL)
+                moved = self._solve("another cloth", fields, other, held, ALL)
                 for field, value in _by_name(fields, moved).items():
                     squares[field] += (value - values[field]) ** 2
         return {name: math.sqrt(square) for name, square in squares.items()}
@@ -260,9 +234,9 @@ class _Fitting:
 
         So 95 of 100 true values lie within 1.96 stated errors, as with many (Student 1908).
         """
-        (family,) = _told_by(field)
+        (family,) = told_by(field)
         shots = {event.shot for event in self._families[family]}
-        beside = sum(_told_by(one) == {family} for one in fields)
+        beside = sum(told_by(one) == {family} for one in fields)
         return float(stdtrit(max(len(shots) - beside, 1), 0.975)) / NORMAL
 
     def _told(self, names: Sequence[str]) -> list[Field]:
@@ -271,11 +245,11 @@ class _Fitting:
         for name in names:
             one = FIELDS[name]
             why = ""
-            if not _told_by(one) <= set(self._families):
-                why = self._too_few(_told_by(one))
-            elif name in _NEEDS and not has_feature(self._engine.capabilities, _NEEDS[name]):
-                why = f"{self._engine.name} has no {_NEEDS[name].value}"
-            elif _told_by(one) == _CUSHION and not _cushion_laws(self._engine):
+            if not told_by(one) <= set(self._families):
+                why = self._too_few(told_by(one))
+            elif name in NEEDS and not has_feature(self._engine.capabilities, NEEDS[name]):
+                why = f"{self._engine.name} has no {NEEDS[name].value}"
+            elif told_by(one) == CUSHION and not cushion_laws(self._engine):
                 why = f"{self._engine.name} has no law of cushions that can be fitted"
             if why and self._asked:
                 raise NotEnoughError(f"not enough to tell `{name}`: {why}")
@@ -291,13 +265,13 @@ class _Fitting:
 
     def _laws(self, fields: Sequence[Field]) -> list[LawEntry]:
         """Return the laws of cushions to try: none where no field of theirs is fitted."""
-        own = {one.name for one in fields if one.felt_by == _CUSHION}
+        own = {one.name for one in fields if one.felt_by == CUSHION}
         if not own:
             return []
         wanted = own & set(self._asked)
         laws = [
             law
-            for law in _cushion_laws(self._engine)
+            for law in cushion_laws(self._engine)
             if self._law in (None, law.name) and wanted <= {*law.uses}
         ]
         if not laws:
@@ -310,7 +284,7 @@ class _Fitting:
         """Return where the search begins."""
         values = {}
         for one in fields:
-            value = _BEGIN.get(one.name, getattr(self._base, one.name))
+            value = BEGIN.get(one.name, getattr(self._base, one.name))
             values[one.name] = float(min(max(value, one.low), one.high))
         return values
 
@@ -341,7 +315,7 @@ class _Fitting:
         mine = {
             name: float(value)
             for name, value in values.items()
-            if FIELDS[name].felt_by != _CUSHION or name in uses
+            if FIELDS[name].felt_by != CUSHION or name in uses
         }
         return Physics(preset=self._base.preset, **{**self._lacking, **held, **mine})
 
@@ -361,15 +335,6 @@ _NAMES = {
     "cushion": "contacts with cushions",
     "hit": "hits of a ball at rest",
 }
-_NEEDS = {
-    "rolling_friction_quadratic": Feature.QUADRATIC_ROLLING,
-    "cushion_restitution_loss": Feature.FALLING_RESTITUTION,
-}
-
-
-def _own_fields(law: LawEntry, fields: Sequence[Field]) -> list[Field]:
-    """Return those of some fields that a law of cushions uses and only contacts tell."""
-    return [one for one in fields if _told_by(one) == _CUSHION and one.name in law.uses]
 
 
 def _laws_alike(solutions: dict[str, Solution]) -> list[str]:
@@ -392,34 +357,5 @@ def _laws_alike(solutions: dict[str, Solution]) -> list[str]:
 _TOLD_APART = 2.0
 
 
-def _told_by(field: Field) -> frozenset[str]:
-    """Return the family that tells a field."""
-    return _TOLD_BY.get(field.name, field.felt_by)
-
-
 def _by_name(fields: Sequence[Field], solution: Solution) -> dict[str, float]:
     return dict(zip([one.name for one in fields], map(float, solution.values), strict=True))
-
-
-def _lacking(engine: ReferenceEngine, preset: str) -> dict[str, Any]:
-    """Return what stands for the physics of a preset that an engine lacks."""
-    changes: dict[str, Any] = {
-        name: 0.0
-        for name, feature in _NEEDS.items()
-        if not has_feature(engine.capabilities, feature)
-    }
-    if not has_feature(engine.capabilities, Feature.SPEED_DEPENDENT_FRICTION):
-        changes["ball_friction"] = _BEGIN["ball_friction"]
-    laws = [law.name for law in _cushion_laws(engine)]
-    if laws and Physics(preset=preset).cushion not in laws:
-        changes["cushion"] = laws[-1]
-    return changes
-
-
-def _cushion_laws(engine: ReferenceEngine) -> list[LawEntry]:
-    """Return the laws of cushions that can be fitted and that an engine has, the simplest first."""
-    return [
-        law
-        for law in CUSHION_LAWS
-        if law.uses and has_feature(engine.capabilities, Feature[law.feature or ""])
-    ]

@@ -11,7 +11,7 @@ from ghostball.validation.measured.cushion_contacts import Windows
 from ghostball.validation.measured.fit.alone import has_rolled, is_free
 from ghostball.validation.measured.fit.events import Event, HitEvent
 from ghostball.validation.measured.fit.lines import Curve, window
-from ghostball.validation.measured.tracks import Surface, Track
+from ghostball.validation.measured.tracks import Surface, Track, dips
 
 BEFORE, AFTER = (-0.30, -0.02), (0.30, 0.55)
 """Where straight lines are laid through the places of the balls [s], from when they meet."""
@@ -48,9 +48,7 @@ def _meetings(track: Track, target: Track, surface: Surface) -> list[float]:
     """Return when two balls are nearest to each other, where they may meet [s]."""
     gaps = np.linalg.norm(target.at(track.times) - track.positions, axis=1)
     gaps -= 2.0 * surface.radius
-    inner = gaps[1:-1]
-    least = (inner < _MEETING) & (inner <= gaps[:-2]) & (inner < gaps[2:])
-    times: list[float] = track.times[1:-1][least].tolist()
+    times: list[float] = track.times[1:-1][dips(gaps, _MEETING)].tolist()
     return times
 
 

@@ -200,17 +200,13 @@ class Problem:
             for one, value in zip(self._fields, values, strict=True)
         ]
         here = self._build(values)
-        shifted = self._felt(name, [self._build(values + step) for step in np.diag(steps)])
+        shifted = [
+            self._build(values + step) if name in one.felt_by else None
+            for one, step in zip(self._fields, np.diag(steps), strict=True)
+        ]
         return [
             self._linear_near(event, before, values, here, shifted, steps)
             for event, before in zip(self._families[name], befores, strict=True)
-        ]
-
-    def _felt(self, name: str, shifted: Sequence[Physics]) -> list[Physics | None]:
-        """Return the shifted physics, None where a family doesn't feel the shift."""
-        return [
-            physics if name in one.felt_by else None
-            for one, physics in zip(self._fields, shifted, strict=True)
         ]
 
     def _linear_near(

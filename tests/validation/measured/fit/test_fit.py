@@ -7,14 +7,10 @@ from functools import partial
 import pytest
 
 from benchmarks.synthetic_tracks import EXAMPLE_PHYSICS, POOL, synthetic_tracks
-from ghostball.model import GhostballError, Physics, UnsupportedSceneError
+from ghostball.model import GhostballError, UnsupportedSceneError
 from ghostball.reference_adapters import make_engine
-from ghostball.validation.measured.fit.fit import (
-    DEFAULT_FIELDS,
-    FIELDS,
-    NotEnoughError,
-    fit_table,
-)
+from ghostball.validation.measured.fit.fields import DEFAULT_FIELDS
+from ghostball.validation.measured.fit.fit import NotEnoughError, fit_table
 from ghostball.validation.measured.fit.harvest import Harvest, harvest
 
 
@@ -131,7 +127,3 @@ def test_progress_is_told(found):
     few = Harvest(found.rolling[:40], [], [], found.noise)
     fitted(few, progress=lambda done, planned, last: said.append((done, planned, last)))
     assert said[0] == (0, 1, "all, 100 shots played")
-
-
-def test_fields_are_those_of_physics():
-    assert set(FIELDS) <= set(Physics.model_fields)

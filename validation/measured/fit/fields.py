@@ -1,0 +1,90 @@
+"""What of the physics can be fitted to tracks: which events tell it, and which engine has it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Final
+
+from ghostball.model import Physics
+from ghostball.model.features import Feature, has_feature
+from ghostball.model.impact_laws import CUSHION_LAWS, LawEntry
+from ghostball.reference_adapters import ReferenceEngine
+from ghostball.validation.measured.fit.least_squares import Field
+
+ALL = frozenset({"rolling", "cushion", "hit"})
+CUSHION, HIT = frozenset({"cushion"}), frozenset({"hit"})
+"""Families of events."""
+
+FIELDS: Final = {
+    one.name: one
+    for one in (
+        Field("rolling_friction", 0.0, 0.2, 1e-4, ALL),
+        Field("rolling_friction_quadratic", 0.0, 0.5, 5e-4, ALL),
+        Field("sliding_friction", 0.02, 1.0, 2e-3, CUSHION | HIT),
+        Field("ball_restitution", 0.3, 1.0, 2e-3, HIT),
+        Field("ball_friction", 0.0, 1.0, 2e-3, HIT),
+        Field("cushion_restitution", 0.2, 1.0, 2e-3, CUSHION),
+        Field("cushion_restitution_loss", 0.0, 1.0, 2e-3, CUSHION),
+        Field("cushion_friction", 0.0, 1.0, 2e-3, CUSHION),
+        Field("cushion_height", 0.02, 0.05, 1e-4, CUSHION),
+    )
+}
+"""What can be fitted. Where values end, `Physics` does, or it is far from any table's."""
+DEFAULT_FIELDS: Final = tuple(
+    name for name in FIELDS if name not in {"ball_friction", "cushion_height"}
+)
+"""What is fitted where nobody chooses: no tracker sees the side of a ball, which throws it as the
+friction of balls does; and a height can be measured by a ruler."""
+_TOLD_BY: Final = {
+    "rolling_friction": frozenset({"rolling"}),
+    "rolling_friction_quadratic": frozenset({"rolling"}),
+    "sliding_friction": HIT,
+}
+"""Fields that not every family which feels them tells. In contacts with cushions alone the friction
+of a sliding ball hides behind that of the cushion, and the errors of both would be wrong.
+"""
+SPREAD: Final = {"sliding_friction": 0.05, "rolling_friction": 0.004}
+"""How much tables differ in what is held where it isn't told, by one standard deviation: cloth from
+heated to worn.
+"""
+BEGIN: Final = {"ball_friction": 0.06, "cushion_restitution_loss": 0.05}
+"""Where the search begins, but for the preset's: that may be no number, or an end."""
+NEEDS: Final = {
+    "rolling_friction_quadratic": Feature.QUADRATIC_ROLLING,
+    "cushion_restitution_loss": Feature.FALLING_RESTITUTION,
+}
+"""What an engine must have for a field to be fitted."""
+
+
+def told_by(field: Field) -> frozenset[str]:
+    """Return the family that tells a field."""
+    return _TOLD_BY.get(field.name, field.felt_by)
+
+
+def own_fields(law: LawEntry, fields: Sequence[Field]) -> list[Field]:
+    """Return those of some fields that a law of cushions uses and only contacts tell."""
+    return [one for one in fields if told_by(one) == CUSHION and one.name in law.uses]
+
+
+def lacking(engine: ReferenceEngine, preset: str) -> dict[str, Any]:
+    """Return what stands for the physics of a preset that an engine lacks."""
+    changes: dict[str, Any] = {
+        name: 0.0
+        for name, feature in NEEDS.items()
+        if not has_feature(engine.capabilities, feature)
+    }
+    if not has_feature(engine.capabilities, Feature.SPEED_DEPENDENT_FRICTION):
+        changes["ball_friction"] = BEGIN["ball_friction"]
+    laws = [law.name for law in cushion_laws(engine)]
+    if laws and Physics(preset=preset).cushion not in laws:
+        changes["cushion"] = laws[-1]
+    return changes
+
+
+def cushion_laws(engine: ReferenceEngine) -> list[LawEntry]:
+    """Return the laws of cushions that can be fitted and that an engine has, the simplest first."""
+    return [
+        law
+        for law in CUSHION_LAWS
+        if law.uses and has_feature(engine.capabilities, Feature[law.feature or ""])
+    ]
