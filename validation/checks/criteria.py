@@ -63,7 +63,6 @@ from ghostball.validation.checks.criterion import (
     CriteriaError,
     Criterion,
     Excused,
-    ForEngines,
     Selector,
     SharedCriterion,
     StepRule,
@@ -192,22 +191,17 @@ class Criteria(BaseModel, frozen=True, extra="forbid"):
     def check_engines(self, known: Iterable[str], source: str) -> None:
         """Make sure that every selector names an installed engine: a typo would check nothing."""
         names = tuple(known)
-        tables: dict[str, tuple[ForEngines, ...]] = {
-            table: getattr(self, table) for table in _MODELS
-        }
-        for table, i, at, selector in (
-            (table, i, row.at, selector)
-            for table, rows in tables.items()
-            for i, row in enumerate(rows)
-            for selector in row.engines
-        ):
-            if selector.engine not in (*names, EVERY):
-                close = get_close_matches(selector.engine, names, n=1)
-                hint = f"Did you mean `{close[0]}`? " if close else ""
-                raise CriteriaError(
-                    f"{at or source}: `{table}[{i}].engines` must name installed engines, got "
-                    f'"{selector}". {hint}Known engines: {", ".join(names)}; "{EVERY}" is all'
-                )
+        for table in _MODELS:
+            for i, row in enumerate(getattr(self, table)):
+                unknown = [one for one in row.engines if one.engine not in (*names, EVERY)]
+                if unknown:
+                    close = get_close_matches(unknown[0].engine, names, n=1)
+                    hint = f"Did you mean `{close[0]}`? " if close else ""
+                    raise CriteriaError(
+                        f"{row.at or source}: `{table}[{i}].engines` must name installed engines, "
+                        f'got "{unknown[0]}". {hint}Known engines: {", ".join(names)}; "{EVERY}" '
+                        "is all"
+                    )
 
 
 @cache
@@ -228,14 +222,8 @@ def criteria_beside(scene_path: str | Path) -> Criteria:
     if path.parent != FOLDER:
         return own
     shared = tuple(one.alone() for one in shared_criteria().criteria if name in one.scenes)
-    return Criteria(
-        truth=own.truth,
-        proved=own.proved,
-        criteria=(*own.criteria, *shared),
-        steps=own.steps,
-        beyond_step=own.beyond_step,
-        excused=own.excused,
-    )
+    # Made anew, so that both are checked for contradictions.
+    return Criteria(**(dict(own) | {"criteria": (*own.criteria, *shared)}))
 
 
 @cache
