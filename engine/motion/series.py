@@ -114,7 +114,7 @@ def extend_speed(row: FloatArray, speed: int, x: int, y: int, n: int) -> None:
 def shorter(excess: float) -> float:
     """Return about the root of degree 24 of a number, no more than that, and at most 1.
 
-    Of exponents 1/32 + 1/128 + 1/512 + ...: square roots are all there is.
+    Of exponents 1/32 + 1/128 + 1/512: square roots are all there is. Below 1e-34 it is more.
     """
     if not excess < 1.0:
         return 1.0

@@ -23,7 +23,7 @@ BAD_SCENES = {
     "choice": (HEAD + ball() + '[physics]\nmotion = "never"\n', ["`physics.motion`", "'rolling'"]),
     "syntax": ("schema = 1\nname = \n", ["shot.toml:2", "not valid TOML"]),
 }
-"""One refusal of each kind; every one is in `tests/model/scene`."""
+"""One refusal of each kind; every one is in `tests/ghostball/model/scene`."""
 
 
 @pytest.mark.parametrize("command", ["run", "validate"])

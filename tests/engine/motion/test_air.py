@@ -1,0 +1,45 @@
+"""What air and a friction that grows with the speed take of a ball's velocity."""
+
+import math
+from types import SimpleNamespace
+
+import pytest
+
+from ghostball.engine.motion.air import (
+    in_air,
+    rolling_deceleration,
+    slowed_by_air,
+    slowed_while_rolling,
+)
+
+AIR = object()  # whether there is one is all that counts
+
+
+def laws(air_drag=0.0, roll_quadratic=0.0, slides=True):
+    return SimpleNamespace(air_drag=air_drag, roll_quadratic=roll_quadratic, slides=slides)
+
+
+def test_only_what_slows_faster_balls_by_more_counts():
+    assert not in_air(None, laws(0.1, 0.1))
+    assert not in_air(AIR, laws())
+    assert in_air(AIR, laws(0.1))
+    assert in_air(AIR, laws(0.0, 0.1))
+
+
+def test_drag_is_against_the_velocity_and_grows_with_its_square():
+    assert slowed_by_air(AIR, laws(0.5), 3.0, 4.0, 1.0, 2.0) == (1.0 - 7.5, 2.0 - 10.0)
+    assert slowed_by_air(AIR, laws(), 3.0, 4.0, 1.0, 2.0) == (1.0, 2.0)
+    assert slowed_by_air(None, laws(0.5), 3.0, 4.0, 1.0, 2.0) == (1.0, 2.0)
+
+
+@pytest.mark.parametrize(("slides", "felt"), [(True, 5.0 / 7.0), (False, 1.0)])
+def test_a_ball_that_rolls_feels_five_sevenths_of_the_air_where_the_cloth_turns_it(slides, felt):
+    ax, ay = slowed_while_rolling(AIR, laws(0.35, 0.1, slides), 3.0, 4.0, 0.0, 0.0)
+    assert math.hypot(ax, ay) == pytest.approx((0.35 * felt + 0.1) * 25.0, rel=1e-15)
+    assert ax * 4.0 == pytest.approx(ay * 3.0, rel=1e-15)
+    assert ax < 0.0
+
+
+def test_rolling_friction_has_a_part_that_grows():
+    assert rolling_deceleration(AIR, laws(0.0, 0.1), 0.05, 3.0, 4.0) == pytest.approx(2.55)
+    assert rolling_deceleration(None, laws(0.0, 0.1), 0.05, 3.0, 4.0) == 0.05
