@@ -92,9 +92,7 @@ def _since(explanation: Explanation) -> str:
         return "From the start"
     event = onset[1]
     when = style.format_time(event.t)
-    return f"From {event.describe(explanation.scene)} on (t = {when})".replace(
-        " hits ", " hitting "
-    )
+    return f"From {event.describe(explanation.scene, 'hitting')} on (t = {when})"
 
 
 def _off(explanation: Explanation) -> str:

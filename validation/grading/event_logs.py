@@ -55,14 +55,24 @@ class Event:
         """Indices of its balls: two where balls collide, else one."""
         return (self.a, self.b) if self.kind is EventKind.BALL_BALL else (self.a,)
 
-    def describe(self, scene: Scene) -> str:
-        """Return the event in words, with the names of its balls."""
-        first = f'"{scene.balls[self.a].id}"'
+    def first_ball(self, scene: Scene) -> str:
+        """Return the name of its first ball, in words."""
+        return f'"{scene.balls[self.a].id}"'
+
+    def obstacle(self, scene: Scene) -> str:
+        """Return what that ball hits, in words; "" where it hits nothing."""
         if self.kind is EventKind.BALL_BALL:
-            return f'{first} hits "{scene.balls[self.b].id}"'
+            return f'"{scene.balls[self.b].id}"'
         if self.kind is EventKind.BALL_CUSHION:
             name = partner_name(self.kind, self.b)
-            return f"{first} hits {f'the {name} cushion' if self.b < len(CUSHIONS) else name}"
+            return f"the {name} cushion" if self.b < len(CUSHIONS) else name
+        return ""
+
+    def describe(self, scene: Scene, hits: str = "hits") -> str:
+        """Return the event in words, with the names of its balls, and this form of the verb."""
+        first, obstacle = self.first_ball(scene), self.obstacle(scene)
+        if obstacle:
+            return f"{first} {hits} {obstacle}"
         if self.kind is EventKind.POCKETED:
             return f'{first} falls into the pocket "{partner_name(self.kind, self.b)}"'
         if self.kind is EventKind.LEAVES_TABLE:

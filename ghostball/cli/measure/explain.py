@@ -260,7 +260,8 @@ def _margin_text(explanation: Explanation, margin: Margin) -> str:
     if margin.what == "miss":
         return f"{where}, {event}: a path would have to be {length} off for it to be missed"
     if margin.what == "collision":
-        first, what = event.split(" hits ", 1)
+        scene = explanation.scene
+        first, what = margin.event.first_ball(scene), margin.event.obstacle(scene)
         return f"{where}, {first} comes no nearer to {what} than {length}"
     assert margin.seconds is not None
     return (
