@@ -14,7 +14,6 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.engine.core.tolerances import MOTION_ERROR
 from ghostball.engine.running.skips import is_integrated
 from ghostball.model import (
     ExactTrajectory,
@@ -30,7 +29,7 @@ from ghostball.model.arrays import FloatArray
 from ghostball.model.scene.obstacles import gap_to
 from ghostball.validation.checks.criteria import common_criteria
 from ghostball.validation.checks.energy_gain import largest_rise
-from ghostball.validation.grading.tolerances import EPS
+from ghostball.validation.grading.tolerances import CONTACT_STEP, EPS
 from ghostball.validation.runs.sampling import overlaps_of_balls, times_gone
 from ghostball.validation.runs.steps import STEP_SETTINGS
 
@@ -217,7 +216,7 @@ def rise_limit_of_many(result: Result, times: FloatArray, states: Samples) -> fl
     The roundings of many impacts that lose nothing add up, by chance half a spacing of doubles
     each, sqrt(n) / 2 of n together, and four times as much isn't seen. An instant, too, is rounded,
     to what the cloth takes in the spacing of the clock there: next to nothing, unless a slow ball
-    slides after days. And each contact step may err by `MOTION_ERROR` of the velocities, so by
+    slides after days. And each contact step may err by `CONTACT_STEP` of the velocities, so by
     twice that of the energy. Steps of one contact err the same way, and one takes no more than some
     fifty.
     """
@@ -227,7 +226,7 @@ def rise_limit_of_many(result: Result, times: FloatArray, states: Samples) -> fl
     if first > 0.0:
         limit += 4.0 * float(np.max(np.spacing(times) * _most_taken(scene, states))) / first
     steps = min(result.work.get("contact_steps", 0), MOST_STEPS)
-    return limit + (2.0 * MOTION_ERROR * (1 + steps) if steps else 0.0)
+    return limit + (2.0 * CONTACT_STEP * (1 + steps) if steps else 0.0)
 
 
 def _most_taken(scene: Scene, states: Samples) -> FloatArray:

@@ -15,7 +15,6 @@ from typing import ClassVar, NamedTuple
 
 import numpy as np
 
-from ghostball.engine.sensitivity import QUALITY, ROUNDING
 from ghostball.model import (
     POOL_BALL_RADIUS as RADIUS,
     Ball,
@@ -27,6 +26,7 @@ from ghostball.model import (
 )
 from ghostball.reference_adapters import ReferenceEngine
 from ghostball.reference_adapters.registry import OURS
+from ghostball.validation.grading.tolerances import ROUNDINGS, UNIT_ROUNDOFF
 from ghostball.validation.runs.playing import run_ours
 from ghostball.validation.stress.gas import ICE, begun_at_end, gas
 from ghostball.validation.stress.trial import Family, Suite, Trial, Verdict, play
@@ -34,7 +34,7 @@ from ghostball.validation.stress.trial import Family, Suite, Trial, Verdict, pla
 TOLERANCE = 1e-3 * RADIUS
 """Distance from the start up to which balls have come back [m]."""
 
-FACTOR = QUALITY
+FACTOR = ROUNDINGS
 """How many times the prediction our engine's error may be, and it may outdo it by as much: some
 roundings at each event instead of one, and cancellation. In collisions that is little, for errors
 grow with them by powers."""
@@ -116,7 +116,7 @@ def prediction(there: Scene) -> float:
     turn = there.t_max
     assert turn is not None
     back = run_ours(begun_at_end(run_ours(there, "rest"), turn, -1.0))
-    return ROUNDING * float(np.max(back.sensitivity([turn])))
+    return UNIT_ROUNDOFF * float(np.max(back.sensitivity([turn])))
 
 
 def there_and_back(engine: ReferenceEngine, there: Scene) -> float | Verdict:
