@@ -17,7 +17,7 @@ from pathlib import Path
 
 from filelock import FileLock, Timeout
 
-from ghostball.engine.library.cache_folder import cache_folder
+from ghostball.model.cache_folder import cache_folder
 
 logger = logging.getLogger("ghostball.engine")
 

@@ -19,8 +19,8 @@ from types import FunctionType
 from typing import Any, NamedTuple
 
 from ghostball.engine.library import cache as kept, processor, shipped, table
-from ghostball.engine.library.cache_folder import CHOSEN
 from ghostball.engine.library.reached import kernel_in, reached_by
+from ghostball.model.cache_folder import CHOSEN
 from ghostball.model.errors import GhostballError
 
 logger = logging.getLogger("ghostball.engine")

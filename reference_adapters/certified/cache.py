@@ -17,8 +17,8 @@ from pathlib import Path
 
 import flint
 
-from ghostball.engine.library.cache_folder import cache_folder
 from ghostball.model import GhostballError
+from ghostball.model.cache_folder import cache_folder
 from ghostball.reference_adapters.certified.certificate import Certificate
 from ghostball.reference_adapters.certified.problem import Problem
 from ghostball.reference_adapters.certified.settings import CertifiedSettings

@@ -15,8 +15,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ghostball.engine.library.cache_folder import cache_folder
 from ghostball.model import Record, Result, Scene, UnsupportedSceneError
+from ghostball.model.cache_folder import cache_folder
 from ghostball.model.features import EXACT, Capabilities, Capability, Feature
 from ghostball.reference_adapters.base import EngineBase, EngineSettings, none
 from ghostball.reference_adapters.elsewhere import Run

@@ -14,8 +14,8 @@ from typer.testing import CliRunner
 from wrong_engines import WAYS, Wrong
 
 from ghostball.cli import app
-from ghostball.engine.library.cache_folder import cache_folder
 from ghostball.model import SampledTrajectory
+from ghostball.model.cache_folder import cache_folder
 from ghostball.validation.results.store import Results
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.stress import StressFolder

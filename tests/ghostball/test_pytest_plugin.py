@@ -12,7 +12,7 @@ from _pytest.pytester import SysModulesSnapshot
 from typer.testing import CliRunner
 
 from ghostball.cli import app
-from ghostball.engine.library.cache_folder import cache_folder
+from ghostball.model.cache_folder import cache_folder
 from ghostball.validation.examples import stepper
 
 pytest_plugins = ["pytester"]

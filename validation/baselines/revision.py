@@ -12,8 +12,8 @@ from pathlib import Path
 
 from filelock import FileLock, Timeout
 
-from ghostball.engine.library.cache_folder import cache_folder
 from ghostball.model import GhostballError
+from ghostball.model.cache_folder import cache_folder
 from ghostball.validation.results.git import GitError, run_git
 
 

@@ -18,9 +18,9 @@ from rich.table import Table
 from ghostball.cli.shared.options import processor_count
 from ghostball.cli.shared.terminal import say, stdout
 from ghostball.engine.library import cache, shipped
-from ghostball.engine.library.cache_folder import cache_folder
 from ghostball.engine.library.entry import COMPILED
 from ghostball.model import GhostballError
+from ghostball.model.cache_folder import cache_folder
 from ghostball.reference_adapters import EngineError, engine_class, engine_names
 from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.results.environment import cpu_name

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from ghostball.engine.library.cache_folder import CHOSEN, cache_folder
+from ghostball.model.cache_folder import CHOSEN, cache_folder
 
 
 def test_all_caches_are_in_the_chosen_folder(monkeypatch, tmp_path):
