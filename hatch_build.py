@@ -64,7 +64,7 @@ class KernelHook(BuildHookInterface[Any]):
 
 def compile_into(folder: Path) -> None:
     """Put a library of each kernel in a folder, and the manifest beside them."""
-    from ghostball.engine.compilation import every_kernel  # noqa: PLC0415 - of the sources here
+    from ghostball.engine.needed_kernels import every_kernel  # noqa: PLC0415 - of the sources here
     from ghostball.reference_adapters.stepping.kernels import KERNELS  # noqa: PLC0415
 
     put_into(folder, [*every_kernel(), *(one for kernels in KERNELS.values() for one in kernels())])

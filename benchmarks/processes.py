@@ -27,7 +27,7 @@ print(imported, flush=True)
 """Prints how long importing the engine took [s], and shoots once."""
 
 COMPILE = """\
-from ghostball.engine.compilation import MANY
+from ghostball.engine.needed_kernels import MANY
 from ghostball.validation.parallel.compiling import compile_kernels
 from ghostball.validation.scenes.library import select
 compile_kernels(select(), 2, tangents=True, contacts_from=MANY)

@@ -56,7 +56,7 @@ for as long as they push, in steps that keep every gap within a tolerance
 """
 
 from ghostball.engine.batch import STATUSES, Batch, simulate_many
-from ghostball.engine.compilation import warm_up
+from ghostball.engine.needed_kernels import warm_up
 from ghostball.engine.shot import simulate
 from ghostball.engine.starts import simulate_starts
 from ghostball.engine.sweep import simulate_sweep

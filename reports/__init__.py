@@ -8,11 +8,11 @@ The page is one file, to be opened in a browser; pictures lie beside it in `figu
 Importing this package loads no matplotlib: that waits for the first figure.
 """
 
+from ghostball.reports.ci.summary import summary_markdown, summary_text
 from ghostball.reports.guarded import FailedPart, IncompleteReportError, failed_text
 from ghostball.reports.parting_figure import plot_explanation
 from ghostball.reports.plot import plot_result
 from ghostball.reports.report import PAGE, write_report
-from ghostball.reports.summary import summary_markdown, summary_text
 
 __all__ = [
     "PAGE",

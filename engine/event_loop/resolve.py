@@ -47,8 +47,8 @@ from ghostball.engine.motion.next_piece import come_to_rest, mark, start_rolling
 from ghostball.engine.motion.obstacles import facing, nose_reach
 from ghostball.engine.motion.position import advance
 from ghostball.engine.resting_contact.step import end_step
-from ghostball.engine.scheduling.contact_time import LASTING
 from ghostball.engine.scheduling.due_pairs import Event
+from ghostball.engine.scheduling.time_of_impact import LASTING
 
 NEEDS_CONTACTS = -1
 

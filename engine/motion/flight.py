@@ -1,6 +1,6 @@
 """Balls that leave the cloth: how high they are, when they land, meet a nose, or fly over one.
 
-When they meet each other is in `scheduling.contact_time`, what an impact then does, or the table,
+When they meet each other is in `scheduling.time_of_impact`, what an impact then does, or the table,
 in `impacts.in_space`. A ball in flight goes along a parabola, or as `motion.flight_in_air` says
 where air slows it, and keeps its angular velocity. It lands when its lowest point is back on the
 cloth. Where bounces have become so low that nothing could tell them from a ball on the cloth

@@ -19,7 +19,7 @@ from ghostball.engine.resting_contact.cloth_response import slip_ends, time_to_c
 from ghostball.engine.resting_contact.integrate import integrate
 from ghostball.engine.resting_contact.islands import sort_by_position
 from ghostball.engine.resting_contact.paths import start_piece
-from ghostball.engine.scheduling.contact_time import holds
+from ghostball.engine.scheduling.time_of_impact import holds
 
 _NEARLY = 1.9
 """How far a motion is integrated, in units of the time in which the cloth takes half of what there

@@ -30,8 +30,8 @@ from ghostball.engine.motion.position import (
     speed,
     velocity,
 )
-from ghostball.engine.scheduling.contact_time import first_bound, time_to_bent_bound
 from ghostball.engine.scheduling.ties import takes_precedence
+from ghostball.engine.scheduling.time_of_impact import first_bound, time_to_bent_bound
 
 
 @kernel(inline=True)

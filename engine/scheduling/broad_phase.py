@@ -23,16 +23,16 @@ from ghostball.engine.core.state import Cells, Contacts, World
 from ghostball.engine.motion.flight import one_flies
 from ghostball.engine.motion.geometry import list_near
 from ghostball.engine.motion.position import jerk, meets_until, pair_reach, relative_motion
-from ghostball.engine.scheduling.contact_time import (
+from ghostball.engine.scheduling.grid import cell_number, put_in_cell, step_on, time_in_cell
+from ghostball.engine.scheduling.priority_queue import enter_instant, first_due, least_of_others
+from ghostball.engine.scheduling.ties import is_listed, takes_precedence
+from ghostball.engine.scheduling.time_of_impact import (
     NOT_YET,
     first_bound,
     holds,
     time_to_bound,
     touch,
 )
-from ghostball.engine.scheduling.grid import cell_number, put_in_cell, step_on, time_in_cell
-from ghostball.engine.scheduling.priority_queue import enter_instant, first_due, least_of_others
-from ghostball.engine.scheduling.ties import is_listed, takes_precedence
 
 _REJECT_MARGIN = 2.0**-30
 """What a bound must be later by, relative to the distance, to be seen without computing it."""

@@ -16,7 +16,6 @@ from ghostball.engine.core.state import World
 from ghostball.engine.motion.flight import meets_in_space
 from ghostball.engine.motion.geometry import list_near, tie_rounding
 from ghostball.engine.motion.position import meets_until
-from ghostball.engine.scheduling.contact_time import IMPACT, LASTING, NOT_YET, touch
 from ghostball.engine.scheduling.scheduler import (
     bound_of,
     list_due,
@@ -33,6 +32,7 @@ from ghostball.engine.scheduling.ties import (
     sort_pairs,
     when_tied,
 )
+from ghostball.engine.scheduling.time_of_impact import IMPACT, LASTING, NOT_YET, touch
 
 
 class Event(NamedTuple):

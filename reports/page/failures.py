@@ -12,8 +12,8 @@ from markupsafe import Markup
 
 from ghostball.reference_adapters.registry import OURS
 from ghostball.reports.outcome import bad_cases, kind_text
-from ghostball.reports.page.numbers import COMPARISONS
 from ghostball.reports.page.rendering import render
+from ghostball.reports.page.scene_numbers import COMPARISONS
 from ghostball.reports.page.scenes import ScenePart
 from ghostball.reports.words import number_text, quantity_text
 from ghostball.validation.baselines import Regression

@@ -1,129 +1,186 @@
-"""What was measured of one scene, engine by engine: collisions, a table of numbers, remarks."""
+"""Sections of numbers: errors in ulps, run times, energy ledgers, hashes, horizons, spreads."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+import math
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+from markupsafe import Markup
 
 from ghostball.reports import style
-from ghostball.reports.counted import counted_text
-from ghostball.reports.shots import rest_error_text, standing_text
-from ghostball.reports.words import metric_of, number_text, run_time_text
-from ghostball.validation.checks.verdict import (
-    RestError,
-    is_own_measure,
-    rest_error_standing,
-    verdict_of,
-)
-from ghostball.validation.results.store import CLOSED_FORM, INDEPENDENT, CaseRecord, Check
+from ghostball.reports.page.chart import Series, draw, log_axis
+from ghostball.reports.page.rendering import render
+from ghostball.reports.page.scenes import ScenePart
+from ghostball.reports.shots import rest_error
+from ghostball.reports.spread_text import HEADER, KEY, remarks_of, rows_of
+from ghostball.reports.words import metric_of, run_time_text
+from ghostball.validation.baselines import Regression
+from ghostball.validation.checks.verdict import RestError, rest_error_standing
+from ghostball.validation.diagnose.energy_ledger import ENTRIES, EnergyLedger
+from ghostball.validation.grading.tolerances import TOLERANCE
+from ghostball.validation.results.store import CLOSED_FORM, CaseRecord, Results
 
-COMPARISONS = {"at_most": "at most", "at_least": "at least", "equals": "exactly"}
+SMALLEST_ERROR = 1e-17
+"""Where an error of exactly 0 is drawn on an axis that has no 0 [m]."""
 
-
-@dataclass(frozen=True)
-class Collisions:
-    """How many collisions there are in truth, and which engines count them.
-
-    `different` has the counts of each engine that counts others.
-    """
-
-    source: str
-    counts: str
-    agree: str
-    same: list[str]
-    differ: str
-    different: list[tuple[str, str]]
+MARKERS = {"o": "●", "D": "◆", "^": "▲", "v": "▼", "s": "■", "P": "✚", "X": "✖", "*": "★"}
+"""Signs of the page for the markers of figures."""
 
 
-@dataclass(frozen=True)
-class Remark:
-    """One thing to say of one engine's run; of a limit that it breaks, the check."""
+def closed_forms_html(results: Results) -> Markup:
+    """Return the errors in the scenes of closed form, in units of what rounding makes of them."""
+    rows = [
+        (scene, [_ulps(results.case(scene, label)) for label in results.labels])
+        for scene in results.scene_names
+        if any(case.scene == scene and case.truth == CLOSED_FORM for case in results.cases)
+    ]
+    return render("closed_forms.html", labels=results.labels, rows=rows)
 
-    case: CaseRecord
-    text: str
-    failed: Check | None = None
 
-
-def collisions_of(cases: Sequence[CaseRecord]) -> Collisions | None:
-    """Return who counts the true collisions, and who others; None where none are known."""
-    truth = next((case for case in cases if case.truth_counts is not None), None)
-    if truth is None or truth.truth_counts is None:
-        return None
-    same: list[str] = []
-    different: list[tuple[str, str]] = []
-    for case in cases:
-        if case.outcome != "ran" or is_own_measure(case):
+def cost_html(results: Results) -> Markup:
+    """Return run time against error of every case of this run."""
+    series, least, most = [], math.inf, 0.0
+    for k, label in enumerate(results.labels):
+        points = [
+            (time, max(error, SMALLEST_ERROR), case.scene)
+            for case in results.cases
+            if case.label == label
+            and rest_error_standing(case) in (RestError.JUDGED, RestError.UNJUDGED)
+            and (error := rest_error(case)) is not None
+            and (time := metric_of(case, "wall_time"))
+        ]
+        if not points:
             continue
-        if all(case.collision_counts.get(kind, 0) == n for kind, n in truth.truth_counts.items()):
-            same.append(case.label)
-        else:
-            different.append((case.label, _counts(case.collision_counts)))
-    # A proof counts also what nobody could predict: to differ there is not to be wrong.
-    agree, differ = ("Right", "Wrong") if truth.truth == CLOSED_FORM else ("The same", "Different")
-    source = "in truth" if truth.truth in INDEPENDENT else "by our engine (not independent)"
-    return Collisions(source, _counts(truth.truth_counts), agree, same, differ, different)
+        seconds = np.array([point[0] for point in points])
+        errors = np.array([point[1] for point in points])
+        least, most = min(least, float(seconds.min())), max(most, float(seconds.max()))
+        look = style.engine_style(label)
+        titles = [
+            f"{look.name} in {s}: {style.format_time(t)}, {style.format_length(e)}"
+            for t, e, s in points
+        ]
+        series.append(
+            Series(
+                look.name,
+                f"var(--engine-{k})",
+                seconds,
+                errors,
+                marker=MARKERS.get(look.marker, "●"),
+                line=False,
+                titles=titles,
+            )
+        )
+    chart = Markup()
+    if series:
+        largest = max(float(np.max(one.y)) for one in series)
+        chart = draw(
+            "Run time of every case against its largest rest error",
+            series,
+            log_axis("run time", least, most, "s"),
+            log_axis("largest rest error", SMALLEST_ERROR, largest, "m"),
+        )
+    return render("cost.html", chart=chart, series=series)
 
 
-def _counts(counts: Mapping[str, int]) -> str:
-    kinds = [f"{count} {kind}" for kind, count in counts.items() if count]
-    if len(kinds) < 2:
-        return kinds[0] if kinds else "0"
-    return f"{sum(counts.values())} ({', '.join(kinds)})"
-
-
-def number_heads(cases: Sequence[CaseRecord]) -> list[str]:
-    """Return the headings of the table of numbers."""
-    # Where a scene ends at its `t_max` nothing rests.
-    end = "end" if any(case.status == "t-max" for case in cases) else "rest"
-    return [
-        "verdict",
-        f"{end} error, max (in brackets: not judged)",
-        "rms",
-        f"{end} time [s]",
-        "its error",
-        "ball-ball",
-        "ball-cushion",
-        "collisions in order",
-        "energy difference [1]",
-        "largest overlap",
-        "run time",
+def horizons_html(results: Results) -> Markup:
+    """Return how far the shots can be predicted, and each engine in each of them."""
+    shots = {one.scene: one for one in results.cases if one.shot_horizon is not None}
+    labels = [
+        label
+        for label in results.labels
+        if any(case.label == label and case.horizon is not None for case in results.cases)
     ]
+    rows = []
+    for scene in results.scene_names:
+        cases = [results.case(scene, label) for label in labels]
+        if any(case is not None and case.horizon is not None for case in cases):
+            rows.append((scene, [*map(_own_horizon, cases)]))
+    return render(
+        "horizons.html",
+        tolerance=style.format_length(TOLERANCE),
+        shots=[(name, _horizon_text(shots[name])) for name in results.scene_names if name in shots],
+        labels=labels,
+        rows=rows,
+    )
 
 
-def number_row(case: CaseRecord) -> list[str]:
-    """Return what was measured of one engine, as `number_heads` says."""
-    own, matching = is_own_measure(case), case.metrics.get("matching_events")
-    time_error = style.format_time(metric_of(case, "rest_time_error"))
-    if rest_error_standing(case) in (RestError.CHAOTIC, RestError.OWN):
-        time_error = rest_error_text(case)  # past prediction as the rest positions are
-    return [
-        verdict_of(case).symbol,
-        "the reference" if own else rest_error_text(case) or "–",
-        standing_text(case, style.format_length(metric_of(case, "rest_error_rms"))),
-        "–" if case.rest_time is None else f"{case.rest_time:.6g}",
-        time_error,
-        str(case.collision_counts.get("ball-ball", "–")),
-        str(case.collision_counts.get("ball-cushion", "–")),
-        "–" if matching is None else f"{matching}",
-        "" if own else number_text(metric_of(case, "energy_difference_max")),
-        style.format_length(metric_of(case, "overlap_max")),
-        run_time_text(case),
+def _own_horizon(case: CaseRecord | None) -> str:
+    if case is None or case.outcome != "ran":
+        return "–"
+    return "to its end" if case.horizon is None else style.format_time(case.horizon)
+
+
+def _horizon_text(case: CaseRecord) -> str:
+    return f"{style.format_time(case.shot_horizon)} of {style.format_time(case.truth_rest_time)}"
+
+
+def ensembles_html(results: Results) -> Markup:
+    """Return how much the ends of varied starts vary; "" where none were played."""
+    if not results.varied:
+        return Markup()
+    rows, remarks = list(rows_of(results)), list(remarks_of(results))
+    return render("ensembles.html", key=KEY, header=HEADER, rows=rows, remarks=remarks)
+
+
+def ledgers_html(ledgers: Mapping[str, EnergyLedger]) -> Markup:
+    """Return where the energy went in each scene, by our engine."""
+    known = {scene: one for scene, one in ledgers.items() if one.entries is not None}
+    present = [e for e in ENTRIES if any(e in (one.entries or {}) for one in known.values())]
+    return render("ledgers.html", ledgers=known, entries=present)
+
+
+def hashes_html(
+    results: Results, scenes: Mapping[str, ScenePart], regression: Regression | None
+) -> Markup:
+    """Return the hash of what our engine did in each scene, and whether it is that of the base."""
+    rows = []
+    for case in _ours(results):
+        change = None if regression is None else regression.scene(case.scene)
+        stored = scenes[case.scene].hashes.get(case.label, "")
+        base = "" if change is None else change.base_hash
+        # The comparison may be older than the motion, or of a run that was not kept.
+        other = "" if change is None or change.head_hash == stored else change.head_hash
+        rows.append((case.scene, stored, base, other))
+    return render("hashes.html", rows=rows, compared=any(base for _, _, base, _ in rows))
+
+
+def timing_html(results: Results) -> Markup:
+    """Return run times, single samples."""
+    single = [
+        (
+            scene,
+            [
+                "–" if (case := results.case(scene, label)) is None else run_time_text(case)
+                for label in results.labels
+            ],
+        )
+        for scene in results.scene_names
     ]
+    return render(
+        "timing.html",
+        labels=results.labels,
+        single=single,
+    )
 
 
-def remarks(cases: Sequence[CaseRecord]) -> Iterator[Remark]:
-    """Yield why engines did not run, what failed, what they approximate or count."""
-    for case in cases:
-        if case.outcome != "ran":
-            yield Remark(case, f"{verdict_of(case).words}: {case.reason}")
-        elif case.reason:
-            yield Remark(case, f"stopped early ({case.status}): {case.reason}")
-        if case.printed:
-            yield Remark(case, f"printed: {case.printed}")
-        for check in case.checks:
-            if check.passed is False:
-                yield Remark(case, "", check)
-        if case.approximations:
-            yield Remark(case, f"approximates: {'; '.join(case.approximations)}")
-        if counted := counted_text(case):
-            yield Remark(case, f"counted {counted}")
+def _ulps(case: CaseRecord | None) -> tuple[str, str]:
+    """Return the errors of position and of time, as the table shows them."""
+    if case is None or case.outcome != "ran":
+        return "", ""
+    return _ulps_text(case, "rest_error_ulps"), _ulps_text(case, "rest_time_error_ulps")
+
+
+def _ulps_text(case: CaseRecord, name: str) -> str:
+    value = metric_of(case, name)
+    if value is None:
+        return "–"
+    return f"{value:.2f}" if value < 1e3 else f"{value:.1e}"
+
+
+def _ours(results: Results) -> Iterator[CaseRecord]:
+    for scene in results.scene_names:
+        for case in results.cases:
+            ours = style.engine_style(case.label).ours
+            if case.scene == scene and ours and case.outcome == "ran":
+                yield case

@@ -9,12 +9,13 @@ from markupsafe import Markup
 
 from ghostball.reports.guarded import FailedPart, attempt, failed_text
 from ghostball.reports.outcome import overall
+from ghostball.reports.page.about import environment_html, truth_html
 from ghostball.reports.page.board import board_html
 from ghostball.reports.page.changed import changed_html
 from ghostball.reports.page.colours import engine_css
 from ghostball.reports.page.failures import failures_html
-from ghostball.reports.page.headline import verdict_html
-from ghostball.reports.page.measured import (
+from ghostball.reports.page.matrix import changes_html, matrix_html
+from ghostball.reports.page.numbers import (
     closed_forms_html,
     cost_html,
     ensembles_html,
@@ -23,12 +24,11 @@ from ghostball.reports.page.measured import (
     ledgers_html,
     timing_html,
 )
-from ghostball.reports.page.overview import changes_html, matrix_html
 from ghostball.reports.page.real_tables import real_tables_html
 from ghostball.reports.page.rendering import asset, render, replay_script
 from ghostball.reports.page.scenes import ScenePart
 from ghostball.reports.page.stress import stress_html
-from ghostball.reports.page.surroundings import environment_html, truth_html
+from ghostball.reports.page.verdict import verdict_html
 from ghostball.reports.words import many
 from ghostball.validation.baselines import Regression
 from ghostball.validation.checks.verdict import Verdict, verdict_of

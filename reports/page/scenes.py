@@ -16,15 +16,15 @@ from ghostball.reports.accuracy import cell_text
 from ghostball.reports.counted import work_text
 from ghostball.reports.guarded import FailedPart
 from ghostball.reports.page.curves import colour_of, dash_of, energy_chart, error_chart
-from ghostball.reports.page.numbers import (
+from ghostball.reports.page.rendering import embedded_json, render
+from ghostball.reports.page.replay_data import scene_data
+from ghostball.reports.page.scene_numbers import (
     COMPARISONS,
     collisions_of,
     number_heads,
     number_row,
     remarks,
 )
-from ghostball.reports.page.rendering import embedded_json, render
-from ghostball.reports.page.replay_data import scene_data
 from ghostball.reports.shots import Shot
 from ghostball.reports.words import quantity_text
 from ghostball.validation.baselines.regression import SceneChange

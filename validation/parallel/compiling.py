@@ -8,8 +8,8 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from functools import partial
 
-from ghostball.engine.compilation import kernels_of
 from ghostball.engine.library.entry import Needed, make_all
+from ghostball.engine.needed_kernels import kernels_of
 from ghostball.model import Scene
 from ghostball.reference_adapters.stepping.kernels import adapter_kernels
 from ghostball.validation.parallel.pool import Progress
@@ -29,7 +29,7 @@ def compile_kernels(
     """Compile in `jobs` processes what `scenes` need of kernels.
 
     `labels`: engines that are run, whose adapters may have kernels too.
-    `tangents`, `contacts_from`: see `engine.compilation.kernels_of`.
+    `tangents`, `contacts_from`: see `engine.needed_kernels.kernels_of`.
     `compiling`: called with how many variants are compiled, of how many, and the last one; first
         before the first of them. Left out, a log says it.
 

@@ -11,7 +11,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from ghostball.engine.compilation import MANY
+from ghostball.engine.needed_kernels import MANY
 from ghostball.model import Scene
 from ghostball.reference_adapters.registry import (
     EngineUnavailableError,

@@ -11,10 +11,10 @@ from ghostball.cli.shared.config import load_config
 from ghostball.cli.shared.options import Format
 from ghostball.cli.shared.places import places_in
 from ghostball.reports import summary_markdown, summary_text
+from ghostball.reports.ci.github import notes
+from ghostball.reports.ci.junit import junit_xml
+from ghostball.reports.ci.sarif import sarif_json
 from ghostball.reports.findings import Place, findings
-from ghostball.reports.github import notes
-from ghostball.reports.junit import junit_xml
-from ghostball.reports.sarif import sarif_json
 from ghostball.validation.baselines import load_regressions
 from ghostball.validation.measured.likeness import Likeness
 from ghostball.validation.results.frames import rows_of

@@ -10,7 +10,7 @@ import pytest
 from changes import recorded
 
 from ghostball.engine import simulate
-from ghostball.engine.compilation import kernels_of
+from ghostball.engine.needed_kernels import kernels_of
 from ghostball.engine.sensitivity import QUALITY, ROUNDING, tangent_map, tangent_of
 from ghostball.model import EventKind, GhostballError
 from ghostball.validation.scenes.library import find_scene

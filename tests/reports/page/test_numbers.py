@@ -1,55 +1,15 @@
-"""Fails where the page hides what was measured of a scene, or what is to be said of a run."""
+"""Fails where a section of numbers doesn't say what is missing in it."""
 
-import pytest
-from stored_results import edit_records
-
-from ghostball.reports.page.numbers import collisions_of, number_heads, number_row, remarks
-from ghostball.validation.results.store import Results
+from page_texts import folded
 
 
-@pytest.fixture(scope="module")
-def results(module_folder):
-    """Three scenes on seven engines."""
-    return Results.open(module_folder)
-
-
-def cases_of(results, scene):
-    return [case for case in results.cases if case.scene == scene]
-
-
-def test_the_true_counts_are_said_with_who_counts_them(results):
-    found = collisions_of(cases_of(results, "head-on"))
-    assert (found.source, found.counts) == ("in truth", "1 ball-ball")
-    assert (found.agree, found.same[:2]) == ("Right", ["ghostball", "pymunk"])
-    assert (found.differ, found.different) == ("Wrong", [("paper-discrete", "7 ball-ball")])
-    found = collisions_of(cases_of(results, "break-7"))
-    assert (found.source, found.counts) == ("by our engine (not independent)", "2 ball-ball")
-    assert (found.agree, found.same[0], found.differ) == ("The same", "pymunk", "Different")
-
-
-def test_every_engine_that_did_not_run_or_failed_has_its_reason(results):
-    said = list(remarks(cases_of(results, "head-on")))
-    (failed,) = (one for one in said if one.failed and one.case.label == "paper-discrete")
-    assert failed.failed.reason == "a tenth of a ball"
-    texts = {(one.case.label, one.text) for one in said}
-    assert ("pybullet", "not representable: no table | with legs") in texts
-    assert ("newcomer:dt=1e-3", "did not finish: division by zero") in texts
-
-
-def test_what_a_run_counted_is_shown(results):
-    joint = "impacts of one instant, resolved together"
-    said = {(one.case.label, one.text) for one in remarks(cases_of(results, "break-7"))}
-    assert ("ghostball", f"counted 2 {joint}") in said
-
-
-def test_nothing_is_called_rest_where_nothing_rests(small_folder):
-    edit_records(small_folder, lambda text: text.replace('"status":"rest"', '"status":"t-max"'))
-    heads = number_heads(Results.open(small_folder).cases)
-    assert heads[1:4] == ["end error, max (in brackets: not judged)", "rms", "end time [s]"]
-
-
-def test_a_row_has_a_number_for_each_heading(results):
-    cases = cases_of(results, "stop")
-    assert {len(number_row(case)) for case in cases} == {len(number_heads(cases))}
-    by = {case.label: number_row(case) for case in cases}
-    assert by["paper-discrete"][:2] == ["✗", "30 mm"]
+def test_what_is_missing_says_so_and_how_to_get_it(html):
+    for name, words in {
+        "closed-forms": "is what rounding the scene’s numbers once would cause",
+        "cost": "one sample of its run time each",
+        "horizons": "can be predicted to their end",
+        "energy": "No motion of an engine that records it exactly is stored",
+        "hashes": "No comparison was made",
+        "timing": "One sample each",
+    }.items():
+        assert words in folded(html, name), name

@@ -6,7 +6,7 @@ import pytest
 from shots import ball, crowded_table, scene_of
 
 from ghostball.engine import simulate, warm_up
-from ghostball.engine.compilation import MANY, every_kernel, kernels_of
+from ghostball.engine.needed_kernels import MANY, every_kernel, kernels_of
 
 ONE = scene_of(ball((0.0, 0.0), (1.0, 0.0)))
 TWO = scene_of(ball((0.0, 0.0), (1.0, 0.0)), ball((1.0, 0.0)))

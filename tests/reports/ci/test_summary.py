@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 from regressions import identical, quantity, regression, uncompared, worse
 
-from ghostball.reports.summary import summary_markdown, summary_text
+from ghostball.reports.ci.summary import summary_markdown, summary_text
 from ghostball.validation.results.store import Results
 
 

@@ -8,8 +8,8 @@ import re
 import pytest
 from regressions import regression, worse
 
+from ghostball.reports.ci.sarif import sarif_json
 from ghostball.reports.findings import RULES, Place, Places, findings
-from ghostball.reports.sarif import sarif_json
 from ghostball.validation.results.store import Results
 
 NOWHERE = Places(lambda _label, _trace: None, lambda _engine, _scene, _says: None)

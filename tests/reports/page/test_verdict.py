@@ -3,7 +3,7 @@
 import pytest
 from stored_results import edit_document, edit_records, in_database
 
-from ghostball.reports.page.headline import verdict_html
+from ghostball.reports.page.verdict import verdict_html
 from ghostball.validation.results.store import Results
 
 

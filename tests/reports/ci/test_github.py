@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from ghostball.reports.ci.github import SHOWN, note, notes
 from ghostball.reports.findings import Finding, Place
-from ghostball.reports.github import SHOWN, note, notes
 
 
 def test_a_note_is_one_line_that_ends_no_property_early():

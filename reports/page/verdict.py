@@ -8,7 +8,7 @@ from markupsafe import Markup
 
 from ghostball.reports.counted import unsolved
 from ghostball.reports.outcome import bad_cases, kind_text, overall
-from ghostball.reports.page.engines import engines_html
+from ghostball.reports.page.first_screen import engines_html
 from ghostball.reports.page.rendering import render
 from ghostball.reports.words import many, reused_text
 from ghostball.validation.baselines import Regression

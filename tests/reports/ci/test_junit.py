@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 import pytest
 from regressions import identical, regression, worse
 
-from ghostball.reports.junit import junit_xml
+from ghostball.reports.ci.junit import junit_xml
 from ghostball.validation.baselines.regression import Regression
 from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.checks.verdict import NOTHING_JUDGED

@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from ghostball.reports.page.engines import engines_html
+from ghostball.reports.page.first_screen import engines_html
 from ghostball.validation.results.store import Results
 
 
