@@ -144,7 +144,7 @@ class MemberRow(_ContactRow):
     new_by: float
     compliance: float  # its acceleration over a force on it [1/kg]; 0: the cloth holds it
     overlaps: float  # 1: it overlaps another by most of the tolerance
-    effective_mass: float  # with which it answers to an impulse [kg]; inf: it stays
+    effective_mass: float  # with which it responds to an impulse [kg]; inf: it stays
     impulse_x: float  # what impulses on it add up to [N s], or forces [N]: the sum of two parts
     impulse_y: float
     small_x: float  # the second part

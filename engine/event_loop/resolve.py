@@ -52,8 +52,8 @@ from ghostball.engine.scheduling.time_of_impact import LASTING
 
 NEEDS_CONTACTS = -1
 
-_ONE_WALL = 1.0 - 2.0**-20
-"""Cosine between the normals of two obstacles above which they are one wall, and no corner."""
+_NO_CORNER = 1.0 - 2.0**-20
+"""Cosine between the normals of two obstacles above which they are taken for a straight one."""
 
 
 @kernel(inline=True)
@@ -209,7 +209,7 @@ def _corner_cushion(balls: Balls, laws: Laws, i: int, cushion: int, t: float) ->
     alone = only_cushion(laws, cushion, ball.x, ball.y, 2.0 * ball.radius)
     for other in range(laws.outer if alone else len(laws.obstacles)):
         nx, ny, distance = facing(laws, other, ball.x, ball.y)
-        if not nx * ball.vx + ny * ball.vy < 0.0 or abs(nx * ox + ny * oy) > _ONE_WALL:
+        if not nx * ball.vx + ny * ball.vy < 0.0 or abs(nx * ox + ny * oy) > _NO_CORNER:
             continue
         met = distance - nose_reach(balls, i, laws, other) <= tie_rounding(balls, i, i, t)
         if met and laws.obstacles[other].law != st.TAKES_OUT:

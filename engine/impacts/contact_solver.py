@@ -326,7 +326,7 @@ def _rounded(term: float, large: float) -> float:
 
 @kernel
 def _reduced_mass(contacts: Contacts, c: int) -> float:
-    """Reduced mass [kg] of what answers at contact c; 0 where nothing does."""
+    """Reduced mass [kg] of what responds at contact c; 0 where nothing does."""
     a, b = contacts.ends[c, st.FIRST], contacts.ends[c, st.SECOND]
     mass_a = contacts.motion[a].effective_mass
     mass_b = contacts.motion[b].effective_mass if b >= 0 else math.inf

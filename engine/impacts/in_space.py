@@ -2,8 +2,8 @@
 
 Restitution acts along the normal of the contact in space, Coulomb friction across it, against the
 slip of the surfaces there; so an impulse has a vertical part, and lifts a ball, or pushes it into
-the table, which answers at the same instant (`impacts.on_table`). The coefficients are the scene's;
-of the laws that it names, only whether that of the cushions turns balls counts.
+the table, which responds at the same instant (`impacts.on_table`). The coefficients are the
+scene's; of the laws that it names, only whether that of the cushions turns balls counts.
 
 A slow impact of a ball in flight is another thing: see `impacts.slow_impacts`. As slow an impact on
 the cloth is one in the plane, by the scene's laws (`impacts.impact`): nothing rises.
@@ -21,7 +21,7 @@ from ghostball.engine.impacts.impact import bounce, collide_balls
 from ghostball.engine.impacts.laws.falling_restitution import restitution_at
 from ghostball.engine.impacts.laws.friction_curve import friction_coefficient
 from ghostball.engine.impacts.lying_still import capture_speed
-from ghostball.engine.impacts.on_table import STICKING, answer_by_table, set_free
+from ghostball.engine.impacts.on_table import STICKING, respond_by_table, set_free
 from ghostball.engine.impacts.slow_impacts import part_from_nose, part_slowly
 from ghostball.engine.motion.geometry import reduced_mass
 from ghostball.engine.motion.obstacles import above_nose, facing
@@ -29,7 +29,7 @@ from ghostball.engine.motion.obstacles import above_nose, facing
 
 @kernel
 def collide_in_space(height: FloatArray, world: World, i: int, j: int) -> None:
-    """Collide balls i and j, of which one or both may be in the air; then the table answers.
+    """Collide balls i and j, of which one or both may be in the air; then the table responds.
 
     Contract: both are advanced to the instant of the impact and approach each other.
     """
@@ -78,7 +78,7 @@ def collide_in_space(height: FloatArray, world: World, i: int, j: int) -> None:
         ball.wy -= turn * turn_y
         ball.wz -= turn * turn_z
     for k in (i, j):
-        answer_by_table(height, balls, k, laws)
+        respond_by_table(height, balls, k, laws)
 
 
 @kernel
@@ -106,7 +106,7 @@ def fastest_nose(height: FloatArray, balls: Balls, i: int, k: int, laws: Laws) -
 
 @kernel
 def bounce_off_nose(height: FloatArray, balls: Balls, i: int, k: int, laws: Laws) -> None:
-    """Bounce ball i off the nose of obstacle k; then the table answers.
+    """Bounce ball i off the nose of obstacle k; then the table responds.
 
     The factor along the cushion, of the law that has one, is on the velocity there. Below a nose
     that is far above its centre a ball may approach it again at once: that is another impact.
@@ -153,4 +153,4 @@ def bounce_off_nose(height: FloatArray, balls: Balls, i: int, k: int, laws: Laws
     ball.vx += px
     ball.vy += py
     height[i, st.UP_SPEED] += pz
-    answer_by_table(height, balls, i, laws)
+    respond_by_table(height, balls, i, laws)

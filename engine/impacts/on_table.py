@@ -32,8 +32,8 @@ def set_free(balls: Balls, i: int) -> None:
 
 
 @kernel
-def answer_by_table(height: FloatArray, balls: Balls, i: int, laws: Laws) -> None:
-    """Let the table answer to ball i, if it lies there: one that is pushed down comes up again.
+def respond_by_table(height: FloatArray, balls: Balls, i: int, laws: Laws) -> None:
+    """Let the table respond to ball i, if it lies there: one that is pushed down comes up again.
 
     And say how it continues: in the air, in bounces too low to be followed, or on the cloth.
     """
@@ -162,17 +162,17 @@ def _slow_bounces(
     height[i, st.END_WX] += turn * dy
     height[i, st.END_WY] -= turn * dx
     slips = lasts - rolls
-    way = slips * slips + (1.0 - part) * (lasts * lasts - slips * slips)
-    way += part * rolls * rolls * (1.0 - e) / (1.0 + e)
-    ball.vx -= 0.5 * way / lasts * dx
-    ball.vy -= 0.5 * way / lasts * dy
+    squares = slips * slips + (1.0 - part) * (lasts * lasts - slips * slips)
+    squares += part * rolls * rolls * (1.0 - e) / (1.0 + e)
+    ball.vx -= 0.5 * squares / lasts * dx
+    ball.vy -= 0.5 * squares / lasts * dy
 
 
 @kernel
 def land(height: FloatArray, balls: Balls, i: int, laws: Laws) -> None:
     """Let ball i, which is advanced to the instant at which it lands, bounce or stay down."""
     height[i, st.RISE] = 0.0
-    answer_by_table(height, balls, i, laws)
+    respond_by_table(height, balls, i, laws)
 
 
 @kernel

@@ -20,7 +20,7 @@ from ghostball.engine.core.kernel import kernel
 from ghostball.engine.core.state import Balls, FloatArray, Laws, World
 from ghostball.engine.core.tolerances import LOWEST_BOUNCE
 from ghostball.engine.impacts.lying_still import capture_speed, hold, is_held, lies_still
-from ghostball.engine.impacts.on_table import answer_by_table, set_free
+from ghostball.engine.impacts.on_table import respond_by_table, set_free
 from ghostball.engine.motion.flight import motion_in_space
 from ghostball.engine.motion.geometry import (
     blocking_ball,
@@ -70,7 +70,7 @@ def part_slowly(
 
     One on the table that is loaded from above moves across only, and along a cushion that it
     touches: it continues rolling if it rolls. A ball exactly above another falls off along x. Then
-    the table answers. One that lies still is held instead, and the other left alone.
+    the table responds. One that lies still is held instead, and the other left alone.
 
     Where they overlap by `overlap` [m], and would come less than half out again, they part fast
     enough to come out, and higher by `LOWEST_BOUNCE`; where one lies on the other, as fast as a
@@ -111,8 +111,8 @@ def part_slowly(
         )
     compliance = xx * nx * nx + 2.0 * xy * nx * ny + yy * ny * ny + zz * nz * nz
     if compliance == 0.0:
-        answer_by_table(height, balls, i, laws)
-        answer_by_table(height, balls, j, laws)
+        respond_by_table(height, balls, i, laws)
+        respond_by_table(height, balls, j, laws)
         return
     px, py, pz, returned = 0.0, 0.0, 0.0, speed
     reach = balls.state[i].radius + balls.state[j].radius
@@ -148,8 +148,8 @@ def part_slowly(
             ball.vx += sign * (xx * px + xy * py)
             ball.vy += sign * (xy * px + yy * py)
             height[k, st.UP_SPEED] += sign * zz * pz
-    answer_by_table(height, balls, i, laws)
-    answer_by_table(height, balls, j, laws)
+    respond_by_table(height, balls, i, laws)
+    respond_by_table(height, balls, j, laws)
 
 
 @kernel
@@ -286,4 +286,4 @@ def part_from_nose(
     returned = math.sqrt(speed * speed + taken)
     ball.vx, ball.vy = left * sx - returned * nx, left * sy - returned * ny
     height[i, st.UP_SPEED] = left * sz - returned * nz
-    answer_by_table(height, balls, i, laws)
+    respond_by_table(height, balls, i, laws)

@@ -197,10 +197,10 @@ def _way_over_piece(balls: Balls, i: int, laws: Laws, k: int) -> tuple[float, fl
     if square <= 0.0:
         return 0.0, 0.0
     if row.law == st.TAKES_OUT:
-        way = middle + math.sqrt(square)
-        return (max(way, 0.0), -speed) if way > -beside else (0.0, 0.0)
-    way = middle - math.sqrt(square)
-    return (max(way, 0.0), -speed) if way > -beside else (0.0, 0.0)
+        distance = middle + math.sqrt(square)
+        return (max(distance, 0.0), -speed) if distance > -beside else (0.0, 0.0)
+    distance = middle - math.sqrt(square)
+    return (max(distance, 0.0), -speed) if distance > -beside else (0.0, 0.0)
 
 
 @kernel

@@ -30,11 +30,11 @@ from ghostball.engine.resting_contact.gaps import gap_now
 _RESIDUE = 2.0**-20
 """Bounce, in units of a negligible one, left to the contact force: a thousandth of its speed."""
 
-_ONE_WALL = 1.0 - 2.0**-32
-"""Cosine between the normals of two obstacles that a ball touches above which they are one wall.
+_AS_ONE = 1.0 - 2.0**-32
+"""Cosine between the normals of two obstacles that a ball touches above which they push as one.
 
-An angle of 2e-5: twice that at which a ball, within the reach of a contact, touches a rail and the
-jaw that goes on from it.
+An angle of 2e-5: twice that at which a ball, within the reach of a contact, touches a cushion and
+the jaw at its end.
 """
 
 
@@ -177,14 +177,14 @@ def _face_wall(world: World, c: int, count: int) -> None:
         if b < 0:
             same = forces[other].nx * forces[c].nx + forces[other].ny * forces[c].ny
             turns = turning(laws, -1 - b, ball.x, ball.y)
-            if same > _ONE_WALL and turns < least:
+            if same > _AS_ONE and turns < least:
                 least, flattest = turns, other
     forces[c].nx, forces[c].ny = forces[flattest].nx, forces[flattest].ny
 
 
 @kernel
 def _free_pushed(world: World, members: int, count: int, solved: bool) -> bool:
-    """Let members at rest answer to their impulses if the cloth doesn't stop them at once.
+    """Let members at rest respond to their impulses if the cloth doesn't stop them at once.
 
     That is, each within `CAPTURE_HEIGHT`; all of them where no impulses were found. Return whether
     there was one.

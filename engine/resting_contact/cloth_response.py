@@ -1,4 +1,4 @@
-"""How a ball of an island answers to the forces on it, with the cloth's friction, over one step.
+"""How a ball of an island responds to the forces on it, with the cloth's friction, over one step.
 
 The cloth acts too. A member that rolls is given the friction with which it continues rolling, so
 that it reacts with 7/5 of its mass, for as long as that is within the limit of sliding friction (or
@@ -41,7 +41,7 @@ _TURN = 0.125
 
 @kernel
 def accelerate(world: World, k: int, duration: float) -> None:
-    """Set member k's accelerations from LOAD_* and TWIST_*, and the cloth's answer to them."""
+    """Set member k's accelerations from LOAD_* and TWIST_*, and the cloth's response to them."""
     balls, laws, contacts = world.balls, world.laws, world.contacts
     mass = balls.state[k].mass
     fx, fy = contacts.motion[k].load_x / mass, contacts.motion[k].load_y / mass
@@ -220,7 +220,7 @@ def turns_little(world: World, k: int, duration: float) -> bool:
 
 @kernel
 def effective_mass(balls: Balls, laws: Laws, k: int) -> float:
-    """Mass [kg] with which member k answers to a negligible impulse.
+    """Mass [kg] with which member k responds to a negligible impulse.
 
     One that rolls, or rests, rolls on: the cloth ends so small a slip within part of
     `CAPTURE_HEIGHT`.

@@ -1,7 +1,7 @@
 """Finds the forces that hold an island's gaps closed over one contact step.
 
 Between its balls and with cushions: normal forces by `impacts.contact_solver`, and friction
-(`resting_contact.friction`), interleaved until both fit. How the cloth answers is in
+(`resting_contact.friction`), interleaved until both fit. How the cloth responds is in
 `resting_contact.cloth_response`; `resting_contact.step` has the whole.
 """
 
@@ -19,7 +19,7 @@ from ghostball.engine.resting_contact.cloth_response import accelerate, turns_li
 from ghostball.engine.resting_contact.extrapolation import extrapolate, remember
 from ghostball.engine.resting_contact.friction import load, rub_all
 from ghostball.engine.resting_contact.gaps import (
-    DEEP_OVERLAP,
+    LARGE_OVERLAP,
     balls_of,
     compliance_of,
     excess,
@@ -39,7 +39,7 @@ _FROM = 7
 """Round before which the forces are first led on, as the last rounds changed them: from then on
 before every second. Before each round it took a third more of them."""
 
-_PART_OF_ANSWER = 0.25
+_PART_OF_COMPLIANCE = 0.25
 """Part of its compliance that a member counts with while the cloth holds it: it may give way."""
 
 
@@ -83,7 +83,7 @@ def solve(world: World, members: int, count: int, duration: float, rubs: bool) -
 
 @kernel
 def _hold(world: World, members: int, count: int, duration: float) -> None:
-    """Change the normal forces so that the gaps end where the step aims at, as balls answer now."""
+    """Change the normal forces so that gaps end where the step aims at, as balls respond now."""
     contacts = world.contacts
     forces = contacts.forces
     for m in range(members):
@@ -91,7 +91,9 @@ def _hold(world: World, members: int, count: int, duration: float) -> None:
         # A member that the cloth holds may give way: with a part of its compliance then.
         held = contacts.motion[k].compliance == 0.0
         compliance = (
-            _PART_OF_ANSWER / world.balls.state[k].mass if held else contacts.motion[k].compliance
+            _PART_OF_COMPLIANCE / world.balls.state[k].mass
+            if held
+            else contacts.motion[k].compliance
         )
         contacts.motion[k].effective_mass = 1.0 / compliance
     for c in range(count):
@@ -133,6 +135,6 @@ def _mark_overlaps(world: World, members: int, count: int) -> None:
         contacts.motion[contacts.member[m]].overlaps = 0.0
     for c in range(count):
         a, b = balls_of(contacts, c)
-        if contacts.forces[c].gap < -DEEP_OVERLAP * contact_tolerance(world.balls, a, b):
+        if contacts.forces[c].gap < -LARGE_OVERLAP * contact_tolerance(world.balls, a, b):
             contacts.motion[a].overlaps = 1.0
             contacts.motion[b].overlaps = 1.0

@@ -99,7 +99,7 @@ def _rub(world: World, c: int, duration: float) -> None:
 
 @kernel
 def rub_more(world: World, c: int, more_along: float, more_up: float, duration: float) -> None:
-    """Add to the friction of contact c [N], and let its balls answer."""
+    """Add to the friction of contact c [N], and let its balls respond."""
     contacts = world.contacts
     a, b = contacts.ends[c, st.FIRST], contacts.ends[c, st.SECOND]
     sine = _nose(world, c)

@@ -13,7 +13,7 @@ from ghostball.engine.motion.obstacles import facing, nose_reach
 from ghostball.engine.motion.position import displacement, pair_reach
 from ghostball.engine.resting_contact.cloth_response import permitted_gap, stopping
 
-DEEP_OVERLAP = 0.75
+LARGE_OVERLAP = 0.75
 """Overlap, in tolerances, from which two balls at rest are pushed apart, gently."""
 
 _WITHIN = 29.0 / 32.0
@@ -110,7 +110,7 @@ def _aim(balls: Balls, a: int, b: int, now: float, duration: float) -> float:
     tolerance = contact_tolerance(balls, a, b)
     push = 0.25 * max(friction_limit(balls, a), friction_limit(balls, b)) * duration * duration
     if stopping(balls, a) and stopping(balls, b):
-        if now >= -DEEP_OVERLAP * tolerance:
+        if now >= -LARGE_OVERLAP * tolerance:
             return min(now, 0.5 * tolerance)
         return now + max(min(push, 0.25 * tolerance), 2.0 * gap_rounding(balls, a, b))
     return min(0.0, now + push)
@@ -185,16 +185,16 @@ def _time_to_end(world: World, c: int, far: bool) -> float:
     ball, segment, new = world.balls.state[a], world.laws.obstacles[row], world.contacts.motion[a]
     dx, dy = segment.nx - segment.x, segment.ny - segment.y
     x, y = (segment.nx, segment.ny) if far else (segment.x, segment.y)
-    way = (ball.x - x) * dx + (ball.y - y) * dy
-    sign = 1.0 if way > 0.0 else -1.0
+    along = (ball.x - x) * dx + (ball.y - y) * dy
+    sign = 1.0 if along > 0.0 else -1.0
     rate, pull = ball.vx * dx + ball.vy * dy, new.new_ax * dx + new.new_ay * dy
-    s: float = first_crossing(sign * way, sign * rate, sign * pull)
+    s: float = first_crossing(sign * along, sign * rate, sign * pull)
     return s
 
 
 @kernel
 def compliance_of(contacts: Contacts, c: int) -> float:
-    """Acceleration of the gap of contact c over its force [1/kg], as the members answer now."""
+    """Acceleration of the gap of contact c over its force [1/kg], as the members respond now."""
     a, b = contacts.ends[c, st.FIRST], contacts.ends[c, st.SECOND]
     both: float = contacts.motion[a].compliance
     if b >= 0:

@@ -153,15 +153,15 @@ def _pose(world: World, c: int) -> bool:
     forces[c].turn_y = -ny * (along * sine) + nx * down
     forces[c].turn_z = along * cosine
     push_x, push_y = nx * toward - ny * along, ny * toward + nx * along
-    _answer(world, c, a, push_x, push_y, st.FIRST)
+    _respond(world, c, a, push_x, push_y, st.FIRST)
     if b >= 0:
-        _answer(world, c, b, -push_x, -push_y, st.SECOND)
+        _respond(world, c, b, -push_x, -push_y, st.SECOND)
     return True
 
 
 @kernel(inline=True)
-def _answer(world: World, c: int, k: int, push_x: float, push_y: float, end: int) -> None:
-    """Put in `contacts.answers` how such a force accelerates ball k, an end of contact c."""
+def _respond(world: World, c: int, k: int, push_x: float, push_y: float, end: int) -> None:
+    """Put in `contacts.compliances` how such a force accelerates ball k, an end of contact c."""
     contacts, ball = world.contacts, world.balls.state[k]
     fx, fy = push_x / ball.mass, push_y / ball.mass
     cx, cy = 0.0, 0.0

@@ -66,19 +66,19 @@ class Pocketing:
         `before`, `after` (n, 2) float64 [m]: centres as the step begins, and as it ends where
             nothing falls.
         """
-        ways = after - before
-        self._free -= np.hypot(ways[:, 0], ways[:, 1])
+        moves = after - before
+        self._free -= np.hypot(moves[:, 0], moves[:, 1])
         near = np.flatnonzero(~(self._free > 0.0) & ~self.gone)
         return self._take_near(near, before, after) if len(near) else []
 
     def _take_near(
         self, near: NDArray[np.intp], before: FloatArray, after: FloatArray
     ) -> list[Fall]:
-        way = (after - before)[near, np.newaxis]
+        move = (after - before)[near, np.newaxis]
         off = before[near, np.newaxis] - self._centres
         away = np.hypot(off[..., 0], off[..., 1])
-        length2 = np.sum(way * way, axis=2)
-        along = np.sum(off * way, axis=2)
+        length2 = np.sum(move * move, axis=2)
+        along = np.sum(off * move, axis=2)
         gap = (away - self._radii) * (away + self._radii)
         discriminant = along * along - length2 * gap
         enters = (gap > 0.0) & (along < 0.0) & (discriminant >= 0.0)

@@ -84,10 +84,10 @@ def facing_of(pocket: Pocket, is_corner: bool) -> Facing:
     start = (half + offset * along[0], offset * along[1])
     hole = hole_of(pocket, is_corner)
     # To where it is nearest to the hole's middle; but no less far out than that.
-    way = (hole[0] - half) * along[0] + hole[1] * along[1]
+    distance = (hole[0] - half) * along[0] + hole[1] * along[1]
     if is_corner:
-        way = max(way, (hole[0] + hole[1] - half) / (along[0] + along[1]))
-    end = (half + way * along[0], way * along[1])
+        distance = max(distance, (hole[0] + hole[1] - half) / (along[0] + along[1]))
+    end = (half + distance * along[0], distance * along[1])
     return Facing(half + offset, (half + offset, -pocket.jaw_radius), start, end)
 
 
