@@ -210,13 +210,18 @@ class Cells(NamedTuple):
     one time is in one row.
     """
 
-    frame: FloatArray  # (4,) the first cell's corner, x and y, a cell's side, largest diameter [m]
+    frame: FloatArray  # (6,) the first cell's corner, x and y, a cell's side, largest diameter [m];
+    # TIED_AT an instant [s] of which TIED_KIND is the least kind of own events, as far as is known
     size: IntArray  # (2,) columns, rows; without the border
     first: Int32Array  # ((columns + 2) (rows + 2),) a ball in the cell, or NOWHERE
     link: Int32Array  # (n, 8): columns AFTER ... STAMP below
     slot: FloatArray  # (n, 3): columns LEAVES ... SECOND_BOUND below
     tree: FloatArray  # (2 p,) p >= n, a power of 2: leaves p + i are the balls' next instants [s]
 
+
+# Columns of `Cells.frame`, after the lengths.
+TIED_AT = 4
+TIED_KIND = 5
 
 # Columns of `Cells.link`.
 AFTER = 0  # the next ball in the same cell, or NOWHERE

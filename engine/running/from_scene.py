@@ -383,7 +383,7 @@ def cells_of(scene: Scene) -> Cells:
     leaves = 1 << (n - 1).bit_length()
 
     return Cells(
-        frame=np.array([*low, side, 2.0 * float(np.max(scene.radii))]),
+        frame=np.array([*low, side, 2.0 * float(np.max(scene.radii)), -np.inf, 0.0]),
         size=size,
         first=np.full(int(np.prod(size + 2)), st.NOWHERE, dtype=np.int32),
         link=np.zeros((n, st.LINK_COLUMNS), dtype=np.int32),

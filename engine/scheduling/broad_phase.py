@@ -196,7 +196,10 @@ def enter_next(world: World, i: int) -> None:
     """Enter ball i's next instant in the tree."""
     cells = world.cells
     slot = min(cells.slot[i, st.LEAST], cells.slot[i, st.LEAVES])
-    enter_instant(cells.tree, i, min(slot, world.balls.state[i].own_time))
+    own_time = world.balls.state[i].own_time
+    enter_instant(cells.tree, i, min(slot, own_time))
+    if own_time == cells.frame[st.TIED_AT] and world.balls.own_kind[i] < cells.frame[st.TIED_KIND]:
+        cells.frame[st.TIED_KIND] = world.balls.own_kind[i]
 
 
 @kernel(inline=True)
@@ -204,7 +207,8 @@ def earliest(world: World) -> tuple[float, int, int]:
     """As `scheduling.scheduler.earliest`.
 
     What concerns no ball's motion is done on the way: balls move to other cells, and slots that a
-    partner left are filled anew.
+    partner left are filled anew. Where own events tie, the least kind of them is kept, so that the
+    next of that kind is taken without a look at all the others.
     """
     cells, counters = world.cells, world.log.counters
     while True:
@@ -217,6 +221,8 @@ def earliest(world: World) -> tuple[float, int, int]:
         i = first
         while i != st.NOWHERE:
             if world.balls.state[i].own_time == t:
+                if t == cells.frame[st.TIED_AT] and _is_of_tied_kind(world, i):
+                    return t, i, -1
                 if single == st.NOWHERE or takes_precedence(world.balls, i, single):
                     single = i
             elif cells.slot[i, st.LEAVES] == t:
@@ -235,10 +241,21 @@ def earliest(world: World) -> tuple[float, int, int]:
                 enter_next(world, i)
                 is_done = False
             i = st.NOWHERE if alone else first_due(cells.tree, t, i + 1)
+            counters[st.WORK] += 1
         if is_done:
+            if single != st.NOWHERE and not alone:
+                cells.frame[st.TIED_AT] = t
+                cells.frame[st.TIED_KIND] = world.balls.own_kind[single]
             only = alone and cells.slot[first, st.SECOND_BOUND] > t
             return t, single, first if only else -1
-        counters[st.WORK] += 2
+        counters[st.WORK] += 1
+
+
+@kernel(inline=True)
+def _is_of_tied_kind(world: World, i: int) -> bool:
+    """Whether ball i's own event is of the least kind at `TIED_AT`, of which any may come first."""
+    kind = world.balls.own_kind[i]
+    return bool(kind == world.cells.frame[st.TIED_KIND] and kind < st.OWN_CUSHION)
 
 
 @kernel(inline=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import random
 
+import numpy as np
 import pytest
 from shots import R
 
@@ -29,6 +30,12 @@ def many_balls(count, filled=0.4, seed=1, speed=1.0, t_max=None, spread=1.0, **p
         balls.append(Ball(id=f"{k}", position=place, velocity=velocity, radius=radius))
     table = Table(length=length, width=length)
     return Scene(name="many", balls=balls, table=table, physics=Physics(**physics), t_max=t_max)
+
+
+def alike(velocities, spins=None, **physics) -> Scene:
+    """Balls far from each other, whose own events tie where they move alike."""
+    places = (np.stack(np.divmod(np.arange(len(velocities)), 64), axis=1) + 1.0) * (20.0, 0.2)
+    return Scene.from_arrays(places, velocities, spins, name="alike", physics=Physics(**physics))
 
 
 def by_both(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> list[Result]:

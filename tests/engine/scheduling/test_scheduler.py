@@ -1,9 +1,10 @@
 """Cells and a bound for every pair are two schedulers of one engine: the same bits."""
 
+import numpy as np
 import pytest
-from many_balls import by_both, many_balls
+from many_balls import alike, by_both, many_balls
 from recorded import fingerprint
-from shots import POOL_TABLE, ball, rack, scene_of
+from shots import POOL_TABLE, R, ball, rack, scene_of
 
 
 @pytest.mark.compiled
@@ -27,4 +28,15 @@ def test_a_few_balls_in_cells_without_a_compiler(monkeypatch):
     )
     paired, celled = by_both(scene, monkeypatch)
     assert celled.work["cell_moves"] > 0
+    assert fingerprint(paired) == fingerprint(celled)
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("spin", [(0.0, 0.0, 0.0), (0.0, -2.5 / R, 0.0), (3.0, 7.0, 20.0)])
+def test_events_of_several_kinds_that_tie_have_the_same_order(monkeypatch, spin):
+    """Slides that end, some in rest at that very instant, and rolls that stop."""
+    velocities, spins = np.full((128, 2), (1.0, 0.0)), np.full((128, 3), spin)
+    velocities[1::3], spins[1::3] = (0.3, 0.0), (0.0, 0.3 / R, 0.0)  # rolls
+    paired, celled = by_both(alike(velocities, spins, preset="pool"), monkeypatch)
+    assert len(paired.events) >= 128
     assert fingerprint(paired) == fingerprint(celled)
