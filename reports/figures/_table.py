@@ -8,6 +8,7 @@ import numpy as np
 
 from ghostball.model import CUSHIONS, Scene, Table
 from ghostball.model.arrays import FloatArray
+from ghostball.model.scene.sides import side_of
 from ghostball.reports import style
 
 if TYPE_CHECKING:
@@ -75,28 +76,19 @@ def draw_table(axes: Axes, scene: Scene, view: View, *, ticks: bool = True) -> N
     if table is not None and not table.is_rectangle:
         _draw_shaped(axes, table)
     elif table is not None:
-        length, width, depth = table.length, table.width, CUSHION_DEPTH
-        axes.add_patch(Rectangle((0, 0), length, width, facecolor=style.CLOTH, zorder=0))
-        bars = {
-            "left": (-depth, -depth, depth, width + 2 * depth),
-            "right": (length, -depth, depth, width + 2 * depth),
-            "bottom": (-depth, -depth, length + 2 * depth, depth),
-            "top": (-depth, width, length + 2 * depth, depth),
-        }
-        edges = {
-            "left": ((0, 0), (0, width)),
-            "right": ((length, length), (0, width)),
-            "bottom": ((0, length), (0, 0)),
-            "top": ((0, length), (width, width)),
-        }
+        size, depth = (table.length, table.width), CUSHION_DEPTH
+        axes.add_patch(Rectangle((0, 0), *size, facecolor=style.CLOTH, zorder=0))
         for name in CUSHIONS:
+            side = side_of(name, *size)
             if name in table.cushions:
-                x, y, dx, dy = bars[name]
+                corners = np.array([*side.ends(depth), *side.ends(depth, depth)])
+                low, high = corners.min(axis=0), corners.max(axis=0)
                 axes.add_patch(
-                    Rectangle((x, y), dx, dy, facecolor=style.CUSHION, linewidth=0, zorder=0.5)
+                    Rectangle(low, *(high - low), facecolor=style.CUSHION, linewidth=0, zorder=0.5)
                 )
             else:
-                axes.plot(*edges[name], color=style.GREY, linestyle=":", linewidth=1, zorder=0.5)
+                edge = np.transpose(side.ends())
+                axes.plot(*edge, color=style.GREY, linestyle=":", linewidth=1, zorder=0.5)
     for post in () if table is None else table.posts:
         draw_ball(axes, np.array(post.centre), post.radius, facecolor=style.CUSHION, zorder=0.6)
     axes.set_xlim(left, right)
