@@ -39,8 +39,9 @@ NEAR = 17
 TURNING = 18
 RISING = 19
 SERIES = 20
-TRACK = 21
-END = 22
+NODES = 21
+TRACK = 22
+END = 23
 
 
 class Block:
@@ -68,6 +69,7 @@ class Block:
             air and air.turning,
             air and air.rising,
             air and air.series,
+            air and air.nodes,
             pairs.track,
         ]
         sizes = [0 if array is None else -(-array.nbytes // 8) for array in arrays]

@@ -7,7 +7,9 @@ rounding of the state. A piece that ends is no event.
 
 One scalar is enough for a ball that goes straight on: p' = -(a + b p^2), whose series has the
 recurrence (n + 1) p_{n+1} = -(a [n = 0] + b sum p_i p_{n-i}). Of a slide with a slip along the way
-that is so, too. Any other slide turns, by two recurrences more: of |u| and of u / |u|, u the slip.
+that is so, too. Any other slide turns: in pieces that are found at nodes (`motion.turn`). Where
+that fails, as where the velocity all but vanishes or the air does as much as the cloth, they are
+power series by two recurrences more: of |u| and of u / |u|, u the slip.
 
 The slip's direction turns like a power of the slip that is left, so that the series of a slide
 converges no farther than to its end, and pieces get shorter towards it (`PART_OF_SERIES`). The
@@ -42,6 +44,7 @@ from ghostball.engine.motion.series import (
     shorter,
     straight_series,
 )
+from ghostball.engine.motion.turn import turn_piece
 
 _STILL = 2.0**-18
 """Speed, in units of the slip, below which air does nothing that a double could tell, as long as it
@@ -80,6 +83,10 @@ def slide_piece(balls: Balls, i: int, laws: Laws, ux: float, uy: float, size: fl
     if duration > 0.0:
         balls.own_kind[i] = st.OWN_ROLL
         return duration
+    if speed > _STILL * size:
+        duration = turn_piece(higher, air, balls, i, laws.air_drag, ux, uy, size, speed)
+        if duration > 0.0:
+            return duration
     return _turn(higher, air, balls, i, laws.air_drag, ux, uy, size, speed)
 
 

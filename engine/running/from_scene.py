@@ -225,6 +225,7 @@ def balls_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Balls:
             np.zeros((n, st.MOST_POWERS)),
             np.zeros((n, st.MOST_POWERS // 2 + 1 if flies else 0)),
             np.zeros((st.SERIES_ROWS, st.SERIES_TERMS)),
+            np.zeros((st.NODES_ROWS, st.NODES_TERMS)),
         )
         if drags
         else None,
