@@ -15,30 +15,14 @@ from typing import ClassVar
 from ghostball.model import Scene
 from ghostball.model.features import Capabilities, Capability
 from ghostball.reference_adapters.base import EngineSettings
+from ghostball.reference_adapters.box2d3.settings import Box2d3Settings
+from ghostball.reference_adapters.stepping.ends import IN_SINGLE_PRECISION, ExactSteps
 from ghostball.reference_adapters.stepping.laws import restitutions
-from ghostball.reference_adapters.stepping.plane import IN_SINGLE_PRECISION, ExactSteps
 from ghostball.reference_adapters.stepping.plane_engine import (
     PlaneEngine,
     default_capabilities,
     frictionless_capabilities,
 )
-from ghostball.reference_adapters.stepping.settings import SteppingSettings
-
-
-class Box2d3Settings(SteppingSettings):
-    """Settings of the Box2D 3 adapter.
-
-    `dt` is 1e-3 s tuned, 1/60 s default as in Box2D's manual, 0.02 s in exact steps; `iterations`
-    are sub-steps: 4, as the manual has it.
-    """
-
-    EXACT_BY_DEFAULT: ClassVar[bool] = False
-
-    @property
-    def units(self) -> float:
-        """Units of Box2D in a metre [1/m]."""
-        return 100.0 if self.config == "tuned" else 1.0
-
 
 _IMPACTS = Capability(
     "approximate", "in single precision; contacts that share a ball take up to half of the energy"

@@ -25,7 +25,7 @@ from ghostball.model.features import Capabilities, Capability
 from ghostball.reference_adapters.base import EngineSettings
 from ghostball.reference_adapters.javascript.packages import DRIVER, NODE, folder, why_not
 from ghostball.reference_adapters.stepping.ending import ending_of
-from ghostball.reference_adapters.stepping.plane import IN_SINGLE_PRECISION, ExactSteps
+from ghostball.reference_adapters.stepping.ends import IN_SINGLE_PRECISION, ExactSteps
 from ghostball.reference_adapters.stepping.plane_engine import (
     PlaneEngine,
     default_capabilities,

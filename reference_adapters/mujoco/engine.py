@@ -13,7 +13,7 @@ from typing import ClassVar
 
 from ghostball.model.features import Capabilities, Capability, Feature
 from ghostball.reference_adapters.base import EngineSettings
-from ghostball.reference_adapters.stepping.plane import ExactSteps
+from ghostball.reference_adapters.stepping.ends import ExactSteps
 from ghostball.reference_adapters.stepping.plane_engine import (
     PlaneEngine,
     default_capabilities,

@@ -10,37 +10,17 @@ apart.
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal
+from typing import ClassVar
 
 from ghostball.model.features import Capabilities, Capability
 from ghostball.reference_adapters.base import EngineSettings
-from ghostball.reference_adapters.stepping.plane import IN_SINGLE_PRECISION, ExactSteps
+from ghostball.reference_adapters.physx.settings import PhysxSettings
+from ghostball.reference_adapters.stepping.ends import IN_SINGLE_PRECISION, ExactSteps
 from ghostball.reference_adapters.stepping.plane_engine import (
     default_capabilities,
     tuned_capabilities,
 )
-from ghostball.reference_adapters.stepping.space import OwnClothSettings, SpaceEngine
-
-
-class PhysxSettings(OwnClothSettings):
-    """Settings of the PhysX adapter.
-
-    `dt` is 1e-3 s tuned, SAPIEN's own 0.01 s default, 0.02 s in exact steps; `iterations` are of
-    positions, 10 as SAPIEN's own.
-
-    `solver`: projected or temporal Gauss-Seidel; None is "pgs" tuned, SAPIEN's own "tgs" default.
-    """
-
-    DEFAULT_DT: ClassVar[float] = 0.01
-    EXACT_BY_DEFAULT: ClassVar[bool] = False
-
-    solver: Literal["pgs", "tgs"] | None = None
-
-    @property
-    def temporal(self) -> bool:
-        """Whether the solver is the temporal one."""
-        return (self.solver or ("pgs" if self.config == "tuned" else "tgs")) == "tgs"
-
+from ghostball.reference_adapters.stepping.space import OwnClothEngine
 
 _IMPACTS = Capability(
     "approximate", "in single precision: impacts at 5 mm/s lose up to 8 % of their speed"
@@ -61,7 +41,7 @@ _INELASTIC = Capability(
 )
 
 
-class PhysxEngine(SpaceEngine):
+class PhysxEngine(OwnClothEngine):
     """PhysX behind the protocol; see the module."""
 
     name: ClassVar[str] = "physx"

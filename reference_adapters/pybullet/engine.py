@@ -15,32 +15,27 @@ Two configurations: "tuned" sets what makes the physics right; "default" sets wh
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Annotated, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
-from pydantic import Field
 
 from ghostball.model import Record, Result, Scene
 from ghostball.model.features import EXACT, Capabilities, Capability, Feature
-from ghostball.reference_adapters.base import (
-    EngineBase,
-    EngineSettings,
-    lacking_sequence,
-    none,
-    resolution_of_step,
-)
+from ghostball.reference_adapters.base import EngineSettings, lacking_sequence, none
 from ghostball.reference_adapters.pybullet import loading
-from ghostball.reference_adapters.pybullet.rolling import PlanarRun
-from ghostball.reference_adapters.pybullet.sliding import SlidingRun
-from ghostball.reference_adapters.pybullet.world import MOST_IMPULSE, SHORTEST_STEP, World
-from ghostball.reference_adapters.recording import Recorder
-from ghostball.reference_adapters.stepping import contact_time
-from ghostball.reference_adapters.stepping.contact_time import CONTACT_GAP
-from ghostball.reference_adapters.stepping.ending import end_of, ending_of
+from ghostball.reference_adapters.pybullet.rolling import Rolling
+from ghostball.reference_adapters.pybullet.settings import (
+    MOST_IMPULSE,
+    SHORTEST_STEP,
+    PybulletSettings,
+)
+from ghostball.reference_adapters.pybullet.sliding import Sliding
+from ghostball.reference_adapters.stepping.ending import end_of
+from ghostball.reference_adapters.stepping.ends import Ends, ExactSteps
 from ghostball.reference_adapters.stepping.laws import largest_momenta
+from ghostball.reference_adapters.stepping.plane import Stepper, run
 from ghostball.reference_adapters.stepping.plane_engine import pocketed
-from ghostball.reference_adapters.stepping.settings import SteppingSettings
-from ghostball.reference_adapters.stepping.space import slowest_bounce
+from ghostball.reference_adapters.stepping.space import SpaceEngine
 
 _ROLLING = Capability(
     "exact",
@@ -152,38 +147,21 @@ _OF_SLIDING = (
 _NO_EXACT_STEPS = none("Bullet's table contact needs steady steps. Use `contact_steps` = fixed")
 
 
-class PybulletSettings(SteppingSettings):
-    """Settings of the pybullet adapter.
-
-    `dt` is 1e-3 s tuned, pybullet's own 1/240 s default, 0.02 s in exact steps; `iterations`
-    pybullet's own 50.
-
-    `rest_speed` [m/s]: in sliding scenes, the speed of centre and surface below which a ball rests.
-    Bullet's friction leaves about 1e-11 m/s; at 1e-6 m/s a ball on mu = 0.01 has 5e-12 m to go. In
-    rolling scenes a ball rests at exactly 0.
-    """
-
-    DEFAULT_DT: ClassVar[float] = 1.0 / 240.0
-    CLOTH_BETWEEN_STEPS: ClassVar[bool] = False
-    EXACT_BY_DEFAULT: ClassVar[bool] = False
-
-    iterations: Annotated[int, Field(ge=1)] = 50
-    rest_speed: Annotated[float, Field(gt=0.0)] = 1e-6
-
-
-class PybulletEngine(EngineBase):
-    """Bullet through pybullet; each run has a client of its own, closed when it ends."""
+class PybulletEngine(SpaceEngine):
+    """Bullet through pybullet; each run has a client of its own, emptied when it ends."""
 
     name: ClassVar[str] = "pybullet"
+    WORLD: ClassVar[str] = "ghostball.reference_adapters.pybullet.world:World"
     Settings: ClassVar[type[EngineSettings]] = PybulletSettings
+    TUNED: ClassVar[Capabilities] = CAPABILITIES
+    DEFAULT: ClassVar[Capabilities] = _DEFAULT
+    EXACT_STEPS: ClassVar[ExactSteps] = ExactSteps(shortest=SHORTEST_STEP)
 
     @property
     def capabilities(self) -> Capabilities:
         """How each feature is represented; some depend on the scene, see `lacks`."""
-        if self.settings.config == "default":
-            return _DEFAULT
         if self.settings.contact_steps == "fixed":
-            return CAPABILITIES
+            return super().capabilities
         return {**CAPABILITIES, **dict.fromkeys(_OF_SLIDING, _NO_EXACT_STEPS)}
 
     @classmethod
@@ -218,12 +196,17 @@ class PybulletEngine(EngineBase):
             )
         yield from lacking_sequence(scene)
 
-    def resolution(self, scene: Scene) -> float:
-        """Return how far a ball goes in a step [m]; or how far from a contact its step ends."""
-        if self.settings.contact_steps == "exact":
-            shortest = resolution_of_step(SHORTEST_STEP, scene)
-            return max(CONTACT_GAP, shortest)
-        return resolution_of_step(self.settings.step, scene)
+    def own_cloth(self, scene: Scene) -> bool:
+        """Whether balls lie on a plane of Bullet's: all that may slide do."""
+        return scene.physics.motion == "sliding"
+
+    def in_plane(self, scene: Scene, world: Any, ends: Ends) -> Stepper:
+        """Return what moves balls on that roll, in the plane."""
+        return Rolling(scene, world, ends)
+
+    def on_cloth(self, scene: Scene, world: Any) -> Stepper:
+        """Return what moves balls on that may slide, on a plane under gravity."""
+        return Sliding(scene, world, self.settings, end_of(scene, self.settings))
 
     def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
         """Run the scene; see `ReferenceEngine.simulate`.
@@ -231,40 +214,6 @@ class PybulletEngine(EngineBase):
         A rolling ball rests when its velocity is exactly 0; for a sliding one see `rest_speed`.
         """
         self.check(scene)
-        settings: PybulletSettings = self.settings
-        dt = settings.step
-        t_end = end_of(scene, settings)
-        planar = scene.physics.motion == "rolling"
-        recorder = Recorder(scene, record)
-        falls = slowest_bounce(scene, dt) if scene.physics.airborne else 0.0
-        with World(
-            scene,
-            planar=planar,
-            config=settings.config,
-            iterations=settings.iterations,
-            slow=falls,
-        ) as world:
-            if settings.contact_steps == "exact":
-                contact_time.warm_up()
-            recorder.start()
-            run: PlanarRun | SlidingRun
-            if planar:
-                run = PlanarRun(world, scene, recorder)
-                run.run(settings.contact_steps, dt, t_end, settings.max_steps)
-            else:
-                gated = settings.config == "tuned"
-                run = SlidingRun(
-                    world, scene, recorder, dt=dt, gated=gated, rest_speed=settings.rest_speed
-                )
-                run.run(t_end, settings.max_steps)
-            final_state = run.state()
-            status, reason = ending_of(scene, settings, run.t, final_state, at_rest=run.at_rest)
-            return recorder.result(
-                engine=self.name,
-                settings=settings.model_dump() | {"dt": dt},
-                status=status,
-                final_state=final_state,
-                rest_time=run.rest_time if run.at_rest else run.t,
-                work=run.work,
-                reason=reason,
-            )
+        world: Any = self.world(scene)
+        with world:
+            return run(scene, record, self.name, self.settings, world, self.stepper(scene, world))

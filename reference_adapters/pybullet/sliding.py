@@ -10,21 +10,21 @@ is short by up to v dt/2: first order in `dt`, where the planar run has no such 
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from ghostball.model import EventKind, Samples, Scene
 from ghostball.model.arrays import BoolArray, FloatArray
-from ghostball.reference_adapters.pybullet.world import Contact, World
+from ghostball.reference_adapters.pybullet.settings import PybulletSettings
+from ghostball.reference_adapters.pybullet.steps import BulletSteps
 from ghostball.reference_adapters.recording import Recorder
-from ghostball.reference_adapters.stepping.clock import Clock
-from ghostball.reference_adapters.stepping.laws import slips_of
-from ghostball.reference_adapters.stepping.pocketing import (
-    Pocketing,
-    instant_of,
-    states_at_falls,
-)
+from ghostball.reference_adapters.stepping.pocketing import instant_of
 from ghostball.reference_adapters.stepping.sides import sides_of
-from ghostball.reference_adapters.stepping.space import slowest_bounce
+from ghostball.reference_adapters.stepping.space import OnItsOwnCloth, slowest_bounce
+
+if TYPE_CHECKING:
+    from ghostball.reference_adapters.pybullet.world import World
 
 ROLLING_SLIP = 1e-6
 """Slip of the contact point below which a ball rolls [m/s].
@@ -34,97 +34,57 @@ that still slides on mu = 0.2.
 """
 
 
-class SlidingRun:
-    """The run of one scene whose balls slide.
+class Sliding(BulletSteps, OnItsOwnCloth):
+    """Steps of balls that slide, or fly; one rests as `PybulletSettings.rest_speed` says.
 
-    `dt` [s]: of its steps.
-    `gated`: whether rolling friction waits for rolling; without it Bullet applies it at all times.
-    `rest_speed` [m/s]: a ball rests while its centre's speed and its surface's, R |w|, are both
-        below this.
-
-    `t`, `rest_time`, `work`: as in `PlanarRun`.
+    Tuned, rolling friction waits for rolling; else Bullet applies it at all times.
     """
 
+    _world: World
+
     def __init__(
-        self,
-        world: World,
-        scene: Scene,
-        recorder: Recorder,
-        *,
-        dt: float,
-        gated: bool,
-        rest_speed: float,
+        self, scene: Scene, world: World, settings: PybulletSettings, t_end: float
     ) -> None:
-        self._world = world
-        self._recorder = recorder
-        self._radii = scene.radii
-        self._dt = dt
-        self._spin_ends = scene.spinning_friction_rates > 0.0
-        self._gated = gated
-        self._rest_speed = rest_speed
-        self._flies = scene.physics.airborne
-        self._noses = sides_of(scene) if scene.physics.airborne else []
+        # Balls may leave over noses: other engines in space have no cushions in flight.
+        self._noses = sides_of(scene) if scene.physics.airborne else ()
         self._gone = np.zeros(len(scene.balls), dtype=np.bool_)
-        self._pocketing = Pocketing(scene)
+        super().__init__(scene, world, settings.step, t_end)
+        self._gated = settings.config == "tuned"
+        self._rest_speed = settings.rest_speed
+        self._spin_ends = scene.spinning_friction_rates > 0.0
         self._height = scene.physics.cushion_height
-        # What falls no faster lies on the table, and what is no higher than it could bounce.
-        self._slow = slowest_bounce(scene, dt)
-        self._low = self._slow * dt
-        self.t = 0.0
-        self.rest_time = 0.0
-        self.work = {"steps": 0, "contacts": 0}
-        for i, (v, w) in enumerate(zip(scene.velocities, scene.angular_velocities, strict=True)):
-            world.set_velocity(i, v.tolist(), w.tolist())
-        self._velocities, self._spins = scene.velocities, scene.angular_velocities
-        self._resting = self._rests()
-        self._spinning = self._spins_on()
-        self._rolling = self._rolls()
-        if gated:
+        self._lands: list[int] = []
+        # As the world has it: of the step that is set, not of the one that ends at `t_end`.
+        self._slowest_fall = slowest_bounce(scene, settings.step)
+        self._lowest_bounce = self._slowest_fall * settings.step
+        self._no_slip = np.full(len(scene.balls), ROLLING_SLIP)
+        self._resting, self._spinning, self._rolling = self._rests(), self._turns(), self._rolls()
+        if self._gated:
             for i in np.flatnonzero(~self._rolling).tolist():
                 world.set_rolling_friction(i, False)
-        recorder.frame(0.0, self.state())
 
     @property
     def at_rest(self) -> bool:
         """Whether every ball is slower than `rest_speed`, and none has a spin that still slows."""
-        return bool(np.all(self._resting) and not np.any(self._spinning))
+        return bool(self._resting.all() and not self._spinning.any())
 
-    def state(self) -> Samples:
-        """Return the state now, arrays (1, n, 3)."""
-        return self._samples(self._positions(), self._velocities, self._spins)
-
-    def run(self, t_end: float, max_steps: int) -> None:
-        """Run until every ball rests, or to `t_end` exactly, in steps of `dt`."""
-        clock = Clock(self._dt, t_end)
-        while not self.at_rest and clock.t < t_end and self.work["steps"] < max_steps:
-            self._advance(clock.dt, clock.tick())
-
-    def _positions(self) -> FloatArray:
-        positions = self._world.positions()
-        self._pocketing.keep(positions)
-        return positions
-
-    def _advance(self, dt: float, t: float) -> None:
-        started_at = self._positions() if self._pocketing else None
-        self._world.step(dt)
-        self.work["steps"] += 1
-        contacts, new = self._world.contacts()
-        self.work["contacts"] += len(contacts)
-        before = self._velocities, self._spins
-        states = np.array([self._world.velocity(i) for i in range(len(self._radii))])
-        self._velocities, self._spins = states[:, 0], states[:, 1]
-        new = [c for c in new if c.b >= 0 or before[0][c.a, 2] < -self._slow]
-        if new:
-            self._note_collisions(new, before, dt)
-        if started_at is not None:
-            self._let_fall(started_at, t)
-        self.t = t
+    def step(self) -> None:
+        """Let Bullet step by dt; then switch the rolling friction of balls that roll."""
+        velocities, spins, places = self._velocities, self._spins, self._centres[:, :2]
+        self._lands = self._step_and_land()
+        self._pocketing.keep(self._centres)
+        self._notes, self._around = [], ()
+        if self.recorded and (self.collisions or self._lands):
+            back = self._centres - self._velocities * self._clock.dt
+            motions = (velocities, spins), (self._velocities.copy(), self._spins.copy())
+            self._around = tuple(
+                Samples(back[np.newaxis], v[np.newaxis], w[np.newaxis]) for v, w in motions
+            )
+        if self._pocketing:
+            self._let_fall(places)
         if self._noses:
             self._take_out_what_left()
         self._note_phases()
-        # A ball that fell may have been the last to move: then the shot ended within the step.
-        if not self.at_rest and self._recorder.wants_frame(t):
-            self._recorder.frame(t, self.state())
 
     def _rests(self) -> BoolArray:
         speed = np.sqrt(np.sum(self._velocities**2, axis=1))
@@ -134,78 +94,49 @@ class SlidingRun:
 
     def _lies(self) -> BoolArray:
         """Whether each ball is on the table, or has left the game."""
-        if not self._flies:
-            return np.ones(len(self._radii), dtype=np.bool_)
-        low = self._world.positions()[:, 2] - self._radii <= self._low
-        slow = np.abs(self._velocities[:, 2]) <= self._slow
-        lies: BoolArray = (low & slow) | self._gone
-        return lies
+        lies = super()._lies()
+        return lies | self._gone if self._noses else lies
+
+    def _turns(self) -> BoolArray:
+        """Whether each ball has a spin about the vertical that will end, and hasn't yet."""
+        surface = self._radii * np.abs(self._spins[:, 2])
+        turns: BoolArray = self._spin_ends & (surface >= self._rest_speed)
+        return turns
 
     def _take_out_what_left(self) -> None:
         """Take out the balls whose centres have come over a nose that is below them."""
-        positions = self._world.positions()
         for side in self._noses:
-            away = (positions[:, :2] - side.point) @ side.normal
-            out = (away < 0.0) & (positions[:, 2] > self._height) & ~self._gone
+            away = (self._centres[:, :2] - side.point) @ side.normal
+            out = (away < 0.0) & (self._centres[:, 2] > self._height) & ~self._gone
             for i in np.flatnonzero(out).tolist():
-                self._recorder.event(self.t, EventKind.LEAVES_TABLE, i, side.cushion)
+                self._notes.append((self.t, EventKind.LEAVES_TABLE, i, side.cushion))
                 self._world.remove(i)
                 self._gone[i] = True
                 self._velocities[i] = self._spins[i] = 0.0
 
-    def _let_fall(self, before: FloatArray, t: float) -> None:
-        """Take out the balls that fell on the way from `before`, (n, 3) [m], until `t` [s]."""
-        after = self._positions()
-        falls = self._pocketing.take(before[:, :2], after[:, :2])
-        moving = self._samples(after, self._velocities.copy(), self._spins.copy())
-        for fall, state in states_at_falls(before[:, :2], moving, falls):
-            self._recorder.frame(instant_of(fall, self.t, t), state, force=True)
-        for fall in falls:
-            at, ball = instant_of(fall, self.t, t), fall.ball
-            self._recorder.event(at, EventKind.POCKETED, ball, fall.pocket)
-            self.rest_time = max(self.rest_time, at)
-            self._world.remove(ball)
-            self._velocities[ball] = self._spins[ball] = 0.0
-            self._resting[ball] = self._rolling[ball] = True
-            self._spinning[ball] = False
-
-    def _spins_on(self) -> BoolArray:
-        """Whether each ball has a spin about the vertical that will end, and hasn't yet."""
-        surface = self._radii * np.abs(self._spins[:, 2])
-        spins: BoolArray = self._spin_ends & (surface >= self._rest_speed)
-        return spins
-
-    def _rolls(self) -> BoolArray:
-        """Whether each ball's lowest point rests on the cloth."""
-        slips = slips_of(self._velocities, self._spins, self._radii)
-        rolls: BoolArray = (np.hypot(*slips.T) < ROLLING_SLIP) & self._lies()
-        return rolls
+    def _let_fall(self, before: FloatArray) -> None:
+        super()._let_fall(before)
+        for fall in self.falls:
+            self._note_rest(instant_of(fall, self.seen_at, self.t))
+            self._resting[fall.ball], self._spinning[fall.ball] = True, False
 
     def _note_phases(self) -> None:
-        """Record what began to roll or came to rest in the step, at its end; set the gates."""
-        rolls, rests, spins = self._rolls(), self._rests(), self._spins_on()
+        """Note what began to roll or came to rest in the step, at its end; set the gates."""
+        rolls, rests, turns = self._rolls(), self._rests(), self._turns()
         if self._gated:
             for i in np.flatnonzero(rolls != self._rolling).tolist():
                 self._world.set_rolling_friction(i, bool(rolls[i]))
-        for i in np.flatnonzero(rolls & ~self._rolling & ~rests).tolist():
-            self._recorder.event(self.t, EventKind.SLIDE_TO_ROLL, i)
-        for i in np.flatnonzero(rests & ~self._resting).tolist():
-            self._recorder.event(self.t, EventKind.ROLL_TO_REST, i)
-        if np.any(rests & ~self._resting) or np.any(self._spinning & ~spins):
+        stops = rests & ~self._resting
+        for kind, which in (
+            (EventKind.SLIDE_TO_ROLL, rolls & ~self._rolling & ~rests),
+            (EventKind.ROLL_TO_REST, stops),
+        ):
+            self._notes += [(self.t, kind, i, -1) for i in np.flatnonzero(which).tolist()]
+        if np.any(stops) or np.any(self._spinning & ~turns):
             self.rest_time = self.t
-        self._rolling, self._resting, self._spinning = rolls, rests, spins
+        self._rolling, self._resting, self._spinning = rolls, rests, turns
 
-    def _note_collisions(
-        self, new: list[Contact], before: tuple[FloatArray, FloatArray], dt: float
-    ) -> None:
-        """Record collisions, at the step's start: there Bullet saw them and changed velocities."""
-        for contact in new:
-            self._recorder.event(self.t, contact.kind, contact.a, contact.b)
-        if self._recorder.record == "trajectory":
-            positions = self._positions() - self._velocities * dt
-            for velocities, spins in (before, (self._velocities, self._spins)):
-                state = self._samples(positions, velocities, spins)
-                self._recorder.frame(self.t, state, force=True)
-
-    def _samples(self, positions: FloatArray, velocities: FloatArray, spins: FloatArray) -> Samples:
-        return Samples(positions[np.newaxis], velocities[np.newaxis], spins[np.newaxis])
+    def _tell_of_collisions(self, recorder: Recorder) -> None:
+        super()._tell_of_collisions(recorder)
+        for ball in self._lands:
+            recorder.event(self.seen_at, EventKind.BALL_CLOTH, ball)

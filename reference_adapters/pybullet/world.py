@@ -10,28 +10,24 @@ from __future__ import annotations
 
 import math
 from types import TracebackType
-from typing import Any, Literal, NamedTuple, Self
+from typing import Any, Self
 
 import numpy as np
 
-from ghostball.model import Disc, EventKind, Scene, Segment, Side
+from ghostball.model import Disc, Scene, Segment, Side
 from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.pybullet.coefficients import Coefficients
 from ghostball.reference_adapters.pybullet.loading import load
-from ghostball.reference_adapters.stepping.sides import CornerNames, parts_of, sides_of
-
-Config = Literal["tuned", "default"]
+from ghostball.reference_adapters.pybullet.settings import PybulletSettings
+from ghostball.reference_adapters.stepping.contact_world import ContactWorld, Part, collision_of
+from ghostball.reference_adapters.stepping.plane import Collision
+from ghostball.reference_adapters.stepping.sides import parts_of, sides_of
+from ghostball.reference_adapters.stepping.space import slowest_bounce
 
 FASTEST = 1e100
 """Bound on a body's velocity [m/s] and spin [rad/s], beyond any scene's.
 
 Bullet's own, 100 of both, clamps a rolling pool ball at 2.86 m/s."""
-
-SHORTEST_STEP = float(np.finfo(np.float64).eps)
-"""Shortest step that Bullet makes [s]; it takes a shorter one for none, and moves nothing."""
-
-MOST_IMPULSE = 1e10
-"""Bound of Bullet's solver on the impulse of a contact in a step [N s]: more stops no ball."""
 
 # Fields of a contact point, as pybullet documents `getContactPoints`.
 _BODY_A, _BODY_B, _NORMAL_FORCE = 1, 2, 9
@@ -41,64 +37,50 @@ NOSE_RADIUS = 1e-6
 """Of the nose of a cushion where balls may fly [m]: Bullet has no line, but a thin capsule."""
 
 
-class Contact(NamedTuple):
-    """A ball in contact: `b` is the second ball, the index of the cushion in `CUSHIONS`, or -1.
+_IDLE: dict[str, list[int]] = {"tuned": [], "default": []}
+"""Clients that no world uses, all emptied, one for as many worlds as there were at once.
 
-    The last is the table, which is listed only where balls may fly.
-    """
-
-    kind: EventKind
-    a: int
-    b: int
-
-    @property
-    def balls(self) -> tuple[int, ...]:
-        """Indices of the balls in it."""
-        return (self.a, self.b) if self.kind is EventKind.BALL_BALL else (self.a,)
-
-
-_IDLE: dict[Config, list[int]] = {"tuned": [], "default": []}
-"""Clients that no world uses, all emptied. To connect takes 20 ms, more than a short shot.
-
-What a scene was built with goes when its client is emptied, as `test_pybullet_world` shows to the
-bit; what `_configure` sets for good would be the same again.
+To connect and to disconnect takes 20 ms, as long as a short shot; to empty a client 0.7 ms. What a
+scene was built with goes then, as `test_world` shows to the bit; what `_configure` sets for good
+would be the same again.
 """
 
 
-class World:
+class World(ContactWorld):
     """A client of its own with the scene built in it; a context manager that gives it back.
 
-    `planar`: whether to build the paper's plane: no gravity, no table, every centre at z = 0, so
-        that balls of different radius touch at the sum of their radii in the plane. Else space,
-        with gravity and a table.
-    `config`: set what makes the physics right, or leave to pybullet what isn't the scene's.
-    `iterations`: of the contact solver, per step.
-    `slow` [m/s]: speed below which no impact bounces: 0, or, where balls may fly and the table
-        returns some of their speed, what keeps those that lie on it from trembling.
+    On a cloth of its own it has gravity and a table. Else it is the paper's plane: neither of them,
+    and every centre at z = 0, so that balls of different radius touch at the sum of their radii in
+    the plane. Tuned, it sets what makes the physics right; else it leaves to pybullet what isn't
+    the scene's.
+
+    `on_cloth`: as `SpaceWorld` has it, where balls may fly; else no ball lands.
+    `pushed`: balls that others or cushions pushed in the last step.
     """
 
-    def __init__(
-        self, scene: Scene, *, planar: bool, config: Config, iterations: int, slow: float = 0.0
-    ) -> None:
-        self._scene = scene
-        self._config: Config = config
-        self._tuned = config == "tuned"
+    def __init__(self, scene: Scene, settings: PybulletSettings, *, own_cloth: bool) -> None:
+        super().__init__(scene, noise=0.0, rubs=False)
+        self.iterations = settings.iterations
+        self.on_cloth: set[int] = set()
+        self.pushed: set[int] = set()
+        self._config = settings.config
+        self._tuned = settings.config == "tuned"
         self._bullet = load()
         self._dt = math.nan
         self._balls: list[int] = []
-        self._ball_of_body: dict[int, int] = {}
-        self._cushion_of_body: dict[int, int] = {}
+        self._parts: dict[int, Part] = {}
         self._cloths: list[int] = []
         self._flies = scene.physics.airborne
-        self._corners = CornerNames(scene)
-        self._places = scene.positions
-        self._touching: frozenset[Contact] = frozenset()
-        self.coefficients = Coefficients.of(scene, planar=planar)
-        idle = _IDLE[config]
+        # What the bodies of balls in the plane have, as long as it is so.
+        self._in_plane = [[0.0, 0.0] for _ in scene.balls]
+        self.coefficients = Coefficients.of(scene, planar=not own_cloth)
+        idle = _IDLE[self._config]
         self._client: int = idle.pop() if idle else self._bullet.connect(self._bullet.DIRECT)
         try:
-            self._configure(iterations, slow)
-            self._build(planar)
+            # Where the table returns some of their speed, what lies on it would tremble.
+            slow = slowest_bounce(scene, settings.step) if self._flies else 0.0
+            self._configure(slow)
+            self._build(not own_cloth)
         except BaseException:
             self.close()
             raise
@@ -126,45 +108,62 @@ class World:
         self._bullet.resetSimulation(physicsClientId=self._client)
         _IDLE[self._config].append(self._client)
 
+    def start(self, velocities: FloatArray, _: FloatArray | None) -> FloatArray:
+        """Give the balls velocities, (n, 2) [m/s], for a step in the plane, where none turns."""
+        for i, velocity in enumerate(velocities.tolist()):
+            if velocity != self._in_plane[i]:
+                self._set(i, [*velocity, 0.0], [0.0] * 3)
+            self._in_plane[i] = velocity
+        return velocities
+
     def step(self, dt: float) -> None:
-        """Advance by `dt` [s]: Bullet finds contacts, then solves velocities, then moves."""
+        """Let Bullet step by `dt` [s]: it finds contacts, solves velocities, then moves."""
         if dt != self._dt:
             self._bullet.setTimeStep(dt, physicsClientId=self._client)
             self._dt = dt
-        if self._corners:
-            self._places = self.positions()
         self._bullet.stepSimulation(physicsClientId=self._client)
+        pushing: set[Collision] = set()
+        self.on_cloth = set()
+        for point in self._bullet.getContactPoints(physicsClientId=self._client):
+            if not point[_NORMAL_FORCE] > 0.0:  # it is only near
+                continue
+            a, b = self._parts.get(point[_BODY_A]), self._parts.get(point[_BODY_B])
+            if a and b:
+                pushing.add(collision_of(a, b))
+            elif (ball := a or b) and self._flies:
+                self.on_cloth.add(ball[0])
+        self._note(pushing)
+        self.pushed = {ball for contact in pushing for ball in contact.balls}
+        self.contacts_solved += len(self.on_cloth)
 
-    def contacts(self) -> tuple[list[Contact], list[Contact]]:
-        """Return the contacts that pushed in the last step, and those of them that are new.
+    def positions(self) -> FloatArray:
+        """Return all centres, (n, 3) float64 [m]; a fresh array."""
+        get = self._bullet.getBasePositionAndOrientation
+        return np.array([get(body, physicsClientId=self._client)[0] for body in self._balls])
 
-        Both are sorted, so that a run doesn't depend on the order in which Bullet lists them. A
-        contact point without a force is only near; a contact that pushes through several steps is
-        one collision.
+    def velocities(self) -> list[list[float]]:
+        """Return the velocities in the plane, two components for each ball [m/s]; a fresh list.
+
+        Bullet isn't asked for those of balls that had none and that nothing pushed.
         """
-        points = self._bullet.getContactPoints(physicsClientId=self._client)
-        pushing = frozenset(
-            contact
-            for point in points
-            if point[_NORMAL_FORCE] > 0.0
-            and (contact := self._contact(point[_BODY_A], point[_BODY_B])) is not None
-        )
-        new = pushing - self._touching
-        self._touching = pushing
-        if self._corners:
-            new = frozenset(map(self._named, new))
-        return sorted(pushing), sorted(new)
+        for i, (x, y) in enumerate(self._in_plane):
+            if x or y or i in self.pushed:
+                self._in_plane[i] = list(self._velocity(i)[0][:2])
+        return list(self._in_plane)
 
-    def _named(self, contact: Contact) -> Contact:
-        if contact.kind is not EventKind.BALL_CUSHION:
-            return contact
-        return contact._replace(b=self._corners.name(contact.b, self._places[contact.a]))
+    def positions_and_velocities(self) -> tuple[FloatArray, FloatArray]:
+        """Return the centres [m] and velocities [m/s] in the plane, two arrays (n, 2) float64."""
+        return self.positions()[:, :2], np.array(self.velocities())
 
-    def set_velocity(self, ball: int, velocity: list[float], angular_velocity: list[float]) -> None:
-        """Set a ball's velocity [m/s] and angular velocity [rad/s], 3 components each."""
-        self._bullet.resetBaseVelocity(
-            self._balls[ball], velocity, angular_velocity, physicsClientId=self._client
-        )
+    def motion(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return centres [m], velocities [m/s] and spins [rad/s], three arrays (n, 3)."""
+        motions = np.array([self._velocity(i) for i in range(len(self._balls))])
+        return self.positions(), motions[:, 0], motions[:, 1]
+
+    def set_motion(self, velocities: FloatArray, spins: FloatArray) -> None:
+        """Set the velocities [m/s] and spins [rad/s], two arrays (n, 3)."""
+        for i, motion in enumerate(zip(velocities.tolist(), spins.tolist(), strict=True)):
+            self._set(i, *motion)
 
     def set_rolling_friction(self, ball: int, on: bool) -> None:
         """Switch the rolling resistance of a ball on or off."""
@@ -172,45 +171,35 @@ class World:
         length = float(self.coefficients.rolling_friction[ball]) if on else 0.0
         self._change(body, rollingFriction=length)
 
-    def velocity(self, ball: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """Return a ball's velocity [m/s] and angular velocity [rad/s]."""
-        linear, angular = self._bullet.getBaseVelocity(
-            self._balls[ball], physicsClientId=self._client
-        )
-        return linear, angular
-
-    def positions(self) -> FloatArray:
-        """Return all centres, (n, 3) float64 [m]; a fresh array."""
-        get = self._bullet.getBasePositionAndOrientation
-        return np.array([get(body, physicsClientId=self._client)[0] for body in self._balls])
-
-    def _contact(self, body_a: int, body_b: int) -> Contact | None:
-        a, b = self._ball_of_body.get(body_a), self._ball_of_body.get(body_b)
-        if a is not None and b is not None:
-            return Contact(EventKind.BALL_BALL, min(a, b), max(a, b))
-        ball, plane = (a, body_b) if a is not None else (b, body_a)
-        cushion = self._cushion_of_body.get(plane)
-        if ball is None:
-            return None
-        if cushion is None:
-            return Contact(EventKind.BALL_CLOTH, ball, -1) if self._flies else None
-        return Contact(EventKind.BALL_CUSHION, ball, cushion)
-
     def remove(self, ball: int) -> None:
         """Take a ball out of the world: it stays where it is, and nothing meets it."""
-        body = self._balls[ball]
-        self.set_velocity(ball, [0.0] * 3, [0.0] * 3)
+        body, self._in_plane[ball] = self._balls[ball], [0.0, 0.0]
+        self._set(ball, [0.0] * 3, [0.0] * 3)
         self._change(body, mass=0.0)
         self._bullet.setCollisionFilterGroupMask(body, -1, 0, 0, physicsClientId=self._client)
 
-    def _configure(self, iterations: int, slow: float) -> None:
+    def _set(self, ball: int, velocity: list[float], spin: list[float]) -> None:
+        self._bullet.resetBaseVelocity(
+            self._balls[ball], velocity, spin, physicsClientId=self._client
+        )
+
+    def _velocity(self, ball: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Return a ball's velocity [m/s] and spin [rad/s]."""
+        velocity, spin = self._bullet.getBaseVelocity(
+            self._balls[ball], physicsClientId=self._client
+        )
+        return velocity, spin
+
+    def _configure(self, slow: float) -> None:
         """Set the solver; "tuned" removes what changes a collision.
+
+        `slow` [m/s]: speed below which then no impact bounces.
 
         contactERP adds speed to push overlapping balls apart (an elastic impact gains 4 % of energy
         at any step), the restitution threshold makes impacts below 0.2 m/s inelastic, and a
         residual threshold or a slop stops the solver early.
         """
-        parameters: dict[str, float] = {"numSolverIterations": iterations}
+        parameters: dict[str, float] = {"numSolverIterations": self.iterations}
         if self._tuned:
             parameters |= {
                 "numSubSteps": 0,  # contacts inside a substep are never reported
@@ -229,32 +218,22 @@ class World:
         scene, factors = self._scene, self.coefficients
         gravity = 0.0 if planar else -scene.physics.gravity
         self._bullet.setGravity(0.0, 0.0, gravity, physicsClientId=self._client)
+        origin, up = (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)
         if not planar:
             for i in range(len(scene.balls) if factors.own_cloths else 1):
-                friction = float(factors.table_friction[i])
-                up = (0.0, 0.0, 1.0)
-                bounce = factors.table_restitution
-                cloth = self._plane((0.0, 0.0, 0.0), up, bounce, friction)
-                if self._flies and self._tuned:
-                    self._change(cloth, contactProcessingThreshold=0.0)  # as for cushions below
+                laws = factors.table_restitution, float(factors.table_friction[i])
+                cloth = self._fixed(self._plane(up), origin, laws, bounces=self._flies)
                 self._cloths.append(cloth)
         laws = factors.cushion_restitution, factors.cushion_friction
         for side in sides_of(scene):
-            body = (
-                self._nose(side, *laws)
-                if self._flies
-                else self._plane((*side.point, 0.0), (*side.normal, 0.0), *laws)
-            )
-            self._cushion_of_body[body] = side.cushion
-            if self._tuned:
-                # Else a ball is stopped at the cushion in the step before it gets there, and
-                # what it has left of the step is taken from its restitution.
-                self._change(body, contactProcessingThreshold=0.0)
+            if self._flies:
+                body = self._nose(side, laws)
+            else:
+                body = self._fixed(self._plane((*side.normal, 0.0)), (*side.point, 0.0), laws)
+            self._parts[body] = side.cushion, True
         for part in parts_of(scene):
-            body = self._part(part, 0.0 if planar else float(scene.radii[0]), *laws)
-            self._cushion_of_body[body] = part.obstacle
-            if self._tuned:
-                self._change(body, contactProcessingThreshold=0.0)
+            body = self._part(part, 0.0 if planar else float(scene.radii[0]), laws)
+            self._parts[body] = part.obstacle, True
         for i in range(len(scene.balls)):
             self._ball(i, planar)
         if factors.own_cloths:
@@ -272,14 +251,12 @@ class World:
     def _ball(self, i: int, planar: bool) -> None:
         ball, factors = self._scene.balls[i], self.coefficients
         centre = [*ball.position[:2], 0.0 if planar else ball.position[2]]
-        shape = self._bullet.createCollisionShape(
-            self._bullet.GEOM_SPHERE, radius=ball.radius, physicsClientId=self._client
-        )
+        shape = self._shape(self._bullet.GEOM_SPHERE, radius=ball.radius)
         body = self._bullet.createMultiBody(
             ball.mass, shape, basePosition=centre, physicsClientId=self._client
         )
         self._balls.append(body)
-        self._ball_of_body[body] = i
+        self._parts[body] = i, False
         self._change(
             body,
             restitution=factors.ball_restitution,
@@ -293,9 +270,7 @@ class World:
         if self._tuned:
             self._change(body, linearDamping=0.0, angularDamping=0.0, maxJointVelocity=FASTEST)
 
-    def _part(
-        self, part: Segment | Disc, height: float, restitution: float, friction: float
-    ) -> int:
+    def _part(self, part: Segment | Disc, height: float, laws: tuple[float, float]) -> int:
         """Add a part of a cushion at the height of the balls' centres [m]: a line, or a sphere.
 
         The line is the edge of a triangle: where Bullet meets a triangle, or a sphere, with a ball,
@@ -303,64 +278,61 @@ class World:
         it searches for it, and a box has round edges.
         """
         if isinstance(part, Disc):
-            place = (*part.centre, height)
-            shape = self._bullet.createCollisionShape(
-                self._bullet.GEOM_SPHERE, radius=part.radius, physicsClientId=self._client
-            )
-        else:
-            place = (0.0, 0.0, 0.0)
-            (x0, y0), (x1, y1) = part.start, part.end
-            top = (0.5 * (x0 + x1), 0.5 * (y0 + y1), height + math.dist(part.start, part.end))
-            shape = self._bullet.createCollisionShape(
-                self._bullet.GEOM_MESH,
-                vertices=[(x0, y0, height), (x1, y1, height), top],
-                indices=[0, 1, 2],
-                flags=self._bullet.GEOM_FORCE_CONCAVE_TRIMESH,
-                physicsClientId=self._client,
-            )
-        return self._fixed(shape, place, restitution, friction)
+            sphere = self._shape(self._bullet.GEOM_SPHERE, radius=part.radius)
+            return self._fixed(sphere, (*part.centre, height), laws)
+        (x0, y0), (x1, y1) = part.start, part.end
+        top = (0.5 * (x0 + x1), 0.5 * (y0 + y1), height + math.dist(part.start, part.end))
+        line = self._shape(
+            self._bullet.GEOM_MESH,
+            vertices=[(x0, y0, height), (x1, y1, height), top],
+            indices=[0, 1, 2],
+            flags=self._bullet.GEOM_FORCE_CONCAVE_TRIMESH,
+        )
+        return self._fixed(line, (0.0, 0.0, 0.0), laws)
 
-    def _nose(self, side: Side, restitution: float, friction: float) -> int:
+    def _nose(self, side: Side, laws: tuple[float, float]) -> int:
         """Add a cushion's nose: a capsule along its line, at its height above the cloth."""
         across, (x, y), middle = side.normal[0] != 0.0, side.point, 0.5 * side.length
-        shape = self._bullet.createCollisionShape(
-            self._bullet.GEOM_CAPSULE,
-            radius=NOSE_RADIUS,
-            height=2.0 * side.length,
-            physicsClientId=self._client,
+        capsule = self._shape(
+            self._bullet.GEOM_CAPSULE, radius=NOSE_RADIUS, height=2.0 * side.length
         )
-        height = self._scene.physics.cushion_height
+        place = (*((x, middle) if across else (middle, y)), self._scene.physics.cushion_height)
         # Bullet's capsule stands; it is laid along y, or along x.
         turn = math.sqrt(0.5)
         lying = (turn, 0.0, 0.0, turn) if across else (0.0, turn, 0.0, turn)
-        place = (*((x, middle) if across else (middle, y)), height)
-        return self._fixed(shape, place, restitution, friction, baseOrientation=lying)
+        return self._fixed(capsule, place, laws, lying)
 
-    def _plane(
-        self,
-        origin: tuple[float, float, float],
-        normal: tuple[float, float, float],
-        restitution: float,
-        friction: float,
-    ) -> int:
-        shape = self._bullet.createCollisionShape(
-            self._bullet.GEOM_PLANE, planeNormal=normal, physicsClientId=self._client
-        )
-        return self._fixed(shape, origin, restitution, friction)
+    def _plane(self, normal: tuple[float, float, float]) -> int:
+        return self._shape(self._bullet.GEOM_PLANE, planeNormal=normal)
+
+    def _shape(self, kind: int, **form: Any) -> int:
+        shape: int = self._bullet.createCollisionShape(kind, **form, physicsClientId=self._client)
+        return shape
 
     def _fixed(
         self,
         shape: int,
         place: tuple[float, ...],
-        restitution: float,
-        friction: float,
-        **turned: Any,
+        laws: tuple[float, float],
+        turned: tuple[float, ...] = (0.0, 0.0, 0.0, 1.0),
+        *,
+        bounces: bool = True,
     ) -> int:
-        """Add a body that never moves."""
+        """Add a body that stays where it is, with its factors of restitution and friction [1].
+
+        What `bounces` stops no ball, tuned, in the step before it gets there: what that has left of
+        the step would be taken from its restitution.
+        """
         body: int = self._bullet.createMultiBody(
-            0.0, shape, basePosition=place, physicsClientId=self._client, **turned
+            0.0,
+            shape,
+            basePosition=place,
+            baseOrientation=turned,
+            physicsClientId=self._client,
         )
-        self._change(body, restitution=restitution, lateralFriction=friction)
+        self._change(body, restitution=laws[0], lateralFriction=laws[1])
+        if bounces and self._tuned:
+            self._change(body, contactProcessingThreshold=0.0)
         return body
 
     def _change(self, body: int, **parameters: float) -> None:

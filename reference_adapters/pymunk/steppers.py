@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
 from ghostball.model import EventKind, Samples, Scene
-from ghostball.model.arrays import BoolArray, FloatArray
-from ghostball.reference_adapters.recording import Recorder, rolling_state
+from ghostball.model.arrays import FloatArray
+from ghostball.reference_adapters.recording import rolling_state
 from ghostball.reference_adapters.stepping import plane
-from ghostball.reference_adapters.stepping.clock import Clock
+from ghostball.reference_adapters.stepping.ends import Clock
 from ghostball.reference_adapters.stepping.laws import tangential_restitution
 from ghostball.reference_adapters.stepping.sides import Normals
 
@@ -27,9 +27,12 @@ class NativeRolling(plane.Stepper):
     Without it the ball rolls v dt / 2 too far. `state` takes the half kick back.
     """
 
+    ROLLS: ClassVar[bool] = True
+
     def __init__(self, scene: Scene, world: World, dt: float, t_end: float) -> None:
-        super().__init__(scene, world)
+        super().__init__(scene)
         self._world = world
+        self._positions, _ = world.positions_and_velocities()
         self._along = tangential_restitution(scene.physics)
         self._normals = Normals(scene)
         self._clock = Clock(dt, t_end)
@@ -46,25 +49,14 @@ class NativeRolling(plane.Stepper):
         world.set_velocities(self._velocities)
 
     @property
-    def resting(self) -> BoolArray:
-        """Which balls have stopped, (n,) bool."""
-        resting: BoolArray = ~self._moving
-        return resting
+    def at_rest(self) -> bool:
+        """Whether every ball has stopped."""
+        return not self._moving.any()
 
     def state(self) -> Samples:
         """Return the state now, arrays (1, n, 3)."""
         velocities = _faster(self._velocities, self._half_kick)
         return rolling_state(self._positions[np.newaxis], velocities[np.newaxis], self._radii)
-
-    def record(self, recorder: Recorder, *, force: bool = False) -> None:
-        """Hand the state now to a recorder."""
-        velocities = _faster(self._velocities, self._half_kick)
-        recorder.rolling_frame(self.t, self._positions, velocities, force=force)
-
-    def keep(self, recorder: Recorder, t: float, state: Samples) -> None:
-        """Hand a state at the instant t [s] within the last step to a recorder."""
-        positions, velocities, _ = state
-        recorder.rolling_frame(t, positions[0, :, :2], velocities[0, :, :2], force=True)
 
     def step(self) -> None:
         """Let Pymunk step by dt."""
@@ -90,8 +82,8 @@ class NativeRolling(plane.Stepper):
         resting = ~moving
         self._velocities[resting] = 0.0
         stopped = self._moving & resting
-        for a, b, cushion in self.collisions:  # stopped by a ball, not by the cloth
-            stopped[[a] if cushion else [a, b]] = False
+        for contact in self.collisions:  # stopped by a ball, not by the cloth
+            stopped[contact.balls] = False
         self.changes = [(EventKind.ROLL_TO_REST, i) for i in stopped.nonzero()[0].tolist()]
         self._moving = moving
         if self._pocketing:

@@ -256,8 +256,7 @@ class World:
             self.friction.note(contact, normal)
         if not arbiter.is_first_contact:
             return
-        balls = [contact.a] if contact.cushion else [contact.a, contact.b]
-        noise = min(self._impulse_rounding[balls])
+        noise = min(self._impulse_rounding[contact.balls])
         # `begin` also fires for discs that overlap while they move apart: no impulse, no collision.
         # Where it meets two parts of one cushion at once, that is one collision.
         if impulse.length > noise and contact not in self.collisions:

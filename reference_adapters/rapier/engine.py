@@ -14,7 +14,7 @@ from typing import ClassVar
 
 from ghostball.model.features import Capabilities, Capability
 from ghostball.reference_adapters.base import EngineSettings
-from ghostball.reference_adapters.stepping.plane import IN_SINGLE_PRECISION, ExactSteps
+from ghostball.reference_adapters.stepping.ends import IN_SINGLE_PRECISION, ExactSteps
 from ghostball.reference_adapters.stepping.plane_engine import (
     PlaneEngine,
     default_capabilities,

@@ -72,5 +72,5 @@ class ContactWorld:
 
 def collision_of(one: Part, other: Part) -> Collision:
     """Return the collision of two parts of a world; of two balls, the first one comes first."""
-    (a, _), (b, cushion) = sorted((one, other), key=lambda part: part[::-1])
-    return Collision(a, b, cushion)
+    first, second = (one, other) if one[::-1] <= other[::-1] else (other, one)
+    return Collision(first[0], *second)

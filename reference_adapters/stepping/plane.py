@@ -3,15 +3,15 @@
 The engine finds and resolves the contacts and moves the balls; what the cloth does to them is the
 closed form of `stepping.cloth`. Each ball is given its mean velocity over the coming step, so that
 the engine takes it where the cloth would; what the engine changes of that velocity is what contacts
-did. So any engine that can be given velocities plays rolling and sliding balls, in steps that know
-nothing of contacts (`FixedSteps`) or that end where something touches (`StepsToContacts`).
+did. So any engine that can be given velocities plays rolling and sliding balls; when its steps end
+says `stepping.ends`.
 """
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Set
-from typing import Any, NamedTuple, Protocol
+from typing import Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 
@@ -24,11 +24,10 @@ from ghostball.model import (
 )
 from ghostball.model.arrays import BoolArray, FloatArray
 from ghostball.reference_adapters.recording import Recorder
-from ghostball.reference_adapters.stepping import cloth, contact_time
-from ghostball.reference_adapters.stepping.clock import Clock
+from ghostball.reference_adapters.stepping import cloth
 from ghostball.reference_adapters.stepping.cloth import ClosedFormCloth
-from ghostball.reference_adapters.stepping.contact_time import time_to_contact
 from ghostball.reference_adapters.stepping.ending import end_of, ending_of
+from ghostball.reference_adapters.stepping.ends import Ends, Motion
 from ghostball.reference_adapters.stepping.laws import tangential_restitution
 from ghostball.reference_adapters.stepping.pocketing import (
     Fall,
@@ -52,21 +51,10 @@ class Collision(NamedTuple):
     b: int
     cushion: bool
 
-
-class ExactSteps(NamedTuple):
-    """How near to contacts an engine's steps can end.
-
-    `gap` [m]: gap at which a step ends; larger than what rounding leaves of the engine's
-        coordinates.
-    `shortest` [s]: shortest step: an engine may work with accelerations, and bound them.
-    """
-
-    gap: float = contact_time.CONTACT_GAP
-    shortest: float = 0.0
-
-
-IN_SINGLE_PRECISION = ExactSteps(gap=1e-6)
-"""Of an engine in single precision, which has 2e-7 m on a table."""
+    @property
+    def balls(self) -> list[int]:
+        """Indices of the balls in it."""
+        return [self.a] if self.cushion else [self.a, self.b]
 
 
 class PlaneWorld(Protocol):
@@ -133,8 +121,8 @@ def untouched(n: int, pushing: Set[Collision]) -> BoolArray:
     collision.
     """
     free = np.ones(n, dtype=bool)
-    for a, b, cushion in pushing:
-        free[[a] if cushion else [a, b]] = False
+    for contact in pushing:
+        free[contact.balls] = False
     return free
 
 
@@ -148,10 +136,20 @@ class Stepper(ABC):
     `falls`: which balls fell into pockets in the last step, in order of time.
     `moving`: the state as that step would have ended without these, arrays (1, n, 3); else None.
     `states_at_falls`: the states just before and just after each of these.
+    `recorded`: whether its motion is recorded.
     `keep_frame`: whether the state now belongs in a recorded trajectory whatever its spacing.
     """
 
-    def __init__(self, scene: Scene, world: PlaneWorld) -> None:
+    CONTACTS: ClassVar[str] = "contacts_solved"
+    """What `Result.work` calls the contacts that the solver has worked on."""
+
+    ROLLS: ClassVar[bool] = False
+    """Whether balls only roll, so that their places and velocities say the rest of a state."""
+
+    KEEPS_START: ClassVar[bool] = True
+    """Whether `tell` needs the state in which a step began."""
+
+    def __init__(self, scene: Scene) -> None:
         self.t = 0.0
         self.seen_at = 0.0
         self.collisions: list[Collision] = []
@@ -159,28 +157,62 @@ class Stepper(ABC):
         self.falls: list[Fall] = []
         self.moving: Samples | None = None
         self.states_at_falls: list[tuple[Fall, Samples]] = []
-        self.keep_frame = False
+        self.recorded = self.keep_frame = False
         self._radii = scene.radii
         self._pocketing = Pocketing(scene)
         self._corners = CornerNames(scene)
-        self._positions, _ = world.positions_and_velocities()
 
     @property
     @abstractmethod
-    def resting(self) -> BoolArray:
-        """Which balls are at rest, (n,) bool."""
+    def at_rest(self) -> bool:
+        """Whether every ball is at rest."""
 
     @abstractmethod
     def state(self) -> Samples:
         """Return the state now, arrays (1, n, 3)."""
 
     @abstractmethod
-    def record(self, recorder: Recorder, *, force: bool = False) -> None:
-        """Hand the state now to a recorder, as `Recorder.frame` takes it."""
-
-    @abstractmethod
     def step(self) -> None:
         """Make one step."""
+
+    @property
+    def rest_time(self) -> float:
+        """When the last ball came to rest, where all are [s]: as seen, at the end of a step."""
+        return self.t
+
+    def tell(self, recorder: Recorder, started: float, before: Samples | None) -> None:
+        """Hand what happened in the last step to a recorder.
+
+        `started` [s]: when it began.
+        `before` Samples, arrays (1, n, 3): as it began, where a recorded motion would else turn a
+            ball within the step after the one in which it turned; or None.
+        """
+        if before is not None and self.collisions:
+            after = self.state() if self.moving is None else self.moving
+            self.keep(recorder, self.seen_at, before)
+            self.keep(recorder, self.seen_at, after._replace(positions=before.positions))
+        self._tell_of_falls(recorder, started)
+        self._tell_of_collisions(recorder)
+        for changed, ball in self.changes:
+            recorder.event(self.t, changed, ball)
+        self.record(recorder, force=self.keep_frame)
+
+    def _tell_of_falls(self, recorder: Recorder, started: float) -> None:
+        for fall, state in self.states_at_falls if self.falls else ():
+            self.keep(recorder, instant_of(fall, started, self.t), state)
+        for fall in self.falls:
+            t = instant_of(fall, started, self.t)
+            recorder.event(t, EventKind.POCKETED, fall.ball, fall.pocket)
+
+    def _tell_of_collisions(self, recorder: Recorder) -> None:
+        for a, b, cushion in self.collisions:
+            kind = EventKind.BALL_CUSHION if cushion else EventKind.BALL_BALL
+            recorder.event(self.seen_at, kind, a, b)
+
+    def record(self, recorder: Recorder, *, force: bool = False) -> None:
+        """Hand the state now to a recorder, where a frame is due or `force` says so."""
+        if force or recorder.wants_frame(self.t):
+            self.keep(recorder, self.t, self.state())
 
     def _take_collisions(self, found: list[Collision], positions: FloatArray) -> None:
         """Take over the collisions that the world found with the balls there, (n, 2) [m]."""
@@ -202,33 +234,65 @@ class Stepper(ABC):
             self.states_at_falls = list(states_at_falls(before, moving, self.falls))
 
     def keep(self, recorder: Recorder, t: float, state: Samples) -> None:
-        """Hand a state at the instant t [s] within the last step to a recorder."""
-        recorder.frame(t, state, force=True)
+        """Hand a state at the instant t [s] to a recorder."""
+        if self.ROLLS:
+            positions, velocities, _ = state
+            recorder.rolling_frame(t, positions[0, :, :2], velocities[0, :, :2], force=True)
+        else:
+            recorder.frame(t, state, force=True)
 
 
-class _ClosedForm(Stepper):
+class InPlane(Stepper):
+    """Steps of balls in the plane, which end as `ends` says."""
+
+    def __init__(self, scene: Scene, ends: Ends) -> None:
+        super().__init__(scene)
+        self._ends = ends
+
+    def step(self) -> None:
+        """Make one step."""
+        dt, t, self.keep_frame = self._ends.next(self.t, self._motion)
+        self._advance(dt, t)
+
+    @abstractmethod
+    def _motion(self) -> Motion:
+        """Return how the balls on the table move now."""
+
+    @abstractmethod
+    def _advance(self, dt: float, t: float) -> None:
+        """Step by `dt` [s], to the instant `t` [s]."""
+
+
+class ClosedForm(InPlane):
     """Steps in which the engine moves the balls as the closed form says; see the module."""
 
-    def __init__(self, scene: Scene, world: PlaneWorld) -> None:
-        super().__init__(scene, world)
+    def __init__(self, scene: Scene, world: PlaneWorld, ends: Ends) -> None:
+        super().__init__(scene, ends)
         cloth.warm_up()
         self._world = world
+        self._positions, _ = world.positions_and_velocities()
         self._cloth = ClosedFormCloth(scene)
         self._along = tangential_restitution(scene.physics)
         self._normals = Normals(scene)
 
     @property
-    def resting(self) -> BoolArray:
-        """Which balls neither move nor spin, (n,) bool."""
-        return self._cloth.resting
+    def at_rest(self) -> bool:
+        """Whether no ball moves or spins."""
+        return bool(self._cloth.resting.all())
 
     def state(self) -> Samples:
         """Return the state now, arrays (1, n, 3)."""
         return self._cloth.state(self._positions)
 
-    def record(self, recorder: Recorder, *, force: bool = False) -> None:
-        """Hand the state now to a recorder."""
-        recorder.frame(self.t, self.state(), force=force)
+    def _motion(self) -> Motion:
+        cloth, here = self._cloth, self._pocketing.here
+        return Motion(
+            self._positions[here],
+            cloth.velocities[here],
+            cloth.accelerations()[here],
+            self._radii[here],
+            cloth.time_to_change(),
+        )
 
     def _advance(self, dt: float, t: float) -> None:
         world, before = self._world, self._positions
@@ -264,56 +328,6 @@ class _ClosedForm(Stepper):
         self.changes = [(kind, ball) for kind, ball in self.changes if ball not in fallen]
 
 
-class FixedSteps(_ClosedForm):
-    """Fixed steps that know nothing of contacts: the engine sees them where it does."""
-
-    def __init__(self, scene: Scene, world: PlaneWorld, dt: float, t_end: float) -> None:
-        super().__init__(scene, world)
-        self._clock = Clock(dt, t_end)
-
-    def step(self) -> None:
-        """Step by dt."""
-        self._advance(self._clock.dt, self._clock.tick())
-
-
-class StepsToContacts(_ClosedForm):
-    """Steps that end where something touches, or a ball stops sliding, rolling or spinning.
-
-    A contact takes two: to a gap of 1e-10 m, and to as much overlap, which the engine resolves; or
-    one more, where it sees in a step only what overlaps as that begins.
-    """
-
-    def __init__(
-        self, scene: Scene, world: PlaneWorld, ends: ExactSteps, dt: float, t_end: float
-    ) -> None:
-        super().__init__(scene, world)
-        contact_time.warm_up()
-        self._longest = dt
-        self._t_end = t_end
-        self._table = scene.table
-        self._gap, self._shortest = ends
-
-    def step(self) -> None:
-        """Step to the next contact, the next change of motion, `dt` or the end."""
-        left = self._t_end - self.t
-        horizon = min(self._longest, left, self._cloth.time_to_change())
-        here = self._pocketing.here
-        to_contact = time_to_contact(
-            self._positions[here],
-            self._cloth.velocities[here],
-            self._cloth.accelerations()[here],
-            self._radii[here],
-            self._table,
-            gap=self._gap,
-            horizon=horizon,
-        )
-        dt = max(min(horizon, to_contact), self._shortest)
-        if left - dt < self._shortest:
-            dt = left
-        self._advance(dt, self._t_end if dt == left else self.t + dt)
-        self.keep_frame = to_contact <= horizon
-
-
 def run(
     scene: Scene,
     record: Record,
@@ -329,43 +343,26 @@ def run(
     t_end = end_of(scene, settings)
     recorder = Recorder(scene, record)
     steps = 0
-    # Else a recorded motion would turn a ball within the step after the one in which it turned.
-    jumps = record == "trajectory" and world.collides_first
+    stepper.recorded = record == "trajectory"
+    jumps = stepper.recorded and world.collides_first and stepper.KEEPS_START
 
     recorder.start()
     stepper.record(recorder)
-    while not stepper.resting.all() and stepper.t < t_end and steps < settings.max_steps:
-        before = stepper.state() if jumps else None
-        started = stepper.t
+    while not stepper.at_rest and stepper.t < t_end and steps < settings.max_steps:
+        before, started = stepper.state() if jumps else None, stepper.t
         stepper.step()
         steps += 1
-        if before is not None and stepper.collisions:
-            after = stepper.state() if stepper.moving is None else stepper.moving
-            recorder.frame(stepper.seen_at, before, force=True)
-            jumped = after._replace(positions=before.positions)
-            recorder.frame(stepper.seen_at, jumped, force=True)
-        for fall, state in stepper.states_at_falls if stepper.falls else ():
-            stepper.keep(recorder, instant_of(fall, started, stepper.t), state)
-        for fall in stepper.falls:
-            t = instant_of(fall, started, stepper.t)
-            recorder.event(t, EventKind.POCKETED, fall.ball, fall.pocket)
-        for contact in stepper.collisions:
-            kind = EventKind.BALL_CUSHION if contact.cushion else EventKind.BALL_BALL
-            recorder.event(stepper.seen_at, kind, contact.a, contact.b)
-        for changed, ball in stepper.changes:
-            recorder.event(stepper.t, changed, ball)
-        if stepper.keep_frame or recorder.wants_frame(stepper.t):
-            stepper.record(recorder, force=stepper.keep_frame)
+        stepper.tell(recorder, started, before)
     state = stepper.state()
-    at_rest = bool(stepper.resting.all())
+    at_rest = stepper.at_rest
     status, reason = ending_of(scene, settings, stepper.t, state, at_rest=at_rest)
     return recorder.result(
         engine=engine,
         settings=settings_as_used(settings, world),
         status=status,
         final_state=state,
-        rest_time=stepper.t,
-        work={"steps": steps, "contacts_solved": world.contacts_solved},
+        rest_time=stepper.rest_time if at_rest else stepper.t,
+        work={"steps": steps, stepper.CONTACTS: world.contacts_solved},
         reason=reason,
     )
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib.util
 from collections.abc import Iterator
 from pkgutil import resolve_name
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from ghostball.model import Record, Result, Scene
 from ghostball.model.features import EXACT, Capabilities, Capability, Feature
@@ -16,14 +16,8 @@ from ghostball.reference_adapters.base import (
     resolution_of_step,
 )
 from ghostball.reference_adapters.stepping.ending import end_of
-from ghostball.reference_adapters.stepping.plane import (
-    ExactSteps,
-    FixedSteps,
-    PlaneWorld,
-    Stepper,
-    StepsToContacts,
-    run,
-)
+from ghostball.reference_adapters.stepping.ends import Clock, Ends, ExactSteps, StepsToContacts
+from ghostball.reference_adapters.stepping.plane import ClosedForm, PlaneWorld, Stepper, run
 
 
 class PlaneEngine(EngineBase):
@@ -73,12 +67,17 @@ class PlaneEngine(EngineBase):
         step: float = self.settings.step
         return step
 
-    def stepper(self, scene: Scene, world: PlaneWorld) -> Stepper:
-        """Return what moves the balls on, in steps that end when the run does."""
+    def stepper(self, scene: Scene, world: Any) -> Stepper:
+        """Return what moves the balls of a world on, in steps that end when the run does."""
         dt, t_end = self.step(scene), end_of(scene, self.settings)
+        ends: Ends = Clock(dt, t_end)
         if self.settings.contact_steps == "exact":
-            return StepsToContacts(scene, world, self.EXACT_STEPS, dt, t_end)
-        return FixedSteps(scene, world, dt, t_end)
+            ends = StepsToContacts(scene, self.EXACT_STEPS, dt, t_end)
+        return self.in_plane(scene, world, ends)
+
+    def in_plane(self, scene: Scene, world: Any, ends: Ends) -> Stepper:
+        """Return what moves balls on in the plane, in steps that end as `ends` says."""
+        return ClosedForm(scene, world, ends)
 
     def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
         """Run to rest, to `t_max`, or to `max_time` or `max_steps`.

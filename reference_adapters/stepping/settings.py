@@ -74,3 +74,22 @@ class SteppingSettings(EngineSettings):
         if self.contact_steps == "exact":
             return self.EXACT_DT
         return self.TUNED_DT if self.config == "tuned" else self.DEFAULT_DT
+
+
+class OwnClothSettings(SteppingSettings):
+    """Settings of an engine in space that may have a cloth of its own.
+
+    `cloth`: where balls slide: the adapter applies the cloth between the steps; or they lie on a
+    plane under gravity, and the engine's friction slows them.
+    """
+
+    cloth: Literal["closed-form", "own"] = "closed-form"
+
+    @model_validator(mode="after")
+    def _own_cloth_is_native(self) -> Self:
+        if self.cloth == "own" and (self.contact_steps, self.config) != ("fixed", "tuned"):
+            raise ValueError(
+                "`cloth` = own needs `contact_steps` = fixed and `config` = tuned: a plane under "
+                "gravity needs steady steps. Set one of them otherwise"
+            )
+        return self

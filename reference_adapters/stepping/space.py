@@ -8,45 +8,24 @@ the balls that roll.
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from collections.abc import Iterator
 from pkgutil import resolve_name
-from typing import ClassVar, Literal, Protocol, Self
+from typing import ClassVar, Protocol
 
 import numpy as np
-from pydantic import model_validator
 
-from ghostball.model import EventKind, Record, Result, Samples, Scene
+from ghostball.model import EventKind, Samples, Scene
 from ghostball.model.arrays import BoolArray, FloatArray
 from ghostball.model.features import Capabilities, Capability, Feature
-from ghostball.reference_adapters.recording import Recorder
-from ghostball.reference_adapters.stepping.clock import Clock
 from ghostball.reference_adapters.stepping.ending import end_of
+from ghostball.reference_adapters.stepping.ends import Clock
 from ghostball.reference_adapters.stepping.laws import slips_of
-from ghostball.reference_adapters.stepping.plane import PlaneWorld, Stepper, run
+from ghostball.reference_adapters.stepping.plane import PlaneWorld, Stepper
 from ghostball.reference_adapters.stepping.plane_engine import PlaneEngine
-from ghostball.reference_adapters.stepping.settings import SteppingSettings
 
 REST_SPEED = 1e-5
 """Speed of centre and surface below which a ball rests [m/s]."""
-
-
-class OwnClothSettings(SteppingSettings):
-    """Settings of an engine in space that may have a cloth of its own.
-
-    `cloth`: where balls slide: the adapter applies the cloth between the steps; or they lie on a
-    plane under gravity, and the engine's friction slows them.
-    """
-
-    cloth: Literal["closed-form", "own"] = "closed-form"
-
-    @model_validator(mode="after")
-    def _own_cloth_is_native(self) -> Self:
-        if self.cloth == "own" and (self.contact_steps, self.config) != ("fixed", "tuned"):
-            raise ValueError(
-                "`cloth` = own needs `contact_steps` = fixed and `config` = tuned: a plane under "
-                "gravity needs steady steps. Set one of them otherwise"
-            )
-        return self
 
 
 class SpaceWorld(PlaneWorld, Protocol):
@@ -74,7 +53,7 @@ class OnItsOwnCloth(Stepper):
     """
 
     def __init__(self, scene: Scene, world: SpaceWorld, dt: float, t_end: float) -> None:
-        super().__init__(scene, world)
+        super().__init__(scene)
         self._world = world
         self._clock = Clock(dt, t_end)
         self._slows_by = scene.rolling_frictions * scene.physics.gravity * self._clock.dt
@@ -87,6 +66,11 @@ class OnItsOwnCloth(Stepper):
         world.set_motion(scene.velocities, scene.angular_velocities)
         self._centres, self._velocities, self._spins = world.motion()
         self._rolling = self._rolls()
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether every ball is at rest."""
+        return bool(self.resting.all())
 
     @property
     def resting(self) -> BoolArray:
@@ -106,27 +90,15 @@ class OnItsOwnCloth(Stepper):
             self._centres[np.newaxis], self._velocities[np.newaxis], self._spins[np.newaxis]
         )
 
-    def record(self, recorder: Recorder, *, force: bool = False) -> None:
-        """Hand the state now to a recorder."""
-        recorder.frame(self.t, self.state(), force=force)
-
     def step(self) -> None:
         """Let the engine step by dt; then slow the balls that roll."""
-        rested, falls = self.resting, -self._velocities[:, 2]
-        before = self._centres[:, :2]
-        self.seen_at = self.t
-        self._world.step(self._clock.dt)
-        self.t = self._clock.tick()
-        self._centres, self._velocities, self._spins = self._world.motion()
-        self._take_collisions(self._world.collisions, before)
-        on_cloth = self._world.on_cloth
-        lands = [i for i in on_cloth - self._touching if falls[i] > self._slowest_fall]
-        self._touching = on_cloth
+        rested, before = self.resting, self._centres[:, :2]
+        lands = self._step_and_land()
         rolling = self._rolls()
         self._slow(rolling)
         rests = self.resting
         starts_rolling = rolling & ~self._rolling & ~rests
-        self.changes = [(EventKind.BALL_CLOTH, i) for i in sorted(lands)]
+        self.changes = [(EventKind.BALL_CLOTH, i) for i in lands]
         self.changes += [
             (EventKind.SLIDE_TO_ROLL, i) for i in np.flatnonzero(starts_rolling).tolist()
         ]
@@ -135,6 +107,18 @@ class OnItsOwnCloth(Stepper):
         self._rolling = rolling
         if self._pocketing:
             self._let_fall(before)
+
+    def _step_and_land(self) -> list[int]:
+        """Let the engine step by dt; return the balls that landed."""
+        falls, before = -self._velocities[:, 2], self._centres[:, :2]
+        self.seen_at = self.t
+        self._world.step(self._clock.dt)
+        self.t = self._clock.tick()
+        self._centres, self._velocities, self._spins = self._world.motion()
+        self._take_collisions(self._world.collisions, before)
+        on_cloth, touched = self._world.on_cloth, self._touching
+        self._touching = on_cloth
+        return sorted(i for i in on_cloth - touched if falls[i] > self._slowest_fall)
 
     def _let_fall(self, before: FloatArray) -> None:
         """Take out the balls that fell on their way from `before`, (n, 2) [m], in this step."""
@@ -173,6 +157,8 @@ class OnItsOwnCloth(Stepper):
 
     def _lies(self) -> BoolArray:
         """Whether each ball is on the cloth; all are, where none may leave it."""
+        if self._slowest_fall == math.inf:
+            return np.ones(len(self._radii), dtype=np.bool_)
         heights = self._centres[:, 2] - self._radii
         lies: BoolArray = (heights <= self._lowest_bounce) & (
             np.abs(self._velocities[:, 2]) <= self._slowest_fall
@@ -194,7 +180,30 @@ def slowest_bounce(scene: Scene, dt: float) -> float:
 
 
 class SpaceEngine(PlaneEngine):
-    """An engine with `OwnClothSettings`, whose world is a `SpaceWorld`."""
+    """An engine whose world is a `SpaceWorld`."""
+
+    @abstractmethod
+    def own_cloth(self, scene: Scene) -> bool:
+        """Whether balls lie on a plane of the engine's own."""
+
+    def world(self, scene: Scene) -> SpaceWorld:
+        """Load the engine, and build the scene in it."""
+        own_cloth = self.own_cloth(scene)
+        world: SpaceWorld = resolve_name(self.WORLD)(scene, self.settings, own_cloth=own_cloth)
+        return world
+
+    def stepper(self, scene: Scene, world: SpaceWorld) -> Stepper:
+        """Return what moves the balls of a world on, in steps that end when the run does."""
+        own_cloth = self.own_cloth(scene)
+        return self.on_cloth(scene, world) if own_cloth else super().stepper(scene, world)
+
+    def on_cloth(self, scene: Scene, world: SpaceWorld) -> Stepper:
+        """Return what moves balls on that lie on a plane of the engine's own."""
+        return OnItsOwnCloth(scene, world, self.step(scene), end_of(scene, self.settings))
+
+
+class OwnClothEngine(SpaceEngine):
+    """An engine in space with `OwnClothSettings`."""
 
     TITLE: ClassVar[str]
     FLIES: ClassVar[Capability]
@@ -233,18 +242,3 @@ class SpaceEngine(PlaneEngine):
         """Whether balls lie on a plane of the engine's own."""
         own: bool = self.settings.cloth == "own" and scene.physics.motion == "sliding"
         return own
-
-    def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
-        """Run the scene; see `PlaneEngine.simulate`."""
-        if not self.own_cloth(scene):
-            return super().simulate(scene, record=record)
-        self.check(scene)
-        world = self.world(scene)
-        stepper = OnItsOwnCloth(scene, world, self.step(scene), end_of(scene, self.settings))
-        return run(scene, record, self.name, self.settings, world, stepper)
-
-    def world(self, scene: Scene) -> SpaceWorld:
-        """Load the engine, and build the scene in it."""
-        own_cloth = self.own_cloth(scene)
-        world: SpaceWorld = resolve_name(self.WORLD)(scene, self.settings, own_cloth=own_cloth)
-        return world

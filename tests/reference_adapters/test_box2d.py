@@ -16,7 +16,7 @@ from pydantic import ValidationError
 
 from ghostball.engine import simulate
 from ghostball.model import UnsupportedSceneError
-from ghostball.reference_adapters.box2d.engine import Box2dSettings
+from ghostball.reference_adapters.box2d.settings import Box2dSettings
 from ghostball.validation.scenes.library import find_scene
 
 pytestmark = needs("box2d")

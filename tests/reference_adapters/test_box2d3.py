@@ -15,7 +15,7 @@ from engine_facts import (
 )
 
 from ghostball.model import UnsupportedSceneError
-from ghostball.reference_adapters.box2d3.engine import Box2d3Settings
+from ghostball.reference_adapters.box2d3.settings import Box2d3Settings
 
 pytestmark = needs("box2d3")
 

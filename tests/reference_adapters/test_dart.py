@@ -13,7 +13,7 @@ from pydantic import ValidationError
 
 from ghostball.engine import simulate
 from ghostball.model import Ball, Physics, Scene, UnsupportedSceneError
-from ghostball.reference_adapters.dart.engine import DartSettings
+from ghostball.reference_adapters.dart.settings import DartSettings
 from ghostball.validation.scenes.library import find_scene
 
 pytestmark = needs("dart")
