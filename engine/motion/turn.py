@@ -10,13 +10,15 @@ is integrated at the nodes of `motion.nodes`, by Picard's iteration: what the ai
 that each turn multiplies an error by about k v^2 / ((7/2) f) times -log of the slip that is left.
 What the motion then is at more points gives the powers of the time.
 
-How far the velocity may be off at the end of the piece, in units of the speeds, is bounded by
-three: what the iteration leaves (a geometric series of its last change), what the nodes leave out,
-and what the powers leave out: beyond the last coefficients of their Chebyshev series others follow
-that fall no slower than by the rho of `motion.nodes`; those that come down onto lower ones double
-them (Trefethen 2013, theorem 8.2 and chapter 4). As errors of a slide never grow (friction and
-drag are gradients of convex functions: `reference_adapters.certified.slide`), those of the pieces
-add up, and no more. Where a bound doesn't hold, the piece is a power series (`motion.drag`).
+How far the velocity may be off at the end of the piece, in units of the speeds, is the sum of three
+that are asked of every piece. What the iteration leaves: its last change, seen where the piece ends
+and at its middle, times that factor and its powers. What the nodes leave out: by the last Chebyshev
+coefficient of the rates. And, largest by far, what the powers leave out (`left_out`): beyond the
+last coefficients of their Chebyshev series others follow that fall no slower than by the rho of
+`motion.nodes`, and those that come down onto lower ones double them (Trefethen 2013, theorem 8.2
+and chapter 4). As errors of a slide never grow (friction and drag are gradients of convex
+functions: `reference_adapters.certified.slide`), those of the pieces add up, and no more. A piece
+that would err by more than is allowed is a power series instead (`motion.drag`).
 """
 
 from __future__ import annotations
