@@ -77,7 +77,9 @@ QUANTITIES: Mapping[str, Quantity] = {
     "shots_per_second": Quantity("1/s", "shots in a second, one thread"),
     "two_threads": Quantity("1", "shots in a second, two threads over one"),
     "threads_over_processes": Quantity("1", "shots in a second, two threads over two processes"),
-    "many_extra": Quantity("s", "`simulate_many`, a scene, over the simulation alone"),
+    "many_extra": Quantity(
+        "s", "`simulate_many`, a scene that was played before, over the simulation alone"
+    ),
     "starts_extra": Quantity("s", "`simulate_starts`, a start, over the simulation alone"),
     "scene_of_16": Quantity("s", "`Scene.from_arrays` of 16 balls"),
     "begun": Quantity("s", "from arrays of 100 000 balls until their simulation has begun"),
@@ -336,8 +338,6 @@ def _prepare_sweep(fast: bool) -> Sampler:
     simulate_sweep(scene, speeds, angles, threads=1)
     several = (os.cpu_count() or 1) > 1
     two = prepare_processes(scene, speeds, angles) if several else None
-    if two is not None:
-        two()  # started, and the kernel loaded
     return sample
 
 

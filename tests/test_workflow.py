@@ -59,6 +59,23 @@ def test_foreign_actions_are_pinned_by_hash():
     assert len(versions) == len({name for name, *_ in versions}) == 8
 
 
+def test_each_week_tries_the_systems_of_which_there_are_wheels():
+    systems = WEEKLY["jobs"]["systems"]["strategy"]["matrix"]["system"]
+    released = RELEASE["jobs"]["wheel"]["strategy"]["matrix"]["system"]
+    assert set(systems) == set(released) - {"ubuntu-24.04"}
+
+
+def test_forms_ask_for_each_thing_once_and_name_pages_that_are_there():
+    forms = sorted((ROOT / ".github/ISSUE_TEMPLATE").glob("*.yml"))
+    assert len(forms) > 1
+    for path in forms:
+        form = yaml.safe_load(path.read_text("utf-8"))
+        fields = [part for part in form.get("body", ()) if part["type"] != "markdown"]
+        assert len({field["id"] for field in fields}) == len(fields)
+        for named in re.findall(r"docs/[\w/.-]+\w", path.read_text("utf-8")):
+            assert (ROOT / named).exists(), named
+
+
 def test_no_expression_is_pasted_into_a_command():
     # A branch's name may be a command: what comes from outside goes through the environment.
     assert not [step["run"] for step in STEPS if "${{" in step.get("run", "")]

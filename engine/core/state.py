@@ -214,7 +214,8 @@ class Cells(NamedTuple):
     """
 
     frame: FloatArray  # (6,) the first cell's corner, x and y, a cell's side, largest diameter [m];
-    # TIED_AT an instant [s] of which TIED_KIND is the least kind of own events, as far as is known
+    # TIED_AT an instant [s] of which TIED_KIND is the least kind of own events, as far as is known:
+    # whoever sets a ball's own event marks the ball, so that `broad_phase.update` enters it
     size: IntArray  # (2,) columns, rows; without the border
     first: Int32Array  # ((columns + 2) (rows + 2),) a ball in the cell, or NOWHERE
     link: Int32Array  # (n, 8): columns AFTER ... STAMP below

@@ -20,7 +20,7 @@ _BALLS_A_UNIT = 8
 """Balls that are looked through in a unit of work, where all are."""
 
 _WORK_BY_CELLS = 128
-"""Units of work of an event where cells say which balls are near, of however many."""
+"""Most units of work of an event where cells say which balls are near, of however many."""
 
 
 @kernel(inline=True)
@@ -52,7 +52,8 @@ def find(world: World, limit: int) -> tuple[int, Event]:
 @kernel(inline=True)
 def _work_of_turn(cells: Cells | None, count: int) -> int:
     """Return the units of work that it takes to find what of `count` balls happens next."""
-    return 4 + count // _BALLS_A_UNIT if cells is None else _WORK_BY_CELLS
+    work = 4 + count // _BALLS_A_UNIT
+    return work if cells is None else min(work, _WORK_BY_CELLS)
 
 
 @kernel(inline=True)

@@ -197,7 +197,7 @@ class _InnerCode(JITCodeLibrary):
 
     numba optimises each kernel with all that it calls, and makes machine code of it; so a kernel is
     done as often as there are kernels above it. That took two thirds of the time to compile. Here
-    both are done once, for the entry; the bits are the same, and the code is quicker by a few per
+    both are done once, for the entry; the bits are the same, and the code is faster by a few per
     cent, since the optimiser sees the whole.
     """
 

@@ -81,7 +81,7 @@ def _lagrange(part: float, x: FloatArray) -> list[FloatArray]:
     at = rho * (middle - y) / (middle + y)
     parts, total = [], np.zeros_like(x)
     for j in range(NODES):
-        weight = (-1.0) ** j * (0.5 if j in (0, NODES - 1) else 1.0)
+        weight = (1.0 if j % 2 == 0 else -1.0) * (0.5 if j in (0, NODES - 1) else 1.0)
         parts.append(weight / (at - GRID[j]))
         total = total + parts[-1]
     return [one / total for one in parts]

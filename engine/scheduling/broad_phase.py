@@ -208,7 +208,8 @@ def earliest(world: World) -> tuple[float, int, int]:
 
     What concerns no ball's motion is done on the way: balls move to other cells, and slots that a
     partner left are filled anew. Where own events tie, the least kind of them is kept, so that the
-    next of that kind is taken without a look at all the others.
+    next of that kind is taken without a look at all the others; but for balls that meet cushions at
+    one instant, which are compared by place, each with all.
     """
     cells, counters = world.cells, world.log.counters
     while True:

@@ -24,7 +24,8 @@ after it may be missed.
 CONTACT_STEP = 2.0**-26
 """What a step of a resting contact may be off by, in units of the fastest speed (1.5e-8).
 
-Some fifty of them, each as wrong, stay within a millionth: below what friction is known to.
+Some fifty of them, each as wrong, stay within a millionth: below what friction is known to. Our
+engine allows itself as much (`engine.core.tolerances`); who changes that, asks why here.
 """
 
 TIE = 2.0**-40
