@@ -235,6 +235,7 @@ def test_a_resting_scene_has_no_events_and_no_time():
         "mathavan-cut",
         "push-line",
         "air-slides",
+        "air-curves",
         "flight-jump",
     ],
 )
