@@ -216,7 +216,7 @@ def earliest(world: World) -> tuple[float, int, int]:
         t = cells.tree[1]
         if not t < math.inf or counters[st.WORK] >= counters[st.PAUSE_AT]:
             return t, -1, -1
-        single, is_done = st.NOWHERE, True
+        single, is_done, looked = st.NOWHERE, True, 0
         first = first_due(cells.tree, t, 0)
         alone = least_of_others(cells.tree, first) > t
         i = first
@@ -242,14 +242,17 @@ def earliest(world: World) -> tuple[float, int, int]:
                 enter_next(world, i)
                 is_done = False
             i = st.NOWHERE if alone else first_due(cells.tree, t, i + 1)
-            counters[st.WORK] += 1
+            looked += 1
         if is_done:
+            # Short of the pause: a run that continues has to resolve what it found before the next.
+            spare = max(counters[st.PAUSE_AT] - 1 - counters[st.WORK], 0)
+            counters[st.WORK] += min(looked, spare)
             if single != st.NOWHERE and not alone:
                 cells.frame[st.TIED_AT] = t
                 cells.frame[st.TIED_KIND] = world.balls.own_kind[single]
             only = alone and cells.slot[first, st.SECOND_BOUND] > t
             return t, single, first if only else -1
-        counters[st.WORK] += 1
+        counters[st.WORK] += 1 + looked
 
 
 @kernel(inline=True)

@@ -37,7 +37,7 @@ def test_an_event_takes_as_much_work_among_many_balls_as_among_few():
     """A gas of 100 000 met the limit of work: each event counted as if all balls were looked at."""
     few, many = (
         simulate(many_balls(count, t_max=9.0, rolling_friction=0.0), max_work=200_000)
-        for count in (400, 6_400)
+        for count in (1_000, 6_400)
     )
     assert few.status is many.status is Status.WORK_LIMIT
     assert many.work["events"] == pytest.approx(few.work["events"], rel=0.1)
