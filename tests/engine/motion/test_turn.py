@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from ghostball.engine import simulate
 from ghostball.engine.core import state as st
 from ghostball.engine.core.state import Air, Balls
 from ghostball.engine.core.tolerances import EPS
-from ghostball.engine.motion import turn
+from ghostball.engine.motion import drag, turn
 from ghostball.engine.motion.nodes import PARTS
 from ghostball.model import EventKind
 from ghostball.model.trajectory import polynomial
@@ -41,10 +42,12 @@ def balls_of(v: tuple[float, float], friction: float = FRICTION) -> Balls:
     )  # fmt: skip
 
 
-def piece_of(balls: Balls, u: tuple[float, float], k: float = K) -> float:
+def piece_of(
+    balls: Balls, u: tuple[float, float], k: float = K, begin: Any = turn.turn_piece
+) -> float:
     row = balls.state[0]
     size, speed = math.hypot(*u), math.hypot(row.vx, row.vy)
-    return turn.turn_piece(balls.higher, balls.air, balls, 0, k, *u, size, speed)
+    return float(begin(balls.higher, balls.air, balls, 0, k, *u, size, speed))
 
 
 def velocity_in(balls: Balls, s: float) -> list[float]:
@@ -81,10 +84,11 @@ def test_a_piece_that_is_too_long_errs_by_no_more_than_its_bound(monkeypatch, v,
         assert worst >= bound / 100.0
 
 
+@pytest.mark.parametrize("begin", [turn.turn_piece, drag._turn], ids=["nodes", "power series"])
 @pytest.mark.parametrize(("v", "u"), SLIDES)
-def test_a_piece_as_it_is_chosen_errs_by_rounding(v, u):
+def test_a_piece_as_it_is_chosen_errs_by_rounding(v, u, begin):
     balls = balls_of(v)
-    lasts = piece_of(balls, u)
+    lasts = piece_of(balls, u, begin=begin)
     speeds = math.hypot(*v) + math.hypot(*u)
     with working_precision(106):
         slide = Slide(*(tuple(map(arb, both)) for both in (v, u)), arb(FRICTION), arb(K))
