@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 from benchmarks.scenes import POOL_TABLE, random_rack
 from benchmarks.timing import run
 from ghostball.engine import simulate_many, simulate_starts, simulate_sweep
+from ghostball.engine.running.room import Limits, Shots, shots_of
+from ghostball.engine.running.sweep_driver import rows_of_starts, run_sweep
 from ghostball.model import POOL_BALL_RADIUS, Ball, Physics, Scene, Table
 from ghostball.validation.runs.interleave import Sampler
 from ghostball.validation.scenes.gases import FRICTIONLESS
@@ -22,7 +24,7 @@ from ghostball.validation.scenes.gases import FRICTIONLESS
 RACKS = 1_000
 """Scenes that `simulate_many` plays, and starts that `simulate_starts` does."""
 
-SLIDES = 300
+SLIDES = 10_000
 """Slides of one ball."""
 
 DRAG = 0.0041
@@ -102,39 +104,29 @@ def prepare_tied(fast: bool) -> Sampler:
 
 
 def prepare_air(fast: bool) -> Sampler:
-    """Sample slides in air over the same without; the time of a ball at rest is taken off."""
-    chance = np.random.default_rng(0)
-    speeds, spins = chance.uniform(0.5, 8.0, SLIDES), chance.uniform(-100.0, 100.0, (SLIDES, 3))
-    number = 3 if fast else SLIDES
+    """Sample slides of one ball in air, and the same without: all by one call of the kernel."""
+    chance, number = np.random.default_rng(0), 3 if fast else SLIDES
+    velocities, places = np.zeros((number, 1, 3)), np.zeros((number, 1, 3))
+    velocities[:, 0, 0] = chance.uniform(0.5, 8.0, number)
+    places[:, 0, 2] = POOL_BALL_RADIUS
+    spins = chance.uniform(-100.0, 100.0, (number, 1, 3))
     slides = [
-        [
-            Scene(
-                name="slide",
-                balls=[
-                    Ball(
-                        id="a",
-                        position=(0.0, 0.0),
-                        velocity=(speed, 0.0),
-                        angular_velocity=tuple(spin.tolist()),
-                    )
-                ],
-                physics=Physics(preset="pool", air_drag=drag),
-            )
-            for speed, spin in zip(speeds[:number].tolist(), spins[:number], strict=True)
-        ]
+        Scene(
+            name="slide",
+            balls=[Ball(id="a", position=(0.0, 0.0), velocity=(1.0, 0.0))],
+            physics=Physics(preset="pool", air_drag=drag),
+        )
         for drag in (0.0, DRAG)
     ]
 
-    still = Scene(
-        name="still", balls=[Ball(id="a", position=(0.0, 0.0))], physics=slides[0][0].physics
-    )
-
-    def least(scene: Scene) -> float:
-        return min(run(scene).wall_time for _ in range(5))
+    def time_of(scene: Scene) -> float:
+        starts = rows_of_starts(scene, np.arange(1), places, velocities, spins, np.ones(1, bool))
+        shots = shots_of(number, 1, 1)
+        played = Shots(starts, shots.clocks, shots.counts, shots.ends)
+        return _time_of(lambda: run_sweep(scene, 0, played, Limits(10**6, 10**9), 1)) / number
 
     def sample() -> dict[str, float]:
-        call = least(still)
-        without, with_air = (sum(map(least, scenes)) / number - call for scenes in slides)
+        without, with_air = map(time_of, slides)
         return {"over_no_air": with_air / without, "slide": with_air}
 
     sample()
