@@ -96,27 +96,37 @@ def _times(part: float) -> FloatArray:
     return times
 
 
-def _integrals(part: float) -> FloatArray:
-    """Return (NODES, NODES): integrals of each node's polynomial from the beginning to each node.
-
-    By Fejér's first rule (Waldvogel 2006, section 2) between neighbours.
-    """
+def _fejer() -> tuple[FloatArray, FloatArray]:
+    """Return the samples on [0, 1] and the weights of Fejér's first rule (Waldvogel 2006, 2)."""
     n = _SAMPLES
+    # Each cosine is asked for a dozen times.
+    cosines = [_cosine(j, n) for j in range(2 * n)]
     samples, weights = np.zeros(n), np.zeros(n)
     for k in range(n):
         samples[k] = 0.5 - 0.5 * _cosine(2 * k + 1, 2 * n)
         weight = 1.0
         for j in range(1, n // 2 + 1):
-            weight -= 2.0 * _cosine(j * (2 * k + 1) % (2 * n), n) / (4.0 * j * j - 1.0)
+            weight -= 2.0 * cosines[j * (2 * k + 1) % (2 * n)] / (4.0 * j * j - 1.0)
         weights[k] = weight / n
+    return samples, weights
+
+
+_SAMPLE, _WEIGHT = _fejer()
+
+
+def _integrals(part: float) -> FloatArray:
+    """Return (NODES, NODES): integrals of each node's polynomial from the beginning to each node.
+
+    By `_fejer` between neighbours.
+    """
     times = _times(part)
     lengths = times[1:] - times[:-1]
-    at = times[:-1, None] + lengths[:, None] * samples
+    at = times[:-1, None] + lengths[:, None] * _SAMPLE
     found = np.zeros((NODES, NODES))
     for i, values in enumerate(_lagrange(part, at)):
         total = np.zeros(NODES - 1)
-        for k in range(n):
-            total = total + weights[k] * values[:, k]
+        for k in range(_SAMPLES):
+            total = total + _WEIGHT[k] * values[:, k]
         for j in range(1, NODES):
             found[i, j] = found[i, j - 1] + lengths[j - 1] * total[j - 1]
     return found
@@ -124,11 +134,12 @@ def _integrals(part: float) -> FloatArray:
 
 def _chebyshev_values() -> FloatArray:
     """Return (POINTS, POINTS): by point and degree, what takes values to Chebyshev coefficients."""
+    cosines = [_cosine(turns, 2 * POINTS) for turns in range(4 * POINTS)]
     found = np.zeros((POINTS, POINTS))
     for j in range(POINTS):
         for n in range(POINTS):
             turns = n * (2 * (POINTS - 1 - j) + 1) % (4 * POINTS)
-            found[j, n] = (1.0 if n == 0 else 2.0) / POINTS * _cosine(turns, 2 * POINTS)
+            found[j, n] = (1.0 if n == 0 else 2.0) / POINTS * cosines[turns]
     return found
 
 

@@ -155,6 +155,21 @@ def _longest(
     return part
 
 
+@kernel(inline=True)
+def _at_first(
+    balls: Balls, i: int, rate: float, ux: float, uy: float, size: float
+) -> tuple[tuple[float, float], tuple[float, float], float, tuple[float, float]]:
+    """Return the slip's direction, the drag [m/s^2], its part along the slip, and z [m/s].
+
+    As the piece begins; `rate` [1/s] is the drag over the velocity.
+    """
+    ball = balls.state[i]
+    ex, ey = ux / size, uy / size
+    along = rate * (ball.vx * ex + ball.vy * ey)
+    z = ball.vx - ux / 3.5, ball.vy - uy / 3.5
+    return (ex, ey), (rate * ball.vx, rate * ball.vy), along, z
+
+
 @kernel
 def _iterate(
     row: FloatArray,
@@ -175,12 +190,8 @@ def _iterate(
     Return whether it is as exact as it must be.
     """
     ball = balls.state[i]
-    friction = ball.slide_slowing
-    ex, ey = ux / size, uy / size
-    along = ball.vx * ex + ball.vy * ey
-    rate = k * speed
-    dx, dy, dr = rate * ball.vx, rate * ball.vy, rate * along
-    zx, zy = ball.vx - ux / 3.5, ball.vy - uy / 3.5
+    friction, rate = ball.slide_slowing, k * speed
+    (ex, ey), (dx, dy), dr, (zx, zy) = _at_first(balls, i, rate, ux, uy, size)
     falls = (3.5 * friction + dr) * duration
     spins, takes = -0.5 * duration, -duration / 1.4
     # At a rate that changes but by the turn itself; the air at first.
@@ -282,14 +293,10 @@ def _take_to_points(
     duration: float,
 ) -> None:
     """Put in `points` acceleration and direction beyond those at first, over the time."""
-    ball = balls.state[i]
-    friction = ball.slide_slowing
+    friction = balls.state[i].slide_slowing
     for quantity in range(4):
         _interpolate(row, points, quantity, part)
-    ex, ey = ux / size, uy / size
-    rate = k * speed
-    dx, dy, dr = rate * ball.vx, rate * ball.vy, rate * (ball.vx * ex + ball.vy * ey)
-    zx, zy = ball.vx - ux / 3.5, ball.vy - uy / 3.5
+    (ex, ey), (dx, dy), dr, (zx, zy) = _at_first(balls, i, k * speed, ux, uy, size)
     falls = (3.5 * friction + dr) * duration
     often = 1.0 / duration
     for j in range(POINTS):

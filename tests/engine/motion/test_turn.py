@@ -62,15 +62,15 @@ SLIDES = [((3.0, 0.4), (1.0, -2.0)), ((0.7, -1.9), (4.5, 0.3)), ((6.0, 0.0), (5.
 
 @pytest.mark.parametrize("part", range(1, len(PARTS)))
 @pytest.mark.parametrize(("v", "u"), SLIDES)
-def test_a_piece_that_is_too_long_errs_by_no_more_than_its_bound(monkeypatch, v, u, part):
-    """There the error is far above rounding; the bound isn't far above it, either."""
+def test_a_piece_that_is_too_long_errs_by_no_more_than_is_estimated(monkeypatch, v, u, part):
+    """There the error is far above rounding; the estimate isn't far above it, either."""
     monkeypatch.setattr(turn, "_longest", lambda *_: part)
     monkeypatch.setattr(turn, "POWERS_LEAVE_OUT", 1.0)
     monkeypatch.setattr(turn, "_NODES_LEAVE_OUT", 1e-12)
     balls = balls_of(v)
     lasts = piece_of(balls, u)
     assert lasts > 0.0
-    bound = turn.left_out(balls.air.nodes, part, lasts)
+    estimate = turn.left_out(balls.air.nodes, part, lasts)
     speeds = math.hypot(*v) + math.hypot(*u)
     with working_precision(106):
         slide = Slide(*(tuple(map(arb, both)) for both in (v, u)), arb(FRICTION), arb(K))
@@ -79,9 +79,9 @@ def test_a_piece_that_is_too_long_errs_by_no_more_than_its_bound(monkeypatch, v,
             exact = slide.velocity(arb(share * lasts))
             for found, true in zip(velocity_in(balls, share * lasts), exact, strict=True):
                 worst = max(worst, abs(float(arb(found) - true)))
-    assert worst <= bound + 2e-13 * speeds
-    if bound > 1e-11 * speeds:
-        assert worst >= bound / 100.0
+    assert worst <= estimate + 2e-13 * speeds
+    if estimate > 1e-11 * speeds:
+        assert worst >= estimate / 100.0
 
 
 @pytest.mark.parametrize("begin", [turn.turn_piece, drag._turn], ids=["nodes", "power series"])
