@@ -16,7 +16,7 @@ from benchmarks.scenes import POOL_TABLE, random_rack
 from benchmarks.timing import run
 from ghostball.engine import simulate_many, simulate_starts, simulate_sweep
 from ghostball.engine.running.room import Limits, Shots, shots_of
-from ghostball.engine.running.sweep_driver import rows_of_starts, run_sweep
+from ghostball.engine.running.threads import rows_of_starts, run_sweep
 from ghostball.model import POOL_BALL_RADIUS, Ball, Physics, Scene, Table
 from ghostball.validation.runs.interleave import Sampler
 from ghostball.validation.scenes.gases import FRICTIONLESS

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from threading import Event
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ghostball.engine.core import state as st
-from ghostball.engine.running import room
-from ghostball.engine.running.driver import Run, warm_up
 from ghostball.engine.running.from_scene import layout_of
+from ghostball.engine.running.room import STATUS, Limits, Shots, shots_of
+from ghostball.engine.running.threads import run_each
 from ghostball.engine.shot import MAX_EVENTS, MAX_WORK, check_request
 from ghostball.model import Scene
 from ghostball.model.errors import GhostballError
@@ -23,9 +21,6 @@ from ghostball.model.rounding import position_rounding
 
 STATUSES = tuple(Status)
 """What the numbers in `Batch.status` mean: indices of this."""
-
-_SCENES_AT_ONCE = 64
-"""Most scenes that a thread takes at a time: to hand over each alone took as long as to play it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,46 +78,21 @@ def simulate_many(
     scenes = tuple(scenes)
     for scene in scenes:
         check_request(scene, "rest", max_events, max_work)
-    limits = room.Limits(max_events, max_work)
-
-    for variant in {layout_of(scene).variant for scene in scenes}:
-        warm_up(variant)  # with contacts when a scene turns out to need them
-    most = max((len(scene.balls) for scene in scenes), default=0)
-    rest = np.full((len(scenes), most, 3), np.nan)
-    times, counts = np.empty(len(scenes)), np.zeros((len(scenes), 3), dtype=np.int64)
-    status = np.empty(len(scenes), dtype=np.int8)
-    stop = Event()
-
-    def simulate_part(part: range) -> None:
-        for k in part:
-            if stop.is_set():
-                return
-            run = Run(scenes[k], keep_log=False)
-            run.go(limits, stop)
-            rest[k, : len(scenes[k].balls)] = run.final_state().positions[0]
-            times[k] = run.t_end
-            counts[k] = run.counts()
-            status[k] = STATUSES.index(run.status)
-
-    size = max(1, min(_SCENES_AT_ONCE, len(scenes) // (4 * workers)))
-    parts = [range(k, min(k + size, len(scenes))) for k in range(0, len(scenes), size)]
-    with ThreadPoolExecutor(workers) as pool:
-        try:
-            for _ in pool.map(simulate_part, parts):
-                pass
-        except KeyboardInterrupt:
-            stop.set()
-            pool.shutdown(wait=True, cancel_futures=True)
-            raise
-    return Batch(status, times, rest, *counts.T)
+    layouts = [layout_of(scene) for scene in scenes]
+    shots = shots_of(len(scenes), max((layout.count for layout in layouts), default=0), 1)
+    shots.ends[:] = np.nan
+    run_each(layouts, shots, Limits(max_events, max_work), workers)
+    return batch_of(shots, np.array([layout.smallest_radius for layout in layouts]))
 
 
-def batch_of(scene: Scene, shots: room.Shots) -> Batch:
-    """Return what became of shots of one scene that have been played."""
-    smallest = layout_of(scene).smallest_radius
+def batch_of(shots: Shots, smallest: NDArray[np.float64] | np.float64) -> Batch:
+    """Return what became of shots that have been played; `smallest` is each one's least radius.
+
+    It is (k,) [m], or one number for all.
+    """
     resolved = position_rounding(1.0) * shots.clocks[:, st.FARTHEST] < smallest
-    codes = np.empty(max(room.STATUS) + 1, dtype=np.int8)
-    for code, status in room.STATUS.items():
+    codes = np.empty(max(STATUS) + 1, dtype=np.int8)
+    for code, status in STATUS.items():
         codes[code] = STATUSES.index(status)
     failed = np.int8(STATUSES.index(Status.FAILED))
     return Batch(

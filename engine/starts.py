@@ -11,7 +11,7 @@ from pydantic_core import PydanticCustomError
 
 from ghostball.engine.batch import Batch, batch_of, workers_of
 from ghostball.engine.running.room import Limits, Shots, shots_of
-from ghostball.engine.running.sweep_driver import rows_of_starts, run_sweep
+from ghostball.engine.running.threads import rows_of_starts, run_sweep
 from ghostball.engine.shot import MAX_EVENTS, MAX_WORK, check_request
 from ghostball.model import Scene, rolling_angular_velocity
 from ghostball.model.errors import GhostballError
@@ -101,7 +101,7 @@ def simulate_starts(
         )
         of_part = (shots.clocks[part], shots.counts[part], shots.ends[part])
         run_sweep(scene, 0, Shots(starts, *of_part), limits, workers)
-    return batch_of(scene, shots)
+    return batch_of(shots, np.min(scene.radii))
 
 
 def _given(
@@ -177,6 +177,7 @@ def _check(scene: Scene, given: _Given, first: int) -> None:
             )
     starts = Starts(
         np.tile(np.arange(n), k),
+        np.tile(scene.radii, k),
         given.positions.reshape(-1, 3),
         given.velocities.reshape(-1, 3),
         spins.reshape(-1, 3),

@@ -10,7 +10,7 @@ from pydantic_core import PydanticCustomError
 
 from ghostball.engine.batch import Batch, batch_of, workers_of
 from ghostball.engine.running.room import Limits, shots_of
-from ghostball.engine.running.sweep_driver import rows_of_starts, run_sweep
+from ghostball.engine.running.threads import rows_of_starts, run_sweep
 from ghostball.engine.shot import MAX_EVENTS, MAX_WORK, check_request
 from ghostball.model import Ball, Scene, rolling_angular_velocity
 from ghostball.model.errors import GhostballError, SceneError
@@ -71,7 +71,7 @@ def simulate_sweep(
         )
     )
     run_sweep(scene, ball, shots, Limits(max_events, max_work), workers)
-    return batch_of(scene, shots)
+    return batch_of(shots, np.min(scene.radii))
 
 
 def _cue_motions(
@@ -151,7 +151,8 @@ def _check_shots(
                 raise refusal(f"shot {k} of `balls[{ball}]`: {error}") from None
     who, places = np.full(len(velocity), ball), np.tile(shot.position, (len(velocity), 1))
     rolling = rolling_angular_velocity(velocity, np.array(shot.radius))
-    starts = Starts(who, places, velocity, spin, rolling, given, np.arange(len(velocity)))
+    radii, shots = np.full(len(velocity), shot.radius), np.arange(len(velocity))
+    starts = Starts(who, radii, places, velocity, spin, rolling, given, shots)
     try:
         check_motions(scene, starts)
     except PydanticCustomError as error:

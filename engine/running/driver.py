@@ -13,7 +13,7 @@ from ghostball.engine.core import state as st
 from ghostball.engine.core.rows import STATE_COLUMNS
 from ghostball.engine.library.entry import Needed
 from ghostball.engine.running import room
-from ghostball.engine.running.from_scene import layout_of, log_of, room_for_contacts
+from ghostball.engine.running.from_scene import layout_of, log_of
 from ghostball.engine.running.room import STATUS, WORK_AT_ONCE, Limits, Log, Room, shots_of
 from ghostball.engine.running.skips import Skip
 from ghostball.engine.running.variants import Variant, still_scene
@@ -182,13 +182,9 @@ class Run:
                 self._start_new_log()
             elif code == st.RUN_CONTACTS:
                 warm_up(self.variant._replace(contacts=True))
-                self.take_contacts()
+                self._room.take_contacts()
             elif code != st.RUN_PAUSED:
                 return
-
-    def take_contacts(self) -> None:
-        """Make room for contacts: most runs don't need any."""
-        self._room.contacts = room_for_contacts(self.size)
 
     def play(self, limits: Limits, budget: int = WORK_AT_ONCE) -> None:
         """Play on, for as much work as `budget` or to the end; the counter STATUS says which."""

@@ -74,6 +74,18 @@ class Room:
         self.numbers = np.empty_like(layout.block.numbers)
         self.contacts = room_for_contacts(layout.count) if with_contacts else None
         self._layout = layout
+        self._spare = self.contacts
+
+    def turn_to(self, layout: Layout) -> None:
+        """Play shots of another scene, with as many balls and blocks of this size."""
+        self._layout = layout
+        self.contacts = None
+        if layout.variant.contacts:
+            self.take_contacts()
+
+    def take_contacts(self) -> None:
+        """Make room for contacts, where there was none so far: most shots don't need any."""
+        self.contacts = self._spare = self._spare or room_for_contacts(self._layout.count)
 
     def play(
         self,

@@ -11,14 +11,15 @@ from __future__ import annotations
 
 import os
 from collections.abc import Collection
-from functools import cache, wraps
+from functools import cache
 from typing import Any
 
 import pytest
 
+from ghostball.engine import batch
 from ghostball.engine.library.entry import COMPILED, Entry
 from ghostball.engine.running import driver
-from ghostball.engine.running.driver import Run
+from ghostball.engine.running.from_scene import Layout, layout_of
 from ghostball.engine.running.skips import Skip, has_drag
 from ghostball.model import Scene
 
@@ -49,14 +50,11 @@ def use_few_kernels() -> None:
 
     But not those of sweeps, whose scene has one layout for all.
     """
-    make = Run.__init__
 
-    @wraps(make)
-    def make_one_of_few(
-        self: Run, scene: Scene, keep_log: bool, off: Collection[Skip] = frozenset()
-    ) -> None:
+    def layout_of_few(scene: Scene, off: Collection[Skip] = frozenset()) -> Layout:
         flies = has_drag(scene) or scene.physics.airborne
-        make(self, scene, keep_log, (IN_AIR if flies else ON_CLOTH).union(off))
+        return layout_of(scene, (IN_AIR if flies else ON_CLOTH).union(off))
 
-    changed: Any = driver
-    changed.Run.__init__ = make_one_of_few
+    for module in (batch, driver):
+        changed: Any = module
+        changed.layout_of = layout_of_few

@@ -23,7 +23,7 @@ def check_motions(scene: SceneContents, starts: Starts) -> None:
     Raises `PydanticCustomError` for the first rule that a scene with one of these would break.
     """
     _check_rolling(scene, starts)
-    _check_spin(scene, starts)
+    _check_spin(starts)
     _check_drag(scene, starts)
     _check_ends(scene, starts)
 
@@ -52,8 +52,8 @@ def _check_rolling(scene: SceneContents, starts: Starts) -> None:
         )
 
 
-def _check_spin(scene: SceneContents, starts: Starts) -> None:
-    surface = np.where(starts.given, scene.radii[starts.ball] * _size(starts.spin), 0.0)
+def _check_spin(starts: Starts) -> None:
+    surface = np.where(starts.given, starts.radius * _size(starts.spin), 0.0)
     for k in np.flatnonzero(surface > LARGEST)[:1]:
         raise problem(
             "fast_spin",
@@ -70,15 +70,15 @@ def _size(vectors: FloatArray) -> FloatArray:
     return sizes
 
 
-def _speeds(scene: SceneContents, starts: Starts) -> FloatArray:
+def _speeds(starts: Starts) -> FloatArray:
     """Return how fast each ball may come to go: as it does, or as its surface turns [m/s]."""
-    surface = scene.radii[starts.ball] * _size(starts.spin[:, :2])
+    surface = starts.radius * _size(starts.spin[:, :2])
     return np.maximum(_size(starts.velocity), surface)
 
 
 def _check_drag(scene: SceneContents, starts: Starts) -> None:
     """Refuse what is slowed so fast that its motion can't be computed."""
-    speeds, physics = _speeds(scene, starts), scene.physics
+    speeds, physics = _speeds(starts), scene.physics
     k = int(np.argmax(speeds))
     for field in ("air_drag", "rolling_friction_quadratic"):
         drag: float = getattr(physics, field)
@@ -109,7 +109,7 @@ def _check_ends(scene: SceneContents, starts: Starts) -> None:
     rolls = ("roll", "rolling_friction", scene.rolling_frictions)
     slides = ("slide", "sliding_friction", scene.sliding_frictions)
     sliding = scene.physics.motion == "sliding"
-    speeds = _speeds(scene, starts)
+    speeds = _speeds(starts)
     if scene.physics.airborne and scene.physics.table_restitution == 1.0:
         raise problem(
             "endless",
@@ -185,7 +185,7 @@ def _check_spin_ends(scene: SceneContents, starts: Starts, speeds: FloatArray) -
     rates = scene.spinning_friction_rates
     if not np.any(rates > 0.0):
         return
-    vertical = scene.radii[starts.ball] * np.abs(starts.spin[:, 2])
+    vertical = starts.radius * np.abs(starts.spin[:, 2])
     spin = float(max(np.max(vertical), np.max(speeds))) / float(np.min(scene.radii))
     j = int(np.argmin(np.where(rates > 0.0, rates, np.inf)))
     if spin > LARGEST * float(rates[j]):

@@ -5,9 +5,11 @@ What a single field may hold is in `scene.fields`.
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+
 import numpy as np
 
-from ghostball.model.arrays import BoolArray, FloatArray
+from ghostball.model.arrays import BoolArray, FloatArray, IntArray
 from ghostball.model.rounding import position_rounding
 from ghostball.model.scene.contents import SceneContents
 from ghostball.model.scene.fields import problem
@@ -43,7 +45,7 @@ def check_places(scene: SceneContents, starts: Starts) -> None:
     Raises `PydanticCustomError` for the first rule that is broken.
     """
     _check_height(scene, starts)
-    _check_resolved(scene, starts)
+    _check_resolved(starts)
     _check_inside(scene, starts)
     _check_obstacles(scene, starts)
     _check_overlaps(scene, starts)
@@ -64,7 +66,7 @@ def _check_ids(scene: SceneContents) -> None:
 
 def _check_height(scene: SceneContents, starts: Starts) -> None:
     heights, up = starts.position[:, 2], starts.velocity[:, 2]
-    radii, flies = scene.radii[starts.ball], scene.physics.airborne
+    radii, flies = starts.radius, scene.physics.airborne
     wrong = heights < radii if flies else heights != radii
     wrong_speed = (heights == radii) & (up < 0.0) if flies else up != 0.0
     k = _first(wrong | wrong_speed)
@@ -100,10 +102,10 @@ def _first(wrong: BoolArray) -> int | None:
     return int(found[0]) if len(found) else None
 
 
-def _check_resolved(scene: SceneContents, starts: Starts) -> None:
+def _check_resolved(starts: Starts) -> None:
     # Else balls in one place would count as touching, and their collisions would be missed.
     rounding = position_rounding(starts.position[:, 0], starts.position[:, 1])
-    radii = scene.radii[starts.ball]
+    radii = starts.radius
     k = _first(rounding >= radii)
     if k is not None:
         x, y = starts.position[k, :2].tolist()
@@ -120,8 +122,8 @@ def _check_inside(scene: SceneContents, starts: Starts) -> None:
     table = scene.table
     if table is None:
         return
-    x, y, radii = starts.position[:, 0], starts.position[:, 1], scene.radii[starts.ball]
-    reach = _reach_of_nose(scene, starts, radii)
+    x, y, radii = starts.position[:, 0], starts.position[:, 1], starts.radius
+    reach = _reach_of_nose(scene, starts)
     permitted = position_rounding(x, y, np.array(table.length), np.array(table.width))
     gaps = np.array([side.distance(x, y) - reach for side in table.sides]).reshape(-1, len(x))
     beyond = gaps < -permitted
@@ -144,8 +146,8 @@ def _check_obstacles(scene: SceneContents, starts: Starts) -> None:
     table = scene.table
     if table is None or not table.obstacles:
         return
-    x, y, radii = starts.position[:, 0], starts.position[:, 1], scene.radii[starts.ball]
-    to_nose = _reach_of_nose(scene, starts, radii)
+    x, y, radii = starts.position[:, 0], starts.position[:, 1], starts.radius
+    to_nose = _reach_of_nose(scene, starts)
     permitted = position_rounding(x, y, np.array(table.length), np.array(table.width))
     if not table.is_rectangle:
         _refuse_where(
@@ -196,12 +198,12 @@ def _refuse_where(wrong: BoolArray, scene: SceneContents, starts: Starts, rule: 
         )
 
 
-def _reach_of_nose(scene: SceneContents, starts: Starts, radii: FloatArray) -> FloatArray:
+def _reach_of_nose(scene: SceneContents, starts: Starts) -> FloatArray:
     """Return how near balls' centres may be to a cushion, in plan, (m,) [m]."""
     if not scene.physics.airborne:
-        return radii
+        return starts.radius
     above = starts.position[:, 2] - scene.physics.cushion_height
-    reach: FloatArray = np.sqrt(np.maximum(radii**2 - above**2, 0.0))
+    reach: FloatArray = np.sqrt(np.maximum(starts.radius**2 - above**2, 0.0))
     return reach
 
 
@@ -241,15 +243,10 @@ def overlaps(centres: FloatArray, radii: FloatArray) -> list[tuple[int, int, int
     """
     order = np.argsort(centres[:, :, 0], axis=1, kind="stable")
     placed = np.take_along_axis(centres, order[:, :, None], axis=1)
-    x, y = np.ascontiguousarray(placed[:, :, 0]), np.ascontiguousarray(placed[:, :, 1])
     sizes = radii[order]
     reach = 2.0 * float(np.max(radii, initial=0.0))
     found: list[tuple[int, int, int, float]] = []
-    for lag in range(1, centres.shape[1]):
-        if np.min(x[:, lag:] - x[:, :-lag], initial=np.inf) > reach:
-            break
-        shot, one = np.nonzero(np.abs(y[:, lag:] - y[:, :-lag]) < reach)  # few of many balls
-        other = one + lag
+    for shot, one, other in _near(placed, reach):
         first, second = placed[shot, one], placed[shot, other]
         overlap = sizes[shot, one] + sizes[shot, other]
         overlap -= np.sqrt(np.sum((second - first) ** 2, axis=1))
@@ -261,3 +258,29 @@ def overlaps(centres: FloatArray, radii: FloatArray) -> list[tuple[int, int, int
         if len(found) > _MOST_OVERLAPS:
             break
     return sorted(found, key=lambda pair: (pair[0], pair[1], -pair[3], pair[2]))
+
+
+def _near(placed: FloatArray, reach: float) -> Iterator[tuple[IntArray, IntArray, IntArray]]:
+    """Yield pairs of balls that are near each other along x and y: shot, one and other.
+
+    `placed` is (k, n, 2 or 3), sorted along x. Many pairs at a time, but no more than memory holds.
+    """
+    x, y = np.ascontiguousarray(placed[:, :, 0]), np.ascontiguousarray(placed[:, :, 1])
+    pairs: list[tuple[IntArray, IntArray, IntArray]] = []
+    count = 0
+    for lag in range(1, placed.shape[1]):
+        if (x[:, lag:] - x[:, :-lag]).min(initial=np.inf) > reach:
+            break
+        shot, one = np.nonzero(np.abs(y[:, lag:] - y[:, :-lag]) < reach)  # few of many balls
+        pairs.append((shot, one, one + lag))
+        count += len(shot)
+        if count > _MOST_OVERLAPS:
+            yield _joined(pairs)
+            pairs, count = [], 0
+    if pairs:
+        yield _joined(pairs)
+
+
+def _joined(pairs: Sequence[tuple[IntArray, ...]]) -> tuple[IntArray, IntArray, IntArray]:
+    shot, one, other = map(np.concatenate, zip(*pairs, strict=True))
+    return shot, one, other

@@ -16,6 +16,7 @@ class Starts(NamedTuple):
     """How m balls begin: all of a scene, or some of its balls in each of many shots."""
 
     ball: IntArray  # (m,) which it is: index in the scene
+    radius: FloatArray  # (m,) [m]
     position: FloatArray  # (m, 3) [m]
     velocity: FloatArray  # (m, 3) [m/s]
     spin: FloatArray  # (m, 3) angular velocity [rad/s]
@@ -49,7 +50,8 @@ def let_table_answer_strikes(scene: SceneContents) -> None:
 
 def starts_of(scene: SceneContents) -> Starts:
     """Return how the balls of a scene begin."""
-    each, velocities = np.arange(len(scene.balls)), scene.velocities
-    rolling = rolling_angular_velocity(velocities, scene.radii)
+    each, radii, velocities = np.arange(len(scene.balls)), scene.radii, scene.velocities
+    rolling = rolling_angular_velocity(velocities, radii)
     given = np.array([ball.angular_velocity is not None for ball in scene.balls])
-    return Starts(each, scene.positions, velocities, scene.angular_velocities, rolling, given)
+    spins = scene.angular_velocities if np.any(given) else rolling
+    return Starts(each, radii, scene.positions, velocities, spins, rolling, given)

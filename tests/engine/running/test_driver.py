@@ -12,7 +12,7 @@ from ghostball.engine import simulate
 from ghostball.engine.core import state as st
 from ghostball.engine.impacts.impact import MOST_IN_CORNER
 from ghostball.engine.running import driver
-from ghostball.engine.running.room import Limits
+from ghostball.engine.running.room import Limits, Room
 from ghostball.model import Ball, Physics, Scene, Status, Table
 from ghostball.validation.scenes.library import FOLDER
 
@@ -62,7 +62,7 @@ def test_ctrl_c_while_contacts_are_compiled_is_raised(monkeypatch):
     def interrupted(run):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(driver.Run, "take_contacts", interrupted)
+    monkeypatch.setattr(Room, "take_contacts", interrupted)
     with pytest.raises(KeyboardInterrupt):
         simulate(Scene.load(FOLDER / "push-line.toml"))
 

@@ -1,16 +1,18 @@
-"""Runs a sweep, many shots of one scene that differ in how balls begin: shared among threads."""
+"""Shots shared among threads: a sweep, or one shot of each of many scenes."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from threading import Event
+from typing import TypeVar
 
 import numpy as np
 
 from ghostball.engine.core import state as st
 from ghostball.engine.event_loop import play
 from ghostball.engine.running.driver import warm_up
-from ghostball.engine.running.from_scene import layout_of, log_of, phases_of
+from ghostball.engine.running.from_scene import Layout, layout_of, log_of, phases_of
 from ghostball.engine.running.room import Limits, Room, Shots
 from ghostball.engine.running.variants import variant_of
 from ghostball.model import Scene
@@ -21,6 +23,11 @@ _FEWEST_AT_ONCE, _MOST_AT_ONCE = 256, 2_048
 
 The arrays that each share needs are made once for it; with 256, that takes 0.2 us a shot.
 """
+
+_SCENES_AT_ONCE = 64
+"""Most scenes that a thread takes at a time: to hand over each alone took as long as to play it."""
+
+_Part = TypeVar("_Part")
 
 
 def run_sweep(scene: Scene, who: int, shots: Shots, limits: Limits, threads: int) -> None:
@@ -33,9 +40,8 @@ def run_sweep(scene: Scene, who: int, shots: Shots, limits: Limits, threads: int
     """
     layout = layout_of(scene)
     pending = np.arange(len(shots.counts))
-    stop = Event()
 
-    def play_part(part: st.IntArray, with_contacts: bool) -> None:
+    def play_part(part: st.IntArray, stop: Event) -> None:
         room, log = Room(layout, with_contacts), log_of(0, layout.count)
         first, continues = 0, False
         while first < len(part) and not stop.is_set():
@@ -46,17 +52,58 @@ def run_sweep(scene: Scene, who: int, shots: Shots, limits: Limits, threads: int
         if len(pending) == 0:
             break
         warm_up(variant_of(scene, with_contacts))
-        with ThreadPoolExecutor(threads) as pool:
-            share = max(_FEWEST_AT_ONCE, min(_MOST_AT_ONCE, len(pending) // (4 * threads)))
-            parts = np.array_split(pending, -(-len(pending) // share))
-            try:
-                for done in [pool.submit(play_part, part, with_contacts) for part in parts]:
-                    done.result()
-            except KeyboardInterrupt:
-                stop.set()
-                pool.shutdown(wait=True, cancel_futures=True)
-                raise
+        share = max(_FEWEST_AT_ONCE, min(_MOST_AT_ONCE, len(pending) // (4 * threads)))
+        parts = np.array_split(pending, -(-len(pending) // share))
+        _share(parts, play_part, threads)
         pending = np.flatnonzero(shots.counts[:, st.STATUS] == st.RUN_CONTACTS)
+
+
+def run_each(layouts: Sequence[Layout], shots: Shots, limits: Limits, threads: int) -> None:
+    """Play one shot of each scene, as its layout has it; what becomes of them is put in `shots`.
+
+    Interrupted by Ctrl-C, each thread stops when it has done its share of work.
+    """
+    for variant in {layout.variant for layout in layouts}:
+        warm_up(variant)
+    alone = list(np.arange(len(layouts)).reshape(-1, 1))
+    log = log_of(0, 0)
+
+    def play_part(part: range, stop: Event) -> None:
+        rooms: dict[tuple[int, int], Room] = {}
+        for k in part:
+            layout = layouts[k]
+            size = len(layout.block.numbers), layout.count
+            room = rooms.get(size)
+            if room is None:
+                room = rooms[size] = Room(layout, with_contacts=False)
+            room.turn_to(layout)
+            continues = False
+            while not stop.is_set():
+                room.play(shots, alone[k], 0, continues, log, limits)
+                status = shots.counts[k, st.STATUS]
+                if status == st.RUN_CONTACTS:
+                    warm_up(layout.variant._replace(contacts=True))
+                    room.take_contacts()
+                elif status != st.RUN_PAUSED:
+                    break
+                continues = True
+
+    size = max(1, min(_SCENES_AT_ONCE, len(layouts) // (4 * threads)))
+    parts = [range(k, min(k + size, len(layouts))) for k in range(0, len(layouts), size)]
+    _share(parts, play_part, threads)
+
+
+def _share(parts: Sequence[_Part], play_part: Callable[[_Part, Event], None], threads: int) -> None:
+    """Have threads play parts of many shots; Ctrl-C tells them to stop, by an event."""
+    stop = Event()
+    with ThreadPoolExecutor(threads) as pool:
+        try:
+            for done in [pool.submit(play_part, part, stop) for part in parts]:
+                done.result()
+        except KeyboardInterrupt:
+            stop.set()
+            pool.shutdown(wait=True, cancel_futures=True)
+            raise
 
 
 def rows_of_starts(
