@@ -13,7 +13,8 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from types import FunctionType, ModuleType
 from typing import Any
@@ -21,9 +22,12 @@ from typing import Any
 import llvmlite.binding as llvm
 import numba
 from numba.core import types
+from numba.core.base import BaseContext
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
 from numba.core.compiler_lock import global_compiler_lock
+from numba.core.funcdesc import default_mangler
+from numba.core.types.functions import BaseFunction
 
 from ghostball.engine.library import generated, processor, table
 from ghostball.engine.library.load import SYMBOL
@@ -113,7 +117,8 @@ def object_code(
     whole = generated.unpacking(_compilable(kernel), fits, kinds, result)
     options = {**OPTIONS, "pipeline_class": _EntryCompiler}
     compiled = numba.njit(**options)(whole)
-    compiled.compile((types.int64,))
+    with _sooner():
+        compiled.compile((types.int64,))
     made = compiled.overloads[(types.int64,)]
     with global_compiler_lock:
         whole_module = made.library._get_module_for_linking()
@@ -192,26 +197,88 @@ def _without_literals(dispatcher: Any) -> Any:
     return dispatcher
 
 
+@contextmanager
+def _sooner() -> Iterator[None]:
+    """Have numba call kernels by short names, and remember what an operation gives of which types.
+
+    A name has all types in it: two thousand letters, which every call repeats, and nobody reads.
+    What adding two numbers gives was looked for in all rules of numpy's at each sum of a kernel.
+    """
+    kept = BaseContext.mangler, BaseFunction.get_call_type
+    of_types: Any = kept[1]
+
+    def short(_: Any, name: str, types: Any, *, abi_tags: Any = (), uid: Any = None) -> str:
+        number = _NAMES.setdefault((name, tuple(types), tuple(abi_tags)), len(_NAMES))
+        named: str = default_mangler(f"{name}_{number}", (), uid=uid)  # type: ignore[no-untyped-call]
+        return named
+
+    def remembered(operation: Any, context: Any, args: Any, kws: Any) -> Any:
+        if kws:
+            return of_types(operation, context, args, kws)
+        known = _SIGNATURES.setdefault(id(operation), (operation, {}))[1]
+        if args not in known:
+            known[args] = of_types(operation, context, args, kws)
+        return known[args]
+
+    changed: Any = BaseContext, BaseFunction
+    changed[0].mangler, changed[1].get_call_type = short, remembered
+    try:
+        yield
+    finally:
+        changed[0].mangler, changed[1].get_call_type = kept
+
+
+_NAMES: dict[Any, int] = {}
+_SIGNATURES: dict[int, tuple[Any, dict[Any, Any]]] = {}
+"""What an operation of numba's gives, by its identity, since one keeps what it was asked; so it is
+kept, too."""
+
+
 class _InnerCode(JITCodeLibrary):
     """Code of a kernel that only other kernels call: it becomes part of theirs.
 
     numba optimises each kernel with all that it calls, and makes machine code of it; so a kernel is
     done as often as there are kernels above it. That took two thirds of the time to compile. Here
     both are done once, for the entry; the bits are the same, and the code is faster by a few per
-    cent, since the optimiser sees the whole.
+    cent, since the optimiser sees the whole. Nor is what it calls linked to it: the entry links
+    every kernel once.
     """
 
-    def _optimize_final_module(self) -> None:
-        """Leave it to the entry."""
+    def _optimize_functions(self, module: Any) -> None:
+        """Optimise each function by itself, as numba does, but prepare the optimiser once for all.
 
-    def _finalize_final_module(self) -> None:
-        """Make no machine code, and keep once what is linked into callers: it is long."""
+        Not at all would be slower: each is then optimised wherever it is inlined.
+        """
+        module.data_layout = self._codegen._data_layout
+        passes, builder = self._codegen._function_pass_manager()  # type: ignore[no-untyped-call]
+        for function in module.functions:
+            if not function.is_declaration:
+                passes.run(function, builder)
+
+    def finalize(self) -> None:
+        """Keep the kernel's own code, which others link."""
         self._finalized = True
-        self._final_module = self._get_module_for_linking()  # type: ignore[no-untyped-call]
 
 
 class _EntryCode(JITCodeLibrary):
     """Code of the kernel that Python calls, with that of all kernels below it."""
+
+    def finalize(self) -> None:
+        """Link all kernels that are below it, each once.
+
+        After all that call it: LLVM leaves out what nobody has called so far.
+        """
+        found: dict[Any, None] = {}
+
+        def visit(code: Any) -> None:
+            for one in code._linking_libraries:
+                if one not in found:
+                    visit(one)
+                    found[one] = None
+
+        visit(self)
+        self._linking_libraries = list(reversed(found))
+        super().finalize()  # type: ignore[no-untyped-call]
 
     def _optimize_final_module(self) -> None:
         """Optimise it, as one whose kernels nobody else calls.

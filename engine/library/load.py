@@ -119,7 +119,12 @@ def build(orders: list[Order], finished: Callable[[int], None] = lambda _: None)
         }
         for one in orders
     ]
-    settings = {"NUMBA_CPU_NAME": processor.target(), "NUMBA_CPU_FEATURES": ""}
+    settings = {
+        "NUMBA_CPU_NAME": processor.target(),
+        "NUMBA_CPU_FEATURES": "",
+        # Of all that numba tries in vain it makes a message, in colours: a thirtieth of the time.
+        "NUMBA_DISABLE_ERROR_MESSAGE_HIGHLIGHTING": "1",
+    }
     with tempfile.TemporaryFile("w+") as failure:
         process = subprocess.Popen(
             [sys.executable, "-c", _ORDERED],

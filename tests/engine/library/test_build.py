@@ -19,10 +19,21 @@ from ghostball.reference_adapters.stepping import slowing
 METHODS = [
     ("numba.core.codegen", "JITCodeLibrary", "_optimize_final_module", ("self",)),
     ("numba.core.codegen", "JITCodeLibrary", "_finalize_final_module", ("self",)),
+    ("numba.core.codegen", "JITCodeLibrary", "_optimize_functions", ("self", "ll_module")),
+    ("numba.core.codegen", "JITCodeLibrary", "finalize", ("self",)),
+    ("numba.core.codegen", "JITCPUCodegen", "_function_pass_manager", ("self", "kwargs")),
     ("numba.core.codegen", "JITCodeLibrary", "_get_module_for_linking", ("self",)),
     ("numba.core.compiler", "Compiler", "compile_extra", ("self", "func")),
     ("numba.core.registry", "CPUDispatcher", "get_call_template", ("self", "args", "kws")),
     ("numba.core.base", "BaseContext", "insert_user_function", ("self", "func", "fndesc", "libs")),
+    ("numba.core.base", "BaseContext", "mangler", ("self", "name", "types", "abi_tags", "uid")),
+    ("numba.core.funcdesc", "", "default_mangler", ("name", "argtypes", "abi_tags", "uid")),
+    (
+        "numba.core.types.functions",
+        "BaseFunction",
+        "get_call_type",
+        ("self", "context", "args", "kws"),
+    ),
     ("numba.core.cgutils", "", "alloca_once_value", ("builder", "value", "name", "zfill")),
     ("numba.core.cgutils", "", "for_range", ("builder", "count", "start", "intp")),
     (
@@ -37,6 +48,8 @@ METHODS = [
 ATTRIBUTES = [
     ("numba.core.codegen", "CodeLibrary", "_finalized"),
     ("numba.core.codegen", "CPUCodeLibrary", "_final_module"),
+    ("numba.core.codegen", "CPUCodeLibrary", "_linking_libraries"),
+    ("numba.core.codegen", "CPUCodeLibrary", "ll_module.data_layout = self._codegen._data_layout"),
     ("numba.core.compiler", "CompilerBase", "self.state.targetctx"),
     ("numba.core.compiler", "CompilerBase", "self.state.library"),
     ("numba.core.typed_passes", "BaseNativeLowering", "flags.no_compile"),
