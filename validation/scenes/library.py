@@ -22,6 +22,7 @@ FULL = "full"
 """What stands for all shipped scenes, where names and tags do."""
 
 
+@cache  # hundreds of look-ups of a run ask
 def shipped_scenes() -> tuple[Path, ...]:
     """Return the files of the shipped scenes, in order of name."""
     return tuple(
