@@ -181,6 +181,6 @@ def _ulps_text(case: CaseRecord, name: str) -> str:
 def _ours(results: Results) -> Iterator[CaseRecord]:
     for scene in results.scene_names:
         for case in results.cases:
-            ours = style.engine_style(case.label).ours
-            if case.scene == scene and ours and case.outcome == "ran":
+            ran = case.scene == scene and case.outcome == "ran"
+            if ran and style.engine_style(case.label).ours:
                 yield case
