@@ -1,44 +1,60 @@
-"""Which pictures needn't be drawn again: each says in its file what it was drawn from."""
+"""Which pictures and parts of a page needn't be made again: each says what it was made from.
+
+A results folder may come from anyone, and a page may hold scripts: parts are taken from one only
+that was written here, as the user's cache says, and that nobody changed since.
+"""
 
 from __future__ import annotations
 
 import hashlib
-import json
+import logging
+import os
 from collections.abc import Mapping, Sequence
-from dataclasses import fields, is_dataclass
-from enum import Enum
 from functools import cache
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from ghostball.reports.shots import Shot
+from ghostball.model.cache_folder import cache_folder
 from ghostball.validation.parallel.sources import (
     SourcesError,
     hash_sources,
     source_folders,
     version_of,
 )
+from ghostball.validation.results.database import name_text
+from ghostball.validation.results.store import Results
+from ghostball.validation.suite.unchanged import hash_of
 
-_LIBRARIES = ("matplotlib", "numpy", "pillow")
-"""Distributions that decide how a picture looks."""
+_LIBRARIES = ("matplotlib", "numpy", "pillow", "jinja2", "markupsafe")
+"""Distributions that decide how a picture or a page looks."""
+
+KEPT = 100
+"""Pages that are remembered; the ones written first are forgotten first."""
+
+_LOGGER = logging.getLogger("ghostball.reports")
 
 
-def drawn_from(shot: Shot) -> str:
-    """Return a hash of all that a picture of `shot` shows and of the code that draws it.
+def drawn_from(results: Results, stored: Mapping[str, str]) -> dict[str, str]:
+    """Return by scene a hash of all that is stored of it and of the code that shows it.
+
+    `stored`: what `stored_hashes` said before `results` were read: of what a run writes meanwhile
+        a later report then finds another hash.
 
     "" where the sources can't be found: nothing is known of such a picture.
 
     The hash is generous: any edit of our sources has every picture drawn again.
     """
-    code = _code()
-    if not code:
-        return ""
-    digest = hashlib.sha256(code.encode())
-    scene = shot.scene.model_dump(mode="json", by_alias=True)
-    _add(digest, [scene, [(run.label, run.case, run.motion) for run in shot.runs]])
-    return digest.hexdigest()
+    return {
+        scene: made_from(
+            _code(), [(label, stored.get(name_text((scene, label)))) for label in results.labels]
+        )
+        for scene in results.scene_names
+    }
+
+
+def made_from(source: str, *inputs: Any) -> str:
+    """Return a hash of what has the hash `source` and of more plain values; "" of ""."""
+    return hash_of([source, *inputs]) if source else ""
 
 
 def is_drawn(stem: Path, endings: Sequence[str], source: str) -> bool:
@@ -57,6 +73,38 @@ def is_drawn(stem: Path, endings: Sequence[str], source: str) -> bool:
         return False
 
 
+def remember_page(content: bytes) -> None:
+    """Remember that a page of this content was written here; where that can't be, say so."""
+    name = _name_of(content)
+    try:
+        name.parent.mkdir(parents=True, exist_ok=True)
+        name.touch()
+        for path in sorted(name.parent.glob("page-*"), key=_written)[:-KEPT]:
+            path.unlink(missing_ok=True)  # another process may have been faster
+    except OSError as error:
+        _LOGGER.warning(
+            "%s: can't be written: %s. The next report is made anew as a whole",
+            name.parent,
+            error.strerror or type(error).__name__,
+        )
+
+
+def is_remembered(content: bytes) -> bool:
+    """Whether a page of this content was written here."""
+    return os.path.exists(_name_of(content))  # not of `Path`, which raises where it may not look
+
+
+def _written(path: Path) -> float:
+    try:
+        return path.stat().st_mtime
+    except FileNotFoundError:
+        return 0.0
+
+
+def _name_of(content: bytes) -> Path:
+    return cache_folder("pages") / f"page-{hashlib.sha256(content).hexdigest()}"
+
+
 @cache  # modules stay in memory as they were loaded, whatever becomes of their files
 def _code() -> str:
     try:
@@ -64,23 +112,3 @@ def _code() -> str:
     except SourcesError:
         return ""
     return " ".join([sources, *(f"{name} {version_of(name)}" for name in _LIBRARIES)])
-
-
-def _add(digest: Any, value: Any) -> None:
-    """Add a value to a hash, with its kind and its length, so that no two values look alike."""
-    if isinstance(value, np.ndarray):
-        digest.update(f"array {value.dtype.descr} {value.shape} ".encode())
-        digest.update(np.ascontiguousarray(value).tobytes())
-    elif is_dataclass(value):
-        parts = {field.name: getattr(value, field.name) for field in fields(value)}
-        _add(digest, [type(value).__name__, parts])
-    elif isinstance(value, Mapping):
-        _add(digest, ["mapping", *sorted(value.items())])
-    elif isinstance(value, (list, tuple)):
-        digest.update(f"list {len(value)} ".encode())
-        for each in value:
-            _add(digest, each)
-    elif isinstance(value, Enum):
-        _add(digest, [type(value).__name__, value.name])
-    else:
-        digest.update(json.dumps(value, ensure_ascii=True).encode() + b" ")

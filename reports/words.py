@@ -24,8 +24,8 @@ def reused_text(results: Results) -> str:
     it_was = "it was" if len(dates) == 1 else "they were"
     return (
         f"{len(dates)} of {many(len(results.cases), 'case')} reused from an earlier run, since "
-        f"{it_was} unchanged in inputs, code, versions and machine: measured {when}. A run time "
-        "with a date was taken then; medians of run times include such."
+        f"{it_was} unchanged in inputs, code, versions and machine: measured {when}. Their "
+        "run times are of then, which the table of all run times says; medians include such."
     )
 
 

@@ -12,7 +12,7 @@ CHOSEN = "GHOSTBALL_CACHE_DIR"
 
 
 def cache_folder(name: str) -> Path:
-    """Return the folder of one cache: `libraries`, `proofs`, `revisions` or `workers`.
+    """Return the folder of one cache: `libraries`, `pages`, `proofs`, `revisions` or `workers`.
 
     The folder that holds them may have been chosen by the user, who may keep other things in it:
     nothing is written, and nothing removed, outside the folders of our own.

@@ -73,9 +73,12 @@ def replay_script() -> Markup:
     return Markup("\n").join(map(asset, REPLAY_SCRIPTS))
 
 
-def embedded_json(value: Any) -> Markup:
-    """Return JSON for `<script type="application/json">`, which can neither end nor start one."""
-    text = json.dumps(value, separators=(",", ":"), allow_nan=False)
+def embedded_json(value: Any, *, allow_nan: bool = False) -> Markup:
+    """Return JSON for `<script type="application/json">`, which can neither end nor start one.
+
+    Nor can it a comment. With `allow_nan` it is for Python alone, which reads nan back.
+    """
+    text = json.dumps(value, separators=(",", ":"), allow_nan=allow_nan)
     for sign in "<>&\u2028\u2029":
         text = text.replace(sign, f"\\u{ord(sign):04x}")
     return Markup(text)

@@ -19,8 +19,8 @@ from ghostball.reference_adapters.workers.process import DISTRIBUTIONS, installe
 OUR_PACKAGES = ("model", "engine", "reference_adapters", "validation")
 """Packages whose every line may decide a result."""
 
-CODE_ENDINGS = (".py", ".mjs", ".so", ".pyd")
-"""Files that hold code. Scenes and criteria lie beside them, and are inputs."""
+CODE_ENDINGS = (".py", ".mjs", ".html", ".so", ".pyd")
+"""Files that hold code, templates too. Scenes and criteria lie beside them, and are inputs."""
 
 LIBRARIES = (
     *("numpy", "numba", "llvmlite", "pymunk", "cffi", "pybullet"),

@@ -33,6 +33,8 @@ def test_the_hash_of_sources_sees_every_change(tmp_path: Path) -> None:
     hashes.append(hash_sources(folders))
     (tmp_path / "p" / "c.py").write_text("")
     hashes.append(hash_sources(folders))
+    (inner / "page.html").write_text("{{ text }}")
+    hashes.append(hash_sources(folders))
     (tmp_path / "p" / "a.py").write_text("x = 1y")  # not distinguished by joined contents alone
     (tmp_path / "p" / "b.py").write_text(" = 2")
     hashes.append(hash_sources(folders))
