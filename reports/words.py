@@ -24,15 +24,15 @@ def reused_text(results: Results) -> str:
     it_was = "it was" if len(dates) == 1 else "they were"
     return (
         f"{len(dates)} of {many(len(results.cases), 'case')} reused from an earlier run, since "
-        f"{it_was} unchanged in inputs, code, versions and machine: measured {when}. Their "
-        "run times are of then, which the table of all run times says; medians include such."
+        f"{it_was} unchanged in inputs, code, versions and machine: measured {when}. A run time "
+        "with a date was taken then; medians of run times include such."
     )
 
 
-def run_time_text(case: CaseRecord) -> str:
-    """Return the run time of a case, with the date where an earlier run measured it."""
+def run_time_text(case: CaseRecord, *, dated: bool) -> str:
+    """Return the run time of a case, if it has one, and if `dated` with the date of then."""
     text = style.format_time(metric_of(case, "wall_time"))
-    if not case.reused or metric_of(case, "wall_time") is None:
+    if not (dated and case.measured) or metric_of(case, "wall_time") is None:
         return text
     return f"{text} ({case.measured[:10]})"
 

@@ -151,7 +151,9 @@ def timing_html(results: Results) -> Markup:
         (
             scene,
             [
-                "–" if (case := results.case(scene, label)) is None else run_time_text(case)
+                "–"
+                if (case := results.case(scene, label)) is None
+                else run_time_text(case, dated=case.reused)
                 for label in results.labels
             ],
         )
