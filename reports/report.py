@@ -138,8 +138,11 @@ class _Sources(NamedTuple):
 
 
 def _kept(path: Path, figures: Pictures, sources: Mapping[str, _Sources]) -> dict[str, ScenePart]:
-    """Return the parts of the page that is there which needn't be made again, nor their sheets."""
-    content = (path / PAGE).read_bytes() if (path / PAGE).is_file() else b""
+    """Return the parts of the page that is there, where neither they nor their sheets changed."""
+    try:
+        content = (path / PAGE).read_bytes()
+    except OSError:  # it isn't there, or can't be read: all is made, and replaces it
+        return {}
     if not is_remembered(content):
         return {}
     page = parts_on(content.decode())

@@ -37,18 +37,21 @@ _LOGGER = logging.getLogger("ghostball.reports")
 def drawn_from(results: Results, stored: Mapping[str, str]) -> dict[str, str]:
     """Return by scene a hash of all that is stored of it and of the code that shows it.
 
-    `stored`: what `stored_hashes` said before `results` were read: of what a run writes meanwhile
-        a later report then finds another hash.
+    `stored`: what `stored_hashes` said before `results` were read. So of what a run writes
+        meanwhile a later report finds another hash.
 
-    "" where the sources can't be found: nothing is known of such a picture.
+    "" where the sources can't be found, or a case wasn't stored yet: what is made of it is made
+    again the next time.
 
     The hash is generous: any edit of our sources has every picture drawn again.
     """
-    return {
-        scene: made_from(
-            _code(), [(label, stored.get(name_text((scene, label)))) for label in results.labels]
-        )
+    cases = {
+        scene: [stored.get(name_text((scene, label))) for label in results.labels]
         for scene in results.scene_names
+    }
+    return {
+        scene: "" if None in hashes else made_from(_code(), scene, results.labels, hashes)
+        for scene, hashes in cases.items()
     }
 
 

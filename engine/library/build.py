@@ -117,7 +117,7 @@ def object_code(
     whole = generated.unpacking(_compilable(kernel), fits, kinds, result)
     options = {**OPTIONS, "pipeline_class": _EntryCompiler}
     compiled = numba.njit(**options)(whole)
-    with _sooner():
+    with _changed_numba():
         compiled.compile((types.int64,))
     made = compiled.overloads[(types.int64,)]
     with global_compiler_lock:
@@ -198,8 +198,8 @@ def _without_literals(dispatcher: Any) -> Any:
 
 
 @contextmanager
-def _sooner() -> Iterator[None]:
-    """Have numba call kernels by short names, and remember what an operation gives of which types.
+def _changed_numba() -> Iterator[None]:
+    """Have all of numba name kernels shortly, and remember what operations give of which types.
 
     A name has all types in it: two thousand letters, which every call repeats, and nobody reads.
     What adding two numbers gives was looked for in all rules of numpy's at each sum of a kernel.
@@ -207,8 +207,8 @@ def _sooner() -> Iterator[None]:
     kept = BaseContext.mangler, BaseFunction.get_call_type
     of_types: Any = kept[1]
 
-    def short(_: Any, name: str, types: Any, *, abi_tags: Any = (), uid: Any = None) -> str:
-        number = _NAMES.setdefault((name, tuple(types), tuple(abi_tags)), len(_NAMES))
+    def short(_: Any, name: str, kinds: Any, *, abi_tags: Any = (), uid: Any = None) -> str:
+        number = _NAMES.setdefault((name, tuple(kinds), tuple(abi_tags)), len(_NAMES))
         named: str = default_mangler(f"{name}_{number}", (), uid=uid)  # type: ignore[no-untyped-call]
         return named
 
@@ -229,9 +229,10 @@ def _sooner() -> Iterator[None]:
 
 
 _NAMES: dict[Any, int] = {}
+"""Numbers that stand for a name and its types."""
+
 _SIGNATURES: dict[int, tuple[Any, dict[Any, Any]]] = {}
-"""What an operation of numba's gives, by its identity, since one keeps what it was asked; so it is
-kept, too."""
+"""What an operation of numba's gives, by its `id`; itself as well, so that no other gets that."""
 
 
 class _InnerCode(JITCodeLibrary):
@@ -266,7 +267,7 @@ class _EntryCode(JITCodeLibrary):
     def finalize(self) -> None:
         """Link all kernels that are below it, each once.
 
-        After all that call it: LLVM leaves out what nobody has called so far.
+        Callers come before what they call: LLVM leaves out what nobody has called so far.
         """
         found: dict[Any, None] = {}
 

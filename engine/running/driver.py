@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import time
 from functools import cache
-from threading import Event
 
 import numpy as np
 
@@ -91,14 +90,14 @@ class Run:
         arrays = (self._room.numbers, *(self._room.contacts or ()), *self._log, *self._shots)
         return sum(array.nbytes for array in arrays)
 
-    def go(self, limits: Limits, stop: Event | None = None) -> None:
-        """Run to the end, to a limit, to an interrupt, or until `stop` is set.
+    def go(self, limits: Limits) -> None:
+        """Run to the end, to a limit, or to an interrupt.
 
         Raises `KeyboardInterrupt` where the kernel waits for contacts: it can't end the run without
         them, and they may have to be compiled.
         """
         try:
-            self._go(limits, stop)
+            self._go(limits)
             code = int(self._counters[st.STATUS])
             self.status = STATUS[code]
         except KeyboardInterrupt:
@@ -172,10 +171,8 @@ class Run:
             return f"{ball} has its next event at {state[st.OWN_TIME]:.9g} s, not later than now"
         return f"{ball} has no finite motion ({', '.join(wrong)})"
 
-    def _go(self, limits: Limits, stop: Event | None) -> None:
+    def _go(self, limits: Limits) -> None:
         while True:
-            if stop is not None and stop.is_set():
-                raise KeyboardInterrupt
             self.play(limits)
             code = self._counters[st.STATUS]
             if code == st.RUN_LOG_FULL:
@@ -236,11 +233,6 @@ class Run:
             _BALL_BALL: int(self._counters[st.BALL_BALL]),
             _BALL_CUSHION: int(self._counters[st.BALL_CUSHION]),
         }
-
-    def counts(self) -> tuple[int, int, int]:
-        """Return how many impacts of two balls, impacts on cushions and events there were."""
-        done = self._counters
-        return int(done[st.BALL_BALL]), int(done[st.BALL_CUSHION]), int(done[st.EVENTS])
 
     def work(self) -> dict[str, int]:
         """Machine-independent counters of what the run did; some only where there is any."""

@@ -64,7 +64,7 @@ Log = tuple[st.FloatArray, st.IntArray, st.IntArray, st.FloatArray]
 
 
 class Room:
-    """Arrays in which shots of one scene are played, one after the other.
+    """Arrays in which shots are played one after the other, of one scene at a time.
 
     `numbers` (m,) float64: the block of arrays of the shot at hand; see `core.block`.
     `contacts`: three arrays, or None.
@@ -74,18 +74,22 @@ class Room:
         self.numbers = np.empty_like(layout.block.numbers)
         self.contacts = room_for_contacts(layout.count) if with_contacts else None
         self._layout = layout
-        self._spare = self.contacts
+
+    def fits(self, layout: Layout) -> bool:
+        """Whether another scene has as many balls, and blocks of this size."""
+        same = layout.count == self._layout.count
+        return same and len(layout.block.numbers) == len(self.numbers)
 
     def turn_to(self, layout: Layout) -> None:
-        """Play shots of another scene, with as many balls and blocks of this size."""
+        """Play shots of another scene, which fits, from now on."""
         self._layout = layout
         self.contacts = None
         if layout.variant.contacts:
             self.take_contacts()
 
     def take_contacts(self) -> None:
-        """Make room for contacts, where there was none so far: most shots don't need any."""
-        self.contacts = self._spare = self._spare or room_for_contacts(self._layout.count)
+        """Make room for contacts, of which none is known yet: most shots don't need any."""
+        self.contacts = room_for_contacts(self._layout.count)
 
     def play(
         self,

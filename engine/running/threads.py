@@ -69,13 +69,13 @@ def run_each(layouts: Sequence[Layout], shots: Shots, limits: Limits, threads: i
     log = log_of(0, 0)
 
     def play_part(part: range, stop: Event) -> None:
-        rooms: dict[tuple[int, int], Room] = {}
+        room: Room | None = None
         for k in part:
+            if stop.is_set():
+                return
             layout = layouts[k]
-            size = len(layout.block.numbers), layout.count
-            room = rooms.get(size)
-            if room is None:
-                room = rooms[size] = Room(layout, with_contacts=False)
+            if room is None or not room.fits(layout):
+                room = Room(layout, with_contacts=False)
             room.turn_to(layout)
             continues = False
             while not stop.is_set():
@@ -94,13 +94,13 @@ def run_each(layouts: Sequence[Layout], shots: Shots, limits: Limits, threads: i
 
 
 def _share(parts: Sequence[_Part], play_part: Callable[[_Part, Event], None], threads: int) -> None:
-    """Have threads play parts of many shots; Ctrl-C tells them to stop, by an event."""
+    """Have threads play parts of many shots; an event tells them to stop, at Ctrl-C or an error."""
     stop = Event()
     with ThreadPoolExecutor(threads) as pool:
         try:
             for done in [pool.submit(play_part, part, stop) for part in parts]:
                 done.result()
-        except KeyboardInterrupt:
+        except BaseException:
             stop.set()
             pool.shutdown(wait=True, cancel_futures=True)
             raise

@@ -77,16 +77,19 @@ def stored_hashes(folder: Path) -> dict[str, str]:
     # Numbers are quoted so that they read back to the same bits.
     with reading(folder) as database:
         rows = database.execute(
-            "SELECT name, record, content, "
+            "SELECT name, record, coalesce(content, x''), "
             "(SELECT group_concat(quote(t) || ' ' || kind || ' ' || a || ' ' || b) "
             "FROM events WHERE motion_id = motions.id) "
             "FROM records LEFT JOIN motions ON record_id = records.id "
             "WHERE records.kind = 'case' AND current"
-        ).fetchall()
-    return {
-        name: sha256(json.dumps([record, events]).encode() + (content or b"")).hexdigest()
-        for name, record, content, events in rows
-    }
+        )
+        try:
+            return {
+                name: sha256(json.dumps([record, events]).encode() + content).hexdigest()
+                for name, record, content, events in rows
+            }
+        except TypeError as error:
+            raise ResultsError(f"{folder}: a case is damaged: {error}. {AGAIN}") from error
 
 
 def _check(parts: dict[str, NDArray[Any]], events: Events) -> None:

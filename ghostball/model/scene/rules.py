@@ -232,6 +232,10 @@ _MOST_OVERLAPS = 100_000
 """Overlaps after which no others are sought: thousands of balls at one place have millions."""
 
 
+_MOST_AT_ONCE = 100_000
+"""Pairs after which those found so far are looked at: some megabytes."""
+
+
 def overlaps(centres: FloatArray, radii: FloatArray) -> list[tuple[int, int, int, float]]:
     """Return which balls overlap by more than rounding: shot, pair i > j, and by how much [m].
 
@@ -263,7 +267,8 @@ def overlaps(centres: FloatArray, radii: FloatArray) -> list[tuple[int, int, int
 def _near(placed: FloatArray, reach: float) -> Iterator[tuple[IntArray, IntArray, IntArray]]:
     """Yield pairs of balls that are near each other along x and y: shot, one and other.
 
-    `placed` is (k, n, 2 or 3), sorted along x. Many pairs at a time, but no more than memory holds.
+    `placed` is (k, n, 2 or 3), sorted along x. Many pairs at a time: as soon as they are more than
+    `_MOST_AT_ONCE`.
     """
     x, y = np.ascontiguousarray(placed[:, :, 0]), np.ascontiguousarray(placed[:, :, 1])
     pairs: list[tuple[IntArray, IntArray, IntArray]] = []
@@ -274,7 +279,7 @@ def _near(placed: FloatArray, reach: float) -> Iterator[tuple[IntArray, IntArray
         shot, one = np.nonzero(np.abs(y[:, lag:] - y[:, :-lag]) < reach)  # few of many balls
         pairs.append((shot, one, one + lag))
         count += len(shot)
-        if count > _MOST_OVERLAPS:
+        if count > _MOST_AT_ONCE:
             yield _joined(pairs)
             pairs, count = [], 0
     if pairs:

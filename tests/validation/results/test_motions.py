@@ -30,6 +30,13 @@ def test_a_motion_reads_back_to_the_bit(tmp_path: Path) -> None:
     assert np.array_equal(read.energy, sum(parts))
 
 
+def test_a_case_that_is_no_text_is_named(tmp_path: Path) -> None:
+    written(tmp_path, record())
+    in_database(tmp_path, "UPDATE records SET record = x'00' WHERE kind = 'case'")
+    with pytest.raises(ResultsError, match="a case is damaged"):
+        stored_hashes(tmp_path)
+
+
 def test_a_damaged_motion_is_named(tmp_path: Path) -> None:
     written(tmp_path, record())
     folder = Results.open(tmp_path)
