@@ -85,7 +85,7 @@ def simulate_many(
     return batch_of(shots, np.array([layout.smallest_radius for layout in layouts]))
 
 
-def batch_of(shots: Shots, smallest: NDArray[np.float64] | np.float64) -> Batch:
+def batch_of(shots: Shots, smallest: NDArray[np.float64] | float) -> Batch:
     """Return what became of shots that have been played; `smallest` is each one's least radius.
 
     It is (k,) [m], or one number for all.

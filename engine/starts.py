@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from pydantic_core import PydanticCustomError
 
 from ghostball.engine.batch import Batch, batch_of, workers_of
+from ghostball.engine.running.from_scene import layout_of
 from ghostball.engine.running.room import Limits, Shots, shots_of
 from ghostball.engine.running.threads import rows_of_starts, run_sweep
 from ghostball.engine.shot import MAX_EVENTS, MAX_WORK, check_request
@@ -101,7 +102,7 @@ def simulate_starts(
         )
         of_part = (shots.clocks[part], shots.counts[part], shots.ends[part])
         run_sweep(scene, 0, Shots(starts, *of_part), limits, workers)
-    return batch_of(shots, np.min(scene.radii))
+    return batch_of(shots, layout_of(scene).smallest_radius)
 
 
 def _given(

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from pydantic_core import PydanticCustomError
 
 from ghostball.engine.batch import Batch, batch_of, workers_of
+from ghostball.engine.running.from_scene import layout_of
 from ghostball.engine.running.room import Limits, shots_of
 from ghostball.engine.running.threads import rows_of_starts, run_sweep
 from ghostball.engine.shot import MAX_EVENTS, MAX_WORK, check_request
@@ -71,7 +72,7 @@ def simulate_sweep(
         )
     )
     run_sweep(scene, ball, shots, Limits(max_events, max_work), workers)
-    return batch_of(shots, np.min(scene.radii))
+    return batch_of(shots, layout_of(scene).smallest_radius)
 
 
 def _cue_motions(

@@ -122,7 +122,7 @@ def build(orders: list[Order], finished: Callable[[int], None] = lambda _: None)
     settings = {
         "NUMBA_CPU_NAME": processor.target(),
         "NUMBA_CPU_FEATURES": "",
-        # Of all that numba tries in vain it makes a message, in colours: a thirtieth of the time.
+        # Of all that numba tries in vain it makes a message, which nobody sees, in colours.
         "NUMBA_DISABLE_ERROR_MESSAGE_HIGHLIGHTING": "1",
     }
     with tempfile.TemporaryFile("w+") as failure:
