@@ -13,7 +13,8 @@ from ghostball.engine import simulate
 from ghostball.model import EventKind, Result, Scene
 from ghostball.reference_adapters import make_engine
 from ghostball.validation.checks.accuracy import BROKEN_SHARE, accuracy_of, kind_of
-from ghostball.validation.results.records import AccuracyKind
+from ghostball.validation.grading.horizon import Meetings
+from ghostball.validation.results.records import CERTIFIED, AccuracyKind
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.suite.case import run_case
 from ghostball.validation.suite.judge import Case
@@ -50,6 +51,32 @@ def test_the_class_is_that_of_the_farthest_ball(truth: Truth, by: float, kind: s
     assert found is not None
     assert found.kind == kind
     assert found.error == pytest.approx(by, abs=1e-14)
+
+
+def test_a_shot_is_exact_only_if_every_ball_is(truth: Truth) -> None:
+    right = displaced(0.0)
+    for ball in (0, 1):
+        positions = right.final_state.positions.copy()
+        positions[0, ball, 0] += 1e-9
+        moved = right.final_state._replace(positions=positions)
+        found = accuracy_of(replace(right, final_state=moved), truth)
+        assert found is not None
+        assert found.kind == "nanometres"
+
+
+@pytest.mark.parametrize(("horizon", "kind"), [(0.9, None), (1.1, "another shot")])
+def test_a_collision_is_judged_up_to_the_horizon_of_rounding(
+    truth: Truth, horizon: float, kind: str | None
+) -> None:
+    # The collision is at t; errors pass the radius of a ball at `horizon` times t.
+    t = float(truth.collision_times[0])
+    grown = Meetings(np.array([horizon * t]), np.array([np.inf]), 1.0, cut().balls[0].radius)
+    chaotic = replace(truth, kind=CERTIFIED, graded=None, meetings=grown)
+    right = displaced(0.0)
+    assert right.events is not None
+    without = replace(right, events=right.events[right.events["kind"] != EventKind.BALL_BALL])
+    found = accuracy_of(without, chaotic)
+    assert (found and found.kind) == kind
 
 
 def test_a_class_ends_where_the_next_begins() -> None:

@@ -109,6 +109,13 @@ def test_rest_errors_are_distances() -> None:
     assert measured.ball_errors == pytest.approx([0.005, 0.0], rel=1e-12)
 
 
+def test_the_rms_is_of_all_balls_and_no_median() -> None:
+    # Balls 0 and 1 are right and ball 2 is 6 mm off: 6 / sqrt(3) mm.
+    where = np.array([[0.0, 0.0, R], [1.0, 0.0, R], [2.006, 0.0, R]])
+    measured = measure(still(scene(balls=3)), truth(rest_positions=where))
+    assert measured.values["rest_error_rms"] == pytest.approx(0.006 / math.sqrt(3), rel=1e-12)
+
+
 def test_ulps_use_the_low_part_of_the_truth_and_each_balls_conditioning() -> None:
     # Ball 0 misses by 2^-60 m with a conditioning of 2 m: 2^-60 / (2^-52 2) = 2^-9 ulp. Ball 1
     # misses by 2^-58 m with 64 m: 2^-12. Without the low part both errors would be 0.

@@ -9,7 +9,7 @@ import pytest
 from engine_facts import needs
 from step_rules import asked_of_all, criteria_of_step, limit_of_step
 
-from ghostball.model import Record, Result, Scene
+from ghostball.model import Ball, Record, Result, Scene
 from ghostball.reference_adapters import make_engine
 from ghostball.reference_adapters.pymunk.engine import PymunkEngine
 from ghostball.validation.checks.criteria import Criteria, common_criteria
@@ -150,6 +150,18 @@ def test_what_an_engine_does_in_time_costs_nothing() -> None:
         record, _ = run_case(Case(scene, "pymunk", truth_of(scene), asked_of_all((), rule)))
         limits += [check.limit for check in record.checks if check.metric == "rest_error_max"]
     assert limits[0] > 1.5 * limits[1]
+
+
+def test_two_balls_may_overlap_by_what_both_go_in_a_step() -> None:
+    # The two close in at 1.5 m/s + 1 m/s, so that one step of 1 ms lets them overlap by 2.5 mm.
+    balls = [
+        Ball(id="a", position=(0.3, 0.5), velocity=(1.5, 0.0)),
+        Ball(id="b", position=(1.2, 0.5), velocity=(-1.0, 0.0)),
+    ]
+    scene = Scene(name="head-on", balls=balls)
+    found = criteria_of_step(scene, make_engine("pymunk:dt=1e-3"))
+    (limit,) = (one.limit for one in found if one.metric == "overlap_max")
+    assert limit == pytest.approx(2.5e-3, rel=1e-12)
 
 
 def test_what_is_stated_replaces_what_is_computed() -> None:

@@ -16,6 +16,7 @@ from ghostball.engine import simulate
 from ghostball.model import EventKind, GhostballError, Result, Scene
 from ghostball.reference_adapters import make_engine
 from ghostball.reference_adapters.certified import (
+    CertifiedSettings,
     Enclosure,
     certify,
 )
@@ -51,6 +52,15 @@ def test_an_event_that_is_not_found() -> None:
     assert made.missing[0] == 5  # and what its balls go through after it
     assert made.first is not None
     assert made.first.t == float(certificate.events[5].t)
+
+
+def test_the_event_at_which_a_proof_ends_is_graded() -> None:
+    scene = find_scene("break-7")
+    certificate = certify(scene, CertifiedSettings(max_events=3), motion=True)
+    result = simulate(scene, record="trajectory")
+    assert float(certificate.t_end) == float(certificate.events[2].t)
+    assert clean(grade(result, certificate))
+    assert grade(without_event(result, 2), certificate).missing == (2,)
 
 
 def test_an_event_that_is_not_so() -> None:

@@ -18,7 +18,7 @@ from ghostball.validation.checks.law import asked_of
 from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.checks.verdict import Verdict, verdict_of
 from ghostball.validation.grading.certified_growth import growth_of_proof
-from ghostball.validation.grading.horizon import RunGrowth, horizon, meetings_of
+from ghostball.validation.grading.horizon import Meetings, RunGrowth, horizon, meetings_of
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.suite.case import run_case
 from ghostball.validation.suite.judge import Case
@@ -77,6 +77,13 @@ def test_who_errs_more_has_the_shorter_horizon():
     horizons = [horizon_of("chaos-a", label) for label in labels]
     assert horizons == sorted(horizons, reverse=True)
     assert horizons[0] > 2.0 * horizons[2] > 0.0
+
+
+def test_the_horizon_is_the_first_meeting_where_errors_pass_a_radius():
+    # An engine that is 1 mm off makes 20 mm of it by the first meeting, 40 mm by the second.
+    largest = np.array([20.0, 40.0, 100.0])
+    meetings = Meetings(np.array([1.0, 2.0, 3.0]), largest, extent=1.0, radius=0.03)
+    assert meetings.horizon(1e-3) == 2.0
 
 
 def test_what_all_but_happens_leaves_a_shot_predictable():
