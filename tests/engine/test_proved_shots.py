@@ -6,6 +6,7 @@ precision. Shipped scenes are asked the same by `ghostball validate`.
 """
 
 import pytest
+from shots import kept_scene
 
 from ghostball.engine import simulate
 from ghostball.model import Ball, Physics, Scene, Table
@@ -83,3 +84,21 @@ def test_a_ball_that_rubs_against_another_while_the_cloth_changes_its_spin_is_as
         name="hit-while-sliding", physics=Physics(preset="pool"), balls=[cue, object_ball]
     )
     assert judged(scene).faults == ()
+
+
+@pytest.mark.parametrize("backwards", [False, True])
+@pytest.mark.parametrize("rail", ["bottom", "top"])
+@pytest.mark.parametrize("preset", ["wpa-9ft", "bar-7ft", "snooker-12ft"])
+def test_a_ball_that_glides_along_a_rail_touches_no_jaw_of_the_side_pocket(preset, rail, backwards):
+    """Breaks where a jaw sticks out past its nose by a rounding: the mirror image then differs."""
+    shot = kept_scene("along-side-pocket")
+    table = Table.model_validate(preset)
+    (ball,) = shot.balls
+    x, y, vx = table.length / 2.0 - 0.5, ball.radius, ball.velocity[0]
+    place = (table.length - x if backwards else x, table.width - y if rail == "top" else y)
+    glides = Ball(id="a", position=place, velocity=(-vx if backwards else vx, 0.0))
+    scene = Scene(name="glides", physics=shot.physics, table=table, t_max=2.5, balls=[glides])
+    result = simulate(scene, record="trajectory")
+    assert abs(result.rest_positions[0, 0] - place[0]) > 0.7  # well past the pocket
+    assert not any(result.collision_counts.values())
+    assert MatchesProof()(result).faults == ()

@@ -13,6 +13,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from pydantic import AfterValidator, Field
 
+from ghostball.model.rounding import position_rounding
 from ghostball.model.scene.fields import NonNegative, Positive, Real, in_degrees, problem
 from ghostball.model.scene.obstacles import POCKETS, Disc, Hole, Obstacle, Segment
 from ghostball.model.scene.part import Part
@@ -178,14 +179,24 @@ def obstacles_of_pockets(length: float, width: float, pockets: Pockets) -> list[
     """Return rails, jaws, facings and holes of a rectangle with pockets.
 
     Rails come first, then what lies behind their noses, the holes last.
+
+    A jaw stands back from the lines of its nose and of its facing, by twice the rounding of a place
+    on the table. Where its centre was rounded towards the cloth, the jaw would stick out past them,
+    and a ball that glides along the rail would hit it: a ball must touch a jaw only between the
+    normals of nose and facing.
     """
     placed = place_pockets(length, width, pockets)
     rails = _rails(length, width, placed)
+    back = 2.0 * position_rounding(length, width)
     behind: list[Obstacle] = []
     for one in placed:
         shape = facing_of(one.shape, one.is_corner)
+        # As far from both lines: along the bisector of their normals, (0, 1) and (x, y) / radius.
+        (u, v), radius = shape.jaw, one.shape.jaw_radius
+        x, y = shape.start[0] - u, shape.start[1] - v
+        centre = (u - back * x / (radius + y), v - back)
         for half in (one.first, one.second):
-            jaw = Disc(half.cushion, half.place(shape.jaw), one.shape.jaw_radius, half.inward)
+            jaw = Disc(half.cushion, half.place(centre), radius, half.inward)
             ends = half.place(shape.start), half.place(shape.end)
             behind += [jaw, Segment(half.cushion, *(ends if half is one.first else ends[::-1]))]
     return [*rails, *behind, *(one.hole for one in placed)]
