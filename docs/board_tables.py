@@ -87,7 +87,7 @@ def choice() -> str:
                 use,
                 f"`{_shortened(label)}`",
                 f"{format_length(median(errors))} ({format_length(max(errors))})",
-                format_time(median(one.seconds for one in points)),
+                format_time(median(one.call_seconds for one in points)),
             )
         )
     heads = ("for", "engine and settings", "error: median (largest)", "time of a shot")

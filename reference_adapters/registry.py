@@ -18,7 +18,7 @@ from importlib.machinery import PathFinder
 from importlib.metadata import EntryPoint, EntryPoints, entry_points
 from operator import attrgetter
 from types import ModuleType
-from typing import Any
+from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 
@@ -230,19 +230,50 @@ def _lacks(loaded: object) -> str:
 
 
 def _made(engine: type[ReferenceEngine], name: str, texts: Mapping[str, str]) -> ReferenceEngine:
+    try:
+        settings = engine.Settings.model_validate_strings(_as_decimals(texts, engine.Settings))
+    except ValidationError as error:
+        raise EngineError(_describe(error, name, engine.Settings)) from None
     with _guarded(name, "can't say whether it can run here"):
         reason = engine.unavailable()
     if reason is not None:
         raise EngineUnavailableError(f"engine `{name}` is unavailable: {reason}")
-    try:
-        settings = engine.Settings.model_validate_strings(texts)
-    except ValidationError as error:
-        raise EngineError(_describe(error, name, engine.Settings)) from None
     # The protocol leaves the constructor open, as protocols do; base.py states this form.
     make: Any = engine
     with _guarded(name, "can't be made"):  # such as an abstract method that it doesn't define
         made: ReferenceEngine = make(settings)
     return made
+
+
+def _as_decimals(texts: Mapping[str, str], settings: type[BaseModel]) -> dict[str, str]:
+    """Return texts in which fractions such as 1/60, for settings that are floats, are decimals."""
+    return {
+        key: repr(number)
+        if "/" in text
+        and key in settings.model_fields
+        and float in _types_of(settings.model_fields[key].annotation)
+        and (number := number_of(text)) is not None
+        else text
+        for key, text in texts.items()
+    }
+
+
+def _types_of(annotation: object) -> tuple[object, ...]:
+    """Return the types that an annotation allows: those of a union, else the annotation itself."""
+    parts = get_args(annotation)
+    return (annotation, *(one for part in parts for one in _types_of(part)))
+
+
+def number_of(text: str) -> float | None:
+    """Return the number that a text spells, as a decimal or as a fraction; None if it is neither.
+
+    A fraction is two decimals, such as 1/60. Its value is rounded once.
+    """
+    above, slash, below = text.partition("/")
+    try:
+        return float(above) / float(below) if slash else float(above)
+    except (ValueError, ZeroDivisionError):
+        return None
 
 
 @contextmanager

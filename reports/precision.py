@@ -41,9 +41,32 @@ _NAME: Any = {
 
 
 def draw_against_time(measured: PrecisionMeasurement) -> Figure:
-    """Draw the largest rest error against the time of a run, of at least one point."""
-    title = f"What time buys: largest rest error against time of a run ({measured.where})"
-    return _draw(measured, lambda point: point.seconds, "time of a run [s]", title)
+    """Draw the largest rest error against the run time, for at least one point.
+
+    A marker stands at the time of the whole call, which a user waits for; a short vertical line at
+    the part of the call that the engine itself reports.
+    """
+    title = f"Largest rest error against run time ({measured.where})"
+    figure = _draw(measured, lambda point: point.call_seconds, "time of the whole call [s]", title)
+    for axes, scene in zip(
+        figure.axes, dict.fromkeys(one.scene for one in measured.points), strict=False
+    ):
+        for point in measured.points:
+            if point.scene == scene:
+                axes.plot(
+                    point.seconds,
+                    max(point.error, FLOOR),
+                    linestyle="",
+                    marker="|",
+                    markersize=6.0,
+                    color=style.engine_style(point.engine).colour,
+                    zorder=2,
+                )
+    figure.supxlabel(INSIDE, fontsize=7.5, color=style.GREY)
+    return figure
+
+
+INSIDE = "Markers: the whole call. Short vertical lines: the run time inside the engine."
 
 
 NO_STEPS = (
@@ -193,4 +216,4 @@ def least_error(points: Sequence[PrecisionPoint]) -> str:
     A median would let an engine win by a step that is good from half of all phases.
     """
     best = min(points, key=lambda point: point.error_high)
-    return f"{style.format_length(best.error_high)} in {style.format_time(best.seconds)}"
+    return f"{style.format_length(best.error_high)} in {style.format_time(best.call_seconds)}"

@@ -3,6 +3,7 @@
 import json
 import re
 import shlex
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -24,6 +25,7 @@ from ghostball.cli import app
 from ghostball.engine import simulate
 from ghostball.engine.core.tolerances import CAPTURE_HEIGHT, CONTACT_TOLERANCE
 from ghostball.model import Ball, Physics
+from ghostball.reference_adapters import EngineUnavailableError, engine_names, make_engine
 from ghostball.validation.precision.points import PrecisionMeasurement
 from ghostball.validation.scenes.library import find_scene, select
 
@@ -60,6 +62,20 @@ def test_the_program_runs(capsys):
     assert "ball-ball" in capsys.readouterr().out
     difference = abs(names["other"].rest_positions - names["exact"].rest_positions).max()
     assert 0.5e-3 < difference < 2e-3  # "a millimetre"
+
+
+def documented_settings() -> list[str]:
+    """Return the specs of shipped engines with settings that README and docs/ print."""
+    pages = (ROOT / "README.md", *(ROOT / "docs").rglob("*.md"))
+    spec = re.compile(r"(?<![\w/.-])([a-z][\w-]*:[a-z_]+=[\w.,=/-]*[\w])")
+    found = {one for page in pages for one in spec.findall(page.read_text(encoding="utf-8"))}
+    return sorted(one for one in found if one.partition(":")[0] in engine_names())
+
+
+@pytest.mark.parametrize("spec", documented_settings())
+def test_an_engine_takes_the_settings_that_the_docs_print(spec):
+    with suppress(EngineUnavailableError):  # raised once the settings have been accepted
+        make_engine(spec)
 
 
 def test_it_is_short_and_begins_with_what_its_first_command_prints(tmp_path, monkeypatch):

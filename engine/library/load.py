@@ -84,7 +84,7 @@ def check_compiler() -> None:
     if find_spec("numba") is None:
         raise NoCompilerError(
             "kernels have to be compiled, and numba, which does that, isn't installed. Run "
-            "`pip install 'ghostball[compiler]'`"
+            "`pip install '.[compiler]'` in a clone of Ghostball"
         )
 
 

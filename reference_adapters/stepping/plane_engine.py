@@ -38,8 +38,8 @@ class PlaneEngine(EngineBase):
             return None
         return (
             "it is optional, and not installed. Run "
-            f"`python -m pip install 'ghostball[{cls.name}]'`, or `ghostball[engines]` for all "
-            "optional engines"
+            f"`python -m pip install '.[{cls.name}]'` in a clone of Ghostball, or `.[engines]` for "
+            "all optional engines"
         )
 
     @property

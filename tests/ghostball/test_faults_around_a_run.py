@@ -187,7 +187,7 @@ class OnCluster:
     """A command on a cluster of two workers, interfered with once our engine has a result."""
 
     def __init__(self, asked, folder):
-        pytest.importorskip("distributed", reason="needs Dask: pip install 'ghostball[cluster]'")
+        pytest.importorskip("distributed", reason="needs Dask: pip install '.[cluster]'")
         self._asked, self._folder = asked, folder
 
     def run(self, interfere):

@@ -31,7 +31,7 @@ def hook(monkeypatch, tmp_path):
         (folder / "play.so").write_bytes(b"code")
 
     monkeypatch.setattr(module, "compile_into", compile_into)
-    extras = {"compiler": ["numba>=0.61,<0.69"]}
+    extras = {"compiler": ["numba>=0.62,<0.69"]}
     core = SimpleNamespace(dependencies=NEEDS, optional_dependencies=extras)
     metadata = SimpleNamespace(core=core)
     return module.KernelHook(str(ROOT), {}, None, metadata, str(tmp_path), "wheel", None)
@@ -55,7 +55,7 @@ def test_a_wheel_that_is_not_asked_for_kernels_has_none_and_needs_no_compiler(ho
 
 def test_a_wheel_with_kernels_is_for_a_platform_and_every_python(hook, monkeypatch, tmp_path):
     monkeypatch.setenv("GHOSTBALL_BUILD_KERNELS", "1")
-    assert hook.dependencies() == ["numpy>=1.26", "pydantic>=2.12", "numba>=0.61,<0.69"]
+    assert hook.dependencies() == ["numpy>=1.26", "pydantic>=2.12", "numba>=0.62,<0.69"]
     monkeypatch.setattr(sys.modules["hatch_build"].sysconfig, "get_platform", lambda: PLATFORM)
     data = built(hook)
     assert data["tag"] == "py3-none-manylinux_2_17_x86_64"

@@ -207,6 +207,22 @@ def test_a_malformed_spec_says_what_is_wrong(spec, message):
 # --- settings ---------------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize(("text", "dt"), [("1/60", 1 / 60), ("1/240", 1 / 240), ("1e-3", 1e-3)])
+def test_a_step_may_be_a_fraction(text, dt):
+    assert make_engine(f"pymunk:dt={text}").settings.dt == dt
+
+
+@pytest.mark.parametrize("text", ["1/0", "1/2/3", "1/", "/60", "a/b", "-1/60"])
+def test_a_fraction_that_is_no_positive_number_is_refused(text):
+    with pytest.raises(EngineError, match="`dt` of engine `pymunk` must"):
+        make_engine(f"pymunk:dt={text}")
+
+
+def test_a_whole_number_may_not_be_a_fraction():
+    with pytest.raises(EngineError, match="`iterations` of engine `pymunk` must"):
+        make_engine("pymunk:iterations=60/2")
+
+
 def test_values_are_read_as_the_type_of_their_setting(packages):
     packages.install("some-engine", foreign())
     settings = make_engine("foreign:dt=1e-4,iterations=30,warm=false,mode=landed").settings

@@ -20,7 +20,8 @@ def point(engine, seconds, error, *, step=None, scene="cut", same_events=True):
         engine=engine,
         label=engine if step is None else f"{engine}:dt={step}",
         step=step,
-        seconds=seconds,
+        call_seconds=seconds,
+        seconds=0.25 * seconds,
         samples=4,
         error=error,
         error_low=0.5 * error,
@@ -57,6 +58,14 @@ def test_each_scene_has_a_panel_and_each_engine_a_line_with_its_range():
     assert list(line.get_ydata()) == [2e-2, 1e-2]
     assert np.allclose(ranges.get_segments()[0][:, 1], [1e-2, 4e-2])
     assert figure.axes[0].get_xscale() == figure.axes[0].get_yscale() == "log"
+
+
+def test_a_second_mark_is_at_the_time_inside_the_engine():
+    with style.drawing():
+        figure = draw_against_time(MEASURED)
+        marks = [line for line in figure.axes[0].lines if line.get_marker() == "|"]
+    assert [float(mark.get_xdata()[0]) for mark in marks] == [1e-6, 2.5e-3, 5e-3]
+    assert "inside the engine" in figure.get_supxlabel()
 
 
 def test_the_least_error_is_of_the_worst_phase_of_the_best_step():

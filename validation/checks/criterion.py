@@ -19,7 +19,7 @@ from pydantic_core import PydanticCustomError
 
 from ghostball.model import EventKind, GhostballError
 from ghostball.reference_adapters.base import EngineError
-from ghostball.reference_adapters.registry import parse_spec, spec_of
+from ghostball.reference_adapters.registry import number_of, parse_spec, spec_of
 from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.results.records import ACCURACY_KINDS, Check, LimitKind
 
@@ -291,8 +291,5 @@ def _same(value: Any, text: str) -> bool:
     if isinstance(value, bool):
         return text.lower() == str(value).lower()
     if isinstance(value, int | float):
-        try:
-            return float(text) == float(value)
-        except ValueError:
-            return False
+        return number_of(text) == float(value)
     return text == str(value)

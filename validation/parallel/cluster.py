@@ -81,7 +81,8 @@ def cluster_at(address: str | None) -> Iterator[Cluster | None]:
         from distributed import Client  # noqa: PLC0415 - optional, and takes half a second
     except ImportError:
         raise ClusterError(
-            "a cluster needs Dask, which isn't installed here: pip install 'ghostball[cluster]'"
+            "a cluster needs Dask, which isn't installed here: run pip install '.[cluster]' in a "
+            "clone of Ghostball"
         ) from None
     # What goes wrong is said by our own errors, once.
     levels = {logging.getLogger(name): logging.getLogger(name).level for name in _LOGGERS}

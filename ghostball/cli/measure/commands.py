@@ -229,7 +229,8 @@ def fit(
 
     Clean events are sought in the tracks: windows of rolling, free contacts with cushions, hits of
     a ball at rest. The engine plays each, and the values are those with which it comes nearest to
-    all. Needs: pip install 'ghostball[fit]'. Exit status 2 where there are too few events to tell.
+    all. Needs: pip install '.[fit]' in a clone of Ghostball. Exit status 2 where there are too few
+    events to tell.
     """
 
 

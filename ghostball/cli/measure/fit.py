@@ -33,7 +33,8 @@ except ImportError as error:
     if missing not in {"scipy", "threadpoolctl"}:
         raise
     raise GhostballError(
-        f"a fit needs {missing}, which isn't installed here: pip install 'ghostball[fit]'"
+        f"a fit needs {missing}, which isn't installed here: run pip install '.[fit]' in a clone "
+        "of Ghostball"
     ) from None
 
 LARGEST_TABLE = 20.0

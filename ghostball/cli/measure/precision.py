@@ -42,8 +42,8 @@ from ghostball.validation.runs.steps import step_of
 from ghostball.validation.scenes.library import select
 
 LEGEND = (
-    "Times are of the simulation alone, the least of all samples. A time counts where all finer "
-    "steps are as near, from every phase of the step; not reached: no step that was run is. "
+    "Times are of the whole call of `simulate`, the least of all samples. A time counts where all "
+    "finer steps are as near, from every phase of the step; not reached: no step that was run is. "
     "The least error is that of the worst phase of the best step. Worth it is the step up to which "
     "four times the steps at least halve the error, of the worst phase; < before a step: that is "
     "the finest one that was run, and finer ones may pay, too."
@@ -105,7 +105,7 @@ def worth_it(points: Sequence[PrecisionPoint]) -> Iterator[str]:
             continue
         steps = _range(sorted({one.step for one in knees if one.step is not None}))
         error = format_length(max(one.error_high for one in knees))
-        most = format_time(max(one.seconds for one in knees))
+        most = format_time(max(one.call_seconds for one in knees))
         some = f", in {len(knees)} of {len(scenes)} scenes" if len(knees) < len(scenes) else ""
         finest = any(is_finest(knee, mine) for knee in knees)
         more = "; finer ones than were run may pay, too" * finest

@@ -101,6 +101,9 @@ def run(
 ) -> int:
     """Validate, and return the exit status; see the options of the command."""
     request = _plan(scenes or (), engine or (), out, metric, ensemble, ensemble_size, report)
+    if not request.named:
+        for line in _missing_defaults():
+            say(f"[yellow]{escape(line)}[/]")
     steps = Steps(COMPILING, RUNNING, *((DRAWING,) if report else ()))
     started = time.perf_counter()
     with cluster_at(cluster) as there, steps.bar() as step:
@@ -204,6 +207,13 @@ def _plan(
         starts,
         config.out if out is None else out,
     )
+
+
+def _missing_defaults() -> Iterator[str]:
+    """Say which default engines can't run here, why, and how to get each."""
+    for name in dict.fromkeys(parse_spec(spec)[0] for spec in DEFAULT_ENGINES):
+        if reason := engine_class(name).unavailable():
+            yield f"Not run: engine `{name}`, one of the default engines: {reason}"
 
 
 def _progress(count: Progress[str]) -> Progress[CaseRecord]:

@@ -160,7 +160,7 @@ ClusterAddress = Annotated[
         metavar="ADDRESS",
         help="The scheduler of a Dask cluster, such as tcp://10.0.0.1:8786, whose workers do it "
         "instead, each task in a process of its own; they need this very ghostball. --jobs is "
-        "then of what stays here. Needs: pip install 'ghostball[cluster]'.",
+        "then of what stays here. Needs: pip install '.[cluster]' in a clone of Ghostball.",
     ),
 ]
 

@@ -92,7 +92,9 @@ def _kernels() -> Iterator[Finding]:
         yield Finding("kernels", State.GOOD, f"{len(files)} compiled ones came with ghostball")
         return
     if find_spec("numba") is None:
-        detail = "none fit, and no compiler. Run `pip install 'ghostball[compiler]'`"
+        detail = (
+            "none fit, and no compiler. Run `pip install '.[compiler]'` in a clone of Ghostball"
+        )
         yield Finding("kernels", State.BROKEN, detail)
         return
     directory = cache.directory()

@@ -207,7 +207,7 @@ def test_a_library_that_came_and_does_not_fit_is_compiled_or_what_to_install_is_
     assert done.returncode == 1
     assert done.stderr.splitlines()[-1].endswith(
         "NoCompilerError: kernels have to be compiled, and numba, which does that, isn't "
-        "installed. Run `pip install 'ghostball[compiler]'`"
+        "installed. Run `pip install '.[compiler]'` in a clone of Ghostball"
     )
     assert "compiling" not in done.stderr
 
@@ -224,7 +224,7 @@ def test_without_a_compiler_a_message_names_what_to_install(copy):
     done = subprocess.run(**process, check=False)
     assert done.returncode == 1
     assert "NoCompilerError" in done.stderr
-    assert "pip install 'ghostball[compiler]'" in done.stderr
+    assert "pip install '.[compiler]'" in done.stderr
 
 
 def test_a_made_library_that_the_system_does_not_load_is_said(monkeypatch, tmp_path):

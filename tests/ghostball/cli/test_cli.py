@@ -12,7 +12,7 @@ def test_a_cluster_needs_dask(cli, tmp_path, monkeypatch, command):
     monkeypatch.setitem(sys.modules, "distributed", None)
     out = tmp_path / "out"
     result = cli(*command, "--cluster", "tcp://127.0.0.1:8786", "--out", out)
-    assert refused(result, "a cluster needs Dask", "pip install 'ghostball[cluster]'")
+    assert refused(result, "a cluster needs Dask", "pip install '.[cluster]'")
     assert result.stderr.count("\n") == 1
     assert not out.exists()
 

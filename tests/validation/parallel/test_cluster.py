@@ -20,7 +20,7 @@ from ghostball.validation.parallel.cluster import (
 )
 from ghostball.validation.parallel.pool import limit_of, run_tasks
 
-pytest.importorskip("distributed", reason="needs Dask: pip install 'ghostball[cluster]'")
+pytest.importorskip("distributed", reason="needs Dask: pip install '.[cluster]'")
 
 from dask_cluster import dask_cluster
 from pool_tasks import crashed, work

@@ -110,4 +110,4 @@ def test_a_fit_without_scipy_says_how_to_get_it(cli, tracks, monkeypatch):
     monkeypatch.setitem(sys.modules, "scipy", None)
     found = cli(tracks, *TABLE)
     assert found.exit_code == 2
-    assert "pip install 'ghostball[fit]'" in found.stderr
+    assert "pip install '.[fit]'" in found.stderr

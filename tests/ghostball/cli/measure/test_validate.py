@@ -41,6 +41,16 @@ def test_validate_refuses_an_engine_that_is_asked_for_by_name_and_missing(cli, t
     assert not out.exists()
 
 
+@pytest.mark.usefixtures("without_pybullet")
+def test_the_first_line_of_a_run_names_a_default_engine_that_is_missing(cli, tmp_path):
+    result = cli("validate", "stop", "--no-report", "--out", tmp_path / "out")
+    first = result.stderr.splitlines()[0]
+    assert first.startswith(
+        "Not run: engine `pybullet`, one of the default engines: pybullet isn't"
+    )
+    assert "Run `python -m pip install pybullet`" in first
+
+
 def test_validate_writes_results_verdicts_and_junit(cli_with_processes, tmp_path):
     out = tmp_path / "results"
     result = cli_with_processes(
