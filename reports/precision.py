@@ -47,26 +47,14 @@ def draw_against_time(measured: PrecisionMeasurement) -> Figure:
     the part of the call that the engine itself reports.
     """
     title = f"Largest rest error against run time ({measured.where})"
-    figure = _draw(measured, lambda point: point.call_seconds, "time of the whole call [s]", title)
-    for axes, scene in zip(
-        figure.axes, dict.fromkeys(one.scene for one in measured.points), strict=False
-    ):
-        for point in measured.points:
-            if point.scene == scene:
-                axes.plot(
-                    point.seconds,
-                    max(point.error, FLOOR),
-                    linestyle="",
-                    marker="|",
-                    markersize=6.0,
-                    color=style.engine_style(point.engine).colour,
-                    zorder=2,
-                )
-    figure.supxlabel(INSIDE, fontsize=7.5, color=style.GREY)
-    return figure
-
-
-INSIDE = "Markers: the whole call. Short vertical lines: the run time inside the engine."
+    return _draw(
+        measured,
+        lambda point: point.call_seconds,
+        "time of the whole call [s]",
+        title,
+        second=lambda point: point.seconds,
+        second_name="time inside the engine",
+    )
 
 
 NO_STEPS = (
@@ -99,7 +87,15 @@ def draw_against_steps(measured: PrecisionMeasurement) -> Figure:
 _Cost = Callable[[PrecisionPoint], float]
 
 
-def _draw(measured: PrecisionMeasurement, cost: _Cost, name: str, title: str) -> Figure:
+def _draw(
+    measured: PrecisionMeasurement,
+    cost: _Cost,
+    name: str,
+    title: str,
+    second: _Cost | None = None,
+    second_name: str = "",
+) -> Figure:
+    """Draw a panel for each scene: errors against a cost, with marks at a second cost if given."""
     scenes = list(dict.fromkeys(point.scene for point in measured.points))
     columns = min(COLUMNS, len(scenes))
     rows = -(-len(scenes) // columns)
@@ -112,6 +108,11 @@ def _draw(measured: PrecisionMeasurement, cost: _Cost, name: str, title: str) ->
         axes.set_title(scene, fontsize=9)
         for handle, engine in zip(*axes.get_legend_handles_labels(), strict=True):
             found.setdefault(engine, handle)
+        if second is not None:
+            for point in points:
+                colour = style.engine_style(point.engine).colour
+                at = second(point), max(point.error, FLOOR)
+                axes.plot(*at, linestyle="", marker="|", markersize=6.0, color=colour, zorder=2)
     for axes in grid[len(scenes) :]:
         axes.set_axis_off()
     grid[0].set(xscale="log", yscale="log")
@@ -125,8 +126,12 @@ def _draw(measured: PrecisionMeasurement, cost: _Cost, name: str, title: str) ->
         axes.tick_params(labelbottom=beneath)
         axes.set_xlabel(name if beneath else "")
     names = [style.engine_name(engine) for engine in found]
+    handles = [*found.values()]
+    if second is not None:
+        grey = grid[0].plot([], [], linestyle="", marker="|", markersize=6.0, color=style.GREY)
+        handles, names = [*handles, *grey], [*names, second_name]
     figure.legend(
-        [*found.values()],
+        handles,
         names,
         loc="outside lower center",
         ncols=max(LEGEND_CHARACTERS // (max(map(len, names)) + HANDLE_CHARACTERS), 1),

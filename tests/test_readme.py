@@ -171,6 +171,7 @@ def test_the_first_shot_is_as_measured():
 
 MEASURED_AT = re.search(r"measured at revision ([0-9a-f]{7,40})", on_one_line(MEASURED_PAGE))[1]
 RACKED_AT = re.search(r"played each, at revision ([0-9a-f]{7,40})", on_one_line(MEASURED_PAGE))[1]
+COMPARED_AT = re.search(r"whole call, at revision ([0-9a-f]{7,40})", on_one_line(MEASURED_PAGE))[1]
 SECTIONS_AT = re.search(r"pictures drawn at revision (\w{7})", on_one_line(PAPER))[1]
 DRAWN_AT = re.search(r"[Dd]rawn at revision (\w{7})", on_one_line(MEASURED_PAGE))[1]
 PROVED_AT = re.search(r"proved at revision ([0-9a-f]{7,40})", on_one_line(MEASURED_PAGE))[1]
@@ -181,7 +182,7 @@ PROVED_AT = re.search(r"proved at revision ([0-9a-f]{7,40})", on_one_line(MEASUR
     [
         ("targets", MEASURED_AT),
         ("racks", RACKED_AT),
-        ("precision", RACKED_AT),
+        ("precision", COMPARED_AT),
         ("accuracy", PROVED_AT),
         ("stress", PROVED_AT),
     ],
