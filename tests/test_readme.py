@@ -23,8 +23,9 @@ from benchmarks.speed import TargetsMeasurement
 from benchmarks.steps import COLUMNS, StepsMeasurement
 from ghostball.cli import app
 from ghostball.engine import simulate
-from ghostball.engine.core.tolerances import CAPTURE_HEIGHT, CONTACT_TOLERANCE
+from ghostball.engine.core.tolerances import CAPTURE_HEIGHT
 from ghostball.model import Ball, Physics
+from ghostball.model.rounding import CONTACT_TOLERANCE
 from ghostball.reference_adapters import EngineUnavailableError, engine_names, make_engine
 from ghostball.validation.precision.points import PrecisionMeasurement
 from ghostball.validation.scenes.library import find_scene, select

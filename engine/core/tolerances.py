@@ -1,4 +1,10 @@
-"""The tolerances of the engine, each with why; that of given positions is in `model.rounding`.
+"""The tolerances of the engine, each with why.
+
+Two are the model's, since they decide which scenes are refused: that of given positions, and
+`CONTACT_TOLERANCE`, within which the engine keeps the gaps of resting contacts (4e-13 m for pool
+balls), so that a contact force is not made of noise. With those below, and the accuracy of the laws
+that integrate over an impact, it is all that is approximate in the engine; a run that used it says
+so in `work["contact_steps"]`.
 
 Those down to `SLIP_ROUNDING` are derived from the rounding of double precision and only say when a
 computed sign is noise: free balls have no speed below which they rest, no distance below which they
@@ -54,14 +60,6 @@ AT_THE_FRAME = 2.0**-26
 
 The root of a rounding: far more than rounding lies between a ball that meets the middle of a
 cushion and whatever else there is. Where less does, all obstacles are asked; see `motion.frame`.
-"""
-
-CONTACT_TOLERANCE = 2.0**-37
-"""Opening or overlap, in diameters, of a gap that a contact force holds closed.
-
-4e-13 m for pool balls: a thousand roundings of a coordinate on a table, so that the force is not
-made of noise. With those below, and the accuracy of the laws that integrate over an impact, it is
-all that is approximate in the engine; a run that used it says so in `work["contact_steps"]`.
 """
 
 CAPTURE_HEIGHT = 2.0**-18

@@ -15,7 +15,6 @@ from ghostball.engine.core.tolerances import (
     APPROACH_ROUNDING,
     CAPTURE_HEIGHT,
     CONTACT_REACH,
-    CONTACT_TOLERANCE,
     EPS,
     GAP_ULPS,
     LEAST_SPEED,
@@ -23,6 +22,7 @@ from ghostball.engine.core.tolerances import (
 )
 from ghostball.engine.motion.obstacles import facing, nose_reach
 from ghostball.engine.motion.position import pair_reach, relative_motion, velocity
+from ghostball.model.rounding import CONTACT_TOLERANCE
 
 
 @kernel

@@ -40,6 +40,9 @@ COLLISION_KINDS = (EventKind.BALL_BALL, EventKind.BALL_CUSHION)
 OBSTACLE_KINDS = (EventKind.BALL_CUSHION, EventKind.POCKETED, EventKind.LEAVES_TABLE)
 """Those of a ball and an obstacle, or a pocket, whose index the event names."""
 
+LEAVING_KINDS = (EventKind.POCKETED, EventKind.LEAVES_TABLE)
+"""Those after which a ball is no longer part of the shot."""
+
 
 class Status(enum.Enum):
     """How a run ended; the text says what it means and what to do."""

@@ -14,12 +14,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ghostball.model.arrays import FloatArray
+from ghostball.model.arrays import BoolArray, FloatArray
 from ghostball.model.errors import EngineFailedError, GhostballError
-from ghostball.model.events import OBSTACLE_KINDS, EventKind, Events, Status
+from ghostball.model.events import LEAVING_KINDS, OBSTACLE_KINDS, EventKind, Events, Status
 from ghostball.model.hashes import bits_hash
+from ghostball.model.scene.later import fields_at, gone_by_place
 from ghostball.model.scene.obstacles import partner_name
-from ghostball.model.scene.scene import Scene
+from ghostball.model.scene.scene import Scene, made_after
 from ghostball.model.strokes import struck_balls
 from ghostball.model.trajectory.tangent_map import TangentMap
 from ghostball.model.trajectory.trajectory import (
@@ -80,6 +81,60 @@ class Result:
         """Centres when the run ended, (n, 3) float64 [m]."""
         positions: FloatArray = self.final_state.positions[0]
         return positions
+
+    @property
+    def gone(self) -> BoolArray:
+        """Which balls were pocketed or left the table, (n,) bool.
+
+        The events say so; without events, the places where the run left the balls.
+        """
+        return self._gone_by(math.inf, self.rest_positions)
+
+    def at(self, t: float, *, name: str | None = None) -> Scene:
+        """Return the scene of the moment `t`: simulating it continues the shot.
+
+        Places, velocities, angular velocities and heights are those of that moment. Balls that were
+        pocketed or left the table until then are left out. `t_max` is the time that is left; at the
+        scene's `t_max` itself, where nothing is left, it is the scene's again. Title and tags are
+        left out.
+
+        Parameters
+        ----------
+        t : float [s]
+            From 0 to `rest_time`, and later if the balls rest then.
+        name : str, optional
+            None: the name of the scene.
+
+        Returns
+        -------
+        Scene
+
+        Raises
+        ------
+        GhostballError
+            If the run recorded nothing to sample from, or if `t` is before the start or after the
+            end of a run that stopped before its balls rested.
+        SceneError
+            If no ball is left, or if a rule of scenes is broken. Balls that an engine lets overlap
+            are refused with their ids and the overlap [m]; they are never moved.
+
+        Notes
+        -----
+        Bounces on the table lower than 3e-9 m are one motion of our engine. During it, at most a
+        few milliseconds before a ball rolls on, the vertical speed of the ball isn't known.
+        """
+        state = self.sample(t)
+        if state.positions.shape[0] != 1:
+            raise GhostballError(f"`t` must be one time, got {state.positions.shape[0]}")
+        t = float(np.asarray(t).reshape(()))
+        if t > self.rest_time and self.status is not Status.REST:
+            raise GhostballError(
+                f"`t` must be at most {self.rest_time:.9g} s, where the run stopped before its "
+                f"balls rested, got {t:.9g} s. Give an earlier time, or simulate for longer"
+            )
+        scene, gone = self.scene, self._gone_by(t, state.positions[0])
+        fields = fields_at(scene, t, [array[0] for array in state], gone)
+        return made_after(lambda: Scene(name=name or scene.name, **fields), self.engine)
 
     def sample(self, times: ArrayLike) -> Samples:
         """Return positions, velocities, angular velocities at `times`, each (k, n, 3).
@@ -247,6 +302,15 @@ class Result:
                 "does"
             )
         return trajectory.tangents(self.scene, trajectory, events, directions)
+
+    def _gone_by(self, t: float, positions: FloatArray) -> BoolArray:
+        """Return which balls left the run until `t` [s], when they are at `positions`, (n,)."""
+        if self.events is None:
+            return gone_by_place(self.scene, positions)
+        gone = np.zeros(len(self.scene.balls), dtype=np.bool_)
+        left = np.isin(self.events["kind"], LEAVING_KINDS) & (self.events["t"] <= t)
+        gone[self.events["a"][left]] = True
+        return gone
 
     def _exact_events(self, wanted: str) -> Events:
         """Return the events, of an engine that records exact motion beside them."""

@@ -1,4 +1,4 @@
-"""What double precision rounds: the spacing of doubles, and what given positions may be off by."""
+"""How far given positions may be off: by rounding, and by the tolerance of a resting contact."""
 
 from __future__ import annotations
 
@@ -20,6 +20,14 @@ A rack computed from sqrt(3) and a few sums overlaps itself by up to about 4 of 
 for longer sums. It decides only whether a scene is refused as overlapping; balls are never moved.
 """
 
+CONTACT_TOLERANCE = 2.0**-37
+"""Opening or overlap, in diameters, of a gap that a contact force holds closed.
+
+4e-13 m for pool balls: a thousand roundings of a coordinate on a table. Our engine keeps the gaps
+of resting contacts within it (`engine.core.tolerances`), so a scene may begin with such an overlap:
+where balls come to rest is where the next shot begins.
+"""
+
 
 def position_rounding(*lengths: Lengths) -> Lengths:
     """Largest distance [m] that rounding can put between given positions made of `lengths` [m].
@@ -30,3 +38,12 @@ def position_rounding(*lengths: Lengths) -> Lengths:
     for length in lengths[1:]:
         total = total + abs(length)
     return POSITION_ULPS * EPS * total
+
+
+def permitted_overlap(reach: Lengths, *lengths: Lengths) -> Lengths:
+    """Return the largest overlap [m] with which balls may begin, elementwise.
+
+    `reach` [m] is the sum of the radii of two balls, or the diameter of a ball beside an obstacle;
+    `lengths` [m] are those that the positions are made of.
+    """
+    return CONTACT_TOLERANCE * reach + position_rounding(*lengths)

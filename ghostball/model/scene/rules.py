@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from ghostball.model.arrays import BoolArray, FloatArray, IntArray
-from ghostball.model.rounding import position_rounding
+from ghostball.model.rounding import permitted_overlap, position_rounding
 from ghostball.model.scene.contents import SceneContents
 from ghostball.model.scene.fields import problem
 from ghostball.model.scene.law_rules import check_laws_in_scene
@@ -25,6 +25,7 @@ from ghostball.model.scene.obstacles import (
     obstacle_name,
 )
 from ghostball.model.scene.starts import Starts, starts_of
+from ghostball.model.scene.table import Table
 
 
 def check_scene(scene: SceneContents) -> None:
@@ -124,7 +125,7 @@ def _check_inside(scene: SceneContents, starts: Starts) -> None:
         return
     x, y, radii = starts.position[:, 0], starts.position[:, 1], starts.radius
     reach = _reach_of_nose(scene, starts)
-    permitted = position_rounding(x, y, np.array(table.length), np.array(table.width))
+    permitted = _permitted_beyond(table, x, y, radii)
     gaps = np.array([side.distance(x, y) - reach for side in table.sides]).reshape(-1, len(x))
     beyond = gaps < -permitted
     k = _first(np.any(beyond, axis=0))
@@ -148,7 +149,7 @@ def _check_obstacles(scene: SceneContents, starts: Starts) -> None:
         return
     x, y, radii = starts.position[:, 0], starts.position[:, 1], starts.radius
     to_nose = _reach_of_nose(scene, starts)
-    permitted = position_rounding(x, y, np.array(table.length), np.array(table.width))
+    permitted = _permitted_beyond(table, x, y, radii)
     if not table.is_rectangle:
         _refuse_where(
             ~is_inside(table.outline, x, y),
@@ -182,6 +183,11 @@ def _check_obstacles(scene: SceneContents, starts: Starts) -> None:
             starts,
             f'must be {clear} "{obstacle_name(one.obstacle)}"{what}{at}. Move the ball',
         )
+
+
+def _permitted_beyond(table: Table, x: FloatArray, y: FloatArray, radii: FloatArray) -> FloatArray:
+    """Return by how much balls may begin inside what stands on a table, (m,) [m]."""
+    return permitted_overlap(2.0 * radii, x, y, np.array(table.length), np.array(table.width))
 
 
 def _refuse_where(wrong: BoolArray, scene: SceneContents, starts: Starts, rule: str) -> None:
@@ -237,7 +243,7 @@ _MOST_AT_ONCE = 100_000
 
 
 def overlaps(centres: FloatArray, radii: FloatArray) -> list[tuple[int, int, int, float]]:
-    """Return which balls overlap by more than rounding: shot, pair i > j, and by how much [m].
+    """Return which balls overlap by more than is permitted: shot, pair i > j, by how much [m].
 
     In order of shot and i, the largest first; not all of them where there are hundreds of
     thousands. `centres` is (k, n, 2 or 3) [m], `radii` (n,) [m].
@@ -255,7 +261,9 @@ def overlaps(centres: FloatArray, radii: FloatArray) -> list[tuple[int, int, int
         overlap = sizes[shot, one] + sizes[shot, other]
         overlap -= np.sqrt(np.sum((second - first) ** 2, axis=1))
         lengths = np.concatenate((first, second), axis=1)
-        permitted = position_rounding(*lengths.T, sizes[shot, one], sizes[shot, other])
+        radius, radius_of_other = sizes[shot, one], sizes[shot, other]
+        reached = radius + radius_of_other
+        permitted = permitted_overlap(reached, *lengths.T, radius, radius_of_other)
         for m in np.flatnonzero(overlap > permitted)[:_MOST_OVERLAPS]:
             i, j = int(order[shot[m], one[m]]), int(order[shot[m], other[m]])
             found.append((int(shot[m]), max(i, j), min(i, j), float(overlap[m])))

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import weakref
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
 from typing import Any, Self
@@ -21,6 +21,7 @@ from ghostball.model.errors import SceneError
 from ghostball.model.scene import toml
 from ghostball.model.scene.contents import SceneContents
 from ghostball.model.scene.from_arrays import add_strikes, fields_of_balls
+from ghostball.model.scene.later import Change, EndedShot, fields_after
 from ghostball.model.scene.messages import describe, refusal
 from ghostball.model.scene.parts import POOL_BALL_MASS, POOL_BALL_RADIUS
 from ghostball.model.scene.rules import check_scene
@@ -119,6 +120,48 @@ class Scene(SceneContents):
         add_strikes(balls, strikes or {})
         return cls(name=name, balls=balls, **fields)
 
+    @classmethod
+    def after(
+        cls,
+        result: EndedShot,
+        *,
+        name: str | None = None,
+        changes: Mapping[str, Change] | None = None,
+        **fields: Any,
+    ) -> Scene:
+        """Make the scene of the next shot: the balls rest where a shot left them.
+
+        Pocketed balls, and balls that left the table, are left out. The others keep their id,
+        radius, mass and frictions; table, physics and `t_max` stay. Title and tags are left out.
+
+        Parameters
+        ----------
+        result : Result
+            Of any engine, at rest.
+        name : str, optional
+            None: the name of the scene and the number of the shot, as "break.2" after "break".
+        changes : dict of str to dict, optional
+            By id of a ball, the fields in which it differs, such as
+            ``{"cue": {"strike": Strike(speed=2.0, direction=0.5)}}``. A ball that is gone comes
+            back where its ``position`` is given.
+        **fields
+            Other fields of the scene, as `Scene` takes them, such as `title`.
+
+        Returns
+        -------
+        Scene
+
+        Raises
+        ------
+        SceneError
+            If the balls don't rest, if no ball is left, if `changes` names no ball of the scene, or
+            if a rule of scenes is broken. Balls that another engine left overlapping are refused
+            with their ids and the overlap [m]; they are never moved.
+        """
+        after = fields_after(result, changes or {})
+        given = {} if name is None else {"name": name}
+        return made_after(lambda: cls(**{**after, **given, **fields}), result.engine)
+
     def save(self, path: str | Path) -> None:
         """Write the scene as TOML; `load` reads back an equal scene, to the last bit."""
         toml.write(toml.dumps(self), Path(path))
@@ -145,6 +188,17 @@ class Scene(SceneContents):
         check_scene(self)
         _note_checked(self)
         return self
+
+
+def made_after(make: Callable[[], Scene], engine: str) -> Scene:
+    """Return the scene that `make` makes of a state that an engine left.
+
+    Raises `SceneError` that names the engine if a rule of scenes is broken.
+    """
+    try:
+        return make()
+    except SceneError as error:
+        raise SceneError(f"after a shot on engine `{engine}`: {error}") from None
 
 
 _CHECKED: dict[int, weakref.ref[Scene]] = {}

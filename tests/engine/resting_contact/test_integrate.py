@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from ghostball.engine import simulate
-from ghostball.engine.core.tolerances import CONTACT_TOLERANCE, EPS
+from ghostball.engine.core.tolerances import EPS
 from ghostball.model import Ball, Physics, Scene
+from ghostball.model.rounding import CONTACT_TOLERANCE
 
 
 def test_a_motion_that_is_followed_in_air_keeps_its_gap():

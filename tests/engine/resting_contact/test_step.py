@@ -5,10 +5,11 @@ import pytest
 from shots import kept_scene
 
 from ghostball.engine import simulate
-from ghostball.engine.core.tolerances import CONTACT_TOLERANCE, EPS
+from ghostball.engine.core.tolerances import EPS
 from ghostball.engine.impacts.impact import MOST_IN_CORNER
 from ghostball.engine.running import driver
 from ghostball.model import Ball, EventKind, Physics, Scene, Status
+from ghostball.model.rounding import CONTACT_TOLERANCE
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.stress.invariants import overlaps
 from ghostball.validation.truth.closed_forms import closed_form
