@@ -96,7 +96,8 @@ def test_a_ball_that_glides_along_a_rail_touches_no_jaw_of_the_side_pocket(prese
     (ball,) = shot.balls
     x, y, vx = table.length / 2.0 - 0.5, ball.radius, ball.velocity[0]
     place = (table.length - x if backwards else x, table.width - y if rail == "top" else y)
-    glides = Ball(id="a", position=place, velocity=(-vx if backwards else vx, 0.0))
+    velocity = (-vx if backwards else vx, 0.0)
+    glides = Ball(id="a", position=place, velocity=velocity, radius=ball.radius)
     scene = Scene(name="glides", physics=shot.physics, table=table, t_max=2.5, balls=[glides])
     result = simulate(scene, record="trajectory")
     assert abs(result.rest_positions[0, 0] - place[0]) > 0.7  # well past the pocket

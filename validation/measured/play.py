@@ -5,7 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Final, NamedTuple
 
-from ghostball.model import POOL_BALL_MASS, POOL_BALL_RADIUS, GhostballError, Physics, Result, Scene
+from ghostball.model import (
+    POOL_BALL_MASS,
+    POOL_BALL_RADIUS,
+    GhostballError,
+    Physics,
+    Result,
+    Scene,
+    Table,
+)
 
 Play = Callable[[Scene], Result]
 """What plays a scene and records its motion."""
@@ -22,9 +30,9 @@ class BallSize(NamedTuple):
     mass: float  # [kg]
 
 
-CAROM_BALL: Final = BallSize(0.03075, 0.21)
+CAROM_BALL: Final = BallSize(**Table.BALLS["carom-10ft"])
 POOL_BALL: Final = BallSize(POOL_BALL_RADIUS, POOL_BALL_MASS)
-SNOOKER_BALL: Final = BallSize(0.02625, 0.1406)
+SNOOKER_BALL: Final = BallSize(**Table.BALLS["snooker-12ft"])
 
 
 def rolling_deceleration(physics: Physics, speed: float) -> float:

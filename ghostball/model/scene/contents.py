@@ -5,11 +5,11 @@ The rules between them are asked about this; a `Scene` has passed them.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from typing import Annotated, Literal
+from collections.abc import Iterable, Mapping
+from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import BeforeValidator, Field
+from pydantic import BeforeValidator, Field, model_validator
 
 from ghostball.model.arrays import BoolArray, FloatArray
 from ghostball.model.rounding import EPS
@@ -36,6 +36,22 @@ class SceneContents(Part):
     physics: Physics = Field(default_factory=Physics)
     table: Table | None = None
     balls: Annotated[tuple[Ball, ...], Field(min_length=1)]
+
+    @model_validator(mode="before")
+    @classmethod
+    def _with_balls_of_table(cls, data: Any) -> Any:
+        """Give balls without a radius, or a mass, those of the balls of the table's preset."""
+        if not isinstance(data, dict):
+            return data
+        balls, table = data.get("balls"), data.get("table")
+        if not isinstance(balls, Iterable) or isinstance(balls, str | bytes | Mapping):
+            return data
+        preset = table.get("preset") if isinstance(table, dict) else table
+        preset = table.preset if isinstance(table, Table) else preset
+        own = Table.BALLS.get(preset) if isinstance(preset, str) else None
+        if own is None:
+            return data
+        return {**data, "balls": [_with_fields(ball, own) for ball in balls]}
 
     @property
     def positions(self) -> FloatArray:
@@ -110,6 +126,17 @@ def rolling(v: FloatArray, w: FloatArray, radii: FloatArray) -> BoolArray:
     speed = np.maximum(np.hypot(v[..., 0], v[..., 1]), radii * np.hypot(w[..., 0], w[..., 1]))
     rolls: BoolArray = slip <= ROLLING_ULPS * EPS * speed
     return rolls
+
+
+def _with_fields(ball: Any, fields: Mapping[str, float]) -> Any:
+    """Return a ball, or the values of one, with fields that it has none of."""
+    if isinstance(ball, Ball):
+        radius, given = ball.radius, ball.model_fields_set
+        ball = {name: getattr(ball, name) for name in given}
+        place = ball.get("position")
+        if "radius" not in given and isinstance(place, tuple) and place[2:] == (radius,):
+            ball["position"] = place[:2]
+    return {**fields, **ball} if isinstance(ball, dict) else ball
 
 
 def _own_or_shared(own: Iterable[float | None], shared: float) -> FloatArray:

@@ -6,6 +6,7 @@ Works on any pydantic model whose parts are models: it knows of scenes only the 
 from __future__ import annotations
 
 import json
+import re
 import reprlib
 from collections.abc import Mapping
 from difflib import get_close_matches
@@ -44,11 +45,11 @@ _RULES = {
     "json_invalid": "must be valid JSON ({error})",
 }
 _HINTS = {
-    "radius": "Give it in metres; a pool ball has 0.028575",
-    "mass": "Give it in kilograms; a pool ball has 0.170097",
-    "position": "Give the centre as [x, y] or [x, y, z] in metres",
-    "velocity": "Give it as [x, y] or [x, y, z] in metres per second",
-    "schema": "This version of ghostball reads schema 1",
+    "radius": "Give it in metres; a pool ball has 0.028575.",
+    "mass": "Give it in kilograms; a pool ball has 0.170097.",
+    "position": "Give the centre as [x, y] or [x, y, z] in metres.",
+    "velocity": "Give it as [x, y] or [x, y, z] in metres per second.",
+    "schema": "This version of ghostball reads schema 1.",
 }
 
 
@@ -109,8 +110,17 @@ def _sentence(branches: list[Mapping[str, Any]], location: Location, model: type
     if kind == "float_type" and type(value) is int:
         rule = f"must be at most {LARGEST:g} in size"  # no double comes near it
     got = "" if kind == "missing" else f", got {_shown(value)}"
-    hint = next((_HINTS[part] for part in reversed(location) if part in _HINTS), "")
-    return f"`{field}` {rule}{got}." + (f" {hint}." if hint else "")
+    hint = _closest_choice(branches, value)
+    hint = hint or next((_HINTS[part] for part in reversed(location) if part in _HINTS), "")
+    return f"`{field}` {rule}{got}." + (f" {hint}" if hint else "")
+
+
+def _closest_choice(branches: list[Mapping[str, Any]], value: Any) -> str:
+    """Return the question whether one of the permitted texts was meant; "" if none is close."""
+    expected = [b["ctx"]["expected"] for b in branches if b["type"] == "literal_error"]
+    known = re.findall(r"'([^']*)'", " ".join(expected))
+    close = get_close_matches(value.lower(), known, n=1) if isinstance(value, str) else []
+    return f'Did you mean "{close[0]}"?' if close else ""
 
 
 def _suggestion(location: Location, model: type[BaseModel]) -> str:

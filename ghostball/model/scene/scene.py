@@ -23,7 +23,6 @@ from ghostball.model.scene.contents import SceneContents
 from ghostball.model.scene.from_arrays import add_strikes, fields_of_balls
 from ghostball.model.scene.later import Change, EndedShot, fields_after
 from ghostball.model.scene.messages import describe, refusal
-from ghostball.model.scene.parts import POOL_BALL_MASS, POOL_BALL_RADIUS
 from ghostball.model.scene.rules import check_scene
 from ghostball.model.scene.starts import let_table_answer_strikes
 from ghostball.model.scene.strike import Strike
@@ -85,8 +84,8 @@ class Scene(SceneContents):
         *,
         name: str,
         ids: Sequence[str] | None = None,
-        radii: ArrayLike = POOL_BALL_RADIUS,
-        masses: ArrayLike = POOL_BALL_MASS,
+        radii: ArrayLike | None = None,
+        masses: ArrayLike | None = None,
         strikes: Mapping[int, Strike] | None = None,
         **fields: Any,
     ) -> Scene:
@@ -104,6 +103,7 @@ class Scene(SceneContents):
         ids : sequence of n str
             None: "ball-0", "ball-1", ...
         radii, masses : (n,) float64 [m, kg], or one number for all
+            None: those of the balls of the table's preset; otherwise, those of pool balls.
         strikes : dict of int to Strike
             By index of the ball, in place of `velocities` and `angular_velocities`. None: none.
         **fields

@@ -6,7 +6,6 @@ import math
 from functools import lru_cache
 from typing import Any, ClassVar, Literal, Self
 
-import numpy as np
 from pydantic import (
     Field,
     SerializerFunctionWrapHandler,
@@ -15,21 +14,21 @@ from pydantic import (
     model_validator,
 )
 
-from ghostball.model.scene.fields import Positive, Real, problem
+from ghostball.model.scene.fields import LARGEST, SMALLEST, Positive, Real, problem
 from ghostball.model.scene.obstacles import (
     FIRST_POST,
     Disc,
     Hole,
     Obstacle,
     facing,
-    is_inside,
     obstacles_of_polygon,
     turns_about,
 )
 from ghostball.model.scene.part import Part
+from ghostball.model.scene.parts import POOL_BALL_MASS, POOL_BALL_RADIUS
 from ghostball.model.scene.pockets import Pockets, obstacles_of_pockets, outline_of_pockets
 from ghostball.model.scene.sides import CUSHIONS, CushionName, Point, Side, side_of
-from ghostball.model.scene.table_rules import check_pockets, check_polygon
+from ghostball.model.scene.table_rules import check_pockets, check_polygon, check_posts
 
 _LATER_FIELDS = ("preset", "vertices", "pockets", "posts")
 
@@ -76,8 +75,9 @@ class Table(Part):
     `cushions` names the sides of a rectangle that have one; a side without is open and the cloth
     continues. Where a neighbouring side is open, a cushion's line continues too, without end.
 
-    A `preset` gives size and pockets of a table that the rules know; any field overrides it, and
-    its name alone may stand for the table. `vertices` make it any simple polygon instead. A ball
+    A `preset` gives size and pockets of a table that the rules know, and the radius and mass of a
+    scene's balls that have none of their own; any field overrides it, and its name alone may stand
+    for the table. `vertices` make it any simple polygon instead. A ball
     meets a corner that points into the table as a point.
     """
 
@@ -131,8 +131,20 @@ class Table(Part):
         "carom-10ft": {"length": 2.84, "width": 1.42},
     }
 
+    BALLS: ClassVar[dict[str, dict[str, float]]] = {
+        "snooker-12ft": {"radius": 0.02625, "mass": 0.1406},
+        "carom-10ft": {"radius": 0.03075, "mass": 0.21},
+    }
+    """Radius [m] and mass [kg] of the balls of presets whose balls aren't pool balls.
+
+    Those of snooker are in Mathavan, Jackson and Parkin 2014. Those of carom are 61.5 mm wide and
+    weigh 210 g, within what the rules of the Union Mondiale de Billard permit.
+    """
+
     preset: Literal["wpa-9ft", "wpa-8ft", "bar-7ft", "snooker-12ft", "carom-10ft"] | None = Field(
-        default=None, description="a table that the rules know: gives the size and the pockets"
+        default=None,
+        description="a table that the rules know: gives the size and the pockets, and the radius "
+        "and mass of balls that have none of their own",
     )
     length: Positive = Field(description="along x, between the noses of the cushions [m]")
     width: Positive = Field(description="along y [m]")
@@ -191,6 +203,13 @@ class Table(Part):
     def _is_one(self) -> Self:
         size = (self.length, self.width)
         if self.vertices:
+            if self.preset is not None:
+                raise problem(
+                    "preset",
+                    f'`preset` must be left out beside `vertices`, got "{self.preset}": vertices '
+                    "give the whole shape, without pockets. Leave one of them out",
+                    at=("preset",),
+                )
             if self.pockets is not None:
                 raise problem(
                     "pockets",
@@ -201,14 +220,8 @@ class Table(Part):
             check_polygon(self.vertices, size, self.cushions)
         if self._pocketed is not None:
             check_pockets(size, self.cushions, self._pocketed)
-        for k, post in enumerate(self.posts):
-            if not is_inside(self.outline, *np.array([post.centre]).T)[0]:
-                raise problem(
-                    "post",
-                    f"`posts[{k}].centre` must be inside the table, got {post.centre} m. Move the "
-                    "post",
-                    at=("posts", k, "centre"),
-                )
+        posts = [(post.centre, post.radius) for post in self.posts]
+        check_posts(posts, self.outline, size, self._pocketed)
         return self
 
     @property
@@ -295,9 +308,16 @@ def _walls(
 
 
 def _size_of(vertices: Any) -> dict[str, float]:
-    """Return the size of a polygon; 1 where it isn't one, which its own rules will say."""
+    """Return the size of a polygon; 1 m where it has none, which the rules of polygons refuse."""
     try:
         xs, ys = zip(*((float(x), float(y)) for x, y in vertices), strict=True)
     except (TypeError, ValueError):
         return {"length": 1.0, "width": 1.0}
-    return {"length": max(xs), "width": max(ys)}
+    sizes = {"length": max(xs), "width": max(ys)}
+    return {name: size if SMALLEST <= size <= LARGEST else 1.0 for name, size in sizes.items()}
+
+
+def ball_size_of(table: Table | None) -> dict[str, float]:
+    """Return the radius [m] and the mass [kg] of a table's balls that have none of their own."""
+    own = {} if table is None or table.preset is None else Table.BALLS.get(table.preset, {})
+    return {"radius": POOL_BALL_RADIUS, "mass": POOL_BALL_MASS, **own}

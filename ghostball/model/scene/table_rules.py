@@ -1,4 +1,4 @@
-"""The rules of tables with pockets, and of polygons."""
+"""The rules of tables with pockets, of polygons, and of posts."""
 
 from __future__ import annotations
 
@@ -6,8 +6,18 @@ import math
 from collections.abc import Sequence
 from itertools import pairwise
 
-from ghostball.model.scene.fields import problem
-from ghostball.model.scene.pockets import Pocket, Pockets, facing_of, hole_of, place_pockets
+import numpy as np
+
+from ghostball.model.scene.fields import SMALLEST, problem
+from ghostball.model.scene.obstacles import POCKETS, Segment, gap_to, is_inside
+from ghostball.model.scene.pockets import (
+    Pocket,
+    PocketOnTable,
+    Pockets,
+    facing_of,
+    hole_of,
+    place_pockets,
+)
 from ghostball.model.scene.sides import CUSHIONS, Point
 
 
@@ -34,6 +44,15 @@ def check_polygon(
             f"{low[1]:.9g} m. Move the table there",
             at=("vertices",),
         )
+    for axis, extent in zip("xy", high, strict=True):
+        if extent < SMALLEST:
+            raise problem(
+                "polygon",
+                f"`vertices` must span at least {SMALLEST:g} m along {axis}, got {extent:.9g} m: "
+                "there is no room between the sides. Move a vertex",
+                at=("vertices",),
+            )
+    _check_simple(vertices)
     for name, given, there in zip(("length", "width"), size, high, strict=True):
         if given != there:
             raise problem(
@@ -42,7 +61,6 @@ def check_polygon(
                 "it out",
                 at=(name,),
             )
-    _check_simple(vertices)
     area = math.fsum(a[0] * b[1] - b[0] * a[1] for a, b in _edges(vertices))
     if area <= 0.0:
         raise problem(
@@ -77,6 +95,13 @@ def _check_simple(vertices: Sequence[Point]) -> None:
                 "polygon",
                 f"`vertices[{(k + 1) % n}]` must differ from the one before, got {end} m twice. "
                 "Leave one out",
+                at=("vertices", (k + 1) % n),
+            )
+        if math.dist(start, end) < SMALLEST:
+            raise problem(
+                "polygon",
+                f"`vertices[{(k + 1) % n}]` must be at least {SMALLEST:g} m from the one before, "
+                f"got {math.dist(start, end):.9g} m. Leave one out",
                 at=("vertices", (k + 1) % n),
             )
     for k, edge in enumerate(edges):
@@ -124,6 +149,50 @@ def _meet(one: tuple[Point, Point], other: tuple[Point, Point]) -> bool:
 def _is_between(a: Point, b: Point, c: Point) -> bool:
     """Whether a point c on the line through a and b is between them."""
     return all(min(a[k], b[k]) <= c[k] <= max(a[k], b[k]) for k in (0, 1))
+
+
+def check_posts(
+    posts: Sequence[tuple[Point, float]],
+    outline: Sequence[Point],
+    size: tuple[float, float],
+    pockets: Pockets | None,
+) -> None:
+    """Check that posts, each a centre and a radius [m], stand inside the table and off its pockets.
+
+    Raises `PydanticCustomError` for the first rule that is broken.
+    """
+    placed = [] if pockets is None else place_pockets(*size, pockets)
+    for k, (centre, radius) in enumerate(posts):
+        if not is_inside(outline, *np.array([centre]).T)[0]:
+            raise problem(
+                "post",
+                f"`posts[{k}].centre` must be inside the table, got {centre} m. Move the post",
+                at=("posts", k, "centre"),
+            )
+        for pocket in placed:
+            reach = radius - _gap_to_pocket(pocket, centre)
+            if reach > 0.0:
+                raise problem(
+                    "post",
+                    f"`posts[{k}]` must be clear of the mouth and the hole of the pocket "
+                    f'"{POCKETS[pocket.pocket]}", got a centre of {centre} m and a radius of '
+                    f"{radius:g} m, which reach {reach:.6g} m into it. Move the post, or give it a "
+                    "smaller radius",
+                    at=("posts", k),
+                )
+
+
+def _gap_to_pocket(pocket: PocketOnTable, place: Point) -> float:
+    """Return how far a place is from a pocket's mouth and its hole [m]; not positive inside."""
+    shape = facing_of(pocket.shape, pocket.is_corner)
+    lip = (pocket.shape.mouth / (math.sqrt(2.0) if pocket.is_corner else 2.0), 0.0)
+    start, end = pocket.first.place(lip), pocket.second.place(lip)
+    behind = (start, pocket.first.place(shape.end), pocket.second.place(shape.end), end)
+    x, y = np.array([place]).T
+    if is_inside(behind, x, y)[0]:
+        return 0.0
+    pieces = (Segment(0, start, end), pocket.hole)
+    return min(float(gap_to(one, x, y)[0]) for one in pieces)
 
 
 def check_pockets(size: tuple[float, float], cushions: Sequence[str], pockets: Pockets) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import sys
 import tomllib
+from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -16,7 +17,7 @@ from ghostball.model.scene.contents import SceneContents
 from ghostball.model.scene.messages import refusal
 from ghostball.model.scene.part import Part
 from ghostball.model.scene.parts import Ball
-from ghostball.model.scene.table import Table
+from ghostball.model.scene.table import Table, ball_size_of
 
 LARGEST_FILE = 2**26
 """Most bytes of a scene file: those of half a million balls. A device may continue for ever."""
@@ -116,7 +117,7 @@ def dumps(scene: SceneContents) -> str:
     }
     if scene.table is not None:
         data["table"] = _table_fields(scene.table)
-    data["balls"] = [_ball_fields(ball) for ball in scene.balls]
+    data["balls"] = [_ball_fields(ball, ball_size_of(scene.table)) for ball in scene.balls]
     return tomli_w.dumps(data, multiline_strings=False)
 
 
@@ -151,8 +152,12 @@ def _table_fields(table: Table) -> dict[str, Any]:
     }
 
 
-def _ball_fields(ball: Ball) -> dict[str, Any]:
-    fields = _differing(ball, keep=("id", "position"))
+def _ball_fields(ball: Ball, usual: Mapping[str, float]) -> dict[str, Any]:
+    """Return a ball's fields, but those that are the `usual` ones of its table."""
+    fields = _differing(ball, keep=("id", "position", *usual))
+    for name, value in usual.items():
+        if fields[name] == value:
+            del fields[name]
     if ball.position[2] == ball.radius:
         fields["position"] = list(ball.position[:2])
     if ball.strike is not None:

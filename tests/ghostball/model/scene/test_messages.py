@@ -12,7 +12,7 @@ from hypothesis import given, strategies as st
 from refusals import loading as refusal, refusal_of
 from shots import POOL_TABLE
 
-from ghostball.model import Scene, SceneError
+from ghostball.model import Physics, Scene, SceneError
 from ghostball.model.impact_laws import BALL_LAW_NAMES, CUSHION_LAW_NAMES
 from ghostball.model.scene.toml import dumps
 
@@ -84,6 +84,29 @@ def test_a_mistake_is_described_with_file_line_field_and_value(text, line, parts
         problem.startswith(place) and all(part in problem for part in parts) for problem in problems
     ), problems
     assert all(problem.startswith("shot.toml:") for problem in problems)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "meant"),
+    [
+        ({"physics": {"preset": "pol"}}, "pool"),
+        ({"physics": {"preset": "Pool"}}, "pool"),
+        ({"physics": {"motion": "slide"}}, "sliding"),
+        ({"physics": {"cushion": "han2010"}}, "han2005"),
+        ({"physics": {"ball_friction": "alciatori"}}, "alciatore"),
+        ({"table": "wpa9ft"}, "wpa-9ft"),
+        ({"table": {"length": 1.0, "width": 1.0, "cushions": ["botom"]}}, "bottom"),
+    ],
+)
+def test_a_misspelt_choice_asks_whether_the_closest_was_meant(wrong, meant):
+    scene = {"name": "a", "balls": [{"id": "a", "position": (0.5, 0.5)}], **wrong}
+    assert refusal_of(lambda: Scene.model_validate(scene)).endswith(f'. Did you mean "{meant}"?')
+
+
+def test_a_choice_that_is_close_to_none_names_all():
+    message = refusal_of(lambda: Physics(preset="ice"))
+    assert "Did you mean" not in message
+    assert "'paper', 'pool', 'pool-coulomb', 'carom' or 'snooker'" in message
 
 
 def test_every_mistake_of_a_file_is_described_at_once():

@@ -8,7 +8,17 @@ import pytest
 from mpmath import hypot, mpf, workdps
 from refusals import refusal_of
 
-from ghostball.model import Ball, Disc, Hole, Scene, SceneError, Segment, Table
+from ghostball.model import (
+    POOL_BALL_MASS,
+    POOL_BALL_RADIUS,
+    Ball,
+    Disc,
+    Hole,
+    Scene,
+    SceneError,
+    Segment,
+    Table,
+)
 
 L_SHAPE = ((0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 1.0), (1.0, 2.0), (0.0, 2.0))
 
@@ -162,3 +172,73 @@ def _away(one: Segment, place: tuple[float, float]) -> mpf:
         (ax, ay), (bx, by), (x, y) = (map(mpf, point) for point in (one.start, one.end, place))
         dx, dy = bx - ax, by - ay
         return (dx * (y - ay) - dy * (x - ax)) / hypot(dx, dy)
+
+
+class TestTheBallsOfAPreset:
+    """Preset, radius [m] and mass [kg]."""
+
+    OWN = pytest.mark.parametrize(
+        ("preset", "radius", "mass"),
+        [
+            ("carom-10ft", 0.03075, 0.21),
+            ("snooker-12ft", 0.02625, 0.1406),
+            ("wpa-9ft", POOL_BALL_RADIUS, POOL_BALL_MASS),
+        ],
+    )
+
+    @OWN
+    @pytest.mark.parametrize(
+        "table_of",
+        [
+            lambda preset: preset,
+            lambda preset: {"preset": preset, "length": 2.6},
+            lambda preset: Table(preset=preset),
+        ],
+        ids=["name", "fields", "table"],
+    )
+    @pytest.mark.parametrize(
+        "ball",
+        [{"id": "a", "position": (0.5, 0.5)}, Ball(id="a", position=(0.5, 0.5))],
+        ids=["fields", "ball"],
+    )
+    def test_balls_without_a_size_have_that_of_the_table(
+        self, ball, table_of, preset, radius, mass, tmp_path
+    ):
+        scene = Scene(name="a", table=table_of(preset), balls=(b for b in [ball]))
+        (found,) = scene.balls
+        assert (found.radius, found.mass, found.position) == (radius, mass, (0.5, 0.5, radius))
+        scene.save(tmp_path / "scene.toml")
+        assert "radius" not in (tmp_path / "scene.toml").read_text()
+        assert Scene.load(tmp_path / "scene.toml") == scene
+        assert Scene.model_validate_json(scene.model_dump_json(by_alias=True)) == scene
+        assert Scene.model_validate(scene) == scene
+
+    @OWN
+    def test_arrays_without_a_size_have_that_of_the_table(self, preset, radius, mass):
+        scene = Scene.from_arrays([[0.5, 0.5], [0.8, 0.5]], name="a", table=preset)
+        assert (scene.radii.tolist(), scene.masses.tolist()) == ([radius] * 2, [mass] * 2)
+
+    @OWN
+    def test_a_ball_that_is_struck_moves_as_one_of_the_table(self, preset, radius, mass):
+        struck = {"id": "a", "position": (0.5, 0.5), "strike": {"speed": 2.0, "direction": 0.3}}
+        own = {**struck, "radius": radius, "mass": mass}
+        fields = {"name": "a", "table": preset, "physics": {"motion": "sliding"}}
+        expected = Scene.model_validate({**fields, "balls": [own]})
+        for ball in (struck, Ball.model_validate(struck)):
+            scene = Scene.model_validate({**fields, "balls": [ball]})
+            assert scene == expected
+            assert scene.without_strikes().velocities.tolist() == scene.velocities.tolist()
+
+    def test_a_size_that_is_given_stays(self, tmp_path):
+        ball = {"id": "a", "position": (0.5, 0.5), "radius": POOL_BALL_RADIUS, "mass": 0.2}
+        for one in (ball, Ball.model_validate(ball)):
+            scene = Scene.model_validate({"name": "a", "table": "carom-10ft", "balls": [one]})
+            assert (scene.balls[0].radius, scene.balls[0].mass) == (POOL_BALL_RADIUS, 0.2)
+            scene.save(tmp_path / "scene.toml")
+            assert Scene.load(tmp_path / "scene.toml") == scene
+
+    def test_a_ball_in_the_air_stays_where_it_is(self):
+        physics = {"motion": "sliding", "airborne": True}
+        ball = Ball(id="a", position=(0.5, 0.5, 0.1))
+        scene = Scene(name="a", table="carom-10ft", physics=physics, balls=[ball])
+        assert scene.balls[0].position == (0.5, 0.5, 0.1)

@@ -27,6 +27,24 @@ POOL = Table.PRESETS["wpa-9ft"]["pockets"]
         ({"vertices": SQUARE, "length": 2.0}, ("`length`", "1 m, got 2 m", "Leave it out")),
         ({"vertices": SQUARE, "cushions": ["left"]}, ("`cushions`", "beside `vertices`")),
         ({"vertices": SQUARE, "pockets": POOL}, ("`pockets`", "beside `vertices`")),
+        (
+            {"vertices": SQUARE, "preset": "wpa-9ft"},
+            ("`preset`", "beside `vertices`", 'got "wpa-9ft"', "Leave one of them out"),
+        ),
+        (
+            {"vertices": [(0, 0), (1, 0), (2, 0)]},
+            ("`vertices`", "at least 1e-50 m along y, got 0 m", "no room", "Move a vertex"),
+        ),
+        ({"vertices": [(0, 0), (0, 1), (0, 2)]}, ("`vertices`", "along x, got 0 m")),
+        ({"vertices": [(0, 0), (1, 1), (2, 2)]}, ("`vertices[2]`", "room between its sides")),
+        ({"vertices": [(0, 0), (1, 0), (0.5, 1e-200)]}, ("`vertices`", "along y, got 1e-200 m")),
+        *(
+            (
+                {"vertices": [*SQUARE[:2], (1.0, tiny), *SQUARE[2:]]},
+                ("`vertices[2]`", "at least 1e-50 m from the one before", "got", "Leave one out"),
+            )
+            for tiny in (1e-51, 1e-162, 1e-170, 5e-324)
+        ),
     ],
 )
 def test_a_polygon_that_is_none(fields, tells):
@@ -84,3 +102,45 @@ NEAR = {"length": 0.5, "width": 0.5, "pockets": LARGE}
 def test_pockets_that_can_be_none(fields, tells):
     message = refusal_of(lambda: Table(**{"preset": "wpa-9ft", **fields}))
     assert all(tell in message for tell in tells), message
+
+
+AT_MOUTH = 5.0625 * 0.0254 / 2.0
+"""Half of the mouth of a side pocket [m]."""
+
+
+@pytest.mark.parametrize(
+    ("centre", "radius", "pocket"),
+    [
+        ((1.27, -0.05), 0.01, "bottom"),  # in the hole
+        ((1.27, 0.0), 0.01, "bottom"),  # in the mouth
+        ((1.27 + AT_MOUTH - 0.001, -0.001), 0.0001, "bottom"),  # between mouth and hole
+        ((1.27, 0.019), 0.02, "bottom"),  # over the mouth
+        ((0.0, 0.0), 0.005, "bottom-left"),
+        ((0.05, 0.05), 0.02, "bottom-left"),
+        ((2.54, 1.27), 0.001, "top-right"),
+        ((1.27, 0.6), 0.7, "bottom"),
+    ],
+)
+def test_a_post_in_a_pocket_or_over_its_mouth_is_refused(centre, radius, pocket):
+    posts = [{"centre": (0.5, 0.5), "radius": 0.05}, {"centre": centre, "radius": radius}]
+    message = refusal_of(lambda: Table.model_validate({"preset": "wpa-9ft", "posts": posts}))
+    for tell in (
+        "`posts[1]`",
+        f'the pocket "{pocket}"',
+        f"radius of {radius:g} m",
+        "Move the post",
+    ):
+        assert tell in message
+
+
+@pytest.mark.parametrize(
+    ("centre", "radius"), [((1.27, 0.021), 0.02), ((0.6, 0.01), 0.02), ((0.06, 0.06), 0.001)]
+)
+def test_a_post_beside_a_pocket_or_at_a_cushion_is_accepted(centre, radius):
+    Table.model_validate({"preset": "wpa-9ft", "posts": [{"centre": centre, "radius": radius}]})
+
+
+def test_a_post_outside_the_table_is_refused():
+    posts = [{"centre": (0.5, -0.1), "radius": 0.05}]
+    message = refusal_of(lambda: Table(vertices=SQUARE, posts=posts))
+    assert "`posts[0].centre` must be inside the table, got (0.5, -0.1) m" in message
