@@ -50,7 +50,6 @@ def simulate(
     Returns
     -------
     Result
-        Interrupted by Ctrl-C, what was done until then, with `status` INTERRUPTED.
 
     Raises
     ------
@@ -60,6 +59,9 @@ def simulate(
         Where the scene was made without its checks, and breaks a rule.
     GhostballError
         Where `scene`, `record`, a limit or `no_skip` is wrong.
+    KeyboardInterrupt
+        On Ctrl-C, within a second, as for many shots: what was done until then is dropped, so that
+        a loop over shots ends. For the first part of a long shot, set `t_max` or `max_work`.
 
     Notes
     -----

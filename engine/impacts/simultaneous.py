@@ -6,8 +6,9 @@ them. So all contacts of the group act at once.
 The normal impulses are (1 + e) times those that would just end every approach, e the restitution
 (Moreau 1988). For e = 1 that is one generalised reflection of Smith, Kaufman, Vouga, Tamstorf and
 Grinspun (2012, section 4): energy is kept, nothing approaches, and what the impulses make approach
-next, as in a cradle, is the next impact of the same instant. So balls that touch answer like balls
-with vanishing gaps, except where impacts truly coincide.
+next, as in a cradle, is the next impact of the same instant. So a row of touching balls, along
+which impacts follow one another, answers like a row with vanishing gaps. Impacts that coincide
+don't: a rack that touches is hit at once, but gaps, however small, put its impacts in an order.
 
 Friction acts against the mean of the slips before and after the normal impulses, which reverse it
 where they throw a ball back. The normal impulses are then found again, so that every contact parts

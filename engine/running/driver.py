@@ -78,11 +78,8 @@ class Run:
         self._log = log_of(_FIRST_LOG if keep_log else 0, n, layout.columns)
         self._shots = shots_of(1, n, 3)
         self._clock, self._counters = self._shots.clocks[0], self._shots.counts[0]
-        # Until the kernel has returned: an interrupt may come before it was ever called, and then
-        # its arrays hold nothing from which it could continue.
         self._counters[st.STATUS] = st.RUN_CONTINUES
         self._logs: list[Log] = []
-        self._next_log: tuple[Log, Log] | None = None  # what is full, and what follows it
 
     @property
     def nbytes(self) -> int:
@@ -91,18 +88,10 @@ class Run:
         return sum(array.nbytes for array in arrays)
 
     def go(self, limits: Limits) -> None:
-        """Run to the end, to a limit, or to an interrupt.
-
-        Raises `KeyboardInterrupt` where the kernel waits for contacts: it can't end the run without
-        them, and they may have to be compiled.
-        """
-        try:
-            self._go(limits)
-            code = int(self._counters[st.STATUS])
-            self.status = STATUS[code]
-        except KeyboardInterrupt:
-            self._end_early(limits._replace(events=0))
-            self.status = Status.INTERRUPTED
+        """Run to the end or to a limit."""
+        while (code := self._continue(limits)) is None:
+            pass
+        self.status = STATUS[code]
         self.t_end = float(self._clock[st.END])
         now = float(self._clock[st.NOW])
         if self.status in (Status.EVENT_LIMIT, Status.WORK_LIMIT):
@@ -112,16 +101,6 @@ class Run:
         elif self.status is Status.FAILED:
             self.reason = f"{self._invalid(code)} at t = {now:.9g} s"
         self._check_resolved()
-
-    def _end_early(self, limits: Limits) -> None:
-        """Have the kernel say where the balls are after its last whole event.
-
-        It isn't at work. Its arrays are as it left them, or it has not begun, and does so now.
-        """
-        self._take_next_log()
-        self.play(limits)
-        if self._counters[st.STATUS] == st.RUN_CONTACTS:
-            raise KeyboardInterrupt
 
     def _endless(self, code: int) -> str:
         """Say what continues without end, and what ends it."""
@@ -171,17 +150,18 @@ class Run:
             return f"{ball} has its next event at {state[st.OWN_TIME]:.9g} s, not later than now"
         return f"{ball} has no finite motion ({', '.join(wrong)})"
 
-    def _go(self, limits: Limits) -> None:
-        while True:
-            self.play(limits)
-            code = self._counters[st.STATUS]
-            if code == st.RUN_LOG_FULL:
-                self._start_new_log()
-            elif code == st.RUN_CONTACTS:
-                warm_up(self.variant._replace(contacts=True))
-                self._room.take_contacts()
-            elif code != st.RUN_PAUSED:
-                return
+    def _continue(self, limits: Limits) -> int | None:
+        """Play on and return how the run ended; None: it goes on."""
+        self.play(limits)
+        code = int(self._counters[st.STATUS])
+        if code == st.RUN_LOG_FULL:
+            self._start_new_log()
+        elif code == st.RUN_CONTACTS:
+            warm_up(self.variant._replace(contacts=True))
+            self._room.take_contacts()
+        elif code != st.RUN_PAUSED:
+            return code
+        return None
 
     def play(self, limits: Limits, budget: int = WORK_AT_ONCE) -> None:
         """Play on, for as much work as `budget` or to the end; the counter STATUS says which."""
@@ -204,23 +184,9 @@ class Run:
 
     def _start_new_log(self) -> None:
         """Keep the full log and continue in one twice as large."""
-        larger = log_of(2 * len(self._log[0]), self.size, self._layout.columns)
-        self._next_log = self._trimmed_log(), larger
-        self._take_next_log()
-
-    def _take_next_log(self) -> None:
-        """Put the full log away and take the next one, if there is one.
-
-        Interrupted anywhere, it is done again from its beginning: so nothing is lost or kept twice.
-        """
-        if self._next_log is None:
-            return
-        full, larger = self._next_log
-        if not self._logs or self._logs[-1] is not full:
-            self._logs.append(full)
-        self._log = larger
+        self._logs.append(self._trimmed_log())
+        self._log = log_of(2 * len(self._log[0]), self.size, self._layout.columns)
         self._counters[[st.LOGGED_EVENTS, st.LOGGED_MOTIONS]] = 0
-        self._next_log = None
 
     def final_state(self) -> Samples:
         """State of every ball at `t_end`, arrays (1, n, 3)."""

@@ -121,12 +121,19 @@ def admit(scene: Scene) -> None:
         check_whole(scene)
         check_supported("ghostball", CAPABILITIES, scene)
         if scene.table is not None:
-            _check_count(len(scene.table.sides) + len(scene.table.obstacles))
+            _check_count(scene, len(scene.table.sides) + len(scene.table.obstacles))
 
 
-def _check_count(obstacles: int) -> None:
+def _check_count(scene: Scene, obstacles: int) -> None:
+    """Refuse a table with more obstacles than the kernels have bits for."""
     if obstacles > st.MOST_OBSTACLES:
-        lacks = f"no more than {st.MOST_OBSTACLES} obstacles on one table, here are {obstacles}"
+        table = scene.table
+        many = table is not None and len(table.vertices) > len(table.posts)
+        lacks = (
+            f"`table.{'vertices' if many else 'posts'}` must leave at most {st.MOST_OBSTACLES} "
+            f"obstacles on the table (sides, posts, and four for each pocket), got {obstacles}. "
+            "Remove some, or use another engine"
+        )
         raise UnsupportedSceneError("ghostball", (lacks,))
 
 
@@ -259,7 +266,7 @@ def laws_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Laws:
     """
     physics = scene.physics
     obstacles = obstacles_of(scene, off)
-    _check_count(len(obstacles))
+    _check_count(scene, len(obstacles))
     speed_dependent = physics.ball_friction == "alciatore"
     return Laws(
         slides=physics.motion == "sliding",

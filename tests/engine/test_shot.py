@@ -201,7 +201,10 @@ def test_a_limit_that_is_none_is_refused(limit, wrong):
 
 
 def test_unsupported_physics_is_refused_by_name():
-    with pytest.raises(UnsupportedSceneError, match="no more than 53 obstacles on one table"):
+    with pytest.raises(
+        UnsupportedSceneError,
+        match=r"`table\.posts` must leave at most 53 obstacles on the table .* got 64\. Remove",
+    ):
         simulate(scene_of(ball((0.2, 0.1), (1, 0)), table=crowded_table()))
 
 

@@ -77,18 +77,11 @@ def run_engine(engine: ReferenceEngine, scene: Scene, record: Record = "trajecto
 
 
 def run_ours(scene: Scene, record: Record = "trajectory") -> Result:
-    """Run a scene on our engine.
+    """Run a scene on our engine, with its whole motion unless `record` says less.
 
-    Interrupted, it hands back what it has: here the user is leaving, and no part of a shot may be
-    taken for the shot.
-
-    Raises `KeyboardInterrupt`; `UnsupportedSceneError` where our engine lacks physics that the
-    scene needs.
+    Raises `UnsupportedSceneError` where our engine lacks physics that the scene needs.
     """
-    result = simulate(scene, record=record)
-    if result.status is Status.INTERRUPTED:
-        raise KeyboardInterrupt
-    return result
+    return simulate(scene, record=record)
 
 
 @contextmanager

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
 import pytest
 from recorded import fingerprint
 
 from ghostball.engine import simulate
 from ghostball.engine.core.rows import MEMBER_COLUMNS
 from ghostball.engine.running import driver, room, skips
-from ghostball.model import Scene, Status
+from ghostball.model import Scene
 from ghostball.validation.scenes.library import FOLDER
 
 ON_CLOTH = ["break-7", "frozen-triangle", "push-line"]
@@ -51,24 +50,3 @@ def test_neither_pauses_nor_what_is_in_scratch_change_a_bit(name, many, disturb,
     other = simulate(scene.model_copy(), record="events")
     assert fingerprint(other) == fingerprint(whole)
     assert other.work == whole.work
-
-
-@pytest.mark.parametrize("record", ["rest", "trajectory"])
-def test_ctrl_c_before_the_kernel_was_called_leaves_all_balls_where_they_begin(monkeypatch, record):
-    """It continued in arrays that nobody had filled, and the process crashed now and then."""
-    whole = room.Room.play
-    interrupts = iter([True])
-
-    def play(self, *arguments, **budget):
-        self.numbers[:] = np.nan  # what new memory holds is anybody's guess
-        if next(interrupts, False):
-            raise KeyboardInterrupt
-        return whole(self, *arguments, **budget)
-
-    monkeypatch.setattr(room.Room, "play", play)
-    scene = Scene.load(FOLDER / "break-16.toml")
-    result = simulate(scene, record=record)
-    assert result.status is Status.INTERRUPTED
-    assert result.rest_time == 0.0
-    assert result.work["events"] == 0
-    np.testing.assert_array_equal(result.rest_positions, scene.positions)

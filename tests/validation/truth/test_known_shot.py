@@ -33,7 +33,7 @@ def test_else_the_next_best_with_the_reason(name, kind, why):
 
 
 def test_what_nobody_represents_is_refused():
-    with pytest.raises(UnsupportedSceneError, match="no more than 53 obstacles"):
+    with pytest.raises(UnsupportedSceneError, match="at most 53 obstacles"):
         known_shot(
             roll(physics=Physics(motion="sliding", cushion="mathavan2010"), table=crowded_table())
         )

@@ -184,7 +184,7 @@ def test_no_truth_at_all_says_why() -> None:
     physics = Physics(motion="sliding", cushion="mathavan2010")
     truth = truth_of(shot(physics=physics, table=crowded_table()))
     assert truth.kind is None
-    assert "no more than 53 obstacles" in truth.why_not("rest")
+    assert "at most 53 obstacles" in truth.why_not("rest")
 
 
 def test_only_the_parts_that_are_asked_for_are_computed(monkeypatch: pytest.MonkeyPatch) -> None:
