@@ -82,7 +82,9 @@ def accuracy_text(case: CaseRecord | None) -> str:
         return ""
     found = case.accuracy
     if found is None:
-        return _own_text(case) if is_own_measure(case) else "nothing to compare with"
+        if is_own_measure(case):
+            return _own_text(case)
+        return "nothing to compare with" if case.truth is None else "past the horizon"
     if found.kind == "broken":
         return f"broken: {_broken_text(found)}"
     if found.kind == "another shot":

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import heapq
 import math
+from collections.abc import Iterator
 from itertools import count
 
 from flint import arb
@@ -112,6 +113,15 @@ class Agenda:
         bracket = gap.search_in_doubles(high)
         if bracket.verdict != NONE:
             self.add(Candidate(gap.choice, bodies, gap, bracket=bracket))
+
+    def sharing(self, candidate: Candidate, bodies: list[Body]) -> Iterator[Candidate]:
+        """Yield the other candidates on the agenda that share a ball with one; those not void."""
+        balls = set(candidate.balls)
+        for _, _, other in self._heap:
+            if balls.isdisjoint(other.balls) or other is candidate:
+                continue
+            if all(bodies[k] is body for k, body in zip(other.balls, other.bodies, strict=True)):
+                yield other
 
     def take_first(self, bodies: list[Body]) -> list[Candidate]:
         """Take off all candidates that may be first, each enclosed; those not void.

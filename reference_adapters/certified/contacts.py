@@ -33,6 +33,13 @@ finite time. Where a rebound at the speed of approach would not rise higher, the
 there on; the model that is certified says so too (README, "What our engine models").
 """
 
+TOUCHING = 2.0**-37
+"""Gap, in diameters, below which no engine in doubles can tell what touches from what doesn't.
+
+4e-13 m for pool balls, as the model that is certified says (README, "What our engine models").
+Beside it, a gap is as uncertain as the rounding of the places that it is between.
+"""
+
 MOST_LOW_BOUNCES = 4
 """Bounces in a row, each no higher than `LOW_BOUNCE`, that are taken for an endless series.
 

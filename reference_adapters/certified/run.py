@@ -13,6 +13,7 @@ import time
 from flint import arb
 
 from ghostball.model import EventKind, Phase
+from ghostball.model.rounding import position_rounding
 from ghostball.reference_adapters.certified.arithmetic import (
     ZERO,
     SustainedContactError,
@@ -21,7 +22,7 @@ from ghostball.reference_adapters.certified.arithmetic import (
 )
 from ghostball.reference_adapters.certified.candidates import Agenda, Candidate
 from ghostball.reference_adapters.certified.certificate import Choice, Ending
-from ghostball.reference_adapters.certified.contacts import Contacts
+from ghostball.reference_adapters.certified.contacts import TOUCHING, Contacts
 from ghostball.reference_adapters.certified.flight import (
     FlyingBody,
     body_in_space_at_start,
@@ -273,7 +274,36 @@ class Run:
         for c in group:
             if c is not first:
                 self._agenda.add(c)
+        self._check_order(first)
         return first, bool(rivals)
+
+    def _check_order(self, first: Candidate) -> None:
+        """Raise where another contact of a ball closes too, within what counts as touching.
+
+        No engine in doubles can say then which of both comes first.
+        """
+        if first.gap is None:
+            return
+        for other in self._agenda.sharing(first, self.bodies):
+            if other.gap is None:
+                continue
+            choices = tuple(c.choice for c in sorted((first, other), key=lambda c: c.rank))
+            s = first.instant - other.gap.t
+            room, rate = other.gap.value(s), other.gap.slope(s)
+            least = self._touching(other)
+            if room > least or rate > 0:
+                continue
+            surely = bool(room <= least and rate < 0)
+            raise UndecidedError("what comes first", choices, first.instant, exact=surely)
+
+    def _touching(self, candidate: Candidate) -> arb:
+        """Return the value of a candidate's gap below which it counts as closed."""
+        assert candidate.gap is not None
+        bodies = candidate.bodies
+        diameter = sum((body.constants.radius for body in bodies), ZERO) * (2 // len(bodies))
+        rounding = position_rounding(*(body.doubles.place for body in bodies))
+        reach = getattr(candidate.gap, "reach", None)  # of a gap of squares
+        return (TOUCHING * diameter + rounding) * (1 if reach is None else 2 * reach)
 
     def _check_tie(
         self, first: Candidate, rivals: list[Candidate], choices: tuple[Choice, ...]

@@ -139,6 +139,9 @@ class Criterion(ForEngines):
 
     A `past_horizon` criterion judges how a shot ends also where the engine can't be expected to
     predict that. Limits on `accuracy` are classes, such as "nanometres".
+
+    With `of` = "touching" the limit is that many times the distance within which balls of the scene
+    touch, for all that double precision can tell: `law.touching`.
     """
 
     claiming: Claim | None = None
@@ -147,6 +150,7 @@ class Criterion(ForEngines):
     at_most: Number | None = None
     at_least: Number | None = None
     equals: Number | None = None
+    of: Literal["touching"] | None = None
     if_measured: Annotated[bool, Strict()] = False
     past_horizon: Annotated[bool, Strict()] = False
 

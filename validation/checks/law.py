@@ -15,6 +15,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+
 from ghostball.model import Scene
 from ghostball.model.features import scene_features
 from ghostball.reference_adapters.base import ReferenceEngine, resolution_of
@@ -24,6 +26,8 @@ from ghostball.validation.checks.criterion import CLAIMS, Claim, Criterion, Step
 from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.checks.step_limits import STEP_METRICS, step_criteria
 from ghostball.validation.grading.grading import Grade
+from ghostball.validation.grading.horizon import extent_of
+from ghostball.validation.grading.tolerances import EPS
 from ghostball.validation.truth.scene_truth import Truth
 
 Named = tuple[str, Mapping[str, Any]]
@@ -62,7 +66,7 @@ class Asked:
     def limits(self, engine: ReferenceEngine, scene: Scene, truth: Truth) -> tuple[Criterion, ...]:
         """Return the limits that an engine is held to in a scene."""
         if self.excuse:
-            return self.stated[claim_of(engine, scene)]
+            return tuple(_in_scene(one, scene) for one in self.stated[claim_of(engine, scene)])
         return self._all(engine, scene, truth)
 
     def not_asked(
@@ -80,7 +84,7 @@ class Asked:
         computed = () if self.rule is None else step_criteria(self.rule, engine, scene, truth)
         for others in (computed, self.law[claim]):
             found = _with_others(found, others)
-        return found
+        return tuple(_in_scene(one, scene) for one in found)
 
     def plain(self) -> dict[str, Any]:
         """Return it as plain values, for a hash."""
@@ -168,6 +172,30 @@ def approximations_of(engine: ReferenceEngine, scene: Scene) -> tuple[str, ...]:
         for feature in scene_features(scene)
         if feature in capabilities and capabilities[feature].support == "approximate"
     )
+
+
+_TOUCHING_GAP = 2.0**-37
+"""Gap, in diameters, that an exact engine may take for none: what a contact step leaves of it."""
+
+_TOUCHING_ROUNDINGS = 1024.0
+"""Roundings of a coordinate that a gap may be off by: an engine takes some at each event."""
+
+
+def touching(scene: Scene) -> float:
+    """Return the distance within which balls touch, for all an exact engine can tell [m].
+
+    1e-12 m of pool balls on their table. It grows with the balls and with the largest coordinate.
+    """
+    diameter = 2.0 * float(np.max(scene.radii))
+    return _TOUCHING_GAP * diameter + _TOUCHING_ROUNDINGS * EPS * extent_of(scene)
+
+
+def _in_scene(criterion: Criterion, scene: Scene) -> Criterion:
+    """Return a criterion with its limit in the unit of its metric."""
+    if criterion.of is None:
+        return criterion
+    limit = criterion.limit * touching(scene)
+    return criterion.model_copy(update={criterion.limit_kind: limit, "of": None})
 
 
 def _with_others(

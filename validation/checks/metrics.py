@@ -65,15 +65,18 @@ class Measured:
     incomplete: set[str] = field(default_factory=set)
     unpredictable: set[str] = field(default_factory=set)
 
-    def add_class(self, found: Accuracy | None, why: str = "") -> None:
+    def add_class(self, found: Accuracy | None, why: str = "", *, compared: bool = True) -> None:
         """Add the metric `accuracy`, where there is a class that says how right the end is.
 
         Past the horizon that is left to rounding there is none, unless the run is farther off by
         then than an exact engine may be, or is another shot. `why` says more of what is broken.
+        `compared` says whether there is anything that the run was compared with.
         """
         name = "accuracy"
         self.values[name] = None
-        if found is None:
+        if found is None and compared:
+            self.notes[name] = "past the horizon: rounding alone may change the collisions before"
+        elif found is None:
             self.notes[name] = "there is nothing to compare the run with"
         elif found.at is not None and found.error is not None and found.error <= TOLERANCE:
             self.notes[name] = f"only up to t = {found.at:.3g} s the shot can be predicted"

@@ -35,6 +35,7 @@ class EventChange(NamedTuple):
     late: FloatArray | None  # (7 b,) what seeing it late changes of the balls, per second
     approach: float  # [m/s] along the line of contact; 0 where nothing collides
     lasts: float  # [s] for which what collides would overlap if it continued; inf of no two balls
+    rounded: float  # [s] by how much it comes late if its gap is rounded once, over 2^-53
     noise: tuple[FloatArray, ...]  # (7, 7) of each ball: covariance of one rounding of its state
 
 
@@ -59,7 +60,7 @@ def event_changes(
         after = tuple(balls[i].starts[at[i]] for i in involved)
         twice = event.kind in COLLISION_KINDS and any(due[i, t] > 1 for i in involved)
         if twice or certificate.lifts:
-            yield EventChange(event.kind, t, involved, after, None, None, 0.0, math.inf, ())
+            yield EventChange(event.kind, t, involved, after, None, None, 0.0, math.inf, 0.0, ())
             continue
         passes = _Passage(mine, before, after, t, slides=scene.physics.motion == "sliding")
         if event.kind is EventKind.BALL_BALL:
@@ -84,6 +85,7 @@ def event_changes(
             late,
             passes.approach,
             passes.lasts,
+            passes.rounded,
             noise,
         )
 
@@ -98,6 +100,7 @@ class _Passage:
     `approach` [m/s]: at which speed what collides meets.
     `lasts` [s]: for how long two balls that collide would overlap if they continued as before; else
         inf.
+    `rounded` [s]: by how much what meets does so late if the distance is rounded once, over 2^-53.
     """
 
     def __init__(
@@ -118,7 +121,7 @@ class _Passage:
         size = PARTS * len(balls)
         self.change = np.zeros((size, size + 1))
         self.later = np.zeros(size + 1)
-        self.approach, self.lasts = 0.0, math.inf
+        self.approach, self.lasts, self.rounded = 0.0, math.inf, 0.0
         for m, (ball, k, s) in enumerate(zip(balls, before, spans, strict=True)):
             here = slice(PARTS * m, PARTS * (m + 1))
             self.change[here, here] = ball.flow(k, s)
@@ -131,7 +134,9 @@ class _Passage:
         opening = float(normal @ parting)
         gap = normal @ (self.change[PARTS : PARTS + 2] - self.change[PLACE])
         self.approach = -opening
-        self.lasts = 2.0 * float(np.hypot(*between)) * self.approach / float(parting @ parting)
+        distance = float(np.hypot(*between))
+        self.lasts = 2.0 * distance * self.approach / float(parting @ parting)
+        self.rounded = distance / self.approach
         self._come_later(-gap / opening)
         first, second = self._slopes(0), self._slopes(1)
         x, y = (q - p for p, q in zip(first[:2], second[:2], strict=True))
@@ -146,8 +151,10 @@ class _Passage:
         """Pass an impact of a ball with what stands on the table."""
         x, y = self.states[0][PLACE]
         inward, _ = table.facing(obstacle, x, y)
-        self._meet(np.array(inward))
         centre = table.turns_about(obstacle, x, y)
+        # The distance from a line along an axis is one coordinate, whose rounding is in the noise.
+        size = 0.0 if 0.0 in inward else abs(x) + abs(y)
+        self._meet(np.array(inward), size if centre is None else math.dist(centre, (x, y)))
         n: Any = (-inward[0], -inward[1])
         if centre is not None:
             here = self._slopes(0)
@@ -161,14 +168,19 @@ class _Passage:
         """Pass the edge of a hole: the ball stays where its centre enters it."""
         (hole,) = (one for one in table.holes if one.pocket == pocket)
         away = self.states[0][PLACE] - hole.centre
-        self._meet(away / np.hypot(*away))
+        distance = float(np.hypot(*away))
+        self._meet(away / distance, distance)
         self.change[PLACE.stop :] = 0.0
         self._leave()
 
-    def _meet(self, inward: FloatArray) -> None:
-        """Let a ball come later to where a normal points to it from what it meets."""
+    def _meet(self, inward: FloatArray, distance: float) -> None:
+        """Let a ball come later to where a normal points to it from what it meets.
+
+        Its gap is computed from a distance [m].
+        """
         opening = float(inward @ self.states[0][VELOCITY])
         self.approach = -opening
+        self.rounded = distance / self.approach
         self._come_later(-(inward @ self.change[PLACE]) / opening)
 
     def end_phase(self) -> None:

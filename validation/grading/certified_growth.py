@@ -11,7 +11,9 @@ motion is the proved one. So a bug in the tangent map of the engine that is grad
 and one in its laws changes nothing here.
 
 What rounding does is carried as a covariance: exact but for its own rounding, and whatever the
-order of the balls.
+order of the balls. Rounded are the state, at the start and at each event, and the distance by which
+what collides touches: of a thin hit, or of one whose approach is slow, that makes the instant far
+more uncertain than the places are.
 """
 
 from __future__ import annotations
@@ -75,8 +77,9 @@ class CertifiedGrowth:
     def sizes(self, times: ArrayLike) -> FloatArray:
         """Return how far rounding displaces each ball, over 2^-53: (k, n) [m], root mean square.
 
-        Of rounding each number of the state once at the start and at each event. Infinite where no
-        derivative is known: from `derivative_ends` on.
+        Of rounding each number of the state once at the start and at each event, and each distance
+        at which something collides. Infinite where no derivative is known: from `derivative_ends`
+        on.
         """
         t = np.atleast_1d(np.asarray(times, dtype=np.float64))
         sizes = np.empty((len(t), len(self.balls)))
@@ -119,8 +122,13 @@ class CertifiedGrowth:
 
 
 @lru_cache(maxsize=4)  # by identity: a case that comes from another process has its own
-def growth_of_proof(scene: Scene, certificate: Certificate) -> CertifiedGrowth:
-    """Return how errors grow along what is proved of a shot, whose certificate has its motion."""
+def growth_of_proof(
+    scene: Scene, certificate: Certificate, *, gaps: bool = True
+) -> CertifiedGrowth:
+    """Return how errors grow along what is proved of a shot, whose certificate has its motion.
+
+    `gaps`: whether distances at which something collides are rounded, too, or the states alone.
+    """
     assert certificate.segments is not None
     gravity = scene.physics.gravity
     slides = scene.physics.motion == "sliding"
@@ -160,7 +168,7 @@ def growth_of_proof(scene: Scene, certificate: Certificate) -> CertifiedGrowth:
         else min((event.t for event in events if event.matrix is None), default=math.inf),
         balls,
         events,
-        _covariances(balls, events),
+        _covariances(balls, events, gaps),
     )
 
 
@@ -170,7 +178,7 @@ def _rows(balls: tuple[int, ...]) -> NDArray[np.intp]:
 
 
 def _covariances(
-    balls: tuple[ProvedBall, ...], events: tuple[EventChange, ...]
+    balls: tuple[ProvedBall, ...], events: tuple[EventChange, ...], gaps: bool
 ) -> tuple[FloatArray, ...]:
     """Return the covariance of what rounding has done to each ball at its segments, (k, 7, 7)."""
     size = PARTS * len(balls)
@@ -189,6 +197,9 @@ def _covariances(
                 passed = event.matrix @ whole[rows]
                 whole[rows], whole[:, rows] = passed, passed.T
                 whole[np.ix_(rows, rows)] = passed[:, rows] @ event.matrix.T
+            if gaps and event.late is not None:
+                moved = event.rounded * event.late
+                whole[np.ix_(rows, rows)] += np.outer(moved, moved)
             for i, k, noise in zip(event.balls, event.segments, event.noise, strict=False):
                 here = slice(PARTS * i, PARTS * (i + 1))
                 whole[here, here] += noise

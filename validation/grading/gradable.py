@@ -26,6 +26,7 @@ from ghostball.validation.grading.horizon import Growth, growth_along_proof, hor
 from ghostball.validation.grading.tolerances import (
     LOWEST_BOUNCE,
     ROUNDINGS,
+    TIE,
     TOLERANCE,
     UNIT_ROUNDOFF,
 )
@@ -81,15 +82,17 @@ def gradable(
         until = horizon(growth, TOLERANCE, ROUNDINGS * UNIT_ROUNDOFF)
     low_bounce = _first_low_bounce(scene, certificate)
     extent, why, last = _extent(certificate, until, low_bounce)
+    # Balls may meet at the instant at which a proof ends, and in a run a rounding before it.
+    at_last = last * (1.0 - TIE) if extent == "proved part" else last
     if not exact:
-        return Gradable(extent, why, last, last, None)
+        return Gradable(extent, why, last, at_last, None)
     assert growth is not None
     if isinstance(growth, FlightGrowth):
         sizes = width_sizes(certificate)
         if last < float(certificate.t_end):
             sizes[:] = math.inf  # the proof has widths of its end alone
-        return Gradable(extent, why, last, last, sizes)
-    compared_at = min(last, math.nextafter(growth.derivative_ends, 0.0))
+        return Gradable(extent, why, last, at_last, sizes)
+    compared_at = min(at_last, math.nextafter(growth.derivative_ends, 0.0))
     sizes = growth.sizes([min(compared_at, float(certificate.t_end))])[0]
     return Gradable(extent, why, last, compared_at, sizes)
 

@@ -128,11 +128,14 @@ def _measured(
         include_past_horizon={criterion.metric for criterion in asked if criterion.past_horizon},
     )
     accuracy = accuracy_of(result, truth, resolution=resolution)
+    own = truth.is_own_measure(result.engine, "rest")
     if accuracy is not None and accuracy.kind != "broken":
-        accuracy = None if truth.is_own_measure(result.engine, "rest") else accuracy
+        accuracy = None if own else accuracy
     if metrics is None or "accuracy" in metrics:
         broken = accuracy is not None and accuracy.cause == "not finite"
-        measured.add_class(accuracy, first_not_finite(result) if broken else result.reason)
+        why = first_not_finite(result) if broken else result.reason
+        compared = truth.rest_positions is not None and not own
+        measured.add_class(accuracy, why, compared=compared)
     return measured, accuracy
 
 

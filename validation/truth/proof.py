@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from ghostball.model import Scene, UnsupportedSceneError
-from ghostball.reference_adapters.certified import Certificate, certify
+from ghostball.reference_adapters.certified import Certificate, CertifiedSettings, certify
 from ghostball.reference_adapters.certified.api import check_certified
 
 logger = logging.getLogger("ghostball.validation")
@@ -17,8 +17,12 @@ PATIENCE = 3.0
 """Seconds of computing after which it is said what takes so long."""
 
 
-def proof_of(scene: Scene) -> tuple[Certificate | None, str]:
+def proof_of(
+    scene: Scene, settings: CertifiedSettings | None = None
+) -> tuple[Certificate | None, str]:
     """Return what is proved of a scene, with its motion; or None and why it can't be proved.
+
+    `settings`: how far the proof may go.
 
     A proof is kept on the disk; where it takes long to compute, a message says so meanwhile.
     """
@@ -28,7 +32,7 @@ def proof_of(scene: Scene) -> tuple[Certificate | None, str]:
         f'proving scene "{scene.name}" in ball arithmetic takes a while; the proof is kept for '
         "the next run"
     ):
-        return certify(scene, motion=True), ""
+        return certify(scene, settings, motion=True), ""
 
 
 def refused_features(scene: Scene) -> str:

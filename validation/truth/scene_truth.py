@@ -166,6 +166,7 @@ def truth_of(
     parts: Collection[TruthPart] = PARTS,
     *,
     least: int | None = 0,
+    settings: CertifiedSettings | None = None,
 ) -> Truth:
     """Return the truth of a scene.
 
@@ -173,6 +174,7 @@ def truth_of(
     `parts`: those that will be measured against; what only others need may be left out.
     `least`: events that must be proved, where the scene can be proved at all; None: all, to its
         end.
+    `settings`: how far a proof may go.
 
     Raises `TruthError` where a closed form is asked for and the scene has none; or a proof, and not
     the whole shot is proved; or where less is proved than must be.
@@ -183,7 +185,7 @@ def truth_of(
     needed = form is None or not {"events", "energy", "proof"}.isdisjoint(parts)
     proof, no_proof = (None, "it was not asked for")
     if needed and (wanted != "engine" or "proof" in parts):
-        proof, no_proof = proof_of(scene)
+        proof, no_proof = proof_of(scene, settings)
     proved = None  # the motion of the whole shot
     if proof is not None and proof.proved:
         proved = result_of(scene, proof, CertifiedSettings(), "trajectory")

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import pytest
 from flint import arb
 from proofs import engine_keys, keys, proved
-from shots import ball, scene_of
+from shots import R, ball, scene_of
 
 from ghostball.model import Table
 from ghostball.reference_adapters.certified import (
@@ -44,3 +44,22 @@ def test_a_tie_passes_only_where_no_ball_is_fast_enough_to_reach_it(speed, separ
     scene = scene_of(ball((0.0, 0.0)), ball((1.0, 0.0), (0.0, speed)), t_max=1.0)
     one = SimpleNamespace(balls=(0,))
     assert Run(problem_of(scene), 200)._isolated(one, arb(0), 2.0**-TIE_BITS) is separate
+
+
+@pytest.mark.parametrize(("gap", "ending"), [(1e-13, "ambiguous"), (1e-11, "proved")])
+def test_two_contacts_of_a_ball_have_an_order_only_if_their_gaps_differ_by_more_than_touching(
+    gap, ending
+):
+    """Breaks where a gap that no engine in doubles can tell decides what comes first."""
+    reach = 2.0 * R
+    first = (0.5 * reach, 0.5 * math.sqrt(3.0) * reach)
+    second = (0.5 * (reach + gap), -0.5 * math.sqrt(3.0) * (reach + gap))
+    scene = scene_of(ball((-1e-12, 0.0), (1.0, 0.0)), ball(first), ball(second), t_max=0.01)
+    proof = certify(scene, cached=False)
+    assert proof.ending == ending
+    if ending == "ambiguous":
+        assert proof.reason.startswith("can't tell what comes first: ")
+        assert len(proof.events) == 0
+    # Whoever comes alone comes in any case.
+    alone = scene_of(ball((-1e-12, 0.0), (1.0, 0.0)), ball(second), t_max=0.01)
+    assert certify(alone, cached=False).proved

@@ -1,5 +1,7 @@
 """What is asked of an engine: by whom it is named, what it claims, and what every engine keeps."""
 
+import pytest
+from shots import kept_scene
 from toy_engines import ToyEngine
 
 from ghostball.model.features import Capability, Feature
@@ -58,8 +60,15 @@ NANOMETRES, ANOTHER_SHOT = map(ACCURACY_KINDS.index, ("nanometres", "another sho
 def test_who_claims_to_err_by_rounding_alone_is_asked_for_all():
     asked = limits_of(ToyEngine())
     assert set(asked) > EXACTNESS | PROVED
-    assert (asked["overlap_max"], asked["energy_rise"]) == (1e-12, 5e-13)
+    assert asked["overlap_max"] == pytest.approx(1e-12, rel=0.1)
+    assert asked["energy_rise"] == 5e-13
     assert asked["accuracy"] == NANOMETRES
+
+
+def test_how_deep_balls_may_overlap_grows_with_the_scene():
+    """Breaks where the limit is a length: balls a million times as large round by as much more."""
+    large = limits_of(ToyEngine(), kept_scene("radius"))["overlap_max"]  # 28 575 m, 6e4 m across
+    assert large == pytest.approx(2.0**-37 * 57_150.0 + 1024 * 2.0**-52 * 54_764.5, rel=1e-4)
 
 
 def test_who_states_nothing_but_exact_features_must_be_right_to_nanometres():

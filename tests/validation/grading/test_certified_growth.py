@@ -135,6 +135,26 @@ def test_rounding_displaces_a_rolling_ball_by_its_place_and_its_way() -> None:
         assert growth.sizes([t])[0, 0] == pytest.approx(math.hypot(0.5 + R, 2.0 * t))
 
 
+@pytest.mark.parametrize("depth", [1e-3, 1e-6, 1e-9])
+def test_a_thin_hit_amplifies_the_rounding_of_the_distance_from_the_start(depth: float) -> None:
+    """Breaks where only the places are rounded: a hit so thin is far more uncertain than they are.
+
+    Two discs of diameter D at an offset (1 - d) D meet at c D = sqrt(2 d - d^2) D along the path.
+    A distance that is wrong by D is so after a way of D / c, turns the normal by 1 / c, and so the
+    object ball, which leaves at c v, by as much over its way; its speed changes by v (1 - d) / c.
+    """
+    aside, way = 2.0 * R * (1.0 - depth), 0.1
+    scene = scene_of(
+        ball((-way, aside), (1.0, 0.0)), ball((0.0, 0.0)), rolling_friction=0.0, t_max=1
+    )
+    growth = growth_of_proof(scene, certify(scene, motion=True))
+    along = math.sqrt(2.0 * depth - depth**2)
+    left = 1.0 - (way - 2.0 * R * along)
+    assert growth.sizes([1.0])[0, 1] == pytest.approx(left / along, rel=0.2)
+    states = growth_of_proof(scene, certify(scene, motion=True), gaps=False)
+    assert states.sizes([1.0])[0, 1] < 0.3 * growth.sizes([1.0])[0, 1]
+
+
 @pytest.mark.parametrize(
     ("physics", "by_speed"),
     [

@@ -27,12 +27,12 @@ def test_what_cannot_be_proved_is_named():
 
 def test_only_a_proof_that_takes_long_is_announced(monkeypatch, caplog):
     monkeypatch.setattr(module, "PATIENCE", 0.01)
-    monkeypatch.setattr(module, "certify", lambda scene, motion: time.sleep(0.2))
+    monkeypatch.setattr(module, "certify", lambda scene, settings, motion: time.sleep(0.2))
     with caplog.at_level(logging.WARNING, "ghostball.validation"):
         proof_of(find_scene("stop"))
         assert 'proving scene "stop"' in caplog.text
         caplog.clear()
-        monkeypatch.setattr(module, "certify", lambda scene, motion: None)
+        monkeypatch.setattr(module, "certify", lambda scene, settings, motion: None)
         proof_of(find_scene("stop"))
         time.sleep(0.05)
     assert caplog.text == ""

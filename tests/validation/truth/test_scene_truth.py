@@ -63,7 +63,7 @@ def test_a_closed_form_is_kept_to_twice_double_precision() -> None:
     assert np.array_equal(truth.rest_positions[:, 2], scene.radii)
 
 
-def unproved(scene: Scene) -> tuple[None, str]:
+def unproved(scene: Scene, settings: object) -> tuple[None, str]:
     return None, "made to be refused"
 
 

@@ -32,6 +32,13 @@ from ghostball.validation.truth.closed_forms._setup import (
 __all__ = ["DIGITS", "FORMS", "ClosedForm", "closed_form", "has_closed_form"]
 
 
+SLOWEST = 1e-10
+"""Speed [m/s], or [rad/s], that something must have at first for a shot to have a closed form.
+
+What is below 1e-40 m/s counts as the rounding of 50 digits (`_motion.negligible`).
+"""
+
+
 @dataclass(frozen=True, eq=False)
 class ClosedForm:
     """The exact end of a shot, and how far rounding of its inputs alone moves it.
@@ -117,6 +124,9 @@ def _is_covered(scene: Scene) -> bool:
     """Whether the scene's physics and table are among what the forms cover."""
     physics, table = scene.physics, scene.table
     if table is not None and table.obstacles:
+        return False
+    fastest = max(np.max(np.abs(scene.velocities)), np.max(np.abs(scene.angular_velocities)))
+    if 0.0 < fastest < SLOWEST:
         return False
     cushions = table is not None and bool(table.cushions)
     rubs = physics.ball_friction != 0.0 or physics.cushion in ("frictional", "han2005")

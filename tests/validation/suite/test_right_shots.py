@@ -1,0 +1,70 @@
+"""The law calls no right shot wrong: what our engine plays right breaks no limit of it.
+
+A shot whose collisions no engine in doubles can tell apart is compared with its proof up to there.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from right_shots import judged
+from shots import kept_scene
+
+from ghostball.model import Scene
+from ghostball.validation.checks.verdict import Verdict, verdict_of
+
+RIGHT = (
+    "cut-5um",
+    "elastic-hit-1e-07",
+    "elastic-hit-1e-13",
+    "radius",
+    "along-side-pocket",
+)
+"""Shots that were once called wrong: thin hits, a ball of 28 km, one along a rail."""
+
+FROZEN = ("elastic-break", "rot-paper-0p3-0", "rot-pool-0p7-1em16")
+"""Racks whose gaps are roundings: no engine in doubles can tell which ball is struck first."""
+
+MOST_AMBIGUOUS = 0.02
+"""Share of the shots that have a reference in which that can't tell contacts apart."""
+
+
+@pytest.mark.parametrize("name", RIGHT)
+def test_a_shot_that_is_right_passes(name):
+    found = judged(kept_scene(name))
+    assert found.faults == ()
+    assert found.reference == "whole"
+    assert verdict_of(found.record) is Verdict.PASS
+    assert found.record.accuracy.kind == "exact"
+
+
+@pytest.mark.parametrize("name", FROZEN)
+def test_the_end_of_a_shot_that_no_engine_can_tell_is_not_judged(name):
+    found = judged(kept_scene(name))
+    assert found.faults == ()
+    assert found.reference == "ambiguous"
+    assert found.why.startswith("can't tell what comes first: ")
+    # Nothing is said of its end, and it isn't said that it was compared with a proof of it.
+    assert found.record.accuracy is None
+    assert found.record.truth != "certified"
+
+
+@pytest.mark.parametrize("turn", [0.1, 0.3, 0.5, 0.7, 1.0, 1.3])
+@pytest.mark.parametrize("preset", ["paper", "pool"])
+def test_a_turned_rack_whose_balls_all_but_touch_passes(preset, turn):
+    """Breaks where a gap of a rounding decides what comes first."""
+    found = judged(turned_rack(preset, turn))
+    assert found.faults == ()
+    assert found.reference == "ambiguous"
+
+
+def turned_rack(preset: str, turn: float) -> Scene:
+    """Return a ball that is shot at a rack of three, all of it turned by an angle [rad]."""
+    radius, (c, s) = 0.028575, (np.cos(turn), np.sin(turn))
+    frozen = [(2.0 * radius * np.cos(a), 2.0 * radius * np.sin(a)) for a in (-np.pi / 6, np.pi / 6)]
+    places = [(-0.4, 0.004), (0.0, 0.0), *frozen]
+    at = [(1.2 + c * x - s * y, 0.6 + s * x + c * y) for x, y in places]
+    balls = [{"id": f"b{k}", "position": place} for k, place in enumerate(at)]
+    balls[0]["velocity"] = (3.0 * c, 3.0 * s)
+    data = {"name": "rack", "physics": {"preset": preset}, "balls": balls}
+    return Scene.model_validate(data | {"table": {"length": 2.54, "width": 1.27}})
