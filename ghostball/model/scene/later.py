@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from difflib import get_close_matches
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -24,6 +24,7 @@ _NAME = re.compile(r"(?P<shot>.*?)(?:\.(?P<number>[0-9]{1,9}))?")
 _LONGEST_NAME = 64
 
 
+@runtime_checkable
 class EndedShot(Protocol):
     """A shot that an engine simulated: what `Scene.after` asks of a `Result`."""
 
@@ -58,6 +59,10 @@ def fields_after(shot: EndedShot, changes: Mapping[str, Change]) -> dict[str, An
 
     Raises `SceneError` if there is no such scene.
     """
+    if not isinstance(shot, EndedShot):
+        raise refusal(
+            f"`result` must be a Result, got {type(shot).__name__}. Give what `simulate` returns"
+        )
     scene = shot.scene
     if shot.status is not Status.REST:
         raise refusal(
@@ -65,6 +70,13 @@ def fields_after(shot: EndedShot, changes: Mapping[str, Change]) -> dict[str, An
             f"{shot.status.name}. Simulate it until every ball rests, or use `result.at(t)`"
         )
     ids = [ball.id for ball in scene.balls]
+    if not isinstance(changes, Mapping) or not all(
+        isinstance(change, Mapping) for change in changes.values()
+    ):
+        raise refusal(
+            f"`changes` must be fields of balls by id, got {repr(changes)[:80]}. Give "
+            '{"ID": {"velocity": (1.0, 0.0)}}'
+        )
     for name in changes:
         if name not in ids:
             close = get_close_matches(str(name), ids, n=1)

@@ -158,7 +158,7 @@ class Scene(SceneContents):
             if a rule of scenes is broken. Balls that another engine left overlapping are refused
             with their ids and the overlap [m]; they are never moved.
         """
-        after = fields_after(result, changes or {})
+        after = fields_after(result, {} if changes is None else changes)
         given = {} if name is None else {"name": name}
         return made_after(lambda: cls(**{**after, **given, **fields}), result.engine)
 

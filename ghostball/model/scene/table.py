@@ -311,7 +311,7 @@ def _size_of(vertices: Any) -> dict[str, float]:
     """Return the size of a polygon; 1 m where it has none, which the rules of polygons refuse."""
     try:
         xs, ys = zip(*((float(x), float(y)) for x, y in vertices), strict=True)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         return {"length": 1.0, "width": 1.0}
     sizes = {"length": max(xs), "width": max(ys)}
     return {name: size if SMALLEST <= size <= LARGEST else 1.0 for name, size in sizes.items()}

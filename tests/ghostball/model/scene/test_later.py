@@ -10,7 +10,7 @@ import pytest
 from refusals import refusal_of
 from shots import FLIES, POOL_TABLE, R, ball, scene_of
 
-from ghostball.engine import simulate
+from ghostball.engine import simulate, simulate_many
 from ghostball.model import (
     Disc,
     EventKind,
@@ -254,12 +254,21 @@ class TestTheNextShot:
             ({"object": {"velocity": (1, 0)}}, ('`changes["object"]`', "`position`", "pocketed")),
             ({"cue": {"position": (9, 9)}}, ("`balls[0].position`", "inside the table")),
             ({"cue": {"spede": 1}}, ("`balls[0].spede`",)),
+            *(
+                (wrong, ("`changes`", "by id", "Give {"))
+                for wrong in (5, [("cue", {})], {"cue": 5}, {"cue": [("velocity", (1, 0))]})
+            ),
         ],
     )
     def test_a_change_that_cannot_be_is_refused(self, changes, tells):
         result = simulate(find_scene("pocket-draw"))
         message = refusal_of(lambda: Scene.after(result, changes=changes))
         assert all(tell in message for tell in tells), message
+
+    def test_what_is_no_result_is_refused(self):
+        for wrong in (5, None, simulate_many([find_scene("stop")])):
+            message = refusal_of(lambda wrong=wrong: Scene.after(wrong))
+            assert f"`result` must be a Result, got {type(wrong).__name__}" in message
 
     def test_balls_that_still_move_are_refused(self):
         result = simulate(scene_of(ball((0, 0), (1, 0)), t_max=0.5))

@@ -35,6 +35,7 @@ POOL = Table.PRESETS["wpa-9ft"]["pockets"]
             {"vertices": [(0, 0), (1, 0), (2, 0)]},
             ("`vertices`", "at least 1e-50 m along y, got 0 m", "no room", "Move a vertex"),
         ),
+        ({"vertices": [(0, 0), (10**400, 0), (1, 1)]}, ("`vertices[1][0]`", "at most 1e+50")),
         ({"vertices": [(0, 0), (0, 1), (0, 2)]}, ("`vertices`", "along x, got 0 m")),
         ({"vertices": [(0, 0), (1, 1), (2, 2)]}, ("`vertices[2]`", "room between its sides")),
         ({"vertices": [(0, 0), (1, 0), (0.5, 1e-200)]}, ("`vertices`", "along y, got 1e-200 m")),
