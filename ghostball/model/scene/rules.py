@@ -76,8 +76,8 @@ def _check_height(scene: SceneContents, starts: Starts) -> None:
     z, speed, radius = float(heights[k]), float(up[k]), float(radii[k])
     if wrong[k]:
         rule = (
-            f"must be at least the radius, {radius} m, got {z} m: the ball would be inside the "
-            "table. Raise it, or leave z out"
+            f"must be at least the radius, {radius} m, got {z} m: the ball would be "
+            f"{radius - z:.6g} m inside the table. Raise it, or leave z out"
             if flies
             else f"must be the radius, {radius} m, got {z} m: the ball must lie on the cloth. "
             "Leave z out"

@@ -93,7 +93,9 @@ def test_a_ball_in_the_air_needs_airborne():
 
 def test_no_ball_is_inside_the_table_or_begins_into_it():
     inside = {"motion": "sliding", "airborne": True}
-    assert "z must be at least the radius" in refusal(ball((0, 0, 0.9 * R)), **inside)
+    sunk = refusal(ball((0, 0, R - 1e-3)), **inside)
+    assert "z must be at least the radius" in sunk
+    assert "the ball would be 0.001 m inside the table" in sunk
     assert "z must be at least 0 of a ball that lies" in refusal(
         ball((0, 0), (0, 0, -1e-9)), **inside
     )
