@@ -43,10 +43,12 @@ class Output:
 def captured(*, errors: bool = False) -> Iterator[Output]:
     """Keep what is printed within the block, also by C code, from standard output.
 
+    A process that the block forks ends with the block: see `end_if_forked`.
+
     `errors`: whether from standard error too; it must not be where our own messages or a progress
     bar are written there meanwhile, from a thread of theirs.
     """
-    output = Output()
+    output, process = Output(), os.getpid()
     with tempfile.TemporaryFile(buffering=0) as file:
         try:
             with ExitStack() as diverted:
@@ -56,9 +58,21 @@ def captured(*, errors: bool = False) -> Iterator[Output]:
                 if errors:
                     diverted.enter_context(_diverted(2, file))
                     diverted.enter_context(redirect_stderr(writer))
-                yield output
+                try:
+                    yield output
+                finally:
+                    end_if_forked(process)
         finally:
             output.text = text_of(file)
+
+
+def end_if_forked(process: int) -> None:
+    """End this process if it isn't `process`: an engine forked it and let it return to its caller.
+
+    It must not continue as a second harness, which would answer, print and store everything twice.
+    """
+    if os.getpid() != process:
+        os._exit(0)
 
 
 @contextmanager

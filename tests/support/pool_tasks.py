@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import signal
+import subprocess
 import time
 from pathlib import Path
 
@@ -27,6 +28,8 @@ def work(task: str) -> str:
     if word == "later":  # crashes once it is idle
         signal.signal(signal.SIGALRM, lambda *_: os._exit(9))
         signal.setitimer(signal.ITIMER_REAL, 0.05)
+    if word == "pid":
+        return f"{os.getpid()}"
     if word == "raise":
         raise ValueError(rest)
     if word == "print":
@@ -38,10 +41,31 @@ def work(task: str) -> str:
         with open(rest, "a") as file:
             file.write(f"{os.getppid()} {os.getpid()}\n")
         time.sleep(0.5 if len(Path(rest).read_text().splitlines()) > 1 else 600.0)
+    if word == "start":  # a child that holds a pipe open, and more as the rest says
+        child, path, then = rest.split(" ", 2)
+        start_child(child, path)
+        work(then)
+    if word == "fork":  # and let both return
+        if os.fork() == 0:
+            return "done by a child"
+        time.sleep(float(rest))
+    if word == "garbage":
+        os.write(_answers(), b"\x00\x00\x00\x04junk")
     if word == "half":  # is killed in the midst of its answer
         os.write(_answers(), b"\x00\x00\x10\x00half")
         os._exit(3)
     return f"done {task}"
+
+
+def start_child(kind: str, path: str) -> None:
+    """Start a process that holds the end of a pipe and doesn't end."""
+    with open(path, "w") as pipe:  # waits until somebody reads
+        pipe.write("there\n")
+        pipe.flush()
+        if kind == "program":
+            subprocess.Popen(["sleep", "600"], stdout=pipe)
+        elif os.fork() == 0:
+            time.sleep(600.0)
 
 
 def _answers() -> int:

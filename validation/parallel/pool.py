@@ -1,20 +1,21 @@
 """Work in several processes: a crash costs one task, an interrupt leaves no process behind.
 
-A task that hangs costs no more than itself either, where it has a limit of time. A process has one
-pipe of its own, so that one that crashes in the midst of its answer spoils no other's.
+A task that hangs costs no more than itself either, if it has a limit of time. A process has one
+pipe of its own, so that one that crashes in the midst of its answer spoils no other's. It leads a
+process group, which also holds what its tasks start; the group ends with the process.
 
 Nothing of what the tasks do is imported here: a process imports what its own tasks need.
 """
 
 from __future__ import annotations
 
-import ctypes
 import faulthandler
 import math
 import multiprocessing
 import os
 import pickle
 import signal
+import subprocess
 import tempfile
 import threading
 import time
@@ -27,7 +28,7 @@ from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait as wait_for_any
 from typing import Any, Generic, Protocol, TypeVar
 
-from ghostball.reference_adapters.output import captured, divert, flush, text_of
+from ghostball.reference_adapters.output import captured, divert, end_if_forked, flush, text_of
 
 S = TypeVar("S")
 T = TypeVar("T")
@@ -49,8 +50,12 @@ _JOIN_TIMEOUT = 5.0
 _FAILED = 1
 """Exit code of a process whose task raised what it must not, and of one whose parent is gone."""
 
-_PR_SET_PDEATHSIG = 1
-"""What `prctl` sets: which signal a process gets when its parent ends."""
+_GUARD = "exec 3<&0; (read -r _ <&3; kill -KILL 0) &"
+"""Shell command that waits until its standard input ends, then kills its own process group.
+
+It waits in a second process, so that the one that runs it has no child that doesn't end: an engine
+may wait for all of its children.
+"""
 
 _SPAWN = multiprocessing.get_context("spawn")
 """Not fork: pybullet's threads and locks don't survive it."""
@@ -71,8 +76,17 @@ class Done(Generic[T, R]):
     printed: str
 
     def of(self, task: S) -> Done[S, Any]:
-        """Return what a process gave, pickled, as that of a task."""
-        given = None if self.given is None else pickle.loads(self.given)  # type: ignore[arg-type]
+        """Return what a process gave, pickled, as that of a task.
+
+        An answer that can't be read counts as a crash: something else in that process wrote it.
+        """
+        if self.given is None:
+            return Done(task, None, self.crashed, self.printed)
+        try:
+            given = pickle.loads(self.given)  # type: ignore[arg-type]
+        except Exception as error:
+            why = f"its process gave an answer that can't be read ({type(error).__name__}: {error})"
+            return Done(task, None, why, self.printed)
         return Done(task, given, self.crashed, self.printed)
 
     def or_else(self, crashed: Callable[[T, str], R]) -> R:
@@ -81,6 +95,11 @@ class Done(Generic[T, R]):
             return crashed(self.task, self.crashed)
         given: Any = self.given  # None too may be what it gave
         return given  # type: ignore[no-any-return]
+
+
+def one_kind(_: object) -> str:
+    """Return the one kind of tasks that may share a process."""
+    return ""
 
 
 class Workers(Protocol):
@@ -92,6 +111,7 @@ class Workers(Protocol):
         work: Callable[[T], R],
         limit: Callable[[T], float] | None = None,
         prepare: Callable[[], object] | None = None,
+        kind: Callable[[T], str] = one_kind,
     ) -> Generator[Done[T, R]]:
         """Do tasks there; see `run_tasks` of this module."""
 
@@ -118,6 +138,7 @@ def run_tasks(
     work: Callable[[T], R],
     limit: Callable[[T], float] | float | None = None,
     prepare: Callable[[], object] | None = None,
+    kind: Callable[[T], str] = one_kind,
 ) -> Generator[Done[T, R]]:
     """Do tasks in other processes; yield what came of each.
 
@@ -132,12 +153,16 @@ def run_tasks(
         of minutes.
     `prepare`: what another process does first, such as importing what tasks need: no task's limit
         of time runs meanwhile.
+    `kind`: returns the kind of a task. A process does tasks of one kind only, so that no task can
+        change what a task of another kind finds. "" is the kind of this project's own engines;
+        another one is the name of another project's engine (`sources.code_kind`). There are at
+        most as many processes as jobs times kinds, of which at most `jobs` work.
 
     Close the generator to stop early: its processes are gone when `close` returns.
     """
     limit = limit_of(limit)
     if not isinstance(jobs, int):
-        yield from jobs.run_tasks(tasks, work, limit, prepare)
+        yield from jobs.run_tasks(tasks, work, limit, prepare, kind)
         return
     if jobs == 1 and limit is None:
         for task in tasks:
@@ -147,23 +172,26 @@ def run_tasks(
         return
     first = pickle.dumps((work, prepare))
     queue = iter(tasks)
-    processes: list[Process] = []
+    processes: dict[Process, str] = {}
     doing: dict[Process, T] = {}
 
-    def free() -> Process:
+    def free(wanted: str) -> Process:
         for process in [one for one in processes if one not in doing]:
-            if process.is_alive:
+            if not process.is_alive:
+                # It crashed since its last task, of what that left behind: the next one isn't to
+                # blame.
+                process.close()
+                del processes[process]
+            elif processes[process] == wanted:
                 return process
-            # It crashed since its last task, of what that left behind: the next one isn't to blame.
-            process.close()
-            processes.remove(process)
-        processes.append(Process(first, START_LIMIT))
-        return processes[-1]
+        started = Process(first, START_LIMIT)
+        processes[started] = wanted
+        return started
 
     try:
         while True:
             for task in islice(queue, jobs - len(doing)):
-                process = free()
+                process = free(kind(task))
                 process.give(pickle.dumps((work, task)), None if limit is None else limit(task))
                 doing[process] = task
             if not doing:
@@ -173,11 +201,12 @@ def run_tasks(
                 answer = process.answer()
                 if answer is None:
                     continue
-                if answer.crashed:
+                done = answer.of(task)
+                if done.crashed:
                     process.close()
-                    processes.remove(process)
+                    del processes[process]
                 del doing[process]
-                yield answer.of(task)
+                yield done
     finally:
         for process in processes:
             process.kill()
@@ -187,6 +216,9 @@ def run_tasks(
 
 class Process:
     """Another process, which does one task after another until it is closed, or crashes.
+
+    It leads a process group. What its tasks start and leave behind ends with it, except for a
+    process that makes a session of its own; on Windows, which has no groups, it alone ends.
 
     `first`: what does its tasks, and what it does before; pickled, as all that it is given.
     `start_limit` [s]: how long it may take to start, where the first task has a limit of time.
@@ -256,13 +288,23 @@ class Process:
         return limit - (time.monotonic() - self._since)
 
     def kill(self) -> None:
-        """Have it end, whatever it does, without waiting for that."""
+        """Kill it and its group, whatever they do, without waiting for their end."""
+        if hasattr(os, "killpg"):
+            assert self._process.pid is not None
+            with suppress(ProcessLookupError, PermissionError):  # no group yet; macOS: all ended
+                os.killpg(self._process.pid, signal.SIGKILL)
         self._process.kill()
 
     def close(self) -> None:
         """End it, whatever it does: it is gone then, with all that was made for it."""
-        self._process.kill()
+        self.kill()
         self._process.join()
+        if hasattr(os, "killpg"):
+            assert self._process.pid is not None
+            # As the first process of a container we inherit processes whose parent has ended.
+            with suppress(ChildProcessError):
+                while True:
+                    os.waitpid(-self._process.pid, 0)
         self._process.close()
         self._pipe.close()
         self._output.close()
@@ -286,12 +328,12 @@ def _serve(pipe: Connection, output: str, pickled: bytes) -> None:
     """Do tasks, in a process of its own: say that it is ready, then answer one after another."""
     divert(output)
     faulthandler.enable(all_threads=False)  # a crash then says where, into what is printed
-    threading.Thread(target=_end_with_parent, daemon=True).start()
-    with suppress(OSError, AttributeError, TypeError):  # Linux's own way: no thread may run there
-        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+    _end_with_parent()
+    process = os.getpid()
     _, prepare = pickle.loads(pickled)  # and import what the work needs
     if prepare is not None:
         prepare()
+    end_if_forked(process)
     pipe.send_bytes(b"")
     while True:
         pipe.send_bytes(_do(pipe.recv_bytes()))
@@ -299,10 +341,13 @@ def _serve(pipe: Connection, output: str, pickled: bytes) -> None:
 
 def _do(pickled: bytes) -> bytes:
     """Do a task, and return what it gives, pickled."""
+    process = os.getpid()
     try:
         work, task = pickle.loads(pickled)
         given = pickle.dumps(work(task))
+        end_if_forked(process)
     except BaseException:
+        end_if_forked(process)
         traceback.print_exc()
         flush()
         os._exit(_FAILED)
@@ -330,8 +375,27 @@ def _interrupts_held() -> Iterator[None]:
 
 
 def _end_with_parent() -> None:
-    """End this process once its parent is gone, also in the midst of a task that hangs."""
+    """Lead a process group that is killed once the parent of this process is gone.
+
+    Whatever this process does then: native code lets none of its threads run. A thread does it
+    where there is no shell, of this process alone.
+    """
     parent = multiprocessing.parent_process()
     assert parent is not None
-    wait_for_any([parent.sentinel])
-    os._exit(_FAILED)
+    if hasattr(os, "setsid"):
+        os.setsid()
+        with suppress(FileNotFoundError):
+            subprocess.run(
+                ["/bin/sh", "-c", _GUARD],
+                stdin=parent.sentinel,
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.DEVNULL,
+                check=True,
+            )
+            return
+
+    def watch() -> None:
+        wait_for_any([parent.sentinel])
+        os._exit(_FAILED)
+
+    threading.Thread(target=watch, daemon=True).start()

@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
 from itertools import count
 from pathlib import Path
@@ -108,6 +109,57 @@ def test_a_process_that_crashes_in_the_midst_of_its_answer_costs_its_task():
     assert found == ["half: the process running it crashed (exit code 3)", "done a"]
 
 
+@pytest.mark.skipif(os.name == "nt", reason="process groups are POSIX")
+@pytest.mark.parametrize("child", ["program", "fork"])
+@pytest.mark.parametrize(
+    ("then", "outcome"),
+    [
+        ("sleep 600", "it took longer than 2 s, and was ended"),
+        ("crash 7", "the process running it crashed (exit code 7)"),
+        ("a", ""),
+    ],
+)
+def test_what_a_task_started_ends_with_its_process(tmp_path, child, then, outcome):
+    # Without a process group it ran on for ever, and held the output of whoever ran us.
+    os.mkfifo(tmp_path / "pipe")
+    with (
+        closing(run_tasks([f"start {child} {tmp_path / 'pipe'} {then}"], 1, work, 2.0)) as found,
+        ThreadPoolExecutor(1) as thread,
+    ):
+        pipe = thread.submit((tmp_path / "pipe").open, "rb")
+        (done,) = found
+    assert done.crashed == outcome
+    with pipe.result() as file:
+        assert file.read() == b"there\n"  # it ends when nobody holds the other end
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="forks are POSIX")
+@pytest.mark.parametrize("limit", [LIMIT, None], ids=["other process", "this process"])
+def test_a_child_that_returns_ends_and_its_parent_answers(limit):
+    # Both answered through one pipe, or both continued as the harness.
+    with closing(run_tasks(["fork 0.5", "a"], 1, work, limit)) as found:
+        assert [(done.given, done.crashed) for done in found] == [
+            ("done fork 0.5", ""),
+            ("done a", ""),
+        ]
+
+
+@pytest.mark.skipif(not Path("/proc/self/fd").exists(), reason="needs /proc")
+def test_an_answer_that_cannot_be_read_costs_its_task():
+    first, after = results(["garbage", "a"])
+    assert first.startswith("garbage: its process gave an answer that can't be read (")
+    assert after == "done a"
+
+
+def test_a_process_does_tasks_of_one_kind_only():
+    # Breaks where what one engine leaves behind, such as a patched function, acts on another one.
+    tasks = ["pid a", "pid b", "pid a", "pid b", "pid a"]
+    with closing(run_tasks(tasks, 1, work, LIMIT, kind=lambda task: task[-1])) as found:
+        first, other, *rest = [done.given for done in found]
+    assert first != other
+    assert rest == [first, other, first]
+
+
 def test_a_process_that_cannot_start_costs_a_task_each():
     assert results(["a", "b"], prepare=never) == [
         "a: the process running it crashed (exit code 5)",
@@ -135,12 +187,13 @@ def test_closing_ends_what_runs():
         "time.sleep(0.0)",
         "time.sleep(1.0)",
         "time.sleep(600.0)",
+        "subprocess.run(['sleep', '600'], stdout=kept)",
         pytest.param(
             "sum(range(10**13))",
             marks=pytest.mark.skipif(sys.platform != "linux", reason="asks the system for it"),
         ),
     ],
-    ids=["idle", "answers", "hangs", "hangs in native code"],
+    ids=["idle", "answers", "hangs", "hangs in a program", "hangs in native code"],
 )
 def test_a_worker_whose_parent_is_killed_ends(tmp_path, task):
     script, said = tmp_path / "parent.py", tmp_path / "said"
@@ -162,7 +215,7 @@ def test_a_worker_whose_parent_is_killed_ends(tmp_path, task):
 
 
 PARENT = """
-import sys, time
+import subprocess, sys, time
 from ghostball.validation.parallel.pool import limit_of, run_tasks
 
 
