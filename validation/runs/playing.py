@@ -66,7 +66,7 @@ def run_engine(engine: ReferenceEngine, scene: Scene, record: Record = "trajecto
     `EngineFailedError` where it raises anything else, or what it returns breaks the contract of
     `Result`; `KeyboardInterrupt` where it was interrupted, and handed back what it had.
     """
-    if hasattr(engine, "is_remote"):  # it comes through this door in the other process
+    if isinstance(engine, _Remote):  # it comes through this door in the other process
         return engine.simulate(scene, record=record)
     with blamed_on_engine(engine.name):
         result = engine.simulate(scene, record=record)
@@ -106,16 +106,18 @@ def in_other_process(
     base: Any = type(engine)
     with _Worker(base.__module__, time_limit, printed) as worker:
 
-        class RemoteEngine(base):  # type: ignore[misc]
+        class RemoteEngine(_Remote, base):  # type: ignore[misc]
             """The engine, but for where it runs."""
-
-            is_remote = True
 
             def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
                 """Run the scene in the other process; see `ReferenceEngine.simulate`."""
                 return worker.run(_Shot(base, self.settings, scene, record))
 
         yield RemoteEngine(engine.settings)
+
+
+class _Remote:
+    """What runs in another process. No engine is one: a name that it may have would decide less."""
 
 
 @dataclass(frozen=True)

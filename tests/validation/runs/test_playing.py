@@ -92,6 +92,12 @@ def test_whatever_it_raises_or_returns_is_its_failure(evil, does):
     assert not failed.value.is_our_bug
 
 
+def test_no_attribute_of_an_engine_keeps_its_result_from_being_checked(evil):
+    type(evil).is_remote = True
+    with pytest.raises(EngineFailedError, match="`status` must be a `Status`"):
+        run_engine(with_setting(evil, "does", "lie"), SCENE)
+
+
 def test_what_our_own_engine_raises_is_a_bug_of_ours(monkeypatch):
     def fail(*_, **__):
         raise ZeroDivisionError
@@ -114,7 +120,9 @@ def test_another_engine_of_our_name_runs_in_another_process_too(evil):
     impostor = type("Impostor", (type(evil),), {"name": OURS, "__module__": "evil_engine"})
     sys.modules["evil_engine"].Impostor = impostor
     with in_other_process(impostor(evil.settings), 60.0) as player:
-        assert player.is_remote
+        assert player is not impostor
+        with pytest.raises(EngineFailedError, match="crashed"):
+            run_engine(with_setting(player, "does", "crash"), SCENE)
 
 
 def test_another_process_costs_the_shot_alone(evil, capfd):
