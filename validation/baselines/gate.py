@@ -31,7 +31,14 @@ from ghostball.validation.baselines.regression import (
 from ghostball.validation.baselines.replay import PlayAgain, not_deterministic, playing_again
 from ghostball.validation.baselines.revision import checkout_of
 from ghostball.validation.baselines.rounding import Allowance, allowance_of, allowance_of_other
-from ghostball.validation.parallel.sources import SourcesError, hash_sources, source_folders
+from ghostball.validation.parallel.sources import (
+    SourcesError,
+    code_kind,
+    engine_code,
+    hash_sources,
+    is_ours,
+    source_folders,
+)
 from ghostball.validation.results.environment import describe_environment, git_state
 from ghostball.validation.results.records import CaseRecord, Motion
 from ghostball.validation.results.store import Results
@@ -40,7 +47,7 @@ from ghostball.validation.scenes import commands
 from ghostball.validation.scenes.gases import many_balls
 from ghostball.validation.suite.case import blank_record, failed
 from ghostball.validation.suite.judge import Case, TruthFailure
-from ghostball.validation.suite.unchanged import is_ours
+from ghostball.validation.suite.unchanged import hash_of
 
 PENDING = "not accepted yet"
 
@@ -299,14 +306,10 @@ def _warnings(changes: Sequence[SceneChange], stale: Sequence[str]) -> Iterator[
 
 
 def sources_hash(label: str) -> str:
-    """Return the hash of the code that decides what an engine does: ours, and its own.
-
-    Of an engine that isn't ours its package is hashed, or, where it is in none, its module.
-    """
-    folders = source_folders()
-    if is_ours(label):
-        return hash_sources(folders)
-    return hash_sources((*folders, source_of(label)))
+    """Return the hash of the code that decides what an engine does: ours, and its own."""
+    ours = hash_sources(source_folders())
+    name = code_kind(label)
+    return hash_of([ours, engine_code(name)]) if name else ours
 
 
 def source_of(label: str) -> Path:

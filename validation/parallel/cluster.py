@@ -25,8 +25,9 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from uuid import uuid4
 
 from ghostball.model import GhostballError
-from ghostball.validation.parallel.pool import WAKE, Done, Process, wait
-from ghostball.validation.parallel.sources import code_here
+from ghostball.reference_adapters.registry import EngineUnavailableError
+from ghostball.validation.parallel.pool import WAKE, Done, Process, one_kind, wait
+from ghostball.validation.parallel.sources import code_here, engine_code
 
 if TYPE_CHECKING:
     from distributed import Client, Future
@@ -135,13 +136,22 @@ class Cluster:
         work: Callable[[T], R],
         limit: Callable[[T], float] | None = None,
         prepare: Callable[[], object] | None = None,
+        kind: Callable[[T], str] = one_kind,
     ) -> Generator[Done[T, R]]:
         """Do tasks; yield what came of each: see `validation.parallel.pool.run_tasks`.
 
-        Raises `ClusterError` where a worker has other code than this machine, or lacks it;
+        Raises `ClusterError` if a worker has other code than this machine, ours or an engine's, or
+        lacks it;
         `ClusterLostError` where the scheduler ends, or there is no worker for a minute.
         """
-        first = pickle.dumps((_first, (code_here(), pickle.dumps(prepare))))
+        firsts: dict[str, bytes] = {}
+
+        def first_of(one: str) -> bytes:
+            if one not in firsts:
+                given = code_here() | _engine_here(one), one, pickle.dumps(prepare)
+                firsts[one] = pickle.dumps((_first, given))
+            return firsts[one]
+
         run = uuid4().hex
         queue = iter(tasks)
         doing: dict[str, tuple[Future, T]] = {}
@@ -151,7 +161,9 @@ class Cluster:
                 for task in islice(queue, max(0, self._room() - len(doing))):
                     key = f"ghostball-{uuid4().hex}"
                     seconds = None if limit is None else limit(task)
-                    job = _Job((run, first, key, pickle.dumps((work, task)), seconds))
+                    one = kind(task)
+                    first, does = first_of(one), pickle.dumps((work, task))
+                    job = _Job((f"{run} {one}", first, key, does, seconds))
                     with self._answering():
                         future = self._client.submit(pickle.loads, pickle.dumps(job), key=key)
                         future.add_done_callback(done.put)
@@ -254,10 +266,18 @@ class _Job:
         return serve, self.given
 
 
-def _first(given: tuple[dict[str, str], bytes]) -> str:
+def _engine_here(name: str) -> dict[str, str]:
+    """Return the code of an engine; nothing if it can't be imported, which a comparison shows."""
+    try:
+        return engine_code(name)
+    except EngineUnavailableError:
+        return {}
+
+
+def _first(given: tuple[dict[str, str], str, bytes]) -> str:
     """Prepare this process for tasks; return in what its code differs, if in anything."""
-    wanted, prepare = given
-    here = code_here()
+    wanted, engine, prepare = given
+    here = code_here() | _engine_here(engine)
     differences = [
         f"{name} is {here.get(name, 'missing')} there and {wanted.get(name, 'missing')} here"
         for name in {**wanted, **here}
@@ -276,7 +296,7 @@ _IDLE: dict[Process, tuple[str, threading.Timer]] = {}
 def serve(run: str, first: bytes, key: str, pickled: bytes, limit: float | None) -> _Answer:
     """Do a task in a process of this worker.
 
-    `run`: what the run is called: its processes are kept for each other's tasks.
+    `run`: the run and the kind of the task: the processes of both are kept for their next tasks.
     `first`: `_first` and what it is given, pickled: what a new process does before.
     `key`: what Dask calls the task.
     `pickled`: what does the task, and the task.

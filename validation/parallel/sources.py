@@ -1,19 +1,33 @@
-"""The code that runs on this machine: our sources, and what they compute with."""
+"""The code that runs on this machine: our sources, an engine's, and what they compute with."""
 
 from __future__ import annotations
 
+import ast
 import hashlib
 import json
 import platform
-from collections.abc import Iterable
+import re
+import sys
+import sysconfig
+from collections.abc import Iterable, Iterator
 from functools import cache
-from importlib.metadata import PackageNotFoundError, version
+from importlib.metadata import (
+    PackageNotFoundError,
+    packages_distributions,
+    requires,
+    version,
+)
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from ghostball.model import GhostballError
 from ghostball.reference_adapters.javascript import packages as javascript
+from ghostball.reference_adapters.registry import (
+    EngineUnavailableError,
+    engine_class,
+    parse_spec,
+)
 from ghostball.reference_adapters.workers.process import DISTRIBUTIONS, installed
 
 OUR_PACKAGES = ("model", "engine", "reference_adapters", "validation")
@@ -114,3 +128,126 @@ def code_here() -> dict[str, str]:
         "ghostball's sources": hash_sources(source_folders())[:12],
         "Python": platform.python_version(),
     } | {name: found for name, found in (ours | theirs).items() if found is not None}
+
+
+def is_ours(label: str) -> bool:
+    """Return whether an engine is one of this project, so that `code_here` tells its code."""
+    engine: Any = engine_class(parse_spec(label)[0])
+    return str(engine.__module__).startswith(tuple(f"ghostball.{name}." for name in OUR_PACKAGES))
+
+
+def code_kind(label: str) -> str:
+    """Return whose code runs an engine: "" if it is this project's, else the engine's name.
+
+    The engines of this project share their processes. One of another project may change whatever
+    it likes in its process, so it has processes of its own; see `pool.run_tasks`.
+    """
+    name, _ = parse_spec(label)
+    try:
+        return "" if is_ours(label) else name
+    except EngineUnavailableError:
+        return name
+
+
+def engine_code(name: str) -> dict[str, str]:
+    """Return what is the same where the same code of an engine runs: its sources, and versions.
+
+    `name`: `NAME` or `MODULE:NAME` of an engine of another project; "" gives nothing.
+
+    The sources are all files of code of the engine's package, or its module, and of whatever these
+    import that isn't installed as a distribution. The versions are those of the distributions that
+    they import, and of what those require. Files that hold no code, such as tables that an engine
+    reads, aren't looked at.
+
+    Raises `EngineUnavailableError` if the engine can't be imported; `SourcesError` if its code is
+    in no file.
+    """
+    if not name:
+        return {}
+    module = str(engine_class(name).__module__)
+    files, distributions = _imported_by(module.partition(".")[0])
+    if not files:
+        raise SourcesError(f"engine `{name}`: module `{module}` has no source file")
+    digest = hashlib.sha256()
+    for place, path in sorted(files.items()):
+        content = path.read_bytes()
+        digest.update(json.dumps([place, len(content)]).encode() + content)
+    found = {one: version_of(one) for one in sorted(distributions)}
+    return {f"the source of engine `{name}`": digest.hexdigest()[:12]} | {
+        one: number for one, number in found.items() if number is not None
+    }
+
+
+def _imported_by(module: str) -> tuple[dict[str, Path], set[str]]:
+    """Return the code that a top-level module imports, directly or not.
+
+    Its files by their places below the folder that they are imported from, for the module itself
+    and for what isn't installed; and the names of the distributions of what is.
+    """
+    installed_in = [Path(sysconfig.get_path(one)).resolve() for one in ("purelib", "platlib")]
+    owners = packages_distributions()
+    files: dict[str, Path] = {}
+    distributions: set[str] = set()
+    names = [module]
+    for name in names:  # it grows
+        if name in sys.stdlib_module_names or name == "ghostball":
+            continue
+        own = dict(_files_of(name))
+        distributions.update(one for owner in owners.get(name, ()) for one in _required(owner))
+        is_installed = any(
+            path.resolve().is_relative_to(folder)
+            for path in own.values()
+            for folder in installed_in
+        )
+        if is_installed and name != module:
+            continue
+        files |= own
+        imported = {one for path in own.values() for one in _imports(path)}
+        names += sorted(imported.difference(names))
+    return files, distributions
+
+
+def _files_of(name: str) -> Iterator[tuple[str, Path]]:
+    """Yield the files of code of a top-level module or package, each with its place."""
+    try:
+        spec = find_spec(name)
+    except (ImportError, ValueError):  # ValueError: a module that was made, not imported
+        return
+    if spec is None:
+        return
+    for folder in map(Path, spec.submodule_search_locations or ()):
+        for path in code_files(folder):
+            yield f"{name}/{path.relative_to(folder).as_posix()}", path
+    if not spec.submodule_search_locations and spec.origin and Path(spec.origin).is_file():
+        yield Path(spec.origin).name, Path(spec.origin)
+
+
+def _imports(path: Path) -> Iterator[str]:
+    """Yield the top-level names that a file of Python imports, anywhere in it."""
+    if path.suffix != ".py":
+        return
+    try:
+        tree = ast.parse(path.read_bytes())
+    except (SyntaxError, ValueError):  # whoever runs it says so
+        return
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from (one.name.partition(".")[0] for one in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            yield node.module.partition(".")[0]
+
+
+@cache
+def _required(distribution: str) -> frozenset[str]:
+    """Return a distribution and all that it requires, directly or not, as far as it is there."""
+    names = [distribution]
+    for name in names:  # it grows
+        try:
+            needed = requires(name) or ()
+        except PackageNotFoundError:
+            continue
+        for one in needed:
+            found = re.match(r"[A-Za-z0-9._-]+", one)
+            if found is not None and found[0] not in names:
+                names.append(found[0])
+    return frozenset(names)

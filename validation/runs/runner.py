@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from typing import Any, Generic, TypeVar
 
 from ghostball.model import GhostballError
-from ghostball.validation.parallel.pool import Done, Progress, Workers, run_tasks
+from ghostball.validation.parallel.pool import Done, Progress, Workers, one_kind, run_tasks
 from ghostball.validation.results.record_store import Name, RecordStore, RunState
 
 T = TypeVar("T")
@@ -83,6 +83,7 @@ def run(
     jobs: int | Workers = 1,
     limit: Callable[[T], float] | float | None = None,
     prepare: Callable[[Sequence[Name]], Callable[[], object] | None] | None = None,
+    kind: Callable[[T], str] = one_kind,
     about: Callable[[Mapping[Name, R]], Mapping[str, Any]] | None = None,
     reuse: bool = True,
     announce: Callable[[Reuse[R]], None] | None = None,
@@ -95,7 +96,7 @@ def run(
     `tasks`: yields the tasks of these names; each is asked for when there is a process for it.
     `work`: does a task; a function of a module.
     `conclude`: returns what is stored of what came of a task, also where its process crashed.
-    `jobs`, `limit`: see `run_tasks`.
+    `jobs`, `limit`, `kind`: see `run_tasks`.
     `prepare`: given the names of what isn't known, does what is needed before, such as compiling;
         what it returns, each process does first.
     `about`: given what is reused, returns what the store says of the whole run, as plain values.
@@ -118,7 +119,7 @@ def run(
         try:
             rest = [name for name in keys if name not in records]
             first = prepare(rest) if rest and prepare is not None else None
-            with closing(run_tasks(tasks(rest), jobs, work, limit, first)) as finished:
+            with closing(run_tasks(tasks(rest), jobs, work, limit, first, kind)) as finished:
                 for done in finished:
                     if not begun:
                         begin()

@@ -30,6 +30,7 @@ from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.parallel.cluster import Cluster
 from ghostball.validation.parallel.compiling import compile_kernels
 from ghostball.validation.parallel.pool import Done, Progress
+from ghostball.validation.parallel.sources import code_kind, is_ours
 from ghostball.validation.results.database import SCHEMA
 from ghostball.validation.results.environment import describe_environment
 from ghostball.validation.results.record_store import Name
@@ -47,7 +48,7 @@ from ghostball.validation.stress.findings import (
     save_worst,
 )
 from ghostball.validation.stress.trial import CRASHED, Suite, Trial, Verdict
-from ghostball.validation.suite.unchanged import code_hash, is_ours
+from ghostball.validation.suite.unchanged import code_hash
 
 DEFAULT_ENGINES: tuple[str, ...] = (
     "ghostball",
@@ -186,6 +187,7 @@ def run_stress(
         jobs=cluster or jobs,
         limit=lambda task: min(task.trial.limit, math.inf if time_limit is None else time_limit),
         prepare=prepare,
+        kind=lambda task: code_kind(task.label),
         about=lambda _: RUN.dump_python(asked, mode="json"),
         reuse=reuse,
         progress=progress,

@@ -48,7 +48,8 @@ def cases_of(planned: Plan, pairs: Sequence[Name]) -> Iterator[Case]:
                 asked, metrics = planned.asked[pair], planned.metrics
                 if origin:
                     metrics = _without_truth(computed, asked)
-                yield Case(scene, pair[1], truth, asked, metrics, varied_from=origin)
+                here = planned.settings[pair[1]] is not None
+                yield Case(scene, pair[1], truth, asked, metrics, varied_from=origin, is_here=here)
 
 
 def run_case(case: Case, make: Callable[[str], ReferenceEngine] = make_engine) -> Finished:
@@ -86,6 +87,8 @@ def run_case(case: Case, make: Callable[[str], ReferenceEngine] = make_engine) -
             return failed(record, f"it says that it failed: {result.reason}"), None
         return judge(record, case, truth, result, resolution, limits)
     except EngineUnavailableError as error:
+        if case.is_here:  # then it is this process, such as a cluster's, that lacks something
+            return failed(record, str(error)), None
         return replace(record, outcome="unavailable", reason=str(error)), None
     except UnsupportedSceneError as error:
         reason = "; ".join(error.features)

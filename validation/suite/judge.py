@@ -37,6 +37,7 @@ class Case:
     `metrics`: the metrics that are computed; None is all of them. Limits on others aren't judged.
     `judged_as`: makes another engine, whose step and claims are held against this one; None: its
         own.
+    `is_here`: whether the engine can run where the run was planned.
     `varied_from`: of which scene this one is a varied start; "" of none. Its motion isn't kept.
     """
 
@@ -47,6 +48,7 @@ class Case:
     metrics: tuple[str, ...] | None = None
     judged_as: Callable[[], ReferenceEngine] | None = None
     varied_from: str = ""
+    is_here: bool = True
 
 
 # A motion that blew up may hold nan and infinity; the metrics say so, numpy need not.

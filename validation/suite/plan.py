@@ -24,12 +24,13 @@ from ghostball.validation.checks.law import Asked, asked_of
 from ghostball.validation.checks.metric_table import METRICS, choose_metrics
 from ghostball.validation.parallel.compiling import compile_kernels
 from ghostball.validation.parallel.pool import Progress
+from ghostball.validation.parallel.sources import is_ours
 from ghostball.validation.results.environment import describe_environment
 from ghostball.validation.results.record_store import Name
 from ghostball.validation.results.records import CaseRecord
 from ghostball.validation.runs.runner import check_each_once
 from ghostball.validation.scenes.library import FOLDER, find_scene, paths_among, scene_names
-from ghostball.validation.suite.unchanged import inputs_hash, is_ours, measured_between
+from ghostball.validation.suite.unchanged import inputs_hash, measured_between
 from ghostball.validation.suite.varied import Ensemble
 from ghostball.validation.truth.scene_truth import check_truth
 

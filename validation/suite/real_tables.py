@@ -15,6 +15,7 @@ from pydantic import TypeAdapter
 from ghostball.reference_adapters import EngineUnavailableError, ReferenceEngine, make_engine
 from ghostball.validation.measured.likeness import Likeness, likeness
 from ghostball.validation.parallel.pool import Done, Progress
+from ghostball.validation.parallel.sources import is_ours
 from ghostball.validation.results.database import (
     AGAIN,
     current_records,
@@ -27,7 +28,7 @@ from ghostball.validation.results.record_store import Name, RecordStore
 from ghostball.validation.runs.playing import in_other_process, run_engine
 from ghostball.validation.runs.runner import Ran, run
 from ghostball.validation.suite.case import plain_settings
-from ghostball.validation.suite.unchanged import code_hash, hash_of, is_ours
+from ghostball.validation.suite.unchanged import code_hash, hash_of
 
 _LIKENESS: Final = TypeAdapter(Likeness)
 

@@ -18,6 +18,7 @@ from ghostball.validation.checks.verdict import is_unfinished, not_judged
 from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.parallel.cluster import Cluster
 from ghostball.validation.parallel.pool import Progress
+from ghostball.validation.parallel.sources import code_kind
 from ghostball.validation.results.record_store import Name
 from ghostball.validation.results.records import CaseRecord
 from ghostball.validation.results.store import PartWriter, ResultsWriter
@@ -163,8 +164,9 @@ def run_suite(
         Called once, before anything runs, with what is reused of earlier results.
     time_limit : float, optional [s]
         For each case, which then runs in another process, also with one of `jobs`: an engine that
-        takes longer, or crashes, costs that case, which has "failed". Guard a script with
-        `if __name__ == "__main__"`.
+        takes longer, or crashes, costs that case, which has "failed". An engine of another project
+        then has processes of its own, so that it can change nothing in the cases of other engines.
+        Guard a script with `if __name__ == "__main__"`.
     only : collection of (str, str), optional
         The scene and the label of each case that is run, where not every scene is run on every
         engine. What else the same code left in the folder then stays beside them.
@@ -195,6 +197,7 @@ def run_suite(
         jobs=cluster or jobs,
         limit=time_limit,
         prepare=lambda pairs: planned.compile(pairs, jobs, compiling),
+        kind=lambda case: code_kind(case.label),
         about=planned.describe,
         reuse=reuse,
         announce=announce,

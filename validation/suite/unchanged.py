@@ -26,11 +26,9 @@ from functools import cache
 from typing import Any
 
 from ghostball.model import Scene
-from ghostball.reference_adapters.registry import engine_class, parse_spec
 from ghostball.reference_adapters.workers.process import installed
 from ghostball.validation.checks.law import Asked
 from ghostball.validation.parallel.sources import (
-    OUR_PACKAGES,
     SourcesError,
     hash_sources,
     source_folders,
@@ -80,12 +78,6 @@ def inputs_hash(
             "metrics": metrics,
         }
     )
-
-
-def is_ours(label: str) -> bool:
-    """Whether an engine is one of this project, so that its code is known and hashed."""
-    engine: Any = engine_class(parse_spec(label)[0])
-    return str(engine.__module__).startswith(tuple(f"ghostball.{name}." for name in OUR_PACKAGES))
 
 
 def code_hash() -> str:

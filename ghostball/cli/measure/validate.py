@@ -49,6 +49,7 @@ from ghostball.validation.checks.verdict import (
 from ghostball.validation.exit_status import ExitStatus, worst
 from ghostball.validation.parallel.cluster import cluster_at
 from ghostball.validation.parallel.pool import Progress
+from ghostball.validation.parallel.sources import is_ours
 from ghostball.validation.results.records import (
     CERTIFIED,
     CLOSED_FORM,
@@ -61,7 +62,6 @@ from ghostball.validation.scenes.library import CRITERIA_SUFFIX, FULL, scene_nam
 from ghostball.validation.suite.plan import criteria_beside_paths
 from ghostball.validation.suite.real_tables import measure_likenesses
 from ghostball.validation.suite.suite import DEFAULT_ENGINES, Outcome, run_suite
-from ghostball.validation.suite.unchanged import is_ours
 from ghostball.validation.suite.varied import Ensemble, Size
 
 RUNNING = "running"

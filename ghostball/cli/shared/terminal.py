@@ -215,8 +215,8 @@ def _explain(error: Exception) -> ExitStatus:
         say(f"[bold red]error:[/] {escape(str(error) + hint)}")
         from ghostball.validation.parallel.cluster import ClusterLostError  # noqa: PLC0415
 
-        lost = isinstance(error, ClusterLostError)  # no fault of the input
-        return ExitStatus.HARNESS_FAILED if lost else ExitStatus.BAD_INPUT
+        lost = isinstance(error, ClusterLostError)  # no fault of the input or of Ghostball
+        return ExitStatus.CHECK_FAILED if lost else ExitStatus.BAD_INPUT
     if isinstance(error, OSError) and error.errno in DISK_ERRORS:
         where = error.filename or "standard output"
         say(

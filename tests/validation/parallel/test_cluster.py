@@ -128,3 +128,51 @@ def test_workers_with_other_code_are_refused(cluster, monkeypatch):
         f"{sources} there and 0123456789ab here, numpy is {theirs['numpy']} "
         "there and 1.0 here. Install the same there"
     )
+
+
+ENGINE = "engine_of_cluster:simulate"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("theirs", "said"),
+    [
+        (None, "is missing there and "),
+        ("def simulate(scene, dt=0.5): ...", " there and "),
+        ("import no_such_thing\ndef simulate(scene): ...", "is missing there and "),
+    ],
+    ids=["lacks it", "another version", "can't import it"],
+)
+def test_workers_with_another_engine_are_refused(tmp_path, monkeypatch, theirs, said):
+    # The verdict was one of the worker's version, or there was none and the command passed.
+    ours, others = tmp_path / "ours", tmp_path / "theirs"
+    for folder, text in ((ours, "def simulate(scene): ..."), (others, theirs)):
+        folder.mkdir()
+        if text is not None:
+            (folder / "engine_of_cluster.py").write_text(text)
+    with monkeypatch.context() as there:
+        there.setenv("PYTHONPATH", str(others))
+        cluster = dask_cluster(tmp_path, workers=1)
+        address = cluster.__enter__().address
+    monkeypatch.syspath_prepend(str(ours))
+    try:
+        with cluster_at(address) as connected:
+            assert [one.given for one in run_tasks(["a"], connected, work)] == ["done a"]
+            with pytest.raises(ClusterError) as refused:
+                list(run_tasks(["a"], connected, work, kind=lambda _: ENGINE))
+    finally:
+        cluster.__exit__(None, None, None)
+    assert not isinstance(refused.value, ClusterLostError)
+    assert f"the source of engine `{ENGINE}` is" in str(refused.value)
+    assert said in str(refused.value)
+
+
+@pytest.mark.slow
+def test_a_scheduler_that_is_killed_is_said(tmp_path):
+    note = tmp_path / "note"
+    with dask_cluster(tmp_path) as cluster, cluster_at(cluster.address) as there:
+        answers = run_tasks([f"note {note}", *"abcdef"], there, work, LIMIT)
+        next(answers)
+        cluster.scheduler.kill()
+        with pytest.raises(ClusterLostError, match="the same command continues"):
+            list(answers)

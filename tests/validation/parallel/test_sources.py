@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import sys
+from importlib.metadata import version
 from pathlib import Path
+
+import pytest
 
 import ghostball.validation.parallel.sources
 from ghostball.validation.parallel.sources import (
     OUR_PACKAGES,
     code_files,
+    code_kind,
+    engine_code,
     hash_sources,
     source_folders,
 )
@@ -56,3 +62,62 @@ def test_all_our_sources_are_hashed() -> None:
     }
     assert hashed == wanted
     assert "model/impact_laws.py" in hashed
+
+
+ENGINE = """
+def simulate(scene):
+    import helper_of_engine, numpy, missing_module, pymunk
+"""
+FILES = {
+    "engine_of_guest.py": ENGINE,
+    "helper_of_engine/__init__.py": "from package_of_helper.part import x",
+    "helper_of_engine/part.py": "not Python",
+    "package_of_helper/part.py": "x = 1",
+}
+
+
+@pytest.fixture
+def guest(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Return the folder of an engine that imports other modules, which aren't installed."""
+    for name, text in FILES.items():
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text(text)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    for name in [one for one in sys.modules if one.startswith("engine_of_guest")]:
+        monkeypatch.delitem(sys.modules, name)
+    return tmp_path
+
+
+NAME = "engine_of_guest:simulate"
+SOURCE = f"the source of engine `{NAME}`"
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_the_code_of_an_engine_is_its_module_and_all_that_this_imports(guest: Path, name: str):
+    before = engine_code(NAME)
+    assert engine_code(NAME) == before
+    assert before["numpy"] == version("numpy")
+    assert before["cffi"] == version("cffi")  # pymunk requires it
+    (guest / "unrelated.py").write_text("x = 2")
+    assert engine_code(NAME) == before
+    (guest / name).write_text(FILES[name] + "\n# edited")
+    assert engine_code(NAME)[SOURCE] != before[SOURCE]
+
+
+def test_the_code_of_an_engine_is_the_same_in_another_folder(
+    guest: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = engine_code(NAME)
+    other = guest.parent / "other"
+    guest.rename(other)
+    for name in ("engine_of_guest", "helper_of_engine", "package_of_helper"):
+        monkeypatch.delitem(sys.modules, name, raising=False)
+    monkeypatch.syspath_prepend(str(other))
+    assert engine_code(NAME) == before
+
+
+@pytest.mark.usefixtures("guest")
+def test_engines_of_another_project_have_a_kind_each() -> None:
+    labels = ["ghostball", "pymunk:contact_steps=exact", NAME, "no_such_module:simulate"]
+    assert [code_kind(one) for one in labels] == ["", "", NAME, "no_such_module:simulate"]
+    assert engine_code("") == {}

@@ -11,8 +11,12 @@ from suite_runs import scene
 import ghostball.validation.suite.case
 import ghostball.validation.suite.suite
 from ghostball.model import Scene
+from ghostball.reference_adapters import EngineUnavailableError, ReferenceEngine
 from ghostball.validation.results.store import CaseRecord, Results
+from ghostball.validation.suite.case import run_case
+from ghostball.validation.suite.judge import Case
 from ghostball.validation.suite.suite import run_suite
+from ghostball.validation.truth.scene_truth import Truth
 
 pytestmark = pytest.mark.usefixtures("fake_engines")
 
@@ -94,3 +98,16 @@ def test_a_truth_that_fails_fails_its_scene_alone(
     assert [case.outcome for case in outcome.cases] == ["failed", "ran"]
     assert "no truth today" in outcome.cases[0].reason
     assert "ZeroDivisionError" in outcome.cases[0].traceback
+
+
+def test_an_engine_that_is_here_and_is_missing_where_it_runs_has_failed() -> None:
+    # Such as on a machine of a cluster: it counted as one that can't be had, and the run passed.
+    def lacking(_: str) -> ReferenceEngine:
+        raise EngineUnavailableError("engine `mine` is unavailable: its library isn't there")
+
+    def record(*, is_here: bool) -> CaseRecord:
+        return run_case(Case(scene("a"), "pymunk", Truth(None), is_here=is_here), lacking)[0]
+
+    assert record(is_here=False).outcome == "unavailable"
+    assert (record(is_here=True).outcome, record(is_here=True).fault) == ("failed", "engine")
+    assert "its library isn't there" in record(is_here=True).reason

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import multiprocessing
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -136,3 +137,42 @@ def test_with_a_limit_of_time_a_crash_and_a_hang_cost_one_case_each(
     assert cases["fake"].outcome == "ran"
     assert outcome.exit_status == 1
     assert multiprocessing.active_children() == []
+
+
+SPOILING = """
+from dataclasses import replace
+from ghostball.reference_adapters.paper.discrete import PaperDiscreteEngine
+from ghostball.validation.checks.criterion import Criterion
+
+class First(PaperDiscreteEngine):
+    name = "{name}"
+
+    def simulate(self, scene, *, record="rest"):
+        spoiled = getattr(Criterion, "spoiled", "nobody")
+        Criterion.spoiled = self.name
+        result = super().simulate(scene, record=record)
+        return replace(result, engine=self.name, settings={{"spoiled_by": spoiled}})
+"""
+
+
+def test_what_an_engine_changes_in_its_process_reaches_no_other_engine(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # One that patched the harness had other engines judged by the patch.
+    labels = ["spoils_one:First", "spoils_two:First", "paper-discrete"]
+    for label in labels[:2]:
+        name = label.partition(":")[0]
+        (tmp_path / f"{name}.py").write_text(SPOILING.format(name=name))
+        monkeypatch.delitem(sys.modules, name, raising=False)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    two = [scene("one"), scene("two")]
+    outcome = run_suite(two, labels, tmp_path / "out", jobs=1, time_limit=60.0)
+    assert [case.outcome for case in outcome.cases] == ["ran"] * 6
+    found = {(one.label, one.settings.get("spoiled_by")) for one in outcome.cases}
+    assert found == {
+        ("spoils_one:First", "nobody"),
+        ("spoils_one:First", "spoils_one"),
+        ("spoils_two:First", "nobody"),
+        ("spoils_two:First", "spoils_two"),
+        ("paper-discrete", None),
+    }

@@ -18,12 +18,12 @@ from ghostball.reference_adapters.paper.discrete import PaperDiscreteEngine
 from ghostball.validation.checks.criteria import Criteria, common_criteria
 from ghostball.validation.checks.criterion import Criterion
 from ghostball.validation.checks.law import Asked
-from ghostball.validation.parallel.sources import versions
+from ghostball.validation.parallel.sources import is_ours, versions
 from ghostball.validation.results.records import CaseRecord, Motion, status_name
 from ghostball.validation.results.store import Results, ResultsWriter
 from ghostball.validation.runs.runner import Reuse
 from ghostball.validation.suite.suite import Outcome, run_suite
-from ghostball.validation.suite.unchanged import code_hash, inputs_hash, is_ours
+from ghostball.validation.suite.unchanged import code_hash, inputs_hash
 
 ENGINES = ("ghostball", "paper-discrete")
 PAIRS = [(scene, label) for scene in ("cut", "roll") for label in ENGINES]
