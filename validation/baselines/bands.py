@@ -28,7 +28,15 @@ _EXTENTS = ("graded_until", "graded_events")
 
 _MORE_IS_BETTER = frozenset({"matching_events", *_EXTENTS})
 
-_IN_ROUNDINGS = frozenset({*_COUNTED_IN_ROUNDINGS, "rest_time_error_ulps"})
+_IN_ROUNDINGS = frozenset(
+    {
+        *_COUNTED_IN_ROUNDINGS,
+        "rest_time_error_ulps",
+        "event_time_factor",
+        "rest_time_factor",
+        "energy_difference_factor",
+    }
+)
 
 _GRAIN = 1e-15
 """What a few roundings are in a scene of metres and seconds, or of an energy over the first one."""

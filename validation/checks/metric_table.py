@@ -136,10 +136,33 @@ METRICS: dict[str, Metric] = {
             "proof",
         ),
         Metric(
+            "event_time_error",
+            "s",
+            "largest error of the time of an event that is proved and found, up to where this "
+            "engine can predict the shot",
+            "proof",
+        ),
+        Metric(
             "event_time_error_ulps",
             "1",
             "largest error of an event's time up to there, in spacings of doubles at that time",
             "proof",
+        ),
+        Metric(
+            "event_time_factor",
+            "1",
+            "largest error of an event's time up to there, over what rounding the state once at "
+            "each event makes of it",
+            "proof",
+        ),
+        Metric(
+            "rest_time_factor",
+            "1",
+            "difference of the time when the last ball rests, over what rounding the state once at "
+            "each event makes of it",
+            "proof",
+            outcome=True,
+            to_the_end=True,
         ),
         Metric(
             "quality_factor",
@@ -152,8 +175,16 @@ METRICS: dict[str, Metric] = {
         Metric(
             "energy_difference_max",
             "1",
-            "largest difference from the true energy curve, over the initial energy",
+            "largest difference from the true energy, over the initial energy; not compared "
+            "between the two instants of an event that both have",
             "energy",
+        ),
+        Metric(
+            "energy_difference_factor",
+            "1",
+            "largest such difference until rounding has grown visible, over what rounding the "
+            "state once at each event makes of it",
+            "proof",
         ),
         Metric(
             "energy_drift",

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, field, replace
+from fractions import Fraction
 from functools import lru_cache, partial
 from typing import TypeVar
 
@@ -16,13 +17,14 @@ import numpy as np
 from ghostball.model import COLLISION_KINDS, EventKind, ExactTrajectory, Result, Scene
 from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.base import Resolution
+from ghostball.validation.checks.energy_curve import energy_differences
 from ghostball.validation.checks.energy_gain import largest_gain
 from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.grading.event_logs import Agreement, compare_collisions
 from ghostball.validation.grading.grading import Grade, grade
-from ghostball.validation.grading.tolerances import EPS, TOLERANCE
+from ghostball.validation.grading.tolerances import EPS, TOLERANCE, UNIT_ROUNDOFF
 from ghostball.validation.results.records import ACCURACY_KINDS, Accuracy
-from ghostball.validation.runs.sampling import energy_at, energy_series, events_of, largest_overlap
+from ghostball.validation.runs.sampling import energy_series, events_of, largest_overlap
 from ghostball.validation.truth.scene_truth import Truth, TruthPart
 
 Value = int | float | None
@@ -38,6 +40,8 @@ class NotMeasuredError(Exception):
 class RunIncompleteError(NotMeasuredError):
     """There is no value because of what the run did: a criterion on it fails."""
 
+
+_NO_PAIR = "no event is both proved and found"
 
 _REST_ERRORS = ("rest_error_max", "rest_error_rms", "rest_error_ulps")
 """Metrics that are made of the balls' errors."""
@@ -108,11 +112,15 @@ def measure(
     """
     measured = Measured()
     beyond = truth.rest_time is not None and horizon < truth.rest_time
-    if truth.energy is not None:
-        before = truth.energy_times <= horizon
-        truth = replace(truth, energy_times=truth.energy_times[before], energy=truth.energy[before])
-    gain = partial(_energy_rise, resolution=resolution)
-    for name, compute in (_COMPUTE | {"energy_rise": gain}).items():
+    if resolution in (0.0, "proved"):
+        # Who errs by rounding alone is graded so, also where frames are all there is of the motion.
+        truth = replace(truth, graded_steps=truth.graded)
+    of_engine: dict[str, Compute] = {
+        "energy_rise": partial(_energy_rise, resolution=resolution),
+        "energy_difference_max": partial(_energy_difference_max, horizon=horizon),
+        "event_time_error": partial(_event_time_error, horizon=horizon),
+    }
+    for name, compute in (_COMPUTE | of_engine).items():
         if metrics is not None and name not in metrics:
             continue
         try:
@@ -234,7 +242,7 @@ def _graded(result: Result, truth: Truth) -> Grade:
     return graded
 
 
-@lru_cache(maxsize=1)  # four metrics are made of it
+@lru_cache(maxsize=1)  # several metrics are made of it
 def _grade(result: Result, truth: Truth) -> Grade:
     assert truth.certificate is not None
     exact = isinstance(result.trajectory, ExactTrajectory)
@@ -250,22 +258,79 @@ def _graded_until(result: Result, truth: Truth) -> float:
 def _event_time_error_ulps(result: Result, truth: Truth) -> float:
     error = _graded(result, truth).time_error_max
     if error is None:
-        raise NotMeasuredError("no event is both proved and found")
+        raise NotMeasuredError(_NO_PAIR)
     return error
 
 
+def _event_time_error(result: Result, truth: Truth, horizon: float = math.inf) -> float:
+    found = _graded(result, truth)
+    assert truth.certificate is not None  # `_graded` needed it
+    proved = np.array([float(truth.certificate.events[k].t) for k in found.paired])
+    errors = found.late_by[proved < horizon]
+    if not len(errors):
+        raise NotMeasuredError(_NO_PAIR)
+    return float(np.max(errors))
+
+
+def _event_time_factor(result: Result, truth: Truth) -> float:
+    found, rounding = _graded(result, truth), _known(truth.rounding, truth, "proof")
+    if not found.paired:
+        raise NotMeasuredError(_NO_PAIR)
+    return _in_roundings(found.late_by, rounding.events[list(found.paired)])
+
+
+def _rest_time_factor(result: Result, truth: Truth) -> float:
+    found, rounding = _graded(result, truth), _known(truth.rounding, truth, "proof")
+    assert truth.certificate is not None  # `_graded` needed it
+    if found.extent != "whole" or not truth.certificate.proved:
+        raise NotMeasuredError(f"the end of this shot isn't held against a proof: {found.why}")
+    t_end = truth.certificate.t_end.mid
+    error = abs(float(Fraction(result.rest_time) - t_end))
+    return _in_roundings(np.array([error]), np.array([rounding.rest]))
+
+
+def _energy_difference_factor(result: Result, truth: Truth) -> float:
+    found, rounding = _graded(result, truth), _known(truth.rounding, truth, "proof")
+    assert truth.certificate is not None  # `_graded` needed it
+    if not truth.certificate.proved:
+        raise NotMeasuredError("the shot isn't proved to its end, and so isn't its energy")
+    times, differences = _differences(result, truth, found.until)
+    return _in_roundings(differences, rounding.energy_at(times))
+
+
+def _in_roundings(errors: FloatArray, sizes: FloatArray) -> float:
+    """Return the largest error over what rounding makes of it, given over 2^-53."""
+    known = np.isfinite(sizes)
+    if not known.any():
+        raise NotMeasuredError("no derivative says what rounding does to the shot until then")
+    with np.errstate(divide="ignore", invalid="ignore"):
+        factors = errors[known] / (UNIT_ROUNDOFF * sizes[known])
+    return float(np.max(np.where(errors[known] > 0.0, factors, 0.0)))
+
+
 def _quality_factor(result: Result, truth: Truth) -> float:
-    graded = _graded(result, truth)
-    if graded.quality_factor is None:
-        raise NotMeasuredError(graded.no_quality)
-    return graded.quality_factor
+    found = _graded(result, truth)
+    if found.quality_factor is None:
+        raise NotMeasuredError(found.no_quality)
+    return found.quality_factor
 
 
-def _energy_difference_max(result: Result, truth: Truth) -> float:
+def _energy_difference_max(result: Result, truth: Truth, horizon: float = math.inf) -> float:
     _require_end(result)
-    right = _known(truth.energy, truth, "energy")
-    energy = _finite(energy_at(result, truth.energy_times).total)
-    return float(np.max(np.abs(energy - right))) / _initial(right)
+    right = _known(truth.motion, truth, "energy")
+    first = _initial(right.energy([0.0]).total)
+    _, differences = _differences(result, truth, horizon)
+    return float(np.max(_finite(differences))) / first
+
+
+def _differences(result: Result, truth: Truth, until: float) -> tuple[FloatArray, FloatArray]:
+    """Return instants up to one (k,) [s], and differences of energy there (k,) [J]."""
+    _require_end(result)
+    right = _known(truth.motion, truth, "energy")
+    times, differences = energy_differences(result, right, until)
+    if not len(times):
+        raise NotMeasuredError("a collision is due from the start on: no energy is compared")
+    return times, differences
 
 
 def _energy_drift(result: Result, _: Truth) -> float:
@@ -310,9 +375,13 @@ _COMPUTE: dict[str, Compute] = {
     "graded_events": lambda result, truth: _graded(result, truth).events,
     "events_missing": lambda result, truth: len(_graded(result, truth).missing),
     "events_invented": lambda result, truth: len(_graded(result, truth).invented),
+    "event_time_error": _event_time_error,
     "event_time_error_ulps": _event_time_error_ulps,
+    "event_time_factor": _event_time_factor,
+    "rest_time_factor": _rest_time_factor,
     "quality_factor": _quality_factor,
     "energy_difference_max": _energy_difference_max,
+    "energy_difference_factor": _energy_difference_factor,
     "energy_drift": _energy_drift,
     "energy_rise": _energy_rise,
     "overlap_max": _overlap_max,

@@ -33,6 +33,7 @@ class EventChange(NamedTuple):
     segments: tuple[int, ...]  # that each ball comes to
     matrix: FloatArray | None  # (7 b, 7 b), from those of the segments before; None: no derivative
     late: FloatArray | None  # (7 b,) what seeing it late changes of the balls, per second
+    later: FloatArray | None  # (7 b,) how much later changes of the segments before make it
     approach: float  # [m/s] along the line of contact; 0 where nothing collides
     lasts: float  # [s] for which what collides would overlap if it continued; inf of no two balls
     rounded: float  # [s] by how much it comes late if its gap is rounded once, over 2^-53
@@ -60,7 +61,8 @@ def event_changes(
         after = tuple(balls[i].starts[at[i]] for i in involved)
         twice = event.kind in COLLISION_KINDS and any(due[i, t] > 1 for i in involved)
         if twice or certificate.lifts:
-            yield EventChange(event.kind, t, involved, after, None, None, 0.0, math.inf, 0.0, ())
+            nothing = (None, None, None, 0.0, math.inf, 0.0, ())
+            yield EventChange(event.kind, t, involved, after, *nothing)
             continue
         passes = _Passage(mine, before, after, t, slides=scene.physics.motion == "sliding")
         if event.kind is EventKind.BALL_BALL:
@@ -83,6 +85,7 @@ def event_changes(
             after,
             matrix,
             late,
+            passes.later[:-1].copy(),
             passes.approach,
             passes.lasts,
             passes.rounded,

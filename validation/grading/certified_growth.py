@@ -25,11 +25,11 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ghostball.model import EventKind, Scene
+from ghostball.model import EventKind, Scene, energy_of, initial_state
 from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.certified import Certificate
 from ghostball.validation.grading.certified_events import EventChange, event_changes
-from ghostball.validation.grading.certified_flow import PARTS, ProvedBall
+from ghostball.validation.grading.certified_flow import PARTS, SLIP, SPIN, VELOCITY, ProvedBall
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,6 +55,30 @@ class Lateness:
 
 
 @dataclass(frozen=True, eq=False)
+class Rounding:
+    """What rounding each number of the state once, at the start and at each event, does to a shot.
+
+    Over 2^-53; root mean square along a proved motion, the most that is possible in flight.
+    Infinite where no derivative is known.
+
+    `events` (events,) float64 [s]: how far it moves the instant of each event of the proof.
+    `rest` [s]: how far it moves the end of the shot.
+    `times`, `energies` (k,) float64 [s], [J]: how far it moves the energy of all balls, from each
+        instant to the next; never less than before.
+    """
+
+    events: FloatArray
+    rest: float
+    times: FloatArray
+    energies: FloatArray
+
+    def energy_at(self, times: FloatArray) -> FloatArray:
+        """Return how far rounding moves the energy at some instants, (k,) [J]."""
+        moved: FloatArray = self.energies[np.searchsorted(self.times, times, side="right") - 1]
+        return moved
+
+
+@dataclass(frozen=True, eq=False)
 class CertifiedGrowth:
     """How changes grow along a proved motion: `horizon.Growth`; made by `growth_of_proof`.
 
@@ -73,6 +97,7 @@ class CertifiedGrowth:
     balls: tuple[ProvedBall, ...]
     events: tuple[EventChange, ...]
     _covariances: tuple[FloatArray, ...]
+    _moved: FloatArray  # (events,) [s]: how far rounding moves each, over 2^-53
 
     def sizes(self, times: ArrayLike) -> FloatArray:
         """Return how far rounding displaces each ball, over 2^-53: (k, n) [m], root mean square.
@@ -90,6 +115,40 @@ class CertifiedGrowth:
                 size = np.sqrt(np.maximum(variance, 0.0))
             sizes[:, k] = np.where(np.isfinite(variance), size, np.inf)
         return sizes
+
+    def rounding(self, scene: Scene) -> Rounding:
+        """Return what rounding does to the times of events and to the energy of this scene's shot.
+
+        The standard deviation of a sum is no more than the sum of those of its parts, here of the
+        balls. A ball's energy changes with the time as a linear function of its first change while
+        it slides, and ever less while it rolls; so the larger of what it is at the ends of a
+        segment bounds it between.
+        """
+        instants = np.array([event.t for event in self.events])
+        starts = np.unique(np.concatenate([ball.segments[:, 0] for ball in self.balls]))
+        first = float(energy_of(scene, initial_state(scene)).total[0])
+        energies = np.full(len(starts), first)
+        with np.errstate(over="ignore", invalid="ignore"):
+            for ball, mass, kept in zip(self.balls, scene.masses, self._covariances, strict=True):
+                by = energy_slopes(ball, float(mass))
+                moved = np.sqrt(np.maximum(np.einsum("ki,kij,kj->k", by, kept, by), 0.0))
+                moved = np.maximum.accumulate(np.where(np.isfinite(moved), moved, np.inf))
+                following = np.append(moved[1:], moved[-1])
+                energies += following[np.searchsorted(ball.segments[:, 0], starts, "right") - 1]
+        events = np.maximum(np.where(np.isfinite(self._moved), self._moved, np.inf), instants)
+        return Rounding(events, self._rest_moved(events), starts, energies)
+
+    def _rest_moved(self, events: FloatArray) -> float:
+        """Return how far rounding moves the end of the shot, over 2^-53 [s]."""
+        if len(events) and self.events[-1].t == self.t_end:
+            return float(events[-1])
+        # Else `t_max` ends the shot, or a ball that spins on its place.
+        spins = [
+            math.sqrt(float(kept[-1, SPIN, SPIN])) / ball.spins_by
+            for ball, kept in zip(self.balls, self._covariances, strict=True)
+            if ball.spins_by > 0.0 and np.isfinite(kept[-1, SPIN, SPIN])
+        ]
+        return self.t_end + max(spins, default=0.0)
 
     def lateness(self) -> Lateness:
         """Return what it changes of the shot's end to see each of its events late.
@@ -168,8 +227,25 @@ def growth_of_proof(
         else min((event.t for event in events if event.matrix is None), default=math.inf),
         balls,
         events,
-        _covariances(balls, events, gaps),
+        *_covariances(balls, events, gaps),
     )
+
+
+def energy_slopes(ball: ProvedBall, mass: float) -> FloatArray:
+    """Return the derivative of a ball's energy by its state as each segment starts, (k, 7).
+
+    E = m v^2 / 2 + m (v - u)^2 / 5 + m R^2 wz^2 / 5, since a ball turns about the horizontal by its
+    velocity v less its slip u, over R.
+    """
+    rows = ball.segments
+    velocity, slip = rows[:, 3:5], np.zeros((len(rows), 2))
+    slides = [ball.slides(k) for k in range(len(rows))]
+    slip[slides] = velocity[slides] + ball.radius * rows[slides][:, [8, 7]] * (-1.0, 1.0)
+    by = np.zeros((len(rows), PARTS))
+    by[:, SLIP] = -0.4 * mass * (velocity - slip)
+    by[:, VELOCITY] = mass * velocity - by[:, SLIP]
+    by[:, SPIN] = 0.4 * mass * ball.radius**2 * rows[:, 9]
+    return by
 
 
 def _rows(balls: tuple[int, ...]) -> NDArray[np.intp]:
@@ -179,18 +255,26 @@ def _rows(balls: tuple[int, ...]) -> NDArray[np.intp]:
 
 def _covariances(
     balls: tuple[ProvedBall, ...], events: tuple[EventChange, ...], gaps: bool
-) -> tuple[FloatArray, ...]:
-    """Return the covariance of what rounding has done to each ball at its segments, (k, 7, 7)."""
+) -> tuple[tuple[FloatArray, ...], FloatArray]:
+    """Return the covariance of what rounding has done to each ball at its segments, (k, 7, 7).
+
+    And how far it has moved each event, (events,) [s].
+    """
     size = PARTS * len(balls)
     whole = np.zeros((size, size))
     kept = [np.full((len(ball.segments), PARTS, PARTS), np.nan) for ball in balls]
+    delayed = np.full(len(events), np.nan)
     for i, ball in enumerate(balls):
         here = slice(PARTS * i, PARTS * (i + 1))
         whole[here, here] = kept[i][0] = ball.noise(0, ())
         _spread(ball, kept[i], 0)
     with np.errstate(over="ignore", invalid="ignore"):
-        for event in events:
+        for number, event in enumerate(events):
             rows = _rows(event.balls)
+            if event.later is not None:
+                variance = event.later @ whole[np.ix_(rows, rows)] @ event.later
+                variance += gaps * event.rounded**2
+                delayed[number] = np.sqrt(np.maximum(variance, 0.0))
             if event.matrix is None:
                 whole[rows] = whole[:, rows] = np.nan
             else:
@@ -205,7 +289,7 @@ def _covariances(
                 whole[here, here] += noise
                 kept[i][k] = whole[here, here]
                 _spread(balls[i], kept[i], k)
-    return tuple(kept)
+    return tuple(kept), delayed
 
 
 def _spread(ball: ProvedBall, kept: FloatArray, k: int) -> None:

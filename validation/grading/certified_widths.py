@@ -14,11 +14,12 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ghostball.model import Scene
+from ghostball.model import Scene, energy_of, initial_state
 from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.certified import Certificate, Enclosure
 from ghostball.reference_adapters.certified.problem import problem_of
 from ghostball.reference_adapters.certified.run import largest_speeds
+from ghostball.validation.grading.certified_growth import Rounding
 from ghostball.validation.grading.event_logs import proved_events
 from ghostball.validation.grading.tolerances import UNIT_ROUNDOFF
 
@@ -42,8 +43,12 @@ class FlightGrowth:
         self.times: FloatArray = np.unique([0.0, *(event.t for event in events)])
         fastest = max(largest_speeds(problem_of(scene)))
         self._events: list[list[tuple[float, float]]] = [[(0.0, 0.0)] for _ in scene.balls]
+        self._moved: list[float] = []
+        self._end = max(_in_doubles(certificate.t_end, certificate) / UNIT_ROUNDOFF, self.t_end)
         for event, proved in zip(events, certificate.events, strict=True):
-            width = _in_doubles(proved.t, certificate) * fastest / UNIT_ROUNDOFF
+            moved = _in_doubles(proved.t, certificate) / UNIT_ROUNDOFF
+            self._moved.append(max(moved, event.t))
+            width = moved * fastest
             for ball in event.balls:
                 self._events[ball].append((event.t, width))
 
@@ -58,6 +63,20 @@ class FlightGrowth:
             instants, widths = np.array(events).T
             sizes[:, ball] = widths[np.searchsorted(instants, t, side="right") - 1]
         return sizes
+
+    def rounding(self, scene: Scene) -> Rounding:
+        """Return what rounding may do at most to the times of events and to the energy.
+
+        A ball that is a distance s beside its place as it meets another one leaves it along a line
+        that is turned by s / 2R or less, and so gives and takes as much more, or less, of its
+        energy.
+        """
+        at = np.append(0.0, self.times)
+        first = float(energy_of(scene, initial_state(scene)).total[0])
+        beside = np.maximum.accumulate(np.max(self.sizes(at), axis=1))
+        energies = first * (1.0 + beside / float(np.min(scene.radii)))
+        events = np.array(self._moved)
+        return Rounding(events, self._end, at, energies)
 
 
 def width_sizes(certificate: Certificate) -> FloatArray:

@@ -23,6 +23,7 @@ from ghostball.model import (
     ExactTrajectory,
     GhostballError,
     Result,
+    SampledTrajectory,
     Scene,
 )
 from ghostball.model.arrays import FloatArray
@@ -60,7 +61,9 @@ class Grade:
         with it. Their times are wrong by as much, and are graded as such.
     `negligible`: ends of slides and rolls, proved or found, that last no longer than rounding; left
         out.
-    `time_errors` (m,) float64 [1]: of each pair of events, in ulps of the proved time.
+    `paired`: indices of the proved events that were found.
+    `late_by` (m,) float64 [s]: how far each of these was found from its proved instant.
+    `time_errors` (m,) float64 [1]: the same in ulps of the proved time.
     `position_errors` (n,) float64 [m]: how far each ball is from its enclosure at `compared_at`.
     `quality_factor`: the largest of these errors over what rounding the state once at each event
         makes of it.
@@ -77,6 +80,8 @@ class Grade:
     first: Parting | None
     swapped: int
     negligible: int
+    paired: tuple[int, ...]
+    late_by: FloatArray
     time_errors: FloatArray
     position_errors: FloatArray
     quality_factor: float | None
@@ -140,7 +145,12 @@ def grade(result: Result, certificate: Certificate, within: Gradable | None = No
     else:
         check_proof(scene, certificate)
     until = within.until
-    logs = _logs(result, certificate, ALL_KINDS if exact else COLLISION_KINDS)
+    kinds: Sequence[EventKind] = ALL_KINDS
+    if not exact:
+        # Frames, and which kinds of events an engine reports beside collisions is its own affair.
+        told = set(result.events["kind"].tolist()) if within.sizes is not None else set()
+        kinds = [kind for kind in ALL_KINDS if kind in COLLISION_KINDS or kind in told]
+    logs = _logs(result, certificate, kinds)
     negligible = [_negligible(scene, log) for log in logs]
     proved, found = (
         [one for one, but in zip(log, buts, strict=True) if not but]
@@ -155,6 +165,7 @@ def grade(result: Result, certificate: Certificate, within: Gradable | None = No
     invented = [found[j] for j in compared.invented if found[j].t <= before]
     compared_at, errors = position_errors(result, certificate, within)
     quality, no_quality = _quality(result, errors, within)
+    late_by = np.array([_distance(f.t, certificate.events[true.index].t) for true, f in pairs])
     return Grade(
         within.extent,
         within.why,
@@ -171,7 +182,9 @@ def grade(result: Result, certificate: Certificate, within: Gradable | None = No
             for one, but in zip(log, buts, strict=True)
             if but
         ),
-        _time_errors(certificate, pairs),
+        tuple(true.index for true, _ in pairs),
+        late_by,
+        late_by / np.array([math.ulp(true.t) for true, _ in pairs]),
         errors,
         quality,
         no_quality,
@@ -255,15 +268,6 @@ def _swapped(pairs: Sequence[tuple[Event, Event]]) -> int:
     return swapped
 
 
-def _time_errors(certificate: Certificate, pairs: Sequence[tuple[Event, Event]]) -> FloatArray:
-    return np.array(
-        [
-            _distance(found.t, certificate.events[true.index].t) / math.ulp(true.t)
-            for true, found in pairs
-        ]
-    )
-
-
 def position_errors(
     result: Result, certificate: Certificate, within: Gradable
 ) -> tuple[float, FloatArray]:
@@ -277,6 +281,10 @@ def position_errors(
     """
     t = within.compared_at
     if t < float(certificate.t_end) or within.extent == "horizon":
+        frames = result.trajectory
+        if within.sizes is not None and isinstance(frames, SampledTrajectory):
+            # Between two frames nothing is known to rounding; errors have grown less at the first.
+            t = float(frames.times[np.searchsorted(frames.times, t, side="right") - 1])
         truth = proved_motion(result.scene, certificate)
         at = np.array([t])
         difference = result.sample(at).positions[0] - truth.sample(at).positions[0]
@@ -308,7 +316,7 @@ def _distance(value: float, enclosure: Enclosure) -> float:
 
 def _quality(result: Result, errors: FloatArray, within: Gradable) -> tuple[float | None, str]:
     """Return the largest error, (n,) [m], over what rounding does until then; or None, and why."""
-    if within.sizes is None or not isinstance(result.trajectory, ExactTrajectory):
+    if within.sizes is None:
         return None, f"engine `{result.engine}` records frames: its steps err by more than rounding"
     scale = UNIT_ROUNDOFF * within.sizes
     known = np.isfinite(scale)

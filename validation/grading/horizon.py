@@ -23,7 +23,7 @@ from numpy.typing import ArrayLike
 from ghostball.model import EventKind, Result, Scene
 from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.certified import Certificate
-from ghostball.validation.grading.certified_growth import growth_of_proof
+from ghostball.validation.grading.certified_growth import CertifiedGrowth, growth_of_proof
 from ghostball.validation.grading.certified_widths import FlightGrowth, is_differentiated
 from ghostball.validation.grading.tolerances import ROUNDINGS, UNIT_ROUNDOFF
 from ghostball.validation.runs.sampling import events_of
@@ -74,7 +74,7 @@ def growth_along(scene: Scene, proof: Certificate | None, result: Result) -> Gro
     return RunGrowth(result)
 
 
-def growth_along_proof(scene: Scene, proof: Certificate) -> Growth:
+def growth_along_proof(scene: Scene, proof: Certificate) -> CertifiedGrowth | FlightGrowth:
     """Return how errors grow along what is proved of a shot, with its motion."""
     if is_differentiated(scene):
         return growth_of_proof(scene, proof)

@@ -30,21 +30,21 @@ from ghostball.reference_adapters.base import Resolution, stated_error
 from ghostball.reference_adapters.certified import Certificate, CertifiedSettings
 from ghostball.reference_adapters.certified.engine import result_of
 from ghostball.reference_adapters.registry import OURS
-from ghostball.validation.grading.certified_growth import Lateness, growth_of_proof
+from ghostball.validation.grading.certified_growth import Lateness, Rounding, growth_of_proof
 from ghostball.validation.grading.certified_widths import is_differentiated
 from ghostball.validation.grading.event_logs import Key, collisions_of, lower_first
 from ghostball.validation.grading.gradable import Gradable, gradable
-from ghostball.validation.grading.horizon import Meetings, growth_along, horizon, meetings_of
+from ghostball.validation.grading.horizon import (
+    Meetings,
+    growth_along,
+    growth_along_proof,
+    horizon,
+    meetings_of,
+)
 from ghostball.validation.grading.tolerances import ROUNDINGS, TOLERANCE, UNIT_ROUNDOFF
 from ghostball.validation.results.records import CERTIFIED, CLOSED_FORM, OUR_ENGINE
 from ghostball.validation.runs.playing import run_ours
-from ghostball.validation.runs.sampling import (
-    MAX_TIMES,
-    UNIFORM_TIMES,
-    energy_at,
-    events_of,
-    union_times,
-)
+from ghostball.validation.runs.sampling import events_of
 from ghostball.validation.truth.closed_forms import DIGITS, ClosedForm, closed_form, has_closed_form
 from ghostball.validation.truth.proof import proof_of, refused_features
 
@@ -80,7 +80,8 @@ class Truth:
     `collisions`: in order of time, the lower ball first.
     `collision_times` (m,) float64 [s]: when they come; empty where a closed form gives their order
         alone.
-    `energy_times`, `energy` (k,) float64 [s], [J]; None where there is no curve.
+    `motion`: the whole shot, whose energy is the true one: proved, else our engine's; None where
+        there is none, or no part that needs it was asked for.
     `certificate`: what is proved of the shot, with its motion; also where that isn't all of it.
     `no_certificate`: why there is none; "" where there is one.
     `meetings`: how errors have grown when balls meet: as the shot is proved, or, where the proof
@@ -90,6 +91,8 @@ class Truth:
         it grows; inf: to its end, or a closed form, whose end is known whatever rounding does.
     `lateness`: what it changes of the end to see an event late; None where the shot isn't proved to
         its end, or is a flight, or no part "proof" was asked for.
+    `rounding`: what rounding does to the times of the proved events and to the energy; None where
+        there is no proof, or no part "proof" was asked for.
     `graded`: what of the proof an exact engine is graded against; None where there is no proof, or
         no part "proof" was asked for.
     `graded_steps`: what of it an engine that steps is: where all of the shot is proved and that is
@@ -108,13 +111,13 @@ class Truth:
     collisions: tuple[Key, ...] | None = None
     collision_times: FloatArray = field(default_factory=lambda: _NO_TIMES)
     collision_counts: dict[str, int] | None = None
-    energy_times: FloatArray = field(default_factory=lambda: _NO_TIMES)
-    energy: FloatArray | None = None
+    motion: Result | None = None
     certificate: Certificate | None = None
     no_certificate: str = "it was not asked for"
     meetings: Meetings | None = None
     shot_horizon: float = math.inf
     lateness: Lateness | None = None
+    rounding: Rounding | None = None
     graded: Gradable | None = None
     graded_steps: Gradable | None = None
 
@@ -204,14 +207,15 @@ def truth_of(
         )
     ours, missing = _our_run(scene) if needed else (None, "it was not asked for")
     if form is not None:
-        truth = _from_form(scene, form, ours, proved, missing, parts)
+        truth = _from_form(scene, form, ours, proved, missing)
     elif proof is not None and proved is not None and wanted != "engine":
-        truth = _from_proof(proof, proved, parts)
+        truth = _from_proof(proof, proved)
     elif ours is not None:
-        truth = _from_run(ours, parts)
+        truth = _from_run(ours)
     else:
         truth = Truth(None, missing=missing)
     meetings, graded, graded_steps, predictable, ends = None, None, None, math.inf, math.inf
+    rounding = None
     run = ours if proved is None else proved
     if truth.kind != CLOSED_FORM and run is not None:
         growth = growth_along(scene, proof, run)
@@ -223,6 +227,7 @@ def truth_of(
         until = math.inf if proved is None else predictable
         if proved is not None and is_differentiated(scene):
             lateness = growth_of_proof(scene, proof).lateness()
+        rounding = growth_along_proof(scene, proof).rounding(scene)
         graded = gradable(scene, proof)
         graded_steps = gradable(scene, proof, exact=False, until=until)
     return replace(
@@ -232,15 +237,15 @@ def truth_of(
         meetings=meetings,
         shot_horizon=predictable if math.isfinite(predictable) else ends,
         lateness=lateness,
+        rounding=rounding,
         graded=graded,
         graded_steps=graded_steps,
     )
 
 
-def _from_run(run: Result, parts: Collection[TruthPart]) -> Truth:
+def _from_run(run: Result) -> Truth:
     """Return a run as the truth, our engine's unless more is known of it."""
     collisions, times = collisions_of(events_of(run))
-    energy_times, energy = _energy_curve(run, parts)
     return Truth(
         OUR_ENGINE,
         rest_positions=run.rest_positions,
@@ -249,12 +254,11 @@ def _from_run(run: Result, parts: Collection[TruthPart]) -> Truth:
         collisions=tuple(collisions),
         collision_times=times,
         collision_counts=dict(run.collision_counts),
-        energy_times=energy_times,
-        energy=energy,
+        motion=run,
     )
 
 
-def _from_proof(proof: Certificate, proved: Result, parts: Collection[TruthPart]) -> Truth:
+def _from_proof(proof: Certificate, proved: Result) -> Truth:
     """Return a whole proof as the truth; `proved` is its motion."""
     high, low = np.zeros((2, len(proved.scene.balls), 3))
     high[:, 2] = proved.scene.radii
@@ -263,7 +267,7 @@ def _from_proof(proof: Certificate, proved: Result, parts: Collection[TruthPart]
             high[k, axis], low[k, axis] = _halves(enclosure.mid)
     rest_time, rest_time_low = _halves(proof.t_end.mid)
     return replace(
-        _from_run(proved, parts),
+        _from_run(proved),
         kind=CERTIFIED,
         independent=frozenset({"rest", "time", "events", "energy", "proof"}),
         rest_positions=high,
@@ -279,7 +283,6 @@ def _from_form(
     ours: Result | None,
     proved: Result | None,
     missing: str,
-    parts: Collection[TruthPart],
 ) -> Truth:
     """Return a closed form; what it leaves open is from a whole proof, else from our engine."""
     rest = ours if proved is None else proved
@@ -289,11 +292,10 @@ def _from_form(
         )
         (time_high,), (time_low,) = _split([form.rest_time])
     collisions = tuple(_from_labels(*collision) for collision in form.event_sequence)
-    times, energy_times, energy = _NO_TIMES, _NO_TIMES, None
+    times = _NO_TIMES
     if rest is not None:
         found, found_times = collisions_of(events_of(rest))
         times = found_times if tuple(found) == collisions else _NO_TIMES
-        energy_times, energy = _energy_curve(rest, parts)
     independent: set[TruthPart] = {"rest", "time", "events", "conditioning", "proof"}
     return Truth(
         CLOSED_FORM,
@@ -308,8 +310,7 @@ def _from_form(
         collisions=collisions,
         collision_times=times,
         collision_counts=dict(form.collision_counts),
-        energy_times=energy_times,
-        energy=energy,
+        motion=rest,
     )
 
 
@@ -322,18 +323,6 @@ def _our_run(scene: Scene) -> tuple[Result | None, str]:
     if not result.status.complete:
         return None, f"our engine stopped early: {result.status.value}"
     return result, ""
-
-
-def _energy_curve(
-    result: Result, parts: Collection[TruthPart]
-) -> tuple[FloatArray, FloatArray | None]:
-    """Return times [s] and the total energy there [J], (k,) each; none where it isn't needed."""
-    if "energy" not in parts:
-        return _NO_TIMES, None
-    times = union_times(
-        result.rest_time, events_of(result)["t"], uniform=UNIFORM_TIMES, limit=MAX_TIMES
-    )
-    return times, energy_at(result, times).total
 
 
 def _split(values: Sequence[Any]) -> tuple[FloatArray, FloatArray]:

@@ -1,9 +1,13 @@
 """What is asked of an engine: by whom it is named, what it claims, and what every engine keeps."""
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 from shots import kept_scene
 from toy_engines import ToyEngine
 
+from ghostball.model import COLLISION_KINDS, SampledTrajectory
 from ghostball.model.features import Capability, Feature
 from ghostball.reference_adapters import make_engine
 from ghostball.validation.checks.criteria import Criteria, common_criteria
@@ -11,6 +15,7 @@ from ghostball.validation.checks.law import asked_of
 from ghostball.validation.results.records import ACCURACY_KINDS
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.suite.case import plain_settings
+from ghostball.validation.suite.judge import checks_on
 from ghostball.validation.suite.plan import shipped_criteria
 from ghostball.validation.truth.scene_truth import truth_of
 
@@ -149,3 +154,63 @@ def test_judged_as_another_its_limits_hold_but_own_ones_first():
     assert asked["rest_error_ulps"] == 1e6
     assert asked["rest_time_error_ulps"] == 4  # of `ghostball`, in the scene
     assert asked["quality_factor"] == 32  # of every engine that claims so much
+
+
+# --- what the law sees of an engine that claims to be exact
+
+
+def framed(result, slow=0.0):
+    """Return a run with frames in place of its motion, and velocities low by `slow` in mid-shot."""
+    events = result.events["t"]
+    times = np.unique(np.concatenate([np.linspace(0.0, result.rest_time, 401), events]))
+    places, *speeds = result.sample(times)
+    low = 1.0 - slow * np.sin(np.pi * times / result.rest_time)[:, None, None]
+    return replace(result, trajectory=SampledTrajectory(times, places, *(low * v for v in speeds)))
+
+
+def late(result, by, kinds=COLLISION_KINDS):
+    events = result.events.copy()
+    events["t"][np.isin(events["kind"], kinds)] += by
+    return replace(result, events=events[np.argsort(events["t"], kind="stable")])
+
+
+WRONG = {
+    "collisions 50 ms late": (lambda run: late(run, 0.05), "event_time_factor"),
+    "rest half a second late": (
+        lambda run: replace(run, rest_time=run.rest_time + 0.5),
+        "rest_time_factor",
+    ),
+    "velocities 30 % low in mid-shot": (lambda run: framed(run, 0.3), "energy_difference_factor"),
+    "velocities 0.1 % low in mid-shot": (lambda run: framed(run, 1e-3), "energy_difference_factor"),
+}
+
+
+def broken_limits(engine, result):
+    truth, own = truth_of(result.scene), shipped_criteria(result.scene)
+    checks = checks_on(engine, result, truth, asked_of([("toy", {})], own))
+    return {one.metric for one in checks if one.passed is False}
+
+
+@pytest.mark.parametrize("engine", [ToyEngine(), Silent()], ids=["rounding", "exact"])
+@pytest.mark.parametrize("scene", ["half-ball-cut", "throw-slip", "restitution-bounce"])
+def test_who_claims_to_be_exact_is_held_to_times_and_energy(engine, scene):
+    right = engine.simulate(find_scene(scene), record="trajectory")
+    assert broken_limits(engine, right) == set()
+    assert broken_limits(engine, framed(right)) == set()
+    for name, (plant, metric) in WRONG.items():
+        assert metric in broken_limits(engine, plant(right)), name
+
+
+def test_events_1_us_late_are_no_rounding():
+    right = ToyEngine().simulate(HALF_BALL, record="trajectory")
+    for run in (right, framed(right)):
+        assert "event_time_factor" in broken_limits(ToyEngine(), late(run, 1e-6))
+        assert "event_time_factor" not in broken_limits(Silent(), late(run, 1e-7))
+
+
+def test_ends_500_nm_off_are_no_rounding_also_where_frames_are_all_there_is():
+    right = ToyEngine().simulate(HALF_BALL, record="trajectory")
+    end = right.final_state
+    off = replace(right, final_state=end._replace(positions=end.positions + 5e-7))
+    for run in (off, framed(off)):
+        assert "quality_factor" in broken_limits(ToyEngine(), run)

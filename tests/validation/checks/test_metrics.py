@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
 import ghostball.validation.checks.metrics
+from ghostball.engine import simulate
 from ghostball.model import (
     EVENT_DTYPE,
     Ball,
@@ -24,7 +26,9 @@ from ghostball.model import (
 )
 from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.checks.metrics import _COMPUTE, conserves_energy, measure
-from ghostball.validation.truth.scene_truth import Truth
+from ghostball.validation.runs.sampling import energy_at
+from ghostball.validation.scenes.library import find_scene
+from ghostball.validation.truth.scene_truth import Truth, truth_of
 
 R, M = 0.03, 0.2
 BB, BC = int(EventKind.BALL_BALL), int(EventKind.BALL_CUSHION)
@@ -170,7 +174,7 @@ def test_a_motion_that_blew_up_has_no_numbers() -> None:
     where = np.array([[0.0, 0.0, R], [1.0, 0.0, R]])
     measured = measure(
         result(shot, ends, [1.0, math.inf, math.nan]),
-        truth(rest_positions=where, energy=np.ones(2), energy_times=np.array([0.0, 2.0])),
+        truth(rest_positions=where, motion=still(shot)),
     )
     for name in ("rest_error_max", "energy_drift", "energy_rise", "energy_difference_max"):
         assert measured.values[name] is None
@@ -234,23 +238,46 @@ def test_the_lower_ball_comes_first_whatever_the_engine_says() -> None:
 
 
 def test_energy_differences_are_fractions_of_the_initial_energy() -> None:
-    # Two balls of 0.2 kg at 1, 0.5, 0 m/s, no spin: 0.2, 0.05, 0 J. Truth 0.2, 0.1, 0: 0.05 / 0.2.
-    measured = measure(
-        still(),
-        truth(energy=np.array([0.2, 0.1, 0.0]), energy_times=np.array([0.0, 1.0, 2.0])),
-    )
-    assert measured.values["energy_difference_max"] == pytest.approx(0.25, rel=1e-12)
+    # Two balls of 0.2 kg at 1, 0.5, 0 m/s, no spin: 0.2, 0.05, 0 J. Truth at 1, 0.8, 0 m/s.
+    true = result(scene(), [[0.0, 1.0]] * 3, [1.0, 0.8, 0.0])
+    measured = measure(still(), truth(motion=true))
+    assert measured.values["energy_difference_max"] == pytest.approx(0.64 - 0.25, rel=1e-12)
+    early = measure(still(), truth(motion=true), horizon=0.5)
+    assert early.values["energy_difference_max"] == 0.0
 
 
 def test_energy_between_frames_is_interpolated_not_computed_of_blended_velocities() -> None:
     # 1 m/s before and -1 m/s after a cushion: a blend of the two has no energy at all half-way.
     shot = scene(friction=0.0, balls=1)
     bounced = result(shot, [[0], [1], [0]], [1.0, -1.0, -1.0])
-    measured = measure(
-        bounced, truth(energy=np.full(3, 0.1), energy_times=np.array([0.0, 0.5, 2.0]))
-    )
-    assert measured.values["energy_difference_max"] == pytest.approx(0.0, abs=1e-15)
+    measured = measure(bounced, truth(motion=bounced))
+    assert measured.values["energy_difference_max"] == 0.0
     assert measured.values["energy_rise"] == 0.0
+    assert energy_at(bounced, np.array([0.5])).total == pytest.approx(0.1, rel=1e-12)
+
+
+def test_what_a_late_collision_still_has_is_no_error_of_the_energy() -> None:
+    # The truth loses 0.75 of its energy at 0.9 s, the run at its frame at 1 s.
+    shot = scene(friction=0.0)
+    times, ends = (0.0, 0.5, 0.9, 1.0, 1.5, 2.0), [[0.0, 1.0]] * 6
+    true = result(shot, ends, [1.0, 1.0, 0.5, 0.5, 0.5, 0.5], times=times, events=[(0.9, *A)])
+    late = result(shot, ends, [1.0, 1.0, 1.0, 0.5, 0.5, 0.5], times=times, events=[(1.0, *A)])
+    assert measure(late, truth(motion=true)).values["energy_difference_max"] == 0.0
+    # What it loses without the event is one, and so is what it keeps after it.
+    for speeds in ([1.0, 0.5, 0.5, 0.5, 0.5, 0.5], [1.0, 1.0, 1.0, 1.0, 1.0, 0.5]):
+        wrong = replace(late, trajectory=result(shot, ends, speeds, times=times).trajectory)
+        measured = measure(wrong, truth(motion=true))
+        assert measured.values["energy_difference_max"] == pytest.approx(0.75, rel=1e-12)
+    silent = replace(late, events=late.events[:0])
+    assert measure(silent, truth(motion=true)).values["energy_difference_max"] > 0.7
+
+
+@pytest.mark.parametrize("name", ["restitution-head-on", "throw-slip", "pocket-side", "stop"])
+def test_the_energy_of_two_exact_engines_differs_by_rounding(name: str) -> None:
+    shot = find_scene(name)
+    measured = measure(simulate(shot, record="trajectory"), truth_of(shot))
+    assert measured.values["energy_difference_max"] <= 1e-15
+    assert measured.values["energy_difference_factor"] <= 4.0
 
 
 def test_drift_where_energy_holds_and_rise_everywhere() -> None:
@@ -341,7 +368,7 @@ def test_what_nobody_asks_for_is_not_computed(monkeypatch: pytest.MonkeyPatch) -
     truth = Truth("closed form", PARTS, rest_positions=np.array([[2.0, 0.0, R]]))
     run = result(scene(balls=1), [[0.0], [1.0], [2.5]], [1.0, 1.0, 0.0])
     whole = measure(run, truth)
-    for name in ("energy_at", "energy_series", "largest_overlap", "compare_collisions"):
+    for name in ("energy_differences", "energy_series", "largest_overlap", "compare_collisions"):
         monkeypatch.setattr(ghostball.validation.checks.metrics, name, refuse)
     some = measure(run, truth, ("wall_time", "rest_error_max"))
     assert list(some.values) == ["rest_error_max", "wall_time"]

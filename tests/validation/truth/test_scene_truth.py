@@ -74,8 +74,8 @@ def test_a_closed_form_takes_energy_and_times_from_our_engine_and_says_so(
     truth = truth_of(find_scene("head-on"))
     assert truth.collisions == ((BB, 0, 1),)
     assert len(truth.collision_times) == 1
-    assert truth.energy is not None
-    assert len(truth.energy) == len(truth.energy_times)
+    assert truth.motion is not None
+    assert truth.motion.engine == "ghostball"
     independent = {
         part
         for part in ("rest", "time", "events", "conditioning", "energy")
@@ -94,8 +94,8 @@ def test_a_closed_form_takes_energy_and_times_from_the_proof_where_there_is_one(
     assert truth.collision_times.tolist() == [float(proof.events[0].t)]
     for part in ("rest", "time", "events", "energy", "conditioning", "proof"):
         assert not truth.is_own_measure("ghostball", part)  # type: ignore[arg-type]
-    energy = simulate(scene, record="trajectory").energy(truth.energy_times).total
-    np.testing.assert_allclose(truth.energy, energy, rtol=1e-12, atol=1e-15)
+    assert truth.motion is not None
+    assert truth.motion.engine == "certified"
 
 
 def test_without_a_closed_form_the_proof_is_the_truth_and_independent() -> None:
@@ -117,7 +117,8 @@ def test_without_a_closed_form_the_proof_is_the_truth_and_independent() -> None:
     assert truth.collisions[0] == (BB, 0, 1)
     assert truth.collision_times[0] == float(proof.events[0].t)
     assert truth.collision_counts == ours.collision_counts
-    np.testing.assert_allclose(truth.energy, ours.energy(truth.energy_times).total, atol=1e-13)
+    assert truth.motion is not None
+    assert truth.motion.engine == "certified"
     for part in ("rest", "time", "events", "energy", "proof"):
         assert not truth.is_own_measure("ghostball", part)  # type: ignore[arg-type]
     assert truth.meetings is not None
@@ -193,9 +194,9 @@ def test_only_the_parts_that_are_asked_for_are_computed(monkeypatch: pytest.Monk
 
     scene = find_scene("half-ball-cut")
     whole = truth_of(scene)
-    monkeypatch.setattr(ghostball.validation.truth.scene_truth, "energy_at", refuse)
+    monkeypatch.setattr(ghostball.validation.truth.scene_truth, "growth_along_proof", refuse)
     events = truth_of(scene, parts=frozenset({"events"}))
-    assert events.energy is None
+    assert events.rounding is None
     assert np.array_equal(events.collision_times, whole.collision_times)
     assert truth_of(shot(), parts=frozenset({"rest"})).rest_positions is not None
     monkeypatch.setattr(playing, "simulate", refuse)

@@ -1,0 +1,71 @@
+"""How far a run's energy is from the true one, at the instants at which the two can be compared.
+
+A collision takes energy at once. A run that sees one late still has, until then, what the collision
+is about to take: that is an error of the time of the event, and judged as one, not an error of the
+energy. So energies are not compared between the two instants at which the run and the truth have
+the same event. Two exact engines differ in the last bits of each instant, and one that steps by up
+to a step or more; neither is called wrong for what lies between. What an event takes that only one
+of the two has is an error of the energy.
+
+An exact motion is looked at on a grid, at each event, and the last instant before it; one of frames
+at its frames, between which its energy isn't known. A slide that ends late only bends the curve.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ghostball.model import EventKind, Result, SampledTrajectory
+from ghostball.model.arrays import FloatArray
+from ghostball.validation.grading.event_logs import compare_logs, events_in
+from ghostball.validation.runs.sampling import (
+    MAX_TIMES,
+    UNIFORM_TIMES,
+    energy_at,
+    events_of,
+    union_times,
+)
+
+_JUMPS = tuple(
+    kind for kind in EventKind if kind not in (EventKind.SLIDE_TO_ROLL, EventKind.ROLL_TO_REST)
+)
+"""Kinds of events that change the energy at once."""
+
+
+def energy_differences(
+    result: Result, truth: Result, until: float = math.inf
+) -> tuple[FloatArray, FloatArray]:
+    """Return instants (k,) [s], and how far the run's energy is from the true one there, (k,) [J].
+
+    `result`, `truth`: of one scene, recorded with `record="trajectory"`.
+    `until` [s]: the last instant that is compared.
+    """
+    logs = [events_in(events_of(run), _JUMPS) for run in (truth, result)]
+    pairs = compare_logs(*logs).pairs
+    instants = np.array([(one.t, other.t) for one, other in pairs]).reshape(-1, 2)
+    earlier, later = np.min(instants, axis=1), np.max(instants, axis=1)
+    frames = result.trajectory
+    if isinstance(frames, SampledTrajectory):
+        times = _few(np.unique(frames.times), later)
+    else:
+        known = np.concatenate([earlier, later, events_of(result)["t"], events_of(truth)["t"]])
+        times = union_times(
+            result.rest_time, known, uniform=UNIFORM_TIMES, limit=MAX_TIMES, before=True
+        )
+    # A frame at the very instant of an event may show either side of it.
+    last = later if not isinstance(frames, SampledTrajectory) else np.nextafter(later, np.inf)
+    inside = np.searchsorted(np.sort(earlier), times, side="right") > np.searchsorted(
+        np.sort(last), times, side="right"
+    )
+    times = times[~inside & (times <= until)]
+    true = truth.energy(times).total if len(times) else np.empty(0)
+    return times, np.abs(energy_at(result, times).total - true)
+
+
+def _few(times: FloatArray, later: FloatArray) -> FloatArray:
+    """Return not too many of the frames' times: evenly chosen, and the first after each event."""
+    even = np.linspace(0, len(times) - 1, min(len(times), MAX_TIMES)).astype(np.intp)
+    after = np.searchsorted(times, later, side="right")
+    return times[np.union1d(even, after[after < len(times)])]
