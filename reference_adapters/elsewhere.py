@@ -17,11 +17,12 @@ A run is an object with these keys, in SI units; balls are in the order of the s
                         "angular_velocities": [...]}: of each instant, of each ball, three numbers.
                         From t = 0 to `rest_time`; just before and just after each collision is
                         best, since between two samples the motion is interpolated
-    settings, wall_time, version, reason, work, resolution, approximate
+    settings, wall_time, version, reason, work, collision_counts, resolution, approximate
                         as wanted: how the engine was set; its run time [s]; its version; why it
-                        stopped early; counters of its work, such as {"steps": 500}; how far off a
-                        ball may be when it collides [m], 0 by rounding alone, left out where
-                        nothing is known of that; and what of the scene it represents only
+                        stopped early; counters of its work, such as {"steps": 500}; how many events
+                        are "ball-ball" and "ball-cushion", which the events must agree with; how
+                        far off a ball may be when it collides [m], 0 by rounding alone, left out
+                        where nothing is known of that; and what of the scene it represents only
                         approximately, and how: {"rolling without slip": "in steps"}, by the names
                         of `ghostball engines`. The rest it claims to be exact
 
@@ -113,6 +114,7 @@ class Run(_Part):
     version: str = ""
     reason: str = ""
     work: dict[str, int] = Field(default_factory=dict)
+    collision_counts: dict[str, int] | None = None
     resolution: Annotated[float, Field(ge=0.0)] | None = None
     approximate: dict[Feature, str] = Field(default_factory=dict)
 
@@ -172,7 +174,10 @@ class Run(_Part):
         events = np.array(
             [event_row(event, scene.table, name) for event in self.events], dtype=EVENT_DTYPE
         )
-        counts = Counter(event.kind for event in self.events)
+        counts = self.collision_counts
+        if counts is None:
+            of = Counter(event.kind for event in self.events)
+            counts = {kind.label: of[kind.label] for kind in COLLISION_KINDS}
         centres = np.array(self.rest_positions)[np.newaxis]
         still = np.zeros_like(centres)
         final, trajectory = Samples(centres, still, still), None
@@ -191,7 +196,7 @@ class Run(_Part):
             status=STATUSES[self.status],
             final_state=final,
             rest_time=self.rest_time,
-            collision_counts={kind.label: counts[kind.label] for kind in COLLISION_KINDS},
+            collision_counts=counts,
             work={"events": len(events)} | self.work,
             wall_time=self.wall_time,
             events=None if record == "rest" else events,

@@ -122,15 +122,15 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> LoadScopeSch
 
 @pytest.hookimpl(trylast=True)
 def pytest_sessionfinish(session: pytest.Session, exitstatus: int) -> None:
-    """End with the status of "not judged" where no shot was judged by how it ends, as others do."""
+    """End with the status of "not judged" if no shot was judged, as the commands do."""
     config = session.config
     terminal = config.pluginmanager.get_plugin("terminalreporter")
     if not config.option.ghostball or exitstatus != pytest.ExitCode.OK or terminal is None:
         return
-    from ghostball.pytest_plugin.items import is_unjudged  # noqa: PLC0415
+    from ghostball.pytest_plugin.items import unjudged  # noqa: PLC0415
     from ghostball.validation.exit_status import ExitStatus  # noqa: PLC0415
 
-    if is_unjudged(report for found in terminal.stats.values() for report in found):
+    if unjudged(report for found in terminal.stats.values() for report in found):
         session.exitstatus = int(ExitStatus.NOT_JUDGED)
 
 

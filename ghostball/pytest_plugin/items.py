@@ -32,7 +32,7 @@ from ghostball.validation.baselines.regression import UNCOMPARED, FailOn
 from ghostball.validation.checks.criteria import Criteria
 from ghostball.validation.checks.law import Asked
 from ghostball.validation.checks.metric_table import METRICS
-from ghostball.validation.checks.verdict import UNJUDGED, is_outcome_judged, unjudged_engines
+from ghostball.validation.checks.verdict import not_judged
 from ghostball.validation.runs.playing import in_other_process
 from ghostball.validation.runs.runner import check_limits
 from ghostball.validation.scenes.commands import regress as regress_command
@@ -52,8 +52,8 @@ from ghostball.validation.suite.plan import criteria_beside_paths, shipped_crite
 
 DEFAULT_SCENES = "smoke"
 
-_ENDS = "ghostball_end_judged"
-"""The property of a test that says whether how its shot ends was judged."""
+_UNJUDGED = "ghostball_unjudged"
+"""The property of a test that says why its shot was not judged; "" if it was."""
 
 BASELINE = "baseline"
 """The test that compares a scene with what was accepted of it."""
@@ -104,29 +104,23 @@ def summary_lines(reports: Iterable[Any]) -> list[str]:
         scene, value = properties.get("ghostball_scene"), properties.get("rest_error_max")
         if scene is not None and value is not None:
             errors[scene] = value
+    not_judged_lines = [why] if (why := unjudged(found)) else []
     if not errors:
-        return _unjudged_lines(found)
+        return not_judged_lines
     worst = max(errors, key=errors.__getitem__)
     return [
         f"rest errors in {len(errors)} scenes: median {format_length(median(errors.values()))}, "
         f"largest {format_length(errors[worst])} in {worst}",
         "Limits of your own on them are given with --ghostball-criteria.",
-        *_unjudged_lines(found),
+        *not_judged_lines,
     ]
 
 
-def is_unjudged(reports: Iterable[Any]) -> bool:
-    """Whether no shot that ran was judged by how it ends, for its engine says too little."""
+def unjudged(reports: Iterable[Any]) -> str:
+    """Return why no shot that ran was judged, as of `not_judged`; "" if one was."""
     properties = [dict(getattr(report, "user_properties", ())) for report in reports]
-    said = {found[_ENDS] for found in properties if _ENDS in found}
-    return said == {False}
-
-
-def _unjudged_lines(reports: Sequence[Any]) -> list[str]:
-    if not is_unjudged(reports):
-        return []
-    labels = (dict(getattr(report, "user_properties", ())).get("engine") for report in reports)
-    return [f"no shot of {', '.join(dict.fromkeys(filter(None, labels)))} {UNJUDGED}"]
+    said = [found[_UNJUDGED] for found in properties if _UNJUDGED in found]
+    return said[0] if said and all(said) else ""
 
 
 def _pick(nodes: Sequence[_SceneNode], picked: Sequence[str]) -> None:
@@ -332,9 +326,7 @@ class MetricItem(pytest.Item):
         """Note every metric, for `--junitxml` and the summary."""
         record = outcome.record
         self.user_properties += [("ghostball_scene", record.scene), ("engine", record.label)]
-        judged = is_outcome_judged(record)
-        if judged or unjudged_engines([record]):
-            self.user_properties.append((_ENDS, judged))
+        self.user_properties.append((_UNJUDGED, not_judged([record])))
         self.user_properties += [
             (name, value) for name, value in record.metrics.items() if value is not None
         ]

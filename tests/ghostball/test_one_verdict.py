@@ -1,37 +1,32 @@
-"""Ten engines that are wrong in ten ways: every command says the same of each, and none passes it.
+"""A table of wrong and right engines: every command says the same of each.
 
-Each command is run as a user would, on one shot of two balls. A run that is asked the same is held
-to the same limits on the same metrics, and the command ends with the same status.
+Each command is run as a user would. Asked the same, it holds the engine to the same limits on the
+same metrics, and ends with the same status: 1 for a wrong engine, 0 for a right one, and 4 for one
+that states so little that nothing can be judged.
 """
 
 import json
 import re
+from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
 from _pytest.pytester import SysModulesSnapshot
 from typer.testing import CliRunner
-from wrong_engines import WAYS, Wrong
+from wrong_engines import CRASHES, RIGHT, ROWS, UNJUDGED, WRONG
+from wrong_runs import framed, frames_of
 
 from ghostball.cli import app
 from ghostball.model import SampledTrajectory
 from ghostball.model.cache_folder import cache_folder
+from ghostball.reference_adapters import make_engine
+from ghostball.reference_adapters.base import resolution_of, stated_error
 from ghostball.validation.results.store import Results
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.stress import StressFolder
 
 pytest_plugins = ["pytester"]
 
-SCENE = "restitution-cut"
-IN_ANOTHER_PROCESS = ("crash", "hang")
-"""Ways that need a process of their own."""
-
-FAST_WAY = "energy"
-IN_THIS_PROCESS = [
-    pytest.param(way, marks=[] if way == FAST_WAY else pytest.mark.slow)
-    for way in WAYS
-    if way not in IN_ANOTHER_PROCESS
-]
 CACHES = str(cache_folder("kernels").parent)
 
 Said = dict[str, tuple[int, frozenset[str]]]
@@ -49,7 +44,7 @@ def here(pytester, monkeypatch):
 
 
 def label(way: str) -> str:
-    return f"wrong_engines:Wrong:way={way}"
+    return ROWS[way].label or f"wrong_engines:Wrong:way={way}"
 
 
 def broken_in(text: str) -> frozenset[str]:
@@ -76,21 +71,30 @@ def by_pytest(pytester, way: str, *options: str) -> tuple[int, frozenset[str]]:
     without = ("cacheprovider", "hypothesispytest")
     done = pytester.runpytest_inprocess(
         *(f"-pno:{name}" for name in without),
-        f"ghostball::{SCENE}",
+        *(f"ghostball::{scene}" for scene in ROWS[way].scenes),
         f"--ghostball-engine={label(way)}",
         *options,
     )
     return int(done.ret), broken_in(done.stdout.str())
 
 
-def written_elsewhere(way: str, **said: object) -> None:
-    """Write the same run as another program would; some of it says something else."""
-    scene = find_scene(SCENE)
-    result = Wrong(Wrong.Settings(way=way)).simulate(scene, record="trajectory")
+def run_elsewhere(way: str, scene_name: str) -> dict[str, object]:
+    """Return a run as another program would write it: what the engine claims, and what it did."""
+    scene, engine = find_scene(scene_name), make_engine(label(way))
+    result = engine.simulate(scene, record="trajectory")
     motion = result.trajectory
-    assert isinstance(motion, SampledTrajectory)
-    run_elsewhere = result.to_dict() | {
-        "resolution": 0.0,
+    if not isinstance(motion, SampledTrajectory):
+        motion = frames_of(framed(result))
+    stated = resolution_of(engine, scene)
+    return result.to_dict() | {
+        "engine": "elsewhere",
+        "scene": scene.name,
+        "resolution": None if stated is None else stated_error(stated),
+        "approximate": {
+            feature.value: how.how
+            for feature, how in engine.capabilities.items()
+            if how.support == "approximate"
+        },
         "samples": {
             "t": motion.times.tolist(),
             "positions": motion.positions.tolist(),
@@ -98,18 +102,19 @@ def written_elsewhere(way: str, **said: object) -> None:
             "angular_velocities": motion.angular_velocities.tolist(),
         },
     }
-    Path("run.json").write_text(json.dumps(run_elsewhere | said), encoding="utf-8")
 
 
 def by_grade(way: str, **said: object) -> tuple[int, frozenset[str]]:
-    written_elsewhere(way, **said)
+    """Grade the run that another program wrote; some of it says something else."""
+    runs = [run_elsewhere(way, scene) | said for scene in ROWS[way].scenes]
+    Path("run.json").write_text(json.dumps(runs), encoding="utf-8")
     return judged("grade", "run.json")
 
 
-def by_stress(way: str) -> tuple[int, frozenset[str]]:
-    """Try the shot; what is printed is the first fault alone, and all are in the folder."""
-    trial = (f"shipped/{SCENE}", "--full", "--out", "stress")
-    status, _ = run("stress", *trial, "-e", label(way))
+def by_stress(way: str, *options: object) -> tuple[int, frozenset[str]]:
+    """Try the shots; what is printed is the first fault alone, and all are in the folder."""
+    trials = (f"shipped/{scene}" for scene in ROWS[way].scenes)
+    status, _ = run("stress", *trials, "--full", "--out", "stress", "-e", label(way), *options)
     found = StressFolder.load(Path("stress")).findings
     return status, broken_in("\n".join(fault for one in found for fault in one.faults))
 
@@ -124,100 +129,123 @@ def by_leaderboard(way: str, *options: object) -> tuple[int, frozenset[str]]:
     return status, broken_in("\n".join(failed))
 
 
-@pytest.mark.usefixtures("in_this_process")
-@pytest.mark.parametrize("way", IN_THIS_PROCESS)
-def test_a_wrong_engine_is_the_same_to_every_command(here, way):
-    engine = ("-e", label(way))
-    said: Said = {
-        "validate": judged("validate", SCENE, *engine, "--no-report"),
-        "regress": judged("regress", SCENE, *engine),
-        "accept": judged("accept", *engine, "--reason", "It is wrong."),
+def by_all(pytester, way: str) -> Said:
+    """Ask every command."""
+    scenes, engine = ROWS[way].scenes, ("-e", label(way))
+    return {
+        "validate": judged("validate", *scenes, *engine, "--no-report"),
+        "regress": judged("regress", *scenes, *engine),
+        "accept": judged("accept", *engine, "--reason", "The cloth is new."),
         "stress": by_stress(way),
-        "pytest": by_pytest(here, way, "--ghostball-time-limit=inf"),
+        "pytest": by_pytest(pytester, way, "--ghostball-time-limit=inf"),
         "grade": by_grade(way),
     }
-    assert {command: status for command, (status, _) in said.items()} == dict.fromkeys(said, 1)
-    limits = said["validate"][1]
-    assert limits
-    if way == "nondeterministic":  # of two plays, no more is the same than that both are wrong
-        limits = frozenset({"accuracy <= nanometres"})
-        said = {command: (status, found & limits) for command, (status, found) in said.items()}
-        said["accept"] = said["regress"] = (1, limits)  # they say that it is another one each time
-    assert {command: found for command, (_, found) in said.items()} == dict.fromkeys(said, limits)
-    # Nothing was accepted; and who insists has it in the changelog, and fails all the same.
+
+
+def statuses(said: Mapping[str, tuple[int, object]]) -> dict[str, int]:
+    return {command: status for command, (status, _) in said.items()}
+
+
+def test_the_table_is_large_enough():
+    assert len(WRONG) >= 30
+    assert len(RIGHT) >= 5
+    assert all(row.fault for row in {**WRONG, **UNJUDGED}.values())
+
+
+@pytest.mark.compiled
+@pytest.mark.usefixtures("in_this_process")
+@pytest.mark.parametrize("way", WRONG)
+def test_a_wrong_engine_fails_with_every_command(here, way):
+    said = by_all(here, way)
+    assert statuses(said) == dict.fromkeys(said, 1), ROWS[way].fault
+    if way != "nondeterministic":  # of two plays, no more is the same than that both are wrong
+        limits = said["validate"][1]
+        assert {command: found for command, (_, found) in said.items()} == dict.fromkeys(
+            said, limits
+        )
     assert not list(Path("baselines").glob("**/*.toml"))
-    status, found = by_leaderboard(way)  # another shot, so that other limits break as well
-    assert status == 1
-    assert found
-    assert {limit.partition(" ")[2] for limit in found & limits} <= {
-        limit.partition(" ")[2] for limit in limits
-    }
 
 
+@pytest.mark.compiled
 @pytest.mark.usefixtures("in_this_process")
-def test_the_right_one_passes_with_every_command(here):
-    engine = ("-e", label("right"))
-    said = {
-        "validate": run("validate", SCENE, *engine, "--no-report"),
-        "regress": run("regress", SCENE, *engine),
-        "accept": run("accept", *engine, "--reason", "It is right."),
-        "regress again": run("regress", SCENE, *engine),
-        "stress": run("stress", f"shipped/{SCENE}", "--full", *engine, "--out", "stress"),
-        "pytest": by_pytest(here, "right", "--ghostball-time-limit=inf"),
-        "grade": by_grade("right"),
-        "leaderboard": by_leaderboard("right"),
-    }
-    statuses = {command: status for command, (status, _) in said.items()}
-    assert statuses == dict.fromkeys(said, 0) | {"regress": 4}, said  # nothing accepted yet
+@pytest.mark.parametrize("way", RIGHT)
+def test_a_right_engine_passes_with_every_command(here, way):
+    said = by_all(here, way)
+    nothing_accepted = {"regress": 4}
+    assert statuses(said) == dict.fromkeys(said, 0) | nothing_accepted, said
+    engine = ("-e", label(way))
+    status, text = run("regress", *ROWS[way].scenes, *engine)
+    assert status == 0, text
 
 
+@pytest.mark.compiled
 @pytest.mark.usefixtures("in_this_process")
-def test_an_engine_that_says_nothing_of_how_exact_it_is_passes_nowhere(here):
-    # Breaks where an engine that moves nothing is called passed, for nothing limits its shots.
-    asked = ("-e", "silent_engine:lazy")
-    unjudged = "no shot of silent_engine:lazy was judged by how it ends: give it `dt`"
-    status, said = run("validate", SCENE, *asked, "--no-report")
-    assert (status, said.strip().splitlines()[-1].startswith(unjudged)) == (4, True), said
-    status, said = run("validate", SCENE, *asked, "-e", label("right"), "--no-report")
-    assert (status, unjudged in said) == (4, True), said
-    assert "No outcome judged" in run("report", "out", "--format=markdown")[1]
-    assert f'"{unjudged}' in run("report", "out", "--format=junit")[1]
-    board = ("--only", *asked, "--column", "mm", "--out", "board")
-    status, said = run("leaderboard", *board)
-    assert (status, unjudged in said) == (4, True), said
-    run("regress", SCENE, *asked)
-    assert run("accept", *asked, "--reason", "It moves nothing.")[0] == 0
-    status, said = run("regress", SCENE, *asked)  # what moved is judged, and what isn't is said
-    assert (status, unjudged in said) == (0, True), said
-    status, said = run("regress", SCENE, *asked, "--fail-on=limits")
-    assert (status, unjudged in said) == (4, True), said
-    options = ("-pno:cacheprovider", "-pno:hypothesispytest", "--ghostball-time-limit=inf")
-    engine = "--ghostball-engine=silent_engine:lazy"
-    done = here.runpytest_inprocess(*options, f"ghostball::{SCENE}", engine)
-    assert (int(done.ret), unjudged in done.stdout.str()) == (4, True)
-    # One that states its step is held to it.
-    status, said = run("validate", SCENE, "-e", "silent_engine:stepping", "--no-report")
-    assert (status, "was judged" in said) == (1, False), said
+@pytest.mark.parametrize("way", UNJUDGED)
+def test_an_engine_of_which_nothing_can_be_judged_passes_with_no_command(here, way):
+    said = by_all(here, way)
+    assert statuses(said) == dict.fromkeys(said, 4), ROWS[way].fault
+    assert not list(Path("baselines").glob("**/*.toml"))
+
+
+@pytest.mark.compiled
+@pytest.mark.usefixtures("in_this_process")
+@pytest.mark.parametrize("way", ["energy", "right"])
+def test_the_leaderboard_says_the_same_of_other_shots(here, way):
+    status, found = by_leaderboard(way)
+    assert (status, bool(found)) == (ROWS[way].status, way == "energy")
 
 
 @pytest.mark.usefixtures("in_this_process")
 def test_who_insists_on_a_wrong_engine_keeps_the_reason_and_fails_all_the_same(here):
-    engine = ("-e", label("friction"))
-    run("regress", SCENE, *engine)
+    scenes, engine = ROWS["friction"].scenes, ("-e", label("friction"))
+    run("regress", *scenes, *engine)
     insists = ("--reason", "The cloth is new.", "--even-though-limits-fail")
     status, said = run("accept", *engine, *insists)
     assert status == 0, said
     assert "limits of truth are broken" in said
     (changes,) = Path("baselines").glob("**/CHANGES.md")
     assert "The cloth is new." in changes.read_text(encoding="utf-8")
-    assert judged("regress", SCENE, *engine) == judged("validate", SCENE, *engine, "--no-report")
+    assert judged("regress", *scenes, *engine) == judged("validate", *scenes, *engine)
+
+
+@pytest.mark.usefixtures("in_this_process")
+def test_why_nothing_was_judged_is_said_by_every_command(here):
+    # Breaks where an engine that moves nothing is called passed, for nothing limits its shots.
+    (scene,), asked = ROWS["lazy"].scenes, ("-e", label("lazy"))
+    unjudged = "no shot of silent_engine:lazy was judged by how it ends: give it `dt`"
+    status, said = run("validate", scene, *asked, "--no-report")
+    assert (status, said.strip().splitlines()[-1].startswith(unjudged)) == (4, True), said
+    status, said = run("validate", scene, *asked, "-e", label("right"), "--no-report")
+    assert (status, unjudged in said) == (4, True), said
+    assert "No outcome judged" in run("report", "out", "--format=markdown")[1]
+    assert f'"{unjudged}' in run("report", "out", "--format=junit")[1]
+    status, said = run("leaderboard", "--only", *asked, "--column", "mm", "--out", "board")
+    assert (status, unjudged in said) == (4, True), said
+    status, said = run("stress", f"shipped/{scene}", *asked, "--full", "--out", "stress")
+    assert (status, "no shot of lazy was judged by how it ends" in said) == (4, True), said
+    run("regress", scene, *asked)
+    status, said = run("accept", *asked, "--reason", "It moves nothing.")
+    assert (status, unjudged in said) == (4, True), said
+    insists = ("--reason", "It moves nothing.", "--even-though-limits-fail")
+    assert run("accept", *asked, *insists)[0] == 0
+    status, said = run("regress", scene, *asked)  # what moved is judged, and what isn't is said
+    assert (status, unjudged in said) == (0, True), said
+    status, said = run("regress", scene, *asked, "--fail-on=limits")
+    assert (status, unjudged in said) == (4, True), said
+    options = ("-pno:cacheprovider", "-pno:hypothesispytest", "--ghostball-time-limit=inf")
+    engine = f"--ghostball-engine={label('lazy')}"
+    done = here.runpytest_inprocess(*options, f"ghostball::{scene}", engine)
+    assert (int(done.ret), unjudged in done.stdout.str()) == (4, True)
+    # One that states its step is held to it.
+    status, said = run("validate", scene, "-e", "silent_engine:stepping", "--no-report")
+    assert (status, "was judged" in said) == (1, False), said
 
 
 LEFT_BEHIND = {
     "no file": None,
     "an empty file": "",
-    "a file that is cut off": '{"engine": "wrong", "scene": "restitution-cut", "status": "re',
-    "a run without its end": '{"engine": "wrong", "scene": "restitution-cut", "status": "rest"}',
+    "a file that is cut off": '{"engine": "wrong", "scene": "half-ball-cut", "status": "re',
+    "a run without its end": '{"engine": "wrong", "scene": "half-ball-cut", "status": "rest"}',
     "a run that says that it failed": {"status": "failed", "reason": "out of memory"},
     "no motion": {"samples": None},
     "less than a ball": {"rest_positions": []},
@@ -226,14 +254,14 @@ LEFT_BEHIND = {
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("way", IN_ANOTHER_PROCESS)
+@pytest.mark.parametrize("way", CRASHES)
 def test_an_engine_that_crashes_or_hangs_did_not_finish_whatever_the_command(here, way):
     limit = ("--time-limit", "3" if way == "hang" else "120")
-    engine = ("-e", label(way))
-    stress = (f"shipped/{SCENE}", "--full", "--out", "stress")
+    scenes, engine = ROWS[way].scenes, ("-e", label(way))
+    stress = (*(f"shipped/{scene}" for scene in scenes), "--full", "--out", "stress")
     said = {
-        "validate": run("validate", SCENE, *engine, "--no-report", *limit),
-        "regress": run("regress", SCENE, *engine, *limit),
+        "validate": run("validate", *scenes, *engine, "--no-report", *limit),
+        "regress": run("regress", *scenes, *engine, *limit),
         "accept": run("accept", *engine, "--reason", "It is wrong."),
         "stress": run("stress", *stress, *engine, *limit),
         "leaderboard": run("leaderboard", "--only", *engine, "--column", "cut", *limit),
@@ -250,8 +278,9 @@ def test_an_engine_that_crashes_or_hangs_did_not_finish_whatever_the_command(her
 @pytest.mark.parametrize("left", LEFT_BEHIND)
 def test_what_is_left_of_a_run_is_graded_as_one_that_did_not_finish(here, left):
     found = LEFT_BEHIND[left]
+    whole = run_elsewhere("right", "half-ball-cut")
     if isinstance(found, dict):
-        written_elsewhere("right", **found)
+        Path("run.json").write_text(json.dumps(whole | found), encoding="utf-8")
     elif found is not None:
         Path("run.json").write_text(found, encoding="utf-8")
     status, text = run("grade", "run.json")
@@ -259,7 +288,8 @@ def test_what_is_left_of_a_run_is_graded_as_one_that_did_not_finish(here, left):
     assert "did not finish" in text
     # What was played whole is judged all the same.
     Path("run.json").rename("lost.json") if found is not None else None
-    written_elsewhere("energy")
+    other = run_elsewhere("friction", "stop")
+    Path("run.json").write_text(json.dumps(other), encoding="utf-8")
     status, text = run("grade", "lost.json", "run.json")
     assert status == 1
     assert "did not finish" in text

@@ -105,6 +105,14 @@ def test_a_partner_that_is_not_there_is_refused_with_those_that_are(
         Run.parse(RUN | {"events": [event]}, "a file, run 1").result(scene)
 
 
+def test_counts_are_those_that_the_run_states_else_those_of_its_events() -> None:
+    scene, stated = find_scene("stop"), {"ball-ball": 2, "ball-cushion": 1}
+    counted = Run.parse(RUN, "a file, run 1").result(scene)
+    assert counted.collision_counts == {"ball-ball": 0, "ball-cushion": 1}
+    said = Run.parse(RUN | {"collision_counts": stated}, "a file, run 1").result(scene)
+    assert said.collision_counts == stated
+
+
 def test_partners_are_named_as_events_of_ours_name_them() -> None:
     ball = {"id": "b", "position": (1.0, 0.5)}
     scene = Scene.model_validate({"name": "a", "balls": [ball], "table": POSTED})

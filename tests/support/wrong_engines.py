@@ -1,193 +1,267 @@
-"""An engine that is wrong in ten ways, each of which every command has to see."""
+"""A table of engines that are wrong in one way each, and of some that are right.
+
+Every command has to say the same of each; see `tests/ghostball/test_one_verdict.py`.
+"""
 
 from __future__ import annotations
 
-import os
-import random
-import time
-from collections.abc import Callable, Mapping
-from dataclasses import replace
-from typing import ClassVar
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
+import wrong_runs as runs
 
-from ghostball.engine import simulate
-from ghostball.model import Record, Result, SampledTrajectory, Scene
+from ghostball.model import (
+    EVENT_DTYPE,
+    EventKind,
+    Record,
+    Result,
+    SampledTrajectory,
+    Samples,
+    Scene,
+    Status,
+    rolling_angular_velocity,
+)
 from ghostball.model.features import EXACT, Capabilities, Feature
 from ghostball.reference_adapters import EngineBase, EngineSettings
+from ghostball.reference_adapters.base import resolution_of_step
+from ghostball.validation.examples.stepper import Stepper
+
+CUT, BOUNCE, HEAD_ON = "half-ball-cut", "wall-bounce", "restitution-head-on"
+SLIDING = "draw-shot"
+
+
+@dataclass(frozen=True)
+class Row:
+    """One engine of the table.
+
+    `fault`: what is wrong with it, one sentence; "" where nothing is.
+    `play`: what it makes of a scene; None: `label` is an engine that there is without this table.
+    `scenes`: shipped scenes in which the fault shows.
+    `states`: the `resolution` that it states [m]; None: it states nothing.
+    `step`: the time step that it states instead [s].
+    `status`: with which every command ends.
+    `label`: how the engine is asked for; "" for one of this table.
+    """
+
+    fault: str
+    play: runs.Play | None
+    scenes: tuple[str, ...]
+    states: float | None = 0.0
+    step: float | None = None
+    status: int = 1
+    label: str = ""
+
+
+def _stepper(dt: float) -> runs.Play:
+    """Play in steps [s], each of which ends before contacts are looked for."""
+    engine = Stepper(Stepper.Settings(dt=dt))
+    return lambda scene: engine.simulate(scene, record="trajectory")
+
+
+def by_formula(scene: Scene) -> Result:
+    """Play one ball that rolls to rest without meeting anything, by its formula."""
+    x, v = scene.positions, scene.velocities
+    slowing = scene.physics.gravity * scene.physics.rolling_friction
+    ends = float(np.linalg.norm(v)) / slowing
+    t = np.linspace(0.0, ends, 401)[:, np.newaxis, np.newaxis]
+    positions, velocities = x + v * (t - t**2 / (2.0 * ends)), v * (1.0 - t / ends)
+    spins = np.array([rolling_angular_velocity(one, scene.radii) for one in velocities])
+    return Result(
+        engine="",
+        settings={},
+        scene=scene,
+        status=Status.REST,
+        final_state=Samples(positions[-1:], velocities[-1:], spins[-1:]),
+        rest_time=ends,
+        collision_counts={"ball-ball": 0, "ball-cushion": 0},
+        work={},
+        wall_time=0.0,
+        events=np.array([(ends, EventKind.ROLL_TO_REST, 0, -1)], dtype=EVENT_DTYPE),
+        trajectory=SampledTrajectory(t[:, 0, 0], positions, velocities, spins),
+    )
+
+
+WRONG: Mapping[str, Row] = {
+    # Events, times, counts.
+    "milliseconds": Row("Times are in milliseconds.", runs.in_milliseconds, (CUT,)),
+    "missing-event": Row("A collision is missing.", runs.without_first_collision, (CUT,)),
+    "doubled-event": Row("A collision is reported twice.", runs.first_collision_twice, (CUT,)),
+    "no-events": Row("No collision is reported.", runs.without_collisions, (CUT,)),
+    "wrong-cushion": Row("A bounce names another cushion.", runs.with_another_cushion, (BOUNCE,)),
+    "wrong-ball": Row(
+        "A collision names another ball.", runs.with_another_ball, ("three-ball-chain",)
+    ),
+    "swapped-events": Row(
+        "Two collisions come in the wrong order.",
+        runs.with_swapped_collisions,
+        ("three-ball-chain",),
+    ),
+    "wrong-counts": Row(
+        "The counts differ from the number of events.", runs.with_another_count, (CUT,)
+    ),
+    # Where balls end.
+    "swapped-ends": Row(
+        "The rest positions of two balls are swapped.", runs.ends_moved(runs.swapped), (CUT,)
+    ),
+    "moved-ends": Row(
+        "The rest positions are 0.1 mm off, the samples are right.",
+        runs.ends_moved(runs.displaced(1e-4)),
+        (CUT,),
+    ),
+    "mirrored-ends": Row(
+        "The rest positions are mirrored.", runs.ends_moved(runs.mirrored), (CUT,)
+    ),
+    "mirrored-table": Row("Left and right are swapped.", runs.mirrored_table, (BOUNCE,)),
+    "asleep": Row("Balls stop when they are slower than 5 cm/s.", runs.falls_asleep, ("stop",)),
+    "ends-early": Row("The run ends after half its time.", runs.ends_early, (CUT,)),
+    "moves-at-rest": Row("A ball still moves when all rest.", runs.moves_at_rest, ("stop",)),
+    "no-motion": Row("Nothing moves.", runs.without_motion, (CUT,)),
+    # The motion between.
+    "drift": Row("Energy rises by 0.01 % from start to end.", runs.gains_slowly, ("galperin-1",)),
+    "overlap": Row("Balls overlap by 5 mm for a moment.", runs.overlaps, (CUT,)),
+    "not-finite": Row("A velocity is no number.", runs.not_finite, (CUT,)),
+    # Other physics.
+    "energy": Row(
+        "The first collision of balls makes 5 % of energy.",
+        runs.makes_energy(0.05, only_once=True),
+        (HEAD_ON,),
+    ),
+    "energy-at-hits": Row(
+        "Each collision of balls makes 2 % of energy.", runs.makes_energy(0.02), (HEAD_ON,)
+    ),
+    "friction": Row(
+        "Rolling friction is 5/7 of what it should be.",
+        runs.with_physics(rolling_friction=lambda friction: 5.0 / 7.0 * friction),
+        ("stop",),
+    ),
+    "sliding": Row(
+        "Sliding friction is 10 % too high.",
+        runs.with_physics(sliding_friction=lambda friction: 1.1 * friction),
+        (SLIDING,),
+    ),
+    "gravity": Row(
+        "Gravity is 9.8 m/s^2, not 9.81.", runs.with_physics(gravity=lambda _: 9.8), ("stop",)
+    ),
+    "restitution": Row(
+        "The restitution of balls is squared.",
+        runs.with_physics(ball_restitution=lambda e: e**2),
+        (HEAD_ON,),
+    ),
+    "elastic-cushion": Row(
+        "Cushions keep all energy.",
+        runs.with_physics(cushion_restitution=lambda _: 1.0),
+        ("restitution-bounce",),
+    ),
+    "no-throw": Row(
+        "Balls have no friction between them.",
+        runs.with_physics(ball_friction=lambda _: 0.0),
+        ("throw-slip",),
+    ),
+    "cushion-angle": Row(
+        "A cushion throws a ball back 0.5 degrees off.",
+        runs.at_each(EventKind.BALL_CUSHION, runs.turned(np.radians(0.5))),
+        (BOUNCE,),
+    ),
+    "lost-spin": Row(
+        "Balls lose their spin when they collide.",
+        runs.at_each(EventKind.BALL_BALL, runs.scaled(1.0, 0.0)),
+        (SLIDING,),
+    ),
+    "mass": Row(
+        "A ball is 1 % too heavy.",
+        runs.with_balls(mass=lambda mass: 1.01 * mass),
+        ("galperin-1",),
+    ),
+    "radius": Row(
+        "A ball is 0.1 % too large.", runs.with_balls(radius=lambda radius: 1.001 * radius), (CUT,)
+    ),
+    # Contacts and steps.
+    "missed-collision": Row("Balls pass through each other.", runs.passes_through, (CUT,)),
+    "late-collision": Row(
+        "Balls collide when they overlap by 0.5 mm.", runs.sees_late(5e-4), (CUT,)
+    ),
+    "smaller-step": Row(
+        "It steps by 5 ms and states steps of 0.1 ms.", _stepper(5e-3), (CUT,), step=1e-4
+    ),
+    "exact-steps": Row("It steps by 1 ms and claims to be exact.", _stepper(1e-3), (CUT,)),
+    "friction-of-a-step": Row(
+        "Rolling friction is 5/7 of what it should be; it states steps of 1 ms.",
+        runs.with_physics(rolling_friction=lambda friction: 5.0 / 7.0 * friction),
+        ("stop",),
+        step=1e-3,
+    ),
+    "nondeterministic": Row("It plays another stroke each time.", runs.nondeterministic, (CUT,)),
+}
+"""Engines that every command has to fail."""
+
+UNJUDGED: Mapping[str, Row] = {
+    "lazy": Row(
+        "Nothing moves, and it states nothing.",
+        None,
+        (CUT,),
+        states=None,
+        status=4,
+        label="silent_engine:lazy",
+    ),
+}
+"""Engines that state so little that nothing can be judged, so that no command passes them."""
+
+RIGHT: Mapping[str, Row] = {
+    "right": Row("", runs.right, (CUT, SLIDING, "restitution-bounce"), status=0),
+    "rounded-once": Row("", runs.rounded_once, (CUT, HEAD_ON), status=0),
+    "formula": Row("", by_formula, ("stop",), status=0),
+    "honest-steps": Row("", _stepper(1e-3), (CUT, BOUNCE), step=1e-3, status=0),
+    "ours": Row("", None, (CUT, SLIDING, "throw-slip"), status=0, label="ghostball"),
+    "proved": Row("", None, (CUT, SLIDING), status=0, label="certified"),
+    "pymunk": Row("", None, (CUT, SLIDING, HEAD_ON), status=0, label="pymunk:dt=1e-3"),
+    "in-time": Row(
+        "", None, (CUT, "restitution-bounce"), status=0, label="pymunk:contact_steps=exact"
+    ),
+}
+"""Engines that every command has to pass."""
+
+CRASHES: Mapping[str, Row] = {
+    "crash": Row("It ends its process.", runs.crashes, (CUT,)),
+    "hang": Row("It never returns.", runs.hangs, (CUT,)),
+}
+"""Engines that need a process of their own."""
+
+ROWS: Mapping[str, Row] = {**WRONG, **UNJUDGED, **RIGHT, **CRASHES}
 
 
 class WrongSettings(EngineSettings):
-    """What is wrong with it: one of `WAYS`, or nothing."""
+    """What is wrong with it: one of `ROWS`."""
 
     way: str = "right"
 
 
 class Wrong(EngineBase):
-    """Our engine, which claims to err by rounding alone, with a bug; its motion is in frames."""
+    """An engine of the table, which claims that all it represents is exact."""
 
     name: ClassVar[str] = "wrong"
     Settings: ClassVar[type[EngineSettings]] = WrongSettings
     capabilities: ClassVar[Capabilities] = dict.fromkeys(Feature, EXACT)
 
-    def resolution(self, scene: Scene) -> float:
-        """Claim that balls are off by rounding alone when they collide."""
-        return 0.0
+    @property
+    def row(self) -> Row:
+        """The row of the table."""
+        return ROWS[self.settings.way]
+
+    def resolution(self, scene: Scene) -> float | None:
+        """Return what the row states of how far off a ball may be when it collides [m]."""
+        step = self.row.step
+        return self.row.states if step is None else resolution_of_step(step, scene)
 
     def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
         """Simulate, wrongly."""
         self.check(scene)
-        way = self.settings.way
-        result = WAYS[way](scene) if way in WAYS else framed(simulate(scene, record="trajectory"))
-        events, motion = result.events, result.trajectory
-        return replace(
-            result,
-            engine=self.name,
-            settings={},
-            scene=scene,
-            events=None if record == "rest" else events,
-            trajectory=motion if record == "trajectory" else None,
-        )
-
-
-def framed(result: Result) -> Result:
-    """Return a run with its motion in frames, some just before and at each event."""
-    assert result.events is not None
-    at = result.events["t"]
-    grid = np.linspace(0.0, result.rest_time, 501)
-    times = np.unique(np.concatenate([grid, at, np.maximum(np.nextafter(at, 0.0), 0.0)]))
-    return replace(result, trajectory=SampledTrajectory(times, *result.sample(times)))
-
-
-def _with_physics(**change: Callable[[float], float]) -> Callable[[Scene], Result]:
-    def play(scene: Scene) -> Result:
-        update = {name: law(getattr(scene.physics, name)) for name, law in change.items()}
-        physics = scene.physics.model_copy(update=update)
-        other = scene.model_copy(update={"physics": physics})
-        return framed(simulate(other, record="trajectory"))
-
-    return play
-
-
-def _makes_energy(scene: Scene) -> Result:
-    """Give the balls 5 % of energy more at their first collision."""
-    whole = simulate(scene, record="trajectory")
-    assert whole.events is not None
-    collision = float(whole.events["t"][whole.events["kind"] < 2][0])
-    before, after = framed(whole), whole.sample([collision])
-    balls = tuple(
-        ball.model_copy(update={"position": tuple(x), "velocity": tuple(1.05**0.5 * v)})
-        for ball, x, v in zip(
-            scene.balls, after.positions[0].tolist(), after.velocities[0], strict=True
-        )
-    )
-    rest = framed(simulate(scene.model_copy(update={"balls": balls}), record="trajectory"))
-    first, second = before.trajectory, rest.trajectory
-    assert isinstance(first, SampledTrajectory)
-    assert isinstance(second, SampledTrajectory)
-    early = first.times < collision
-    assert rest.events is not None
-    later = rest.events.copy()
-    later["t"] += collision
-    parts = (
-        np.concatenate([getattr(first, name)[early], getattr(second, name)])
-        for name in ("positions", "velocities", "angular_velocities")
-    )
-    times = np.concatenate([first.times[early], collision + second.times])
-    return replace(
-        rest,
-        events=np.concatenate([whole.events[whole.events["t"] <= collision], later]),
-        collision_counts=whole.collision_counts,
-        rest_time=rest.rest_time + collision,
-        trajectory=SampledTrajectory(times, *parts),
-    )
-
-
-def _overlaps(scene: Scene) -> Result:
-    """Put a ball 5 mm into another one for a moment."""
-    result = framed(simulate(scene, record="trajectory"))
-    motion = result.trajectory
-    assert isinstance(motion, SampledTrajectory)
-    positions = motion.positions.copy()
-    first, second = positions[:, 0], positions[:, 1]
-    k = int(np.argmin(np.linalg.norm(second - first, axis=1)))
-    positions[k, 1] = first[k] + 0.9 * (second[k] - first[k])
-    return replace(result, trajectory=replace(motion, positions=positions))
-
-
-def _misses(scene: Scene) -> Result:
-    """Let the balls pass through each other: they are played 50 m apart."""
-    away = np.array([0.0, 50.0, 0.0])
-    offsets = np.arange(len(scene.balls))[:, np.newaxis] * away
-    return _moved(scene.model_copy(update={"table": None}), offsets)
-
-
-def _late(scene: Scene) -> Result:
-    """See a collision when the balls are half a millimetre into each other."""
-    less = 0.25e-3
-    shorter = np.full((len(scene.balls), 1), -less) * np.array([0.0, 0.0, 1.0])
-    return _moved(scene, shorter, radius=lambda radius: radius - less)
-
-
-def _moved(scene: Scene, by: NDArray[np.float64], **change: Callable[[float], float]) -> Result:
-    """Play a scene whose balls lie elsewhere, (n, 3) [m], and move what comes of it back."""
-    places = scene.positions + by
-    balls = tuple(
-        ball.model_copy(
-            update={"position": tuple(place)}
-            | {name: law(getattr(ball, name)) for name, law in change.items()}
-        )
-        for ball, place in zip(scene.balls, places.tolist(), strict=True)
-    )
-    result = framed(simulate(scene.model_copy(update={"balls": balls}), record="trajectory"))
-    motion, end = result.trajectory, result.final_state
-    assert isinstance(motion, SampledTrajectory)
-    return replace(
-        result,
-        trajectory=replace(motion, positions=motion.positions - by),
-        final_state=end._replace(positions=end.positions - by),
-    )
-
-
-def _not_finite(scene: Scene) -> Result:
-    result = framed(simulate(scene, record="trajectory"))
-    motion = result.trajectory
-    assert isinstance(motion, SampledTrajectory)
-    velocities = motion.velocities.copy()
-    velocities[len(velocities) // 2, 0, 0] = np.nan
-    return replace(result, trajectory=replace(motion, velocities=velocities))
-
-
-def _nondeterministic(scene: Scene) -> Result:
-    """Play with another stroke each time, by up to a thousandth."""
-    more = 1.0 + 1e-3 * random.SystemRandom().uniform(0.1, 1.0)
-    balls = tuple(
-        ball.model_copy(update={"velocity": tuple(more * part for part in ball.velocity)})
-        for ball in scene.balls
-    )
-    return framed(simulate(scene.model_copy(update={"balls": balls}), record="trajectory"))
-
-
-def _crashes(scene: Scene) -> Result:
-    os._exit(7)
-
-
-def _hangs(scene: Scene) -> Result:
-    while True:
-        time.sleep(1.0)
-
-
-WAYS: Mapping[str, Callable[[Scene], Result]] = {
-    "energy": _makes_energy,
-    "overlap": _overlaps,
-    "missed-collision": _misses,
-    "late-collision": _late,
-    "friction": _with_physics(rolling_friction=lambda friction: 1.05 * friction),
-    "restitution": _with_physics(ball_restitution=lambda e: min(e, 0.9) ** 2),
-    "not-finite": _not_finite,
-    "nondeterministic": _nondeterministic,
-    "crash": _crashes,
-    "hang": _hangs,
-}
-"""How it is wrong."""
+        assert self.row.play is not None
+        result = self.row.play(scene)
+        kept: dict[str, Any] = {"engine": self.name, "settings": {}, "scene": scene}
+        if record == "rest":
+            kept["events"] = None
+        if record != "trajectory":
+            kept["trajectory"] = None
+        return replace(result, **kept)

@@ -14,6 +14,7 @@ from ghostball.validation.baselines.accept import (
     NotDeterministicError,
     NotFinishedError,
     NothingToAcceptError,
+    UnjudgedError,
     accept,
     can_be_accepted,
 )
@@ -42,6 +43,7 @@ __all__ = [
     "Regression",
     "RevisionError",
     "SceneChange",
+    "UnjudgedError",
     "accept",
     "can_be_accepted",
     "check_baselines",

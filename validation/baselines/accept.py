@@ -48,6 +48,10 @@ class NotFinishedError(AcceptError):
     """What was to be accepted has no result: the engine crashed, hung or gave up."""
 
 
+class UnjudgedError(AcceptError):
+    """What was to be accepted was judged by no limit: nothing says that it is right."""
+
+
 class LimitsBrokenError(AcceptError):
     """What was to be accepted breaks limits of truth, in the scenes `broken`."""
 
@@ -94,9 +98,11 @@ def accept(
     `only`: names or patterns of scenes.
     `folder`: of the baselines of the engine.
     `engine`: the one that is meant; see `baseline.engine_key`.
-    `even_though_limits_fail`: whether to accept also what breaks limits of truth.
+    `even_though_limits_fail`: whether to accept also what breaks limits of truth, or what no limit
+        judges.
 
-    Raises `LimitsBrokenError` where what would be accepted breaks limits of truth;
+    Raises `LimitsBrokenError` where what would be accepted breaks limits of truth; `UnjudgedError`
+    where no limit judges any of it;
     `NotDeterministicError` where the engine gave other bits when it played one of the scenes again;
     `NotFinishedError` where there is no more to accept than what the engine did not finish;
     `GhostballError` where there is no reason, no comparison, one of other code than what is here
@@ -146,6 +152,8 @@ def accept(
     broken = [one for one in regression.broken if one.scene in names]
     if broken and not even_though_limits_fail:
         raise LimitsBrokenError(broken)
+    if chosen and regression.unjudged and not even_though_limits_fail:
+        raise UnjudgedError(f"nothing is accepted, for {regression.unjudged}")
     entry = _entry(regression, accepted, [one.scene for one in chosen], stale)
     changelog = folder / CHANGES_FILE
     texts = {

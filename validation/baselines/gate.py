@@ -31,6 +31,7 @@ from ghostball.validation.baselines.regression import (
 from ghostball.validation.baselines.replay import PlayAgain, not_deterministic, playing_again
 from ghostball.validation.baselines.revision import checkout_of
 from ghostball.validation.baselines.rounding import Allowance, allowance_of, allowance_of_other
+from ghostball.validation.checks.verdict import not_judged
 from ghostball.validation.parallel.sources import (
     SourcesError,
     code_kind,
@@ -120,6 +121,7 @@ def compare_results(
             changes.append(change)
             accepted = before or accepted
     changes = [change.judged(fail_on) for change in changes]
+    cases = [case for name in scenes if (case := results.case(name, label)) is not None]
     stale = tuple(name for name in names if name not in scenes) if whole else ()
     return Regression(
         label=label,
@@ -130,6 +132,7 @@ def compare_results(
         outcome=outcome_of(changes, fail_on),
         scenes=tuple(changes),
         stale=stale,
+        unjudged=not_judged(cases),
         warnings=tuple(_warnings(changes, stale)),
     )
 

@@ -23,7 +23,7 @@ from ghostball.validation.results.database import (
 )
 from ghostball.validation.results.fields import EnvironmentValues
 
-SCHEMA: Final = 8
+SCHEMA: Final = 9
 """Version of a stored comparison."""
 
 Change = Literal[
@@ -193,10 +193,11 @@ class Regression(Model):
         environment now (`validation.results.environment.describe_environment`).
     `outcome`: the last where nothing failed, but some scene could not be compared: that is no pass.
     `stale`: baselines of scenes that are no more.
+    `unjudged`: why no limit judges any of the runs; "" where one does.
     `warnings`: what doesn't fail the gate but should be known, one sentence each.
     """
 
-    schema_version: Literal[8] = Field(default=SCHEMA, alias="schema")
+    schema_version: Literal[9] = Field(default=SCHEMA, alias="schema")
     kind: Literal["regression"] = "regression"
     label: str = "ghostball"
     engine: str = "ghostball"
@@ -206,6 +207,7 @@ class Regression(Model):
     outcome: Literal["passed", "failed", "no-baseline"]
     scenes: tuple[SceneChange, ...]
     stale: tuple[str, ...] = ()
+    unjudged: str = ""
     warnings: tuple[str, ...] = ()
 
     @property

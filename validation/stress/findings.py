@@ -23,9 +23,9 @@ from ghostball.validation.stress.trial import CRASHED, Suite
 
 WORST_FOLDER: Final = "worst"
 
-Outcome = Literal["survived", "broken", "not-representable", "unavailable", "failed"]
-"""Whether every shot held; not all did; the engine can't be asked that; it can't run here; the
-harness couldn't judge it, which says nothing of the engine."""
+Outcome = Literal["survived", "broken", "not-judged", "not-representable", "unavailable", "failed"]
+"""Whether every shot held; not all did; no limit covers what the engine did; the engine can't be
+asked that; it can't run here; the harness couldn't judge it, which says nothing of the engine."""
 
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9+=., _-]*$")]
 """Of a family or a trial: part of the names of files, so that it must be no path."""
@@ -40,7 +40,7 @@ class Finding:
 
     `family`, `trial`, `label`: `label` is the engine with its settings.
     `outcome`: see `Outcome`. A crash, or a trial that took too long, is "broken".
-    `faults`: what broke; for the last three outcomes, why.
+    `faults`: what broke; for the last four outcomes, why.
     `severity`, `shots`, `broken`, `values`: as in a `Verdict`.
     `seconds`: wall time; 0 where its process crashed or was ended.
     `scene`: definition of the shot that broke worst, or came nearest.

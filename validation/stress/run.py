@@ -47,7 +47,7 @@ from ghostball.validation.stress.findings import (
     is_stress_folder,
     save_worst,
 )
-from ghostball.validation.stress.trial import CRASHED, Suite, Trial, Verdict
+from ghostball.validation.stress.trial import CRASHED, NotJudgedError, Suite, Trial, Verdict
 from ghostball.validation.suite.unchanged import code_hash
 
 DEFAULT_ENGINES: tuple[str, ...] = (
@@ -99,8 +99,8 @@ class StressOutcome:
     def exit_status(self) -> ExitStatus:
         """0 what must hold survived; 1 not.
 
-        3 the harness failed to judge something; 4 nothing was judged, for no engine could be asked;
-        130 interrupted.
+        3 the harness failed to judge something; 4 nothing was judged, for no engine could be asked,
+        or no limit covers what one did that must hold; 130 interrupted.
         """
         if self.interrupted:
             return ExitStatus.INTERRUPTED
@@ -111,8 +111,12 @@ class StressOutcome:
         if not any(one.outcome in ("survived", "broken") for one in found):
             return ExitStatus.NOT_JUDGED
         broken = {one.label for one in found if one.outcome == "broken"}
-        fails = broken.intersection(self.must_hold)
-        return ExitStatus.CHECK_FAILED if fails else ExitStatus.PASSED
+        if broken.intersection(self.must_hold):
+            return ExitStatus.CHECK_FAILED
+        survived = {one.label for one in found if one.outcome == "survived"}
+        unjudged = {one.label for one in found if one.outcome == "not-judged"} - survived
+        passed = not unjudged.intersection(self.must_hold)
+        return ExitStatus.PASSED if passed else ExitStatus.NOT_JUDGED
 
 
 def run_stress(
@@ -252,6 +256,8 @@ def run_trial(task: StressTask) -> Finding:
             found = {"outcome": "not-representable", "faults": error.features}
     except EngineFailedError as error:
         found = _broke(task, error.reason)
+    except NotJudgedError as error:
+        found = {"outcome": "not-judged", "faults": (str(error),)}
     except GhostballError as error:
         found = {"outcome": "failed", "faults": (f"{type(error).__name__}: {error}",)}
     # An engine may raise anything, and its `sys.exit` must not end the run: kept, never fatal.

@@ -55,8 +55,8 @@ class Survival:
     def text(self) -> str:
         """Survived and tried, as tables show it: "3/4"; or why there is no such number."""
         survived = f"{self.count('survived')}/{self.tried}"
-        if failed := self.count("failed"):
-            return f"{survived}, {failed} not judged"
+        if unjudged := self.count("failed", "not-judged"):
+            return f"{survived}, {unjudged} not judged"
         if self.tried:
             return survived
         return "unavailable" if self.count("unavailable") else "–"

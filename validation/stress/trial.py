@@ -40,6 +40,10 @@ class StressError(GhostballError, ValueError):
     """A stress run that can't start, or a folder of one that can't be read."""
 
 
+class NotJudgedError(GhostballError):
+    """Why nothing says whether an engine survived a trial: no limit covers what it did."""
+
+
 @dataclass(frozen=True)
 class Verdict:
     """What was found.
@@ -162,11 +166,9 @@ class SceneTrial(Trial):
 NO_TRUTH = Truth(None, missing="what this shot comes to isn't known")
 
 
-def broken_law(
-    engine: ReferenceEngine, result: Result, truth: Truth, own: Criteria
-) -> tuple[str, ...]:
+def broken_law(engine: ReferenceEngine, result: Result, truth: Truth) -> tuple[str, ...]:
     """Return what a run breaks of what every command asks of its engine, one sentence each."""
-    asked = asked_of([(engine.name, plain_settings(engine))], own)
+    asked = asked_of([(engine.name, plain_settings(engine))], Criteria())
     checks = checks_on(engine, result, truth, asked)
     return tuple(check.sentence for check in checks if check.passed is False)
 
@@ -181,14 +183,13 @@ def play(
     scene: Scene,
     record: Record = "trajectory",
     *,
-    law: bool = True,
     truth: Callable[[], Truth] = lambda: NO_TRUTH,
 ) -> Result | Verdict:
     """Run a shot; return its result, or the verdict where it has no whole one, or breaks the law.
 
     A motion in steps, where it is recorded, is held to what the law says of every engine whatever
-    the shot, and of its `truth`, where there is one; unless `law` says that somebody else asks it.
-    An exact one is held to rounding by whoever judges it.
+    the shot, and of its `truth`, where there is one. An exact one is held to rounding by whoever
+    judges it.
 
     Raises `UnsupportedSceneError` where the engine can't represent the scene; `EngineFailedError`
     where it fails.
@@ -196,7 +197,7 @@ def play(
     result = run_engine(engine, scene, record)
     if result.status.complete:
         in_steps = record == "trajectory" and not isinstance(result.trajectory, ExactTrajectory)
-        faults = broken_law(engine, result, truth(), Criteria()) if law and in_steps else ()
+        faults = broken_law(engine, result, truth()) if in_steps else ()
         return Verdict.of(scene, faults, 10.0) if faults else result
     why = f": {result.reason}" if result.reason else ""
     return Verdict.of(scene, [f"it stops at {result.rest_time:.6g} s: {result.status.value}{why}"])

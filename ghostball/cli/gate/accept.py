@@ -17,6 +17,7 @@ from ghostball.validation.baselines import (
     NotDeterministicError,
     NotFinishedError,
     NothingToAcceptError,
+    UnjudgedError,
     accept,
 )
 from ghostball.validation.exit_status import ExitStatus, worst
@@ -49,6 +50,9 @@ def run(
         except LimitsBrokenError as error:
             say(f"[bold red]error:[/] {escape(str(error))}, or say --even-though-limits-fail")
             statuses.append(ExitStatus.CHECK_FAILED)
+        except UnjudgedError as error:
+            say(f"[bold yellow]error:[/] {escape(str(error))}, or say --even-though-limits-fail")
+            statuses.append(ExitStatus.NOT_JUDGED)
         except (NotDeterministicError, NotFinishedError) as error:
             say(f"[bold red]error:[/] {escape(str(error))}")
             statuses.append(ExitStatus.CHECK_FAILED)

@@ -92,7 +92,7 @@ def accept(
         typer.Option(
             "--even-though-limits-fail",
             help="Accept also what breaks limits of truth, which is wrong and not only another "
-            "answer.",
+            "answer, and what no limit judges.",
         ),
     ] = False,
 ) -> None:

@@ -161,7 +161,7 @@ def _survival(one: Survival, folder: StressFolder) -> dict[str, Any]:
         "broken": one.count("broken"),
         "not_representable": one.count("not-representable"),
         "unavailable": one.count("unavailable"),
-        "not_judged": one.count("failed"),
+        "not_judged": one.count("failed", "not-judged"),
         "shots": sum(found.shots for found in one.findings),
         "broken_shots": sum(found.broken for found in one.findings),
         "seconds": sum(found.seconds for found in one.findings),
@@ -199,8 +199,10 @@ def _tables(outcome: StressOutcome) -> list[RenderableType]:
 
 
 def _cell(one: Survival) -> str:
-    if not one.count("survived", "broken", "failed"):
+    if not one.count("survived", "broken", "failed", "not-judged"):
         return f"[dim]{one.text}[/]"
+    if not one.count("survived", "broken", "failed"):
+        return f"[bold yellow]{one.text}[/]"
     return f"[bold red]{one.text}[/]" if one.count("broken", "failed") else f"[green]{one.text}[/]"
 
 
@@ -219,5 +221,9 @@ def _faults(folder: StressFolder, family: str, label: str) -> list[str]:
         f"  {escape(f'{family}/{found.trial}')} [bold]could not be judged:[/] "
         f"{escape(found.faults[0])}\n    {escape(trying_again(found, folder))}"
         for found in one.of("failed")
+    ]
+    lines += [
+        f"  {escape(f'{family}/{found.trial}')} [bold]was not judged:[/] {escape(found.faults[0])}"
+        for found in one.of("not-judged")[:FAULTS_SHOWN]
     ]
     return lines

@@ -150,6 +150,9 @@ def outcome_of(*findings, must_hold=()):
         ({"ghostball": "survived", "mine": "broken"}, 1),
         ({"mine": "survived", "pymunk": "broken"}, 0),
         ({"pymunk": "not-representable", "pybullet": "unavailable"}, 4),
+        ({"ghostball": "survived", "mine": "not-judged"}, 4),
+        ({"ghostball": "survived", "pymunk": "not-judged"}, 0),
+        ({"ghostball": "broken", "mine": "not-judged"}, 1),
         ({"ghostball": "broken", "pymunk": "failed"}, 3),
     ],
 )

@@ -75,8 +75,8 @@ def path_of(family: Family, trial: Trial) -> str:
 
 def _candidates(suite: Suite, only: Sequence[str]) -> Iterator[tuple[Family, Trial]]:
     # To make the trials of a family may take seconds: only where one may be asked for.
-    trials_asked = any("/" in pattern for pattern in only)
+    families = [pattern.partition("/")[0] for pattern in only]
     for family in FAMILIES.values():
-        if not only or trials_asked or any(fnmatch.fnmatchcase(family.name, one) for one in only):
+        if not only or any(fnmatch.fnmatchcase(family.name, one) for one in families):
             for trial in family.trials(suite):
                 yield family, trial

@@ -6,12 +6,22 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 
-from ghostball.model import Scene
+from ghostball.model import EngineFailedError, Scene, UnsupportedSceneError
 from ghostball.reference_adapters import ReferenceEngine
+from ghostball.validation.checks.law import asked_of
+from ghostball.validation.checks.verdict import not_judged, unfinished_text
 from ghostball.validation.scenes.library import select
-from ghostball.validation.stress.trial import Family, Suite, Trial, Verdict, broken_law, play
+from ghostball.validation.stress.trial import (
+    Family,
+    NotJudgedError,
+    StressError,
+    Suite,
+    Trial,
+    Verdict,
+)
+from ghostball.validation.suite.case import plain_settings, run_case, truth_or_failure
+from ghostball.validation.suite.judge import Case
 from ghostball.validation.suite.plan import shipped_criteria
-from ghostball.validation.truth.scene_truth import truth_of
 
 
 @dataclass(frozen=True)
@@ -23,13 +33,25 @@ class ShippedTrial(Trial):
     limit: ClassVar[float] = 300.0  # where no proof is kept yet
 
     def run(self, engine: ReferenceEngine) -> Verdict:
-        """Run the shot and judge it."""
-        result = play(engine, self.scene, law=False)
-        if isinstance(result, Verdict):
-            return result
+        """Run the shot and judge it, by the path of every other command.
+
+        Raises `NotJudgedError` where no limit covers what the engine did.
+        """
         own = shipped_criteria(self.scene)
-        truth = truth_of(self.scene, own.truth, least=own.least_proved)
-        faults = broken_law(engine, result, truth, own)
+        asked = asked_of([(engine.name, plain_settings(engine))], own)
+        case = Case(self.scene, engine.name, truth_or_failure(self.scene, own), asked)
+        record, _ = run_case(case, lambda _: engine)
+        if record.outcome == "not-representable":
+            raise UnsupportedSceneError(engine.name, (record.reason,))
+        if record.fault == "ghostball":
+            raise StressError(record.reason)
+        if record.outcome == "failed":
+            raise EngineFailedError(engine.name, record.reason)
+        faults = [check.sentence for check in record.checks if check.passed is False]
+        if stopped := unfinished_text(record):
+            faults.insert(0, stopped)
+        if not faults and (why := not_judged([record])):
+            raise NotJudgedError(why)
         return Verdict.of(self.scene, faults, 10.0 * bool(faults))
 
 
