@@ -121,7 +121,8 @@ class Result:
         Notes
         -----
         Bounces on the table lower than 3e-9 m are one motion of our engine. During it, at most a
-        few milliseconds before a ball rolls on, the vertical speed of the ball isn't known.
+        few milliseconds before a ball rolls on, the vertical speed of the ball isn't known. A ball
+        that lies on another one bounces there, lower than 1e-8 m, and continues with other bounces.
         """
         state = self.sample(t)
         if state.positions.shape[0] != 1:

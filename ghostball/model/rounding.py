@@ -28,6 +28,13 @@ of resting contacts within it (`engine.core.tolerances`), so a scene may begin w
 where balls come to rest is where the next shot begins.
 """
 
+FLIGHT_CONTACT_TOLERANCE = 2.0**-22
+"""Overlap, in diameters, of a ball in the air with one that it lies on.
+
+1.4e-8 m for pool balls, four times `LOWEST_BOUNCE` in `engine.core.tolerances`. No force holds such
+a contact: our engine lets the ball fall that deep before it bounces.
+"""
+
 
 def position_rounding(*lengths: Lengths) -> Lengths:
     """Largest distance [m] that rounding can put between given positions made of `lengths` [m].
@@ -41,7 +48,7 @@ def position_rounding(*lengths: Lengths) -> Lengths:
 
 
 def permitted_overlap(reach: Lengths, *lengths: Lengths) -> Lengths:
-    """Return the largest overlap [m] with which balls may begin, elementwise.
+    """Return the largest overlap [m] with which balls on the cloth may begin, elementwise.
 
     `reach` [m] is the sum of the radii of two balls, or the diameter of a ball beside an obstacle;
     `lengths` [m] are those that the positions are made of.

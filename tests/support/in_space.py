@@ -9,9 +9,9 @@ from __future__ import annotations
 import numpy as np
 
 from ghostball.engine import simulate
-from ghostball.engine.core.tolerances import LOWEST_BOUNCE
 from ghostball.model import Phase, Result, Samples, Scene, Status, energy_of
 from ghostball.model.arrays import FloatArray
+from ghostball.model.rounding import FLIGHT_CONTACT_TOLERANCE
 from ghostball.validation.grading.tolerances import EPS
 from ghostball.validation.runs.sampling import overlaps_of_balls
 from ghostball.validation.stress.invariants import (
@@ -23,9 +23,6 @@ from ghostball.validation.stress.invariants import (
     rise_limit_of_many,
     unsolved,
 )
-
-BOUNCE_SLOP = 4.0 * LOWEST_BOUNCE
-"""Overlap, in diameters, of balls in resting contact in space: they bounce, and aren't held."""
 
 
 def faults_in_space(result: Result) -> list[str]:
@@ -73,7 +70,7 @@ def _depths(result: Result, times: FloatArray, states: Samples) -> Measured:
     here = result.phases(times) != Phase.GONE
     places, radii = states.positions, scene.radii
     rounding = gap_rounding(scene, places)
-    limit = rounding + BOUNCE_SLOP * 2.0 * float(radii.max())
+    limit = rounding + FLIGHT_CONTACT_TOLERANCE * 2.0 * float(radii.max())
     found = {"depth in the table [m]": (float((radii - places[:, :, 2]).max()), rounding)}
     if len(radii) > 1:
         deepest = float(overlaps_of_balls(scene, places, here).max())

@@ -11,7 +11,7 @@ import numpy as np
 
 from ghostball.model.arrays import BoolArray, FloatArray
 from ghostball.model.events import Status
-from ghostball.model.rounding import EPS, position_rounding
+from ghostball.model.rounding import position_rounding
 from ghostball.model.scene.contents import SceneContents
 from ghostball.model.scene.messages import refusal
 from ghostball.model.scene.obstacles import Disc, Hole, gap_to, is_inside
@@ -134,8 +134,9 @@ def _above_cloth(scene: SceneContents, positions: FloatArray, velocities: FloatA
     Just before a ball lands, its height rounds to its radius: the next double keeps it in the air.
     """
     positions, radii = positions.copy(), scene.radii
+    fallen = velocities[:, 2] ** 2 / (2.0 * scene.physics.gravity)
     lands = (velocities[:, 2] < 0.0) & (positions[:, 2] <= radii)
-    lands &= positions[:, 2] >= radii - 4.0 * EPS * radii
+    lands &= positions[:, 2] >= radii - position_rounding(radii, fallen)
     positions[lands, 2] = np.nextafter(radii[lands], np.inf)
     return positions
 

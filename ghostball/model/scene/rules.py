@@ -10,7 +10,11 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from ghostball.model.arrays import BoolArray, FloatArray, IntArray
-from ghostball.model.rounding import permitted_overlap, position_rounding
+from ghostball.model.rounding import (
+    FLIGHT_CONTACT_TOLERANCE,
+    permitted_overlap,
+    position_rounding,
+)
 from ghostball.model.scene.contents import SceneContents
 from ghostball.model.scene.fields import problem
 from ghostball.model.scene.law_rules import check_laws_in_scene
@@ -264,6 +268,9 @@ def overlaps(centres: FloatArray, radii: FloatArray) -> list[tuple[int, int, int
         radius, radius_of_other = sizes[shot, one], sizes[shot, other]
         reached = radius + radius_of_other
         permitted = permitted_overlap(reached, *lengths.T, radius, radius_of_other)
+        if centres.shape[2] == 3:
+            in_air = (first[:, 2] > radius) | (second[:, 2] > radius_of_other)
+            permitted += np.where(in_air, FLIGHT_CONTACT_TOLERANCE * reached, 0.0)
         for m in np.flatnonzero(overlap > permitted)[:_MOST_OVERLAPS]:
             i, j = int(order[shot[m], one[m]]), int(order[shot[m], other[m]])
             found.append((int(shot[m]), max(i, j), min(i, j), float(overlap[m])))

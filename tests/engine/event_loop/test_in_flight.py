@@ -102,7 +102,7 @@ def test_endless_bounces_end_when_their_series_does(restitution, count):
 def test_what_overlaps_in_space_is_seen(monkeypatch):
     result = simulate(on_top(1.5, 0.0), record="trajectory")
     assert faults_in_space(result) == []
-    monkeypatch.setattr(in_space, "BOUNCE_SLOP", -1e-3)
+    monkeypatch.setattr(in_space, "FLIGHT_CONTACT_TOLERANCE", -1e-3)
     assert "overlap of balls" in faults_in_space(result)[0]
 
 

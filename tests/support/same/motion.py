@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from in_space import BOUNCE_SLOP, faults_in_space
+from in_space import faults_in_space
 
 from ghostball.model import EventKind, ExactTrajectory, Phase, Result, Scene, Status
+from ghostball.model.rounding import FLIGHT_CONTACT_TOLERANCE
 from ghostball.validation.grading.tolerances import EPS
 from ghostball.validation.stress.invariants import CONTACT_SLOP, gap_rounding
 from ghostball.validation.stress.judges import Invariants
@@ -145,4 +146,4 @@ def _slack(result: Result, places: np.ndarray) -> float:
     slack = gap_rounding(result.scene, places) if len(places) else 0.0
     if result.work["contact_steps"]:
         slack += CONTACT_SLOP * diameter
-    return slack + (BOUNCE_SLOP * diameter if result.scene.physics.airborne else 0.0)
+    return slack + (FLIGHT_CONTACT_TOLERANCE * diameter if result.scene.physics.airborne else 0.0)

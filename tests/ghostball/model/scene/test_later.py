@@ -26,8 +26,10 @@ from ghostball.model import (
     Table,
     initial_state,
 )
+from ghostball.model.events import LEAVING_KINDS
 from ghostball.model.rounding import CONTACT_TOLERANCE
 from ghostball.validation.scenes.library import find_scene
+from ghostball.validation.scenes.random_scenes import random_scene
 
 POSTS = [{"centre": (0.5, 0.5), "radius": 0.05}, {"centre": (1.6, 0.3), "radius": 0.02}]
 CORNERS = [(0.0, 0.0), (2.0, 0.0), (2.3, 0.7), (1.2, 0.6), (1.0, 1.5), (0.0, 1.2)]
@@ -123,6 +125,27 @@ def test_a_slow_hit_of_a_pool_ball_ends_where_the_next_shot_may_begin():
     (one, other) = result.rest_positions
     assert 2.0 * R - math.dist(one, other) > 1e-14
     assert Scene.after(result).positions.tolist() == result.rest_positions.tolist()
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize(
+    "numbers", [range(60, 110), pytest.param(range(110, 1000), marks=pytest.mark.slow)], ids=repr
+)
+def test_wherever_balls_of_a_random_scene_are_another_may_begin(numbers):
+    """With all physics, sizes and masses, on the cloth and in the air; at events, too."""
+    for number in numbers:
+        result = simulate(random_scene(number), record="events", max_events=20_000)
+        empty = math.inf  # from when on no ball is left
+        if np.all(result.gone):
+            empty = result.events["t"][np.isin(result.events["kind"], LEAVING_KINDS)].max()
+        elif result.status is Status.REST:
+            Scene.after(result)
+        chance = np.random.default_rng(number)
+        events = chance.choice(np.append(0.0, result.events["t"]), 5)
+        before = np.nextafter(events[events > 0.0], 0.0)
+        for t in [*chance.uniform(0.0, result.rest_time, 3), *events, *before]:
+            if t < empty:
+                result.at(t)
 
 
 PUSHED_IN = 0.99 * CONTACT_TOLERANCE * 2.0 * R

@@ -8,6 +8,7 @@ from refusals import refusal
 from shots import POOL_TABLE, R, ball, rack, scene_of
 
 from ghostball.model import CUSHIONS, Table
+from ghostball.model.rounding import FLIGHT_CONTACT_TOLERANCE
 from ghostball.model.scene.rules import overlaps
 
 
@@ -117,6 +118,15 @@ def test_balls_above_each_other_do_not_overlap_in_the_air():
     scene_of(ball((0, 0)), ball((0, 0, 3.5 * R)), motion="sliding", airborne=True)
     fields = {"motion": "sliding", "airborne": True}
     assert "overlap" in refusal(ball((0, 0)), ball((0, 0, 2.5 * R)), **fields)
+
+
+def test_a_ball_in_the_air_may_lie_on_another_as_deep_as_our_engine_lets_it():
+    fields = {"motion": "sliding", "airborne": True}
+    below, deep = ball((0, 0)), 0.99 * FLIGHT_CONTACT_TOLERANCE * 2.0 * R
+    scene_of(below, ball((0, 0, 3.0 * R - deep)), **fields)
+    assert "overlap" in refusal(below, ball((0, 0, 3.0 * R - 1.1 * deep)), **fields)
+    assert "overlap" in refusal(below, ball((2.0 * R - deep, 0)), **fields)
+    assert "overlap" in refusal(below, ball((2.0 * R - deep, 0)))
 
 
 @pytest.mark.parametrize("place", [(1e14, 0), (0, -1e14)])
