@@ -131,7 +131,7 @@ def _check_count(scene: Scene, obstacles: int) -> None:
         many = table is not None and len(table.vertices) > len(table.posts)
         lacks = (
             f"`table.{'vertices' if many else 'posts'}` must leave at most {st.MOST_OBSTACLES} "
-            f"obstacles on the table (sides, posts, and four for each pocket), got {obstacles}. "
+            f"obstacles on the table (cushions, posts, and five for each pocket), got {obstacles}. "
             "Remove some, or use another engine"
         )
         raise UnsupportedSceneError("ghostball", (lacks,))
