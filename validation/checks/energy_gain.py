@@ -9,16 +9,25 @@ the difference, for else a gain would hide behind it.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
 from ghostball.model import COLLISION_KINDS, Result, SampledTrajectory, Samples, Scene, energy_of
 from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.base import Resolution, resolution_of_step, stated_error
-from ghostball.validation.runs.sampling import energy_series, events_of
+from ghostball.validation.grading.tolerances import EPS
+from ghostball.validation.runs.sampling import energy_series, energy_times, events_of
 
 _ROLLS = 1e-12
 """Slip, in units of a ball's speed, that is but the rounding of a frame of a ball that rolls."""
+
+_ROUNDINGS_SEEN = 4.0
+"""Roundings of an instant, or of a height, that are no gain."""
+
+_OF_SPEEDS = 1.0 + math.sqrt(2.5)
+"""See `_rounding`."""
 
 TINY = float(np.finfo(np.float64).tiny)
 """The fastest speed of a scene at rest [m/s]: a quotient by it is finite, or infinite for good."""
@@ -35,22 +44,43 @@ def largest_gain(result: Result, resolution: Resolution = 0.0) -> float:
 
     An engine that sees contacts late resolves them from speeds that are as old: Chipmunk bounces
     balls with those that they had before its step, and so gives back what the cloth took in it.
-    What the cloth takes while the fastest ball goes `resolution` is therefore no gain.
+    What the cloth takes while the fastest ball goes `resolution` is therefore no gain. Nor is what
+    rounding makes of an exact motion: of its heights, and of the instants at which it is looked at.
     """
-    rise = largest_rise(energy_series(result))
+    energy = energy_series(result)
     frames = result.trajectory
     if not isinstance(frames, SampledTrajectory):
-        return rise
+        return largest_rise(energy, _rounding(result.scene, energy_times(result), energy))
+    rise = largest_rise(energy)
     late = stated_error(resolution) / max(resolution_of_step(1.0, result.scene), TINY)
     return max(rise, float(np.max(_gains_at_impacts(result, frames, late), initial=0.0)))
 
 
-def largest_rise(energy: FloatArray) -> float:
+def largest_rise(energy: FloatArray, rounding: FloatArray | float = 0.0) -> float:
     """Return by how much energy ever exceeds the least before it [J]; 0 if never.
 
     `energy` (k,) float64 [J]: in order of time.
+    `rounding` (k,) float64 [J]: what of each is no rise.
     """
-    return float(np.max(energy - np.minimum.accumulate(energy), initial=0.0))
+    return float(np.max(energy - np.minimum.accumulate(energy) - rounding, initial=0.0))
+
+
+def _rounding(scene: Scene, times: FloatArray, energy: FloatArray) -> FloatArray:
+    """Return how much of the energy of an exact motion is rounding at each instant, (k,) [J].
+
+    The clock rounds an instant, to what the cloth takes in its spacing: next to nothing, unless a
+    slow ball slides after days. Balls of masses m with the energy E move and turn such that the sum
+    of m (v + R w) is at most (1 + sqrt(5/2)) sqrt(2 E sum m). Where balls may leave the cloth, a
+    height is rounded, too: as those at first, and as what all of the energy lifts balls by.
+    """
+    frictions = np.maximum(scene.sliding_frictions, scene.rolling_frictions)
+    strongest = scene.physics.gravity * float(np.max(frictions))
+    taken = strongest * _OF_SPEEDS * np.sqrt(2.0 * float(np.sum(scene.masses)) * energy)
+    rounding: FloatArray = _ROUNDINGS_SEEN * np.spacing(times) * taken
+    if scene.physics.airborne:
+        at_first = scene.physics.gravity * float(scene.masses @ scene.positions[:, 2])
+        rounding += _ROUNDINGS_SEEN * EPS * (at_first + float(energy[0]))
+    return rounding
 
 
 def _gains_at_impacts(result: Result, frames: SampledTrajectory, late: float) -> FloatArray:

@@ -7,6 +7,8 @@ taken at the frames alone and interpolated; our own engine's motion is exact at 
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -92,19 +94,20 @@ def energy_series(result: Result) -> FloatArray:
     frames = _frames(result)
     if frames is not None:
         return _energy_at_frames(result.scene, frames).total
-    events = events_of(result)["t"]
-    times = union_times(
-        result.rest_time,
-        events,
-        uniform=UNIFORM_TIMES,
-        limit=UNIFORM_TIMES + 2 * len(events),
-        before=True,
-    )
+    times = energy_times(result)
     return np.concatenate(
         [result.energy(times[start : start + _CHUNK]).total for start in _starts(times)]
     )
 
 
+def energy_times(result: Result) -> FloatArray:
+    """Return the instants of an exact motion's `energy_series`, (k,) float64 [s], increasing."""
+    events = events_of(result)["t"]
+    limit = UNIFORM_TIMES + 2 * len(events)
+    return union_times(result.rest_time, events, uniform=UNIFORM_TIMES, limit=limit, before=True)
+
+
+@lru_cache(maxsize=1)  # by identity: the class of a run and its limits both ask
 def largest_overlap(result: Result) -> float:
     """Return the largest overlap of any two balls in the recorded motion [m]; 0 if never.
 

@@ -12,6 +12,7 @@ from shots import kept_scene
 
 from ghostball.model import Scene
 from ghostball.validation.checks.verdict import Verdict, verdict_of
+from ghostball.validation.scenes.random_scenes import random_scene
 
 RIGHT = (
     "cut-5um",
@@ -24,9 +25,6 @@ RIGHT = (
 
 FROZEN = ("elastic-break", "rot-paper-0p3-0", "rot-pool-0p7-1em16")
 """Racks whose gaps are roundings: no engine in doubles can tell which ball is struck first."""
-
-MOST_AMBIGUOUS = 0.02
-"""Share of the shots that have a reference in which that can't tell contacts apart."""
 
 
 @pytest.mark.parametrize("name", RIGHT)
@@ -56,6 +54,31 @@ def test_a_turned_rack_whose_balls_all_but_touch_passes(preset, turn):
     found = judged(turned_rack(preset, turn))
     assert found.faults == ()
     assert found.reference == "ambiguous"
+
+
+RANDOM = {
+    "a slow ball lifted by less than the rounding of its height": (148, {}),
+    "slow balls lifted on another cloth": (39, {"preset": ("carom", "snooker")}),
+    "a ball that lies on another": (72, {}),
+    "balls that lie on several others": (998, {}),
+    "a ball that slides after eleven days": (290, {}),
+    "a slow ball that slides after a day": (301, {"spin": "struck"}),
+}
+"""Random scenes that once were called wrong."""
+
+
+@pytest.mark.parametrize(("number", "having"), RANDOM.values(), ids=RANDOM.keys())
+def test_what_random_scenes_found_is_gone(number, having):
+    assert judged(random_scene(number, **having), reference=False).faults == ()
+
+
+@pytest.mark.compiled
+@pytest.mark.slow
+@pytest.mark.parametrize("first", range(0, 200, 20))
+def test_random_scenes_pass_what_needs_no_reference(first):
+    scenes = {number: random_scene(number) for number in range(first, first + 20)}
+    found = {number: judged(scene, reference=False) for number, scene in scenes.items()}
+    assert {number: one.faults for number, one in found.items() if one.faults} == {}
 
 
 def turned_rack(preset: str, turn: float) -> Scene:
