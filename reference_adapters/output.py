@@ -19,17 +19,30 @@ from typing import IO
 KEPT = 2_000
 """Bytes that are kept of the start, and as many of the end, of what was printed."""
 
-# All but tab and newline: C0 (ESC among them), DEL and C1, whose CSI is one character.
-_CONTROL = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f]")
+# All but tab and newline: C0 (ESC among them), DEL and C1, whose CSI is one character; what turns
+# the direction of text or separates lines, marks without width, tags, halves of surrogate pairs.
+_CONTROL = re.compile(
+    "[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200b\u200e\u200f\u2028-\u202e\u2060-\u206f\ufeff\ufff9-\ufffb"
+    "\ud800-\udfff\U000e0000-\U000e007f]"
+)
 
 
 def harmless(text: str) -> str:
     r"""Write control characters as Python escapes, such as \x1b; tabs and newlines stay.
 
+    Control characters here are also those that show nothing and change how other text looks, such
+    as U+202E, which reverses it. Letters that are written from right to left stay.
+
     For every text that isn't ours, such as a title, a ball's id or what an engine says, before it
     reaches a terminal.
     """
-    return _CONTROL.sub(lambda found: f"\\x{ord(found[0]):02x}", text)
+    return _CONTROL.sub(lambda found: _escape(ord(found[0])), text)
+
+
+def _escape(code: int) -> str:
+    if code < 0x100:
+        return f"\\x{code:02x}"
+    return f"\\u{code:04x}" if code < 0x10000 else f"\\U{code:08x}"
 
 
 @dataclass

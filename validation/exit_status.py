@@ -14,6 +14,7 @@ class ExitStatus(enum.IntEnum):
     HARNESS_FAILED = 3
     NOT_JUDGED = 4
     INTERRUPTED = 130  # 128 + SIGINT, as shells expect
+    OUTPUT_CLOSED = 141  # 128 + SIGPIPE: whoever read our output stopped, such as `head`
 
 
 def worst(*statuses: int) -> ExitStatus:
@@ -23,6 +24,7 @@ def worst(*statuses: int) -> ExitStatus:
 
 
 _GRAVEST_FIRST = (
+    ExitStatus.OUTPUT_CLOSED,
     ExitStatus.INTERRUPTED,
     ExitStatus.HARNESS_FAILED,
     ExitStatus.BAD_INPUT,

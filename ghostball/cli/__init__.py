@@ -41,7 +41,8 @@ app = typer.Typer(
     epilog=(
         "Exit status: 0 all passed; 1 a check failed, or an engine failed, crashed, hung or did "
         "not finish; 2 bad usage or bad input; 3 ghostball itself failed; 4 nothing was judged, "
-        "or there is nothing to compare with; 130 interrupted."
+        "or there is nothing to compare with; 130 interrupted; 141 its output was closed, as by "
+        "`head`, before all of it was written."
     ),
     no_args_is_help=True,
     pretty_exceptions_enable=False,

@@ -87,6 +87,9 @@ def test_a_process_that_is_diverted_prints_into_a_file(tmp_path):
     [
         ("\x1b[31mred\x1b[0m", "\\x1b[31mred\\x1b[0m"),
         ("\x1b]0;title\x07", "\\x1b]0;title\\x07"),
+        ("\u202eneerg\u202c \u2066x\u2069", "\\u202eneerg\\u202c \\u2066x\\u2069"),
+        ("a\u200bb\u2028c\ufeff\U000e0041\ud800", "a\\u200bb\\u2028c\\ufeff\\U000e0041\\ud800"),
+        ("כדור 8", "כדור 8"),
         ("\x9b31m", "\\x9b31m"),  # C1: the same as ESC [ in one character
         ("over\rwritten\b", "over\\x0dwritten\\x08"),
         ("\x7f\x00", "\\x7f\\x00"),

@@ -4,7 +4,7 @@ from itertools import pairwise
 
 from ghostball.validation.exit_status import ExitStatus, worst
 
-GRAVEST_FIRST = (130, 3, 2, 1, 4, 0)
+GRAVEST_FIRST = (141, 130, 3, 2, 1, 4, 0)
 
 
 def test_the_gravest_status_wins_whatever_the_order():

@@ -65,7 +65,9 @@ class Steps:
             TimeElapsedColumn(),
             _TimeLeft(),
             TextColumn(
-                "[dim]{task.fields[last]}[/]",
+                "{task.fields[last]}",
+                style="dim",
+                markup=False,
                 table_column=Column(no_wrap=True, overflow="ellipsis", ratio=1),
             ),
         )
@@ -85,7 +87,7 @@ class Steps:
                         total=planned,
                         planned=planned,
                         pace=pace,
-                        last=escape(last),
+                        last=last,
                     )
 
                 return count

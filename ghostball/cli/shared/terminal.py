@@ -64,8 +64,10 @@ def command(function: Callable[P, None]) -> Callable[P, None]:
         try:
             with _logging_shown(), _modules_here(), _written_at_the_end():
                 function(*args, **kwargs)
-        except (typer.Exit, typer.Abort, typer.BadParameter, BrokenPipeError):
+        except (typer.Exit, typer.Abort, typer.BadParameter):
             raise
+        except BrokenPipeError:
+            raise typer.Exit(ExitStatus.OUTPUT_CLOSED) from None
         except KeyboardInterrupt:
             say("[bold]Interrupted.[/]")
             raise typer.Exit(ExitStatus.INTERRUPTED) from None
@@ -160,6 +162,10 @@ def _console(*, stderr: bool) -> Console:
     class Harmless(Console):
         """A console that shows the control characters of a text instead of obeying them."""
 
+        def on_broken_pipe(self) -> None:
+            """Raise the error again, which `command` answers; rich would exit with status 1."""
+            raise  # noqa: PLE0704 - it is called where the error is handled
+
         def render(
             self, renderable: RenderableType, options: ConsoleOptions | None = None
         ) -> Iterator[Segment]:
@@ -179,7 +185,7 @@ def _console(*, stderr: bool) -> Console:
                 errors=sys.stderr.errors,
                 buffering=1,
             )
-    console = Harmless(file=file, stderr=stderr, highlight=False)
+    console = Harmless(file=file, stderr=stderr, highlight=False, emoji=False)
     if not console.is_terminal and "COLUMNS" not in os.environ:
         console.width = WIDTH_WITHOUT_TERMINAL
     return console

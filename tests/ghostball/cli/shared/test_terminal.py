@@ -1,11 +1,15 @@
 """How a command ends: refused, interrupted, failed by a bug of ours or by a full disk."""
 
+import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 from commands import refused
+
+from ghostball.cli.shared.terminal import say, stderr
 
 
 @pytest.mark.parametrize("option", ["--out", "--plot"])
@@ -35,6 +39,32 @@ def test_a_full_disk_is_said_in_one_line(option):
     assert done.returncode == 3
     assert done.stderr.startswith("error: standard output: can't be written: No space left")
     assert done.stderr.count("\n") == 1
+
+
+@pytest.mark.skipif(os.name == "nt", reason="pipes that break so are POSIX")
+@pytest.mark.parametrize(
+    "command", [["scenes"], ["scenes", "smoke", "--metrics"], ["run", "stop", "--format=json"]]
+)
+def test_an_output_that_is_closed_early_ends_as_with_other_tools(command):
+    # It was status 1, as if a check had failed.
+    reads, writes = os.pipe()
+    os.close(reads)
+    done = subprocess.run(
+        [sys.executable, "-m", "ghostball", *command],
+        stdout=writes,
+        stderr=subprocess.PIPE,
+        text=True,
+        check=False,
+    )
+    os.close(writes)
+    assert (done.returncode, done.stderr) == (128 + signal.SIGPIPE, "")
+
+
+def test_no_label_is_read_as_an_emoji(capsys):
+    stderr.cache_clear()
+    say("my_module:key:dt=1 [bold]:warning:[/]")
+    stderr.cache_clear()
+    assert capsys.readouterr().err == "my_module:key:dt=1 :warning:\n"
 
 
 def test_an_unexpected_error_is_short_with_its_traceback_and_status_3(cli, monkeypatch):
