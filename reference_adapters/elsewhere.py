@@ -3,7 +3,7 @@
 A run is an object with these keys, in SI units; balls are in the order of the scene's:
 
     engine              the engine's name
-    scene               the scene's name, where it is a shipped one, or the scene itself
+    scene               the name of a shipped scene, or the scene itself; never a path
     status              "rest" (all balls rest), "t-max" (`t_max` was reached), "step-limit" (a
                         limit of the engine was reached before) or "failed"
     rest_time           when the last ball came to rest, or the run ended [s]
@@ -31,6 +31,7 @@ A run is an object with these keys, in SI units; balls are in the order of the s
 
 from __future__ import annotations
 
+import json
 from collections import Counter
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
@@ -53,6 +54,7 @@ from ghostball.model import (
     partner_name,
 )
 from ghostball.model.features import EXACT, Capabilities, Capability, Feature
+from ghostball.model.text_files import read_text
 from ghostball.reference_adapters.base import (
     EngineBase,
     EngineError,
@@ -126,14 +128,15 @@ class Run(_Part):
         is wrong where.
         """
         try:
-            text = path.read_text(encoding="utf-8")
+            text = read_text(path)
         except (OSError, UnicodeDecodeError) as error:
             raise EngineError(f"{path} can't be read: {error}") from None
         try:
-            values = from_json(text)
+            values = _json_of(text, path)
         except ValueError:  # also of what is nested too deeply
             try:
-                values = [from_json(line) for line in text.splitlines() if line.strip()]
+                lines = [line for line in text.splitlines() if line.strip()]
+                values = [_json_of(line, path) for line in lines]
             except ValueError as error:
                 raise EngineError(
                     f"{path} isn't JSON that can be read: {error}. Write one run, a list of runs, "
@@ -218,6 +221,27 @@ class Run(_Part):
         if len(t) == 0 or np.any(np.diff(t) < 0.0):
             raise EngineError(f"`samples.t` of the {name} must be instants in order of time")
         return SampledTrajectory(t, *parts)
+
+
+def _json_of(text: str, path: Path) -> Any:
+    """Return what a text in JSON says.
+
+    Raises `ValueError` if it isn't JSON; `EngineError` if an object has a key twice: readers of
+    JSON don't agree on which of the two values holds.
+    """
+    values = from_json(text)  # before Python's own reader: it refuses deep nesting in words
+
+    def once(pairs: list[tuple[str, Any]]) -> None:
+        seen: set[str] = set()
+        for key, _ in pairs:
+            if key in seen:
+                raise EngineError(
+                    f"{path}: `{key:.80}` must be given once in an object, got it twice. Remove one"
+                )
+            seen.add(key)
+
+    json.loads(text, object_pairs_hook=once)
+    return values
 
 
 def event_row(event: RunEvent, table: Table | None, name: str) -> tuple[float, int, int, int]:

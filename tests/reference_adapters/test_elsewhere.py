@@ -45,6 +45,21 @@ def test_a_run_of_another_shape_is_refused(tmp_path):
     assert 0 < len(read_all) < len(every) / 2
 
 
+@pytest.mark.parametrize("layout", ["one", "list", "lines"])
+def test_a_key_that_is_given_twice_is_refused(tmp_path, layout):
+    # The last one won, so that another reader of the same file sees another run.
+    text = json.dumps(RUN).replace('"t": 0.5', '"t": 0.5, "t": 0.25')
+    text = {"one": text, "list": f"[{text}]", "lines": f"{json.dumps(RUN)}\n{text}\n"}[layout]
+    (tmp_path / "run.json").write_text(text)
+    with pytest.raises(EngineError, match=r"run\.json: `t` must be given once in an object"):
+        Run.load(tmp_path / "run.json")
+
+
+def test_a_byte_order_mark_is_no_part_of_a_run(tmp_path):
+    (tmp_path / "run.json").write_text("\ufeff" + json.dumps(RUN), encoding="utf-8")
+    assert Run.load(tmp_path / "run.json")[0].engine == "elsewhere"
+
+
 @pytest.mark.parametrize(
     ("change", "says"),
     [

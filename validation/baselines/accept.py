@@ -9,6 +9,7 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 
 from ghostball.model import GhostballError
+from ghostball.model.text_files import read_text
 from ghostball.reference_adapters.registry import OURS
 from ghostball.validation.baselines.baseline import (
     Accepted,
@@ -263,7 +264,7 @@ def _words(change: SceneChange) -> str:
 def _with_entry(changelog: Path, entry: str) -> str:
     """Return the changelog with a new entry on top."""
     try:
-        text = changelog.read_text(encoding="utf-8")
+        text = read_text(changelog)
     except FileNotFoundError:
         text = _HEAD
     except (OSError, UnicodeDecodeError) as error:

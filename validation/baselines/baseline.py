@@ -32,6 +32,7 @@ from pydantic import BeforeValidator, Field, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
 
 from ghostball.model.hashes import bits_hash, sequence_hash
+from ghostball.model.text_files import read_text
 from ghostball.reference_adapters.registry import OURS
 from ghostball.validation.baselines.bands import Band, Bands, band_of_counter, band_of_metric
 from ghostball.validation.baselines.baseline_text import (
@@ -300,7 +301,7 @@ def load_baseline(path: Path, engine: str = OURS) -> Baseline:
     it can't be read, is nonsense, or of another engine.
     """
     try:
-        text = path.read_text(encoding="utf-8")
+        text = read_text(path)
     except (OSError, UnicodeDecodeError) as error:
         raise BaselineError(f"{path}: can't read the baseline: {error}") from None
     return baseline_of(text, path, engine)

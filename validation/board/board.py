@@ -17,6 +17,7 @@ from typing import Final, Literal, Self
 from pydantic import BaseModel, ValidationError, model_validator
 
 from ghostball.model import GhostballError, Scene
+from ghostball.model.text_files import read_text
 from ghostball.reference_adapters.registry import EngineUnavailableError, make_engine
 from ghostball.validation.board.asking import asked
 from ghostball.validation.board.cell import Cell, cell_of, cell_of_likeness, law_of
@@ -310,10 +311,10 @@ def load(path: Path) -> Board | None:
     Raises `GhostballError` where it is no board of this version.
     """
     try:
-        return Board.model_validate_json(path.read_bytes())
+        return Board.model_validate_json(read_text(path))
     except FileNotFoundError:
         return None
-    except (OSError, ValidationError) as error:
+    except (OSError, UnicodeDecodeError, ValidationError) as error:
         why = describe_validation_error(error) if isinstance(error, ValidationError) else error
         raise GhostballError(
             f"{path} is no board that this version can continue: {why}. Move it away, or choose "

@@ -23,6 +23,7 @@ from pydantic import (
 )
 
 from ghostball.model import GhostballError
+from ghostball.model.text_files import read_text
 from ghostball.validation.checks.criterion import MetricName, Number, Sentence
 from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.results.files import describe_validation_error, toml_of
@@ -166,7 +167,7 @@ def load_columns(path: Path) -> dict[str, Column]:
     Raises `GhostballError` where it can't be read, is no TOML, or breaks a rule.
     """
     try:
-        found = _Columns.model_validate(toml_of(path.read_text(encoding="utf-8")))
+        found = _Columns.model_validate(toml_of(read_text(path)))
     except ValidationError as error:
         raise GhostballError(f"{path}: {describe_validation_error(error)}") from None
     except (OSError, ValueError) as error:

@@ -14,6 +14,7 @@ from typing import Final
 from pydantic import BaseModel, ValidationError
 
 from ghostball.model import GhostballError
+from ghostball.model.text_files import read_text
 from ghostball.validation.board.board import Board
 from ghostball.validation.board.cell import Cell
 from ghostball.validation.board.column import COLUMNS
@@ -94,7 +95,7 @@ def load_history(folder: Path) -> tuple[Entry, ...]:
     """Read what is known of earlier runs, the oldest first; nothing where there is no file."""
     path = folder / HISTORY
     try:
-        lines = path.read_text(encoding="utf-8").splitlines()
+        lines = read_text(path).splitlines()
     except FileNotFoundError:
         return ()
     except (OSError, UnicodeDecodeError) as error:

@@ -56,6 +56,7 @@ from typing import Annotated, Any, Self, TypeVar
 from pydantic import BaseModel, Field, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
 
+from ghostball.model.text_files import read_text
 from ghostball.validation.checks.criterion import (
     EVERY,
     BeyondStep,
@@ -235,7 +236,7 @@ def shared_criteria() -> SharedCriteria:
 def _load(model: type[_Model], source: Path) -> _Model:
     """Read a criteria file; see `Criteria.load`."""
     try:
-        text = source.read_text(encoding="utf-8")
+        text = read_text(source)
         data = toml_of(text)
     except (OSError, UnicodeDecodeError) as error:
         raise CriteriaError(f"{source}: can't read the criteria: {error}") from None

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ghostball.model import GhostballError, Result
 from ghostball.model.arrays import FloatArray
+from ghostball.model.text_files import read_text
 
 Shots = dict[str, dict[str, "Track"]]
 """The track of each ball of each shot, by their names in the file."""
@@ -91,7 +92,7 @@ def read_tracks(path: Path, surface: Surface) -> Shots:
     """
     samples: dict[str, dict[str, list[tuple[float, float, float]]]] = {}
     try:
-        text = path.read_text(encoding="utf-8")
+        text = read_text(path)
     except (OSError, UnicodeDecodeError) as error:
         raise TracksError(f"{path}: expected a CSV file of tracks in UTF-8: {error}") from error
     for number, row in _rows(path, text):
@@ -119,12 +120,20 @@ def _rows(path: Path, text: str) -> Iterator[tuple[int, list[str]]]:
     for number, line in enumerate(text.splitlines(), start=1):
         if not line.strip() or line.startswith("#"):
             continue
-        row = [field.strip() for field in next(csv.reader([line]))]
+        try:
+            row = [field.strip() for field in next(csv.reader([line]))]
+        except csv.Error as error:
+            most = csv.field_size_limit()
+            raise TracksError(
+                f"{path}:{number}: expected fields of at most {most} characters, found a line of "
+                f"{len(line)}: {error}"
+            ) from None
         if header:
             yield number, row
         elif row != _HEADER:
             raise TracksError(
-                f"{path}:{number}: expected the header {','.join(_HEADER)}, found {line.strip()!r}"
+                f"{path}:{number}: expected the header {','.join(_HEADER)}, found "
+                f"{line.strip()!r:.100}"
             )
         header = True
     if not header:
@@ -140,9 +149,11 @@ def _sample(
     try:
         t, x, y = (float(field) for field in row[2:])
     except ValueError:
-        raise TracksError(f"{where}: expected numbers as t, x and y, found {row[2:]}") from None
+        raise TracksError(
+            f"{where}: expected numbers as t, x and y, found {row[2:]!s:.100}"
+        ) from None
     if not (math.isfinite(t) and math.isfinite(x) and math.isfinite(y)):
-        raise TracksError(f"{where}: expected finite numbers as t, x and y, found {row[2:]}")
+        raise TracksError(f"{where}: expected finite numbers as t, x and y, found {row[2:]!s:.100}")
     for name, value, extent in (("x", x, surface.length), ("y", y, surface.width)):
         if not -_OUTSIDE <= value <= extent + _OUTSIDE:
             hint = "; are these centimetres or millimetres?" if value > 10.0 * extent else ""

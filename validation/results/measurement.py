@@ -9,6 +9,7 @@ from typing import Any, Literal, Self
 from pydantic import BaseModel, Field, ValidationError
 
 from ghostball.model import GhostballError
+from ghostball.model.text_files import read_text
 from ghostball.validation.results.environment import describe_environment
 from ghostball.validation.results.files import describe_validation_error, write_whole
 
@@ -67,7 +68,7 @@ class Measurement(Record):
     def load(cls, path: Path) -> Self:
         """Read a measurement of this kind."""
         try:
-            return cls.model_validate_json(path.read_text(encoding="utf-8"))
+            return cls.model_validate_json(read_text(path))
         except (OSError, UnicodeDecodeError) as error:
             raise MeasurementError(f"{path}: can't read the measurement: {error}") from None
         except ValidationError as error:

@@ -22,7 +22,7 @@ from ghostball.validation.checks.verdict import not_judged
 from ghostball.validation.exit_status import ExitStatus, worst
 from ghostball.validation.results.files import write_all_whole
 from ghostball.validation.results.records import CaseRecord
-from ghostball.validation.scenes.library import find_scene, select
+from ghostball.validation.scenes.library import find_scene, scene_names, select
 from ghostball.validation.suite.case import run_case, truth_or_failure
 from ghostball.validation.suite.judge import Case
 from ghostball.validation.suite.plan import shipped_criteria
@@ -112,6 +112,11 @@ def _judge(run: Run) -> CaseRecord:
 
 def _scene_of(run: Run) -> Scene:
     if isinstance(run.scene, str):
+        if run.scene not in scene_names():  # a path would open any file of whoever grades
+            raise EngineError(
+                "`scene` of a run must be the name of a shipped scene, or the scene itself as an "
+                f"object, got {run.scene!r:.100}. `ghostball scenes` lists the names"
+            )
         return find_scene(run.scene)
     try:
         return Scene.model_validate(run.scene)

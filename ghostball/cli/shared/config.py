@@ -20,6 +20,7 @@ from typing import Annotated, Any
 from pydantic import BaseModel, Field, ValidationError
 
 from ghostball.model import GhostballError
+from ghostball.model.text_files import read_text
 from ghostball.validation.baselines.regression import FailOn
 from ghostball.validation.results.files import describe_validation_error, toml_of
 
@@ -70,7 +71,7 @@ def load_config(start: Path | None = None) -> Config:
 def load_table(path: Path) -> Any:
     """Return the table of a file, or None where there is none."""
     try:
-        text = path.read_text(encoding="utf-8")
+        text = read_text(path)
     except (FileNotFoundError, NotADirectoryError, PermissionError):
         return None
     except (OSError, UnicodeDecodeError) as error:

@@ -10,6 +10,7 @@ from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
+from ghostball.model.text_files import read_text
 from ghostball.reference_adapters.base import EngineError
 from ghostball.reference_adapters.registry import engine_class, parse_spec
 from ghostball.reports.findings import Place, Places, relative_to_root
@@ -68,7 +69,7 @@ def _of_engine(label: str, root: Path) -> Place | None:
 def _line_of(path: Path, says: str) -> int:
     """Return the line of a baseline that says something; the first where none does."""
     try:
-        lines = path.read_text(encoding="utf-8").splitlines()
+        lines = read_text(path).splitlines()
     except (OSError, UnicodeDecodeError):
         return 1
     return next((k for k, line in enumerate(lines, 1) if line.startswith(f"{says} = ")), 1)

@@ -13,6 +13,7 @@ from ghostball.cli.shared.config import FILE, ConfigError, load_table
 from ghostball.cli.shared.terminal import say
 from ghostball.cli.show.workflow import UNKNOWN, WORKFLOW, workflow_text
 from ghostball.model import GhostballError
+from ghostball.model.text_files import read_text
 from ghostball.reference_adapters import make_engine
 from ghostball.validation.results.files import write_all_whole
 
@@ -62,7 +63,7 @@ def init(engine: str | None, ci: bool) -> None:
 def _is_package(path: Path) -> bool:
     """Whether pip can install the project: its settings say how it is built."""
     try:
-        return path.exists() and "[project]" in path.read_text(encoding="utf-8")
+        return path.exists() and "[project]" in read_text(path)
     except UnicodeDecodeError:
         return False
 
@@ -76,7 +77,7 @@ def _project(engine: str | None) -> dict[Path, str]:
         files[Path("my_engine.py")] = _engine_text()
     else:
         make_engine(engine)
-    before = path.read_text(encoding="utf-8").rstrip("\n") + "\n\n" if path.exists() else ""
+    before = read_text(path).rstrip("\n") + "\n\n" if path.exists() else ""
     files[path] = before + _CONFIG.format(engine=json.dumps(engine))
     return files
 

@@ -18,6 +18,7 @@ from ghostball.model.scene.messages import refusal
 from ghostball.model.scene.part import Part
 from ghostball.model.scene.parts import Ball
 from ghostball.model.scene.table import Table, ball_size_of
+from ghostball.model.text_files import read_bytes
 
 LARGEST_FILE = 2**26
 """Most bytes of a scene file: those of half a million balls. A device may continue for ever."""
@@ -29,9 +30,8 @@ def read(path: Path) -> str:
     Raises `SceneError` where it can't be read, or can be no scene.
     """
     try:
-        with path.open("rb") as file:
-            content = file.read(LARGEST_FILE + 1)
-        text = content.decode("utf-8").replace("\r\n", "\n")  # as text files have it
+        content = read_bytes(path, LARGEST_FILE + 1)
+        text = content.decode("utf-8-sig").replace("\r\n", "\n")  # as text files have it
     except UnicodeDecodeError as error:
         raise refusal(
             f"{path}: not UTF-8 text (byte {error.start}). A scene is a TOML text file"

@@ -48,6 +48,26 @@ def test_what_is_wrong_is_named_in_one_line(tmp_path, text, said):
     assert "tracks.csv" in str(refused.value)
 
 
+@pytest.mark.parametrize("place", ["shot", "x"])
+def test_a_huge_field_is_refused_in_one_short_line(tmp_path, place):
+    # Python's reader gave up with an error that nobody caught.
+    row = {"shot": "1", "ball": "cue", "t": "0", "x": "0", "y": "0"} | {place: "9" * 2_000_000}
+    with pytest.raises(TracksError) as refused:
+        read(tmp_path, "shot,ball,t,x,y\n" + ",".join(row.values()) + "\n")
+    said = str(refused.value)
+    assert (
+        "tracks.csv:2: expected fields of at most 131072 characters, found a line of 2000" in said
+    )
+    with pytest.raises(TracksError) as refused:
+        read(tmp_path, "shot,ball,t,x,y\n1,cue,0,0," + "y" * 100_000)
+    assert len(str(refused.value)) < 500
+
+
+def test_a_byte_order_mark_is_no_part_of_the_header(tmp_path):
+    # Excel writes one where it is asked for CSV in UTF-8.
+    assert read(tmp_path, "\ufeff" + GOOD.partition("\n")[2]).keys() == {"1", "2"}
+
+
 def test_a_file_that_is_not_there_is_named(tmp_path):
     with pytest.raises(TracksError, match=r"none.csv: expected a CSV file of tracks"):
         read_tracks(tmp_path / "none.csv", SURFACE)

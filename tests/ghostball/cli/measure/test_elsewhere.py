@@ -81,6 +81,19 @@ def test_a_run_has_no_name_of_an_installed_engine(tmp_path: Path) -> None:
     assert "must not be 'pymunk'" in shown
 
 
+@pytest.mark.parametrize("name", ["../../etc/passwd", "/etc/passwd", "own.toml", "./stop", "own"])
+def test_no_run_opens_a_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+    # Whoever made the run chose which file of whoever grades it was opened.
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "400")
+    find_scene("stop").save(tmp_path / "own.toml")
+    (tmp_path / "run.json").write_text(json.dumps(made_elsewhere("stop") | {"scene": name}))
+    done = CliRunner().invoke(app, ["grade", "run.json"])
+    assert done.exit_code == 2
+    rule = "must be the name of a shipped scene, or the scene itself as an object, got "
+    assert f"`scene` of a run {rule}{name!r}" in done.stderr
+
+
 def test_who_claims_less_is_asked_for_less(tmp_path: Path) -> None:
     run = made_elsewhere("half-ball-cut")
     run["rest_positions"][0][0] += 0.002

@@ -1,0 +1,40 @@
+"""Reading files from elsewhere: nothing hangs, and a byte-order mark is no part of a text."""
+
+from __future__ import annotations
+
+import errno
+import os
+import stat
+from pathlib import Path
+
+_DESCRIPTORS = ("/dev/fd/", "/dev/stdin", "/proc/self/fd/")
+"""Beginnings of paths of what this process has open, such as a shell's `<(command)`."""
+
+
+def read_bytes(path: Path, most: int = -1) -> bytes:
+    """Return the content of a file, or its first `most` bytes.
+
+    A named pipe is refused, because it has no end until somebody writes to it. A pipe that this
+    process has open (`/dev/fd/63`) is read to its end.
+
+    Raises `OSError` if the file can't be read; `ValueError` if no file can have such a path.
+    """
+    with open(path, "rb", opener=_open_without_waiting) as file:
+        if stat.S_ISFIFO(os.fstat(file.fileno()).st_mode):
+            if not str(path).startswith(_DESCRIPTORS):
+                raise OSError(errno.EINVAL, "it is a named pipe and must be a file", str(path))
+            os.set_blocking(file.fileno(), True)
+        return file.read(most)
+
+
+def read_text(path: Path) -> str:
+    """Return a file of UTF-8 text, without a byte-order mark, with lines that end in a newline.
+
+    Raises `OSError` as `read_bytes`; `UnicodeDecodeError` if it isn't UTF-8.
+    """
+    text = read_bytes(path).decode("utf-8-sig")
+    return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def _open_without_waiting(path: str, flags: int) -> int:
+    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
