@@ -74,12 +74,15 @@ class Acceptance:
         more.
     `left`: scenes that moved too, and weren't asked for.
     `broken`: those that were accepted though they break limits of truth.
+    `unfinished`: those that were asked for and that the engine did not finish: no result was there
+        to accept.
     """
 
     written: tuple[str, ...]
     deleted: tuple[str, ...]
     left: tuple[str, ...]
     broken: tuple[SceneChange, ...]
+    unfinished: tuple[SceneChange, ...]
     changelog: Path
 
 
@@ -137,9 +140,10 @@ def accept(
     chosen = [one for one in candidates if _is_any(one.scene, only)]
     left = [name for name in regression.stale if baseline_path(folder, name).exists()]
     stale = [name for name in left if _is_any(name, only)]
+    lost = [one for one in regression.scenes if one.failed and not one.head_hash]
+    lost = [one for one in lost if _is_any(one.scene, only)]
     if not chosen and not stale:
-        lost = [one for one in regression.scenes if one.failed and not one.head_hash]
-        if lost := [one for one in lost if _is_any(one.scene, only)]:
+        if lost:
             said = "; ".join(f"{one.scene}: {one.summary}" for one in lost)
             raise NotFinishedError(
                 f"nothing is accepted of engine `{engine}`: {said}. Mend the engine, and run "
@@ -168,6 +172,7 @@ def accept(
         tuple(stale),
         tuple(one.scene for one in candidates if one not in chosen),
         tuple(broken),
+        tuple(lost),
         changelog,
     )
 

@@ -60,7 +60,8 @@ def run(
             nothing.append(error)
         else:
             _say_accepted(done)
-            statuses.append(ExitStatus.PASSED)
+            left_out = bool(done.unfinished)
+            statuses.append(ExitStatus.CHECK_FAILED if left_out else ExitStatus.PASSED)
     if len(nothing) == len(gates):
         raise nothing[0]
     return worst(*statuses)
@@ -72,6 +73,8 @@ def _say_accepted(done: Acceptance) -> None:
             stdout().print(f"{words}: {escape(', '.join(names))}", soft_wrap=True)
     if done.left:
         say(f"moved too, and left as they were: {escape(', '.join(done.left))}")
+    for one in done.unfinished:
+        say(f"[bold red]not accepted:[/] {escape(f'{one.scene}: {one.summary}')}")
     for one in done.broken:
         say(
             "[bold yellow]accepted though limits of truth are broken:[/] "

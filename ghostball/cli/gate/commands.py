@@ -99,7 +99,8 @@ def accept(
     """Accept what the last run found, and note why.
 
     The baselines that moved are rewritten. Exit status 1, and nothing is written, where limits of
-    truth are broken.
+    truth are broken. Exit status 1 also if the engine did not finish one of the scenes: it is
+    named, and the others are accepted.
     """
 
 

@@ -72,3 +72,14 @@ def test_what_validate_found_can_be_accepted(here):
     assert cli("accept", "--reason", "As it was.").exit_code == 0
     assert "\nbounds = 1\n" not in path.read_text("utf-8")
     assert cli("validate", *options).exit_code == 0
+
+
+def test_a_scene_that_did_not_finish_is_named_and_is_no_success(project):
+    fails = 'if scene.name == "head-on":\n        raise RuntimeError("lost it")\n    while v.any()'
+    edit_engine("while v.any()", fails)
+    assert cli("regress").exit_code == 1
+    done = cli("accept", "--reason", "The first.")
+    assert done.exit_code == 1
+    assert done.stdout.startswith("accepted: stop\n")
+    assert "not accepted: head-on: the engine did not run it: RuntimeError: lost it" in done.stderr
+    assert [path.name for path in (project / "baselines/my_engine").glob("*.toml")] == ["stop.toml"]
