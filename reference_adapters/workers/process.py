@@ -13,11 +13,14 @@ them, and answers each with a run as
 from __future__ import annotations
 
 import json
+import multiprocessing
 import os
+import signal
 import subprocess
 import tempfile
 import threading
 from collections.abc import Mapping
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from typing import IO, Any
@@ -85,6 +88,9 @@ class WorkerFailedError(Exception):
 class Worker:
     """One such process; it starts when the first scene is sent, and anew after it failed.
 
+    What it starts ends with it. Within a process of `validation.parallel.pool` it stays in the
+    group of that one, which ends whole; elsewhere it leads a group of its own.
+
     `environment`: of the process; None is ours.
     """
 
@@ -93,6 +99,7 @@ class Worker:
         self._environment = environment
         self._process: subprocess.Popen[str] | None = None
         self._messages: IO[str] | None = None
+        self._leads_group = hasattr(os, "killpg") and multiprocessing.parent_process() is None
 
     def play(
         self,
@@ -129,11 +136,17 @@ class Worker:
         """End the process."""
         process, self._process = self._process, None
         if process is not None:
-            process.kill()
+            self._kill(process)
             process.wait()
             for stream in (process.stdin, process.stdout, self._messages):
                 if stream is not None:
                     stream.close()
+
+    def _kill(self, process: subprocess.Popen[str]) -> None:
+        if self._leads_group:
+            with suppress(ProcessLookupError, PermissionError):  # macOS: all of it has ended
+                os.killpg(process.pid, signal.SIGKILL)
+        process.kill()
 
     def _start(self, longest: float) -> None:
         self._messages = tempfile.TemporaryFile(mode="w+")  # noqa: SIM115 - `close` closes it
@@ -145,6 +158,7 @@ class Worker:
                 stderr=self._messages,
                 env=self._environment,
                 text=True,
+                start_new_session=self._leads_group,
             )
         except OSError as error:
             self._messages.close()
@@ -169,7 +183,7 @@ class Worker:
 
         def give_up() -> None:
             late.set()
-            process.kill()
+            self._kill(process)
 
         watch = threading.Timer(longest, give_up)
         watch.start()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
 from importlib.metadata import version
 from pathlib import Path
@@ -33,6 +34,21 @@ def test_a_workers_error_is_its_own(tmp_path: Path) -> None:
     with pytest.raises(WorkerFailedError, match="no chalk"):
         one.play(find_scene("stop"), "rest", 20.0)
     one.close()
+
+
+@pytest.mark.skipif(os.name == "nt", reason="process groups are POSIX")
+def test_a_program_that_a_worker_started_ends_with_it(tmp_path: Path) -> None:
+    # It held the worker's output, whose end was then waited for without a limit.
+    script = tmp_path / "starts.py"
+    script.write_text(
+        "import subprocess\n"
+        'print(\'{"version": "1"}\', flush=True)\n'
+        "input()\n"
+        'subprocess.run(["sleep", "600"])\n'
+    )
+    one = Worker([sys.executable, str(script)])
+    with pytest.raises(WorkerFailedError, match="over 1 s"):
+        one.play(find_scene("stop"), "rest", 1.0)
 
 
 def test_all_that_the_workers_have_is_in_the_hash_of_the_code(
