@@ -37,7 +37,7 @@ Said = dict[str, tuple[int, frozenset[str]]]
 def here(pytester, monkeypatch):
     """A scratch project, whose home has no kernels."""
     monkeypatch.setenv("GHOSTBALL_CACHE_DIR", CACHES)
-    monkeypatch.setenv("COLUMNS", "400")
+    monkeypatch.setenv("COLUMNS", "2000")
     # What pytest within pytest loaded stays: neither numpy nor numba's kernels come twice.
     monkeypatch.setattr(SysModulesSnapshot, "restore", lambda _: None)
     return pytester

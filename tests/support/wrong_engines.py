@@ -85,7 +85,19 @@ def by_formula(scene: Scene) -> Result:
 
 WRONG: Mapping[str, Row] = {
     # Events, times, counts.
+    "late-collisions": Row(
+        "Each collision is reported 50 ms late.", runs.late(0.05, collisions_only=True), (CUT,)
+    ),
+    "late-collisions-exact": Row(
+        "Each collision is reported 50 ms late; it claims to be exact and states no resolution.",
+        runs.late(0.05, collisions_only=True),
+        (BOUNCE,),
+        states=None,
+    ),
+    "late-events": Row("Each event is reported 1 us late.", runs.late(1e-6), (CUT,)),
+    "late-rest": Row("The rest time is 0.5 s too long.", runs.rests_late(0.5), (CUT,)),
     "milliseconds": Row("Times are in milliseconds.", runs.in_milliseconds, (CUT,)),
+    "waits": Row("The shot starts 10 ms late.", runs.waits, (CUT,)),
     "missing-event": Row("A collision is missing.", runs.without_first_collision, (CUT,)),
     "doubled-event": Row("A collision is reported twice.", runs.first_collision_twice, (CUT,)),
     "no-events": Row("No collision is reported.", runs.without_collisions, (CUT,)),
@@ -113,15 +125,22 @@ WRONG: Mapping[str, Row] = {
     "mirrored-ends": Row(
         "The rest positions are mirrored.", runs.ends_moved(runs.mirrored), (CUT,)
     ),
+    "half-a-micrometre": Row("Balls rest 500 nm off.", runs.drifting(5e-7), (CUT,)),
     "mirrored-table": Row("Left and right are swapped.", runs.mirrored_table, (BOUNCE,)),
     "asleep": Row("Balls stop when they are slower than 5 cm/s.", runs.falls_asleep, ("stop",)),
     "ends-early": Row("The run ends after half its time.", runs.ends_early, (CUT,)),
     "moves-at-rest": Row("A ball still moves when all rest.", runs.moves_at_rest, ("stop",)),
     "no-motion": Row("Nothing moves.", runs.without_motion, (CUT,)),
     # The motion between.
+    "slow-samples": Row(
+        "Sampled velocities are up to 30 % too low halfway.", runs.slow_in_the_middle, (CUT,)
+    ),
     "drift": Row("Energy rises by 0.01 % from start to end.", runs.gains_slowly, ("galperin-1",)),
     "overlap": Row("Balls overlap by 5 mm for a moment.", runs.overlaps, (CUT,)),
     "not-finite": Row("A velocity is no number.", runs.not_finite, (CUT,)),
+    "single-precision": Row(
+        "Positions are rounded to single precision.", runs.in_single_precision, (CUT,)
+    ),
     # Other physics.
     "energy": Row(
         "The first collision of balls makes 5 % of energy.",
@@ -190,6 +209,12 @@ WRONG: Mapping[str, Row] = {
         "Rolling friction is 5/7 of what it should be; it states steps of 1 ms.",
         runs.with_physics(rolling_friction=lambda friction: 5.0 / 7.0 * friction),
         ("stop",),
+        step=1e-3,
+    ),
+    "energy-at-hits-of-a-step": Row(
+        "Each collision of balls makes 2 % of energy; it states steps of 1 ms.",
+        runs.makes_energy(0.02),
+        (HEAD_ON,),
         step=1e-3,
     ),
     "nondeterministic": Row("It plays another stroke each time.", runs.nondeterministic, (CUT,)),
