@@ -1,10 +1,10 @@
 """The tolerances of the engine, each with why.
 
-Two are the model's, since they decide which scenes are refused: that of given positions, and
-`CONTACT_TOLERANCE`, within which the engine keeps the gaps of resting contacts (4e-13 m for pool
-balls), so that a contact force is not made of noise. With those below, and the accuracy of the laws
-that integrate over an impact, it is all that is approximate in the engine; a run that used it says
-so in `work["contact_steps"]`.
+Three are in `model.rounding`, since they decide which scenes are refused: that of given positions,
+that of contacts in flight, and `CONTACT_TOLERANCE`, within which the engine keeps the gaps of
+resting contacts (4e-13 m for pool balls), so that a force is not made of noise. With those below,
+and the accuracy of the laws that integrate over an impact, it is all that is approximate in the
+engine; a run that used it says so in `work["contact_steps"]`.
 
 Those down to `SLIP_ROUNDING` are derived from the rounding of double precision and only say when a
 computed sign is noise: free balls have no speed below which they rest, no distance below which they
