@@ -51,6 +51,8 @@ def work(task: str) -> str:
         time.sleep(float(rest))
     if word == "garbage":
         os.write(_answers(), b"\x00\x00\x00\x04junk")
+    if word == "header":  # begins an answer that never ends
+        os.write(_answers(), b"\x7f\xff\xff\xff")
     if word == "half":  # is killed in the midst of its answer
         os.write(_answers(), b"\x00\x00\x10\x00half")
         os._exit(3)

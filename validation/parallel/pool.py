@@ -237,6 +237,7 @@ class Process:
             self._process.start()
         theirs.close()
         self._pickled, self._limit, self._is_ready = b"", start_limit, False
+        self._is_late = False
         self._since = time.monotonic()
 
     @property
@@ -265,10 +266,12 @@ class Process:
                 self._is_ready = True
                 self._send()
             if self._is_ready and self._pipe.poll():
-                return Done(None, self._pipe.recv_bytes(), "", text_of(self._output))
+                return Done(None, self._received(), "", text_of(self._output))
         except (EOFError, OSError):
             is_alive = False
-        if not is_alive:
+        if not is_alive and self._is_late:
+            reason = f"it took longer than {self._limit:g} s, and was ended amid its answer"
+        elif not is_alive:
             self._process.join(_JOIN_TIMEOUT)
             reason = f"the process running it crashed (exit code {self._process.exitcode})"
         elif self.left > 0.0:
@@ -310,6 +313,23 @@ class Process:
         self._output.close()
         with suppress(OSError):
             os.unlink(self._path)
+
+    def _received(self) -> bytes:
+        """Return an answer; end the process if the rest of it doesn't come in time."""
+        if math.isinf(self.left):
+            return self._pipe.recv_bytes()
+
+        def give_up() -> None:
+            self._is_late = True
+            self.kill()
+
+        watch = threading.Timer(self.left, give_up)
+        watch.daemon = True
+        watch.start()
+        try:
+            return self._pipe.recv_bytes()
+        finally:
+            watch.cancel()
 
     def _send(self) -> None:
         with suppress(OSError):  # where it is dead, its answer says so

@@ -151,6 +151,14 @@ def test_an_answer_that_cannot_be_read_costs_its_task():
     assert after == "done a"
 
 
+@pytest.mark.skipif(not Path("/proc/self/fd").exists(), reason="needs /proc")
+def test_an_answer_without_an_end_is_given_up_in_time():
+    # It was waited for without a limit.
+    found = results(["header", "a"], limit=lambda one: 0.5 if one == "header" else 60.0)
+    said = "header: it took longer than 0.5 s, and was ended amid its answer"
+    assert found == [said, "done a"]
+
+
 def test_a_process_does_tasks_of_one_kind_only():
     # Breaks where what one engine leaves behind, such as a patched function, acts on another one.
     tasks = ["pid a", "pid b", "pid a", "pid b", "pid a"]
