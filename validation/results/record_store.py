@@ -10,7 +10,7 @@ from __future__ import annotations
 import json
 import sqlite3
 from abc import abstractmethod
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any, ClassVar, Generic, Literal, TypeVar
@@ -57,6 +57,8 @@ class RecordStore(Generic[W, R]):
     this process or another, gets into the folder.
 
     `code`: hash of the code that makes the records; "" where it isn't known, and nothing is reused.
+    `code_of`: returns the hash of all code that makes the record of a name, an engine's own
+        included; left out, `code`.
 
     `adapter`: reads and writes a record as JSON.
     `what`: what a record is called where it is damaged.
@@ -74,8 +76,11 @@ class RecordStore(Generic[W, R]):
     document: ClassVar[Document | None] = None
     others_stay: ClassVar[bool] = False
 
-    def __init__(self, path: str | Path, code: str = "") -> None:
+    def __init__(
+        self, path: str | Path, code: str = "", code_of: Callable[[Name], str] | None = None
+    ) -> None:
         self.path, self.code = Path(path), code
+        self._code_of = code_of or (lambda _: code)
         self._run = uuid4().hex
         self._about: dict[str, Any] = {}
         self._held = ExitStack()
@@ -160,11 +165,15 @@ class RecordStore(Generic[W, R]):
             self._held.enter_context(reserved(self.path))
         database = self._database = self._held.enter_context(writing(self.path))
         with transaction(database):
-            stays = self.code if self.others_stay else ""
+            there = database.execute(
+                "SELECT name, code FROM records WHERE kind = ? AND current", [self.kind]
+            ).fetchall()
             database.execute(
-                "UPDATE records SET current = current AND code = ? AND ? != '', reused = 0 "
-                "WHERE kind = ?",
-                [stays, stays, self.kind],
+                "UPDATE records SET current = 0, reused = 0 WHERE kind = ?", [self.kind]
+            )
+            database.executemany(
+                "UPDATE records SET current = 1 WHERE kind = ? AND name = ?",
+                [(self.kind, name) for name, code in there if self._stays(name, code)],
             )
             database.executemany(
                 "UPDATE records SET current = 1, reused = 1 WHERE kind = ? AND name = ?",
@@ -185,7 +194,7 @@ class RecordStore(Generic[W, R]):
         """
         assert self._database is not None, "begin() comes first"
         record = self.record_of(given)
-        name = name_text(self.name_of(record))
+        name, code = name_text(self.name_of(record)), self._code_of(self.name_of(record))
         reusable = self.code and self.stands(record)
         text = self.adapter.dump_json(record).decode()
         with transaction(self._database):
@@ -194,7 +203,7 @@ class RecordStore(Generic[W, R]):
             number = execute(
                 "INSERT INTO records (kind, name, key, code, current, record) "
                 "VALUES (?, ?, ?, ?, 1, ?)",
-                [self.kind, name, key if reusable else "", self.code, text],
+                [self.kind, name, key if reusable else "", code, text],
             ).lastrowid
             assert number is not None
             self.put_beside(self._database, number, given)
@@ -226,6 +235,10 @@ class RecordStore(Generic[W, R]):
             return self._has_begun
         with reading(self.path) as database:
             return self._run in (get_document(database, self.document) or "")
+
+    def _stays(self, name: str, code: str) -> bool:
+        """Return whether a record of an earlier run is a part of what this one leaves."""
+        return self.others_stay and code != "" and code == self._code_of(tuple(json.loads(name)))
 
     def _note(self, database: sqlite3.Connection, state: RunState) -> None:
         if self.document is not None:

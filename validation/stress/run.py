@@ -48,7 +48,7 @@ from ghostball.validation.stress.findings import (
     save_worst,
 )
 from ghostball.validation.stress.trial import CRASHED, NotJudgedError, Suite, Trial, Verdict
-from ghostball.validation.suite.unchanged import code_hash
+from ghostball.validation.suite.unchanged import code_hash, code_with_engines
 
 DEFAULT_ENGINES: tuple[str, ...] = (
     "ghostball",
@@ -150,7 +150,8 @@ def run_stress(
     begun = time.perf_counter()
     planned = {_key(task): task for task in _plan(labels, suite, only)}
     tasks = dict[Name, StressTask](planned.items())
-    store = StressWriter(out, _hash_of_all())
+    code = _hash_of_all()
+    store = StressWriter(out, code, code_with_engines(code))
     earlier = store.earlier(suite)
     # What this run isn't asked for stays: a look at one family must not cost the others.
     known = dict.fromkeys([*planned, *(() if earlier is None else earlier.asked)])

@@ -25,7 +25,7 @@ from ghostball.validation.results.store import PartWriter, ResultsWriter
 from ghostball.validation.runs.runner import Reuse, check_limits, run
 from ghostball.validation.suite.case import cases_of, finished, run_case
 from ghostball.validation.suite.plan import plan
-from ghostball.validation.suite.unchanged import code_hash
+from ghostball.validation.suite.unchanged import code_hash, code_with_engines
 from ghostball.validation.suite.varied import Ensemble
 
 DEFAULT_ENGINES: tuple[str, ...] = (
@@ -187,7 +187,8 @@ def run_suite(
     """
     check_limits(jobs, time_limit)
     planned = plan(scenes, engine_specs, criteria or {}, metrics, only, ensemble)
-    store = (ResultsWriter if only is None else PartWriter)(out, code_hash())
+    code = code_hash()
+    store = (ResultsWriter if only is None else PartWriter)(out, code, code_with_engines(code))
     ran = run(
         planned.inputs,
         lambda pairs: cases_of(planned, pairs),

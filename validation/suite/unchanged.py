@@ -8,8 +8,11 @@ What is unchanged is then a query, of the store that `validation.runs.runner` is
 hashes are generous: an edited comment runs everything again, which costs time; a change that is
 missed would cost the results their meaning.
 
-Two things can't be hashed, so such cases always run: an engine that another package brings depends
-on whatever that package loads; a case that failed, or stopped early, may have done so for a reason
+The code of an engine of another project, and the versions of what it imports, are a part of the
+hash of the code of its own records.
+
+Two things can't be hashed, so such cases always run: an engine that another package brings may read
+files of any kind; a case that failed, or stopped early, may have done so for a reason
 outside of all this, such as a limit of time. Of an installed package that computes
 only the version is known: after an edit in place, run with `--rerun`.
 """
@@ -21,21 +24,25 @@ import json
 import os
 import platform
 import sys
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import cache
 from typing import Any
 
 from ghostball.model import Scene
+from ghostball.reference_adapters.base import EngineError
 from ghostball.reference_adapters.workers.process import installed
 from ghostball.validation.checks.law import Asked
 from ghostball.validation.parallel.sources import (
     SourcesError,
+    code_kind,
+    engine_code,
     hash_sources,
     source_folders,
     versions,
 )
 from ghostball.validation.results.database import SCHEMA
 from ghostball.validation.results.environment import cpu_flags, cpu_name
+from ghostball.validation.results.record_store import Name
 from ghostball.validation.results.records import CaseRecord
 
 VARIABLES = ("NUMBA_", "NPY_", "MPMATH_", "LD_", "DYLD_", "GLIBC_", "OMP_", "OPENBLAS_", "MKL_")
@@ -86,6 +93,26 @@ def code_hash() -> str:
         return hash_of(describe_code())
     except SourcesError:
         return ""
+
+
+def code_with_engines(code: str) -> Callable[[Name], str]:
+    """Return what gives the hash of all code that makes the record of a name, as a store asks for.
+
+    `code`: hash of the code that makes all records.
+
+    The last part of a name is the label of an engine, whose own code is in the hash if it is of
+    another project. "" if that isn't known.
+    """
+
+    @cache
+    def of_engine(label: str) -> str:
+        try:
+            kind = code_kind(label)
+            return hash_of([code, engine_code(kind)]) if kind and code else code
+        except (EngineError, SourcesError):  # it may not be here any more
+            return ""
+
+    return lambda name: of_engine(name[-1])
 
 
 def describe_code() -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import pytest
@@ -95,6 +96,34 @@ def test_what_other_code_was_asked_for_is_no_part_of_a_run(tmp_path):
     made_by_other_code(tmp_path)
     outcome = run_stress(["pymunk"], tmp_path, only=ONE)
     assert (outcome.folder.planned, outcome.folder.run.labels) == (1, ("pymunk",))
+
+
+GUEST = """
+from dataclasses import replace
+from ghostball.reference_adapters.paper.discrete import PaperDiscreteEngine
+class E(PaperDiscreteEngine):
+    name = "guest"
+    def simulate(self, scene, *, record="rest"):
+        return replace(super().simulate(scene, record=record), engine=self.name)
+"""
+
+
+@pytest.mark.usefixtures("here")
+def test_what_another_version_of_an_engine_did_is_no_part_of_a_run(tmp_path, monkeypatch):
+    # It stood beside what the version that is here now did.
+    module, guest = tmp_path / "stress_guest.py", "stress_guest:E"
+    monkeypatch.syspath_prepend(str(tmp_path))
+
+    def tried(text, one):
+        module.write_text(text)
+        monkeypatch.delitem(sys.modules, "stress_guest", raising=False)
+        outcome = run_stress(["paper-discrete", guest], tmp_path / "out", only=[one])
+        found = outcome.folder.findings
+        return {label: sum(each.label == label for each in found) for label in outcome.must_hold}
+
+    assert tried(GUEST, TWO[0]) == {"paper-discrete": 1, guest: 1}
+    assert tried(GUEST, TWO[1]) == {"paper-discrete": 2, guest: 2}
+    assert tried(GUEST + "# edited", TWO[0]) == {"paper-discrete": 2, guest: 1}
 
 
 @pytest.mark.usefixtures("here")
