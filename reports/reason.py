@@ -1,4 +1,4 @@
-"""What is wrong with an engine's shot, in a sentence: what, since when, how much, what cures it.
+"""What is wrong with an engine's shot, in a few words: what, since when, how much, what cures it.
 
 >>> reason_of(explain(find_scene("stop"), make_engine("mine:simulate")))
 'From the start, mine:simulate plays as if `rolling_friction` were 0.01429: 5/7 of 0.02. ...'
@@ -6,8 +6,10 @@
 
 from __future__ import annotations
 
+from ghostball.model import EventKind
 from ghostball.reports import style
 from ghostball.validation.diagnose.attribution import Attribution
+from ghostball.validation.diagnose.contact_states import ContactFault
 from ghostball.validation.diagnose.explanation import Explanation
 from ghostball.validation.diagnose.wrong_factor import Factor
 
@@ -16,22 +18,36 @@ SHOWN = 4
 
 
 def reason_of(explanation: Explanation) -> str:
-    """Return the sentence; "" where nothing was asked for that could say it."""
-    found = explanation.attribution
+    """Return the conclusion in words; "" if nothing was asked for that could say it."""
+    found, label = explanation.attribution, explanation.label
+    if explanation.contradiction:
+        return f"The result of {label} can't be compared yet: {explanation.contradiction}."
     if found is None:
         return ""
     if explanation.factor is not None:
         return _factor_text(explanation, explanation.factor)
-    label, off = explanation.label, _off(explanation)
-    if found.instant is not None and found.outcome in ("rounding", "step"):
-        return _until_then(explanation, found)
-    if found.outcome == "rounding":
-        return f"{label} is right: {off}, no more than roundings make."
+    if explanation.fault is not None:
+        return f"{fault_text(explanation, explanation.fault)} {_sentence(_off(explanation))}"
+    off = _off(explanation)
+    if found.outcome == "agrees" and found.instant is not None:
+        when = style.format_time(found.instant)
+        return (
+            f"{label} agrees with the reference up to t = {when}. What comes later can't be "
+            f"compared: {found.until}. So it is no error that {off}."
+        )
+    if found.outcome in ("rounding", "agrees"):
+        return f"{label} is right: {off}, no more than rounding explains."
+    if found.late is not None and found.outcome == "step":
+        return _late_by_step(explanation, found)
     if found.outcome == "step":
+        if found.instant is not None:
+            return _until_then(explanation, found)
         return f"{label} is right but for its step: {off}. {_shorter(explanation)}"
+    if found.outcome == "unseparated":
+        return _unseparated(explanation, found)
     since = _since(explanation)
     if found.outcome == "model":
-        what = "plays other physics, whatever its step"
+        what = "plays other physics" + (", whatever its step" if found.ladder else "")
         cure = (
             "It says what it approximates, below"
             if found.approximations
@@ -42,17 +58,101 @@ def reason_of(explanation: Explanation) -> str:
     return f"{since}, {label} plays another shot: {off}. No single coefficient explains it."
 
 
+def fault_text(explanation: Explanation, fault: ContactFault) -> str:
+    """Return in words what goes wrong at contacts."""
+    label, physics = explanation.label, explanation.scene.physics
+    contact = "ball collision" if fault.kind is EventKind.BALL_BALL else "cushion contact"
+    which = f"each {contact} (median of {fault.count})"
+    if fault.count == 1:
+        which = f"its {contact}"
+    if fault.what == "slide":
+        slows = physics.gravity * physics.rolling_friction
+        return (
+            f"The balls of {label} slide after a {contact}, but {label} claims that they roll "
+            f"without slip. After {which} a ball's velocity changes by {fault.measured:.3g} m/s²; "
+            f"a rolling ball slows by {slows:.3g} m/s². Let balls roll from the contact on, or "
+            "claim `Feature.SLIDING` in place of `Feature.ROLLING`."
+        )
+    if fault.what == "energy":
+        return (
+            f"In {label}, energy {_change(fault.measured)} at {which}; by the scene's impact law "
+            f"it {_change(fault.right)}. No single coefficient explains the whole motion."
+        )
+    return (
+        f"Just after {which}, velocities of {label} differ from the scene's impact law by "
+        f"{_percent(fault.measured)} of the speed before, though the energy is right. No single "
+        "coefficient explains the whole motion."
+    )
+
+
+def _change(ratio: float) -> str:
+    share = _percent(ratio - 1.0)
+    if share == "0 %":
+        return "stays the same"
+    return f"{'rises' if ratio > 1.0 else 'falls'} by {share}"
+
+
+def _percent(share: float) -> str:
+    percent = 100.0 * abs(share)
+    return "0 %" if percent < 0.05 else f"{percent:.2g} %"
+
+
+def _sentence(words: str) -> str:
+    return f"{words}."
+
+
+def _late_by_step(explanation: Explanation, found: Attribution) -> str:
+    """Return that collisions differ because of the step."""
+    finest, label = found.ladder[-1], explanation.label
+    text = (
+        f"The time step of {label} is the cause. {_lateness(found)} The first wrong collision is "
+        f"at t = {_first_wrong(found)}, and {_off(explanation)}."
+    )
+    if finest.wrong_from is None:
+        text += f" With a step of {style.format_time(finest.step)} every collision is right."
+    if found.with_exact_steps is not None:
+        exact = style.format_length(found.with_exact_steps)
+        text += f" Steps that end at contacts, `contact_steps=exact`, leave {exact}."
+    return text
+
+
+def _unseparated(explanation: Explanation, found: Attribution) -> str:
+    """Return that nothing tells whether the step or the model is the cause."""
+    shares = _lateness(found) if found.shared else "No collision before that is shared by all runs."
+    return (
+        f"Step and model of {explanation.label} can't be separated: the first wrong collision is "
+        f"at t = {_first_wrong(found)}. {shares} {_sentence(_off(explanation))}"
+    )
+
+
+def _first_wrong(found: Attribution) -> str:
+    first = found.ladder[0].wrong_from
+    assert found.instant is not None
+    return style.format_time(found.instant if first is None else first)
+
+
+def _lateness(found: Attribution) -> str:
+    """Return how far off the times of the shared collisions are, with both ends of the ladder."""
+    first, *_, last = found.ladder
+    assert first.late is not None
+    assert last.late is not None
+    count = "1 collision" if found.shared == 1 else f"{found.shared} collisions"
+    return (
+        f"The first {count} are up to {style.format_time(first.late)} off with a step of "
+        f"{style.format_time(first.step)}, and up to {style.format_time(last.late)} with a step of "
+        f"{style.format_time(last.step)}."
+    ).replace("The first 1 collision are", "The first collision is")
+
+
 def _until_then(explanation: Explanation, found: Attribution) -> str:
-    """Return what is known of a shot that could be compared for a part of it alone."""
+    """Return what is known of a shot that can be compared for a part only."""
     assert found.instant is not None
     assert found.difference is not None
     when, then = style.format_time(found.instant), style.format_length(found.difference)
-    cause = "no more than roundings make"
-    if found.outcome == "step":
-        cause = f"which is its step's. {_shorter(explanation).removesuffix('.')}"
     return (
-        f"Up to t = {when}, {explanation.label} is {then} off, {cause}. What comes later can't be "
-        f"judged ({found.until}): {_off(explanation)}."
+        f"Up to t = {when}, {explanation.label} is {then} off, which comes from its step. "
+        f"{_shorter(explanation)} What comes later can't be compared: {found.until}. Then "
+        f"{_off(explanation)}."
     )
 
 
@@ -61,12 +161,17 @@ def _factor_text(explanation: Explanation, factor: Factor) -> str:
     right = "the scene's" if is_spin else f"{factor.right:.{SHOWN}g}"
     value = factor.relation if is_spin else f"{factor.value:.{SHOWN}g}: {factor.relation}"
     by = ""
+    found = explanation.attribution
+    if found is not None and found.ladder:
+        by = f" with a step of {style.format_time(found.ladder[-1].step)}"
     if factor.until < explanation.result.rest_time:
-        by = f" by t = {style.format_time(factor.until)}"
+        by += f" by t = {style.format_time(factor.until)}"
+    share = factor.after / factor.before
+    left = _percent(share) if share >= 5e-4 else "less than 0.05 %"
     return (
         f"{_since(explanation)}, {explanation.label} plays as if {factor.name} were {value} "
         f"{right}. That makes it {style.format_length(factor.before)} off{by}; with {right} "
-        f"instead, {style.format_length(factor.after)} would be left."
+        f"instead, {style.format_length(factor.after)} would be left ({left})."
         + _physical(explanation, factor)
         + "".join(f" As well as if {one}." for one in factor.rivals)
     )

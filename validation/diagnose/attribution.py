@@ -1,10 +1,13 @@
-"""Where a difference comes from: the engine's step, its model, or rounding.
+"""Where a difference comes from: the engine's time step, its model, or rounding.
 
     >>> attribute(scene, make_engine("pymunk")).outcome
     'step'
 
-A ladder of three steps says it: what goes away as the step gets shorter is the step's, what stays
-is the model's, the physics that the engine lacks or has otherwise.
+The engine plays the shot at its own step and at two shorter ones. An error that shrinks with the
+step comes from the step. An error that stays comes from the model: physics that the engine lacks,
+or has otherwise. If every run has the collisions of the reference, the errors are distances of the
+balls at the end. If collisions differ, the errors are those of the times of the collisions that
+all runs share.
 """
 
 from __future__ import annotations
@@ -30,8 +33,13 @@ from ghostball.validation.runs.steps import step_of, with_setting, with_step
 from ghostball.validation.truth.known_shot import KnownBy, KnownShot, known_shot
 from ghostball.validation.truth.proof import proof_of
 
-Outcome = Literal["step", "model", "rounding", "not compared"]
-"""What a difference comes from, for the most part."""
+Outcome = Literal["step", "model", "rounding", "agrees", "unseparated", "not compared"]
+"""What a difference comes from, for the most part.
+
+"rounding": every collision is right, and the balls end where rounding allows. "agrees": the run
+matches the reference as far as the two can be compared. "unseparated": collisions differ, and the
+times of the shared ones don't say whether the step or the model is the cause.
+"""
 
 FINER: Final = 4.0
 """How many times shorter each step of a ladder is than the one before."""
@@ -52,6 +60,12 @@ ATTEMPTS: Final = 8
 EARLIEST: Final = 1e-6
 """Instants before this are the start [s]: nothing has happened."""
 
+NEGLIGIBLE: Final = 1e-9
+"""A difference up to this isn't explained [m]: an engine is asked to be right to nanometres."""
+
+INSTANT: Final = 1e-9
+"""An error of a collision's time up to this isn't explained [s]: a nanometre at 1 m/s."""
+
 PREDICTABLE: Final = 1e-6
 """How far rounding may move a ball before the shot counts as unpredictable [m].
 
@@ -61,10 +75,18 @@ A thousandth of what the best stepping engine is off, so that chaos isn't taken 
 
 @dataclass(frozen=True)
 class Rung:
-    """A run of a ladder: its step [s], and how far the worst ball then was from the truth [m]."""
+    """One run of the ladder of steps.
+
+    `step` [s].
+    `difference` [m]: largest distance of a ball from the reference; None if collisions differ.
+    `late` [s]: largest error of the time of a collision that all runs share; None if there is none.
+    `wrong_from` [s]: when its first wrong collision is; None if it has none.
+    """
 
     step: float
-    difference: float
+    difference: float | None
+    late: float | None = None
+    wrong_from: float | None = None
 
 
 @dataclass(frozen=True)
@@ -74,9 +96,11 @@ class Attribution:
     `scene`, `label`, `engine`: as in a `CaseRecord`.
     `truth`: what it is the difference from.
     `reason`: where nothing could be compared, why; else "".
-    `instant` [s]: when the balls were compared; None is at the end.
-    `until`: why not at the end; else "".
-    `difference` [m]: largest distance of a ball from the truth.
+    `instant` [s]: when the balls were compared, or when collisions first differ; None is the end.
+    `until`: why the comparison ends there; else "".
+    `difference` [m]: largest distance of a ball from the reference; None if collisions differ.
+    `late` [s]: largest error of the time of a collision that all runs share.
+    `shared`: how many collisions all runs share, if collisions differ.
     `rounding` [m]: what roundings may have moved a ball by; None where no derivative says it.
     `approximations`: what of this scene the engine says that it represents only approximately.
     `ladder`: from the engine's own step to the shortest; empty where it has none.
@@ -93,6 +117,8 @@ class Attribution:
     instant: float | None = None
     until: str = ""
     difference: float | None = None
+    late: float | None = None
+    shared: int = 0
     rounding: float | None = None
     approximations: tuple[str, ...] = ()
     ladder: tuple[Rung, ...] = ()
@@ -114,9 +140,9 @@ def attribute(
     Raises `UnsupportedSceneError` where the engine, or the truth, lacks a feature of the scene;
     `GhostballError` where the truth comes to no end.
 
-    Balls are compared where they end, as long as every run has the collisions of the truth, ball
-    by ball, and the shot is predictable; else at the last instant of which both hold, to which the
-    engine is run anew.
+    Balls are compared where they end if every run has the collisions of the reference and the shot
+    is predictable to its end. If the shot is predictable for a part only, the engine plays that
+    part again. If collisions differ within that part, times of collisions are compared.
     """
     known = known_shot(scene) if known is None else known
     found = Attribution(
@@ -129,23 +155,30 @@ def attribute(
     )
     step = step_of(engine)
     steps = [] if step is None else [step / FINER**k for k in range(RUNGS)]
-    growth = growth_along(scene, proof_of(scene)[0], known.result)
+    proof, _ = proof_of(scene)
+    growth = growth_along(scene, proof, known.result)
     predictable = horizon(growth, PREDICTABLE, ROUNDINGS * UNIT_ROUNDOFF)
+    limit = "past it, roundings move a ball by more than a micrometre"
+    if proof is not None and not proof.proved and float(proof.t_end) < predictable:
+        predictable, limit = float(proof.t_end), f"nothing is certified past it: {proof.ending}"
     engines = [engine, *(with_step(engine, one) for one in steps[1:])]
     try:
-        runs, instant = _compared(engines, known, predictable)
+        runs = [_play(one, scene) for one in engines]
+        shared = _shared_collisions(known, runs, predictable)
+        if shared is not None:
+            return _by_times(found, engine, known, steps, shared)
+        runs, instant = _compared(engines, runs, known, predictable)
     except NotComparedError as error:
         return replace(found, reason=str(error))
     if instant is not None:
-        early = instant < predictable
-        until = "the collisions of some run of the ladder are others from then on"
-        found = replace(
-            found,
-            instant=instant,
-            until=until if early else "past it, roundings move a ball by more than a micrometre",
-        )
+        found = replace(found, instant=instant, until=limit)
     truth = known.positions(instant)
     differences = [largest_distance(run.rest_positions[:, :2], truth) for run in runs]
+    if steps and not _shrinks(differences) and _shrinks(differences[:2]):
+        # The second run says that the step is the cause, the third that it isn't: ask a fourth.
+        steps.append(steps[-1] / FINER)
+        once_more = run_engine(with_step(engine, steps[-1]), _until(scene, instant), "events")
+        differences.append(largest_distance(once_more.rest_positions[:, :2], truth))
     found = replace(
         found,
         difference=differences[0],
@@ -154,14 +187,81 @@ def attribute(
     )
     t = known.result.rest_time if instant is None else instant
     size = float(np.max(growth.sizes([t])))
+    rounding = 0.0
     if math.isfinite(size):
         taken = 0.0 if step is None else t / step
         rounding = ROUNDINGS * UNIT_ROUNDOFF * size * (1.0 + taken)
         found = replace(found, rounding=rounding)
-        if differences[0] <= rounding:
-            return replace(found, outcome="rounding")
-    goes = step is not None and differences[-1] <= GOES_AWAY * max(differences[:-1])
-    return replace(found, outcome="step" if goes else "model")
+    if differences[0] <= max(rounding, NEGLIGIBLE):
+        exact = instant is None and differences[0] <= rounding
+        return replace(found, outcome="rounding" if exact else "agrees")
+    return replace(found, outcome="step" if _shrinks(differences) else "model")
+
+
+def _shrinks(errors: Sequence[float]) -> bool:
+    """Return whether the shortest step leaves little of the errors at the longer ones."""
+    return len(errors) > 1 and errors[-1] <= GOES_AWAY * max(errors[:-1])
+
+
+@dataclass(frozen=True)
+class _Shared:
+    """The collisions that all runs share with the reference before collisions differ.
+
+    `wrong_from` [s]: when the first wrong collision of each run is; inf if it has none.
+    `late` [s]: largest error of the time of a shared collision, run by run.
+    """
+
+    count: int
+    wrong_from: tuple[float, ...]
+    late: tuple[float, ...]
+
+
+def _shared_collisions(
+    known: KnownShot, runs: Sequence[Result], predictable: float
+) -> _Shared | None:
+    """Return the collisions that all runs share; None if none is wrong within what's predictable.
+
+    `predictable` [s]: nothing is compared past it.
+    """
+    true = events_in(events_of(known.result))
+    agreements = [compare_logs(true, events_in(events_of(run))) for run in runs]
+    wrong = tuple(one.parting.t if one.parting else math.inf for one in agreements)
+    if min(wrong) >= predictable:
+        return None
+    found: list[dict[Event, float]] = []
+    for one in agreements:
+        pairs = [(a, b.t - a.t) for a, b in one.before if a.t <= predictable]
+        found.append(dict(pairs))
+    common = set(found[0]).intersection(*found[1:])
+    late = tuple(max((abs(times[one]) for one in common), default=math.nan) for times in found)
+    return _Shared(len(common), wrong, late)
+
+
+def _by_times(
+    found: Attribution,
+    engine: ReferenceEngine,
+    known: KnownShot,
+    steps: Sequence[float],
+    shared: _Shared,
+) -> Attribution:
+    """Attribute a difference whose collisions differ, by the times of the shared collisions."""
+    late = shared.late if shared.count else (None,) * len(shared.late)
+    first_wrong = [t if math.isfinite(t) else None for t in shared.wrong_from]
+    found = replace(
+        found,
+        instant=min(shared.wrong_from),
+        until="collisions differ from then on",
+        late=late[0],
+        shared=shared.count,
+        ladder=tuple(
+            Rung(step, None, by, t) for step, by, t in zip(steps, late, first_wrong, strict=False)
+        ),
+        with_exact_steps=_with_exact_steps(engine, known, None),
+    )
+    if not steps:
+        return replace(found, outcome="model")
+    shrinks = shared.count > 0 and shared.late[0] > INSTANT and _shrinks(shared.late)
+    return replace(found, outcome="step" if shrinks else "unseparated")
 
 
 def largest_distance(a: FloatArray, b: FloatArray) -> float:
@@ -170,16 +270,19 @@ def largest_distance(a: FloatArray, b: FloatArray) -> float:
 
 
 def _compared(
-    engines: Sequence[ReferenceEngine], known: KnownShot, predictable: float
+    engines: Sequence[ReferenceEngine],
+    runs: list[Result],
+    known: KnownShot,
+    predictable: float,
 ) -> tuple[list[Result], float | None]:
-    """Run engines to the last instant up to which all agree with the truth; None: to the end.
+    """Run engines to the last instant up to which all can be compared; None: to the end.
 
-    Raises `NotComparedError` where there is none, or a run doesn't come to its end.
+    `runs`: to the end; none of them has a wrong collision before `predictable` [s].
+
+    Raises `NotComparedError` if there is no such instant, or a run stops early.
     """
     true, instant = events_in(events_of(known.result)), None
     for _ in range(ATTEMPTS):
-        shot = _until(known.scene, instant)
-        runs = [_play(engine, shot) for engine in engines]
         logs = [events_in(events_of(run)) for run in runs]
         before = [one for one in true if instant is None or one.t <= instant]
         agreed = agreed_instant(before, logs, predictable if instant is None else math.inf)
@@ -188,8 +291,9 @@ def _compared(
         if agreed < EARLIEST:
             break
         instant = agreed
+        runs = [_play(engine, _until(known.scene, instant)) for engine in engines]
     raise NotComparedError(
-        f"engine `{engines[0].name}` and the truth part before any instant at which they could be "
+        f"engine `{engines[0].name}` and the reference have no instant at which they could be "
         "compared"
     )
 
@@ -223,6 +327,10 @@ def _with_exact_steps(
         result = _play(exact, _until(known.scene, instant))
     except (NotComparedError, ValidationError):
         return None  # no better way to play it, or none with its other settings
+    if instant is None:
+        true = events_in(events_of(known.result))
+        if compare_logs(true, events_in(events_of(result))).parting is not None:
+            return None  # the ends of two shots whose collisions differ aren't compared
     return largest_distance(result.rest_positions[:, :2], known.positions(instant))
 
 

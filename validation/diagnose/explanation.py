@@ -1,9 +1,9 @@
-"""Explain where one engine's shot and the true one part, and what their difference is made of."""
+"""Explain how an engine's shot differs from the reference, and what the difference comes from."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any, Final, Literal
 
 import numpy as np
@@ -19,13 +19,15 @@ from ghostball.model import (
 )
 from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters import ReferenceEngine
-from ghostball.validation.diagnose.attribution import Attribution, attribute
+from ghostball.validation.diagnose.attribution import INSTANT, Attribution, attribute
+from ghostball.validation.diagnose.contact_states import ContactFault, fault_at_contacts
 from ghostball.validation.diagnose.near_misses import (
     approach_speed,
     in_ulps,
     nearest_approach,
     overlap_of,
 )
+from ghostball.validation.diagnose.self_check import contradiction_in
 from ghostball.validation.diagnose.wrong_factor import Factor, wrong_factor
 from ghostball.validation.grading.event_logs import (
     Agreement,
@@ -37,9 +39,10 @@ from ghostball.validation.grading.event_logs import (
 from ghostball.validation.results.records import status_name
 from ghostball.validation.runs.playing import run_engine
 from ghostball.validation.runs.sampling import events_of
+from ghostball.validation.runs.steps import with_step
 from ghostball.validation.truth.known_shot import KnownShot, farthest, known_shot
 
-SCHEMA: Final = 5
+SCHEMA: Final = 6
 """Version of `Explanation.to_dict`."""
 
 
@@ -48,6 +51,12 @@ INSTANTS: Final = 401
 
 SEEN: Final = 0.01
 """Share of the largest distance from which on a motion counts as another one."""
+
+SAME_INSTANT: Final = 2.0**-37
+"""Lengths up to this, in diameters of a ball, don't decide which collision comes first.
+
+An engine may take balls for touching that are 4e-13 m apart.
+"""
 
 Side = Literal["truth", "engine"]
 What = Literal["miss", "collision", "order"]
@@ -105,9 +114,13 @@ class Explanation:
     `agreement`: which collisions both have, and where they part.
     `margins`: the smallest first; empty where nothing parts.
     `states`: of the balls that take part where they part, at that instant.
-    `attribution`: None where it wasn't asked for.
-    `factor`: the one coefficient with which the engine's motion is explained; None where none is,
-        it wasn't asked for, or the difference is that of the step.
+    `contradiction`: in what the result contradicts itself; "" if in nothing. If it does, nothing
+        is attributed.
+    `attribution`: None if it wasn't asked for.
+    `fault`: what goes wrong at most contacts of a kind, with the shortest step of the ladder; None
+        if nothing does, or a coefficient explains it.
+    `factor`: the one coefficient that explains the engine's motion with that step; None if none
+        does, if it wasn't asked for, or if the difference comes from the step.
     """
 
     label: str
@@ -118,6 +131,8 @@ class Explanation:
     states: tuple[BallStates, ...]
     attribution: Attribution | None
     factor: Factor | None = None
+    fault: ContactFault | None = None
+    contradiction: str = ""
 
     @property
     def scene(self) -> Scene:
@@ -208,6 +223,10 @@ class Explanation:
             else {"event": _event(latest[0]), "seconds": latest[1]},
             "rest_differences": self.rest_distances.tolist(),
             "rest_time_difference": self.rest_time_difference,
+            "contradiction": self.contradiction,
+            "fault_at_contacts": None
+            if self.fault is None
+            else asdict(self.fault) | {"kind": self.fault.kind.label},
             "factor": None if self.factor is None else asdict(self.factor),
             "attribution": None if self.attribution is None else asdict(self.attribution),
         }
@@ -247,20 +266,72 @@ def explain(
         )
     agreement = _compare(known, result)
     parting = agreement.parting
-    found = attribute(scene, engine, label=label, known=known) if attributed else None
-    factor = None
-    if found is not None and found.outcome in ("model", "not compared"):
-        factor = wrong_factor(known, result, found.instant)
+    margins = () if parting is None else _margins(known.result, result, agreement, parting)
+    contradiction = contradiction_in(result, known)
+    found, fault, factor = None, None, None
+    if attributed and not contradiction:
+        found = attribute(scene, engine, label=label, known=known)
+        found = _unless_ambiguous(found, scene, agreement, margins)
+        fault, factor = _causes(engine, known, result, found)
+        if fault is not None or factor is not None:
+            found = replace(found, outcome="model")
     return Explanation(
         label=label or engine.name,
         known=known,
         result=result,
         agreement=agreement,
-        margins=() if parting is None else _margins(known.result, result, agreement, parting),
+        margins=margins,
         states=() if parting is None else _states(known.result, result, parting),
         attribution=found,
         factor=factor,
+        fault=fault,
+        contradiction=contradiction,
     )
+
+
+def _unless_ambiguous(
+    found: Attribution, scene: Scene, agreement: Agreement, margins: tuple[Margin, ...]
+) -> Attribution:
+    """Return that a run agrees if the first collision that differs is ambiguous in the reference.
+
+    The run agrees up to there if the collisions before come at the same instants.
+    """
+    parting = agreement.parting
+    if parting is None or any(abs(a.t - b.t) > INSTANT for a, b in agreement.before):
+        return found
+    diameter = 2.0 * float(scene.radii.max())
+    least = min((one.length for one in margins if one.run == "truth"), default=diameter)
+    if least > SAME_INSTANT * diameter:
+        return found
+    until = f"{least:.2g} m decide which collision comes first, so the reference is ambiguous"
+    return replace(found, outcome="agrees", instant=parting.t, until=until)
+
+
+def _causes(
+    engine: ReferenceEngine, known: KnownShot, result: Result, found: Attribution
+) -> tuple[ContactFault | None, Factor | None]:
+    """Return what goes wrong at contacts, or else the coefficient that explains the motion.
+
+    Both are looked for with the shortest step of the ladder, so that no error of the step is taken
+    for one of them.
+    """
+    to_the_end = found.outcome in ("rounding", "agrees") and found.instant is None
+    ends_right = found.outcome == "step" and found.late is None  # with a shorter step
+    if to_the_end or ends_right:
+        return None, None
+    if found.ladder:
+        result = run_engine(with_step(engine, found.ladder[-1].step), known.scene)
+    fault = fault_at_contacts(result)
+    if fault is None and found.outcome in ("step", "agrees"):
+        return None, None
+    if fault is not None and fault.what == "slide":
+        return fault, None
+    factor = wrong_factor(known, result, found.instant)
+    if fault is None or factor is None:
+        return fault, factor
+    if factor.acts_on_the_way or (fault.makes_energy and not factor.is_simple):
+        return fault, None
+    return None, factor
 
 
 def _compare(known: KnownShot, result: Result) -> Agreement:

@@ -44,6 +44,9 @@ COEFFICIENTS: Final = (
 )
 """Fields of the physics that are scaled, where they are numbers other than 0."""
 
+ON_THE_WAY: Final = (*COEFFICIENTS[:3], "rolling_friction_quadratic", "air_drag")
+"""Those that act on the way from one contact to the next, not at contacts."""
+
 MASS, SPIN, VERTICAL_SPIN = "mass", "spin", "vertical spin"
 
 MOST_BALLS: Final = 4
@@ -63,8 +66,8 @@ VISIBLE: Final = 0.5
 STRETCH: Final = 2.0
 """How many times longer each stretch is than the one before."""
 
-LEAVES: Final = 0.15
-"""A factor is named where it leaves at most this share of the difference."""
+LEAVES: Final = 0.05
+"""A factor is named if it leaves at most this share of the difference."""
 
 RIVAL: Final = 2.0
 """Another one is named where it leaves at most so many times what the best one leaves."""
@@ -123,6 +126,11 @@ class Factor:
     def scale(self) -> float:
         """The value over the right one."""
         return self.value / self.right
+
+    @property
+    def acts_on_the_way(self) -> bool:
+        """Whether it changes nothing at a contact."""
+        return self.what in ON_THE_WAY or self.what.endswith("spin")
 
     @property
     def is_simple(self) -> bool:

@@ -23,7 +23,7 @@ from ghostball.model import Status, energy_of, initial_state
 from ghostball.reference_adapters import make_engine
 from ghostball.reports import plot_explanation, style
 from ghostball.reports.reason import reason_of
-from ghostball.validation.diagnose.attribution import Attribution
+from ghostball.validation.diagnose.attribution import Attribution, Rung
 from ghostball.validation.diagnose.explanation import Explanation, Margin, explain
 from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.grading.event_logs import Event
@@ -153,12 +153,15 @@ def _picture(explanation: Explanation) -> RenderableType:
     end, factor = explanation.result.rest_time, explanation.factor
     end = end if factor is None else factor.until
     times = np.linspace(0.0, end, BARS)
-    off = explanation.distances(times)
-    most = float(np.max(off))
-    rows = [("off the truth", off, most)]
-    if factor is not None:
-        t, _, left = np.array(factor.curve).T
-        rows.append(("off that", np.interp(times, t, left), factor.after))
+    if factor is None:
+        off = explanation.distances(times)
+        most = float(np.max(off))
+        rows = [("off the truth", off, most)]
+    else:  # of the run in which the factor was found
+        t, before, after = np.array(factor.curve).T
+        most = factor.before
+        rows = [("off the truth", np.interp(times, t, before), most)]
+        rows.append(("off that", np.interp(times, t, after), factor.after))
     lines = [
         f"  {name:<13} {_bars(values, most)} up to {style.format_length(largest)}"
         for name, values, largest in rows
@@ -289,9 +292,12 @@ def _attribution_table(found: Attribution) -> RenderableType:
         at = "the end" if found.instant is None else style.format_time(found.instant)
         why = f" ({found.until})" if found.until else ""
         table.add_row("difference", f"{style.format_length(found.difference)} at {at}{why}")
-    for one in found.ladder[1:]:
-        off = style.format_length(one.difference)
-        table.add_row("", f"{off} with a step of {style.format_time(one.step)}")
+    for k, one in enumerate(found.ladder):
+        step = style.format_time(one.step)
+        if one.difference is None:
+            table.add_row("" if k else "collisions", f"{_rung(one)} with a step of {step}")
+        elif k:
+            table.add_row("", f"{style.format_length(one.difference)} with a step of {step}")
     if found.with_exact_steps is not None:
         table.add_row(
             "", f"{style.format_length(found.with_exact_steps)} with `contact_steps=exact`"
@@ -306,9 +312,22 @@ def _attribution_table(found: Attribution) -> RenderableType:
     return table
 
 
+def _rung(one: Rung) -> str:
+    """Return how far off the times of collisions are in a run, and the first wrong collision."""
+    late = "none is shared by all runs"
+    if one.late is not None:
+        late = f"up to {style.format_time(one.late)} off in time"
+    wrong = "none is wrong"
+    if one.wrong_from is not None:
+        wrong = f"the first wrong one at {style.format_time(one.wrong_from)}"
+    return f"{late}, {wrong},"
+
+
 _SOURCES = {
     "step": "the engine's step: with a shorter one it goes away",
-    "model": "the engine's model, its physics: it stays whatever the step",
+    "model": "the engine's model, its physics",
     "rounding": "rounding",
+    "agrees": "nothing that could be compared: up to there the engine is right",
+    "unseparated": "step and model can't be separated",
 }
 """What a difference comes from, in words."""

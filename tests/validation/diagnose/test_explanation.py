@@ -2,19 +2,30 @@
 
 import json
 import math
+import re
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from toy_engines import NoSettings, other_shot
+from planted_engines import hit, other_physics, stepping, turned_over
+from toy_engines import NoSettings, OtherShotEngine, Stroke, ToySettings, other_shot
 
 from ghostball.engine import simulate
 from ghostball.model import Ball, EventKind, Scene, Table, UnsupportedSceneError
 from ghostball.model.features import EXACT, Feature
 from ghostball.reference_adapters import EngineBase, make_engine
+from ghostball.reports.reason import reason_of
 from ghostball.validation import find_scene
-from ghostball.validation.diagnose.explanation import ExplanationError, explain
+from ghostball.validation.diagnose.attribution import Attribution
+from ghostball.validation.diagnose.explanation import (
+    ExplanationError,
+    _unless_ambiguous,
+    explain,
+)
+from ghostball.validation.diagnose.wrong_factor import LEAVES
 from ghostball.validation.grading.event_logs import Event
+from ghostball.validation.scenes.library import select
 
 TABLE = Table(length=2.0, width=1.0)
 
@@ -158,3 +169,156 @@ def test_a_collision_is_described_with_names():
     assert Event(EventKind.BALL_BALL, 0, 2, 1.0).describe(scene) == '"cue" hits "b"'
     assert Event(EventKind.BALL_CUSHION, 1, 3, 1.0).describe(scene) == ('"a" hits the top cushion')
     assert np.isfinite(explain(scene, make_engine("pymunk"), attributed=False).latest[1])
+
+
+# --- conclusions
+
+SAME = {"dt": 2e-3}
+PLANTED = {
+    "energy made": (
+        hit(),
+        stepping(energy=1.02, **SAME),
+        "energy rises by 2 % at its ball collision; by the scene's impact law it stays the same",
+    ),
+    "energy made, head-on": (
+        hit(angle=0.0),
+        stepping(energy=1.02, **SAME),
+        "energy rises by 2 % at its ball collision; by the scene's impact law it stays the same",
+    ),
+    "energy lost": (
+        hit(),
+        stepping(energy=0.98, **SAME),
+        "energy falls by 2 % at its ball collision; by the scene's impact law it stays the same",
+    ),
+    "a turned normal": (
+        hit(angle=0.0),
+        stepping(turned=math.radians(3), **SAME),
+        "velocities of mine differ from the scene's impact law by 5.2 % of the speed before",
+    ),
+    "sliding": (
+        hit(),
+        other_physics(motion="sliding"),
+        "The balls of mine slide after a ball collision, but mine claims that they roll",
+    ),
+    "sliding after a cushion": (
+        find_scene("wall-bounce"),
+        other_physics(motion="sliding"),
+        "The balls of mine slide after a cushion contact",
+    ),
+    "rolling friction": (
+        hit(),
+        stepping(rolling=5 / 7, **SAME),
+        "From the start, mine plays as if `rolling_friction` were 0.07146: 5/7 of 0.1",
+    ),
+    "restitution squared": (
+        hit(restitution=0.9),
+        stepping(restitution=lambda e: e * e, **SAME),
+        "plays as if `ball_restitution` were 0.8095: the square of 0.9",
+    ),
+    "sliding friction": (
+        find_scene("sliding-stun"),
+        other_physics(sliding_friction=0.22),
+        "From the start, mine plays as if `sliding_friction` were 0.22: 1.1 times 0.2",
+    ),
+    "rest positions": (
+        hit(),
+        stepping(rest=lambda x: x[::-1], **SAME),
+        "The result of mine can't be compared yet: `rest_positions` lists",
+    ),
+    "milliseconds": (hit(), stepping(times=1e3, **SAME), "its times look like milliseconds"),
+    "the step": (hit(), stepping(**SAME), "mine is right but for its step"),
+    "nothing": (find_scene("pool-break-9"), make_engine("ghostball"), "mine is right"),
+}
+
+
+@pytest.mark.parametrize("cause", PLANTED)
+def test_a_planted_cause_is_the_conclusion(cause):
+    scene, engine, words = PLANTED[cause]
+    assert words in reason_of(explain(scene, engine, label="mine"))
+
+
+def test_a_coefficient_comes_with_what_it_leaves():
+    found = explain(hit(), stepping(rolling=5 / 7, **SAME), label="mine")
+    assert found.factor.after < LEAVES * found.factor.before
+    assert re.search(r"would be left \(0\.\d+ %\)", reason_of(found))
+
+
+@pytest.mark.parametrize("name", ["break-7", pytest.param("break-16", marks=pytest.mark.slow)])
+def test_the_step_is_the_cause_of_a_break_with_wrong_collisions(name):
+    # Breaks where the ball that rolls up to the rack is all that is compared: "rounding".
+    pytest.importorskip("pymunk")
+    found = explain(find_scene(name), make_engine("pymunk"), label="pymunk")
+    assert found.parting is not None
+    assert found.attribution.outcome == "step"
+    first, *_, last = found.attribution.ladder
+    assert last.late < 0.1 * first.late
+    assert reason_of(found).startswith("The time step of pymunk is the cause.")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("wrong", [{"energy": 1.02}, {"energy": 0.98}])
+def test_a_fault_at_contacts_is_not_taken_for_the_step_in_a_break(wrong):
+    found = explain(find_scene("break-7"), stepping(**wrong, **SAME), label="mine")
+    assert found.attribution.outcome == "model"
+    assert "2 % at each ball collision" in reason_of(found)
+
+
+def test_collisions_that_are_as_late_with_every_step_leave_the_cause_open():
+    # Its cue ball is too slow, whatever the step.
+    class Slow(OtherShotEngine):
+        Settings = ToySettings
+        stroke = Stroke(speed=-0.01, turn=0.003)
+
+        def simulate(self, scene, *, record="rest"):
+            return replace(super().simulate(scene, record=record), settings={"dt": 0.01})
+
+    found = explain(find_scene("pool-break-9"), Slow(), label="mine")
+    assert found.parting is not None
+    assert found.attribution.outcome == "unseparated"
+    assert reason_of(found).startswith("Step and model of mine can't be separated")
+
+
+@pytest.mark.parametrize("name", ["chaos-a", "elastic-gas"])
+def test_what_comes_past_the_horizon_is_not_called_wrong(name):
+    found = explain(find_scene(name), make_engine("ghostball"), label="ghostball")
+    assert found.attribution.outcome == "agrees"
+    assert "What comes later can't be compared" in reason_of(found)
+
+
+def test_where_the_reference_is_ambiguous_nobody_is_wrong():
+    # A cue ball on the axis of a symmetric rack: which ball it moves first, nothing decides.
+    r = 0.028575
+    rack = [(0.5, 0.3), (0.551, 0.3 - 1.001 * r), (0.551, 0.3 + 1.001 * r)]
+    balls = [
+        Ball(id="cue", position=(0.3, 0.3), velocity=(3.0, 0.0)),
+        *(Ball(id=f"b{k}", position=place) for k, place in enumerate(rack)),
+    ]
+    scene = Scene(name="rack", balls=balls, table=TABLE)
+    # The reference is our engine; this one plays a mirror image of the shot, mirrored back.
+    found = explain(scene, turned_over(), label="mine")
+    assert "ambiguous" in found.known.why
+    assert found.attribution.outcome == "agrees"
+    assert "mine agrees with the reference up to" in reason_of(found)
+
+
+def test_a_first_wrong_collision_that_a_rounding_decides_is_no_error():
+    scene = triangle()
+    found = explain(scene, BlindEngine(), attributed=False)
+    before = Attribution(scene.name, "blind", "blind", "model", "certified")
+    for length, outcome in ((1e-17, "agrees"), (1e-12, "model")):
+        margin = replace(found.margins[0], run="truth", length=length)
+        said = _unless_ambiguous(before, scene, found.agreement, (margin,))
+        assert said.outcome == outcome
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("label", ["pymunk", "pybullet"])
+def test_nearly_every_smoke_scene_has_a_conclusion(label):
+    pytest.importorskip(label)
+    engine, outcomes = make_engine(label), []
+    for scene in select(["smoke"]):
+        with suppress(UnsupportedSceneError):
+            outcomes.append(explain(scene, engine).attribution.outcome)
+    assert len(outcomes) > 10
+    assert outcomes.count("unseparated") <= 0.1 * len(outcomes)
+    assert "model" not in outcomes

@@ -56,7 +56,7 @@ def test_json_is_one_object(cli):
     found = cli("stop", "--engine", "paper-continuous", "--format=json")
     assert found.exit_code == 0, found.output
     data = json.loads(found.stdout)
-    assert data["schema"] == 5
+    assert data["schema"] == 6
     assert data["parting"] is None
     assert data["attribution"]["outcome"] == "step"
     assert [one["step"] for one in data["attribution"]["ladder"]] == [0.02, 0.005, 0.00125]
@@ -113,7 +113,7 @@ def test_a_wrong_factor_is_said_first(cli, tmp_path, monkeypatch):
         "From the start, five_sevenths:simulate plays as if `rolling_friction` were 0.01429: 5/7 "
         "of 0.02."
     )
-    assert "A rolling ball should slow by 0.1962 m/s², and slows by 0.1402" in first
+    assert "A rolling ball should slow by 0.1962 m/s², and slows by 0.1401" in first
     assert "█" in found.stdout.split("\n\n")[2]
 
 

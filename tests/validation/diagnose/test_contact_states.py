@@ -1,0 +1,57 @@
+"""Faults at contacts: the planted one is found, and none where an engine keeps the impact law."""
+
+import math
+
+import pytest
+from planted_engines import hit, other_physics, stepping
+
+from ghostball.model import EventKind
+from ghostball.reference_adapters import make_engine
+from ghostball.validation import find_scene
+from ghostball.validation.diagnose.contact_states import fault_at_contacts
+from ghostball.validation.runs.playing import run_engine
+
+
+@pytest.mark.parametrize("energy", [0.98, 1.005, 1.02, 1.5])
+def test_a_wrong_change_of_energy_is_measured(energy):
+    found = fault_at_contacts(run_engine(stepping(energy=energy, dt=1e-4), hit()))
+    assert (found.what, found.kind, found.count) == ("energy", EventKind.BALL_BALL, 1)
+    assert found.measured == pytest.approx(energy, abs=1e-3)
+    assert found.right == pytest.approx(1.0, abs=1e-3)
+    assert found.makes_energy == (energy > 1.0)
+
+
+def test_a_cushion_that_gives_energy_is_told_from_balls_that_do():
+    scene = find_scene("wall-bounce")
+    found = fault_at_contacts(run_engine(stepping(cushion_energy=1.04), scene))
+    assert (found.what, found.kind) == ("energy", EventKind.BALL_CUSHION)
+    assert found.measured == pytest.approx(1.04, abs=2e-3)
+
+
+def test_a_turned_normal_is_a_wrong_velocity():
+    found = fault_at_contacts(run_engine(stepping(turned=math.radians(3), dt=1e-4), hit(angle=0.0)))
+    assert found.what == "velocity"
+    assert found.measured == pytest.approx(math.radians(3), rel=0.02)
+
+
+@pytest.mark.parametrize("name", ["head-on", "half-ball-cut", "thin-cut", "break-7", "wall-bounce"])
+def test_balls_that_slide_where_they_should_roll_are_found(name):
+    found = fault_at_contacts(run_engine(other_physics(motion="sliding"), find_scene(name)))
+    assert found.what == "slide"
+    assert found.measured == pytest.approx(0.2 * 9.81, rel=0.05)
+    assert found.right == pytest.approx(0.02 * 9.81)
+
+
+@pytest.mark.parametrize("name", ["break-16", "pool-break-9", "throw-slip", "galperin-1"])
+def test_our_engine_has_no_fault(name):
+    assert fault_at_contacts(run_engine(make_engine("ghostball"), find_scene(name))) is None
+
+
+@pytest.mark.parametrize("name", ["break-7", "draw-shot", "restitution-bounce", "thin-cut"])
+def test_an_engine_in_steps_has_no_fault(name):
+    assert fault_at_contacts(run_engine(make_engine("pymunk"), find_scene(name))) is None
+
+
+@pytest.mark.parametrize("rolling", [0.5, 3.0])
+def test_a_wrong_rolling_friction_is_no_slide(rolling):
+    assert fault_at_contacts(run_engine(stepping(rolling=rolling), hit())) is None

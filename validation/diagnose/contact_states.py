@@ -1,0 +1,240 @@
+"""What an engine's balls do just after a contact, against what the scene's impact law says.
+
+    >>> fault_at_contacts(result)
+    ContactFault(what='energy', kind=<EventKind.BALL_BALL: 0>, count=12, measured=1.02, right=1.0)
+
+Each contact is judged from the engine's own state just before it: Ghostball's engine plays the same
+few milliseconds from that state, the cloth included. So a contact is judged also where the shot is
+another one than the reference. Contacts that share a ball within these milliseconds are left out.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Final, Literal
+
+import numpy as np
+
+from ghostball.model import (
+    Ball,
+    EventKind,
+    GhostballError,
+    Result,
+    SampledTrajectory,
+    Samples,
+    Scene,
+    energy_of,
+)
+from ghostball.validation.grading.event_logs import Event, events_in
+from ghostball.validation.runs.playing import run_ours
+from ghostball.validation.runs.sampling import events_of
+
+MOST: Final = 40
+"""Contacts of each kind that are looked at: the first ones."""
+
+AROUND: Final = 1e-6
+"""How long before and after a contact an exact motion is looked at [s]."""
+
+FRAMES_AFTER: Final = 1
+"""Frames after the one that shows a contact: an engine may list a contact and then resolve it."""
+
+LONGEST: Final = 0.05
+"""Frames around a contact that are farther apart than this don't show the contact alone [s]."""
+
+ENERGY: Final = 0.003
+"""Share of the energy from which on a wrong change of it counts."""
+
+VELOCITY: Final = 0.02
+"""Share of the speed from which on a wrong velocity counts."""
+
+MOST_OF_THEM: Final = 0.7
+"""Share of contacts that must show a fault: one alone may be grazing, or late by a step."""
+
+WATCHED: Final = 0.02
+"""How long after a contact the cloth's friction is watched [s]: a slide lasts longer."""
+
+SLIDING: Final = 0.5
+"""Share of the deceleration of a sliding ball from which on a ball counts as sliding."""
+
+Fault = Literal["energy", "slide", "velocity"]
+
+
+@dataclass(frozen=True)
+class ContactFault:
+    """What goes wrong at most contacts of one kind.
+
+    `what`: "energy", the energy of the balls after a contact over that before; "slide", the
+        acceleration of a ball after a contact [m/s^2], which should roll; "velocity", the error of
+        a ball's velocity after a contact, over the largest speed before.
+    `kind`: of the contacts; `count`: how many were looked at.
+    `measured`, `right`: medians over the contacts.
+    """
+
+    what: Fault
+    kind: EventKind
+    count: int
+    measured: float
+    right: float
+
+    @property
+    def makes_energy(self) -> bool:
+        """Whether the balls have more energy after a contact than before."""
+        return self.what == "energy" and self.measured > 1.0 + ENERGY
+
+
+@dataclass(frozen=True)
+class _Contact:
+    """A contact: what it changes, and what the scene's law changes from the same state before.
+
+    `energy` [1]: of the balls after the contact over that before it; `right`: the same by the law.
+    `error` [1]: of the velocity, over `speed`, the largest speed before [m/s]. `window` [s]: from
+    the state before to the state after, while the cloth acts, too. `pull` [m/s^2]: mean
+    acceleration of the ball that accelerates most afterwards; None if another event comes too soon.
+    """
+
+    kind: EventKind
+    energy: float
+    right: float
+    error: float
+    speed: float
+    window: float
+    pull: float | None
+
+
+def fault_at_contacts(result: Result) -> ContactFault | None:
+    """Return the gravest fault that most contacts of one kind show; None if there is none.
+
+    `result`: with its events and its motion.
+    """
+    contacts = list(_contacts(result))
+    # How the engine slows balls before any contact: a wrong rolling friction is no slide.
+    first = min((float(one.t) for one in events_in(events_of(result))), default=WATCHED)
+    slows = _pull(result, list(range(len(result.scene.balls))), 0.0, min(first, WATCHED)) or 0.0
+    found = [
+        fault
+        for kind in (EventKind.BALL_BALL, EventKind.BALL_CUSHION)
+        for fault in _faults(result.scene, [one for one in contacts if one.kind is kind], slows)
+    ]
+    order: Sequence[Fault] = ("slide", "energy", "velocity")
+    return min(found, key=lambda one: (order.index(one.what), one.kind), default=None)
+
+
+def _faults(scene: Scene, contacts: Sequence[_Contact], slows: float) -> Iterator[ContactFault]:
+    """Yield what most contacts of one kind show; `slows`: how balls slow before any [m/s^2]."""
+    if not contacts:
+        return
+    kind, count = contacts[0].kind, len(contacts)
+    pulls = np.array([one.pull for one in contacts if one.pull is not None])
+    physics = scene.physics
+    slides, rolls = (
+        physics.gravity * one for one in (physics.sliding_friction, physics.rolling_friction)
+    )
+    if physics.motion == "rolling" and len(pulls):
+        least = max(SLIDING * slides, 2.0 * rolls, 2.0 * slows)
+        if np.mean(pulls > least) >= MOST_OF_THEM:
+            yield ContactFault("slide", kind, len(pulls), float(np.median(pulls)), rolls)
+    columns = [(one.energy, one.right, one.error, one.speed, one.window) for one in contacts]
+    energies, right, errors, speeds, windows = np.array(columns).T
+    # Wrong friction of the cloth slows balls by this share of their speed around a contact.
+    cloth = np.abs(slows - rolls) * windows / speeds if slows > 0.0 else np.zeros(count)
+    wrong = energies - right
+    alike = np.mean(wrong * np.sign(np.median(wrong)) > ENERGY + 2.0 * cloth)
+    if alike >= MOST_OF_THEM:
+        yield ContactFault(
+            "energy", kind, count, float(np.median(energies)), float(np.median(right))
+        )
+    if np.mean(errors > VELOCITY + cloth) >= MOST_OF_THEM:
+        yield ContactFault("velocity", kind, count, float(np.median(errors)), 0.0)
+
+
+def _contacts(result: Result) -> Iterator[_Contact]:
+    """Yield the contacts of a run that are alone, with what the scene's law makes of each."""
+    everything = events_in(events_of(result), tuple(EventKind))
+    seen = {EventKind.BALL_BALL: 0, EventKind.BALL_CUSHION: 0}
+    for one in everything:
+        if one.kind not in seen or seen[one.kind] >= MOST:
+            continue
+        start, end = _window(result, one.t)
+        balls = list(one.balls)
+        others = [two.t for two in everything if two is not one and set(two.balls) & set(balls)]
+        if end - start > LONGEST or any(start <= t <= end for t in others):
+            continue
+        states = result.sample([start, end])
+        played = _by_the_law(result.scene, one, states, start, end)
+        if played is None:
+            continue
+        seen[one.kind] += 1
+        speed = float(np.max(np.linalg.norm(states.velocities[0, balls], axis=1)))
+        error = np.linalg.norm(
+            states.velocities[1, balls] - played.final_state.velocities[0], axis=1
+        )
+        later = min((t for t in others if t > end), default=math.inf)
+        t = float(events_in(events_of(played))[0].t)
+        at_contact = played.energy([max(float(np.nextafter(t, 0.0)), 0.0), t]).total
+        mine = Samples(*(part[:, balls] for part in states))
+        before, after = energy_of(played.scene, mine).total
+        by_the_law = played.energy([played.rest_time]).total[0]
+        right = float(at_contact[1] / at_contact[0]) if t > 0.0 else float(by_the_law / before)
+        yield _Contact(
+            one.kind,
+            right + float(after - by_the_law) / float(before),
+            right,
+            float(np.max(error)) / speed,
+            speed,
+            end - start,
+            _pull(result, balls, end, min(later, end + WATCHED)),
+        )
+
+
+def _window(result: Result, t: float) -> tuple[float, float]:
+    """Return the instants just before and just after a contact [s]."""
+    frames = result.trajectory
+    if not isinstance(frames, SampledTrajectory):
+        return max(t - AROUND, 0.0), t + AROUND
+    times = frames.times
+    before = max(int(np.searchsorted(times, t, side="left")) - 1, 0)
+    after = min(int(np.searchsorted(times, t, side="left")) + FRAMES_AFTER, len(times) - 1)
+    return float(times[before]), float(times[after])
+
+
+def _by_the_law(
+    scene: Scene, one: Event, states: Samples, start: float, end: float
+) -> Result | None:
+    """Play the balls of a contact from the state before it; None if they don't meet just once."""
+    rolls = scene.physics.motion == "rolling"
+    balls = []
+    for index in one.balls:
+        spin = None if rolls else tuple(states.angular_velocities[0, index].tolist())
+        state = {
+            "position": tuple(states.positions[0, index].tolist()),
+            "velocity": tuple(states.velocities[0, index].tolist()),
+            "angular_velocity": spin,
+        }
+        balls.append({**dict(scene.balls[index].without_strike()), **state})
+    try:
+        shot = Scene(
+            name="contact",
+            physics=scene.physics,
+            table=scene.table,
+            balls=[Ball(**ball) for ball in balls],
+            t_max=end - start,
+        )
+        played = run_ours(shot)
+    except (GhostballError, ValueError):  # the engine let them overlap before
+        return None
+    met = [two.kind for two in events_in(events_of(played))]
+    if met != [one.kind] or not played.status.complete:
+        return None
+    return played
+
+
+def _pull(result: Result, balls: list[int], start: float, end: float) -> float | None:
+    """Return the largest mean acceleration of a ball between two instants [m/s^2]."""
+    end = min(end, result.rest_time)
+    if not end - start > 0.25 * WATCHED:
+        return None
+    # Not to the event at the end itself: frames join the velocities on both sides of it.
+    first, last = result.sample([start, end - 0.1 * (end - start)]).velocities[:, balls]
+    return float(np.max(np.linalg.norm(last - first, axis=1)) / (0.9 * (end - start)))
