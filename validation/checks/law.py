@@ -19,7 +19,7 @@ import numpy as np
 
 from ghostball.model import Scene
 from ghostball.model.features import scene_features
-from ghostball.reference_adapters.base import ReferenceEngine, resolution_of
+from ghostball.reference_adapters.base import ReferenceEngine, resolution_of, stated_error
 from ghostball.reference_adapters.registry import OURS
 from ghostball.validation.checks.criteria import Criteria, common_criteria
 from ghostball.validation.checks.criterion import CLAIMS, Claim, Criterion, StepRule
@@ -160,8 +160,15 @@ def claim_of(engine: ReferenceEngine, scene: Scene) -> Claim:
 
 
 def is_unstated(engine: ReferenceEngine, scene: Scene) -> bool:
-    """Whether an engine says nothing of how exact it is in a scene: no step, and no exactness."""
-    return resolution_of(engine, scene) is None and claim_of(engine, scene) == "less"
+    """Whether an engine says nothing of how exact it is in a scene.
+
+    No step and no exactness; or that balls may be off by a radius when they collide, which is as
+    much as nothing.
+    """
+    stated = resolution_of(engine, scene)
+    if stated is None:
+        return claim_of(engine, scene) == "less"
+    return stated_error(stated) >= float(np.min(scene.radii))
 
 
 def approximations_of(engine: ReferenceEngine, scene: Scene) -> tuple[str, ...]:

@@ -18,13 +18,27 @@ drifts. So, R the radius of the smallest ball,
 
     rest error <= r + (1 + r / 2R) sum_k |dX / d delay_k| delay_k.
 
+The same sums say when things happen, and how much energy there is (`Lateness`). A delay of one
+event moves later ones by their derivative; an event adds its own delay:
+
+    |event time error| <= (1 + r / 2R) sum_k max_j |dt_j / d delay_k| delay_k + max_k delay_k,
+    |rest time error|  <= (1 + r / 2R) sum_k |dT / d delay_k| delay_k + dt,
+    |energy error|     <= (1 + r / 2R) sum_k |dE / d delay_k| delay_k,
+
+t_j the times of the collisions, T when the last ball rests, which is seen at the end of a step.
+What a collision takes is no error of the energy until it is seen (`energy_curve`); dE is what is
+left of a delay after that: friction has worked for longer on the balls as they were, and they part
+along another line. Solvers let balls collide with the speeds that they had before the step, as if
+friction hadn't slowed them in it; so each sum is that of the delay and of speeds that are as old.
+An engine that drifts meets a collision late, or early, by v dt over the speed of approach.
+
 An engine that is worse than this breaks a law, or steps more coarsely than it says.
 
 Nothing is said where the sum isn't the whole story: where a ball may collide twice within a step,
 so that the second collision is another one; where balls may pass through each other between two
 steps, or go more than a radius in one; past ties, which have no derivative; past the horizon of the
 engine, where its errors may have led the shot onto another path; and where the shot isn't proved to
-its end.
+its end. Nor where a ball may end more than a radius from its place: a limit so wide is none.
 """
 
 from __future__ import annotations
@@ -35,7 +49,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ghostball.model import COLLISION_KINDS, EventKind, Scene
+from ghostball.model import COLLISION_KINDS, EventKind, Scene, energy_of, initial_state
 from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.base import (
     ReferenceEngine,
@@ -55,6 +69,9 @@ STEP_METRICS = frozenset(
         "ball_ball_count_error",
         "ball_cushion_count_error",
         "matching_events",
+        "event_time_error",
+        "rest_time_error",
+        "energy_difference_max",
         "energy_rise",
         "overlap_max",
     }
@@ -137,12 +154,15 @@ def _outcome(
     if math.isfinite(moved):
         drifts = rule.drifts and math.isfinite(longest)
         between = resolution_of_step(longest, scene) if drifts else resolution
+        if between + more * moved > smallest:
+            return
         yield (
             "rest_error_max",
             {"at_most": LEAST + between + more * moved},
             f"{late}, which moves the end of this shot by at most {more * moved:.3g} m; "
             f"{between:.3g} m for the motion between.",
         )
+        yield from _on_the_way(rule, scene, lateness, step, between if drifts else 0.0, more)
     if own:
         reason = f"{late}: no collision of this shot can be missed, or come twice, by that."
         yield "ball_ball_count_error", {"equals": 0}, reason
@@ -150,6 +170,37 @@ def _outcome(
     if all_separate:
         reason = f"{late}: the collisions of this shot are farther apart than that."
         yield "matching_events", {"equals": len(truth.collisions)}, reason
+
+
+def _on_the_way(
+    rule: StepRule, scene: Scene, lateness: Lateness, step: _Step, drift: float, more: float
+) -> Iterator[_Limit]:
+    """Yield what judges when things happen, and the energy meanwhile; see the module."""
+    late = _spoken(step)
+    collides, delays = np.isin(lateness.kinds, COLLISION_KINDS), step.delays.copy()
+    with np.errstate(divide="ignore"):
+        drifted = drift / lateness.approach[collides]
+    delays[collides] = np.maximum(delays[collides], drifted if drift > 0.0 else 0.0)
+    shifted = more * float(delays @ lateness.comes) + float(np.max(delays[collides], initial=0.0))
+    if collides.any() and math.isfinite(shifted):
+        reason = f"{late}, which makes a collision of this shot come at most {shifted:.3g} s late."
+        yield "event_time_error", {"at_most": LEAST + shifted}, reason
+    fastest = resolution_of_step(1.0, scene)
+    if fastest == 0.0:
+        return
+    last = step.longest if math.isfinite(step.longest) else step.resolution / fastest
+    shifted = more * float(delays @ lateness.rests)
+    if math.isfinite(shifted):
+        reason = (
+            f"{late}, which makes the last ball rest at most {shifted:.3g} s late or early; "
+            f"{last:.3g} s to see it rest."
+        )
+        yield "rest_time_error", {"at_most": LEAST + shifted + last}, reason
+    first = float(energy_of(scene, initial_state(scene)).total[0])
+    share = more * float(delays @ lateness.energies) / first
+    if math.isfinite(share):
+        reason = f"{late}, which changes the energy of this shot by at most {share:.3g} of it."
+        yield "energy_difference_max", {"at_most": rule.energy_noise + share}, reason
 
 
 def _of_motion(rule: StepRule, scene: Scene, resolution: float, longest: float) -> Iterator[_Limit]:

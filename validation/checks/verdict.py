@@ -7,6 +7,7 @@ balls rest in the wrong place. Such a case is `LIMITS_HOLD`, never `PASS`.
 from __future__ import annotations
 
 import enum
+import math
 from collections.abc import Collection
 
 from ghostball.reference_adapters.registry import OURS
@@ -48,10 +49,10 @@ NOTHING_JUDGED = "nothing was judged: no limit covers what was run"
 """What is said of a run without a verdict; commands end with exit status 4 then."""
 
 UNJUDGED = (
-    "was judged by how it ends: give it `dt`, a class or a run with `resolution`, or limits on "
-    "`rest_error_max`"
+    "was judged by how it ends: state a step (`dt`) or a `resolution` with which no ball can end "
+    "more than its radius from its place, or give limits on `rest_error_max`"
 )
-"""What is said of engines that state nothing of how exact they are."""
+"""What is said of engines that state too little of how exact they are."""
 
 
 class RestError(enum.Enum):
@@ -110,16 +111,21 @@ def is_nothing_judged(cases: Collection[CaseRecord]) -> bool:
 def unjudged_engines(cases: Collection[CaseRecord]) -> tuple[str, ...]:
     """Return the engines of which not one shot was judged by how it ends, for they say too little.
 
-    Those that state nothing of how exact they are, where no limit of a scene or of the user's own
-    says it for them. One that is excused by name, or of which only some metrics were asked, isn't
-    among them: somebody chose so.
+    They state nothing of how exact they are, or a step with which balls may end anywhere, and no
+    limit of a scene or of the user's own says it for them. Not among them: an engine that is
+    excused by name, or of which only some metrics were asked, since somebody chose so; and one all
+    of whose shots can't be predicted to their end, whatever it states.
     """
     ran = [case for case in cases if case.outcome == "ran" and not case.varied_from]
-    silent = {case.label for case in ran if case.unstated}
     chosen = {case.label for case in ran if case.excused or case.left_out}
     judged = {case.label for case in ran if is_outcome_judged(case)}
+    free = {
+        case.label
+        for case in ran
+        if case.unstated or (case.horizon is None and not is_own_measure(case))
+    }
     labels = dict.fromkeys(case.label for case in ran)
-    return tuple(label for label in labels if label in silent - chosen - judged)
+    return tuple(label for label in labels if label in free - chosen - judged)
 
 
 def not_judged(cases: Collection[CaseRecord]) -> str:
@@ -171,8 +177,22 @@ def is_own_measure(case: CaseRecord) -> bool:
 
 
 def is_outcome_judged(case: CaseRecord) -> bool:
-    """Whether some check, passed or not, says if the outcome is right."""
+    """Whether some check, passed or not, says if the outcome is right.
+
+    None does where a ball may end more than a radius from its place: with such a limit on the end,
+    right counts are no merit.
+    """
+    if any(_is_too_wide(check, case) for check in case.checks):
+        return False
     return any(_judges_outcome(check, case) for check in case.checks)
+
+
+def _is_too_wide(check: Check, case: CaseRecord) -> bool:
+    """Whether a check lets a ball end more than a radius of the smallest one from its place."""
+    if not check.metric.startswith("rest_error") or check.unit != "m":
+        return False
+    radii = [ball["radius"] for ball in case.definition.get("balls", ())]
+    return check.limit_kind != "at_least" and check.limit > min(radii, default=math.inf)
 
 
 def _judges_outcome(check: Check, case: CaseRecord) -> bool:
@@ -180,13 +200,15 @@ def _judges_outcome(check: Check, case: CaseRecord) -> bool:
 
     A limit from below doesn't: "the first 25 collisions agree" leaves the end free. Nor does a
     grade by a proof that ends before the shot does, or past the engine's horizon; nor a class that
-    another shot has, too.
+    says nothing of how far a ball may be off; nor a limit that is wider than a ball.
     """
+    if _is_too_wide(check, case):
+        return False
     if check.metric == "quality_factor" and (
         case.horizon is not None or case.truth not in INDEPENDENT
     ):
         return False
-    if check.metric == "accuracy" and check.limit >= ACCURACY_KINDS.index("another shot"):
+    if check.metric == "accuracy" and check.limit >= ACCURACY_KINDS.index("centimetres"):
         return False
     metric = METRICS.get(check.metric)
     return (

@@ -33,6 +33,7 @@ class EventChange(NamedTuple):
     segments: tuple[int, ...]  # that each ball comes to
     matrix: FloatArray | None  # (7 b, 7 b), from those of the segments before; None: no derivative
     late: FloatArray | None  # (7 b,) what seeing it late changes of the balls, per second
+    stale: FloatArray | None  # (7 b,) what meeting with older speeds changes of them, per second
     later: FloatArray | None  # (7 b,) how much later changes of the segments before make it
     approach: float  # [m/s] along the line of contact; 0 where nothing collides
     lasts: float  # [s] for which what collides would overlap if it continued; inf of no two balls
@@ -61,7 +62,7 @@ def event_changes(
         after = tuple(balls[i].starts[at[i]] for i in involved)
         twice = event.kind in COLLISION_KINDS and any(due[i, t] > 1 for i in involved)
         if twice or certificate.lifts:
-            nothing = (None, None, None, 0.0, math.inf, 0.0, ())
+            nothing = (None, None, None, None, 0.0, math.inf, 0.0, ())
             yield EventChange(event.kind, t, involved, after, *nothing)
             continue
         passes = _Passage(mine, before, after, t, slides=scene.physics.motion == "sliding")
@@ -76,8 +77,8 @@ def event_changes(
         else:
             passes.end_phase()
         noise = tuple(ball.noise(k, passes.states) for ball, k in zip(mine, after, strict=True))
-        # One column more than balls have numbers: a change by which the event comes 1 s later.
-        matrix, late = passes.change[:, :-1].copy(), passes.change[:, -1].copy()
+        # Two columns more than balls have numbers: speeds as 1 s before, and an event 1 s later.
+        matrix, (stale, late) = passes.change[:, :-2].copy(), passes.change[:, -2:].T.copy()
         yield EventChange(
             event.kind,
             t,
@@ -85,7 +86,8 @@ def event_changes(
             after,
             matrix,
             late,
-            passes.later[:-1].copy(),
+            stale,
+            passes.later[:-2].copy(),
             passes.approach,
             passes.lasts,
             passes.rounded,
@@ -97,9 +99,9 @@ class _Passage:
     """Changes of the balls of one event, carried from their segments before it to those after it.
 
     `states` (7,) float64 each: of the balls, just before.
-    `change` (7 b, 7 b + 1) float64: of the balls by those of the segments before; the last column,
-        by seeing the event late.
-    `later` (7 b + 1,) float64: by how much later the event comes.
+    `change` (7 b, 7 b + 2) float64: of the balls by those of the segments before; in the last two
+        columns, by meeting with the speeds of a second before, and by seeing the event late.
+    `later` (7 b + 2,) float64: by how much later the event comes.
     `approach` [m/s]: at which speed what collides meets.
     `lasts` [s]: for how long two balls that collide would overlap if they continued as before; else
         inf.
@@ -122,12 +124,13 @@ class _Passage:
         self.states = tuple(state for state, _ in moving)
         self._rates = tuple(rate for _, rate in moving)
         size = PARTS * len(balls)
-        self.change = np.zeros((size, size + 1))
-        self.later = np.zeros(size + 1)
+        self.change = np.zeros((size, size + 2))
+        self.later = np.zeros(size + 2)
         self.approach, self.lasts, self.rounded = 0.0, math.inf, 0.0
         for m, (ball, k, s) in enumerate(zip(balls, before, spans, strict=True)):
             here = slice(PARTS * m, PARTS * (m + 1))
             self.change[here, here] = ball.flow(k, s)
+            self.change[here, -2][PLACE.stop :] = -self._rates[m][PLACE.stop :]
 
     def collide(self, laws: Laws, a: int, b: int) -> None:
         """Pass an impact of two balls."""
@@ -189,8 +192,9 @@ class _Passage:
     def end_phase(self) -> None:
         """Pass the end of a slide or of a roll."""
         ball, k = self._balls[0], self._before[0]
-        self.change[:, :-1], later = ball.end_of_phase(k, self._spans[0])
-        self._come_later(np.append(later, 0.0))
+        self.change[:, -2] = 0.0
+        self.change[:, :-2], later = ball.end_of_phase(k, self._spans[0])
+        self._come_later(np.append(later, (0.0, 0.0)))
         # Who sees the end of a slide late lets the ball roll from there on, at the speed it has.
         self.change[SLIP, -1] = 0.0
         self._leave()

@@ -25,7 +25,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ghostball.model import EventKind, Scene, energy_of, initial_state
+from ghostball.model import COLLISION_KINDS, EventKind, Scene, energy_of, initial_state
 from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.certified import Certificate
 from ghostball.validation.grading.certified_events import EventChange, event_changes
@@ -34,7 +34,7 @@ from ghostball.validation.grading.certified_flow import PARTS, SLIP, SPIN, VELOC
 
 @dataclass(frozen=True, eq=False)
 class Lateness:
-    """What it changes of a shot's end to see one of its events late, per second.
+    """What it changes of a shot to see one of its events late, per second.
 
     `times` (events,) float64 [s].
     `balls`: the balls of each.
@@ -44,6 +44,13 @@ class Lateness:
         continued; inf for other events.
     `places` (events, n) float64 [m/s]: how far each ball ends from where it should; NaN where no
         derivative exists.
+    `comes` (events,) float64 [1]: by how much a later collision comes later or sooner, at most.
+    `rests` (events,) float64 [1]: by how much the last ball rests later or sooner.
+    `energies` (events,) float64 [W]: by how much the energy of all balls differs, at most.
+
+    The last three are not a number where no derivative exists, and in shots of more than
+    `MOST_EVENTS`. They allow for a solver that lets balls collide with the speeds which they had
+    before its step.
     """
 
     kinds: tuple[EventKind, ...]
@@ -52,6 +59,13 @@ class Lateness:
     approach: FloatArray
     lasts: FloatArray
     places: FloatArray
+    comes: FloatArray
+    rests: FloatArray
+    energies: FloatArray
+
+
+MOST_EVENTS = 1_000
+"""Of a shot of which it is followed what each late event does to each later one: 0.2 s."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,11 +164,12 @@ class CertifiedGrowth:
         ]
         return self.t_end + max(spins, default=0.0)
 
-    def lateness(self) -> Lateness:
-        """Return what it changes of the shot's end to see each of its events late.
+    def lateness(self, scene: Scene) -> Lateness:
+        """Return what it changes of this scene's shot to see each of its events late.
 
-        Backwards along the shot: how the end depends on the balls as each event leaves them, times
-        what a second of delay changes there.
+        Of its end, backwards along the shot: how the end depends on the balls as each event leaves
+        them, times what a second of delay changes there. Of what comes between, forwards: see
+        `_followed`.
         """
         n, size = len(self.balls), PARTS * len(self.balls)
         end = np.zeros((2 * n, size))
@@ -177,7 +192,47 @@ class CertifiedGrowth:
             np.array([event.approach for event in self.events]),
             np.array([event.lasts for event in self.events]),
             places,
+            *self._followed(scene),
         )
+
+    def _followed(self, scene: Scene) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return `comes`, `rests` and `energies` of `Lateness`.
+
+        What a second of delay at each event so far has made of each ball is carried along, and what
+        speeds that are a second old have; at each event they say how much later that comes, and how
+        much more energy its balls leave it with.
+        Energies of balls are added without their signs. Between events they change as said in
+        `rounding`: the largest at a ball's events bounds them.
+        """
+        many = len(self.events)
+        if many > MOST_EVENTS:
+            unknown = np.full(many, np.nan)
+            return unknown, unknown, unknown
+        changes = np.zeros((2, PARTS * len(self.balls), many))
+        comes, rests, energies = np.zeros(many), np.zeros(many), np.zeros((len(self.balls), many))
+        slopes = [
+            energy_slopes(ball, float(mass))
+            for ball, mass in zip(self.balls, scene.masses, strict=True)
+        ]
+        with np.errstate(over="ignore", invalid="ignore"):
+            for e, event in enumerate(self.events):
+                rows, matrix, later = _rows(event.balls), event.matrix, event.later
+                if matrix is None or later is None:
+                    comes[:] = rests[:] = energies[:] = np.nan
+                    break
+                moved = np.sum(np.abs(later @ changes[:, rows]), axis=0)
+                if event.kind in COLLISION_KINDS:
+                    comes = np.maximum(comes, moved)
+                if event.t == self.t_end:
+                    rests = np.maximum(rests, moved)
+                changes[:, rows] = matrix @ changes[:, rows]
+                changes[0, rows, e] += event.late
+                changes[1, rows, e] += event.stale
+                for i, k in zip(event.balls, event.segments, strict=True):
+                    own = changes[:, PARTS * i : PARTS * (i + 1)]
+                    more = np.sum(np.abs(slopes[i][k] @ own), axis=0)
+                    energies[i] = np.maximum(energies[i], more)
+        return comes, rests, np.sum(energies, axis=0)
 
 
 @lru_cache(maxsize=4)  # by identity: a case that comes from another process has its own

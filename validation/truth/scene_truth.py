@@ -226,7 +226,7 @@ def truth_of(
     if proof is not None and "proof" in parts:
         until = math.inf if proved is None else predictable
         if proved is not None and is_differentiated(scene):
-            lateness = growth_of_proof(scene, proof).lateness()
+            lateness = growth_of_proof(scene, proof).lateness(scene)
         rounding = growth_along_proof(scene, proof).rounding(scene)
         graded = gradable(scene, proof)
         graded_steps = gradable(scene, proof, exact=False, until=until)

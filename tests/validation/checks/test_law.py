@@ -11,7 +11,7 @@ from ghostball.model import COLLISION_KINDS, SampledTrajectory
 from ghostball.model.features import Capability, Feature
 from ghostball.reference_adapters import make_engine
 from ghostball.validation.checks.criteria import Criteria, common_criteria
-from ghostball.validation.checks.law import asked_of
+from ghostball.validation.checks.law import asked_of, is_unstated
 from ghostball.validation.results.records import ACCURACY_KINDS
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.suite.case import plain_settings
@@ -32,7 +32,7 @@ def criteria(*limits):
 
 class Coarse(ToyEngine):
     def resolution(self, scene):
-        return 1e-3
+        return 5e-4
 
 
 class Finer(Coarse):
@@ -96,6 +96,16 @@ def test_who_states_a_step_is_held_to_what_that_allows():
     assert asked["rest_error_max"] > 2.0 * finer["rest_error_max"] > 0.0
     assert asked["energy_rise"] == 1e-6
     assert "overlap_max" in asked
+
+
+def test_who_states_a_step_of_a_ball_says_as_much_as_nothing():
+    coarse = Coarse()
+    for resolution, unstated in ((5e-4, False), (0.03, True), (10.0, True), (None, False)):
+        coarse.resolution = lambda _, stated=resolution: stated
+        assert is_unstated(coarse, HALF_BALL) == unstated
+        asked = limits_of(coarse)
+        assert ("rest_error_max" in asked) == (resolution == 5e-4)
+        assert ("event_time_error" in asked) == (resolution == 5e-4)
 
 
 def test_every_engine_is_asked_the_same_whatever_its_name_and_package():

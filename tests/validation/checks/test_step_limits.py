@@ -9,7 +9,7 @@ import pytest
 from engine_facts import needs
 from step_rules import asked_of_all, criteria_of_step, limit_of_step
 
-from ghostball.model import Ball, Record, Result, Scene
+from ghostball.model import Ball, Record, Result, SampledTrajectory, Scene
 from ghostball.reference_adapters import make_engine
 from ghostball.reference_adapters.pymunk.engine import PymunkEngine
 from ghostball.validation.checks.criteria import Criteria, common_criteria
@@ -131,7 +131,7 @@ def test_nothing_is_said_of_the_end_where_the_sum_is_not_the_whole_story(
 
 def test_collisions_of_different_balls_within_a_step_have_no_order() -> None:
     scene = find_scene("throw-by-angle")
-    fixed = {one.metric for one in criteria_of_step(scene, make_engine("pymunk"))}
+    fixed = {one.metric for one in criteria_of_step(scene, make_engine("pymunk:dt=5e-4"))}
     assert "ball_ball_count_error" in fixed
     assert "matching_events" not in fixed
     exact = criteria_of_step(scene, make_engine("pymunk:contact_steps=exact"))
@@ -194,3 +194,54 @@ def test_a_scene_may_say_that_an_engine_errs_by_more_than_its_step() -> None:
     fixed = plain_settings(PymunkEngine())
     assert own.step_rule("pymunk", fixed, common_criteria()) is None
     assert Criteria().step_rule("pymunk", fixed, common_criteria()) is not None
+
+
+class LateEngine(PymunkEngine):
+    """Reports each collision, and the end, two of its steps too late."""
+
+    def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
+        result = super().simulate(scene, record=record)
+        assert result.events is not None
+        events, late = result.events.copy(), 2.0 * self.settings.step
+        events["t"] += late
+        return replace(result, events=events, rest_time=result.rest_time + 10.0 * late)
+
+
+class DullEngine(PymunkEngine):
+    """Shows balls that are a twentieth slower than they go, at the end of each of its steps."""
+
+    def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
+        result = super().simulate(scene, record=record)
+        motion = result.trajectory
+        assert isinstance(motion, SampledTrajectory)
+        velocities = motion.velocities.copy()
+        velocities[1:] *= 0.95
+        return replace(result, trajectory=replace(motion, velocities=velocities))
+
+
+@pytest.mark.parametrize(
+    ("engine", "broken"),
+    [
+        (PymunkEngine, set()),
+        (LateEngine, {"event_time_error", "rest_time_error"}),
+        (DullEngine, {"energy_difference_max"}),
+    ],
+)
+@pytest.mark.parametrize("name", ["head-on", "draw-shot", "restitution-head-on"])
+def test_who_steps_is_held_to_its_step_in_time_and_energy(
+    name: str, engine: type[PymunkEngine], broken: set[str]
+) -> None:
+    failed = {check.metric for check in judged(name, engine()).checks if check.passed is False}
+    assert failed >= broken
+    assert bool(failed) == bool(broken)
+
+
+def test_a_limit_wider_than_a_ball_is_no_limit() -> None:
+    scene = find_scene("thin-cut")
+    radius = float(scene.radii[0])
+    fine, coarse = limit_of_step(scene, "pymunk:dt=2e-3"), limit_of_step(scene, "pymunk:dt=5e-3")
+    assert fine is not None
+    assert fine < radius < 2.5 * fine
+    assert coarse is None
+    found = {one.metric for one in criteria_of_step(scene, make_engine("pymunk:dt=5e-3"))}
+    assert found == {"energy_rise", "overlap_max"}

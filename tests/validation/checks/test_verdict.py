@@ -11,6 +11,7 @@ from ghostball.validation.checks.verdict import (
     RestError,
     Verdict,
     is_nothing_judged,
+    is_outcome_judged,
     is_own_measure,
     not_judged,
     rest_error_standing,
@@ -19,7 +20,13 @@ from ghostball.validation.checks.verdict import (
     unjudged_engines,
     verdict_of,
 )
-from ghostball.validation.results.records import CLOSED_FORM, OUR_ENGINE, CaseRecord, Check
+from ghostball.validation.results.records import (
+    ACCURACY_KINDS,
+    CLOSED_FORM,
+    OUR_ENGINE,
+    CaseRecord,
+    Check,
+)
 
 
 def check(metric: str, passed: bool | None = True, kind: str = "at_most") -> Check:
@@ -135,10 +142,26 @@ def test_an_engine_that_says_too_little_is_not_judged_by_energy_alone() -> None:
         limited = replace(case(kept, check("rest_error_max", passed)), unstated=True)
         assert unjudged_engines([silent, limited]) == ()
     # Who states a step isn't judged in chaos, and who is excused or asked for energy isn't either.
-    assert unjudged_engines([replace(silent, unstated=False)]) == ()
+    stepping = replace(silent, unstated=False)
+    assert unjudged_engines([replace(stepping, horizon=0.5)]) == ()
+    assert unjudged_engines([stepping]) == ("pymunk",)  # with a step that allows anything
     assert unjudged_engines([replace(silent, excused="a default")]) == ()
     assert unjudged_engines([replace(silent, left_out=("accuracy",))]) == ()
     assert unjudged_engines([replace(silent, outcome="not-representable"), ours]) == ()
+
+
+def test_a_limit_wider_than_a_ball_is_none() -> None:
+    balls = {"balls": [{"radius": 0.03}, {"radius": 0.02}]}
+    for limit, verdict in ((0.02, Verdict.PASS), (0.021, Verdict.LIMITS_HOLD)):
+        wide = replace(check("rest_error_max"), limit=limit)
+        found = replace(case(wide, check("ball_ball_count_error", kind="equals")), definition=balls)
+        assert verdict_of(found) is verdict
+        failed = replace(found, checks=(replace(wide, passed=False),))
+        assert verdict_of(failed) is Verdict.FAIL
+    assert not_judged([found])
+    for name in ("centimetres", "another shot", "broken"):
+        end = replace(check("accuracy"), limit=ACCURACY_KINDS.index(name))
+        assert not is_outcome_judged(case(end)), name
 
 
 def test_a_rest_error_is_judged_by_limits_on_it_alone() -> None:

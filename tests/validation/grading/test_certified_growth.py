@@ -245,7 +245,7 @@ def test_of_flight_nothing_is_said() -> None:
     assert growth.derivative_ends == 0.0
     assert np.isinf(growth.sizes([0.0, 0.5])).all()
     assert rounding_horizon(growth) == math.inf
-    assert np.isnan(growth.lateness().places).all()
+    assert np.isnan(growth.lateness(scene).places).all()
     directions = np.ones((1, 2, 7))
     assert np.isnan(carried(growth, directions, np.array([0.5]))).all()
 
