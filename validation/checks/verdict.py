@@ -49,8 +49,8 @@ NOTHING_JUDGED = "nothing was judged: no limit covers what was run"
 """What is said of a run without a verdict; commands end with exit status 4 then."""
 
 UNJUDGED = (
-    "was judged by how it ends: state a step (`dt`) or a `resolution` with which no ball can end "
-    "more than its radius from its place, or give limits on `rest_error_max`"
+    "was judged by how it ends: give it `dt`, a class or a run with `resolution`, or limits on "
+    "`rest_error_max`, with which no ball may end more than its radius from its place"
 )
 """What is said of engines that state too little of how exact they are."""
 

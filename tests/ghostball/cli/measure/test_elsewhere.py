@@ -99,7 +99,8 @@ def test_who_claims_less_is_asked_for_less(tmp_path: Path) -> None:
     run["rest_positions"][0][0] += 0.002
     status, shown = graded(tmp_path, run | {"approximate": {"rolling without slip": "in steps"}})
     assert status == 4, shown  # it makes no energy, and nothing limits how it ends
-    assert graded(tmp_path, run | {"resolution": 2e-3})[0] == 0
+    assert graded(tmp_path, run | {"resolution": 5e-4})[0] == 0
+    assert graded(tmp_path, run | {"resolution": 10.0})[0] == 4  # says as much as nothing
     assert graded(tmp_path, run | {"resolution": 1e-6})[0] == 1
     with pytest.raises(EngineError, match=r"`approximate.rolling.*` of .* is refused"):
         Run.parse(run | {"approximate": {"rolling": "so"}}, "a file, run 1")
