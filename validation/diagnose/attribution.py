@@ -159,7 +159,8 @@ def attribute(
     growth = growth_along(scene, proof, known.result)
     predictable = horizon(growth, PREDICTABLE, ROUNDINGS * UNIT_ROUNDOFF)
     limit = "past it, roundings move a ball by more than a micrometre"
-    if proof is not None and not proof.proved and float(proof.t_end) < predictable:
+    open_ended = proof is not None and proof.ending in ("ambiguous", "precision cap")
+    if proof is not None and open_ended and float(proof.t_end) < predictable:
         predictable, limit = float(proof.t_end), f"nothing is certified past it: {proof.ending}"
     engines = [engine, *(with_step(engine, one) for one in steps[1:])]
     try:
