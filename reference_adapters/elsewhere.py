@@ -23,8 +23,8 @@ A run is an object with these keys, in SI units; balls are in the order of the s
                         are "ball-ball" and "ball-cushion", which the events must agree with; how
                         far off a ball may be when it collides [m], 0 by rounding alone, left out
                         where nothing is known of that; and what of the scene it represents only
-                        approximately, and how: {"rolling without slip": "in steps"}, by the names
-                        of `ghostball engines`. The rest it claims to be exact
+                        approximately, and how: {"balls that roll and never slide": "in steps"},
+                        by the names of `ghostball engines`. The rest it claims to be exact
 
 `ghostball run --format json` prints the same keys, but the samples.
 """

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 
 from ghostball.model import EventKind, Scene
@@ -17,7 +16,7 @@ from ghostball.model.features import Feature, has_feature, missing_features, sce
 from ghostball.reference_adapters.base import ReferenceEngine
 from ghostball.validation.checks.verdict import Verdict, verdict_of
 from ghostball.validation.results.records import CaseRecord
-from ghostball.validation.scenes.library import select
+from ghostball.validation.scenes.library import find_scene, select
 
 BALL_BALL, CUSHION = EventKind.BALL_BALL.label, EventKind.BALL_CUSHION.label
 
@@ -29,34 +28,60 @@ FEW = 1.0 / 3.0
 """Largest share of the others that may have a trait, too, which still tells the bad ones apart."""
 
 
-@dataclass(frozen=True)
-class Untried:
-    """Features that an engine claims, and no scene of a run has.
+ALONE: Mapping[Feature, str] = {
+    Feature.ROLLING: "head-on",
+    Feature.SLIDING: "sliding-stun",
+    Feature.FRICTIONLESS_CLOTH: "cloth-frictionless",
+    Feature.VERTICAL_SPIN: "side-spin",
+    Feature.BALL_RESTITUTION: "restitution-head-on",
+    Feature.BALL_FRICTION: "throw-slip",
+    Feature.SPEED_DEPENDENT_FRICTION: "throw-alciatore",
+    Feature.MATHAVAN_BALL: "ball-mathavan",
+    Feature.UNEQUAL_MASSES: "unequal-masses",
+    Feature.UNEQUAL_RADII: "unequal-radii",
+    Feature.PER_BALL_FRICTION: "ball-frictions",
+    Feature.UNBOUNDED_CLOTH: "unbounded-cut",
+    Feature.OPEN_SIDES: "open-sides",
+    Feature.POLYGON: "polygon-bounce",
+    Feature.POCKETS: "pocket-jaw",
+    Feature.POSTS: "post-bounce",
+    Feature.MIRROR_CUSHION: "wall-bounce",
+    Feature.CUSHION_RESTITUTION: "cushion-restitution",
+    Feature.FALLING_RESTITUTION: "cushion-falling",
+    Feature.CUSHION_TANGENTIAL: "cushion-tangential",
+    Feature.FRICTIONAL_CUSHION: "cushion-frictional",
+    Feature.HAN_CUSHION: "cushion-han",
+    Feature.MATHAVAN_CUSHION: "cushion-mathavan",
+    Feature.AIR_DRAG: "air-drag",
+    Feature.QUADRATIC_ROLLING: "cloth-quadratic",
+    Feature.FLIGHT: "flight-lands",
+}
+"""The shipped scene that tries each feature alone, or with just what the feature itself needs."""
 
-    `scenes`: shipped ones that it can play and that have them, the simplest of each.
+
+def untried(engine: ReferenceEngine, tried: Collection[Scene]) -> Mapping[Feature, str]:
+    """Return what an engine claims and these scenes, as far as it can play them, don't try.
+
+    By feature: the name of a shipped scene that tries it, and that the engine can play: the one
+    that tries it alone, else the simplest; "" where there is none.
     """
-
-    features: tuple[Feature, ...]
-    scenes: tuple[str, ...]
-
-
-def untried(engine: ReferenceEngine, tried: Collection[Scene]) -> Untried:
-    """Return what an engine claims and these scenes, as far as it can play them, don't try."""
-    claimed = [one for one in Feature if has_feature(engine.capabilities, one)]
     seen = {
         feature
         for scene in tried
         if not missing_features(engine.capabilities, scene)
         for feature in scene_features(scene)
     }
-    features = tuple(one for one in claimed if one not in seen)
-    simplest: dict[Feature, Scene] = {}
-    for scene in sorted(select(), key=_size) if features else ():
-        if not missing_features(engine.capabilities, scene):
-            for feature in scene_features(scene):
-                simplest.setdefault(feature, scene)
-    found = dict.fromkeys(simplest[one].name for one in features if one in simplest)
-    return Untried(features, tuple(found))
+    claimed = [one for one in Feature if has_feature(engine.capabilities, one) and one not in seen]
+    return {one: _trying(one, engine) for one in claimed}
+
+
+def _trying(feature: Feature, engine: ReferenceEngine) -> str:
+    alone = find_scene(ALONE[feature])
+    for scene in (alone, *sorted(select(), key=_size)):
+        able = not missing_features(engine.capabilities, scene)
+        if able and feature in scene_features(scene):
+            return scene.name
+    return ""
 
 
 def _size(scene: Scene) -> tuple[int, int, str]:

@@ -36,12 +36,17 @@ def coverage(own: Sequence[CaseRecord], label: str) -> Iterator[str]:
         found = untried(make_engine(label), [case.load_scene() for case in own])
     except EngineError:
         return
-    if found.features:
-        features = _listed([one.value for one in found.features])
-        rest = "no shipped scene tries that"
-        if found.scenes:
-            rest = f"`ghostball validate {' '.join(found.scenes)} -e {label}` does"
-        yield f"[yellow]Not tried, though {name} claims it:[/] {escape(features)}; {escape(rest)}"
+    shipped = [one.value for one, scene in found.items() if scene]
+    missing = [one.value for one, scene in found.items() if not scene]
+    parts = []
+    if shipped:
+        scenes = " ".join(dict.fromkeys(scene for scene in found.values() if scene))
+        parts.append(f"{_listed(shipped)}: `ghostball validate {scenes} -e {label}` tries this")
+    if missing:
+        parts.append(f"{_listed(missing)}: no shipped scene that it can play tries this")
+    if parts:
+        said = escape("; ".join(parts))
+        yield f"[yellow]Not tried, though {name} claims it:[/] {said}"
 
 
 def _failures(own: Sequence[CaseRecord], label: str) -> Iterator[str]:

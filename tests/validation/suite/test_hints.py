@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
-import numpy as np
+from dataclasses import replace
 
-from ghostball import Feature, find_scene, plays
+import numpy as np
+import pytest
+import wrong_runs as runs
+from wrong_engines import Wrong
+
+from ghostball import Feature, Table, find_scene, plays
 from ghostball.model.features import scene_features
 from ghostball.reference_adapters.function import engine_of
+from ghostball.validation.checks.law import asked_of
 from ghostball.validation.results.records import CaseRecord
 from ghostball.validation.scenes.library import select
-from ghostball.validation.suite.hints import lacked, shared, simplest, untried
+from ghostball.validation.suite.hints import ALONE, lacked, shared, simplest, untried
+from ghostball.validation.suite.judge import checks_on
+from ghostball.validation.suite.plan import shipped_criteria
+from ghostball.validation.truth.scene_truth import truth_of
 
 
 def engine(*features):
@@ -37,34 +46,197 @@ def case(name, *, outcome="ran", reason="", **counts):
     )
 
 
-def test_a_feature_that_no_scene_tries_is_named_with_the_simplest_scene_that_does():
+def test_a_feature_that_no_scene_tries_is_named_with_the_scene_that_does():
     # Restitution that is applied twice passes wherever balls are elastic.
     made = engine(Feature.ROLLING, Feature.MIRROR_CUSHION, Feature.BALL_RESTITUTION)
     found = untried(made, [find_scene("stop"), find_scene("half-ball-cut")])
-    assert found.features == (Feature.BALL_RESTITUTION,)
-    (name,) = found.scenes
-    assert Feature.BALL_RESTITUTION in scene_features(find_scene(name))
-    assert untried(made, [find_scene("stop"), find_scene(name)]).features == ()
+    assert found == {Feature.BALL_RESTITUTION: "restitution-head-on"}
+    assert untried(made, select(["stop", "restitution-head-on"])) == {}
 
 
 def test_a_scene_that_the_engine_cannot_play_tries_nothing():
     made = engine(Feature.ROLLING, Feature.MIRROR_CUSHION, Feature.UNEQUAL_MASSES)
-    assert untried(made, select(["galperin-1"])).features == (
-        Feature.ROLLING,
-        Feature.UNEQUAL_MASSES,
-        Feature.MIRROR_CUSHION,
-    )
+    assert untried(made, select(["galperin-1"])) == {
+        Feature.ROLLING: "head-on",
+        Feature.UNEQUAL_MASSES: "unequal-masses",
+        Feature.MIRROR_CUSHION: "wall-bounce",
+    }
 
 
-def test_what_no_shipped_scene_has_is_said_so():
-    found = untried(
-        engine(Feature.ROLLING, Feature.MIRROR_CUSHION, Feature.PER_BALL_FRICTION), select()
+def test_where_the_engine_cannot_play_a_feature_s_own_scene_another_is_named():
+    made = engine(Feature.ROLLING, Feature.UNBOUNDED_CLOTH, Feature.PER_BALL_FRICTION)
+    assert untried(made, ())[Feature.PER_BALL_FRICTION] == "ball-frictions-rolling"
+
+
+def test_what_no_scene_tries_that_the_engine_can_play_is_said_so():
+    # Ball impacts after Mathavan need friction between balls, in every shipped scene.
+    made = engine(Feature.SLIDING, Feature.UNBOUNDED_CLOTH, Feature.MATHAVAN_BALL)
+    assert untried(made, ())[Feature.MATHAVAN_BALL] == ""
+
+
+@pytest.mark.parametrize("feature", Feature, ids=lambda one: one.name)
+def test_every_scene_that_is_named_exists_and_tries_the_feature(feature):
+    made = engine(*Feature)
+    scene = find_scene(untried(made, ())[feature])
+    assert feature in scene_features(scene)
+    assert feature not in untried(made, [scene])
+
+
+# --- each feature alone
+
+PLAIN = {Feature.ROLLING, Feature.SLIDING, Feature.UNBOUNDED_CLOTH, Feature.MIRROR_CUSHION}
+"""Of these every scene needs two: how balls move, and where they move."""
+
+NEEDS = {
+    Feature.MATHAVAN_BALL: {Feature.BALL_FRICTION},
+    Feature.FALLING_RESTITUTION: {Feature.CUSHION_RESTITUTION},
+    Feature.CUSHION_TANGENTIAL: {Feature.CUSHION_RESTITUTION},
+}
+"""What a feature can't be without; cushions with friction have their restitution in their law."""
+
+
+def times(factor):
+    return lambda value: factor * value
+
+
+def always(value):
+    return lambda _: value
+
+
+def with_table(**fields):
+    """Play on another table."""
+
+    def play(scene):
+        wrong = Table.model_validate(scene.table.model_dump(exclude_unset=True) | fields)
+        return replace(runs.right(scene.model_copy(update={"table": wrong})), scene=scene)
+
+    return play
+
+
+def on_a_table(scene):
+    """Play with cushions around balls that have an unbounded cloth."""
+    corner = np.array([0.5, 0.5, 0.0])
+    balls = tuple(
+        ball.model_copy(update={"position": tuple((place + corner).tolist())})
+        for ball, place in zip(scene.balls, scene.positions, strict=True)
     )
-    assert found.features == (Feature.PER_BALL_FRICTION,)
-    assert found.scenes == ()
+    table = Table(length=2.54, width=1.27)
+    result = runs.right(scene.model_copy(update={"table": table, "balls": balls}))
+    moved = runs.with_frames(result, positions=runs.frames_of(result).positions - corner)
+    return replace(runs.with_end(moved, positions=result.rest_positions - corner), scene=scene)
+
+
+def with_frictions_of_the_scene(scene):
+    own = {"rolling_friction": None, "sliding_friction": None, "spinning_friction_rate": None}
+    balls = tuple(ball.model_copy(update=own) for ball in scene.balls)
+    return replace(runs.right(scene.model_copy(update={"balls": balls})), scene=scene)
+
+
+RECTANGLE = {"vertices": (), "length": 2.0, "width": 1.0}
+NO_POCKETS = {"preset": None, "pockets": None, "length": 2.54, "width": 1.27}
+
+WRONG = {
+    Feature.ROLLING: [runs.with_physics(motion=always("sliding"))],
+    Feature.SLIDING: [runs.with_physics(sliding_friction=times(1.03))],
+    Feature.FRICTIONLESS_CLOTH: [runs.with_physics(rolling_friction=always(1e-3))],
+    Feature.VERTICAL_SPIN: [runs.with_physics(spinning_friction_rate=times(1.03))],
+    Feature.BALL_RESTITUTION: [runs.with_physics(ball_restitution=times(0.97))],
+    Feature.BALL_FRICTION: [runs.with_physics(ball_friction=times(1.03))],
+    Feature.SPEED_DEPENDENT_FRICTION: [runs.with_physics(ball_friction=always(0.06))],
+    Feature.MATHAVAN_BALL: [
+        runs.with_physics(ball_impact=always("frictional")),
+        runs.with_physics(ball_restitution=times(0.97)),
+    ],
+    Feature.UNEQUAL_MASSES: [
+        runs.with_balls(mass=times(1.03)),
+        runs.with_balls(mass=always(0.17)),
+    ],
+    Feature.UNEQUAL_RADII: [
+        runs.with_balls(radius=times(0.97)),
+        runs.with_balls(radius=always(0.025)),
+    ],
+    Feature.PER_BALL_FRICTION: [with_frictions_of_the_scene],
+    Feature.UNBOUNDED_CLOTH: [on_a_table],
+    Feature.OPEN_SIDES: [
+        with_table(cushions=("left", "right", "bottom", "top")),
+        with_table(cushions=()),
+    ],
+    Feature.POLYGON: [
+        with_table(vertices=((0, 0), (2, 0), (1.53, 1), (0, 1))),
+        with_table(**RECTANGLE),
+    ],
+    Feature.POCKETS: [with_table(**NO_POCKETS)],
+    Feature.POSTS: [
+        with_table(posts=({"centre": (1.27, 0.635), "radius": 0.0515},)),
+        with_table(posts=()),
+    ],
+    Feature.MIRROR_CUSHION: [
+        runs.with_physics(cushion=always("restitution"), cushion_restitution=always(0.97))
+    ],
+    Feature.CUSHION_RESTITUTION: [
+        runs.with_physics(cushion_restitution=times(0.97)),
+        # The speed along the cushion falls, too.
+        runs.with_physics(cushion_tangential_restitution=times(0.8)),
+    ],
+    Feature.FALLING_RESTITUTION: [
+        runs.with_physics(cushion_restitution_loss=times(0.97)),
+        runs.with_physics(cushion_restitution_loss=always(0.0)),
+    ],
+    Feature.CUSHION_TANGENTIAL: [runs.with_physics(cushion_tangential_restitution=times(0.97))],
+    Feature.FRICTIONAL_CUSHION: [
+        runs.with_physics(cushion_friction=times(0.97)),
+        runs.with_physics(cushion_restitution=times(0.97)),
+    ],
+    Feature.HAN_CUSHION: [
+        runs.with_physics(cushion=always("frictional")),
+        runs.with_physics(cushion_friction=times(0.97)),
+        runs.with_physics(cushion_height=times(0.97)),
+    ],
+    Feature.MATHAVAN_CUSHION: [
+        runs.with_physics(cushion=always("han2005")),
+        runs.with_physics(cushion_friction=times(0.97)),
+        runs.with_physics(cushion_height=times(0.97)),
+    ],
+    Feature.AIR_DRAG: [runs.with_physics(air_drag=times(0.97))],
+    Feature.QUADRATIC_ROLLING: [runs.with_physics(rolling_friction_quadratic=times(0.97))],
+    Feature.FLIGHT: [runs.with_physics(table_restitution=times(0.97))],
+}
+"""Engines that get one feature wrong each: by a few per cent, or by leaving it out."""
+
+
+OUTCOME = {"quality_factor", "rest_error_max", "rest_time_factor", "accuracy"}
+"""Metrics of how a shot ends."""
+
+
+def broken_limits(scene, play):
+    made = Wrong()
+    result = replace(play(scene), engine=made.name, settings={})
+    own = shipped_criteria(scene)
+    truth = truth_of(scene, own.truth)
+    checks = checks_on(made, result, truth, asked_of([(made.name, {})], own))
+    assert any(one.passed for one in checks)
+    return {one.metric for one in checks if one.passed is False}
+
+
+def test_each_feature_has_a_scene_of_its_own():
+    # A feature that is added needs a scene that tries it alone, and wrong engines that fail there.
+    assert set(ALONE) == set(WRONG) == set(Feature)
+    for feature, name in ALONE.items():
+        assert {feature} <= set(scene_features(find_scene(name))), feature
+        others = set(scene_features(find_scene(name))) - {feature}
+        assert others <= PLAIN | NEEDS.get(feature, set()), feature
+
+
+@pytest.mark.parametrize("feature", Feature, ids=lambda one: one.name)
+def test_who_gets_one_feature_wrong_fails_its_own_scene_and_who_is_right_passes(feature):
+    scene = find_scene(ALONE[feature])
+    assert broken_limits(scene, runs.right) == set()
+    for play in WRONG[feature]:
+        assert broken_limits(scene, play) & OUTCOME
 
 
 def test_smoke_tries_restitution_of_balls_and_cushions():
+    assert ALONE[Feature.CUSHION_RESTITUTION] in {scene.name for scene in select(["smoke"])}
     tried = {one for scene in select(["smoke"]) for one in scene_features(scene)}
     assert {Feature.BALL_RESTITUTION, Feature.CUSHION_RESTITUTION, Feature.UNBOUNDED_CLOTH} <= tried
 

@@ -175,9 +175,12 @@ FORMS: Mapping[str, Form] = {
     "wedged": Form(wedged, motion="sliding"),
     "air-rolls": Form(alone_in_air, motion="sliding", air=True),
     "air-paper": Form(alone_in_air, air=True),
+    "air-drag": Form(alone_in_air, air=True),
+    "cloth-quadratic": Form(alone_in_air, air=True),
     "air-slides": Form(alone_in_air, motion="sliding", air=True),
     "air-drop": Form(fall_in_air, motion="sliding", air=True, flight=True),
     "flight-throw": Form(alone_in_flight, motion="sliding", flight=True),
+    "flight-lands": Form(alone_in_flight, motion="sliding", flight=True),
     "flight-bounces": Form(alone_in_flight, motion="sliding", flight=True),
     **{f"galperin-{k}": Form(unfolded_masses) for k in range(5)},
 }

@@ -33,7 +33,7 @@ def test_engines_lists_settings_and_capabilities(cli):
         "contact_steps=fixed (exact)",
         "dt unset",
         "not represented",
-        "rolling without slip",
+        "balls that roll and never slide",
     ):
         assert part in result.stdout
 
