@@ -168,5 +168,5 @@ def test_an_approximate_feature_is_not_missing():
 
 
 def test_the_refusal_names_the_engine_and_the_features():
-    with pytest.raises(UnsupportedSceneError, match=r"engine `toy` can't represent .*: no rolling"):
+    with pytest.raises(UnsupportedSceneError, match=r"`toy` can't represent .*: no balls that"):
         check_supported("toy", {}, scene_of(ball((0, 0))))

@@ -98,7 +98,8 @@ def test_no_run_opens_a_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, na
 def test_who_claims_less_is_asked_for_less(tmp_path: Path) -> None:
     run = made_elsewhere("half-ball-cut")
     run["rest_positions"][0][0] += 0.002
-    status, shown = graded(tmp_path, run | {"approximate": {"balls that roll and never slide": "in steps"}})
+    nearly = {"balls that roll and never slide": "in steps"}
+    status, shown = graded(tmp_path, run | {"approximate": nearly})
     assert status == 4, shown  # it makes no energy, and nothing limits how it ends
     assert graded(tmp_path, run | {"resolution": 5e-4})[0] == 0
     assert graded(tmp_path, run | {"resolution": 10.0})[0] == 4  # says as much as nothing
