@@ -37,13 +37,13 @@ def coverage(own: Sequence[CaseRecord], label: str) -> Iterator[str]:
     except EngineError:
         return
     shipped = [one.value for one, scene in found.items() if scene]
-    missing = [one.value for one, scene in found.items() if not scene]
+    untold = [one.value for one, scene in found.items() if not scene]
     parts = []
     if shipped:
         scenes = " ".join(dict.fromkeys(scene for scene in found.values() if scene))
         parts.append(f"{_listed(shipped)}: `ghostball validate {scenes} -e {label}` tries this")
-    if missing:
-        parts.append(f"{_listed(missing)}: no shipped scene that it can play tries this")
+    if untold:
+        parts.append(f"{_listed(untold)}: no shipped scene that it can play tries this")
     if parts:
         said = escape("; ".join(parts))
         yield f"[yellow]Not tried, though {name} claims it:[/] {said}"
