@@ -148,21 +148,25 @@ def _outcome(
     if separate is None:
         return
     own, all_separate = separate
-    more = 1.0 + resolution / (2.0 * smallest)
+    drifts = rule.drifts and math.isfinite(longest)
+    between = resolution_of_step(longest, scene) if drifts else resolution
+    margins = lateness.margins
+    more = margins and margins.amplified(step.delays, len(scene.balls), between * drifts)
+    if more is None:
+        return
     late = _spoken(step)
-    moved = float(np.max(step.delays @ lateness.places))
+    moved = float(np.max(more * (step.delays @ lateness.places)))
     if math.isfinite(moved):
-        drifts = rule.drifts and math.isfinite(longest)
-        between = resolution_of_step(longest, scene) if drifts else resolution
-        if between + more * moved > smallest:
+        if between + moved > smallest:
             return
         yield (
             "rest_error_max",
-            {"at_most": LEAST + between + more * moved},
-            f"{late}, which moves the end of this shot by at most {more * moved:.3g} m; "
+            {"at_most": LEAST + between + moved},
+            f"{late}, which moves the end of this shot by at most {moved:.3g} m; "
             f"{between:.3g} m for the motion between.",
         )
-        yield from _on_the_way(rule, scene, lateness, step, between if drifts else 0.0, more)
+        most = float(np.max(more))
+        yield from _on_the_way(rule, scene, lateness, step, between if drifts else 0.0, most)
     if own:
         reason = f"{late}: no collision of this shot can be missed, or come twice, by that."
         yield "ball_ball_count_error", {"equals": 0}, reason
@@ -244,10 +248,8 @@ def _separate(lateness: Lateness, step: _Step, smallest: float) -> tuple[bool, b
     None where a step may hold what makes another shot of it: a second collision of a ball that
     follows from the first, the whole of an overlap, or more than the `smallest` radius [m].
     """
-    meet = np.isfinite(lateness.lasts)
+    meet = np.array([kind is EventKind.BALL_BALL for kind in lateness.kinds], dtype=bool)
     if np.any(step.delays[meet] > 0.0) and step.resolution >= smallest:
-        return None
-    if np.any(step.delays > lateness.lasts):
         return None
     own, all_separate = True, True
     before: dict[int, int] = {}

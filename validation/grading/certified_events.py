@@ -24,6 +24,22 @@ from ghostball.validation.grading.event_logs import proved_events
 from ghostball.validation.grading.slope import Slope
 
 
+class Meets(NamedTuple):
+    """How a ball meets another one, or an obstacle, just before they touch.
+
+    `normal` (2,) float64: unit vector from the ball to what it meets.
+    `parting` (2,) float64 [m/s]: velocity of that, less the ball's.
+    `depth` [m]: by how much the ball's path would have to be off to miss what is round; inf where
+        it is straight.
+    `stops` [m]: how much farther the approach would go before it ends by itself; inf: it doesn't.
+    """
+
+    normal: FloatArray
+    parting: FloatArray
+    depth: float
+    stops: float
+
+
 class EventChange(NamedTuple):
     """What an event does to changes of its balls, and how rounding of it adds to them."""
 
@@ -36,7 +52,7 @@ class EventChange(NamedTuple):
     stale: FloatArray | None  # (7 b,) what meeting with older speeds changes of them, per second
     later: FloatArray | None  # (7 b,) how much later changes of the segments before make it
     approach: float  # [m/s] along the line of contact; 0 where nothing collides
-    lasts: float  # [s] for which what collides would overlap if it continued; inf of no two balls
+    meets: Meets | None  # how what collides meets; None where nothing collides
     rounded: float  # [s] by how much it comes late if its gap is rounded once, over 2^-53
     noise: tuple[FloatArray, ...]  # (7, 7) of each ball: covariance of one rounding of its state
 
@@ -62,7 +78,7 @@ def event_changes(
         after = tuple(balls[i].starts[at[i]] for i in involved)
         twice = event.kind in COLLISION_KINDS and any(due[i, t] > 1 for i in involved)
         if twice or certificate.lifts:
-            nothing = (None, None, None, None, 0.0, math.inf, 0.0, ())
+            nothing = (None, None, None, None, 0.0, None, 0.0, ())
             yield EventChange(event.kind, t, involved, after, *nothing)
             continue
         passes = _Passage(mine, before, after, t, slides=scene.physics.motion == "sliding")
@@ -89,7 +105,7 @@ def event_changes(
             stale,
             passes.later[:-2].copy(),
             passes.approach,
-            passes.lasts,
+            passes.meets,
             passes.rounded,
             noise,
         )
@@ -103,8 +119,7 @@ class _Passage:
         columns, by meeting with the speeds of a second before, and by seeing the event late.
     `later` (7 b + 2,) float64: by how much later the event comes.
     `approach` [m/s]: at which speed what collides meets.
-    `lasts` [s]: for how long two balls that collide would overlap if they continued as before; else
-        inf.
+    `meets`: how it does.
     `rounded` [s]: by how much what meets does so late if the distance is rounded once, over 2^-53.
     """
 
@@ -126,7 +141,8 @@ class _Passage:
         size = PARTS * len(balls)
         self.change = np.zeros((size, size + 2))
         self.later = np.zeros(size + 2)
-        self.approach, self.lasts, self.rounded = 0.0, math.inf, 0.0
+        self.approach, self.rounded = 0.0, 0.0
+        self.meets: Meets | None = None
         for m, (ball, k, s) in enumerate(zip(balls, before, spans, strict=True)):
             here = slice(PARTS * m, PARTS * (m + 1))
             self.change[here, here] = ball.flow(k, s)
@@ -141,8 +157,9 @@ class _Passage:
         gap = normal @ (self.change[PARTS : PARTS + 2] - self.change[PLACE])
         self.approach = -opening
         distance = float(np.hypot(*between))
-        self.lasts = 2.0 * distance * self.approach / float(parting @ parting)
         self.rounded = distance / self.approach
+        pull = self._rates[1][VELOCITY] - self._rates[0][VELOCITY]
+        self.meets = _meets(normal, parting, distance, pull)
         self._come_later(-gap / opening)
         first, second = self._slopes(0), self._slopes(1)
         x, y = (q - p for p, q in zip(first[:2], second[:2], strict=True))
@@ -160,7 +177,8 @@ class _Passage:
         centre = table.turns_about(obstacle, x, y)
         # The distance from a line along an axis is one coordinate, whose rounding is in the noise.
         size = 0.0 if 0.0 in inward else abs(x) + abs(y)
-        self._meet(np.array(inward), size if centre is None else math.dist(centre, (x, y)))
+        distance = math.inf if centre is None else math.dist(centre, (x, y))
+        self._meet(np.array(inward), size if centre is None else distance, distance)
         n: Any = (-inward[0], -inward[1])
         if centre is not None:
             here = self._slopes(0)
@@ -175,18 +193,21 @@ class _Passage:
         (hole,) = (one for one in table.holes if one.pocket == pocket)
         away = self.states[0][PLACE] - hole.centre
         distance = float(np.hypot(*away))
-        self._meet(away / distance, distance)
+        self._meet(away / distance, distance, distance)
         self.change[PLACE.stop :] = 0.0
         self._leave()
 
-    def _meet(self, inward: FloatArray, distance: float) -> None:
+    def _meet(self, inward: FloatArray, distance: float, reach: float) -> None:
         """Let a ball come later to where a normal points to it from what it meets.
 
-        Its gap is computed from a distance [m].
+        Its gap is computed from a distance [m]; the normal turns about a point that is as far as
+        `reach` [m] from it.
         """
-        opening = float(inward @ self.states[0][VELOCITY])
+        velocity = self.states[0][VELOCITY]
+        opening = float(inward @ velocity)
         self.approach = -opening
         self.rounded = distance / self.approach
+        self.meets = _meets(-inward, -velocity, reach, -self._rates[0][VELOCITY])
         self._come_later(-(inward @ self.change[PLACE]) / opening)
 
     def end_phase(self) -> None:
@@ -230,3 +251,11 @@ class _Passage:
             ball.hold(k, rows)
             _, rate = ball.rates(k, 0.0)
             rows -= np.outer(rate, self.later)
+
+
+def _meets(normal: FloatArray, parting: FloatArray, reach: float, pull: FloatArray) -> Meets:
+    """Return how something meets; `pull` [m/s^2] is the rate of change of `parting`."""
+    approach, slowing = -float(normal @ parting), float(normal @ pull)
+    across = abs(float(normal[0] * parting[1] - normal[1] * parting[0])) / np.hypot(*parting)
+    depth = reach * (1.0 - float(across)) if math.isfinite(reach) else math.inf
+    return Meets(normal, parting, depth, 0.5 * approach**2 / slowing if slowing > 0.0 else math.inf)

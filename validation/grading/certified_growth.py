@@ -25,11 +25,19 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ghostball.model import COLLISION_KINDS, EventKind, Scene, energy_of, initial_state
+from ghostball.model import (
+    COLLISION_KINDS,
+    EventKind,
+    ExactTrajectory,
+    Scene,
+    energy_of,
+    initial_state,
+)
 from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.certified import Certificate
 from ghostball.validation.grading.certified_events import EventChange, event_changes
 from ghostball.validation.grading.certified_flow import PARTS, SLIP, SPIN, VELOCITY, ProvedBall
+from ghostball.validation.grading.other_paths import MOST_EVENTS, Margins, margins_along
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,15 +48,15 @@ class Lateness:
     `balls`: the balls of each.
     `approach` (events,) float64 [m/s]: at which speed what collides meets; 0 for events that are no
         collision.
-    `lasts` (events,) float64 [s]: for how long two balls that collide would overlap if they
-        continued; inf for other events.
     `places` (events, n) float64 [m/s]: how far each ball ends from where it should; NaN where no
         derivative exists.
     `comes` (events,) float64 [1]: by how much a later collision comes later or sooner, at most.
     `rests` (events,) float64 [1]: by how much the last ball rests later or sooner.
     `energies` (events,) float64 [W]: by how much the energy of all balls differs, at most.
 
-    The last three are not a number where no derivative exists, and in shots of more than
+    `margins`: where it may lead the shot onto another path; None where nothing says it.
+
+    `comes`, `rests` and `energies` are not a number where no derivative exists, and in shots of more than
     `MOST_EVENTS`. They allow for a solver that lets balls collide with the speeds which they had
     before its step.
     """
@@ -57,15 +65,11 @@ class Lateness:
     times: FloatArray
     balls: tuple[tuple[int, ...], ...]
     approach: FloatArray
-    lasts: FloatArray
     places: FloatArray
     comes: FloatArray
     rests: FloatArray
     energies: FloatArray
-
-
-MOST_EVENTS = 1_000
-"""Of a shot of which it is followed what each late event does to each later one: 0.2 s."""
+    margins: Margins | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,8 +168,10 @@ class CertifiedGrowth:
         ]
         return self.t_end + max(spins, default=0.0)
 
-    def lateness(self, scene: Scene) -> Lateness:
+    def lateness(self, scene: Scene, motion: ExactTrajectory) -> Lateness:
         """Return what it changes of this scene's shot to see each of its events late.
+
+        `motion`: as it is proved.
 
         Of its end, backwards along the shot: how the end depends on the balls as each event leaves
         them, times what a second of delay changes there. Of what comes between, forwards: see
@@ -190,9 +196,9 @@ class CertifiedGrowth:
             np.array([event.t for event in self.events]),
             tuple(event.balls for event in self.events),
             np.array([event.approach for event in self.events]),
-            np.array([event.lasts for event in self.events]),
             places,
             *self._followed(scene),
+            margins_along(scene, motion, self.balls, self.events),
         )
 
     def _followed(self, scene: Scene) -> tuple[FloatArray, FloatArray, FloatArray]:

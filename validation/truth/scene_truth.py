@@ -33,7 +33,7 @@ from ghostball.reference_adapters.registry import OURS
 from ghostball.validation.grading.certified_growth import Lateness, Rounding, growth_of_proof
 from ghostball.validation.grading.certified_widths import is_differentiated
 from ghostball.validation.grading.event_logs import Key, collisions_of, lower_first
-from ghostball.validation.grading.gradable import Gradable, gradable
+from ghostball.validation.grading.gradable import Gradable, gradable, proved_motion
 from ghostball.validation.grading.horizon import (
     Meetings,
     growth_along,
@@ -226,7 +226,8 @@ def truth_of(
     if proof is not None and "proof" in parts:
         until = math.inf if proved is None else predictable
         if proved is not None and is_differentiated(scene):
-            lateness = growth_of_proof(scene, proof).lateness(scene)
+            motion = proved_motion(scene, proof)
+            lateness = growth_of_proof(scene, proof).lateness(scene, motion)
         rounding = growth_along_proof(scene, proof).rounding(scene)
         graded = gradable(scene, proof)
         graded_steps = gradable(scene, proof, exact=False, until=until)

@@ -1,0 +1,352 @@
+"""How far a shot is from other paths: how much later events of it may come before it takes one.
+
+    >>> margins = margins_along(scene, proof, growth_of_proof(scene, proof))
+    >>> margins.moved @ delays >= margins.widths     # where another path begins
+
+Whoever sees an event late moves the balls that it concerns, and all that they meet. The shot takes
+another path where that closes the gap by which a ball passes another one, an obstacle or the edge
+of a hole; or where it makes a ball miss what it meets, stop short of it, or meet something else
+first. The displacement is that of the tangent map of the proved motion, to first order.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from ghostball.model import EventKind, ExactTrajectory, Hole, Scene
+from ghostball.model.arrays import BoolArray, FloatArray
+from ghostball.model.scene.obstacles import Obstacle, facing, gap_to
+from ghostball.model.scene.sides import Side
+from ghostball.validation.grading.certified_events import EventChange
+from ghostball.validation.grading.certified_flow import PARTS, PLACE, ProvedBall
+
+MOST_EVENTS = 600
+"""Events of the longest shot of which it is followed what each late event does to later ones.
+
+It takes time and memory that grow with the square of them: 0.2 s, 30 MB.
+"""
+
+_PART = 0.25
+"""How far balls go at most between two looks at their gaps, in the smallest radius."""
+
+_MOST_LOOKS = 40_000
+"""Looks at all gaps of a shot: 300 MB of 16 balls on a table with pockets."""
+
+_TOUCHES = 1e-9
+"""Gap below which what is named in an event is what was met in it [m]."""
+
+_LEVEL = 1e-13
+"""Change of a gap between two looks that is none but rounding [m]."""
+
+_Other = int | Side | Obstacle
+"""What a ball may meet: another ball by its index, a side of the table, or what stands there."""
+
+
+@dataclass(frozen=True, eq=False)
+class Margins:
+    """Where a shot may take another path, and how little is needed for it.
+
+    `times` (m,) float64 [s]: increasing.
+    `widths` (m,) float64 [m]: displacement from which on there is another path.
+    `moved` (m, events) float64 [m/s]: displacement by each second that an event is seen late.
+    `turns` (m,) bool: whether the width is by how much a ball would have to miss what is round.
+        There a smaller displacement is amplified by more than the derivative says.
+    `balls`: which are moved, one or two.
+    """
+
+    times: FloatArray
+    widths: FloatArray
+    moved: FloatArray
+    turns: BoolArray
+    balls: tuple[tuple[int, ...], ...]
+
+    def amplified(self, delays: FloatArray, n: int, drift: float = 0.0) -> FloatArray | None:
+        """Return by what each ball's first-order displacement is to be multiplied at the end, (n,).
+
+        None where the shot may have taken another path by then.
+
+        `delays` (events,) float64 [s]: by which each event is seen late, at most.
+        `n`: balls of the scene.
+        `drift` [m]: by which balls are displaced besides.
+
+        The line of centres turns by d (asin b / rho) for a miss distance b; its convexity bounds
+        what a finite displacement d does by 1 + d / depth times the derivative, from a full hit to
+        a graze, where depth = rho - b. A contact that is seen late is met at a smaller rho, which
+        turns the line as much as a larger b.
+        """
+        factors = np.ones(n)
+        with np.errstate(invalid="ignore", over="ignore"):
+            moved = self.moved @ delays
+        for k, (width, balls) in enumerate(zip(self.widths.tolist(), self.balls, strict=True)):
+            rows = list(balls)
+            factor = float(np.max(factors[rows]))
+            by = factor * float(moved[k]) + drift
+            if by > 0.0 and not by < width:
+                return None
+            if self.turns[k]:
+                factors[rows] = factor * (1.0 + by / width)
+        return factors
+
+
+def margins_along(
+    scene: Scene,
+    motion: ExactTrajectory,
+    balls: tuple[ProvedBall, ...],
+    events: tuple[EventChange, ...],
+) -> Margins | None:
+    """Return where a proved shot may take another path; None of one that is too long.
+
+    `motion`: as it is proved; `balls`, `events`: what changes do along it (`CertifiedGrowth`).
+    """
+    if len(events) > MOST_EVENTS or any(one.matrix is None for one in events):
+        return None
+    lateness, rows = _Late(balls, len(events)), _Rows(scene, motion.t_end)
+    places = _Gaps(scene, motion, events)
+    near = places.near_misses()
+    last = 0
+    for e, event in enumerate(events):
+        while last < len(near) and near[last].t <= event.t:
+            rows.pass_by(near[last], lateness)
+            last += 1
+        for one in places.beside(event):
+            rows.pass_by(one, lateness, e)
+        rows.meet(event, e, lateness)
+        lateness.apply(event, e)
+    for one in near[last:]:
+        rows.pass_by(one, lateness)
+    return rows.margins(len(events))
+
+
+@dataclass(frozen=True)
+class _Near:
+    """A ball beside something that it doesn't meet there; `normal` points from the ball to it."""
+
+    t: float
+    gap: float
+    normal: FloatArray
+    ball: int
+    other: int | None  # the ball that it is, else None
+    closing: float = 0.0  # [m/s] at which the gap closes just before
+
+
+class _Late:
+    """What seeing events late has changed of the balls until now: (7 n, events) per second."""
+
+    def __init__(self, balls: tuple[ProvedBall, ...], events: int) -> None:
+        self._balls = balls
+        self._starts = [ball.starts[0] for ball in balls]
+        self._changes = np.zeros((PARTS * len(balls), events))
+
+    def place(self, ball: int, t: float) -> FloatArray:
+        """Return how far a ball is moved at an instant, (2, events) [m/s]."""
+        one, k = self._balls[ball], self._starts[ball]
+        flow = one.flow(k, max(t - float(one.segments[k, 0]), 0.0))[PLACE]
+        moved: FloatArray = flow @ self._changes[PARTS * ball : PARTS * (ball + 1)]
+        return moved
+
+    def between(self, ball: int, other: int | None, t: float) -> FloatArray:
+        """Return how far a ball's way to another one, or to what stands, is changed."""
+        own = self.place(ball, t)
+        return -own if other is None else self.place(other, t) - own
+
+    def apply(self, event: EventChange, e: int) -> None:
+        """Pass an event, which may itself be seen late."""
+        rows = np.concatenate([np.arange(PARTS * i, PARTS * (i + 1)) for i in event.balls])
+        with np.errstate(over="ignore", invalid="ignore"):
+            self._changes[rows] = event.matrix @ self._changes[rows]
+        self._changes[rows, e] = event.late
+        for ball, k in zip(event.balls, event.segments, strict=True):
+            self._starts[ball] = k
+
+
+class _Rows:
+    """Collects `Margins`."""
+
+    def __init__(self, scene: Scene, t_end: float) -> None:
+        self._reach = float(np.min(scene.radii))
+        self._stopped_at = t_end if scene.t_max is not None and t_end >= scene.t_max else None
+        self._found: list[tuple[float, float, FloatArray, bool, tuple[int, ...]]] = []
+
+    def pass_by(self, near: _Near, late: _Late, e: int | None = None) -> None:
+        """Add what a ball passes; `e`: as it has an event, until which it goes on as before."""
+        moved = np.abs(near.normal @ late.between(near.ball, near.other, near.t))
+        if e is not None:
+            moved[e] += max(near.closing, 0.0)
+        balls = (near.ball,) if near.other is None else (near.ball, near.other)
+        self._found.append((near.t, max(near.gap, 0.0), moved, False, balls))
+
+    def meet(self, event: EventChange, e: int, late: _Late) -> None:
+        """Add what an event would be missed by."""
+        meets = event.meets
+        if meets is None:
+            return
+        other = event.balls[1] if len(event.balls) == 2 else None
+        between = late.between(event.balls[0], other, event.t)
+        along = np.abs(meets.normal @ between)
+        found = [(self._reach, np.hypot(*between), False)]
+        if math.isfinite(meets.stops):
+            found.append((meets.stops, along, False))
+        if self._stopped_at is not None:
+            later = along.copy()
+            later[e] += event.approach
+            found.append((event.approach * (self._stopped_at - event.t), later, False))
+        # The last one of an event: it changes what is amplified from here on.
+        across = np.array([-meets.parting[1], meets.parting[0]]) / np.hypot(*meets.parting)
+        moved = np.abs(across @ between)
+        moved[e] += event.approach
+        found.append((meets.depth, moved, math.isfinite(meets.depth)))
+        self._found += [(event.t, *one, event.balls) for one in found]
+
+    def margins(self, events: int) -> Margins:
+        """Return what was found."""
+        columns = zip(*self._found, strict=True) if self._found else ((),) * 5
+        times, widths, moved, turns, balls = columns
+        return Margins(
+            np.array(times, dtype=np.float64),
+            np.array(widths, dtype=np.float64),
+            np.array(moved, dtype=np.float64).reshape(len(times), events),
+            np.array(turns, dtype=np.bool_),
+            balls,
+        )
+
+
+class _Gaps:
+    """Gaps along a proved motion, of each two balls, and of each ball to each thing that stands."""
+
+    def __init__(
+        self, scene: Scene, motion: ExactTrajectory, events: tuple[EventChange, ...]
+    ) -> None:
+        self._scene, self._motion, self._events = scene, motion, events
+        n, table = len(scene.balls), scene.table
+        things: list[_Other] = [] if table is None else [*table.sides, *table.obstacles]
+        self._pairs: list[tuple[int, _Other]] = [(i, j) for i in range(n) for j in range(i + 1, n)]
+        self._pairs += [(i, thing) for i in range(n) for thing in things]
+        self._smallest = float(np.min(scene.radii))
+        self._times = self._looks()
+        self._centres = motion.sample(self._times).positions[:, :, :2]
+        self._gaps = np.zeros((len(self._pairs), len(self._times)))
+        for p, pair in enumerate(self._pairs):
+            self._gaps[p] = self._gaps_of(*pair, self._centres)
+        for event in events:
+            if event.kind is EventKind.POCKETED:
+                gone = np.array([event.balls[0] in pair for pair in self._pairs], dtype=bool)
+                self._gaps[np.ix_(gone, self._times > event.t)] = math.nan
+        # What is met, by pair: the looks at which it is.
+        self._met: dict[int, list[int]] = {}
+        for event in events:
+            look = self._look(event.t)
+            for p in self._partners(event, look):
+                self._met.setdefault(p, []).append(look)
+
+    def near_misses(self) -> list[_Near]:
+        """Return where gaps are smallest between two events, and those left at the end."""
+        found = []
+        before, here, after = self._gaps[:, :-2], self._gaps[:, 1:-1], self._gaps[:, 2:]
+        lowest = (here < before - _LEVEL) & (here <= after) & (here < self._smallest)
+        for p, look in zip(*np.nonzero(lowest), strict=True):
+            if look + 1 not in self._met.get(int(p), ()):
+                found.append(self._closest(int(p), int(look) + 1))
+        last = len(self._times) - 1
+        for p in np.flatnonzero(self._gaps[:, last] < self._smallest).tolist():
+            if math.isfinite(self._gaps[p, last]) and not self._leaves(p, last):
+                found.append(self._near(p, float(self._times[last])))
+        return sorted(found, key=lambda one: one.t)
+
+    def beside(self, event: EventChange) -> Iterator[_Near]:
+        """Yield what the balls of a collision, or a fall, are beside without meeting it there."""
+        if event.meets is None:
+            return
+        look = self._look(event.t)
+        met = self._partners(event, look)
+        for p in np.flatnonzero(self._gaps[:, look] < self._smallest).tolist():
+            ball, other = self._pairs[p]
+            concerned = ball in event.balls or other in event.balls
+            there = math.isfinite(self._gaps[p, look])
+            if concerned and there and p not in met and not self._leaves(p, look):
+                yield self._near(p, event.t)
+
+    def _looks(self) -> FloatArray:
+        """Return the events and as many instants between them as balls go fast, (k,) [s]."""
+        end = self._motion.t_end
+        marks = np.unique([0.0, *(one.t for one in self._events), end])
+        speeds = self._motion.sample(marks[:-1]).velocities[:, :, :2]
+        fastest = np.max(np.linalg.norm(speeds, axis=2), axis=1, initial=0.0)
+        parts = np.ceil(np.diff(marks) * fastest / (_PART * self._smallest)) + 4.0
+        parts *= min(1.0, _MOST_LOOKS / float(np.sum(parts, initial=1.0)))
+        inner = [
+            np.linspace(start, stop, max(int(count), 2), endpoint=False)
+            for start, stop, count in zip(marks[:-1], marks[1:], parts, strict=True)
+        ]
+        return np.unique(np.concatenate([*inner, marks]))
+
+    def _look(self, t: float) -> int:
+        return int(np.searchsorted(self._times, t))
+
+    def _gaps_of(self, ball: int, other: _Other, centres: FloatArray) -> FloatArray:
+        """Return a ball's gap to something, for centres (k, n, 2): (k,) [m]."""
+        x, y = centres[:, ball].T
+        radius = float(self._scene.radii[ball])
+        if isinstance(other, int):
+            away: FloatArray = np.hypot(*(centres[:, other] - centres[:, ball]).T)
+            return away - radius - float(self._scene.radii[other])
+        if isinstance(other, Side):
+            return other.distance(x, y) - radius
+        return gap_to(other, x, y) - (0.0 if isinstance(other, Hole) else radius)
+
+    def _partners(self, event: EventChange, look: int) -> list[int]:
+        """Return the pairs that an event is of: of a corner both sides, whose point is met."""
+        if event.meets is None:
+            return []
+        if event.kind is EventKind.BALL_BALL:
+            pair = (min(event.balls), max(event.balls))
+            return [self._pairs.index(pair)]
+        found = []
+        for p, (ball, other) in enumerate(self._pairs):
+            if ball != event.balls[0] or isinstance(other, int):
+                continue
+            if isinstance(other, Hole) != (event.kind is EventKind.POCKETED):
+                continue
+            if abs(self._gap_at(p, event.t)) < _TOUCHES:
+                normal = self._near(p, event.t).normal
+                if float(normal @ event.meets.normal) > 1.0 - _TOUCHES:
+                    found.append(p)
+        return found
+
+    def _gap_at(self, p: int, t: float) -> float:
+        centres = self._motion.sample(np.array([t])).positions[:, :, :2]
+        return float(self._gaps_of(*self._pairs[p], centres)[0])
+
+    def _leaves(self, p: int, look: int) -> bool:
+        """Whether a pair has only gone apart since it last met."""
+        met = [one for one in self._met.get(p, ()) if one <= look]
+        if not met:
+            return False
+        return bool(np.all(np.diff(self._gaps[p, met[-1] : look + 1]) >= -_LEVEL))
+
+    def _closest(self, p: int, look: int) -> _Near:
+        """Return where a gap is smallest about a look."""
+        low, high = float(self._times[look - 1]), float(self._times[look + 1])
+        for _ in range(2):
+            times = np.linspace(low, high, 17)
+            gaps = self._gaps_of(*self._pairs[p], self._motion.sample(times).positions[:, :, :2])
+            row = int(np.argmin(gaps))
+            low, high = float(times[max(row - 1, 0)]), float(times[min(row + 1, 16)])
+        return self._near(p, float(times[row]))
+
+    def _near(self, p: int, t: float) -> _Near:
+        """Return how a pair is at an instant; velocities are those just before."""
+        ball, other = self._pairs[p]
+        centres = self._motion.sample(np.array([t])).positions[0, :, :2]
+        before = self._motion.sample(np.array([np.nextafter(t, 0.0)])).velocities[0, :, :2]
+        gap = float(self._gaps_of(ball, other, centres[np.newaxis])[0])
+        if isinstance(other, int):
+            way = centres[other] - centres[ball]
+            normal = way / np.hypot(*way)
+            return _Near(t, gap, normal, ball, other, -float(normal @ (before[other] - before[ball])))
+        inward = other.normal if isinstance(other, Side) else facing(other, *centres[ball])[0]
+        normal = -np.array(inward)
+        return _Near(t, gap, normal, ball, None, float(normal @ before[ball]))
