@@ -151,13 +151,16 @@ class RunGrowth:
 
 @dataclass(frozen=True, eq=False)
 class Meetings:
-    """How errors have grown when two balls are about to meet, along a shot; made by `meetings_of`.
+    """How errors have grown when a ball is about to meet what scatters it; made by `meetings_of`.
 
     There they may lead the shot onto another path, and what comes after says nothing of the engine.
+    Other balls, posts, jaws and corners that point into the table scatter a ball; so does the nose
+    of a cushion if balls may fly. The edge of a pocket decides whether it falls.
 
-    `times` (k,) float64 [s]: of the collisions of two balls.
+    `times` (k,) float64 [s]: of the meetings, increasing.
     `largest` (k,) float64 [m]: what a relative error of 1 at the start and at each event has become
-        of the two (`Growth`); inf where nothing is known.
+        of the balls that meet (`Growth`), as of two of the smallest balls: an error counts by how
+        far the centre is from what it turns about, 2 `radius` there. inf where nothing is known.
     `extent` [m]: of the scene: what a relative error is relative to.
     `radius` [m]: of the smallest ball.
     `t_end`, `derivative_ends` [s].
@@ -178,7 +181,7 @@ class Meetings:
     def horizon(self, resolution: float) -> float:
         """Return the first meeting whose outcome errors may have changed [s]; inf: none.
 
-        Where they have grown to a ball's radius.
+        Where they have grown to a ball's radius: then they turn what the ball does by 30 degrees.
 
         `resolution` [m]: of the engine: how far off a ball may be when it collides. Rounding comes
         on top.
@@ -189,17 +192,51 @@ class Meetings:
 
 def meetings_of(growth: Growth, result: Result) -> Meetings:
     """Return how errors have grown when balls are about to meet in a run of the shot."""
-    scene, events = result.scene, events_of(result)
-    collisions = events[events["kind"] == EventKind.BALL_BALL]
-    times, instant = np.unique(collisions["t"].astype(np.float64), return_inverse=True)
+    scene, radius = result.scene, float(np.min(result.scene.radii))
+    events = [one for one in events_of(result) if int(one["kind"]) in _MEETINGS]
+    reaches = [_reach_of(scene, result, one) for one in events]
+    met = [(one, reach) for one, reach in zip(events, reaches, strict=True) if reach < math.inf]
+    times, instant = np.unique([float(one["t"]) for one, _ in met], return_inverse=True)
     largest = np.zeros(len(times))
     if len(times):
         # Of a flight the instants themselves are uncertain; a derivative is known just before.
         flies = isinstance(growth, FlightGrowth)
         sizes = growth.sizes(times if flies else np.nextafter(times, 0.0))
-        for ball in ("a", "b"):
-            np.maximum.at(largest, instant, sizes[instant, collisions[ball]])
-    return Meetings(times, largest, extent_of(scene), float(np.min(scene.radii)))
+        for k, (one, reach) in zip(instant.tolist(), met, strict=True):
+            balls = [one["a"], one["b"]] if one["kind"] == EventKind.BALL_BALL else [one["a"]]
+            largest[k] = max(largest[k], float(np.max(sizes[k, balls])) * 2.0 * radius / reach)
+    return Meetings(times, largest, extent_of(scene), radius)
+
+
+_MEETINGS = (EventKind.BALL_BALL, EventKind.BALL_CUSHION, EventKind.POCKETED)
+
+
+def _reach_of(scene: Scene, result: Result, event: np.void) -> float:
+    """Return twice the error that changes what comes of a meeting [m].
+
+    Of what is round, how far a ball's centre is from what its path turns about; of a hole, twice by
+    how much the ball would have to be off to pass it; infinite of what is straight.
+    """
+    kind, a, b = int(event["kind"]), int(event["a"]), int(event["b"])
+    if kind == EventKind.BALL_BALL:
+        return float(scene.radii[a] + scene.radii[b])
+    assert scene.table is not None
+    before = result.sample([np.nextafter(float(event["t"]), 0.0)])
+    (x, y, z), (vx, vy, _) = before.positions[0, a].tolist(), before.velocities[0, a].tolist()
+    if kind == EventKind.POCKETED:
+        (hole,) = (one for one in scene.table.holes if one.pocket == b)
+        dx, dy = x - hole.centre[0], y - hole.centre[1]
+        return float(2.0 * (hole.radius - abs(dx * vy - dy * vx) / math.hypot(vx, vy)))
+    centre = scene.table.turns_about(b, x, y)
+    if centre is not None:
+        return math.dist(centre, (x, y))
+    radius = float(scene.radii[a])
+    # A ball in the air meets the nose of a cushion as it meets a post that lies.
+    return radius if z > (1.0 + _LIFTED) * radius else math.inf
+
+
+_LIFTED = 2.0**-20
+"""Height of a ball above the cloth, in its radii, that is more than rounding."""
 
 
 def extent_of(scene: Scene) -> float:

@@ -9,6 +9,7 @@ import pytest
 from step_rules import asked_of_all
 
 from ghostball.engine import simulate
+from ghostball.model import Ball, Physics, Scene, Table
 from ghostball.reference_adapters import make_engine
 from ghostball.reference_adapters.base import EngineBase, resolution_of, stated_error
 from ghostball.reference_adapters.certified import certify
@@ -175,3 +176,21 @@ def test_what_is_graded_up_to_the_horizon_only_leaves_the_end_open():
     assert record.horizon is not None
     assert all(check.passed for check in record.checks)
     assert verdict_of(record) is Verdict.LIMITS_HOLD
+
+
+def test_what_is_round_scatters_a_ball_as_another_ball_does():
+    # Half of the way to what a path turns about: a post of seven radii is like balls of four.
+    post = {"centre": (0.5, 0.25), "radius": 0.2}
+    cue = Ball(id="a", position=(0.1, 0.3), velocity=(1.0, 0.0), radius=0.03)
+    table = Table.model_validate({"length": 1.0, "width": 0.5, "posts": [post]})
+    scene = Scene(name="post", balls=[cue], table=table, physics=Physics(preset="paper"), t_max=0.5)
+    run = simulate(scene, record="trajectory")
+    meetings = meetings_of(RunGrowth(run), run)
+    assert len(meetings.times) == 1
+    (size,) = RunGrowth(run).sizes(np.nextafter(meetings.times, 0.0))[0]
+    assert meetings.largest[0] == pytest.approx(size * 0.03 / 0.115, rel=1e-9)
+
+
+@pytest.mark.parametrize("name", ["pocket-rattle", "pocket-side", "pocket-bank", "flight-jump"])
+def test_a_centimetre_is_too_much_for_jaws_pockets_and_flights(name):
+    assert truth_of(find_scene(name)).horizon_of(1e-2) < math.inf
