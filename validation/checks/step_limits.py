@@ -11,21 +11,22 @@ steps where balls touch is late by its resolution r, over the speed of approach;
 short of the contact and see it with an overlap of r: delay_k <= 2 r / approach_k, and never more
 than the step.
 
-A contact that is seen with an overlap of r turns the line of centres by r / 2R more than its
-derivative says, which adds about this share of itself to the sum. The motion between contacts adds
+Balls that are displaced, or overlap, as they meet turn the line of centres by more than its
+derivative says: by d / depth, d the displacement and depth that by which they would miss. That
+multiplies what each such meeting passes on (`Margins.amplified`). The motion between contacts adds
 r once, which is v dt for an engine that steps; and so much for one that finds contacts in time, but
-drifts. So, R the radius of the smallest ball,
+drifts. So
 
-    rest error <= r + (1 + r / 2R) sum_k |dX / d delay_k| delay_k.
+    rest error <= r + prod_m (1 + d_m / depth_m) sum_k |dX / d delay_k| delay_k.
 
 The same sums say when things happen, and how much energy there is (`Lateness`). A delay of one
 event moves later ones by their derivative; an event adds its own delay:
 
-    |event time error| <= (1 + r / 2R) sum_k max_j |dt_j / d delay_k| delay_k + max_k delay_k,
-    |rest time error|  <= (1 + r / 2R) sum_k |dT / d delay_k| delay_k + dt,
-    |energy error|     <= (1 + r / 2R) sum_k |dE / d delay_k| delay_k,
+    |event time error| <= P sum_k max_j |dt_j / d delay_k| delay_k + max_k delay_k,
+    |rest time error|  <= P sum_k |dT / d delay_k| delay_k + dt,
+    |energy error|     <= P sum_k |dE / d delay_k| delay_k,
 
-t_j the times of the collisions, T when the last ball rests, which is seen at the end of a step.
+P the product above, t_j the times of the collisions, T when the last ball rests, which is seen at the end of a step.
 What a collision takes is no error of the energy until it is seen (`energy_curve`); dE is what is
 left of a delay after that: friction has worked for longer on the balls as they were, and they part
 along another line. Solvers let balls collide with the speeds that they had before the step, as if
@@ -35,10 +36,12 @@ An engine that drifts meets a collision late, or early, by v dt over the speed o
 An engine that is worse than this breaks a law, or steps more coarsely than it says.
 
 Nothing is said where the sum isn't the whole story: where a ball may collide twice within a step,
-so that the second collision is another one; where balls may pass through each other between two
-steps, or go more than a radius in one; past ties, which have no derivative; past the horizon of the
-engine, where its errors may have led the shot onto another path; and where the shot isn't proved to
-its end. Nor where a ball may end more than a radius from its place: a limit so wide is none.
+so that the second collision is another one; where delays may close the gap by which a ball passes
+another one, an obstacle or the edge of a pocket, or make it miss what it meets (`other_paths`);
+where balls may pass through each other between two steps, or go more than a radius in one; past
+ties, which have no derivative; past the horizon of the engine, where its errors may have led the
+shot onto another path; and where the shot isn't proved to its end. Nor where a ball may end more
+than a radius from its place: a limit so wide is none.
 """
 
 from __future__ import annotations
@@ -150,8 +153,9 @@ def _outcome(
     own, all_separate = separate
     drifts = rule.drifts and math.isfinite(longest)
     between = resolution_of_step(longest, scene) if drifts else resolution
-    margins = lateness.margins
-    more = margins and margins.amplified(step.delays, len(scene.balls), between * drifts)
+    if lateness.margins is None:
+        return
+    more = lateness.margins.amplified(step.delays, len(scene.balls), between * drifts)
     if more is None:
         return
     late = _spoken(step)

@@ -239,7 +239,7 @@ class _Gaps:
         self._met: dict[int, list[int]] = {}
         for event in events:
             look = self._look(event.t)
-            for p in self._partners(event, look):
+            for p in self._partners(event):
                 self._met.setdefault(p, []).append(look)
 
     def near_misses(self) -> list[_Near]:
@@ -261,7 +261,7 @@ class _Gaps:
         if event.meets is None:
             return
         look = self._look(event.t)
-        met = self._partners(event, look)
+        met = self._partners(event)
         for p in np.flatnonzero(self._gaps[:, look] < self._smallest).tolist():
             ball, other = self._pairs[p]
             concerned = ball in event.balls or other in event.balls
@@ -294,10 +294,11 @@ class _Gaps:
             away: FloatArray = np.hypot(*(centres[:, other] - centres[:, ball]).T)
             return away - radius - float(self._scene.radii[other])
         if isinstance(other, Side):
-            return other.distance(x, y) - radius
+            inside: FloatArray = other.distance(x, y)
+            return inside - radius
         return gap_to(other, x, y) - (0.0 if isinstance(other, Hole) else radius)
 
-    def _partners(self, event: EventChange, look: int) -> list[int]:
+    def _partners(self, event: EventChange) -> list[int]:
         """Return the pairs that an event is of: of a corner both sides, whose point is met."""
         if event.meets is None:
             return []
@@ -346,7 +347,9 @@ class _Gaps:
         if isinstance(other, int):
             way = centres[other] - centres[ball]
             normal = way / np.hypot(*way)
-            return _Near(t, gap, normal, ball, other, -float(normal @ (before[other] - before[ball])))
+            return _Near(
+                t, gap, normal, ball, other, -float(normal @ (before[other] - before[ball]))
+            )
         inward = other.normal if isinstance(other, Side) else facing(other, *centres[ball])[0]
         normal = -np.array(inward)
         return _Near(t, gap, normal, ball, None, float(normal @ before[ball]))

@@ -1,0 +1,168 @@
+"""What a step allows is never too little: other paths are seen wherever they are within reach."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from displaced import displaced
+
+from ghostball.model import Ball, Physics, Scene, Table
+from ghostball.reference_adapters import make_engine
+from ghostball.reference_adapters.base import ReferenceEngine, resolution_of
+from ghostball.reference_adapters.function import engine_of
+from ghostball.validation.checks.criterion import StepRule
+from ghostball.validation.checks.metrics import measure
+from ghostball.validation.checks.step_limits import step_criteria
+from ghostball.validation.grading.other_paths import Margins
+from ghostball.validation.scenes.random_scenes import PROVABLE, random_scene
+from ghostball.validation.truth.scene_truth import Truth, truth_of
+
+DISPLACED = engine_of(displaced, "displaced:displaced")
+TABLES = ("posts", "pockets", "polygon", "small", "none")
+ENDS = {"rest_error_max", "ball_ball_count_error", "ball_cushion_count_error", "matching_events"}
+RADIUS = 0.028575
+
+
+def rule_of(engine: ReferenceEngine) -> StepRule:
+    return StepRule(
+        engines=(engine.name,),
+        late=("ball-ball", "ball-cushion"),
+        energy_noise=0.5,
+        reason="what makes energy isn't tried here",
+    )
+
+
+def limits_broken(scene: Scene, engine: ReferenceEngine, truth: Truth) -> tuple[int, list[str]]:
+    """Return how many limits on the outcome are computed, and those that a run breaks."""
+    limits = step_criteria(rule_of(engine), engine, scene, truth)
+    limits = tuple(one for one in limits if one.metric in ENDS)
+    if not limits:
+        return 0, []
+    resolution = resolution_of(engine, scene)
+    names = [one.metric for one in limits]
+    result = engine.simulate(scene, record="trajectory")
+    measured = measure(result, truth, names, resolution=resolution)
+    checks = [one.check(measured.values[one.metric], "") for one in limits]
+    return len(checks), [check.sentence for check in checks if not check.passed]
+
+
+def judge_random(numbers: range, table: str) -> int:
+    """Play random scenes on displaced engines; return how many limits were judged."""
+    judged = 0
+    for number in numbers:
+        scene = random_scene(number, **{**PROVABLE, "table": table})
+        truth = truth_of(scene)
+        if truth.lateness is None:
+            continue
+        for seed in (0, 1):
+            engine = DISPLACED(DISPLACED.Settings(seed=seed))
+            count, broken = limits_broken(scene, engine, truth)
+            assert not broken, (number, table, seed, broken)
+            judged += count
+    return judged
+
+
+@pytest.mark.parametrize("table", TABLES)
+def test_a_displaced_exact_engine_keeps_the_limits_of_its_step(table: str) -> None:
+    assert judge_random(range(71, 75), table) > 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("table", TABLES)
+def test_a_displaced_exact_engine_keeps_its_limits_in_200_scenes(table: str) -> None:
+    # 40 for each of 5 tables; a good part of the scenes must be judged at all.
+    assert judge_random(range(100, 140), table) > 40
+
+
+# --- by hand ----------------------------------------------------------------------------------
+
+
+def margins_of(*balls: Ball, table: Table | None = None, t_max: float | None = None) -> Margins:
+    physics = Physics(preset="paper")
+    scene = Scene(name="by-hand", physics=physics, balls=balls, table=table, t_max=t_max)
+    lateness = truth_of(scene).lateness
+    assert lateness is not None
+    assert lateness.margins is not None
+    return lateness.margins
+
+
+def ball(name: str, x: float, y: float, vx: float = 0.0) -> Ball:
+    return Ball(id=name, position=(x, y), velocity=(vx, 0.0), radius=RADIUS, mass=0.17)
+
+
+def test_a_hit_is_missed_by_the_sum_of_the_radii_less_its_offset() -> None:
+    margins = margins_of(ball("a", 0.0, 0.0, 1.0), ball("b", 0.3, 0.03))
+    assert np.count_nonzero(margins.turns) == 1
+    assert margins.widths[margins.turns] == pytest.approx([2.0 * RADIUS - 0.03], rel=1e-9)
+    # Nothing comes before it, so only its own lateness counts.
+    assert margins.amplified(np.zeros(margins.moved.shape[1]), 2) == pytest.approx([1.0, 1.0])
+
+
+def test_the_gap_at_which_a_ball_passes_another_is_a_margin() -> None:
+    gap = 1e-3
+    table = Table(length=1.0, width=0.5)
+    # It passes after each bounce off a cushion, whose lateness moves it along its way alone.
+    margins = margins_of(
+        ball("a", 0.8, 0.25, 1.0), ball("b", 0.5, 0.25 + 2.0 * RADIUS + gap), table=table
+    )
+    passes = np.flatnonzero(np.isclose(margins.widths, gap, rtol=1e-6))
+    assert len(passes) > 0
+    assert margins.moved[passes].max() < 1e-2
+    # What moves it across is more than the gap, so that it may hit.
+    assert margins.amplified(np.zeros(margins.moved.shape[1]), 2, drift=2.0 * gap) is None
+    assert margins.amplified(np.zeros(margins.moved.shape[1]), 2, drift=0.5 * gap) is not None
+
+
+def test_a_ball_that_all_but_stops_short_of_a_cushion_may_stop_short_of_it() -> None:
+    table = Table(length=1.0, width=0.5)
+    deceleration = 0.02 * 9.81
+    physics = Physics(preset="paper", rolling_friction=0.02)
+    left = 1e-4  # what it would roll on
+    speed = math.sqrt(2.0 * deceleration * (0.4 + left))
+    moving = ball("a", 1.0 - RADIUS - 0.4, 0.25, speed)
+    scene = Scene(name="by-hand", physics=physics, balls=[moving], table=table)
+    lateness = truth_of(scene).lateness
+    assert lateness is not None
+    assert lateness.margins is not None
+    assert lateness.margins.widths.min() == pytest.approx(left, rel=1e-6)
+
+
+def test_what_displaces_one_pair_amplifies_nothing_of_another() -> None:
+    turns = np.array([True, True])
+    moved = np.array([[1.0], [1.0]])
+    margins = Margins(np.zeros(2), np.array([2e-3, 4e-3]), moved, turns, ((0, 1), (2, 3)))
+    factors = margins.amplified(np.array([1e-3]), 4)
+    assert factors == pytest.approx([1.5, 1.5, 1.25, 1.25])
+
+
+def test_pymunk_on_a_round_post_is_not_called_wrong() -> None:
+    pytest.importorskip("pymunk")
+    text = """
+        schema = 1
+        name = "sinai"
+        title = "Sinai's billiard"
+        t_max = 10.0
+        [physics]
+        preset = "paper"
+        rolling_friction = 0.0
+        [table]
+        length = 1.002
+        width = 1.002
+        [[table.posts]]
+        centre = [0.501, 0.501]
+        radius = 0.199
+        [[balls]]
+        id = "p"
+        position = [0.1, 0.37]
+        velocity = [0.6, 0.8]
+        radius = 0.001
+        mass = 0.01
+    """
+    scene = Scene.loads(text)
+    truth = truth_of(scene)
+    for label in ("pymunk", "pymunk:dt=1e-4"):
+        engine = make_engine(label)
+        assert limits_broken(scene, engine, truth) == (0, []), label
+        assert truth.horizon_of(resolution_of(engine, scene)) < scene.t_max
