@@ -26,11 +26,12 @@ event moves later ones by their derivative; an event adds its own delay:
     |rest time error|  <= P sum_k |dT / d delay_k| delay_k + dt,
     |energy error|     <= P sum_k |dE / d delay_k| delay_k,
 
-P the product above, t_j the times of the collisions, T when the last ball rests, which is seen at the end of a step.
-What a collision takes is no error of the energy until it is seen (`energy_curve`); dE is what is
-left of a delay after that: friction has worked for longer on the balls as they were, and they part
-along another line. Solvers let balls collide with the speeds that they had before the step, as if
-friction hadn't slowed them in it; so each sum is that of the delay and of speeds that are as old.
+P the product above, t_j the times of the collisions, T when the last ball rests, which is seen at
+the end of a step. What a collision takes is no error of the energy until it is seen
+(`energy_curve`); dE is what is left of a delay after that: friction has worked for longer on the
+balls as they were, and they part along another line. Solvers let balls collide with the speeds that
+they had before the step, as if friction hadn't slowed them in it; so each sum is that of the delay
+and of speeds that are as old.
 An engine that drifts meets a collision late, or early, by v dt over the speed of approach.
 
 An engine that is worse than this breaks a law, or steps more coarsely than it says.

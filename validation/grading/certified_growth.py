@@ -53,12 +53,11 @@ class Lateness:
     `comes` (events,) float64 [1]: by how much a later collision comes later or sooner, at most.
     `rests` (events,) float64 [1]: by how much the last ball rests later or sooner.
     `energies` (events,) float64 [W]: by how much the energy of all balls differs, at most.
-
     `margins`: where it may lead the shot onto another path; None where nothing says it.
 
-    `comes`, `rests` and `energies` are not a number where no derivative exists, and in shots of more than
-    `MOST_EVENTS`. They allow for a solver that lets balls collide with the speeds which they had
-    before its step.
+    `comes`, `rests` and `energies` are not a number where no derivative exists, and in shots of
+    more than `MOST_EVENTS`. They allow for a solver that lets balls collide with the speeds which
+    they had before its step.
     """
 
     kinds: tuple[EventKind, ...]
