@@ -28,7 +28,7 @@ _EXTENTS = ("graded_until", "graded_events")
 
 _MORE_IS_BETTER = frozenset({"matching_events", *_EXTENTS})
 
-_IN_ROUNDINGS = frozenset(
+IN_ROUNDINGS_OF_SHOT = frozenset(
     {
         *_COUNTED_IN_ROUNDINGS,
         "rest_time_error_ulps",
@@ -87,7 +87,7 @@ def band_of_metric(name: str, metrics: Mapping[str, int | float]) -> Band:
         return Band(value, value, "error", EXTENT)
     if isinstance(value, int):
         return Band(value, value, "error", COUNTED)
-    if name in _IN_ROUNDINGS:
+    if name in IN_ROUNDINGS_OF_SHOT:
         return Band(*_around(float(value), ROUNDINGS), "error", IN_ROUNDINGS)
     counted = next((metrics[one] for one in _COUNTED_IN_ROUNDINGS if metrics.get(one)), None)
     if counted is None:

@@ -9,7 +9,12 @@ from typing import Any
 import numpy as np
 
 from ghostball.model import EventKind, event_dict
-from ghostball.validation.baselines.bands import Band, Bands, direction
+from ghostball.validation.baselines.bands import (
+    IN_ROUNDINGS_OF_SHOT,
+    Band,
+    Bands,
+    direction,
+)
 from ghostball.validation.baselines.observed import Observed
 from ghostball.validation.baselines.regression import (
     Change,
@@ -21,6 +26,7 @@ from ghostball.validation.baselines.regression import (
 from ghostball.validation.baselines.rounding import Allowance
 from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.grading.event_logs import ALL_KINDS, compare_logs, events_in
+from ghostball.validation.grading.tolerances import ROUNDINGS, UNIT_ROUNDOFF
 
 _SOURCES = {
     "proof": "the proof of the shot",
@@ -28,6 +34,9 @@ _SOURCES = {
     "nothing": "no account: roundings that are never amplified",
 }
 """Who says what rounding explains."""
+
+NEGLIGIBLE = 1e-3
+"""Part of an error by which it may grow without being worse: reports show three digits of it."""
 
 
 def classify(
@@ -55,15 +64,16 @@ def classify(
         )
     metrics = _metrics(base, head, bands)
     counters = _counters(base, head, bands)
+    same = base.bits == head.bits
+    explained: Allowance | None = None if same else allowance()
+    if explained is not None and explained.roundings > ROUNDINGS:
+        metrics = tuple(_rounded(one, explained) for one in metrics)
     moved = [one for one in (*metrics, *counters) if not one.within and one.level != "off"]
     change: Change = "identical"
     horizon, first, words = None, None, ""
-    explained: Allowance | None = None
-    same = base.bits == head.bits
     if same and (base.status, base.rest_time) != (head.status, head.rest_time):
         same, change, words = False, "results-changed", _end_words(base, head)
-    elif not same:
-        explained = allowance()
+    elif explained is not None:
         horizon = explained.horizon if math.isfinite(explained.horizon) else None
         parted = _parted(base, head, explained)
         first = parted or _first_bits(base, head, explained.horizon)
@@ -116,15 +126,32 @@ def _towards(metrics: Sequence[Quantity], explained: Allowance) -> Change | None
     """Say whether a shot that moved ends nearer to the truth than it did, or farther from it.
 
     Within their band errors differ by as much as rounding may make of them. Here more than rounding
-    moved, so that an end which is farther off by more than rounding explains is worse.
+    moved, so that an end which is farther off by more than rounding explains is worse; but not if
+    that is less than `NEGLIGIBLE` of how far off it was.
     """
     end = rest_error_in(metrics)
     if end is None or end.base is None or end.head is None or explained.rest is None:
         return None
     farther = float(end.head) - float(end.base)
-    if not abs(farther) > float(np.max(explained.rest)):
+    if not abs(farther) > max(float(np.max(explained.rest)), NEGLIGIBLE * float(end.base)):
         return None
     return "worse" if farther > 0.0 else "better"
+
+
+def _rounded(one: Quantity, explained: Allowance) -> Quantity:
+    """Return a quantity of a time-stepping engine, within its band if rounding explains the move.
+
+    The band is that of a run that rounds its state at each event; here each step does it. Errors
+    in roundings move by as many; those in metres, seconds and shares of the energy by what rounding
+    makes of a place, where that is known.
+    """
+    if one.within or not isinstance(one.head, float) or not isinstance(one.base, float):
+        return one
+    moves = 2.0 * explained.roundings
+    if one.name not in IN_ROUNDINGS_OF_SHOT:
+        end = 0.0 if explained.rest is None else float(np.max(explained.rest))
+        moves = max(moves * UNIT_ROUNDOFF, end)
+    return one.model_copy(update={"within": True}) if abs(one.head - one.base) <= moves else one
 
 
 def _metrics(base: Observed, head: Observed, bands: Bands) -> tuple[Quantity, ...]:

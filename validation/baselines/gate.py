@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from ghostball.model import Scene
-from ghostball.reference_adapters.registry import OURS, engine_class, parse_spec
+from ghostball.reference_adapters.registry import OURS, engine_class, make_engine, parse_spec
 from ghostball.reference_adapters.returned import check_result
 from ghostball.validation.baselines.baseline import (
     Accepted,
@@ -44,6 +44,7 @@ from ghostball.validation.results.environment import describe_environment, git_s
 from ghostball.validation.results.records import CaseRecord, Motion
 from ghostball.validation.results.store import Results
 from ghostball.validation.runs.playing import run_ours
+from ghostball.validation.runs.steps import step_of
 from ghostball.validation.scenes import commands
 from ghostball.validation.scenes.gases import many_balls
 from ghostball.validation.suite.case import blank_record, failed
@@ -288,7 +289,16 @@ def _compare(
 
 def allowance(scene: Scene, head: Observed, label: str) -> Allowance:
     """Return what rounding explains in a shot that an engine, ours or another, played."""
-    return allowance_of(scene) if label == OURS else allowance_of_other(scene, head)
+    if label == OURS:
+        return allowance_of(scene)
+    return allowance_of_other(scene, head, _steps(label, head))
+
+
+def _steps(label: str, head: Observed) -> float:
+    """Return how many time steps an engine made; 0 if nothing says that it makes any."""
+    step = step_of(make_engine(label))
+    counted = max(head.work.get(name, 0) for name in ("steps", "frames"))
+    return max(counted, 0.0 if step is None else head.rest_time / step)
 
 
 def _worse(scene: str, title: str, label: str, why: str) -> SceneChange:

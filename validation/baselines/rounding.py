@@ -24,12 +24,6 @@ from ghostball.validation.runs.playing import run_ours
 from ghostball.validation.runs.sampling import events_of
 from ghostball.validation.truth.proof import proof_of
 
-ERROR = ROUNDINGS * UNIT_ROUNDOFF
-"""Relative error at every event that our engine stays within."""
-
-LEAST_DIFFERENCE = 2.0 * ERROR
-"""Two runs, each within it of the true shot, on both its sides."""
-
 UNAMPLIFIED = 64.0 * 2.0 * UNIT_ROUNDOFF
 """Relative difference that needs no tangent map to be called rounding: some sums of a few terms."""
 
@@ -48,6 +42,8 @@ class Allowance:
         the horizon.
     `source`: who says how far rounding displaces balls: the proof of the shot; where it isn't
         proved to its end, our engine alone; or nobody, where that can't play it either.
+    `roundings`: errors that the engine may make at each event, over those of one rounding: those of
+        all its steps, if it has a time step.
     """
 
     horizon: float
@@ -55,16 +51,22 @@ class Allowance:
     event_times: FloatArray
     rest: FloatArray | None
     source: Literal["proof", "engine", "nothing"] = "engine"
+    roundings: float = ROUNDINGS
 
 
-def allowance_of(scene: Scene) -> Allowance:
+def allowance_of(scene: Scene, roundings: float = ROUNDINGS) -> Allowance:
     """Run a shot on our engine, and return what rounding explains in it.
+
+    `roundings`: as in `Allowance`.
 
     The deviation of an event's instant is 2^-53 times the root mean square of what rounding the
     state at each event before it does (`Result.rounding`), that of a position likewise
     (`CertifiedGrowth.sizes`). An engine that doesn't lose digits stays within 32 of them, as every
     proof grades; two such runs are within 64 of each other.
     """
+    error = roundings * UNIT_ROUNDOFF
+    least = 2.0 * error  # two runs, each within it of the true shot, on both its sides
+    unamplified = UNAMPLIFIED * roundings / ROUNDINGS
     result = run_ours(scene)
     times = events_of(result)["t"].astype(np.float64)
     with np.errstate(over="ignore", invalid="ignore"):
@@ -75,45 +77,49 @@ def allowance_of(scene: Scene) -> Allowance:
     proved = proof is not None and proof.proved and is_differentiated(scene)
     if proof is not None and proved:
         growth = growth_of_proof(scene, proof)
-    predictable = horizon(growth, TOLERANCE, ERROR)
+    predictable = horizon(growth, TOLERANCE, error)
     map_end = min(own.derivative_ends, growth.derivative_ends)
     if proved:
         within = times[times < min(predictable, growth.derivative_ends)]
         map_end = min(map_end, _believed_until(own, growth, within))
-    plain = UNAMPLIFIED * np.maximum(times, extent_of(scene))
+    plain = unamplified * np.maximum(times, extent_of(scene))
     known = np.isfinite(shifts) & (times < map_end)
-    tolerances = np.where(
-        known, LEAST_DIFFERENCE * np.where(known, shifts, 0.0) + UNAMPLIFIED * times, plain
-    )
+    tolerances = np.where(known, least * np.where(known, shifts, 0.0) + unamplified * times, plain)
     rest = None
     if math.isinf(predictable):
-        smallest, sizes = UNAMPLIFIED * extent_of(scene), growth.sizes([result.rest_time])[0]
-        rest = LEAST_DIFFERENCE * np.where(np.isfinite(sizes), sizes, 0.0) + smallest
+        smallest, sizes = unamplified * extent_of(scene), growth.sizes([result.rest_time])[0]
+        rest = least * np.where(np.isfinite(sizes), sizes, 0.0) + smallest
     return Allowance(
         predictable,
         map_end,
         tolerances,
         rest,
         "proof" if proved else "engine",
+        roundings,
     )
 
 
-def allowance_of_other(scene: Scene, head: Observed) -> Allowance:
+def allowance_of_other(scene: Scene, head: Observed, steps: float = 0.0) -> Allowance:
     """Return what rounding explains in a shot that another engine than ours played.
+
+    `steps`: how many time steps the engine made. Each of them rounds the state once; at the worst
+    all of them the same way.
 
     Its errors grow as those of the true shot do, as long as it plays that one: so its events are
     allowed what ours are that they correspond to. Those that correspond to none are allowed
     roundings that nothing amplifies.
     """
+    roundings = max(ROUNDINGS, steps)
+    unamplified = UNAMPLIFIED * roundings / ROUNDINGS
     times = head.events["t"].astype(np.float64)
-    smallest = UNAMPLIFIED * extent_of(scene)
-    allowed = np.maximum(UNAMPLIFIED * times, smallest)
+    smallest = unamplified * extent_of(scene)
+    allowed = np.maximum(unamplified * times, smallest)
     try:
-        ours = allowance_of(scene)
+        ours = allowance_of(scene, roundings)
         events = events_of(run_ours(scene))
     except UnsupportedSceneError:
         rest = np.full(len(scene.balls), smallest)
-        return Allowance(math.inf, math.inf, allowed, rest, "nothing")
+        return Allowance(math.inf, math.inf, allowed, rest, "nothing", roundings)
     compared = compare_logs(events_in(events, ALL_KINDS), events_in(head.events, ALL_KINDS))
     for i, j in compared.index_pairs:
         allowed[j] = max(allowed[j], ours.event_times[i])

@@ -13,6 +13,7 @@ from hypothesis import given, settings, strategies as st
 from ghostball.model import EventKind
 from ghostball.validation.baselines.classify import classify
 from ghostball.validation.baselines.observed import KEPT_EVENTS
+from ghostball.validation.grading.tolerances import ROUNDINGS
 from ghostball.validation.scenes.library import find_scene
 
 SHOT = gate.cut_shot()
@@ -324,3 +325,27 @@ def test_an_end_within_its_band_that_moved_by_more_than_rounding_is_better_or_wo
     # Past the horizon no place says anything.
     lost = of(with_metrics(moved, rest_error_max=0.191), base, rest=None, horizon=0.1)
     assert lost.change != "worse"
+
+
+def test_nothing_is_worse_that_moved_by_a_tiny_part_of_its_own_error():
+    base = with_metrics(BASE, rest_error_max=1.5e-3)
+    moved = gate.at_rest(base, base.rest_positions + 1e-6)
+    assert of(with_metrics(moved, rest_error_max=1.5e-3 + 1e-6), base).change == "results-changed"
+    assert of(with_metrics(moved, rest_error_max=1.5e-3 - 1e-6), base).change == "results-changed"
+    # A tenth more is a regression.
+    assert of(with_metrics(moved, rest_error_max=1.65e-3), base).change == "worse"
+
+
+@pytest.mark.parametrize(("steps", "change"), [(0, "worse"), (5000, "rounding-only")])
+def test_the_rounding_of_every_step_makes_nothing_worse(steps, change):
+    # A ball along a rail ends 166 fm off; on another processor 900 fm, after 5000 steps.
+    base = with_metrics(BASE, rest_error_max=1.66e-13, rest_error_ulps=300.0)
+    head = gate.at_rest(base, base.rest_positions + 5e-13)
+    head = with_metrics(head, rest_error_max=9e-13, rest_error_ulps=1600.0)
+    explained = replace(
+        gate.allowance(len(head.events), rest=4e-12), roundings=max(ROUNDINGS, steps)
+    )
+    assert classify(base, head, gate.bands_of(base), lambda: explained).change == change
+    # What is more than all steps could round is worse all the same.
+    worse = with_metrics(head, rest_error_max=1e-11, rest_error_ulps=20_000.0)
+    assert classify(base, worse, gate.bands_of(base), lambda: explained).change == "worse"

@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import gate
 import numpy as np
 import pytest
 from hypothesis import assume, given, settings, strategies as st
 
+from ghostball import Feature, plays
 from ghostball.engine import simulate
 from ghostball.engine.sensitivity import TangentMap
 from ghostball.model import Scene
-from ghostball.validation.baselines.rounding import UNAMPLIFIED, allowance_of
+from ghostball.reference_adapters.function import engine_of
+from ghostball.validation.baselines.classify import classify
+from ghostball.validation.baselines.observed import Observed
+from ghostball.validation.baselines.rounding import UNAMPLIFIED, allowance_of, allowance_of_other
 from ghostball.validation.scenes.library import find_scene
 
 
@@ -125,3 +130,48 @@ def test_in_air_the_proof_says_how_far_the_end_may_move():
     assert found.map_end == 0.0
     assert np.all((found.rest > 0.0) & (found.rest < 1e-11))
     assert np.all(found.event_times < 1e-12)
+
+
+def test_a_time_stepping_engine_may_round_in_every_step():
+    scene = gate.cut_shot()
+    head = gate.observed(scene)
+    exact = allowance_of_other(scene, head)
+    for steps, times in ((10, 1.0), (3200, 100.0)):
+        found = allowance_of_other(scene, head, steps)
+        assert found.event_times == pytest.approx(times * exact.event_times)
+        assert found.rest == pytest.approx(times * exact.rest)
+
+
+@plays(Feature.ROLLING, Feature.UNBOUNDED_CLOTH)
+def steps(scene, dt=1e-3, noise=0.0, factor=1.0):
+    """Let a ball roll in time steps, each of which rounds its place: seen on another processor."""
+    chance, x, v, t = np.random.default_rng(1), scene.positions[:, :2], scene.velocities[:, :2], 0.0
+    start = [(0.0, x, v)]
+    slows = factor * scene.physics.gravity * scene.physics.rolling_friction
+    while v.any():
+        v = v * max(1.0 - dt * slows / np.linalg.norm(v), 0.0)
+        x, t = (x + dt * v) * (1.0 + noise * chance.uniform(-1.0, 1.0, x.shape)), t + dt
+    return {"rest_positions": x, "events": [], "samples": [*start, (t, x, v)]}
+
+
+@pytest.mark.parametrize(
+    ("noise", "factor", "change"),
+    [(2.0**-52, 1.0, "rounding-only"), (1e-10, 1.0, "results-changed"), (0.0, 0.99, "worse")],
+)
+def test_an_ulp_in_every_step_is_rounding_and_another_friction_is_worse(noise, factor, change):
+    scene = gate.roll_shot()
+    truth = simulate(scene).rest_positions
+
+    def ran(**settings):
+        run = engine_of(steps, "test_rounding:steps")
+        engine = run(run.Settings(**settings))
+        seen = Observed.of_result(engine.simulate(scene, record="events"))
+        error = float(np.max(np.linalg.norm(seen.rest_positions - truth, axis=1)))
+        return replace(seen, metrics={"rest_error_max": error}, truth="certified")
+
+    base, head = ran(), ran(noise=noise, factor=factor)
+    assert base.metrics["rest_error_max"] > 1e-4
+    assert head.bits != base.bits
+    explained = allowance_of_other(scene, head, head.rest_time / 1e-3)
+    found = classify(base, head, gate.bands_of(base), lambda: explained)
+    assert found.change == change, found.summary
