@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from ghostball.reports import style
 from ghostball.reports.counted import counted_text
 from ghostball.reports.shots import rest_error_text, standing_text
-from ghostball.reports.words import metric_of, number_text, run_time_text
+from ghostball.reports.words import metric_of, run_time_text
 from ghostball.validation.checks.verdict import (
     RestError,
     is_own_measure,
@@ -81,10 +81,7 @@ def number_heads(cases: Sequence[CaseRecord]) -> list[str]:
         "rms",
         f"{end} time [s]",
         "its error",
-        "ball-ball",
-        "ball-cushion",
         "collisions in order",
-        "energy difference [1]",
         "largest overlap",
         "run time",
     ]
@@ -102,10 +99,7 @@ def number_row(case: CaseRecord) -> list[str]:
         standing_text(case, style.format_length(metric_of(case, "rest_error_rms"))),
         "–" if case.rest_time is None else f"{case.rest_time:.6g}",
         time_error,
-        str(case.collision_counts.get("ball-ball", "–")),
-        str(case.collision_counts.get("ball-cushion", "–")),
         "–" if matching is None else f"{matching}",
-        "" if own else number_text(metric_of(case, "energy_difference_max")),
         style.format_length(metric_of(case, "overlap_max")),
         # Dated in the run that measures it, too: the next one finds the same part of the page.
         run_time_text(case, dated=True),

@@ -14,6 +14,7 @@ from markupsafe import Markup
 
 from ghostball.model.hashes import bits_hash
 from ghostball.reports.accuracy import cell_text
+from ghostball.reports.comparisons import HEADS, KEY, comparison_cells
 from ghostball.reports.counted import work_text
 from ghostball.reports.guarded import FailedPart
 from ghostball.reports.page.curves import colour_of, dash_of, energy_chart, error_chart
@@ -131,6 +132,9 @@ def scene_part(
         ],
         cell_text=cell_text,
         verdict_of=verdict_of,
+        compared_key=KEY,
+        compared_heads=HEADS,
+        compared=[(case.label, cells) for case in cases if (cells := comparison_cells(case))],
         collisions=collisions_of(cases),
         heads=number_heads(cases),
         numbers=[(case.label, number_row(case)) for case in cases],

@@ -26,6 +26,9 @@ _COUNTED_IN_ROUNDINGS = ("rest_error_ulps", "quality_factor")
 
 _EXTENTS = ("graded_until", "graded_events")
 
+_PLACES = frozenset({"first_divergence_time", "energy_difference_time"})
+"""Metrics that say when something is, which is neither more nor less right."""
+
 _MORE_IS_BETTER = frozenset({"matching_events", *_EXTENTS})
 
 IN_ROUNDINGS_OF_SHOT = frozenset(
@@ -81,7 +84,7 @@ def band_of_metric(name: str, metrics: Mapping[str, int | float]) -> Band:
     size in roundings means something: an error in metres may move by the same factor as that one.
     """
     value = metrics[name]
-    if name == "first_divergence_time":
+    if name in _PLACES:
         return Band(None, None, "off", SHOWN)
     if name in _EXTENTS:
         return Band(value, value, "error", EXTENT)
@@ -110,10 +113,7 @@ def band_of_counter(value: int) -> Band:
 
 def is_error(metric: Metric) -> bool:
     """Whether less of a metric is nearer to the truth."""
-    return metric.compares is not None and metric.name not in {
-        "first_divergence_time",
-        *_MORE_IS_BETTER,
-    }
+    return metric.compares is not None and metric.name not in {*_PLACES, *_MORE_IS_BETTER}
 
 
 def direction(quantity: Quantity) -> int:

@@ -179,6 +179,7 @@ METRICS: dict[str, Metric] = {
             "between the two instants of an event that both have",
             "energy",
         ),
+        Metric("energy_difference_time", "s", "when that difference is largest", "energy"),
         Metric(
             "energy_difference_factor",
             "1",

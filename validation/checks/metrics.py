@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from functools import lru_cache, partial
+from functools import cache, lru_cache, partial
 from typing import TypeVar
 
 import numpy as np
@@ -29,6 +29,9 @@ from ghostball.validation.truth.scene_truth import Truth, TruthPart
 
 Value = int | float | None
 Compute = Callable[[Result, Truth], int | float]
+
+Differences = Callable[[Result, Truth], tuple[FloatArray, FloatArray]]
+"""Instants (k,) [s], and differences of energy there (k,) [J]."""
 
 T = TypeVar("T")
 
@@ -115,9 +118,11 @@ def measure(
     if resolution in (0.0, "proved"):
         # Who errs by rounding alone is graded so, also where frames are all there is of the motion.
         truth = replace(truth, graded_steps=truth.graded)
+    compared = cache(partial(_differences, until=horizon))  # two metrics look at these
     of_engine: dict[str, Compute] = {
         "energy_rise": partial(_energy_rise, resolution=resolution),
-        "energy_difference_max": partial(_energy_difference_max, horizon=horizon),
+        "energy_difference_max": partial(_energy_difference_max, compared=compared),
+        "energy_difference_time": partial(_energy_difference_time, compared=compared),
         "event_time_error": partial(_event_time_error, horizon=horizon),
     }
     for name, compute in (_COMPUTE | of_engine).items():
@@ -315,15 +320,25 @@ def _quality_factor(result: Result, truth: Truth) -> float:
     return found.quality_factor
 
 
-def _energy_difference_max(result: Result, truth: Truth, horizon: float = math.inf) -> float:
+def _energy_difference_max(result: Result, truth: Truth, compared: Differences) -> float:
     _require_end(result)
     right = _known(truth.motion, truth, "energy")
     first = _initial(right.energy([0.0]).total)
-    _, differences = _differences(result, truth, horizon)
+    _, differences = compared(result, truth)
     return float(np.max(_finite(differences))) / first
 
 
-def _differences(result: Result, truth: Truth, until: float) -> tuple[FloatArray, FloatArray]:
+def _energy_difference_time(result: Result, truth: Truth, compared: Differences) -> float:
+    times, differences = compared(result, truth)
+    largest = int(np.argmax(_finite(differences)))
+    if differences[largest] == 0.0:
+        raise NotMeasuredError("the energy is the true one at each instant that was compared")
+    return float(times[largest])
+
+
+def _differences(
+    result: Result, truth: Truth, until: float = math.inf
+) -> tuple[FloatArray, FloatArray]:
     """Return instants up to one (k,) [s], and differences of energy there (k,) [J]."""
     _require_end(result)
     right = _known(truth.motion, truth, "energy")
@@ -380,7 +395,8 @@ _COMPUTE: dict[str, Compute] = {
     "event_time_factor": _event_time_factor,
     "rest_time_factor": _rest_time_factor,
     "quality_factor": _quality_factor,
-    "energy_difference_max": _energy_difference_max,
+    "energy_difference_max": partial(_energy_difference_max, compared=_differences),
+    "energy_difference_time": partial(_energy_difference_time, compared=_differences),
     "energy_difference_factor": _energy_difference_factor,
     "energy_drift": _energy_drift,
     "energy_rise": _energy_rise,

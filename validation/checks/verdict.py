@@ -10,7 +10,6 @@ import enum
 import math
 from collections.abc import Collection
 
-from ghostball.reference_adapters.registry import OURS
 from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.results.records import (
     ACCURACY_KINDS,
@@ -171,9 +170,7 @@ def rest_error_standing(case: CaseRecord | None) -> RestError:
 
 def is_own_measure(case: CaseRecord) -> bool:
     """Whether a rest error of this case compares our engine with itself, and proves nothing."""
-    # What our engine can't represent it doesn't measure either: another truth is in its place.
-    ours = case.outcome == "ran" and case.engine == OURS
-    return ours and case.truth not in INDEPENDENT
+    return case.is_own_measure
 
 
 def is_outcome_judged(case: CaseRecord) -> bool:

@@ -13,8 +13,10 @@ from typing import Any, Final
 from pydantic import TypeAdapter
 
 from ghostball.model import GhostballError
+from ghostball.validation.results.comparisons import comparison_row
 from ghostball.validation.results.database import reading, record_of
 from ghostball.validation.results.files import ResultsError, cannot_write, write_all_whole
+from ghostball.validation.results.records import CaseRecord
 
 TABLES: Final[Mapping[str, str]] = {
     "cases": "SELECT record, reused FROM cases ORDER BY id",
@@ -27,6 +29,7 @@ TABLES: Final[Mapping[str, str]] = {
         "SELECT cases.scene, label, t, kind, a, b FROM cases JOIN motions ON record_id = cases.id "
         "JOIN events ON motion_id = motions.id ORDER BY cases.id, events.rowid"
     ),
+    "comparisons": "SELECT record FROM cases ORDER BY id",
     "changes": (
         "SELECT json_extract(engines.value, '$.label') AS label, scenes.value AS record "
         "FROM documents, json_each(content) AS engines, json_each(engines.value, '$.scenes') "
@@ -37,6 +40,7 @@ TABLES: Final[Mapping[str, str]] = {
 """What there is of each kind, and how it is asked for; a column `record` is many, as JSON."""
 
 _RECORD: Final = TypeAdapter(dict[str, Any])
+_CASE: Final = TypeAdapter(CaseRecord)
 
 LIBRARIES: Final = ("polars", "pandas")
 """What makes data frames: the first that is installed."""
@@ -53,6 +57,9 @@ def rows_of(folder: Path, table: str) -> list[dict[str, Any]]:
         found = database.execute(TABLES[table])
         names = [column[0] for column in found.description]
         what = f"{folder}: a row of {table}"
+        if table == "comparisons":
+            cases = (record_of(_CASE, record, what) for (record,) in found)
+            return [row for case in cases if (row := comparison_row(case))]
         return [_spread(dict(zip(names, row, strict=True)), what) for row in found]
 
 

@@ -18,6 +18,7 @@ from pydantic import ConfigDict
 
 from ghostball.model import Events, GhostballError, Scene, SceneError, Status
 from ghostball.model.scene.fields import SceneName
+from ghostball.reference_adapters.registry import OURS
 from ghostball.validation.results.fields import Definition, StoredArray, check_shape
 
 CLOSED_FORM: Final = "closed form"
@@ -258,6 +259,15 @@ class CaseRecord:
         wall_time = self.metrics.get("wall_time")
         if wall_time is not None and not 0.0 <= wall_time < math.inf:
             raise ValueError(f"`metrics.wall_time` must be seconds, at least 0, got {wall_time}")
+
+    @property
+    def is_own_measure(self) -> bool:
+        """Whether what is compared here is our engine with itself, which proves nothing.
+
+        What our engine can't represent it doesn't measure either: another truth is in its place.
+        """
+        ours = self.outcome == "ran" and self.engine == OURS
+        return ours and self.truth not in INDEPENDENT
 
     @property
     def passed(self) -> bool | None:

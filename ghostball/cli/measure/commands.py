@@ -121,6 +121,14 @@ def validate(
             "and y of each ball (m) (default: velocity=1e-3,position=1e-4).",
         ),
     ] = None,
+    details: Annotated[
+        bool,
+        typer.Option(
+            "--details",
+            help="Show of each scene and engine where the balls rest, which collisions there are "
+            "and how energy decays, against the truth.",
+        ),
+    ] = False,
 ) -> None:
     """Run scenes on several engines; say which are right.
 

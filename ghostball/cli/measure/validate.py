@@ -14,6 +14,7 @@ from rich.markup import escape
 from ghostball.cli.gate.regress import Gate, compare_guarded, gates_of
 from ghostball.cli.measure.verdicts import (
     colour_of,
+    details_table,
     headline,
     likeness_table,
     spread_table,
@@ -98,6 +99,7 @@ def run(
     figures: FigureChoice,
     ensemble: int | None,
     ensemble_size: str | None,
+    details: bool,
 ) -> int:
     """Validate, and return the exit status; see the options of the command."""
     request = _plan(scenes or (), engine or (), out, metric, ensemble, ensemble_size, report)
@@ -129,7 +131,7 @@ def run(
     # What was measured is said before anything is made of it: whatever may yet fail or be
     # interrupted, the verdicts are there.
     results, console = Results.open(request.out), tables(form)
-    _show(request, outcome, results, console, time.perf_counter() - started)
+    _show(request, outcome, results, console, time.perf_counter() - started, details)
     status = ExitStatus.PASSED
     try:
         if outcome.interrupted:
@@ -229,10 +231,17 @@ def _progress(count: Progress[str]) -> Progress[CaseRecord]:
 
 
 def _show(
-    request: _Request, outcome: Outcome, results: Results, console: Console, seconds: float
+    request: _Request,
+    outcome: Outcome,
+    results: Results,
+    console: Console,
+    seconds: float,
+    details: bool,
 ) -> None:
     """Print the verdicts, and what else a reader must know of the run."""
     console.print(verdict_tables(results, console), crop=False)
+    if details:
+        console.print(details_table(results), crop=False)
     if request.starts is not None:
         console.print(spread_table(results, request.starts.size))
     for line in _truths(results, request.criteria):

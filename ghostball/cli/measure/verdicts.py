@@ -22,6 +22,7 @@ from ghostball.reports.accuracy import (
     tally,
     wrong_text,
 )
+from ghostball.reports.comparisons import HEADS, KEY, comparison_cells
 from ghostball.reports.spread_text import HEADER, KEY as SPREAD_KEY, remarks_of, rows_of
 from ghostball.reports.words import LIKENESS_KEY, likeness_cell
 from ghostball.validation.checks.verdict import Verdict, unfinished_text, verdict_of
@@ -70,6 +71,22 @@ def _key(results: Results) -> str:
         marks.append("– can't be played")
     lines = ["; ".join(classes), "; ".join(marks)]
     return "".join(f"[dim]{line}.[/]\n" for line in lines if line)
+
+
+def details_table(results: Results) -> RenderableType:
+    """Return where the balls rest, which collisions there are and how energy decays, by case."""
+    heads = ("scene", "engine", *map(_stacked, HEADS))
+    rows = (
+        (escape(case.scene), escape(case.label), *map(escape, cells))
+        for case in _by_scene(results)
+        if (cells := comparison_cells(case))
+    )
+    return Group(table_of(heads, rows, right=heads[2:], whole=heads), f"[dim]{escape(KEY)}[/]\n")
+
+
+def _by_scene(results: Results) -> Iterable[CaseRecord]:
+    pairs = ((scene, label) for scene in results.scene_names for label in results.labels)
+    return filter(None, (results.case(*pair) for pair in pairs))
 
 
 def spread_table(results: Results, size: Size) -> RenderableType:

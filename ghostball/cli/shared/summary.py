@@ -40,7 +40,7 @@ def printed(folder: Path, form: Format, baselines: Path | None = None) -> str:
         return summary_text(results, *regressions)
     if form is Format.JUNIT:
         return junit_xml(results.cases, regressions)
-    tables = {name: rows_of(folder, name) for name in ("cases", "checks", "metrics")}
+    tables = {name: rows_of(folder, name) for name in ("cases", "comparisons", "checks", "metrics")}
     compared = [one.model_dump(mode="json", by_alias=True) for one in regressions]
     beside = [_plain(one) for one in load_likenesses(folder)]
     whole = {"state": results.state, **tables, "regressions": compared, "real_tables": beside}

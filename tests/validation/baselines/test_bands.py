@@ -104,6 +104,7 @@ def test_which_metrics_are_errors():
     assert others == {
         "matching_events",
         "first_divergence_time",
+        "energy_difference_time",
         "graded_until",
         "graded_events",
     }

@@ -242,8 +242,11 @@ def test_energy_differences_are_fractions_of_the_initial_energy() -> None:
     true = result(scene(), [[0.0, 1.0]] * 3, [1.0, 0.8, 0.0])
     measured = measure(still(), truth(motion=true))
     assert measured.values["energy_difference_max"] == pytest.approx(0.64 - 0.25, rel=1e-12)
+    assert measured.values["energy_difference_time"] == 1.0
     early = measure(still(), truth(motion=true), horizon=0.5)
     assert early.values["energy_difference_max"] == 0.0
+    assert early.values["energy_difference_time"] is None
+    assert "is the true one" in early.notes["energy_difference_time"]
 
 
 def test_energy_between_frames_is_interpolated_not_computed_of_blended_velocities() -> None:

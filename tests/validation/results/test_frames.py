@@ -80,10 +80,10 @@ def test_files_hold_every_row(folder: Path, tmp_path: Path) -> None:
     written = export(folder, target)
     assert sorted(path.name for path in written) == sorted(
         f"{table}.{ending}"
-        for table in ("cases", "checks", "metrics", "events")
+        for table in ("cases", "checks", "comparisons", "metrics", "events")
         for ending in ("csv", "jsonl")
     )
-    for table in ("cases", "checks", "metrics", "events"):
+    for table in ("cases", "checks", "comparisons", "metrics", "events"):
         lines = (target / f"{table}.jsonl").read_text(encoding="utf-8").splitlines()
         assert [json.loads(line) for line in lines] == rows_of(folder, table)
         with (target / f"{table}.csv").open(encoding="utf-8", newline="") as file:
@@ -142,6 +142,6 @@ def test_without_a_library_it_is_said_which_to_install(
 ) -> None:
     for library in ("polars", "pandas"):
         monkeypatch.setitem(sys.modules, library, None)
-    wanted = r"needs polars or pandas.*pip install 'ghostball\[frames\]'.*`ghostball export`"
+    wanted = r"needs polars or pandas.*pip install '\.\[frames\]'.*`ghostball export`"
     with pytest.raises(GhostballError, match=wanted):
         Results.open(folder).to_frame()

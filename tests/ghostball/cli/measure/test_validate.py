@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import csv
+import json
 import re
 import signal
 import subprocess
@@ -14,7 +16,9 @@ from commands import HEAD, ball, refused
 
 from ghostball.cli.measure.validate import _plan
 from ghostball.reference_adapters.paper.discrete import PaperDiscreteEngine
+from ghostball.reports.style import format_length
 from ghostball.validation.results.database import has_database
+from ghostball.validation.results.frames import export, rows_of
 from ghostball.validation.results.store import Results, has_results
 
 
@@ -96,6 +100,32 @@ def test_a_second_run_reuses_what_is_unchanged_and_says_so(cli, tmp_path):
     third = cli(*command, "--rerun", "--no-report")
     assert "reused" not in third.output
     assert not any(case.reused for case in Results.open(tmp_path).cases)
+
+
+def test_details_show_rest_positions_collisions_and_energy_as_the_files_hold_them(cli, tmp_path):
+    command = ("validate", "half-ball-cut", "-e", "pymunk:dt=1e-3", "--out", tmp_path)
+    shown = cli(*command, "--no-report", "--details").stdout
+    (row,) = rows_of(tmp_path, "comparisons")
+    assert (row["rest_ball"], row["ball_ball_count"], row["ball_ball_count_true"]) == (
+        "object",
+        1,
+        1,
+    )
+    length, share = format_length(row["rest_error"]), f"{row['energy_difference']:.3g}"
+    when = f"{row['energy_difference_time']:.4g} s"
+    (line,) = [one for one in shown.splitlines() if "object" in one]
+    assert line.split() == [
+        *("half-ball-cut", "pymunk:dt=1e-3", *length.split(), "object"),
+        *("1", "/", "1", "0", "/", "0", share, *when.split()),
+    ]
+    printed = cli(*command, "--no-report", "--format=json").stdout
+    assert json.loads(printed)["comparisons"] == [row]
+    export(tmp_path, tmp_path / "files")
+    with (tmp_path / "files" / "comparisons.csv").open(encoding="utf-8") as file:
+        (stored,) = csv.DictReader(file)
+    assert float(stored["rest_error"]) == row["rest_error"]
+    page = cli(*command).output and (tmp_path / "report.html").read_text("utf-8")
+    assert f"<td>{length}<td>object<td>1 / 1<td>0 / 0<td>{share}<td>{when}" in page
 
 
 @pytest.mark.usefixtures("without_run_figures")
