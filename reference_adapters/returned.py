@@ -29,6 +29,7 @@ from ghostball.model import (
     partner_name,
 )
 from ghostball.model.scene.obstacles import FIRST_HOLE
+from ghostball.reference_adapters.agreement import disagreement
 
 MOST = 2**53
 """Largest count: beyond it JSON's readers, whose numbers are doubles, lose ones."""
@@ -89,6 +90,7 @@ def _problem(result: object, scene: Scene, engine: str, record: Record) -> str:
         lambda: _of_counts(result),
         lambda: _of_events(result, scene, record),
         lambda: _of_motion(result, scene, record),
+        lambda: disagreement(result, scene),
     )
     return next((problem for look in looks if (problem := look())), "")
 

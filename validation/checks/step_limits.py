@@ -24,15 +24,17 @@ event moves later ones by their derivative; an event adds its own delay:
 
     |event time error| <= P sum_k max_j |dt_j / d delay_k| delay_k + max_k delay_k,
     |rest time error|  <= P sum_k |dT / d delay_k| delay_k + dt,
-    |energy error|     <= P sum_k |dE / d delay_k| delay_k,
+    |energy error|     <= P sum_k |dE / d delay_k| delay_k + r F,
 
 P the product above, t_j the times of the collisions, T when the last ball rests, which is seen at
 the end of a step. What a collision takes is no error of the energy until it is seen
 (`energy_curve`); dE is what is left of a delay after that: friction has worked for longer on the
 balls as they were, and they part along another line. Solvers let balls collide with the speeds that
 they had before the step, as if friction hadn't slowed them in it; so each sum is that of the delay
-and of speeds that are as old.
-An engine that drifts meets a collision late, or early, by v dt over the speed of approach.
+and of speeds that are as old. An engine that drifts meets a collision late, or early, by v dt over
+the speed of approach. F is the most that friction takes from all balls over a metre: a rolling ball
+loses 7/5 mu_r m g; a sliding one mu_s m g over what it slips, which is at most twice what it moves
+where a stroke drives it.
 
 An engine that is worse than this breaks a law, or steps more coarsely than it says.
 
@@ -171,7 +173,7 @@ def _outcome(
             f"{between:.3g} m for the motion between.",
         )
         most = float(np.max(more))
-        yield from _on_the_way(rule, scene, lateness, step, between if drifts else 0.0, most)
+        yield from _on_the_way(rule, scene, lateness, step, between, most)
     if own:
         reason = f"{late}: no collision of this shot can be missed, or come twice, by that."
         yield "ball_ball_count_error", {"equals": 0}, reason
@@ -182,14 +184,14 @@ def _outcome(
 
 
 def _on_the_way(
-    rule: StepRule, scene: Scene, lateness: Lateness, step: _Step, drift: float, more: float
+    rule: StepRule, scene: Scene, lateness: Lateness, step: _Step, between: float, more: float
 ) -> Iterator[_Limit]:
     """Yield what judges when things happen, and the energy meanwhile; see the module."""
     late = _spoken(step)
     collides, delays = np.isin(lateness.kinds, COLLISION_KINDS), step.delays.copy()
-    with np.errstate(divide="ignore"):
-        drifted = drift / lateness.approach[collides]
-    delays[collides] = np.maximum(delays[collides], drifted if drift > 0.0 else 0.0)
+    if rule.drifts:
+        with np.errstate(divide="ignore"):
+            delays[collides] = np.maximum(delays[collides], between / lateness.approach[collides])
     shifted = more * float(delays @ lateness.comes) + float(np.max(delays[collides], initial=0.0))
     if collides.any() and math.isfinite(shifted):
         reason = f"{late}, which makes a collision of this shot come at most {shifted:.3g} s late."
@@ -206,7 +208,11 @@ def _on_the_way(
         )
         yield "rest_time_error", {"at_most": LEAST + shifted + last}, reason
     first = float(energy_of(scene, initial_state(scene)).total[0])
-    share = more * float(delays @ lateness.energies) / first
+    slows = 1.4 * scene.rolling_frictions
+    if scene.physics.motion == "sliding":
+        slows = slows + 2.0 * scene.sliding_frictions
+    work = between * scene.physics.gravity * float(scene.masses @ slows)
+    share = (work + more * float(delays @ lateness.energies)) / first
     if math.isfinite(share):
         reason = f"{late}, which changes the energy of this shot by at most {share:.3g} of it."
         yield "energy_difference_max", {"at_most": rule.energy_noise + share}, reason

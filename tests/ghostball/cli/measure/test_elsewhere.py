@@ -41,6 +41,12 @@ def made_elsewhere(name: str) -> dict:
     }
 
 
+def displace(run: dict, by: float) -> None:
+    """Let the first ball end elsewhere, in the last sample too [m]."""
+    run["rest_positions"][0][0] += by
+    run["samples"]["positions"][-1][0][0] += by
+
+
 def graded(tmp_path: Path, *runs: dict) -> tuple[int, str]:
     path = tmp_path / "runs.jsonl"
     path.write_text("\n".join(json.dumps(run) for run in runs))
@@ -63,7 +69,7 @@ def test_a_right_run_passes_and_a_wrong_one_fails(tmp_path: Path) -> None:
     assert status == 0, shown
     # Planted errors: a ball that rests elsewhere, a collision that nobody saw.
     off, blind = made_elsewhere("half-ball-cut"), made_elsewhere("half-ball-cut")
-    off["rest_positions"][0][0] += 0.002
+    displace(off, 0.002)
     status, shown = graded(tmp_path, off)
     assert status == 1
     assert "accuracy must be <= nanometres, got millimetres: 0.002 m off" in shown
@@ -72,6 +78,25 @@ def test_a_right_run_passes_and_a_wrong_one_fails(tmp_path: Path) -> None:
     status, shown = graded(tmp_path, blind)
     assert status == 1
     assert "ball_ball_count_error must be == 0, got 1" in shown
+
+
+def test_who_claims_rounding_is_held_to_it_as_where_its_motion_is_known(tmp_path: Path) -> None:
+    # Frames were graded as those of an engine that steps: 500 nm off passed, `resolution` 0 or not.
+    for name in ("half-ball-cut", "wall-bounce"):
+        run = made_elsewhere(name) | {"resolution": 0.0}
+        assert graded(tmp_path, run)[0] == 0
+        displace(run, 5e-7)
+        status, shown = graded(tmp_path, run)
+        assert status == 1
+        assert "quality_factor must be <= 32" in shown
+
+
+def test_a_run_that_contradicts_itself_is_judged_by_none_of_its_numbers(tmp_path: Path) -> None:
+    run = made_elsewhere("half-ball-cut")
+    run["rest_positions"][0][0] += 1e-4
+    status, shown = graded(tmp_path, run)
+    assert status == 1
+    assert "`rest_positions[0]` must be where the motion has ball" in shown
 
 
 def test_a_run_has_no_name_of_an_installed_engine(tmp_path: Path) -> None:
@@ -97,7 +122,7 @@ def test_no_run_opens_a_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, na
 
 def test_who_claims_less_is_asked_for_less(tmp_path: Path) -> None:
     run = made_elsewhere("half-ball-cut")
-    run["rest_positions"][0][0] += 0.002
+    displace(run, 0.002)
     nearly = {"balls that roll and never slide": "in steps"}
     status, shown = graded(tmp_path, run | {"approximate": nearly})
     assert status == 4, shown  # it makes no energy, and nothing limits how it ends

@@ -1,0 +1,103 @@
+"""Whether a result agrees with itself: its end with its motion, in place and in time.
+
+Numbers that contradict each other can't both be judged, and which of them is wrong only the engine
+knows. That counts are those of the events is looked at in `returned`, which asks here.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ghostball.model import EventKind, Result, SampledTrajectory, Scene, Status
+from ghostball.model.arrays import FloatArray
+
+_SAME = 1e-9
+"""How far two numbers of one place or time may be apart, over their size: a sum's roundings."""
+
+
+def disagreement(result: Result, scene: Scene) -> str:
+    """Return how the end of a run contradicts its motion, in a sentence; "" where it doesn't.
+
+    `result`: one that reached its end, of which each field is as `Result` says.
+    """
+    motion = result.trajectory
+    if motion is None or not result.status.complete:
+        return ""
+    with np.errstate(invalid="ignore", over="ignore"):
+        if problem := _of_places(result, scene):
+            return problem
+        if isinstance(motion, SampledTrajectory):
+            return _of_rest(result, motion)
+    if abs(motion.t_end - result.rest_time) > _SAME * abs(motion.t_end):
+        return _late(result, motion.t_end)
+    return ""
+
+
+def _of_places(result: Result, scene: Scene) -> str:
+    """Look whether each ball on the table ends where its motion ends, in the plane."""
+    motion = result.trajectory
+    ends = [result.rest_time]
+    if result.status is Status.REST and isinstance(motion, SampledTrajectory):
+        ends.append(max(motion.t_end, result.rest_time))
+    on_table = ~_gone(result)
+    for t in ends:
+        shown = result.sample([t]).positions[0]
+        off = np.linalg.norm((result.rest_positions - shown)[:, :2], axis=1)
+        size = np.linalg.norm(shown, axis=1) + scene.radii
+        beyond = np.flatnonzero(on_table & (off > _SAME * size + _between(result, t)))
+        if len(beyond):
+            ball = int(beyond[0])
+            return (
+                f"`rest_positions[{ball}]` must be where the motion has ball "
+                f'"{scene.balls[ball].id}" at t = {t!r} s, {shown[ball].tolist()}, got '
+                f"{result.rest_positions[ball].tolist()}, {off[ball]:.3g} m from there"
+            )
+    return ""
+
+
+def _between(result: Result, t: float) -> FloatArray:
+    """Return how far each ball may be from a place between samples, or after the last, (n,) [m]."""
+    frames = result.trajectory
+    if not isinstance(frames, SampledTrajectory):
+        return np.zeros(len(result.scene.balls))
+    k = int(np.searchsorted(frames.times, t, side="right"))
+    if k < len(frames.times):
+        gone = frames.positions[k] - frames.positions[max(k - 1, 0)]
+    else:
+        gone = frames.velocities[-1] * (t - frames.t_end)
+    distance: FloatArray = np.linalg.norm(gone, axis=1)
+    return distance
+
+
+def _of_rest(result: Result, frames: SampledTrajectory) -> str:
+    """Look whether the last ball rests when the samples show it, or a sample later.
+
+    An engine may look twice whether its balls rest. A ball of any speed moves.
+    """
+    if result.status is not Status.REST:
+        return ""
+    here = ~_gone(result)
+    speeds = np.linalg.norm(frames.velocities[:, here], axis=2)
+    turns = np.linalg.norm(frames.angular_velocities[:, here], axis=2) * result.scene.radii[here]
+    fastest = np.max(speeds + turns, axis=1, initial=0.0)
+    moving = np.flatnonzero(fastest > 0.0)
+    if not len(moving) or moving[-1] + 2 >= len(frames.times):
+        return ""  # nothing moves, or the samples end as the balls come to rest
+    rests = float(frames.times[moving[-1] + 2])
+    return _late(result, rests) if result.rest_time > rests * (1.0 + _SAME) else ""
+
+
+def _late(result: Result, rests: float) -> str:
+    return (
+        "`rest_time` must be when the last ball comes to rest, or the run ends, as the motion has "
+        f"it, {rests!r} s, got {float(result.rest_time)!r} s"
+    )
+
+
+def _gone(result: Result) -> np.ndarray:
+    """Return which balls have left the table, (n,): where they are shown after that is free."""
+    gone = np.zeros(len(result.scene.balls), dtype=bool)
+    if result.events is not None:
+        left = np.isin(result.events["kind"], (EventKind.POCKETED, EventKind.LEAVES_TABLE))
+        gone[result.events["a"][left]] = True
+    return gone

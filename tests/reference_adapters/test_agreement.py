@@ -1,0 +1,66 @@
+"""Results that contradict themselves, and right ones of every kind that don't."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from ghostball.engine import simulate
+from ghostball.model import Result, SampledTrajectory
+from ghostball.reference_adapters.agreement import disagreement
+from ghostball.validation.scenes.library import find_scene
+
+
+def framed(result: Result, after: float = 0.0) -> Result:
+    """Return a run with frames for its motion, to some time after its end [s]."""
+    times = np.linspace(0.0, result.rest_time + after, 400)
+    return replace(result, trajectory=SampledTrajectory(times, *result.sample(times)))
+
+
+def exact(name: str) -> Result:
+    return simulate(find_scene(name), record="trajectory")
+
+
+def moved(result: Result, by: float) -> Result:
+    end = result.final_state
+    return replace(
+        result, final_state=end._replace(positions=end.positions + np.array([by, 0.0, 0.0]))
+    )
+
+
+def swapped(result: Result) -> Result:
+    end = result.final_state
+    return replace(result, final_state=end._replace(positions=end.positions[:, ::-1]))
+
+
+@pytest.mark.parametrize(
+    "name", ["half-ball-cut", "cue-masse", "galperin-1", "pocket-side", "flight-jump", "break-7"]
+)
+def test_a_right_result_agrees_with_itself(name: str) -> None:
+    right = exact(name)
+    for run in (right, framed(right), framed(right, after=1.0), replace(right, trajectory=None)):
+        assert disagreement(run, run.scene) == ""
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        (lambda run: moved(run, 1e-4), "`rest_positions[0]` must be where the motion has ball"),
+        (lambda run: moved(run, 1e-7), "`rest_positions[0]` must be where the motion has ball"),
+        (swapped, "`rest_positions[0]` must be where the motion has ball"),
+        (
+            lambda run: replace(run, rest_time=run.rest_time + 0.5),
+            "`rest_time` must be when the last ball comes to rest",
+        ),
+        (lambda run: replace(run, rest_time=run.rest_time - 0.5), "must be where the motion has"),
+    ],
+)
+def test_an_end_that_contradicts_the_motion_is_refused(
+    wrong: Callable[[Result], Result], said: str
+) -> None:
+    right = exact("half-ball-cut")
+    for run in (right, framed(right, after=1.0)):
+        assert said in disagreement(wrong(run), run.scene)
