@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import pytest
 from engine_facts import needs
 from step_rules import asked_of_all, criteria_of_step, limit_of_step
@@ -204,7 +205,11 @@ class LateEngine(PymunkEngine):
         assert result.events is not None
         events, late = result.events.copy(), 2.0 * self.settings.step
         events["t"] += late
-        return replace(result, events=events, rest_time=result.rest_time + 10.0 * late)
+        motion = result.trajectory
+        assert isinstance(motion, SampledTrajectory)
+        end = result.rest_time + 10.0 * late
+        longer = replace(motion, times=np.append(motion.times[:-1], end))
+        return replace(result, events=events, rest_time=end, trajectory=longer)
 
 
 class DullEngine(PymunkEngine):
