@@ -27,7 +27,7 @@ from uuid import uuid4
 from ghostball.model import GhostballError
 from ghostball.reference_adapters.registry import EngineUnavailableError
 from ghostball.validation.parallel.pool import WAKE, Done, Process, one_kind, wait
-from ghostball.validation.parallel.sources import code_here, engine_code
+from ghostball.validation.parallel.sources import code_here, engine_code, engine_source
 
 if TYPE_CHECKING:
     from distributed import Client, Future
@@ -267,11 +267,11 @@ class _Job:
 
 
 def _engine_here(name: str) -> dict[str, str]:
-    """Return the code of an engine; nothing if it can't be imported, which a comparison shows."""
+    """Return the code of an engine, or why it can't be imported, which a comparison shows."""
     try:
         return engine_code(name)
-    except EngineUnavailableError:
-        return {}
+    except EngineUnavailableError as error:
+        return {engine_source(name): f"missing ({error})"}
 
 
 def _first(given: tuple[dict[str, str], str, bytes]) -> str:

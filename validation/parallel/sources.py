@@ -173,9 +173,14 @@ def engine_code(name: str) -> dict[str, str]:
         content = path.read_bytes()
         digest.update(json.dumps([place, len(content)]).encode() + content)
     found = {one: version_of(one) for one in sorted(distributions)}
-    return {f"the source of engine `{name}`": digest.hexdigest()[:12]} | {
+    return {engine_source(name): digest.hexdigest()[:12]} | {
         one: number for one, number in found.items() if number is not None
     }
+
+
+def engine_source(name: str) -> str:
+    """Return what the source of an engine is called where code is compared."""
+    return f"the source of engine `{name}`"
 
 
 def _imported_by(module: str) -> tuple[dict[str, Path], set[str]]:

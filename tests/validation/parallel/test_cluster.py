@@ -137,9 +137,9 @@ ENGINE = "engine_of_cluster:simulate"
 @pytest.mark.parametrize(
     ("theirs", "said"),
     [
-        (None, "is missing there and "),
+        (None, f"is missing (engine `{ENGINE}` can't be imported: ModuleNotFoundError"),
         ("def simulate(scene, dt=0.5): ...", " there and "),
-        ("import no_such_thing\ndef simulate(scene): ...", "is missing there and "),
+        ("import no_such_thing\ndef simulate(scene): ...", "No module named 'no_such_thing'"),
     ],
     ids=["lacks it", "another version", "can't import it"],
 )
