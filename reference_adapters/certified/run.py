@@ -28,7 +28,7 @@ from ghostball.reference_adapters.certified.flight import (
     body_in_space_at_start,
     gone,
 )
-from ghostball.reference_adapters.certified.gaps import PairGap, level_reach
+from ghostball.reference_adapters.certified.gaps import DOUBLES_ERROR, PairGap, level_reach
 from ghostball.reference_adapters.certified.impacts import Impacts
 from ghostball.reference_adapters.certified.impacts_in_space import ImpactsInSpace
 from ghostball.reference_adapters.certified.meetings import Meeting, meeting_again
@@ -284,8 +284,9 @@ class Run:
         """
         if first.gap is None:
             return
+        now = float(first.instant)
         for other in self._agenda.sharing(first, self.bodies):
-            if other.gap is None:
+            if other.gap is None or _far_apart(other, now):
                 continue
             choices = tuple(c.choice for c in sorted((first, other), key=lambda c: c.rank))
             s = first.instant - other.gap.t
@@ -401,6 +402,24 @@ class Run:
             self.rested = False
             return self._t_max
         return t
+
+
+def _far_apart(candidate: Candidate, t: float) -> bool:
+    """Whether two balls are surely apart at an instant [s], by doubles; False where they can't say.
+
+    By a thousandth of their radii, far more than doubles err.
+    """
+    if len(candidate.bodies) == 1:
+        return False
+    places, reach, size = [], 0.0, 0.0
+    for body in candidate.bodies:
+        q, s = body.doubles, 0.0 if body.resting else t - float(body.t)
+        if body.curved or not q.exact_enough:
+            return False
+        places.append((q.x + s * (q.vx + 0.5 * s * q.ax), q.y + s * (q.vy + 0.5 * s * q.ay)))
+        reach += float(body.constants.radius)
+        size += q.place + s * (q.speed + s * q.pull)
+    return math.dist(*places) > 1.001 * reach + DOUBLES_ERROR * size
 
 
 def _latest(s: arb) -> float:

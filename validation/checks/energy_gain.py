@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from ghostball.model import COLLISION_KINDS, Result, SampledTrajectory, Samples, Scene, energy_of
 from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.base import Resolution, resolution_of_step, stated_error
-from ghostball.validation.grading.tolerances import EPS
+from ghostball.validation.grading.tolerances import CONTACT_STEP, EPS
 from ghostball.validation.runs.sampling import energy_series, energy_times, events_of
 
 _ROLLS = 1e-12
@@ -25,6 +25,9 @@ _ROLLS = 1e-12
 
 _ROUNDINGS_SEEN = 4.0
 """Roundings of an instant, or of a height, that are no gain."""
+
+_MOST_CONTACT_STEPS = 64
+"""Steps of a contact that may err the same way: more than one takes from its start to its end."""
 
 _OF_SPEEDS = 1.0 + math.sqrt(2.5)
 """See `_rounding`."""
@@ -45,12 +48,17 @@ def largest_gain(result: Result, resolution: Resolution = 0.0) -> float:
     An engine that sees contacts late resolves them from speeds that are as old: Chipmunk bounces
     balls with those that they had before its step, and so gives back what the cloth took in it.
     What the cloth takes while the fastest ball goes `resolution` is therefore no gain. Nor is what
-    rounding makes of an exact motion: of its heights, and of the instants at which it is looked at.
+    rounding makes of an exact motion: of its heights, and of the instants at which it is looked at;
+    and what steps of sustained contact, which such a run counts in `work`, may err by.
     """
     energy = energy_series(result)
     frames = result.trajectory
     if not isinstance(frames, SampledTrajectory):
-        return largest_rise(energy, _rounding(result.scene, energy_times(result), energy))
+        rounding = _rounding(result.scene, energy_times(result), energy)
+        steps = min(result.work.get("contact_steps", 0), _MOST_CONTACT_STEPS)
+        # A step errs by a part of the velocities, and so by twice that of the energy.
+        in_contact = 2.0 * CONTACT_STEP * float(energy[0]) * (1 + steps) if steps else 0.0
+        return largest_rise(energy, rounding + in_contact)
     rise = largest_rise(energy)
     late = stated_error(resolution) / max(resolution_of_step(1.0, result.scene), TINY)
     return max(rise, float(np.max(_gains_at_impacts(result, frames, late), initial=0.0)))

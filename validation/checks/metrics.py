@@ -22,7 +22,7 @@ from ghostball.validation.checks.energy_gain import largest_gain
 from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.grading.event_logs import Agreement, compare_collisions
 from ghostball.validation.grading.grading import Grade, grade
-from ghostball.validation.grading.tolerances import EPS, TOLERANCE, UNIT_ROUNDOFF
+from ghostball.validation.grading.tolerances import EPS, LEAST_DOUBLE, TOLERANCE, UNIT_ROUNDOFF
 from ghostball.validation.results.records import ACCURACY_KINDS, Accuracy
 from ghostball.validation.runs.sampling import energy_series, events_of, largest_overlap
 from ghostball.validation.truth.scene_truth import Truth, TruthPart
@@ -308,8 +308,11 @@ def _in_roundings(errors: FloatArray, sizes: FloatArray) -> float:
     known = np.isfinite(sizes)
     if not known.any():
         raise NotMeasuredError("no derivative says what rounding does to the shot until then")
+    rounding = UNIT_ROUNDOFF * sizes
+    # Of a shot of 1e-310 s a rounding is the least double.
+    rounding[sizes > 0.0] = np.maximum(rounding[sizes > 0.0], LEAST_DOUBLE)
     with np.errstate(divide="ignore", invalid="ignore"):
-        factors = errors[known] / (UNIT_ROUNDOFF * sizes[known])
+        factors = errors[known] / rounding[known]
     return float(np.max(np.where(errors[known] > 0.0, factors, 0.0)))
 
 

@@ -38,6 +38,10 @@ from ghostball.reference_adapters.certified import Certificate
 from ghostball.validation.grading.certified_events import EventChange, event_changes
 from ghostball.validation.grading.certified_flow import PARTS, SLIP, SPIN, VELOCITY, ProvedBall
 from ghostball.validation.grading.other_paths import MOST_EVENTS, Margins, margins_along
+from ghostball.validation.grading.tolerances import EPS
+
+_CANCELLED = 16.0 * EPS
+"""What may be left of terms of a variance that cancel, in units of their sizes."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,7 +133,10 @@ class CertifiedGrowth:
             rows, flow = ball.displacement(t)
             with np.errstate(over="ignore", invalid="ignore"):
                 variance = np.einsum("kij,kjl,kil->k", flow, kept[rows], flow)
-                size = np.sqrt(np.maximum(variance, 0.0))
+                # Where large terms cancel, as those of balls that meet slowly, what is left of them
+                # is their rounding.
+                terms = np.einsum("kij,kjl,kil->k", abs(flow), abs(kept[rows]), abs(flow))
+                size = np.sqrt(np.maximum(variance, 0.0) + _CANCELLED * terms)
             sizes[:, k] = np.where(np.isfinite(variance), size, np.inf)
         return sizes
 
@@ -338,9 +345,12 @@ def _covariances(
             if event.matrix is None:
                 whole[rows] = whole[:, rows] = np.nan
             else:
+                its = np.ix_(rows, rows)
+                terms = abs(event.matrix) @ abs(whole[its]) @ abs(event.matrix.T)
                 passed = event.matrix @ whole[rows]
                 whole[rows], whole[:, rows] = passed, passed.T
-                whole[np.ix_(rows, rows)] = passed[:, rows] @ event.matrix.T
+                whole[its] = passed[:, rows] @ event.matrix.T
+                whole[rows, rows] += _CANCELLED * np.diag(terms)
             if gaps and event.late is not None:
                 moved = event.rounded * event.late
                 whole[np.ix_(rows, rows)] += np.outer(moved, moved)

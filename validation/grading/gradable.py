@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import lru_cache
 from typing import Literal
 
@@ -30,6 +31,9 @@ from ghostball.validation.grading.tolerances import (
     TOLERANCE,
     UNIT_ROUNDOFF,
 )
+
+_WIDEST = Fraction(1, 2**56)
+"""Radius of an enclosure, in m or s, or of its middle: an eighth of a rounding."""
 
 Extent = Literal["whole", "horizon", "low bounce", "proved part"]
 """Up to where events are graded: the end, the predictability horizon, the first bounce that is too
@@ -82,8 +86,9 @@ def gradable(
         until = horizon(growth, TOLERANCE, ROUNDINGS * UNIT_ROUNDOFF)
     low_bounce = _first_low_bounce(scene, certificate)
     extent, why, last = _extent(certificate, until, low_bounce)
+    narrow = _is_narrow(certificate)
     # Balls may meet at the instant at which a proof ends, and in a run a rounding before it.
-    at_last = last * (1.0 - TIE) if extent == "proved part" else last
+    at_last = last * (1.0 - TIE) if extent == "proved part" and narrow else last
     if not exact:
         return Gradable(extent, why, last, at_last, None)
     assert growth is not None
@@ -94,6 +99,8 @@ def gradable(
         return Gradable(extent, why, last, at_last, sizes)
     compared_at = min(at_last, math.nextafter(growth.derivative_ends, 0.0))
     sizes = growth.sizes([min(compared_at, float(certificate.t_end))])[0]
+    if not narrow:
+        sizes[:] = math.inf  # of what isn't known to a rounding nothing is one
     return Gradable(extent, why, last, compared_at, sizes)
 
 
@@ -118,6 +125,15 @@ def proved_motion(scene: Scene, certificate: Certificate) -> ExactTrajectory:
     motion = certificate.trajectory(scene)
     assert motion is not None  # checked
     return motion
+
+
+def _is_narrow(certificate: Certificate) -> bool:
+    """Whether a proof encloses its end to less than a rounding; one that ran out of time may not.
+
+    Then the middles of its enclosures, which its motion is made of, say nothing.
+    """
+    numbers = [certificate.t_end, *(one for place in certificate.positions for one in place)]
+    return all(one.rad <= _WIDEST * max(abs(one.mid), Fraction(1)) for one in numbers)
 
 
 def _extent(certificate: Certificate, until: float, low_bounce: float) -> tuple[Extent, str, float]:

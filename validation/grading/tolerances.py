@@ -8,6 +8,9 @@ UNIT_ROUNDOFF = 2.0**-53
 EPS = 2.0 * UNIT_ROUNDOFF
 """Spacing of doubles at 1: a clock that shows t can't tell instants that are EPS t apart."""
 
+LEAST_DOUBLE = 2.0**-1074
+"""The least positive double: no rounding is smaller."""
+
 ROUNDINGS = 32.0
 """Errors that an exact engine may make, over those of one rounding of the state at each event.
 

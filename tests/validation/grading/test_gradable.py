@@ -121,3 +121,17 @@ def test_a_certificate_of_another_scene_is_refused() -> None:
     result, _, _ = run_and_proof("half-ball-cut")
     with pytest.raises(GhostballError, match=r"1 balls for the 2 .*\"half-ball-cut\""):
         grade(result, certify(find_scene("stop"), motion=True))
+
+
+def test_positions_are_not_graded_against_a_proof_that_is_wider_than_a_rounding() -> None:
+    """Breaks where the middle of a wide enclosure counts as the truth."""
+    scene = find_scene("break-7")
+    result = simulate(scene, record="trajectory")
+    wide = certify(scene, CertifiedSettings(start_precision=53, max_precision=53), motion=True)
+    assert wide.ending == "precision cap"
+    assert len(wide.events) > 3
+    made = grade(result, wide)
+    assert clean(made)
+    assert made.quality_factor is None
+    narrow = certify(scene, CertifiedSettings(max_events=len(wide.events)), motion=True)
+    assert grade(result, narrow).quality_factor is not None

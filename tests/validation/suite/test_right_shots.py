@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from right_shots import judged
+from right_shots import judged, stress_scenes
 from shots import kept_scene
 
 from ghostball.model import Scene
@@ -61,6 +61,7 @@ RANDOM = {
     "slow balls lifted on another cloth": (39, {"preset": ("carom", "snooker")}),
     "a ball that lies on another": (72, {}),
     "balls that lie on several others": (998, {}),
+    "a ball pushed into a rack, in thousands of steps of contact": (2736, {}),
     "a ball that slides after eleven days": (290, {}),
     "a slow ball that slides after a day": (301, {"spin": "struck"}),
 }
@@ -70,6 +71,21 @@ RANDOM = {
 @pytest.mark.parametrize(("number", "having"), RANDOM.values(), ids=RANDOM.keys())
 def test_what_random_scenes_found_is_gone(number, having):
     assert judged(random_scene(number, **having), reference=False).faults == ()
+
+
+@pytest.mark.parametrize(
+    "trial",
+    [
+        "limit-elastic-1e-49",  # 50 digits can't tell its speed from 0
+        "speed-difference-sliding-1e-10",  # what rounding does to the balls almost cancels
+        "tiny-sliding-1e-310",  # its times are a few least doubles
+    ],
+)
+def test_what_extreme_numbers_found_is_gone(trial):
+    ((_, scene),) = stress_scenes("full", f"extremes/{trial}")
+    found = judged(scene)
+    assert found.faults == ()
+    assert found.reference == "whole"
 
 
 @pytest.mark.compiled
