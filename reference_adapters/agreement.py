@@ -6,6 +6,8 @@ knows. That counts are those of the events is looked at in `returned`, which ask
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from ghostball.model import EventKind, Result, SampledTrajectory, Scene, Status
@@ -50,9 +52,40 @@ def _of_places(result: Result, scene: Scene) -> str:
             return (
                 f"`rest_positions[{ball}]` must be where the motion has ball "
                 f'"{scene.balls[ball].id}" at t = {t!r} s, {shown[ball].tolist()}, got '
-                f"{result.rest_positions[ball].tolist()}, {off[ball]:.3g} m from there"
+                f"{result.rest_positions[ball].tolist()}, {off[ball]:.3g} m from there{_mistake(result, shown)}"
             )
     return ""
+
+
+def _mistake(result: Result, shown: FloatArray) -> str:
+    """Return how the rest positions come of the places `shown`, if that is a common mistake."""
+    scene, rest = result.scene, result.rest_positions[:, :2]
+    places = shown[:, :2]
+    near = 1e-3 * float(np.min(scene.radii))
+    among = np.linalg.norm(rest[:, np.newaxis] - places, axis=2)
+    order = np.argmin(among, axis=1)
+    moved = np.flatnonzero(order != np.arange(len(rest)))
+    if len(moved) and np.all(np.min(among, axis=1) < near) and len(set(order)) == len(rest):
+        one, other = (f'"{scene.balls[ball].id}"' for ball in (moved[0], order[moved[0]]))
+        if len(moved) == 2:
+            return f": {one} and {other} are in each other's place"
+        return f": balls are in another order, {one} is where {other} must be"
+    for what, mirrored in _mirrored(scene, places):
+        if np.all(np.abs(rest - mirrored) < near):
+            return f": `rest_positions` is mirrored, {what}"
+    return ""
+
+
+def _mirrored(scene: Scene, places: FloatArray) -> Iterator[tuple[str, FloatArray]]:
+    """Yield mirror images of places (n, 2) [m], each with how it is made."""
+    x, y = places.T
+    yield "x has the other sign", np.column_stack([-x, y])
+    yield "y has the other sign", np.column_stack([x, -y])
+    yield "x and y are exchanged", np.column_stack([y, x])
+    if scene.table is not None and scene.table.length is not None:
+        length, width = float(scene.table.length), float(scene.table.width)
+        yield "x is counted from the right cushion", np.column_stack([length - x, y])
+        yield "y is counted from the top cushion", np.column_stack([x, width - y])
 
 
 def _between(result: Result, t: float) -> FloatArray:

@@ -220,11 +220,6 @@ PLANTED = {
         other_physics(sliding_friction=0.22),
         "From the start, mine plays as if `sliding_friction` were 0.22: 1.1 times 0.2",
     ),
-    "rest positions": (
-        hit(),
-        stepping(rest=lambda x: x[::-1], **SAME),
-        "The result of mine can't be compared yet: `rest_positions` lists",
-    ),
     "milliseconds": (hit(), stepping(times=1e3, **SAME), "its times look like milliseconds"),
     "the step": (hit(), stepping(**SAME), "mine is right but for its step"),
     "nothing": (find_scene("pool-break-9"), make_engine("ghostball"), "mine is right"),
