@@ -49,10 +49,11 @@ def _of_places(result: Result, scene: Scene) -> str:
         beyond = np.flatnonzero(on_table & (off > _SAME * size + _between(result, t)))
         if len(beyond):
             ball = int(beyond[0])
+            how = _mistake(result, shown)
             return (
                 f"`rest_positions[{ball}]` must be where the motion has ball "
                 f'"{scene.balls[ball].id}" at t = {t!r} s, {shown[ball].tolist()}, got '
-                f"{result.rest_positions[ball].tolist()}, {off[ball]:.3g} m from there{_mistake(result, shown)}"
+                f"{result.rest_positions[ball].tolist()}, {off[ball]:.3g} m from there{how}"
             )
     return ""
 

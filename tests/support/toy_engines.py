@@ -43,6 +43,25 @@ class ToySettings(EngineSettings):
     """Displaces every ball along y by this, up or down with each halving [m]."""
 
 
+@dataclass(frozen=True)
+class _Moved:
+    """A motion whose balls drift by `shift` (3,) [m] from the start to the end."""
+
+    motion: object
+    shift: np.ndarray
+
+    @property
+    def t_end(self):
+        return self.motion.t_end
+
+    def sample(self, times):
+        state = self.motion.sample(times)
+        part = np.clip(times / self.t_end, 0.0, 1.0)
+        return state._replace(
+            positions=state.positions + part[:, np.newaxis, np.newaxis] * self.shift
+        )
+
+
 class ToyEngine(EngineBase):
     """Our engine with errors planted."""
 
@@ -67,7 +86,13 @@ class ToyEngine(EngineBase):
         result = simulate(scene, record=record)
         state = result.final_state
         moved = state._replace(positions=state.positions + shift)
-        return replace(result, engine=self.name, settings={"dt": s.dt}, final_state=moved)
+        return replace(
+            result,
+            engine=self.name,
+            settings={"dt": s.dt},
+            final_state=moved,
+            trajectory=_Moved(result.trajectory, shift) if record == "trajectory" else None,
+        )
 
 
 def changed_shot(scene: Scene, ball: int, speed: float, turn: float) -> Scene:
