@@ -10,6 +10,7 @@ import pytest
 from commands import refused
 
 from ghostball.cli.shared.terminal import say, stderr
+from ghostball.validation.parallel.cluster import ClusterLostError
 
 
 @pytest.mark.parametrize("option", ["--out", "--plot"])
@@ -75,6 +76,16 @@ def test_an_unexpected_error_is_short_with_its_traceback_and_status_3(cli, monke
     assert result.stdout == ""
     assert "Traceback" in result.stderr
     assert "ghostball itself failed: RuntimeError: disc [bold]error" in result.stderr
+
+
+def test_a_cluster_that_is_lost_is_a_run_that_did_not_finish(cli, monkeypatch):
+    # It was the status of a bug of Ghostball's.
+    def lose(name):
+        raise ClusterLostError("lost the cluster")
+
+    monkeypatch.setattr("ghostball.cli.measure.run.find_scene", lose)
+    result = cli("run", "stop")
+    assert (result.exit_code, result.stderr) == (1, "error: lost the cluster\n")
 
 
 def test_ctrl_c_in_any_command_is_status_130(cli, monkeypatch):
