@@ -10,9 +10,11 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from functools import partial
+from itertools import chain
 
 from ghostball.model import EventKind, Scene
 from ghostball.model.features import Feature, has_feature, missing_features, scene_features
+from ghostball.model.impact_laws import BALL_LAWS, CUSHION_LAWS
 from ghostball.reference_adapters.base import ReferenceEngine
 from ghostball.validation.checks.verdict import Verdict, verdict_of
 from ghostball.validation.results.records import CaseRecord
@@ -28,60 +30,73 @@ FEW = 1.0 / 3.0
 """Largest share of the others that may have a trait, too, which still tells the bad ones apart."""
 
 
-ALONE: Mapping[Feature, str] = {
-    Feature.ROLLING: "head-on",
-    Feature.SLIDING: "sliding-stun",
-    Feature.FRICTIONLESS_CLOTH: "cloth-frictionless",
-    Feature.VERTICAL_SPIN: "side-spin",
-    Feature.BALL_RESTITUTION: "restitution-head-on",
-    Feature.BALL_FRICTION: "throw-slip",
-    Feature.SPEED_DEPENDENT_FRICTION: "throw-alciatore",
-    Feature.MATHAVAN_BALL: "ball-mathavan",
-    Feature.UNEQUAL_MASSES: "unequal-masses",
-    Feature.UNEQUAL_RADII: "unequal-radii",
-    Feature.PER_BALL_FRICTION: "ball-frictions",
-    Feature.UNBOUNDED_CLOTH: "unbounded-cut",
-    Feature.OPEN_SIDES: "open-sides",
-    Feature.POLYGON: "polygon-bounce",
-    Feature.POCKETS: "pocket-jaw",
-    Feature.POSTS: "post-bounce",
-    Feature.MIRROR_CUSHION: "wall-bounce",
-    Feature.CUSHION_RESTITUTION: "cushion-restitution",
-    Feature.FALLING_RESTITUTION: "cushion-falling",
-    Feature.CUSHION_TANGENTIAL: "cushion-tangential",
-    Feature.FRICTIONAL_CUSHION: "cushion-frictional",
-    Feature.HAN_CUSHION: "cushion-han",
-    Feature.MATHAVAN_CUSHION: "cushion-mathavan",
-    Feature.AIR_DRAG: "air-drag",
-    Feature.QUADRATIC_ROLLING: "cloth-quadratic",
-    Feature.FLIGHT: "flight-lands",
+ALONE: Mapping[Feature, tuple[str, ...]] = {
+    Feature.ROLLING: ("head-on",),
+    Feature.SLIDING: ("sliding-stun",),
+    Feature.FRICTIONLESS_CLOTH: ("cloth-frictionless", "cloth-frictionless-sliding"),
+    Feature.VERTICAL_SPIN: ("side-spin",),
+    Feature.BALL_RESTITUTION: ("restitution-head-on", "restitution-sliding"),
+    Feature.BALL_FRICTION: ("throw-slip",),
+    Feature.SPEED_DEPENDENT_FRICTION: ("throw-alciatore",),
+    Feature.MATHAVAN_BALL: ("ball-mathavan",),
+    Feature.UNEQUAL_MASSES: ("unequal-masses", "unequal-masses-sliding"),
+    Feature.UNEQUAL_RADII: ("unequal-radii", "unequal-radii-sliding"),
+    Feature.PER_BALL_FRICTION: ("ball-frictions", "ball-frictions-rolling"),
+    Feature.UNBOUNDED_CLOTH: ("unbounded-cut", "unbounded-sliding"),
+    Feature.OPEN_SIDES: ("open-sides", "open-sides-sliding"),
+    Feature.POLYGON: ("polygon-bounce", "polygon-sliding"),
+    Feature.POCKETS: ("pocket-jaw", "pocket-sliding"),
+    Feature.POSTS: ("post-bounce", "post-sliding"),
+    Feature.MIRROR_CUSHION: ("wall-bounce", "wall-bounce-sliding"),
+    Feature.CUSHION_RESTITUTION: ("cushion-restitution", "cushion-restitution-sliding"),
+    Feature.FALLING_RESTITUTION: ("cushion-falling", "cushion-falling-sliding"),
+    Feature.CUSHION_TANGENTIAL: ("cushion-tangential", "cushion-tangential-sliding"),
+    Feature.FRICTIONAL_CUSHION: ("cushion-frictional",),
+    Feature.HAN_CUSHION: ("cushion-han",),
+    Feature.MATHAVAN_CUSHION: ("cushion-mathavan",),
+    Feature.AIR_DRAG: ("air-drag", "air-drag-sliding"),
+    Feature.QUADRATIC_ROLLING: ("cloth-quadratic", "cloth-quadratic-sliding"),
+    Feature.FLIGHT: ("flight-lands",),
 }
-"""The shipped scene that tries each feature alone, or with just what the feature itself needs."""
+"""Shipped scenes that try each feature alone, or with just what the feature itself needs.
+
+Two, where balls that always roll and balls that slide can have it: an engine may have only one.
+"""
+
+_WITH_CUSHIONS = {Feature[law.feature] for law in CUSHION_LAWS if law.feature} | {
+    *(Feature.FALLING_RESTITUTION, Feature.CUSHION_TANGENTIAL),
+    *(Feature.OPEN_SIDES, Feature.POLYGON, Feature.POSTS),
+}
+_BETWEEN_BALLS = {Feature[law.feature] for law in BALL_LAWS if law.feature} | {
+    *(Feature.BALL_RESTITUTION, Feature.BALL_FRICTION, Feature.SPEED_DEPENDENT_FRICTION),
+    *(Feature.UNEQUAL_MASSES, Feature.UNEQUAL_RADII),
+}
 
 
-def untried(engine: ReferenceEngine, tried: Collection[Scene]) -> Mapping[Feature, str]:
-    """Return what an engine claims and these scenes, as far as it can play them, don't try.
+def tried_by(case: CaseRecord) -> set[Feature]:
+    """Return the features that a case tried: of cushions, for example, where a ball met one."""
+    if case.outcome != "ran":
+        return set()
+    tried = set(scene_features(case.load_scene()))
+    tried -= set() if _happened(case, CUSHION) else _WITH_CUSHIONS
+    return tried - (set() if _happened(case, BALL_BALL) else _BETWEEN_BALLS)
 
-    By feature: the name of a shipped scene that tries it, and that the engine can play: the one
-    that tries it alone, else the simplest; "" where there is none.
+
+def untried(engine: ReferenceEngine, tried: Collection[Feature]) -> Mapping[Feature, str]:
+    """Return the features that an engine claims, without those that were tried.
+
+    By feature: the name of a shipped scene that tries it, and that the engine can play: one that
+    tries it alone, else the simplest; "" where there is none.
     """
-    seen = {
-        feature
-        for scene in tried
-        if not missing_features(engine.capabilities, scene)
-        for feature in scene_features(scene)
-    }
-    claimed = [one for one in Feature if has_feature(engine.capabilities, one) and one not in seen]
-    return {one: _trying(one, engine) for one in claimed}
+    claimed = [one for one in Feature if has_feature(engine.capabilities, one)]
+    return {one: _trying(one, engine) for one in claimed if one not in tried}
 
 
 def _trying(feature: Feature, engine: ReferenceEngine) -> str:
-    alone = find_scene(ALONE[feature])
-    for scene in (alone, *sorted(select(), key=_size)):
-        able = not missing_features(engine.capabilities, scene)
-        if able and feature in scene_features(scene):
-            return scene.name
-    return ""
+    alone = map(find_scene, ALONE[feature])
+    others = (one for one in sorted(select(), key=_size) if feature in scene_features(one))
+    able = (one for one in chain(alone, others) if not missing_features(engine.capabilities, one))
+    return next((one.name for one in able), "")
 
 
 def _size(scene: Scene) -> tuple[int, int, str]:

@@ -10,7 +10,7 @@ from ghostball.reference_adapters import EngineError, make_engine, names_class
 from ghostball.validation.checks.verdict import Verdict, is_unfinished, verdict_of
 from ghostball.validation.results.records import CaseRecord
 from ghostball.validation.scenes import commands
-from ghostball.validation.suite.hints import lacked, shared, simplest, untried
+from ghostball.validation.suite.hints import lacked, shared, simplest, tried_by, untried
 
 LISTED = 4
 """Things of a kind that a line names; the rest is a number."""
@@ -33,7 +33,7 @@ def coverage(own: Sequence[CaseRecord], label: str) -> Iterator[str]:
         listed = _listed([f"{what} ({count})" for what, count in missing.items()])
         yield f"[dim]{name} can't play {unable} of these scenes (–), for it lacks {listed}[/]"
     try:
-        found = untried(make_engine(label), [case.load_scene() for case in own])
+        found = untried(make_engine(label), set().union(*map(tried_by, own)))
     except EngineError:
         return
     shipped = [one.value for one, scene in found.items() if scene]

@@ -177,6 +177,8 @@ FORMS: Mapping[str, Form] = {
     "air-paper": Form(alone_in_air, air=True),
     "air-drag": Form(alone_in_air, air=True),
     "cloth-quadratic": Form(alone_in_air, air=True),
+    "air-drag-sliding": Form(alone_in_air, motion="sliding", air=True),
+    "cloth-quadratic-sliding": Form(alone_in_air, motion="sliding", air=True),
     "air-slides": Form(alone_in_air, motion="sliding", air=True),
     "air-drop": Form(fall_in_air, motion="sliding", air=True, flight=True),
     "flight-throw": Form(alone_in_flight, motion="sliding", flight=True),
