@@ -34,6 +34,7 @@ from ghostball.model import (
     initial_state,
 )
 from ghostball.model.arrays import FloatArray
+from ghostball.model.trajectory.segment import WZ
 from ghostball.reference_adapters.certified import Certificate
 from ghostball.validation.grading.certified_events import EventChange, event_changes
 from ghostball.validation.grading.certified_flow import PARTS, SLIP, SPIN, VELOCITY, ProvedBall
@@ -244,6 +245,11 @@ class CertifiedGrowth:
                     own = changes[:, PARTS * i : PARTS * (i + 1)]
                     more = np.sum(np.abs(slopes[i][k] @ own), axis=0)
                     energies[i] = np.maximum(energies[i], more)
+        if not many or self.events[-1].t < self.t_end:  # a ball that spins on its place is the last
+            for i, ball in enumerate(self.balls):
+                if ball.spins_by > 0.0 and ball.segments[-1, WZ] != 0.0:
+                    spins = np.sum(np.abs(changes[:, PARTS * i + SPIN]), axis=0)
+                    rests = np.maximum(rests, spins / ball.spins_by)
         return comes, rests, np.sum(energies, axis=0)
 
 

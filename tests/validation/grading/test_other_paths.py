@@ -21,7 +21,14 @@ from ghostball.validation.truth.scene_truth import Truth, truth_of
 
 DISPLACED = engine_of(displaced, "displaced:displaced")
 TABLES = ("posts", "pockets", "polygon", "small", "none")
-ENDS = {"rest_error_max", "ball_ball_count_error", "ball_cushion_count_error", "matching_events"}
+ENDS = {
+    "rest_error_max",
+    "ball_ball_count_error",
+    "ball_cushion_count_error",
+    "matching_events",
+    "event_time_error",
+    "rest_time_error",
+}
 RADIUS = 0.028575
 
 
@@ -67,6 +74,11 @@ def judge_random(numbers: range, table: str) -> int:
 @pytest.mark.parametrize("table", TABLES)
 def test_a_displaced_exact_engine_keeps_the_limits_of_its_step(table: str) -> None:
     assert judge_random(range(71, 75), table) > 0
+
+
+def test_a_late_bounce_moves_the_end_of_a_ball_that_spins_on_its_place() -> None:
+    # The last event is a ball's rest at 1.5 s; it spins until 4.3 s, by what the cushion gave it.
+    assert judge_random(range(123, 124), "posts") > 0
 
 
 @pytest.mark.slow
