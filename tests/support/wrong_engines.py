@@ -135,6 +135,15 @@ WRONG: Mapping[str, Row] = {
     "slow-samples": Row(
         "Sampled velocities are up to 30 % too low halfway.", runs.slow_in_the_middle, (CUT,)
     ),
+    "straight-samples": Row(
+        "Sampled positions go straight from event to event.", runs.straight_between_events, (CUT,)
+    ),
+    "jump": Row("A ball jumps 1 mm aside halfway.", runs.jumps, ("stop",)),
+    "kinematics": Row(
+        "A rolling ball slows down unevenly; where and when it rests is right.",
+        runs.slows_unevenly,
+        ("stop",),
+    ),
     "drift": Row("Energy rises by 0.01 % from start to end.", runs.gains_slowly, ("galperin-1",)),
     "overlap": Row("Balls overlap by 5 mm for a moment.", runs.overlaps, (CUT,)),
     "not-finite": Row("A velocity is no number.", runs.not_finite, (CUT,)),

@@ -312,6 +312,16 @@ def straight_between_events(scene: Scene) -> Result:
     return with_frames(result, positions=positions)
 
 
+def slows_unevenly(scene: Scene) -> Result:
+    """Slow one ball down by another law, which leads it to the same place at the same time."""
+    result = right(scene)
+    s = (frames_of(result).times / result.rest_time)[:, np.newaxis, np.newaxis]
+    speed = 1.0 - s + 0.2 * s * (1.0 - s) * (1.0 - 2.0 * s)
+    way = s - s**2 / 2.0 + 0.2 * (s**2 / 2.0 - s**3 + s**4 / 2.0)
+    positions = scene.positions + 2.0 * way * (result.rest_positions - scene.positions)
+    return with_frames(result, positions=positions, velocities=speed * scene.velocities)
+
+
 def jumps(scene: Scene) -> Result:
     """Let a ball jump by 1 mm and back halfway."""
     result = right(scene)

@@ -37,6 +37,7 @@ IN_ROUNDINGS_OF_SHOT = frozenset(
         "rest_time_error_ulps",
         "event_time_factor",
         "rest_time_factor",
+        "path_factor",
         "energy_difference_factor",
     }
 )

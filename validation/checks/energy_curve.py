@@ -42,6 +42,16 @@ def energy_differences(
     `result`, `truth`: of one scene, recorded with `record="trajectory"`.
     `until` [s]: the last instant that is compared.
     """
+    times = compared_instants(result, truth, until)
+    true = truth.energy(times).total if len(times) else np.empty(0)
+    return times, np.abs(energy_at(result, times).total - true)
+
+
+def compared_instants(result: Result, truth: Result, until: float = math.inf) -> FloatArray:
+    """Return the instants at which a run and the truth have had the same events, (k,) [s].
+
+    Parameters are those of `energy_differences`.
+    """
     logs = [events_in(events_of(run), _JUMPS) for run in (truth, result)]
     pairs = compare_logs(*logs).pairs
     instants = np.array([(one.t, other.t) for one, other in pairs]).reshape(-1, 2)
@@ -59,9 +69,8 @@ def energy_differences(
     inside = np.searchsorted(np.sort(earlier), times, side="right") > np.searchsorted(
         np.sort(last), times, side="right"
     )
-    times = times[~inside & (times <= until)]
-    true = truth.energy(times).total if len(times) else np.empty(0)
-    return times, np.abs(energy_at(result, times).total - true)
+    compared: FloatArray = times[~inside & (times <= until)]
+    return compared
 
 
 def _few(times: FloatArray, later: FloatArray) -> FloatArray:

@@ -173,6 +173,14 @@ METRICS: dict[str, Metric] = {
             outcome=True,
         ),
         Metric(
+            "path_factor",
+            "1",
+            "largest distance of a ball from its true place on the way there, over what rounding "
+            "the state once at each event makes of it; not compared between the two instants of an "
+            "event that both have",
+            "proof",
+        ),
+        Metric(
             "energy_difference_max",
             "1",
             "largest difference from the true energy, over the initial energy; not compared "

@@ -17,7 +17,7 @@ import numpy as np
 from ghostball.model import COLLISION_KINDS, EventKind, ExactTrajectory, Result, Scene
 from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.base import Resolution
-from ghostball.validation.checks.energy_curve import energy_differences
+from ghostball.validation.checks.energy_curve import compared_instants, energy_differences
 from ghostball.validation.checks.energy_gain import largest_gain
 from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.grading.event_logs import Agreement, compare_collisions
@@ -303,6 +303,23 @@ def _energy_difference_factor(result: Result, truth: Truth) -> float:
     return _in_roundings(differences, rounding.energy_at(times))
 
 
+def _path_factor(result: Result, truth: Truth) -> float:
+    found, rounding = _graded(result, truth), _known(truth.rounding, truth, "proof")
+    right = _known(truth.motion, truth, "energy")
+    assert truth.certificate is not None  # `_graded` needed it
+    if not truth.certificate.proved:
+        raise NotMeasuredError("the shot isn't proved to its end, and so isn't the path there")
+    times = compared_instants(result, right, found.until)
+    if not len(times):
+        raise NotMeasuredError("a collision is due from the start on: no place is compared")
+    true = right.sample(times)
+    errors = np.linalg.norm(result.sample(times).positions - true.positions, axis=2)
+    # The coordinates are rounded as well, and the instant, by which a ball moves on.
+    sizes = rounding.places_at(times) + np.linalg.norm(true.positions, axis=2)
+    sizes += times[:, np.newaxis] * np.linalg.norm(true.velocities, axis=2)
+    return _in_roundings(np.where(np.isfinite(errors), errors, np.inf), sizes)
+
+
 def _in_roundings(errors: FloatArray, sizes: FloatArray) -> float:
     """Return the largest error over what rounding makes of it, given over 2^-53."""
     known = np.isfinite(sizes)
@@ -398,6 +415,7 @@ _COMPUTE: dict[str, Compute] = {
     "event_time_factor": _event_time_factor,
     "rest_time_factor": _rest_time_factor,
     "quality_factor": _quality_factor,
+    "path_factor": _path_factor,
     "energy_difference_max": partial(_energy_difference_max, compared=_differences),
     "energy_difference_time": partial(_energy_difference_time, compared=_differences),
     "energy_difference_factor": _energy_difference_factor,

@@ -19,6 +19,7 @@ more uncertain than the places are.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -87,17 +88,40 @@ class Rounding:
     `rest` [s]: how far it moves the end of the shot.
     `times`, `energies` (k,) float64 [s], [J]: how far it moves the energy of all balls, from each
         instant to the next; never less than before.
+    `marks` (m,) float64 [s], `places` (m, n) float64 [m]: how far it moves each ball, likewise.
     """
 
     events: FloatArray
     rest: float
     times: FloatArray
     energies: FloatArray
+    marks: FloatArray
+    places: FloatArray
 
     def energy_at(self, times: FloatArray) -> FloatArray:
         """Return how far rounding moves the energy at some instants, (k,) [J]."""
         moved: FloatArray = self.energies[np.searchsorted(self.times, times, side="right") - 1]
         return moved
+
+    def places_at(self, times: FloatArray) -> FloatArray:
+        """Return how far rounding moves each ball at some instants, (k, n) [m]."""
+        moved: FloatArray = self.places[np.searchsorted(self.marks, times, side="right") - 1]
+        return moved
+
+
+def places_between(
+    sizes: Callable[[FloatArray], FloatArray], times: FloatArray, t_end: float
+) -> tuple[FloatArray, FloatArray]:
+    """Return instants (m,) [s], and the most that errors come to from each to the next, (m, n) [m].
+
+    `sizes`: what errors have become of each ball at some instants.
+    `times` (k,) float64 [s]: of the events. Between two of them the error of a ball's place is a
+        convex function of the time: the larger of those at both ends bounds it.
+    """
+    marks = np.unique(np.append(times, t_end))
+    sides = [sizes(np.maximum(np.nextafter(marks, 0.0), 0.0)), sizes(marks)]
+    grown = np.maximum.accumulate(np.maximum(*sides), axis=0)
+    return marks, np.concatenate([grown[1:], grown[-1:]])
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,7 +185,8 @@ class CertifiedGrowth:
                 following = np.append(moved[1:], moved[-1])
                 energies += following[np.searchsorted(ball.segments[:, 0], starts, "right") - 1]
         events = np.maximum(np.where(np.isfinite(self._moved), self._moved, np.inf), instants)
-        return Rounding(events, self._rest_moved(events), starts, energies)
+        places = places_between(self.sizes, self.times, self.t_end)
+        return Rounding(events, self._rest_moved(events), starts, energies, *places)
 
     def _rest_moved(self, events: FloatArray) -> float:
         """Return how far rounding moves the end of the shot, over 2^-53 [s]."""

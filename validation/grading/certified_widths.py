@@ -19,7 +19,7 @@ from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.certified import Certificate, Enclosure
 from ghostball.reference_adapters.certified.problem import problem_of
 from ghostball.reference_adapters.certified.run import largest_speeds
-from ghostball.validation.grading.certified_growth import Rounding
+from ghostball.validation.grading.certified_growth import Rounding, places_between
 from ghostball.validation.grading.event_logs import proved_events
 from ghostball.validation.grading.tolerances import UNIT_ROUNDOFF
 
@@ -76,7 +76,8 @@ class FlightGrowth:
         beside = np.maximum.accumulate(np.max(self.sizes(at), axis=1))
         energies = first * (1.0 + beside / float(np.min(scene.radii)))
         events = np.array(self._moved)
-        return Rounding(events, self._end, at, energies)
+        places = places_between(self.sizes, self.times, self.t_end)
+        return Rounding(events, self._end, at, energies, *places)
 
 
 def width_sizes(certificate: Certificate) -> FloatArray:

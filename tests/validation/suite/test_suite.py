@@ -24,6 +24,7 @@ PROVED = (
     "events_missing",
     "events_invented",
     "quality_factor",
+    "path_factor",
     "event_time_factor",
     "rest_time_factor",
     "energy_difference_factor",
