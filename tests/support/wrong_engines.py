@@ -220,6 +220,24 @@ WRONG: Mapping[str, Row] = {
         ("stop",),
         step=1e-3,
     ),
+    "late-collisions-of-a-step": Row(
+        "Each collision is reported 50 ms late; it states steps of 1 ms.",
+        runs.late(0.05, collisions_only=True),
+        (CUT,),
+        step=1e-3,
+    ),
+    "late-rest-of-a-step": Row(
+        "The rest time is 0.5 s too long; it states steps of 1 ms.",
+        runs.rests_late(0.5),
+        (CUT,),
+        step=1e-3,
+    ),
+    "slow-samples-of-a-step": Row(
+        "Sampled velocities are up to 30 % too low halfway; it states steps of 1 ms.",
+        runs.slow_in_the_middle,
+        (CUT,),
+        step=1e-3,
+    ),
     "energy-at-hits-of-a-step": Row(
         "Each collision of balls makes 2 % of energy; it states steps of 1 ms.",
         runs.makes_energy(0.02),
@@ -231,6 +249,20 @@ WRONG: Mapping[str, Row] = {
 """Engines that every command has to fail."""
 
 UNJUDGED: Mapping[str, Row] = {
+    "huge-resolution": Row(
+        "Balls rest 1.11 m off; it states that it may be off by 10 m.",
+        runs.drifting(1.11),
+        (CUT,),
+        states=10.0,
+        status=4,
+    ),
+    "huge-step": Row(
+        "Rolling friction is 5/7 of what it should be; it states steps of 10 s.",
+        runs.with_physics(rolling_friction=lambda friction: 5.0 / 7.0 * friction),
+        ("catch-up",),
+        step=10.0,
+        status=4,
+    ),
     "lazy": Row(
         "Nothing moves, and it states nothing.",
         None,
