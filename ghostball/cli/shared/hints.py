@@ -41,9 +41,11 @@ def coverage(own: Sequence[CaseRecord], label: str) -> Iterator[str]:
     parts = []
     if shipped:
         scenes = " ".join(dict.fromkeys(scene for scene in found.values() if scene))
-        parts.append(f"{_listed(shipped)}: `ghostball validate {scenes} -e {label}` tries this")
+        parts.append(
+            f"{_listed(shipped)}: `ghostball validate {scenes} -e {label}` tries {_these(shipped)}"
+        )
     if untold:
-        parts.append(f"{_listed(untold)}: no shipped scene that it can play tries this")
+        parts.append(f"{_listed(untold)}: no shipped scene that it can play tries {_these(untold)}")
     if parts:
         said = escape("; ".join(parts))
         yield f"[yellow]Not tried, though {name} claims it:[/] {said}"
@@ -59,6 +61,10 @@ def _failures(own: Sequence[CaseRecord], label: str) -> Iterator[str]:
         yield f"next: `{escape(commands.explain(one.scene, label))}` says what is wrong"
     elif (one := simplest(crashed)) is not None:
         yield f"next: `{escape(commands.simulate(one.scene, label))}` shows where it stopped"
+
+
+def _these(names: Sequence[str]) -> str:
+    return "this" if len(names) == 1 else "these"
 
 
 def _listed(names: Sequence[str]) -> str:

@@ -36,7 +36,7 @@ def test_a_run_that_never_tried_it_says_so(twice):
     text = " ".join(found.stdout.split())
     assert "ball-ball restitution below 1" in text
     scenes = "cloth-frictionless restitution-head-on unbounded-cut wall-bounce"
-    assert f"`ghostball validate {scenes} -e twice:simulate` tries this" in text
+    assert f"`ghostball validate {scenes} -e twice:simulate` tries these" in text
     assert "can't play 1 of these scenes (–), for it lacks sliding" in found.stdout
 
 
