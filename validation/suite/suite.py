@@ -97,8 +97,8 @@ class Outcome:
     def exit_status(self) -> ExitStatus:
         """0 all passed; 1 a check failed, or an engine didn't come to its end; 130 interrupted.
 
-        3 ghostball itself failed to judge a case; 4 nothing was judged, or of an engine that says
-        nothing of how exact it is nothing about how shots end.
+        3 ghostball itself failed to judge a case; 4 nothing was judged, or not one shot of an
+        engine by how it ends (`unjudged_engines`).
         """
         return ExitStatus.INTERRUPTED if self.interrupted else exit_status_of(self.cases)
 
