@@ -13,8 +13,11 @@ import numpy as np
 from ghostball.model import EventKind, Result, SampledTrajectory, Scene, Status
 from ghostball.model.arrays import FloatArray
 
-_SAME = 1e-9
-"""How far two numbers of one place or time may be apart, over their size: a sum's roundings."""
+_SAME = 2.0**-23
+"""How far two numbers of one place or time may be apart, over their size.
+
+The spacing of single precision, in which an engine may keep one of the two.
+"""
 
 
 def disagreement(result: Result, scene: Scene) -> str:

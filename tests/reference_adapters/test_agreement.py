@@ -49,7 +49,7 @@ def test_a_right_result_agrees_with_itself(name: str) -> None:
     ("wrong", "said"),
     [
         (lambda run: moved(run, 1e-4), "`rest_positions[0]` must be where the motion has ball"),
-        (lambda run: moved(run, 1e-7), "`rest_positions[0]` must be where the motion has ball"),
+        (lambda run: moved(run, 1e-6), "`rest_positions[0]` must be where the motion has ball"),
         (swapped, "`rest_positions[0]` must be where the motion has ball"),
         (
             lambda run: replace(run, rest_time=run.rest_time + 0.5),
