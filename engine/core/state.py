@@ -35,7 +35,7 @@ class Balls(NamedTuple):
     until `own_time`, when the ball's own next event changes its motion. While it slides, its
     angular velocity changes at a constant rate, but for what `air` adds; while it rolls, the
     velocity gives it; about the vertical the cloth takes from it. In flight it stays as it is.
-    m is enough for all pairs that can touch at once, and one cushion.
+    m is enough for all pairs that can touch at once, and two cushions.
 
     One array for all numbers, because a kernel call passes every array of a named tuple as several
     words: with one array per number, the calls cost more than what they did. A ball's numbers lie
@@ -356,7 +356,7 @@ CONTACT_PIECES = 15
 WORK = 16  # turns of all loops, in units of some 6 ns; what none may have without end
 PAUSE_AT = 17  # WORK at which the kernel returns for a moment, so that Python hears an interrupt
 STATUS = 18  # RUN_RESTED ... below: what the loop returned last
-AT_ONCE = 19  # events since the clock last moved
+AT_ONCE = 19  # events at all but one instant: see `event_loop.loop`
 ALOFT = 20  # balls that lie still on others
 ENDLESS = 21  # of RUN_ENDLESS: 1 and the ball with it
 WAITS = 22  # 1: an event waits for `Contacts`; which one, the next four say, and WAITS_SINCE
@@ -372,7 +372,8 @@ LAST_EVENT = 1
 END = 2  # when the last ball came to rest, or the run stopped
 FARTHEST = 3  # largest coordinate of a ball at the end [m]
 WAITS_SINCE = 4  # when the event is that waits for `Contacts`
-CLOCKS = 5
+STOOD_SINCE = 5  # from when on AT_ONCE counts events
+CLOCKS = 6
 
 OWN_NONE = 0
 OWN_REST = 1
@@ -398,5 +399,5 @@ RUN_CONTACTS = 5  # continue with `Contacts`, which the run was not given
 RUN_NO_ROOM = 6
 RUN_PAUSED = 7  # it continues when called again
 RUN_WORK_LIMIT = 8
-RUN_STANDSTILL = 9  # events without end at one instant
+RUN_STANDSTILL = 9  # events without end at all but one instant
 RUN_ENDLESS = 10  # a ball that lies on others bounces without end

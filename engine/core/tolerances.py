@@ -32,6 +32,13 @@ Conservative advancement that no longer moves the clock has arrived. Without thi
 2 000 random breaks repeats the same step for ever.
 """
 
+ONE_INSTANT = 2.0**-28
+"""Time, in units of the clock, in which events count as those of one instant: 4e-9 s after 1 s.
+
+Only where they are so many that they have no end. Balls that fill a row between two posts bounce
+there every 1e-15 s, and take a second to leave it.
+"""
+
 APPROACH_ROUNDING = 8.0 * EPS
 """Speed of approach, in units of both balls' speeds, whose sign is noise.
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
 from ghostball.engine.core.state import Log, World
+from ghostball.engine.core.tolerances import ONE_INSTANT
 from ghostball.engine.event_loop.find import find
 from ghostball.engine.event_loop.predict import predict
 from ghostball.engine.event_loop.record import record
@@ -20,10 +21,10 @@ def run(world: World, limit: int) -> int:
     """Process events until every ball rests, `t_max`, a full log, or `limit` events and steps.
 
     Returns one of RUN_RESTED, RUN_T_MAX, RUN_EVENT_LIMIT, RUN_LOG_FULL, RUN_NOT_FINITE; or
-    RUN_STANDSTILL, where events follow each other at one instant without end; or RUN_PAUSED, where
-    its loops have done all the work that PAUSE_AT permits; or RUN_NO_ROOM, where more balls touch
-    at once than the arrays have room for; or RUN_CONTACTS, where balls are in resting contact, or
-    collide several at once, and `contacts` is None.
+    RUN_STANDSTILL, where events follow each other at all but one instant without end; or
+    RUN_PAUSED, where its loops have done all the work that PAUSE_AT permits; or RUN_NO_ROOM, where
+    more balls touch at once than the arrays have room for; or RUN_CONTACTS, where balls are in
+    resting contact, collide several at once, jam or collapse, and `contacts` is None.
 
     One of `pairs` and `cells` is None: which scheduler works, `scheduling.scheduler` says.
 
@@ -90,9 +91,10 @@ def _waiting(log: Log) -> Event:
 
 @kernel(inline=True)
 def _stands_still(world: World, t: float) -> bool:
-    """Count the events at one instant; return whether they are more than can come to an end."""
+    """Count the events at all but one instant; return whether they are more than come to an end."""
     log = world.log
-    if t > log.clock[st.NOW]:
+    if t - log.clock[st.STOOD_SINCE] > ONE_INSTANT * t:
+        log.clock[st.STOOD_SINCE] = t
         log.counters[st.AT_ONCE] = 0
         return False
     log.counters[st.AT_ONCE] += 1

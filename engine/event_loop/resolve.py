@@ -33,27 +33,35 @@ from ghostball.engine.event_loop.record import (
     note_event,
     note_rest,
 )
-from ghostball.engine.impacts.impact import bounce, bounce_in_corner
+from ghostball.engine.impacts.impact import bounce, bounce_in_corner, has_collapsed, sticks
 from ghostball.engine.impacts.simultaneous import collide_together
+from ghostball.engine.motion.flight import meets_in_space
 from ghostball.engine.motion.frame import only_cushion
 from ghostball.engine.motion.geometry import (
     blocking_ball,
     capture_height,
     contact_tolerance,
     negligible_bounce,
+    rounding_of,
+    speed_of,
     tie_rounding,
 )
 from ghostball.engine.motion.next_piece import come_to_rest, mark, start_rolling
 from ghostball.engine.motion.obstacles import facing, nose_reach
 from ghostball.engine.motion.position import advance
+from ghostball.engine.resting_contact.collapse import end_collapse
 from ghostball.engine.resting_contact.step import end_step
 from ghostball.engine.scheduling.due_pairs import Event
+from ghostball.engine.scheduling.ties import list_pair
 from ghostball.engine.scheduling.time_of_impact import LASTING
 
 NEEDS_CONTACTS = -1
 
 _NO_CORNER = 1.0 - 2.0**-20
 """Cosine between the normals of two obstacles above which they are taken for a straight one."""
+
+_BOUNCES_AN_EVENT = 16
+"""Bounces in a corner that count as one of the events at one instant that may be without end."""
 
 
 @kernel(inline=True)
@@ -144,32 +152,62 @@ def _resolve_own(world: World, contacts: Contacts | None, i: int, t: float) -> i
             balls.touching[0, st.FIRST] = i
             balls.touching[0, st.SECOND] = partner
             return 1
-        _resolve_cushion(world, i, cushion, t)
-        mark(balls, i)
+        held = _resolve_cushion(world, contacts, i, cushion, t)
+        if held != NEEDS_CONTACTS:
+            mark(balls, i)
+        return held
     elif contacts is not None:
         end_step(contacts, i)
     return 0
 
 
 @kernel(inline=True)
-def _resolve_cushion(world: World, i: int, cushion: int, t: float) -> None:
-    """Bounce ball i off a cushion; in a corner, off both at once."""
+def _resolve_cushion(
+    world: World, contacts: Contacts | None, i: int, cushion: int, t: float
+) -> int:
+    """Bounce ball i off a cushion; in a corner, off both at once, or leave it to be held by both.
+
+    Return how many contacts in `balls.touching` are to be held, or NEEDS_CONTACTS.
+    """
     balls, laws, log = world.balls, world.laws, world.log
     cushion = nose_of(balls.height, balls, laws, i, cushion)
-    log.counters[st.BALL_CUSHION] += 1
-    note_event(BALL_CUSHION_EVENT, i, _name(balls, laws, i, cushion), t, log)
-    if bounces_in_space(balls.height, balls, laws, i, cushion):
-        return
-    other = _corner_cushion(balls, laws, i, cushion, t)
-    if other < 0:
-        bounce(balls, i, cushion, laws)
-        return
-    bounces = bounce_in_corner(balls, i, cushion, other, laws)
-    log.counters[st.BALL_CUSHION] += bounces - 1
-    log.counters[st.JOINT_IMPACTS] += 1
-    for turn in range(1, bounces):
+    balls.state[i].impacts += 1.0
+    other, bounces, jams = -1, 1, False
+    if not laws.airborne:
+        other = _corner_cushion(balls, laws, i, cushion, t)
+    if other >= 0:
+        bounces, jams = _bounce_in_corner(balls, laws, i, cushion, other, contacts is None)
+        if jams and contacts is None:
+            return NEEDS_CONTACTS
+        log.counters[st.JOINT_IMPACTS] += 1
+        log.counters[st.AT_ONCE] += bounces // _BOUNCES_AN_EVENT
+    log.counters[st.BALL_CUSHION] += bounces
+    for turn in range(bounces):
         off = cushion if turn % 2 == 0 else other
         note_event(BALL_CUSHION_EVENT, i, _name(balls, laws, i, off), t, log)
+    if jams:
+        for row, wall in enumerate((cushion, other)):
+            balls.touching[row, st.FIRST] = i
+            balls.touching[row, st.SECOND] = -1 - wall
+        return 2
+    if other < 0 and not bounces_in_space(balls.height, balls, laws, i, cushion):
+        bounce(balls, i, cushion, laws)
+    return 0
+
+
+@kernel
+def _bounce_in_corner(
+    balls: Balls, laws: Laws, i: int, cushion: int, other: int, undo: bool
+) -> tuple[int, bool]:
+    """`bounce_in_corner`; where the ball jams, and `undo`, its motion is as it was before."""
+    ball = balls.state[i]
+    vx, vy, wx, wy, wz, phase = ball.vx, ball.vy, ball.wx, ball.wy, ball.wz, ball.phase
+    nx, ny, _ = facing(laws, other, ball.x, ball.y)
+    at_once = nx * vx + ny * vy < 0.0
+    bounces, jams = bounce_in_corner(balls, i, cushion, other, laws, at_once)
+    if jams and undo:
+        ball.vx, ball.vy, ball.wx, ball.wy, ball.wz, ball.phase = vx, vy, wx, wy, wz, phase
+    return bounces, jams
 
 
 @kernel(inline=True)
@@ -203,13 +241,18 @@ def _index(laws: Laws, k: int) -> int:
 
 @kernel(inline=True)
 def _corner_cushion(balls: Balls, laws: Laws, i: int, cushion: int, t: float) -> int:
-    """Return an obstacle across the given one that ball i meets at the same instant, or -1."""
+    """Return an obstacle across the given one that ball i touches at the same instant, or -1.
+
+    One that it meets then, too, or that faces the given one, so that this throws the ball on it.
+    """
     ball = balls.state[i]
     ox, oy, _ = facing(laws, cushion, ball.x, ball.y)
     alone = only_cushion(laws, cushion, ball.x, ball.y, 2.0 * ball.radius)
     for other in range(laws.outer if alone else len(laws.obstacles)):
         nx, ny, distance = facing(laws, other, ball.x, ball.y)
-        if not nx * ball.vx + ny * ball.vy < 0.0 or abs(nx * ox + ny * oy) > _NO_CORNER:
+        same = nx * ox + ny * oy
+        meets = nx * ball.vx + ny * ball.vy < 0.0 or same < 0.0
+        if other == cushion or not meets or same > _NO_CORNER:
             continue
         met = distance - nose_reach(balls, i, laws, other) <= tie_rounding(balls, i, i, t)
         if met and laws.obstacles[other].law != st.TAKES_OUT:
@@ -228,7 +271,10 @@ def _held_against(world: World, i: int, cushion: int, t: float) -> int:
     nx, ny, _ = facing(world.laws, cushion, balls.state[i].x, balls.state[i].y)
     rate = nx * balls.state[i].vx + ny * balls.state[i].vy
     opening = nx * balls.state[i].ax + ny * balls.state[i].ay
-    if opening < 0.0 and negligible_bounce(rate, -opening, capture_height(balls, i, i)):
+    height = capture_height(balls, i, i)
+    if opening < 0.0 and negligible_bounce(rate, -opening, height):
+        if _bounces_across(balls, world.laws, i, nx, ny, -opening):
+            return i
         return -1 - cushion
     pull = (
         balls.state[i].slide_slowing
@@ -239,6 +285,28 @@ def _held_against(world: World, i: int, cushion: int, t: float) -> int:
         return i
     blocking = blocking_ball(world, i, nx, ny, t)
     return blocking if blocking >= 0 else i
+
+
+@kernel
+def _bounces_across(balls: Balls, laws: Laws, i: int, nx: float, ny: float, pull: float) -> bool:
+    """Whether ball i, which moves into a wedge, bounces to and fro between its two obstacles.
+
+    (nx, ny) is the normal of the one that it meets. Where the other one leaves it not even the room
+    of a bounce that isn't followed, it doesn't come back by friction, and what such bounces do to
+    it may be much: they can send it back out of a gate.
+    """
+    ball, height = balls.state[i], capture_height(balls, i, i)
+    speed, rate = speed_of(ball.vx, ball.vy), nx * ball.vx + ny * ball.vy
+    if abs(rate) <= rounding_of(speed) or negligible_bounce(speed, pull, height):
+        return False
+    along_x, along_y = ball.vx - rate * nx, ball.vy - rate * ny
+    for other in range(len(laws.obstacles)):
+        ox, oy, distance = facing(laws, other, ball.x, ball.y)
+        near = distance - nose_reach(balls, i, laws, other) <= height
+        into = nx * ox + ny * oy < 0.0 and along_x * ox + along_y * oy < 0.0
+        if near and into and laws.obstacles[other].law != st.TAKES_OUT:
+            return True
+    return False
 
 
 @kernel(inline=True)
@@ -254,6 +322,8 @@ def _resolve_contacts(world: World, contacts: Contacts | None, event: Event) -> 
         if event.verdict == LASTING:
             return NEEDS_CONTACTS
         for c in range(count):
+            if _collapses(world, c):
+                return NEEDS_CONTACTS
             for other in range(c):
                 if _share_ball(balls, c, other):
                     return NEEDS_CONTACTS
@@ -269,6 +339,8 @@ def _resolve_contacts(world: World, contacts: Contacts | None, event: Event) -> 
         a, b = balls.touching[c, st.FIRST], balls.touching[c, st.SECOND]
         mark(balls, a)
         mark(balls, b)
+        balls.state[a].impacts += 1.0
+        balls.state[b].impacts += 1.0
         log.counters[st.BALL_BALL] += 1
         note_event(BALL_BALL_EVENT, a, b, t, log)
     if contacts is None:
@@ -276,9 +348,37 @@ def _resolve_contacts(world: World, contacts: Contacts | None, event: Event) -> 
             i, j = balls.touching[c, st.FIRST], balls.touching[c, st.SECOND]
             collide_pair(balls.height, world, i, j)
     else:
-        _collide_groups(world, count)
+        _collide_groups(world, _end_collapses(world, count, t))
     note_held(balls.height, world, count, t)
     return list_below(balls.height, world, t) if is_slow else 0
+
+
+@kernel
+def _collapses(world: World, c: int) -> bool:
+    """Whether pair c of `balls.touching`, on the cloth, is to be thrown back no more."""
+    balls, laws = world.balls, world.laws
+    a, b = balls.touching[c, st.FIRST], balls.touching[c, st.SECOND]
+    if laws.ball_restitution == 1.0 or meets_in_space(balls.height, balls, a, b):
+        return False
+    return has_collapsed(balls, a) or has_collapsed(balls, b)
+
+
+@kernel
+def _end_collapses(world: World, count: int, t: float) -> int:
+    """End the approach of those of the first `count` pairs of `balls.touching` that collapse.
+
+    But for those that stick. Return how many pairs are left to collide, the first ones then.
+    """
+    balls = world.balls
+    left = 0
+    for c in range(count):
+        a, b = balls.touching[c, st.FIRST], balls.touching[c, st.SECOND]
+        if _collapses(world, c) and not (sticks(balls, a) or sticks(balls, b)):
+            end_collapse(world, a, t)
+        else:
+            list_pair(balls, left, a, b)
+            left += 1
+    return left
 
 
 @kernel
@@ -296,13 +396,14 @@ def _collide_groups(world: World, count: int) -> None:
     for c in range(count):
         contacts.motion[balls.touching[c, st.FIRST]].degree += 1.0
         contacts.motion[balls.touching[c, st.SECOND]].degree += 1.0
-    joint = 0
+    joint, inelastic = 0, world.laws.ball_restitution < 1.0
     for c in range(count):
         a, b = balls.touching[c, st.FIRST], balls.touching[c, st.SECOND]
-        if contacts.motion[a].degree == 1.0 and contacts.motion[b].degree == 1.0:
+        alone = contacts.motion[a].degree == 1.0 and contacts.motion[b].degree == 1.0
+        if alone or (inelastic and (sticks(balls, a) or sticks(balls, b))):
             collide_pair(balls.height, world, a, b)
-            contacts.motion[a].degree = 0.0
-            contacts.motion[b].degree = 0.0
+            contacts.motion[a].degree -= 1.0
+            contacts.motion[b].degree -= 1.0
         else:
             contacts.ends[joint, st.FIRST] = a
             contacts.ends[joint, st.SECOND] = b

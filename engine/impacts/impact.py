@@ -16,14 +16,41 @@ from ghostball.engine.core.state import (
     Balls,
     Laws,
 )
-from ghostball.engine.impacts.laws.dispatch import ball_law, cushion_law
+from ghostball.engine.impacts.laws.dispatch import ball_law, cushion_law, is_integrated
 from ghostball.engine.impacts.laws.interface import BallImpact, CushionImpact
-from ghostball.engine.motion.geometry import rounding_of
+from ghostball.engine.motion.geometry import rounding_of, speed_of
 from ghostball.engine.motion.next_piece import keep_spin
 from ghostball.engine.motion.obstacles import facing
 
+MOST_REBOUNDS = 32
+"""Impacts of a ball at one instant after which those that follow don't throw it back.
+
+Where impacts take energy, infinitely many may follow each other in a finite time (inelastic
+collapse: McNamara and Young 1992): in the end, balls lie against each other or a cushion. The clock
+stands still long before, and the rest of these impacts may be any number. No usual shot comes to
+so many: a ball in a frozen line has at most about one for each ball of the line. Elastic impacts,
+which keep what they have, always throw a ball back.
+
+After twice as many, it sticks to what it hits: it moves into a gap between others all but in line
+with them, which is so narrow that each impact takes a millionth of its speed.
+"""
+
 MOST_IN_CORNER = 512
-"""Bounces of a ball at one instant in a corner: more than one of 0.4 degrees returns it by."""
+"""Bounces of a ball at one instant in a corner: more than one of 0.4 degrees returns it by.
+
+Those of a sharper corner, whose cushions take so little that it returns the ball too, are several
+events of one instant.
+"""
+
+_UNSETTLED = 32
+"""Bounces in a corner in which friction may still change how a ball turns there."""
+
+_BITS_OF_SPEED = 36.0
+"""Logarithm of 2^52: so many times a speed falls by a part e until it is at its rounding."""
+
+_WORK_OF_BOUNCE = 4
+_WORK_OF_INTEGRATED_BOUNCE = 4096
+"""Units of work of a bounce off a cushion; and where its law integrates over the impact."""
 
 
 @kernel(inline=True)
@@ -35,6 +62,9 @@ def collide_balls(balls: Balls, i: int, j: int, laws: Laws) -> None:
     With the unit normal, which is exact along an axis, and shares that are exactly 1/2 for equal
     masses, a straight collision along an axis stops a ball exactly.
     """
+    if laws.ball_restitution < 1.0 and (sticks(balls, i) or sticks(balls, j)):
+        _stick(balls, i, j, laws)
+        return
     if not laws.slides:
         # No law that is left acts on spin: the paper's section 4.2, times (1 + e) / 2.
         nx, ny = contact_normal(balls, i, j)
@@ -61,6 +91,29 @@ def collide_balls(balls: Balls, i: int, j: int, laws: Laws) -> None:
             balls.state[k].wz -= turn * impulse.along
     _rub_cloth(balls, i, nx, ny, impulse.a_cloth_n, impulse.a_cloth_t)
     _rub_cloth(balls, j, nx, ny, impulse.b_cloth_n, impulse.b_cloth_t)
+
+
+@kernel(inline=True)
+def has_collapsed(balls: Balls, i: int) -> bool:
+    """Whether ball i had so many impacts at its epoch that no more of them throw it back."""
+    return bool(balls.state[i].impacts > MOST_REBOUNDS)
+
+
+@kernel(inline=True)
+def sticks(balls: Balls, i: int) -> bool:
+    """Whether ball i had so many impacts at its epoch that it sticks to what it hits."""
+    return bool(balls.state[i].impacts > 2 * MOST_REBOUNDS)
+
+
+@kernel
+def _stick(balls: Balls, i: int, j: int, laws: Laws) -> None:
+    """Give balls i and j one velocity."""
+    if laws.slides:
+        keep_spin(balls, i)
+        keep_spin(balls, j)
+    vx, vy = balls.state[j].vx - balls.state[i].vx, balls.state[j].vy - balls.state[i].vy
+    _exchange(balls, i, j, 1.0, 0.0, -vx)
+    _exchange(balls, i, j, 0.0, 1.0, -vy)
 
 
 @kernel
@@ -183,6 +236,8 @@ def bounce(balls: Balls, i: int, cushion: int, laws: Laws) -> None:
     nx, ny = -inward_x, -inward_y
     if laws.slides:
         keep_spin(balls, i)
+    integrated = is_integrated(laws, cushion)
+    balls.counters[st.WORK] += _WORK_OF_INTEGRATED_BOUNCE if integrated else _WORK_OF_BOUNCE
     vx, vy = balls.state[i].vx, balls.state[i].vy
     wx, wy = balls.state[i].wx, balls.state[i].wy
     after = cushion_law(
@@ -204,35 +259,43 @@ def bounce(balls: Balls, i: int, cushion: int, laws: Laws) -> None:
     if laws.slides:
         terms += balls.state[i].radius * (abs(after.wn) + abs(after.wt) + abs(after.wz))
     terms = max(terms, balls.state[i].fastest)
-    if abs(vn) <= rounding_of(terms):
+    row = laws.obstacles[cushion]
+    inelastic = row.restitution < 1.0 or row.loss > 0.0
+    if abs(vn) <= rounding_of(terms) or (inelastic and has_collapsed(balls, i)):
         vn = 0.0
-    balls.state[i].vx = vn * nx - after.vt * ny
-    balls.state[i].vy = vn * ny + after.vt * nx
+    vt = 0.0 if inelastic and sticks(balls, i) else after.vt
+    balls.state[i].vx = vn * nx - vt * ny
+    balls.state[i].vy = vn * ny + vt * nx
     balls.state[i].wx = after.wn * nx - after.wt * ny
     balls.state[i].wy = after.wn * ny + after.wt * nx
     balls.state[i].wz = after.wz
 
 
 @kernel
-def bounce_in_corner(balls: Balls, i: int, cushion: int, other: int, laws: Laws) -> int:
-    """Bounce ball i off two cushions at once; return how often it bounces, off each in turn.
+def bounce_in_corner(
+    balls: Balls, i: int, cushion: int, other: int, laws: Laws, at_once: bool
+) -> tuple[int, bool]:
+    """Bounce ball i off two cushions that it touches, off each in turn, until it leaves both.
 
-    It does so until it leaves both: in a corner of 45 degrees that is four times. Which of them is
-    first, rounding would decide; so it gets the mean of both orders, with the mean of their
-    energies. Where both come to the same, as in a corner that a whole number of times makes two
-    right angles, what is lost is what the law takes; the mean of two bounces alone, as it was once,
-    stopped a ball there.
+    Return how often it bounces, and whether it jams there. In a corner of 45 degrees it bounces
+    four times. Where it meets both `at_once`, rounding would decide which of them is first; so it
+    gets the mean of both orders, with the mean of their energies. Where both come to the same, as
+    in a corner that a whole number of times makes two right angles, what is lost is what the law
+    takes; the mean of two bounces alone, as it was once, stopped a ball there. Where it meets only
+    `cushion`, that is the first.
     """
     if laws.slides:
         keep_spin(balls, i)
     vx, vy = balls.state[i].vx, balls.state[i].vy
     wx, wy, wz = balls.state[i].wx, balls.state[i].wy, balls.state[i].wz
-    bounces = _bounce_until_off(balls, i, cushion, other, laws)
+    bounces, jams = _bounce_until_off(balls, i, cushion, other, laws)
+    if not at_once:
+        return bounces, jams
     vx1, vy1 = balls.state[i].vx, balls.state[i].vy
     wx1, wy1, wz1 = balls.state[i].wx, balls.state[i].wy, balls.state[i].wz
     balls.state[i].vx, balls.state[i].vy = vx, vy
     balls.state[i].wx, balls.state[i].wy, balls.state[i].wz = wx, wy, wz
-    bounces = max(bounces, _bounce_until_off(balls, i, other, cushion, laws))
+    again, jams_too = _bounce_until_off(balls, i, other, cushion, laws)
     vx2, vy2 = balls.state[i].vx, balls.state[i].vy
     vx, vy = 0.5 * (vx2 + vx1), 0.5 * (vy2 + vy1)
     kept, square = 0.5 * ((vx1 * vx1 + vy1 * vy1) + (vx2 * vx2 + vy2 * vy2)), vx * vx + vy * vy
@@ -243,21 +306,49 @@ def bounce_in_corner(balls: Balls, i: int, cushion: int, other: int, laws: Laws)
     balls.state[i].wx = 0.5 * (balls.state[i].wx + wx1)
     balls.state[i].wy = 0.5 * (balls.state[i].wy + wy1)
     balls.state[i].wz = 0.5 * (balls.state[i].wz + wz1)
-    return bounces
+    return max(bounces, again), jams and jams_too
 
 
 @kernel
-def _bounce_until_off(balls: Balls, i: int, first: int, second: int, laws: Laws) -> int:
-    """Bounce ball i off two cushions in turn until it approaches neither; return how often.
+def _bounce_until_off(
+    balls: Balls, i: int, first: int, second: int, laws: Laws
+) -> tuple[int, bool]:
+    """Bounce ball i off two cushions in turn until it approaches neither, or jams.
 
-    Or `MOST_IN_CORNER` times: an inelastic ball slides ever slower into a sharp corner.
+    Return how often it bounces, at most `MOST_IN_CORNER` times, and whether it jams: its speed is
+    below the rounding of what it was, or will be before its direction, which no longer changes from
+    one bounce off a cushion to the next, could turn it back. So an inelastic ball comes to rest in
+    a corner that is too sharp for its cushions, after infinitely many bounces in a finite time.
+    Between parallel cushions it goes on along them.
     """
     near, far = first, second
+    nx, ny, _ = facing(laws, near, balls.state[i].x, balls.state[i].y)
+    ox, oy, _ = facing(laws, far, balls.state[i].x, balls.state[i].y)
+    settled = _UNSETTLED if nx * oy != ny * ox else MOST_IN_CORNER
+    vx, vy = balls.state[i].vx, balls.state[i].vy
+    least = rounding_of(max(abs(vx) + abs(vy), balls.state[i].fastest))
     for turn in range(MOST_IN_CORNER):
-        balls.counters[st.WORK] += 1
         bounce(balls, i, near, laws)
         near, far = far, near
-        nx, ny, _ = facing(laws, near, balls.state[i].x, balls.state[i].y)
-        if not nx * balls.state[i].vx + ny * balls.state[i].vy < 0.0:
-            return turn + 1
-    return MOST_IN_CORNER
+        ball = balls.state[i]
+        nx, ny, _ = facing(laws, near, ball.x, ball.y)
+        if not nx * ball.vx + ny * ball.vy < 0.0:
+            return turn + 1, False
+        if abs(ball.vx) + abs(ball.vy) <= least:
+            return turn + 1, True
+        if turn % 2 == 1:
+            if turn > settled and _slows_before_it_turns(vx, vy, ball.vx, ball.vy):
+                return turn + 1, True
+            vx, vy = ball.vx, ball.vy
+    return MOST_IN_CORNER, False
+
+
+@kernel
+def _slows_before_it_turns(vx: float, vy: float, to_vx: float, to_vy: float) -> bool:
+    """Whether a change from (vx, vy) to (to_vx, to_vy), again and again, stops a ball first.
+
+    That is, to the rounding of its speed before it has turned by one radian.
+    """
+    before, after = speed_of(vx, vy), speed_of(to_vx, to_vy)
+    turned = abs(vx * to_vy - vy * to_vx)
+    return _BITS_OF_SPEED * turned < after * (before - after)

@@ -17,7 +17,7 @@ from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
 from ghostball.engine.core.state import Balls, FloatArray, Laws, World
 from ghostball.engine.core.tolerances import EPS, GAP_ROUNDING, GAP_ULPS
-from ghostball.engine.impacts.impact import bounce, collide_balls
+from ghostball.engine.impacts.impact import bounce, collide_balls, has_collapsed
 from ghostball.engine.impacts.laws.falling_restitution import restitution_at
 from ghostball.engine.impacts.laws.friction_curve import friction_coefficient
 from ghostball.engine.impacts.lying_still import capture_speed
@@ -43,7 +43,8 @@ def collide_in_space(height: FloatArray, world: World, i: int, j: int) -> None:
     vx, vy, vz = a.vx - b.vx, a.vy - b.vy, height[i, st.UP_SPEED] - height[j, st.UP_SPEED]
     speed = vx * nx + vy * ny + vz * nz
     slow = capture_speed(laws, 0.5 * (a.radius + b.radius))
-    if speed <= slow:
+    collapsed = laws.ball_restitution < 1.0 and (has_collapsed(balls, i) or has_collapsed(balls, j))
+    if speed <= slow and not (free and collapsed):
         if free:
             overlap = a.radius + b.radius - distance
             part_slowly(height, world, i, j, nx, ny, nz, overlap)
@@ -54,6 +55,8 @@ def collide_in_space(height: FloatArray, world: World, i: int, j: int) -> None:
     set_free(balls, j)
     reduced = reduced_mass(a.mass, b.mass)
     returned = max(laws.ball_restitution * speed, slow if free else 0.0)
+    if collapsed:
+        returned = 0.0
     normal = (speed + returned) * reduced
     # The slip of a's surface over b's: what of the velocity is across, and (R_a w_a + R_b w_b) x n.
     wx, wy = a.radius * a.wx + b.radius * b.wx, a.radius * a.wy + b.radius * b.wy

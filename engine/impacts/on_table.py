@@ -186,5 +186,5 @@ def end_bounces(height: FloatArray, balls: Balls, i: int, t: float) -> None:
     ball.wz = slowed_spin(ball.wz, (t - ball.epoch) * ball.spin_slowing)
     height[i, st.LASTS] = 0.0
     ball.phase = st.SLIDING
-    ball.fastest = 0.0
+    ball.fastest, ball.impacts = 0.0, 0.0
     ball.epoch = t

@@ -51,7 +51,7 @@ def come_to_rest(balls: Balls, laws: Laws, i: int, t: float) -> None:
     balls.state[i].vy = 0.0
     balls.state[i].phase = st.ROLLING
     turn_about_vertical(balls, i, s)
-    balls.state[i].fastest = 0.0
+    balls.state[i].fastest, balls.state[i].impacts = 0.0, 0.0
     balls.state[i].epoch = t
 
 
@@ -75,7 +75,7 @@ def start_rolling(balls: Balls, laws: Laws, i: int, t: float) -> None:
     balls.state[i].vy = vy
     balls.state[i].phase = st.ROLLING
     turn_about_vertical(balls, i, s)
-    balls.state[i].fastest = 0.0
+    balls.state[i].fastest, balls.state[i].impacts = 0.0, 0.0
     balls.state[i].epoch = t
 
 

@@ -16,6 +16,7 @@ import math
 from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
 from ghostball.engine.core.state import Air, Balls, FloatArray
+from ghostball.engine.core.tolerances import ONE_INSTANT
 from ghostball.model.trajectory import polynomial
 
 FOR_EVER = 1e100
@@ -241,6 +242,7 @@ def advance(balls: Balls, i: int, t: float) -> None:
     ball.x, ball.y, ball.vx, ball.vy, ball.ax, ball.ay = whole_motion(balls, i, t)
     size = abs(ball.vx) + abs(ball.vy)
     ball.fastest = size if s > 0.0 else max(size, ball.fastest)
+    ball.impacts = 0.0 if s > ONE_INSTANT * t else ball.impacts
     if ball.phase == st.SLIDING:
         ball.wx += ball.bx * s
         ball.wy += ball.by * s

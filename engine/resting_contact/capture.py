@@ -50,7 +50,10 @@ def stop_approach(world: World, members: int, count: int) -> bool:
         k = contacts.member[m]
         # So far this says that the ball moves; it may have been stopped at this instant before.
         contacts.stopped[k] = contacts.stopped[k] or not at_rest(balls, k)
-    if not _approaches(world, count):
+    approaches = _approaches(world, count)
+    if approaches and _stop_wedged(world, count):
+        approaches = _approaches(world, count)
+    if not approaches:
         solved = True
     else:
         for m in range(members):
@@ -79,6 +82,37 @@ def stop_approach(world: World, members: int, count: int) -> bool:
             balls.state[k].vx, balls.state[k].vy = 0.0, 0.0
         contacts.stopped[k] = contacts.stopped[k] and at_rest(balls, k)
     return solved
+
+
+@kernel
+def _stop_wedged(world: World, count: int) -> bool:
+    """Stop every ball that two obstacles stop; return whether there is one.
+
+    Its velocity is a sum of pushes against both, found directly: where the two face each other all
+    but exactly, the pushes are as large as the angle between them is small, and what rounding
+    leaves to the general solver took the ball through.
+    """
+    balls, contacts = world.balls, world.contacts
+    found = False
+    for c in range(count):
+        a = contacts.ends[c, st.FIRST]
+        for other in range(c + 1, count):
+            b = contacts.ends[other, st.SECOND]
+            if contacts.ends[other, st.FIRST] != a or contacts.ends[c, st.SECOND] >= 0 or b >= 0:
+                continue
+            first, second, ball = contacts.forces[c], contacts.forces[other], balls.state[a]
+            across = first.nx * second.ny - first.ny * second.nx
+            push = (ball.vx * second.ny - ball.vy * second.nx) * across
+            push_too = (first.nx * ball.vy - first.ny * ball.vx) * across
+            if push > 0.0 and push_too > 0.0:
+                first.force = ball.mass * (push / (across * across))
+                second.force = ball.mass * (push_too / (across * across))
+                ball.vx, ball.vy = 0.0, 0.0
+                _rub_cushion(world, c)
+                _rub_cushion(world, other)
+                ball.vx, ball.vy = 0.0, 0.0
+                found = True
+    return found
 
 
 @kernel

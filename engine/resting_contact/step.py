@@ -33,10 +33,12 @@ from ghostball.engine.core.state import Balls, Contacts, World
 from ghostball.engine.core.tolerances import EPS
 from ghostball.engine.motion.geometry import at_rest, speed_of, stands_before
 from ghostball.engine.motion.next_piece import (
+    friction_against,
     keep_spin,
     mark,
     predict_again,
     predict_obstacles,
+    slip,
 )
 from ghostball.engine.motion.position import advance, slowed_spin, straighten
 from ghostball.engine.resting_contact.capture import stop_approach
@@ -61,6 +63,14 @@ from ghostball.engine.resting_contact.paths import held_obstacles
 
 _GROWTH = 1.25
 """Next step tried, in units of the last good one; a longer one would mostly be tried in vain."""
+
+
+_FACING = -1.0 + 2.0**-8
+"""Cosine between the normals of two obstacles below which a ball between them is wedged.
+
+They are within 5 degrees of facing each other. The steps that forces and friction there ask for
+become ever shorter the smaller the angle is.
+"""
 
 
 @kernel
@@ -152,6 +162,8 @@ def _start_step(world: World, i: int, listed: int, t: float) -> None:
     for m in range(members):
         if contacts.rolled[contacts.member[m]]:
             contacts.motion[contacts.member[0]].ahead = 0.0
+    if members == 1 and _hold_wedged(world, count):
+        return
     if stopped and start_motion(world, members, count, t):
         return
     own_time = own_time_of(world, members)
@@ -201,6 +213,43 @@ def _start_step(world: World, i: int, listed: int, t: float) -> None:
         predict_obstacles(balls, k, laws, duration, held_obstacles(contacts, count, k))
         contacts.motion[k].step = _GROWTH * step
         mark(balls, k)
+
+
+@kernel
+def _hold_wedged(world: World, count: int) -> bool:
+    """Hold the one member where it slips between two obstacles that all but face each other.
+
+    And that the cloth drives it into: by less than any force between them can withstand, however
+    little it would be moved. It stays there until the cloth has ended its slip. Return whether it
+    does.
+    """
+    balls, contacts = world.balls, world.contacts
+    k = contacts.member[0]
+    ball = balls.state[k]
+    if ball.phase != st.SLIDING or ball.vx != 0.0 or ball.vy != 0.0:
+        return False
+    ux, uy = slip(balls, k)
+    ax, ay = friction_against(ux, uy, ball.slide_slowing)
+    for c in range(count):
+        for other in range(c + 1, count):
+            first, second = contacts.forces[c], contacts.forces[other]
+            if first.nx * second.nx + first.ny * second.ny > _FACING:
+                continue
+            across = first.nx * second.ny - first.ny * second.nx
+            push = (ax * second.ny - ay * second.nx) * across
+            push_too = (first.nx * ay - first.ny * ax) * across
+            if push > 0.0 and push_too > 0.0:
+                ball.ax, ball.ay = 0.0, 0.0
+                straighten(balls, k)
+                ball.bx, ball.by = 2.5 * ay / ball.radius, -2.5 * ax / ball.radius
+                duration = speed_of(ux, uy) / (2.5 * ball.slide_slowing)
+                balls.own_kind[k] = st.OWN_CONTACT
+                held = held_obstacles(contacts, count, k)
+                predict_obstacles(balls, k, world.laws, duration, held)
+                contacts.motion[k].step, contacts.motion[k].ahead = 0.0, 0.0
+                mark(balls, k)
+                return True
+    return False
 
 
 @kernel

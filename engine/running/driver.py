@@ -16,7 +16,7 @@ from ghostball.engine.running.from_scene import layout_of, log_of
 from ghostball.engine.running.room import STATUS, WORK_AT_ONCE, Limits, Log, Room, shots_of
 from ghostball.engine.running.skips import Skip
 from ghostball.engine.running.variants import Variant, still_scene
-from ghostball.model import ExactTrajectory, Samples, Scene
+from ghostball.model import ExactTrajectory, Physics, Samples, Scene
 from ghostball.model.events import EVENT_DTYPE, EventKind, Events, Status
 from ghostball.model.rounding import position_rounding
 
@@ -52,6 +52,18 @@ def needed(variant: Variant) -> Needed:
     off = frozenset({Skip.INTEGRATED_LAWS}) if variant.integrated else frozenset[Skip]()
     layout = layout_of(still_scene(variant), off)
     return room.needed(layout, variant.contacts, variant.name("shots"))
+
+
+def _elastic_laws(physics: Physics) -> list[str]:
+    """Return which impacts take no energy, as a message says it."""
+    found = []
+    if physics.ball_restitution == 1.0:
+        found.append("`ball_restitution` is 1")
+    if physics.cushion == "mirror":
+        found.append('`cushion` is "mirror"')
+    elif physics.cushion_restitution == 1.0 and physics.cushion_restitution_loss == 0.0:
+        found.append("`cushion_restitution` is 1")
+    return found
 
 
 class Run:
@@ -105,10 +117,11 @@ class Run:
     def _endless(self, code: int) -> str:
         """Say what continues without end, and what ends it."""
         if code == st.RUN_STANDSTILL:
+            elastic = _elastic_laws(self._scene.physics)
+            loss = f", or impacts that take energy: {' and '.join(elastic)}" if elastic else ""
             return (
                 f"the clock stands still: {self._counters[st.AT_ONCE]} events at one instant, as "
-                "of balls that bounce without room between them. Give them room, or a restitution "
-                "below 1"
+                f"of balls that bounce without room between them. Give them room{loss}"
             )
         k = int(self._counters[st.ENDLESS]) - 1
         return (

@@ -67,6 +67,12 @@ def _cushion_law(
     return restitution(impact, cushion)  # a mirror where both its factors are 1
 
 
+@kernel(inline=True)
+def is_integrated(laws: Laws, k: int) -> bool:
+    """Whether the law of obstacle k integrates over the impact."""
+    return bool(int(laws.obstacles[k].law) == _MATHAVAN2010)
+
+
 @kernel
 def nose_sine(laws: Laws, k: int, radius: float) -> float:
     """Return the sine of the angle above the horizontal at which obstacle k's law sees its nose."""

@@ -24,7 +24,8 @@ def test_a_record_has_the_fields_of_the_row_in_its_order_and_room_behind():
     records = matrix.view(BALL)[:, 0]
     for field in BallRow.__annotations__:
         assert records[field].tolist() == matrix[:, column_of(BallRow, field)].tolist()
-    assert dtype_of(BallRow).itemsize < BALL.itemsize == 8 * STATE_COLUMNS
+    assert BALL.itemsize == 8 * STATE_COLUMNS
+    assert dtype_of(BallRow, STATE_COLUMNS + 8).itemsize == 8 * (STATE_COLUMNS + 8)
 
 
 def test_what_is_no_field_has_no_column():

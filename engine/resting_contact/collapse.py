@@ -1,0 +1,91 @@
+"""The end of an inelastic collapse: balls that have come to lie against each other in no time."""
+
+from __future__ import annotations
+
+import math
+
+from ghostball.engine.core import state as st
+from ghostball.engine.core.kernel import kernel
+from ghostball.engine.core.state import Balls, Contacts, World
+from ghostball.engine.motion.flight import meets_in_space
+from ghostball.engine.motion.geometry import contact_tolerance, list_near
+from ghostball.engine.motion.next_piece import mark
+from ghostball.engine.motion.obstacles import facing, nose_reach
+from ghostball.engine.motion.position import advance, pair_reach, relative_motion
+from ghostball.engine.resting_contact.capture import stop_approach
+from ghostball.engine.resting_contact.islands import sort_by_position
+
+
+@kernel
+def end_collapse(world: World, i: int, t: float) -> None:
+    """Let no balls approach each other, or a cushion, of all that touch ball i, directly or not.
+
+    By inelastic impulses that are found together: this is what the impacts come to that would
+    follow each other at the instant t [s].
+
+    Contract: all those balls are advanced to t and marked in `balls.changed`. No allocation: of
+    more contacts than `contacts` has room for, some are left to approach.
+    """
+    balls, contacts = world.balls, world.contacts
+    members, m = 0, 0
+    members = _join(world, i, members, t)
+    while m < members:
+        k = contacts.member[m]
+        m += 1
+        for c in range(list_near(balls, world.cells, k)):
+            other = int(balls.near[c])
+            if not _is_member(contacts, other, members) and _touch(balls, k, other, t):
+                members = _join(world, other, members, t)
+    sort_by_position(world, members)
+    stop_approach(world, members, _list_contacts(world, members, t))
+
+
+@kernel
+def _join(world: World, k: int, members: int, t: float) -> int:
+    """Make ball k the last of the members; return how many they are."""
+    advance(world.balls, k, t)
+    mark(world.balls, k)
+    world.contacts.member[members] = k
+    world.contacts.motion[k].index = members
+    return members + 1
+
+
+@kernel(inline=True)
+def _is_member(contacts: Contacts, k: int, members: int) -> bool:
+    """Whether ball k is one of the members; its `index` may be of another time."""
+    index = int(contacts.motion[k].index)
+    return bool(index < members and contacts.member[index] == k)
+
+
+@kernel
+def _touch(balls: Balls, i: int, j: int, t: float) -> bool:
+    """Whether balls i and j touch on the cloth at t [s], to the tolerance of a resting contact."""
+    gone = st.GONE in (balls.state[i].phase, balls.state[j].phase)
+    if gone or meets_in_space(balls.height, balls, i, j):
+        return False
+    rx, ry, _, _, _, _ = relative_motion(balls, i, j, t)
+    gap = math.sqrt(rx * rx + ry * ry) - pair_reach(balls, i, j)
+    return gap <= contact_tolerance(balls, i, j)
+
+
+@kernel
+def _list_contacts(world: World, members: int, t: float) -> int:
+    """List where the members touch each other and what stands on the table; return how many."""
+    balls, contacts, laws = world.balls, world.contacts, world.laws
+    count, room = 0, contacts.ends.shape[0]
+    for m in range(members):
+        k = contacts.member[m]
+        for other in range(m + 1, members):
+            if count < room and _touch(balls, k, contacts.member[other], t):
+                contacts.ends[count, st.FIRST] = k
+                contacts.ends[count, st.SECOND] = contacts.member[other]
+                count += 1
+        for row in range(len(laws.obstacles)):
+            _, _, away = facing(laws, row, balls.state[k].x, balls.state[k].y)
+            gap = away - nose_reach(balls, k, laws, row)
+            touches = gap <= contact_tolerance(balls, k, k)
+            if count < room and touches and laws.obstacles[row].law != st.TAKES_OUT:
+                contacts.ends[count, st.FIRST] = k
+                contacts.ends[count, st.SECOND] = -1 - row
+                count += 1
+    return count
