@@ -69,11 +69,28 @@ def test_a_ball_that_bounces_without_room_and_without_loss_stands_still():
     result = simulate(scene)
     assert result.status is Status.ENDLESS
     assert "the clock stands still" in result.reason
+    named = '`ball_restitution` is 1 and `cushion` is "mirror"'
+    assert f"Give them room, or impacts that take energy: {named}" in result.reason
     lossy = scene_of(
         ball((0.5, R), (1.0, 0.1)), table=Table(length=2.54, width=2.0 * R),
         cushion="restitution", cushion_restitution=0.85,
     )  # fmt: skip
     assert simulate(lossy, max_work=10**6).status is Status.REST
+
+
+@pytest.mark.compiled
+def test_elastic_balls_that_fill_a_row_between_two_posts_are_given_up_soon():
+    """What goes to and fro there does so every 1e-15 s: the clock moves, but next to nothing."""
+    posts = [{"centre": (0.6, 0.5 + side * (3.0 * R + 0.02)), "radius": 0.02} for side in (-1, 1)]
+    row = [ball((0.6, 0.5 + k * 2.0 * R)) for k in (-1, 0, 1)]
+
+    def struck(**physics) -> Scene:
+        table = Table(length=2.0, width=1.0, posts=posts)
+        return scene_of(ball((0.3, 0.503), (1.5, 0.0)), *row, table=table, preset="pool", **physics)
+
+    elastic = simulate(struck(ball_restitution=1.0, cushion="mirror"), max_work=3 * 10**6)
+    assert elastic.status is Status.ENDLESS
+    assert simulate(struck(), max_work=3 * 10**6).status is Status.REST
 
 
 @pytest.mark.compiled
