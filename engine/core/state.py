@@ -35,7 +35,7 @@ class Balls(NamedTuple):
     until `own_time`, when the ball's own next event changes its motion. While it slides, its
     angular velocity changes at a constant rate, but for what `air` adds; while it rolls, the
     velocity gives it; about the vertical the cloth takes from it. In flight it stays as it is.
-    m is enough for all pairs that can touch at once, and two cushions.
+    m is enough for all pairs that can touch at once and one cushion, and for two cushions.
 
     One array for all numbers, because a kernel call passes every array of a named tuple as several
     words: with one array per number, the calls cost more than what they did. A ball's numbers lie

@@ -360,7 +360,7 @@ def _collapses(world: World, c: int) -> bool:
     a, b = balls.touching[c, st.FIRST], balls.touching[c, st.SECOND]
     if laws.ball_restitution == 1.0 or meets_in_space(balls.height, balls, a, b):
         return False
-    return has_collapsed(balls, a) or has_collapsed(balls, b)
+    return has_collapsed(balls, a, world.laws) or has_collapsed(balls, b, world.laws)
 
 
 @kernel
@@ -373,7 +373,9 @@ def _end_collapses(world: World, count: int, t: float) -> int:
     left = 0
     for c in range(count):
         a, b = balls.touching[c, st.FIRST], balls.touching[c, st.SECOND]
-        if _collapses(world, c) and not (sticks(balls, a) or sticks(balls, b)):
+        if _collapses(world, c) and not (
+            sticks(balls, a, world.laws) or sticks(balls, b, world.laws)
+        ):
             end_collapse(world, a, t)
         else:
             list_pair(balls, left, a, b)
@@ -400,7 +402,7 @@ def _collide_groups(world: World, count: int) -> None:
     for c in range(count):
         a, b = balls.touching[c, st.FIRST], balls.touching[c, st.SECOND]
         alone = contacts.motion[a].degree == 1.0 and contacts.motion[b].degree == 1.0
-        if alone or (inelastic and (sticks(balls, a) or sticks(balls, b))):
+        if alone or (inelastic and (sticks(balls, a, world.laws) or sticks(balls, b, world.laws))):
             collide_pair(balls.height, world, a, b)
             contacts.motion[a].degree -= 1.0
             contacts.motion[b].degree -= 1.0

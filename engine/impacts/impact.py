@@ -22,7 +22,8 @@ from ghostball.engine.motion.geometry import rounding_of, speed_of
 from ghostball.engine.motion.next_piece import keep_spin
 from ghostball.engine.motion.obstacles import facing
 
-MOST_REBOUNDS = 32
+MOST_REBOUNDS = 128
+MOST_WITHOUT_FRICTION = 24
 """Impacts of a ball at one instant after which those that follow don't throw it back.
 
 Where impacts take energy, infinitely many may follow each other in a finite time (inelastic
@@ -30,6 +31,9 @@ collapse: McNamara and Young 1992): in the end, balls lie against each other or 
 stands still long before, and the rest of these impacts may be any number. No usual shot comes to
 so many: a ball in a frozen line has at most about one for each ball of the line. Elastic impacts,
 which keep what they have, always throw a ball back.
+
+Where nothing slows a ball, which would end the approach of balls that push each other, so many are
+followed by so many more after each collision of the cluster that fewer are enough.
 
 After twice as many, it sticks to what it hits: it moves into a gap between others all but in line
 with them, which is so narrow that each impact takes a millionth of its speed.
@@ -62,7 +66,7 @@ def collide_balls(balls: Balls, i: int, j: int, laws: Laws) -> None:
     With the unit normal, which is exact along an axis, and shares that are exactly 1/2 for equal
     masses, a straight collision along an axis stops a ball exactly.
     """
-    if laws.ball_restitution < 1.0 and (sticks(balls, i) or sticks(balls, j)):
+    if laws.ball_restitution < 1.0 and (sticks(balls, i, laws) or sticks(balls, j, laws)):
         _stick(balls, i, j, laws)
         return
     if not laws.slides:
@@ -94,15 +98,17 @@ def collide_balls(balls: Balls, i: int, j: int, laws: Laws) -> None:
 
 
 @kernel(inline=True)
-def has_collapsed(balls: Balls, i: int) -> bool:
+def has_collapsed(balls: Balls, i: int, laws: Laws) -> bool:
     """Whether ball i had so many impacts at its epoch that no more of them throw it back."""
-    return bool(balls.state[i].impacts > MOST_REBOUNDS)
+    most = MOST_WITHOUT_FRICTION if laws.uniform else MOST_REBOUNDS
+    return bool(balls.state[i].impacts > most)
 
 
 @kernel(inline=True)
-def sticks(balls: Balls, i: int) -> bool:
+def sticks(balls: Balls, i: int, laws: Laws) -> bool:
     """Whether ball i had so many impacts at its epoch that it sticks to what it hits."""
-    return bool(balls.state[i].impacts > 2 * MOST_REBOUNDS)
+    most = MOST_WITHOUT_FRICTION if laws.uniform else MOST_REBOUNDS
+    return bool(balls.state[i].impacts > 2 * most)
 
 
 @kernel
@@ -261,9 +267,9 @@ def bounce(balls: Balls, i: int, cushion: int, laws: Laws) -> None:
     terms = max(terms, balls.state[i].fastest)
     row = laws.obstacles[cushion]
     inelastic = row.restitution < 1.0 or row.loss > 0.0
-    if abs(vn) <= rounding_of(terms) or (inelastic and has_collapsed(balls, i)):
+    if abs(vn) <= rounding_of(terms) or (inelastic and has_collapsed(balls, i, laws)):
         vn = 0.0
-    vt = 0.0 if inelastic and sticks(balls, i) else after.vt
+    vt = 0.0 if inelastic and sticks(balls, i, laws) else after.vt
     balls.state[i].vx = vn * nx - vt * ny
     balls.state[i].vy = vn * ny + vt * nx
     balls.state[i].wx = after.wn * nx - after.wt * ny

@@ -43,7 +43,9 @@ def collide_in_space(height: FloatArray, world: World, i: int, j: int) -> None:
     vx, vy, vz = a.vx - b.vx, a.vy - b.vy, height[i, st.UP_SPEED] - height[j, st.UP_SPEED]
     speed = vx * nx + vy * ny + vz * nz
     slow = capture_speed(laws, 0.5 * (a.radius + b.radius))
-    collapsed = laws.ball_restitution < 1.0 and (has_collapsed(balls, i) or has_collapsed(balls, j))
+    collapsed = laws.ball_restitution < 1.0 and (
+        has_collapsed(balls, i, laws) or has_collapsed(balls, j, laws)
+    )
     if speed <= slow and not (free and collapsed):
         if free:
             overlap = a.radius + b.radius - distance

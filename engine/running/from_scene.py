@@ -224,7 +224,7 @@ def balls_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Balls:
         np.zeros(n, dtype=np.int64),
         np.ones(n, dtype=np.bool_),
         np.concatenate(([n], np.arange(n))).astype(np.int32),
-        np.zeros((_most_pairs(n) + 2, 2), dtype=np.int32),
+        np.zeros((max(_most_pairs(n) + 1, 2), 2), dtype=np.int32),
         np.zeros(n, dtype=np.int32),
         np.zeros(st.COUNTERS, dtype=np.int64),
         np.zeros((n, st.HIGHER + st.MOST_POWERS)) if drags else None,
