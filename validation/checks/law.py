@@ -11,13 +11,14 @@ the same rows of `scenes/common.expect.toml` for every engine.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from ghostball.model import Scene
+from ghostball.model import Scene, energy_of, initial_state
 from ghostball.model.features import scene_features
 from ghostball.reference_adapters.base import ReferenceEngine, resolution_of, stated_error
 from ghostball.reference_adapters.registry import OURS
@@ -66,7 +67,8 @@ class Asked:
     def limits(self, engine: ReferenceEngine, scene: Scene, truth: Truth) -> tuple[Criterion, ...]:
         """Return the limits that an engine is held to in a scene."""
         if self.excuse:
-            return tuple(_in_scene(one, scene) for one in self.stated[claim_of(engine, scene)])
+            stated = self.stated[claim_of(engine, scene)]
+            return tuple(_in_scene(one, scene, truth) for one in stated)
         return self._all(engine, scene, truth)
 
     def not_asked(
@@ -84,7 +86,7 @@ class Asked:
         computed = () if self.rule is None else step_criteria(self.rule, engine, scene, truth)
         for others in (computed, self.law[claim]):
             found = _with_others(found, others)
-        return tuple(_in_scene(one, scene) for one in found)
+        return tuple(_in_scene(one, scene, truth) for one in found)
 
     def plain(self) -> dict[str, Any]:
         """Return it as plain values, for a hash."""
@@ -188,6 +190,9 @@ _TOUCHING_ROUNDINGS = 1024.0
 """Roundings of a coordinate that a gap may be off by: an engine takes some at each event."""
 
 
+_CLOCK_ROUNDINGS = 4.0
+"""Roundings of an instant in which balls may go on into each other."""
+
 _TOUCHING_IN_FLIGHT = 2.0**-22
 """The same where balls may leave the cloth: what lies on others bounces as high, without end.
 
@@ -195,21 +200,28 @@ _TOUCHING_IN_FLIGHT = 2.0**-22
 """
 
 
-def touching(scene: Scene) -> float:
+def touching(scene: Scene, until: float) -> float:
     """Return the distance within which balls touch, for all an exact engine can tell [m].
 
-    1e-12 m of pool balls on their table. It grows with the balls and with the largest coordinate.
+    1e-12 m of pool balls on their table. It grows with the balls, with the largest coordinate, and
+    with what the fastest ball goes, if it has all of the energy, while the clock is rounded.
+
+    `until` [s]: the end of the shot.
     """
     diameter = 2.0 * float(np.max(scene.radii))
     part = _TOUCHING_IN_FLIGHT if scene.physics.airborne else _TOUCHING_GAP
-    return part * diameter + _TOUCHING_ROUNDINGS * EPS * extent_of(scene)
+    energy = float(energy_of(scene, initial_state(scene)).total[0])
+    fastest = math.sqrt(2.0 * energy / float(np.min(scene.masses)))
+    clock = _CLOCK_ROUNDINGS * EPS * until * fastest
+    return part * diameter + _TOUCHING_ROUNDINGS * EPS * extent_of(scene) + clock
 
 
-def _in_scene(criterion: Criterion, scene: Scene) -> Criterion:
+def _in_scene(criterion: Criterion, scene: Scene, truth: Truth) -> Criterion:
     """Return a criterion with its limit in the unit of its metric."""
     if criterion.of is None:
         return criterion
-    limit = criterion.limit * touching(scene)
+    until = scene.t_max if truth.rest_time is None else truth.rest_time
+    limit = criterion.limit * touching(scene, until or 0.0)
     return criterion.model_copy(update={criterion.limit_kind: limit, "of": None})
 
 
