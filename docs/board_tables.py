@@ -25,10 +25,10 @@ USES = (
     ("rules, an AI that tries many shots, a test's truth", "ghostball"),
     ("a game in the plane that may move its balls itself", "pymunk:contact_steps=exact,dt=0.02"),
     ("a game in the plane, in steps of 1 ms", "pymunk:dt=0.001"),
-    ("the same as one types it: 60 steps/s", "pymunk:config=default,dt=0.016666666666666666"),
+    ("the same as one types it: 60 steps/s", "pymunk:config=naive,dt=0.016666666666666666"),
     ("a game in space that may move its balls itself", "pybullet:contact_steps=exact,dt=0.02"),
     ("a game in space, in steps of 1 ms", "pybullet:dt=0.001"),
-    ("the same as one types it: 240 steps/s", "pybullet:config=default,dt=0.004166666666666667"),
+    ("the same as one types it: 240 steps/s", "pybullet:config=naive,dt=0.004166666666666667"),
 )
 """What an engine is wanted for, and the label that was measured for it."""
 

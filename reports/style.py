@@ -62,7 +62,7 @@ OTHER_COLOURS = (ORANGE, SKY, YELLOW)
 _VARIANTS: dict[str, tuple[LineStyle, str]] = {
     "": ("-", "o"),
     "contact_steps=exact": ((0.0, (1.2, 1.6)), "D"),
-    "config=default": ((0.0, (5.0, 2.5)), "^"),
+    "config=naive": ((0.0, (5.0, 2.5)), "^"),
 }
 _OTHER_VARIANTS: tuple[tuple[LineStyle, str], ...] = (
     ((0.0, (6.0, 2.0, 1.2, 2.0)), "v"),

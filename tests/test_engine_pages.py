@@ -25,13 +25,13 @@ def test_a_cell_leads_to_its_engine_and_has_the_colour_of_its_class():
 
     board = committed_board()
     column = next(one for one in board.columns if one.id == "cut")
-    link = cell_link(board, "pymunk:config=default", column)
+    link = cell_link(board, "pymunk:config=naive", column)
     assert "](engines/pymunk.md#cut" in link
     title = link.partition('"')[2].rpartition('"')[0]
     html = coloured(f'<tr><td><a href="x" title="{title}">4 mm</a></td></tr>')
     assert 'class="cell" style="background:#' in html
     assert 'data-size="' in html
-    assert '<a href="../replays/cut.html#pymunk:config=default" title=' in html
+    assert '<a href="../replays/cut.html#pymunk:config=naive" title=' in html
     gas = title.replace(", cut: ", ", gas: ")
     assert '<a href="x" title=' in coloured(f'<td><a href="x" title="{gas}">kept</a></td>')
     assert coloured("<td>other</td>") == "<td>other</td>"

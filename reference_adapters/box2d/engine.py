@@ -4,7 +4,7 @@ Its constants are compiled in, in its own unit of length: impacts slower than 1 
 inelastic, a body goes at most 2 units a step, and an overlap of 0.005 units is left. So a unit must
 be far less than a metre: `scale` says how many units a metre has. `contact_steps="fixed"` finds
 contacts as Box2D does, tuned in continuous time ("bullets"); `contact_steps="exact"` ends the steps
-where balls touch. `config="default"` is what a newcomer types: metres, frames of 1/60 s, no
+where balls touch. `config="naive"` is what a newcomer types: metres, frames of 1/60 s, no
 bullets.
 """
 
@@ -21,8 +21,8 @@ from ghostball.reference_adapters.stepping.ends import IN_SINGLE_PRECISION, Exac
 from ghostball.reference_adapters.stepping.laws import fastest
 from ghostball.reference_adapters.stepping.plane_engine import (
     PlaneEngine,
-    default_capabilities,
     disc_capabilities,
+    naive_capabilities,
 )
 
 _INELASTIC = Capability(
@@ -54,7 +54,7 @@ class Box2dEngine(PlaneEngine):
     PACKAGE: ClassVar[str] = "Box2D"
     Settings: ClassVar[type[EngineSettings]] = Box2dSettings
     TUNED: ClassVar[Capabilities] = disc_capabilities("Box2D", _INELASTIC, _RUBS, _PARTS)
-    DEFAULT: ClassVar[Capabilities] = default_capabilities(TUNED, "Box2D", _LARGER)
+    NAIVE: ClassVar[Capabilities] = naive_capabilities(TUNED, "Box2D", _LARGER)
     EXACT_STEPS: ClassVar[ExactSteps] = IN_SINGLE_PRECISION
 
     def _lacking(self, scene: Scene) -> Iterator[str]:

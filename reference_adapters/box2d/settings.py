@@ -23,13 +23,13 @@ SLOP = 0.005
 class Box2dSettings(SteppingSettings):
     """Settings of the Box2D adapter.
 
-    `dt` is 1e-3 s tuned, 1/60 s default as in Box2D's manual, 0.02 s or what the scale allows
+    `dt` is 1e-3 s tuned, 1/60 s naive as in Box2D's manual, 0.02 s or what the scale allows
     to contacts; `iterations` are of velocities: 8, as the manual recommends, default 6.
 
     `scale` [1/m]: units of Box2D in a metre. None is as many as the step and the scene's fastest
-        ball allow, at most 200; 1 in the default configuration.
+        ball allow, at most 200; 1 in the naive configuration.
     `bullet`: whether balls are bullets: contacts between them are found in continuous time. Where
-        steps end at contacts, and in the default configuration, they never are.
+        steps end at contacts, and in the naive configuration, they never are.
     """
 
     scale: Annotated[float, Field(gt=0.0, le=1e4)] | None = None
@@ -37,9 +37,9 @@ class Box2dSettings(SteppingSettings):
 
     @model_validator(mode="after")
     def _default_is_in_metres(self) -> Self:
-        if self.config == "default" and self.scale is not None:
+        if self.config == "naive" and self.scale is not None:
             raise ValueError(
-                "`config` = default is in metres: leave `scale` out, or set `config` = tuned"
+                "`config` = naive is in metres: leave `scale` out, or set `config` = tuned"
             )
         return self
 
@@ -50,7 +50,7 @@ class Box2dSettings(SteppingSettings):
 
     def units(self, scene: Scene) -> float:
         """Return the units in a metre for a scene [1/m]."""
-        if self.config == "default":
+        if self.config == "naive":
             return 1.0
         if self.scale is not None:
             return self.scale

@@ -3,7 +3,7 @@
 It solves contacts before balls touch ("speculative", up to 0.02 units), in soft sub-steps, and
 applies restitution once, after the solver. So a single impact keeps its energy, and contacts that
 share a ball lose it: a break keeps half, at any step. Tuned, a metre has 100 units, impacts have no
-threshold, and bodies may go as fast as they like. `config="default"` is what a newcomer types:
+threshold, and bodies may go as fast as they like. `config="naive"` is what a newcomer types:
 metres, frames of 1/60 s, and impacts slower than 1 m/s are inelastic.
 """
 
@@ -20,8 +20,8 @@ from ghostball.reference_adapters.stepping.ends import IN_SINGLE_PRECISION, Exac
 from ghostball.reference_adapters.stepping.laws import restitutions
 from ghostball.reference_adapters.stepping.plane_engine import (
     PlaneEngine,
-    default_capabilities,
     frictionless_capabilities,
+    naive_capabilities,
 )
 
 _IMPACTS = Capability(
@@ -43,7 +43,7 @@ class Box2d3Engine(PlaneEngine):
     PACKAGE: ClassVar[str] = "pyb2d3"
     Settings: ClassVar[type[EngineSettings]] = Box2d3Settings
     TUNED: ClassVar[Capabilities] = frictionless_capabilities("Box2D", _IMPACTS, _PARTS)
-    DEFAULT: ClassVar[Capabilities] = default_capabilities(TUNED, "Box2D", _LARGER)
+    NAIVE: ClassVar[Capabilities] = naive_capabilities(TUNED, "Box2D", _LARGER)
     EXACT_STEPS: ClassVar[ExactSteps] = IN_SINGLE_PRECISION
 
     def _lacking(self, scene: Scene) -> Iterator[str]:

@@ -10,11 +10,11 @@ from ghostball.reference_adapters.stepping.settings import SteppingSettings
 class Box2d3Settings(SteppingSettings):
     """Settings of the Box2D 3 adapter.
 
-    `dt` is 1e-3 s tuned, 1/60 s default as in Box2D's manual, 0.02 s in exact steps; `iterations`
+    `dt` is 1e-3 s tuned, 1/60 s naive as in Box2D's manual, 0.02 s in exact steps; `iterations`
     are sub-steps: 4, as the manual has it.
     """
 
-    EXACT_BY_DEFAULT: ClassVar[bool] = False
+    EXACT_IF_NAIVE: ClassVar[bool] = False
 
     @property
     def units(self) -> float:

@@ -4,7 +4,7 @@ Two constants are compiled in, in its own unit of length: rebounds slower than 0
 out, faster than 100 units/s are cut. `scale` says how many units a metre has.
 `contact_steps="fixed"` sees contacts when balls overlap as a step begins; `contact_steps="exact"`
 ends the steps where balls touch. `cloth="own"` has balls slide on a plane under gravity, with
-DART's friction; else the adapter applies the cloth between the steps. `config="default"` is what a
+DART's friction; else the adapter applies the cloth between the steps. `config="naive"` is what a
 newcomer types: metres, and the restitution on both bodies, of which DART takes the product.
 """
 
@@ -19,7 +19,7 @@ from ghostball.reference_adapters.base import EngineSettings
 from ghostball.reference_adapters.dart.settings import FASTEST_REBOUND, DartSettings
 from ghostball.reference_adapters.stepping.laws import fastest
 from ghostball.reference_adapters.stepping.plane_engine import (
-    default_capabilities,
+    naive_capabilities,
     tuned_capabilities,
 )
 from ghostball.reference_adapters.stepping.space import OwnClothEngine
@@ -60,7 +60,7 @@ class DartEngine(OwnClothEngine):
         "one slower than 0.1 unit/s doesn't bounce",
     )
     TUNED: ClassVar[Capabilities] = tuned_capabilities("DART", _IMPACTS, _RUBS, _PARTS)
-    DEFAULT: ClassVar[Capabilities] = default_capabilities(TUNED, "DART", _MULTIPLIED)
+    NAIVE: ClassVar[Capabilities] = naive_capabilities(TUNED, "DART", _MULTIPLIED)
 
     def _lacking(self, scene: Scene) -> Iterator[str]:
         yield from super()._lacking(scene)

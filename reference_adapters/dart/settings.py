@@ -21,7 +21,7 @@ class DartSettings(OwnClothSettings):
     directly.
 
     `scale` [1/m]: units of DART in a metre. None is as many as the scene's fastest ball allows, at
-    most 10; 1 in the default configuration.
+    most 10; 1 in the naive configuration.
     """
 
     DEFAULT_DT: ClassVar[float] = 1e-3
@@ -32,7 +32,7 @@ class DartSettings(OwnClothSettings):
         """Return the units in a metre for a scene [1/m]."""
         if self.scale is not None:
             return self.scale
-        if self.config == "default":
+        if self.config == "naive":
             return 1.0
         # Two balls that share all energy meet at sqrt(2) times what one has with it.
         return min(10.0, FASTEST_REBOUND / max(1.5 * fastest(scene), 1e-9))

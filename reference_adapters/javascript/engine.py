@@ -3,7 +3,7 @@
 A process of node serves all shots of one engine and configuration, and ends with ours. What the
 cloth does between the engine's steps, and where steps end with `contact_steps="exact"`, is the same
 as in `stepping/`, written again in `driver/`: a process that were asked step by step would measure
-its pipe. `config="default"` is what a newcomer types: frames of 1/60 s, friction and damping as the
+its pipe. `config="naive"` is what a newcomer types: frames of 1/60 s, friction and damping as the
 engine has them, restitution as the scene says.
 """
 
@@ -28,8 +28,8 @@ from ghostball.reference_adapters.stepping.ending import ending_of
 from ghostball.reference_adapters.stepping.ends import IN_SINGLE_PRECISION, ExactSteps
 from ghostball.reference_adapters.stepping.plane_engine import (
     PlaneEngine,
-    default_capabilities,
     frictionless_capabilities,
+    naive_capabilities,
 )
 from ghostball.reference_adapters.stepping.settings import SteppingSettings
 from ghostball.reference_adapters.stepping.sides import reach_beyond
@@ -40,10 +40,10 @@ from ghostball.reference_adapters.workers.process import Worker
 class JavascriptSettings(SteppingSettings):
     """Settings of the engines in JavaScript.
 
-    `dt` is 1e-3 s tuned, 1/60 s default, 0.02 s in exact steps.
+    `dt` is 1e-3 s tuned, 1/60 s naive, 0.02 s in exact steps.
     """
 
-    EXACT_BY_DEFAULT: ClassVar[bool] = False
+    EXACT_IF_NAIVE: ClassVar[bool] = False
     CLOTH_BETWEEN_STEPS: ClassVar[bool] = False
 
     @property
@@ -56,7 +56,7 @@ class PlanckSettings(JavascriptSettings):
     """Settings of planck.js; `iterations` are of velocities, 8, its own.
 
     `bullet`: whether balls are bullets: contacts between them are found in continuous time. Where
-        steps end at contacts, and in the default configuration, they never are.
+        steps end at contacts, and in the naive configuration, they never are.
     """
 
     bullet: bool = True
@@ -70,7 +70,7 @@ class PlanckSettings(JavascriptSettings):
 class MatterSettings(JavascriptSettings):
     """Settings of matter.js; `iterations` are of velocities, 4, its own.
 
-    `sides`: of the polygon that stands for a ball, an even number; the default configuration has
+    `sides`: of the polygon that stands for a ball, an even number; the naive configuration has
         what `Bodies.circle` makes.
     """
 
@@ -127,11 +127,11 @@ _RECTANGLES = Capability("none", "what drives engines in JavaScript builds recta
 
 
 def _of_springs(title: str) -> tuple[Capabilities, Capabilities]:
-    """Return what an engine represents whose contacts are springs, tuned and by default."""
+    """Return what an engine represents whose contacts are springs, tuned and naive."""
     stiff = "its contacts are springs with a damper, as stiff as the adapter can have them"
     soft = "contacts give, and take some of the speed: they are springs with a damper"
     tuned = frictionless_capabilities(title, Capability("approximate", stiff), _RECTANGLES)
-    return tuned, default_capabilities(tuned, title, Capability("approximate", soft))
+    return tuned, naive_capabilities(tuned, title, Capability("approximate", soft))
 
 
 class PlanckEngine(JavascriptEngine):
@@ -145,7 +145,7 @@ class PlanckEngine(JavascriptEngine):
         Capability("approximate", "restitution is set for each contact"),
         _RECTANGLES,
     )
-    DEFAULT: ClassVar[Capabilities] = default_capabilities(
+    NAIVE: ClassVar[Capabilities] = naive_capabilities(
         TUNED,
         "planck.js",
         Capability(
@@ -178,7 +178,7 @@ class MatterEngine(JavascriptEngine):
         Capability("approximate", "balls are polygons: a contact's line is one of their sides'"),
         _RECTANGLES,
     )
-    DEFAULT: ClassVar[Capabilities] = default_capabilities(
+    NAIVE: ClassVar[Capabilities] = naive_capabilities(
         TUNED,
         "matter.js",
         Capability(
@@ -202,7 +202,7 @@ class P2Engine(JavascriptEngine):
 
     name: ClassVar[str] = "p2"
     PACKAGE: ClassVar[str] = "p2"
-    TUNED, DEFAULT = _of_springs("p2.js")
+    TUNED, NAIVE = _of_springs("p2.js")
 
 
 class CannonEngine(JavascriptEngine):
@@ -210,7 +210,7 @@ class CannonEngine(JavascriptEngine):
 
     name: ClassVar[str] = "cannon-es"
     PACKAGE: ClassVar[str] = "cannon-es"
-    TUNED, DEFAULT = _of_springs("cannon-es")
+    TUNED, NAIVE = _of_springs("cannon-es")
 
 
 class RapierJsEngine(JavascriptEngine):
@@ -225,7 +225,7 @@ class RapierJsEngine(JavascriptEngine):
         ),
         _RECTANGLES,
     )
-    DEFAULT: ClassVar[Capabilities] = default_capabilities(
+    NAIVE: ClassVar[Capabilities] = naive_capabilities(
         TUNED,
         "Rapier",
         Capability(

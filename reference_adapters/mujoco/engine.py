@@ -3,7 +3,7 @@
 `contact_steps="fixed"` sees contacts as MuJoCo does for its users, when balls overlap as a step
 begins; `contact_steps="exact"` ends the steps where balls touch, so that only the solver's own
 error remains. `config="tuned"` makes every contact a damper that ends it in one step, with the
-restitution of the scene; `config="default"` types what a newcomer types: there is no restitution,
+restitution of the scene; `config="naive"` types what a newcomer types: there is no restitution,
 and contacts are 20 ms long.
 """
 
@@ -16,7 +16,7 @@ from ghostball.reference_adapters.base import EngineSettings
 from ghostball.reference_adapters.stepping.ends import ExactSteps
 from ghostball.reference_adapters.stepping.plane_engine import (
     PlaneEngine,
-    default_capabilities,
+    naive_capabilities,
     tuned_capabilities,
 )
 from ghostball.reference_adapters.stepping.settings import SteppingSettings
@@ -25,12 +25,12 @@ from ghostball.reference_adapters.stepping.settings import SteppingSettings
 class MujocoSettings(SteppingSettings):
     """Settings of the MuJoCo adapter.
 
-    `dt` is 1e-3 s tuned, MuJoCo's own 2e-3 s default, 0.02 s in exact steps; `iterations` is 200
-    tuned, MuJoCo's own 100 default.
+    `dt` is 1e-3 s tuned, MuJoCo's own 2e-3 s naive, 0.02 s in exact steps; `iterations` is 200
+    tuned, MuJoCo's own 100 naive.
     """
 
     DEFAULT_DT: ClassVar[float] = 2e-3
-    EXACT_BY_DEFAULT: ClassVar[bool] = False
+    EXACT_IF_NAIVE: ClassVar[bool] = False
 
 
 _HARD = Capability(
@@ -73,7 +73,7 @@ class MujocoEngine(PlaneEngine):
     PACKAGE: ClassVar[str] = "mujoco"
     Settings: ClassVar[type[EngineSettings]] = MujocoSettings
     TUNED: ClassVar[Capabilities] = _TUNED
-    DEFAULT: ClassVar[Capabilities] = default_capabilities(_TUNED, "MuJoCo", _SOFT)
+    NAIVE: ClassVar[Capabilities] = naive_capabilities(_TUNED, "MuJoCo", _SOFT)
     EXACT_STEPS: ClassVar[ExactSteps] = ExactSteps(shortest=1e-7)
     """MuJoCo resolves a contact by an acceleration, and takes one above 1e10 m/s^2 for a failure.
     """

@@ -4,7 +4,7 @@ Its solver is one of two, projected Gauss-Seidel or, as SAPIEN has it, temporal 
 changes the energy of every impact. `contact_steps="fixed"` sees contacts when balls overlap as a
 step begins; `contact_steps="exact"` ends the steps where balls touch. `cloth="own"` has balls slide
 on a plane under gravity, with PhysX's friction; else the adapter applies the cloth between the
-steps. `config="default"` is SAPIEN's: impacts slower than 2 m/s are inelastic, contacts begin 1 cm
+steps. `config="naive"` is SAPIEN's: impacts slower than 2 m/s are inelastic, contacts begin 1 cm
 apart.
 """
 
@@ -17,7 +17,7 @@ from ghostball.reference_adapters.base import EngineSettings
 from ghostball.reference_adapters.physx.settings import PhysxSettings
 from ghostball.reference_adapters.stepping.ends import IN_SINGLE_PRECISION, ExactSteps
 from ghostball.reference_adapters.stepping.plane_engine import (
-    default_capabilities,
+    naive_capabilities,
     tuned_capabilities,
 )
 from ghostball.reference_adapters.stepping.space import OwnClothEngine
@@ -56,5 +56,5 @@ class PhysxEngine(OwnClothEngine):
         "would tremble",
     )
     TUNED: ClassVar[Capabilities] = tuned_capabilities("PhysX", _IMPACTS, _RUBS, _PARTS)
-    DEFAULT: ClassVar[Capabilities] = default_capabilities(TUNED, "PhysX", _INELASTIC)
+    NAIVE: ClassVar[Capabilities] = naive_capabilities(TUNED, "PhysX", _INELASTIC)
     EXACT_STEPS: ClassVar[ExactSteps] = IN_SINGLE_PRECISION

@@ -10,14 +10,14 @@ from ghostball.reference_adapters.stepping.settings import OwnClothSettings
 class PhysxSettings(OwnClothSettings):
     """Settings of the PhysX adapter.
 
-    `dt` is 1e-3 s tuned, SAPIEN's own 0.01 s default, 0.02 s in exact steps; `iterations` are of
+    `dt` is 1e-3 s tuned, SAPIEN's own 0.01 s naive, 0.02 s in exact steps; `iterations` are of
     positions, 10 as SAPIEN's own.
 
-    `solver`: projected or temporal Gauss-Seidel; None is "pgs" tuned, SAPIEN's own "tgs" default.
+    `solver`: projected or temporal Gauss-Seidel; None is "pgs" tuned, SAPIEN's own "tgs" naive.
     """
 
     DEFAULT_DT: ClassVar[float] = 0.01
-    EXACT_BY_DEFAULT: ClassVar[bool] = False
+    EXACT_IF_NAIVE: ClassVar[bool] = False
 
     solver: Literal["pgs", "tgs"] | None = None
 

@@ -8,7 +8,7 @@ Two models, chosen by the scene's `motion`:
 `contact_steps` = fixed steps by `dt` and lets Bullet detect contacts, as its users do; exact steps
 to each contact by the closed-form time to it and lets Bullet resolve it, which isolates its solver.
 
-Two configurations: "tuned" sets what makes the physics right; "default" sets what the scene states
+Two configurations: "tuned" sets what makes the physics right; "naive" sets what the scene states
 (step, masses, radii, restitution, friction) and leaves all else to pybullet.
 """
 
@@ -116,7 +116,7 @@ _STOPPED_SHORT = Capability(
     "the step is taken from its restitution",
 )
 
-_DEFAULT: Capabilities = {
+_NAIVE: Capabilities = {
     **CAPABILITIES,
     Feature.ROLLING: Capability("approximate", _DAMPED),
     Feature.SLIDING: Capability(
@@ -132,7 +132,7 @@ _DEFAULT: Capabilities = {
     Feature.MIRROR_CUSHION: _STOPPED_SHORT,
     Feature.CUSHION_RESTITUTION: _STOPPED_SHORT,
 }
-"""With `config` = default; see `pybullet.world.World`."""
+"""With `config` = naive; see `pybullet.world.World`."""
 
 _OF_SLIDING = (
     Feature.SLIDING,
@@ -154,7 +154,7 @@ class PybulletEngine(SpaceEngine):
     WORLD: ClassVar[str] = "ghostball.reference_adapters.pybullet.world:World"
     Settings: ClassVar[type[EngineSettings]] = PybulletSettings
     TUNED: ClassVar[Capabilities] = CAPABILITIES
-    DEFAULT: ClassVar[Capabilities] = _DEFAULT
+    NAIVE: ClassVar[Capabilities] = _NAIVE
     EXACT_STEPS: ClassVar[ExactSteps] = ExactSteps(shortest=SHORTEST_STEP)
 
     @property

@@ -19,7 +19,7 @@ MOST_IMPULSE = 1e10
 class PybulletSettings(SteppingSettings):
     """Settings of the pybullet adapter.
 
-    `dt` is 1e-3 s tuned, pybullet's own 1/240 s default, 0.02 s in exact steps; `iterations`
+    `dt` is 1e-3 s tuned, pybullet's own 1/240 s naive, 0.02 s in exact steps; `iterations`
     pybullet's own 50.
 
     `rest_speed` [m/s]: in sliding scenes, the speed of centre and surface below which a ball rests.
@@ -29,7 +29,7 @@ class PybulletSettings(SteppingSettings):
 
     DEFAULT_DT: ClassVar[float] = 1.0 / 240.0
     CLOTH_BETWEEN_STEPS: ClassVar[bool] = False
-    EXACT_BY_DEFAULT: ClassVar[bool] = False
+    EXACT_IF_NAIVE: ClassVar[bool] = False
 
     iterations: Annotated[int, Field(ge=1)] = 50
     rest_speed: Annotated[float, Field(gt=0.0)] = 1e-6

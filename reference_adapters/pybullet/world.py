@@ -37,7 +37,7 @@ NOSE_RADIUS = 1e-6
 """Of the nose of a cushion where balls may fly [m]: Bullet has no line, but a thin capsule."""
 
 
-_IDLE: dict[str, list[int]] = {"tuned": [], "default": []}
+_IDLE: dict[str, list[int]] = {"tuned": [], "naive": []}
 """Clients that no world uses, all emptied, one for as many worlds as there were at once.
 
 To connect and to disconnect takes 20 ms, as long as a short shot; to empty a client 0.7 ms. What a

@@ -4,7 +4,7 @@ A contact is seen when a step ends in overlap: late by up to a step, after the b
 point of contact, which makes cut shots come out too thin. `contact_steps="fixed"` is that: what a
 user of Pymunk gets. `contact_steps="exact"` ends the steps where balls touch, so that only the
 solver's own error remains. `config="tuned"` is the best use of Pymunk that experiments found,
-`config="default"` what a newcomer types.
+`config="naive"` what a newcomer types.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from ghostball.reference_adapters.stepping.ending import end_of
 from ghostball.reference_adapters.stepping.plane import Stepper
 from ghostball.reference_adapters.stepping.plane_engine import (
     PlaneEngine,
-    default_capabilities,
     disc_capabilities,
+    naive_capabilities,
 )
 from ghostball.reference_adapters.stepping.settings import SteppingSettings
 
@@ -29,7 +29,7 @@ from ghostball.reference_adapters.stepping.settings import SteppingSettings
 class PymunkSettings(SteppingSettings):
     """Settings of the Pymunk adapter.
 
-    `iterations` is 30 tuned, Chipmunk's 10 default; `dt` is 1e-3 s tuned, 1/60 s default as in
+    `iterations` is 30 tuned, Chipmunk's 10 naive; `dt` is 1e-3 s tuned, 1/60 s naive as in
     Pymunk's examples, 0.02 s in exact steps.
     """
 
@@ -56,8 +56,8 @@ _TUNED: Capabilities = {
     Feature.AIR_DRAG: none("Pymunk damps in proportion to speed, not to its square"),
 }
 
-_DEFAULT: Capabilities = {
-    **default_capabilities(_TUNED, "Pymunk", _MULTIPLIED),
+_NAIVE: Capabilities = {
+    **naive_capabilities(_TUNED, "Pymunk", _MULTIPLIED),
     Feature.OPEN_SIDES: Capability("approximate", "cushions end at the table's corners"),
 }
 
@@ -69,7 +69,7 @@ class PymunkEngine(PlaneEngine):
     WORLD: ClassVar[str] = "ghostball.reference_adapters.pymunk.world:World"
     Settings: ClassVar[type[EngineSettings]] = PymunkSettings
     TUNED: ClassVar[Capabilities] = _TUNED
-    DEFAULT: ClassVar[Capabilities] = _DEFAULT
+    NAIVE: ClassVar[Capabilities] = _NAIVE
 
     @classmethod
     def unavailable(cls) -> str | None:

@@ -1,7 +1,7 @@
 """A scene as a Pymunk space: balls are discs seen from above, cushions are static segments.
 
 Two ways to build it, after what experiments with Chipmunk's solver showed (`tuned`), and what a
-newcomer types who has read the examples (`default`).
+newcomer types who has read the examples (`naive`).
 """
 
 from __future__ import annotations

@@ -4,7 +4,7 @@ Its default prediction distance of 2 cm turns a half-ball cut by 1 to 5 degrees,
 doesn't help; tuned it is 1e-5 units, so that contacts are seen when balls overlap. Then a break
 gains a third of its energy, at any step, and with the prediction it loses some: so Rapier has a row
 for single impacts, not for racks.
-`config="default"` is what a newcomer types: frames of 1/60 s, the prediction, the mean of two
+`config="naive"` is what a newcomer types: frames of 1/60 s, the prediction, the mean of two
 restitutions.
 """
 
@@ -17,8 +17,8 @@ from ghostball.reference_adapters.base import EngineSettings
 from ghostball.reference_adapters.stepping.ends import IN_SINGLE_PRECISION, ExactSteps
 from ghostball.reference_adapters.stepping.plane_engine import (
     PlaneEngine,
-    default_capabilities,
     frictionless_capabilities,
+    naive_capabilities,
 )
 from ghostball.reference_adapters.stepping.settings import SteppingSettings
 
@@ -26,11 +26,11 @@ from ghostball.reference_adapters.stepping.settings import SteppingSettings
 class RapierSettings(SteppingSettings):
     """Settings of the Rapier adapter.
 
-    `dt` is 1e-3 s tuned, Rapier's own 1/60 s default, 0.02 s in exact steps; `iterations` is
+    `dt` is 1e-3 s tuned, Rapier's own 1/60 s naive, 0.02 s in exact steps; `iterations` is
     Rapier's own, 4.
     """
 
-    EXACT_BY_DEFAULT: ClassVar[bool] = False
+    EXACT_IF_NAIVE: ClassVar[bool] = False
 
 
 _IMPACTS = Capability(
@@ -53,5 +53,5 @@ class RapierEngine(PlaneEngine):
     PACKAGE: ClassVar[str] = "rapier3d"
     Settings: ClassVar[type[EngineSettings]] = RapierSettings
     TUNED: ClassVar[Capabilities] = frictionless_capabilities("Rapier", _IMPACTS, _PARTS)
-    DEFAULT: ClassVar[Capabilities] = default_capabilities(TUNED, "Rapier", _PREDICTED)
+    NAIVE: ClassVar[Capabilities] = naive_capabilities(TUNED, "Rapier", _PREDICTED)
     EXACT_STEPS: ClassVar[ExactSteps] = IN_SINGLE_PRECISION

@@ -26,7 +26,7 @@ class PlaneEngine(EngineBase):
     WORLD: ClassVar[str]
     """Its `PlaneWorld`, "MODULE:CLASS", which imports the engine: so a list of engines doesn't."""
     TUNED: ClassVar[Capabilities]
-    DEFAULT: ClassVar[Capabilities]
+    NAIVE: ClassVar[Capabilities]
     EXACT_STEPS: ClassVar[ExactSteps] = ExactSteps()
     PACKAGE: ClassVar[str]
     """What is imported; the extra that brings it has the engine's name."""
@@ -45,7 +45,7 @@ class PlaneEngine(EngineBase):
     @property
     def capabilities(self) -> Capabilities:
         """How each feature of a scene is represented with these settings."""
-        return self.TUNED if self.settings.config == "tuned" else self.DEFAULT
+        return self.TUNED if self.settings.config == "tuned" else self.NAIVE
 
     def _lacking(self, scene: Scene) -> Iterator[str]:
         yield from lacking_sequence(scene)
@@ -178,7 +178,7 @@ def frictionless_capabilities(title: str, impacts: Capability, parts: Capability
     return {**tuned, Feature.SPEED_DEPENDENT_FRICTION: flat}
 
 
-def default_capabilities(tuned: Capabilities, title: str, impacts: Capability) -> Capabilities:
+def naive_capabilities(tuned: Capabilities, title: str, impacts: Capability) -> Capabilities:
     """Return what an engine represents as a newcomer has it: without the adapter's own cloth."""
     cloth = none("the cloth of balls that slide is the adapter's own, of `config=tuned`")
     spin = none("balls that don't slide have no spin to rub with")

@@ -28,19 +28,19 @@ class SteppingSettings(EngineSettings):
     """Step of the tuned configuration [s]: a cut shot at 1 to 2 m/s rests about 1 cm off."""
 
     DEFAULT_DT: ClassVar[float] = 1.0 / 60.0
-    """Step of the default configuration [s]: a frame."""
+    """Step of the naive configuration [s]: a frame."""
 
     EXACT_DT: ClassVar[float] = 0.02
     """Longest step where they end at contacts [s]: the paper's frame; any gives the same motion."""
 
-    EXACT_BY_DEFAULT: ClassVar[bool] = True
-    """Whether steps can end at contacts in the default configuration: contacts must end in one."""
+    EXACT_IF_NAIVE: ClassVar[bool] = True
+    """Whether steps can end at contacts in the naive configuration: contacts must end in one."""
 
     CLOTH_BETWEEN_STEPS: ClassVar[bool] = True
     """Whether the adapter moves the balls between the engine's steps, with kernels of its own."""
 
     contact_steps: Literal["fixed", "exact"] = "fixed"
-    config: Literal["tuned", "default"] = "tuned"
+    config: Literal["tuned", "naive"] = "tuned"
     dt: Annotated[float, Field(ge=1e-9, le=1.0)] | None = None
     iterations: Annotated[int, Field(ge=1)] | None = None
     max_time: Annotated[float, Field(gt=0.0, le=1e6)] = 300.0
@@ -59,7 +59,7 @@ class SteppingSettings(EngineSettings):
 
     @model_validator(mode="after")
     def _contacts_end_within_a_step(self) -> Self:
-        if (self.contact_steps, self.config) == ("exact", "default") and not self.EXACT_BY_DEFAULT:
+        if (self.contact_steps, self.config) == ("exact", "naive") and not self.EXACT_IF_NAIVE:
             raise ValueError(
                 "`contact_steps` = exact needs `config` = tuned: contacts as the engine has them "
                 "by default last through many steps. Set one of them otherwise"

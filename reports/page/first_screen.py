@@ -18,7 +18,7 @@ VARIANTS = {
         "exact steps",
         "its steps are made to end where balls touch, so that only its solver can err",
     ),
-    "config=default": ("default", "set up as a newcomer types it, at 60 steps a second"),
+    "config=naive": ("naive", "set up as a newcomer types it, at 60 steps a second"),
 }
 """What is said of the settings in an engine's name."""
 

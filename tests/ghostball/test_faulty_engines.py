@@ -53,7 +53,7 @@ COMMANDS = {
     "validate": ("validate", "stop", "--no-report", "--engine"),
 }
 
-EXCUSED = "pymunk:config=default"
+EXCUSED = "pymunk:config=naive"
 
 
 MOTIONS = {

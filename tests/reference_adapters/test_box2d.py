@@ -32,7 +32,7 @@ def test_bullets_meet_too_deep_whatever_the_step(dt: float) -> None:
 @pytest.mark.parametrize(("speed", "inelastic"), [(0.9, True), (1.1, False)])
 def test_impacts_below_a_unit_per_second_are_inelastic(speed: float, inelastic: bool) -> None:
     wanted = [0.5, 0.5] if inelastic else [0.0, 1.0]
-    assert shares("box2d:config=default", head_on(speed)) == pytest.approx(wanted, abs=1e-5)
+    assert shares("box2d:config=naive", head_on(speed)) == pytest.approx(wanted, abs=1e-5)
     assert shares("box2d", head_on(speed)) == pytest.approx([0.0, 1.0], abs=1e-5)
     assert shares("box2d:scale=100", head_on(speed / 100.0)) == pytest.approx(wanted, abs=1e-4)
 
@@ -50,9 +50,9 @@ def test_a_break_keeps_its_energy() -> None:
 
 
 def test_a_newcomer_has_metres() -> None:
-    assert np.abs(cut_angles("box2d:config=default", 1.0 / 60.0)).max() > 5.0
+    assert np.abs(cut_angles("box2d:config=naive", 1.0 / 60.0)).max() > 5.0
     with pytest.raises(ValidationError, match="in metres"):
-        Box2dSettings(config="default", scale=100.0)
+        Box2dSettings(config="naive", scale=100.0)
 
 
 def test_a_wrong_unit_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -29,13 +29,13 @@ def test_what_overlaps_is_pushed_apart() -> None:
 
 @pytest.mark.parametrize(("speed", "inelastic"), [(0.09, True), (0.11, False)])
 def test_rebounds_below_a_tenth_of_a_unit_are_left_out(speed: float, inelastic: bool) -> None:
-    default = shares("dart:config=default", head_on(speed))
+    default = shares("dart:config=naive", head_on(speed))
     assert (default[1] < 0.51) == inelastic
     assert shares("dart", head_on(speed))[1] == pytest.approx(1.0, abs=MIXING)
 
 
 def test_a_newcomer_squares_the_restitution() -> None:
-    after = shares("dart:config=default", head_on(restitution=0.9))
+    after = shares("dart:config=naive", head_on(restitution=0.9))
     assert after[1] - after[0] == pytest.approx(0.81, abs=MIXING)
 
 

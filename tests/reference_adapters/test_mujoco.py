@@ -36,10 +36,10 @@ def test_friction_throws_by_the_convex_cone() -> None:
 
 
 def test_nobody_sets_a_restitution_by_default() -> None:
-    result = play("mujoco:config=default", half_ball())
+    result = play("mujoco:config=naive", half_ball())
     assert np.hypot(*result.final_state.velocities[0, 1, :2]) < 0.6 * 1.5 * np.cos(np.pi / 6.0)
     assert result.collision_counts["ball-ball"] == 1
-    assert energy_ratios("mujoco:config=default", rack())[-1] < 0.05
+    assert energy_ratios("mujoco:config=naive", rack())[-1] < 0.05
 
 
 def test_a_wrong_damper_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:

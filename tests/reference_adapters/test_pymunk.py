@@ -32,7 +32,7 @@ def kinds_of(result):
     [
         ({"contact_steps": "exact"}, 1e-12, 1e-12),
         ({"config": "tuned"}, MU_G * 1e-3**2, 1e-3),  # half a kick makes it second order
-        ({"config": "default"}, 1.05 / 60.0 / 2.0, 1.0 / 60.0),  # v dt / 2 without
+        ({"config": "naive"}, 1.05 / 60.0 / 2.0, 1.0 / 60.0),  # v dt / 2 without
     ],
 )
 def test_roll_to_rest(settings, position_error, time_error):
@@ -50,7 +50,7 @@ def test_roll_to_rest(settings, position_error, time_error):
 
 def test_default_overshoots():
     """The newcomer's error is there to be seen: v dt / 2 too far, 8 mm at 1 m/s."""
-    result = run(scene_of(Ball(id="cue", position=(0, 0), velocity=(1, 0))), config="default")
+    result = run(scene_of(Ball(id="cue", position=(0, 0), velocity=(1, 0))), config="naive")
     excess = result.rest_positions[0, 0] - 1.0 / (2 * MU_G)
     assert excess == pytest.approx(0.5 / 60.0, rel=0.05)
 

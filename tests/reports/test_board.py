@@ -110,7 +110,7 @@ def test_engines_that_were_measured_elsewhere_are_named(folder: Path) -> None:
     cells = tuple(
         Cell(row=row, column=one.id, kind="good", earlier=0)
         for one in board.columns
-        for row in ("planck", "planck:config=default")
+        for row in ("planck", "planck:config=naive")
     )
     joined = board.model_copy(update={"cells": (*board.cells, *cells)})
     there = measured(ELSEWHERE)

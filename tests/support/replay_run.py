@@ -13,7 +13,7 @@ from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.suite.suite import run_suite
 
 ENGINES = ["ghostball", "pymunk", "paper-discrete"]
-BROKEN = "pymunk:config=default"
+BROKEN = "pymunk:config=naive"
 """The engine whose motion is made to blow up."""
 
 BREAKS_AT = 0.5

@@ -20,7 +20,7 @@ LABELS = [
     "ghostball",
     "pymunk",
     "pymunk:contact_steps=exact",
-    "pymunk:config=default",
+    "pymunk:config=naive",
     "pybullet",
     "paper-discrete",
     "newcomer:dt=1e-3",
@@ -85,12 +85,12 @@ ERRORS = {
     "ghostball": 0.0,
     "pymunk": 2e-3,
     "pymunk:contact_steps=exact": 4e-7,
-    "pymunk:config=default": 0.09,
+    "pymunk:config=naive": 0.09,
     "paper-discrete": 0.03,
     "newcomer:dt=1e-3": 1e-3,
 }
 EXCUSED = {
-    "pymunk:config=default": {
+    "pymunk:config=naive": {
         "excused": "A newcomer <types> this.",
         "not_asked": ("overlap_max", "accuracy"),
     }

@@ -24,7 +24,7 @@ shipped scenes ask stands once, in `scenes/shared.expect.toml`.
     reason  = "..."
 
     [[excused]]                      # of these nothing of the common law is asked
-    engines = ["pymunk:config=default"]      # each by its name
+    engines = ["pymunk:config=naive"]      # each by its name
     reason = "..."
 
 Of engines that a `[[steps]]` table names, in a scene's file or in that of all, the limits on how a

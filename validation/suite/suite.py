@@ -32,10 +32,10 @@ DEFAULT_ENGINES: tuple[str, ...] = (
     "ghostball",
     "pymunk",
     "pymunk:contact_steps=exact",
-    "pymunk:config=default",
+    "pymunk:config=naive",
     "pybullet",
     "pybullet:contact_steps=exact",
-    "pybullet:config=default",
+    "pybullet:config=naive",
     "paper-discrete",
     "paper-continuous",
 )

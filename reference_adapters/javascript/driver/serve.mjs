@@ -2,7 +2,7 @@
 //
 //     node serve.mjs FOLDER ENGINE CONFIG
 //
-// FOLDER has node_modules with the engines; ENGINE is a file beside this one; CONFIG is tuned or default.
+// FOLDER has node_modules with the engines; ENGINE is a file beside this one; CONFIG is tuned or naive.
 // With files of scenes after these it plays those and ends, for `ghostball grade`, as ENGINE-alone:
 //
 //     ghostball scenes --export scenes
@@ -38,7 +38,7 @@ try {
 }
 
 // What the command of the module uses; ghostball sends all of these.
-const ALONE = { config, contact_steps: "fixed", dt: config === "default" ? 1 / 60 : 1e-3, iterations: null };
+const ALONE = { config, contact_steps: "fixed", dt: config === "naive" ? 1 / 60 : 1e-3, iterations: null };
 const LIMITS = { max_time: 300, max_steps: 1e7, gap: 1e-10, shortest: 0, reach: 10, sides: 240 };
 
 for (const file of files) {

@@ -105,7 +105,7 @@ def test_what_is_not_driven_is_refused_and_a_limit_is_named(name: str) -> None:
 
 @needs("planck")
 def test_a_newcomers_planck_has_inelastic_slow_impacts() -> None:
-    assert shares("planck:config=default", head_on(0.9)) == pytest.approx([0.5, 0.5], abs=1e-3)
+    assert shares("planck:config=naive", head_on(0.9)) == pytest.approx([0.5, 0.5], abs=1e-3)
     assert shares("planck", head_on(0.009)) == pytest.approx([0.0, 1.0], abs=1e-6)
 
 

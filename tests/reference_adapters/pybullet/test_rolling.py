@@ -81,7 +81,7 @@ def test_the_default_configuration_keeps_what_pybullet_does_on_its_own() -> None
     scene = shot({"position": (0, 0), "velocity": (1, 0)})
     v = (np.arange(1000) + 0.5) / 1000
     expected = float(np.mean(v / (0.1 * G + 0.04 * (1 + v) * v)))
-    result = run(scene, config="default")
+    result = run(scene, config="naive")
     assert result.rest_positions[0, 0] == pytest.approx(expected, rel=1e-3)
     assert result.rest_positions[0, 0] < 0.98 / (2 * 0.1 * G)
     assert result.settings["dt"] == 1 / 240

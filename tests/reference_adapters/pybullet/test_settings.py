@@ -14,9 +14,9 @@ from ghostball.reference_adapters.pybullet.settings import PybulletSettings
     ("settings", "step", "kernels"),
     [
         ({}, 1e-3, ()),
-        ({"config": "default"}, 1.0 / 240.0, ()),
+        ({"config": "naive"}, 1.0 / 240.0, ()),
         ({"contact_steps": "exact"}, 0.02, ("contact times",)),
-        ({"config": "default", "dt": 0.01}, 0.01, ()),
+        ({"config": "naive", "dt": 0.01}, 0.01, ()),
     ],
 )
 def test_steps_and_kernels_by_configuration(
@@ -29,4 +29,4 @@ def test_steps_and_kernels_by_configuration(
 
 def test_contacts_of_the_default_configuration_do_not_end_in_a_step() -> None:
     with pytest.raises(ValidationError, match="`contact_steps` = exact needs `config` = tuned"):
-        PybulletSettings(contact_steps="exact", config="default")
+        PybulletSettings(contact_steps="exact", config="naive")

@@ -27,13 +27,13 @@ SLIDING = ("draw-shot", "throw-slip", "english-check")
 SHOTS = {
     "pybullet": ROLLING + SLIDING,
     "pybullet:contact_steps=exact": ROLLING,
-    "pybullet:config=default": ROLLING + SLIDING,
+    "pybullet:config=naive": ROLLING + SLIDING,
 }
 
 
 @pytest.fixture(autouse=True)
 def _no_idle_clients(monkeypatch):
-    monkeypatch.setattr(pybullet_world, "_IDLE", {"tuned": [], "default": []})
+    monkeypatch.setattr(pybullet_world, "_IDLE", {"tuned": [], "naive": []})
 
 
 def bits(result: Result) -> str:
@@ -53,7 +53,7 @@ def test_a_client_that_others_used_gives_the_same_bits(label, monkeypatch):
     fresh = {}
     for name in SHOTS[label]:
         with monkeypatch.context() as alone:
-            alone.setattr(pybullet_world, "_IDLE", {"tuned": [], "default": []})
+            alone.setattr(pybullet_world, "_IDLE", {"tuned": [], "naive": []})
             fresh[name] = play(name, label)
     for name in (*SHOTS[label], *reversed(SHOTS[label])):
         assert play(name, label) == fresh[name], name
@@ -93,7 +93,7 @@ def test_closes_its_client_also_when_a_run_fails(monkeypatch: pytest.MonkeyPatch
         return [bullet.getConnectionInfo(client)["isConnected"] for client in range(8)]
 
     before = connected()
-    monkeypatch.setattr(pybullet_world, "_IDLE", {"tuned": [], "default": []})
+    monkeypatch.setattr(pybullet_world, "_IDLE", {"tuned": [], "naive": []})
 
     def fail(world: pybullet_world.World, dt: float) -> None:
         raise RuntimeError("no step")

@@ -12,12 +12,12 @@ ROLLS = ball((0, 0), (1, 0))
 PLACES = {
     "pymunk": 1e-6,
     "pymunk:contact_steps=exact": 1e-14,
-    "pymunk:config=default": 2e-3,
+    "pymunk:config=naive": 2e-3,
     "pymunk:dt=7.7e-4": 1e-6,
     "pybullet": 1e-12,
     "pybullet:contact_steps=exact": 1e-12,
     "pybullet:dt=0.3": 1e-12,
-    "pybullet:config=default": 5e-2,  # its own damping
+    "pybullet:config=naive": 5e-2,  # its own damping
 }
 """How far off a ball may be when its time is over [m]."""
 

@@ -31,4 +31,4 @@ def test_bad_settings_are_refused(settings):
 
 def test_steps_to_contacts_need_the_tuned_configuration():
     with pytest.raises(ValidationError, match="`contact_steps` = exact needs `config` = tuned"):
-        PybulletSettings(contact_steps="exact", config="default")
+        PybulletSettings(contact_steps="exact", config="naive")

@@ -9,7 +9,7 @@ def test_the_matrix_says_why_without_colour_and_without_a_pointer(html):
     cell = f'<td class="acc-cm"><a href="#scene=stop" data-view="{link}">90 mm <span class="mark">✗'
     assert f'{cell}</span><span class="why">' in text
     assert (
-        "stop on pymunk:config=default: centimetres: the farthest ball is 90 mm from where it "
+        "stop on pymunk:config=naive: centimetres: the farthest ball is 90 mm from where it "
         "should be; worse than its limits: rest_error_max breaks its limit" in text
     )
     assert "<code>pybullet</code> not representable: no table | with legs" in text

@@ -83,7 +83,7 @@ def test_what_is_excused_stands_beside_the_verdict_with_the_reason(html):
     said = section(html, "verdict")
     (listed,) = re.findall(r'<ul class="key excused">(.*?)</ul>', said)
     assert listed == (
-        "<li><code>pymunk:<wbr>config=default</code> in 3 of the scenes: overlap_max, accuracy. "
+        "<li><code>pymunk:<wbr>config=naive</code> in 3 of the scenes: overlap_max, accuracy. "
         "A newcomer &lt;types&gt; this.</li>"
     )
 

@@ -30,7 +30,7 @@ def test_settings_are_added_where_an_engine_has_them():
 
 @needs("pybullet")
 def test_settings_that_exclude_each_other_are_not_added():
-    assert with_settings("pybullet:config=default", TO_CONTACTS) is None
+    assert with_settings("pybullet:config=naive", TO_CONTACTS) is None
 
 
 def test_a_column_asks_each_of_its_settings_of_each_of_its_scenes():

@@ -207,13 +207,13 @@ def test_a_shot_that_comes_to_no_end_has_failed(tmp_path):
 @pytest.mark.usefixtures("in_this_process")
 def test_an_engine_beside_real_tables_is_neither_right_nor_wrong(tmp_path):
     few = "ghostball.validation.examples.stepper:Stepper"
-    board, outcome = ask(tmp_path, ["ghostball", SLOWING, "pymunk:config=default", few], "table")
+    board, outcome = ask(tmp_path, ["ghostball", SLOWING, "pymunk:config=naive", few], "table")
     assert outcome is None  # nothing was judged
     ours = board.cell("ghostball", "table")
     assert ours.kind == "beside"
     assert f"rebound against speed {ours.value:.1f}" in ours.note
     assert board.cell(SLOWING, "table").value == ours.value  # one ball alone tells nothing of two
-    assert board.cell("pymunk:config=default", "table").kind == "none"
+    assert board.cell("pymunk:config=naive", "table").kind == "none"
     assert board.cell(few, "table").kind == "none"
     assert board.cell(few, "table").note.startswith(
         "no rebound, rebound against speed, bank: it has"
@@ -286,7 +286,7 @@ def test_a_cell_of_an_environment_that_is_not_there_is_refused(tmp_path):
 )
 @pytest.mark.usefixtures("in_this_process")
 def test_the_cure_cures_what_the_default_shows(tmp_path, engine, name):
-    default = f"{engine}:config=default"
+    default = f"{engine}:config=naive"
     board, _ = ask(tmp_path, [engine, default], name)
     assert board.cell(engine, name).size < board.cell(default, name).size
     assert board.cell(engine, name).kind in ("good", "nanometres", "micrometres", "millimetres")

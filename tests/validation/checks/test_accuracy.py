@@ -114,7 +114,7 @@ def test_the_same_scale_holds_for_every_engine() -> None:
     scene = find_scene("half-ball-cut")
     kinds = {}
     truth = truth_of(scene)
-    for label in ("ghostball", "pymunk", "pymunk:contact_steps=exact", "pymunk:config=default"):
+    for label in ("ghostball", "pymunk", "pymunk:contact_steps=exact", "pymunk:config=naive"):
         result = make_engine(label).simulate(scene, record="trajectory")
         found = accuracy_of(result, truth)
         assert found is not None
@@ -123,7 +123,7 @@ def test_the_same_scale_holds_for_every_engine() -> None:
         "ghostball": "exact",
         "pymunk": "millimetres",
         "pymunk:contact_steps=exact": "nanometres",
-        "pymunk:config=default": "centimetres",
+        "pymunk:config=naive": "centimetres",
     }
 
 

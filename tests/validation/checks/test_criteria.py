@@ -222,9 +222,9 @@ def test_a_wrong_file_is_refused_by_name_and_field(
 def test_an_excuse_names_whom_it_excuses(tmp_path: Path) -> None:
     # With "*" whoever calls a setting so would be held to nothing.
     path = tmp_path / "shot.expect.toml"
-    path.write_text('[[excused]]\nengines = ["pymunk", "*:config=default"]\nreason = "so"\n')
+    path.write_text('[[excused]]\nengines = ["pymunk", "*:config=naive"]\nreason = "so"\n')
     with pytest.raises(
-        CriteriaError, match=r":1: `excused\[0\]` must name .*got '\*:config=default'"
+        CriteriaError, match=r":1: `excused\[0\]` must name .*got '\*:config=naive'"
     ):
         Criteria.load(path)
 

@@ -114,7 +114,7 @@ def test_every_engine_is_asked_the_same_whatever_its_name_and_package():
 
 
 def test_default_settings_are_excused_by_the_file_and_no_others():
-    default = make_engine("pymunk:config=default")
+    default = make_engine("pymunk:config=naive")
     settings = plain_settings(default)
     assert limits_of(default, names=[("pymunk", settings)]) == {}
     tuned = [("pymunk", settings | {"config": "tuned"})]
@@ -126,7 +126,7 @@ def test_default_settings_are_excused_by_the_file_and_no_others():
 
 
 def test_whoever_is_excused_is_said_what_is_not_asked():
-    default, tuned = make_engine("pymunk:config=default"), make_engine("pymunk")
+    default, tuned = make_engine("pymunk:config=naive"), make_engine("pymunk")
     truth = truth_of(HALF_BALL)
     asked, all_of_it = (
         asked_of([("pymunk", plain_settings(one))], Criteria()) for one in (default, tuned)

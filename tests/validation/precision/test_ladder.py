@@ -21,7 +21,7 @@ def steps_of(label):
     [
         ("pymunk", 1e-3),
         ("pymunk:contact_steps=exact", 0.02),
-        ("pybullet:config=default", 1 / 240),
+        ("pybullet:config=naive", 1 / 240),
         ("paper-discrete", 0.02),
         ("paper-continuous", 0.02),
         ("paper-discrete:dt=0.05", 0.05),

@@ -101,7 +101,7 @@ def test_a_run_that_contradicts_itself_is_judged_by_none_of_its_numbers(tmp_path
 
 def test_a_run_has_no_name_of_an_installed_engine(tmp_path: Path) -> None:
     # Limits go by the name: pymunk's default settings are excused from those that hold for all.
-    run = made_elsewhere("stop") | {"engine": "pymunk", "settings": {"config": "default"}}
+    run = made_elsewhere("stop") | {"engine": "pymunk", "settings": {"config": "naive"}}
     status, shown = graded(tmp_path, run)
     assert status == 2
     assert "must not be 'pymunk'" in shown
