@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 from _pytest.pytester import SysModulesSnapshot
+from typer.main import get_command
 from typer.testing import CliRunner
 from wrong_engines import CRASHES, RIGHT, ROWS, UNJUDGED, WRONG
 from wrong_runs import framed, frames_of
@@ -27,6 +28,7 @@ from ghostball.validation.stress import StressFolder
 
 pytest_plugins = ["pytester"]
 
+COMMAND = get_command(app)
 CACHES = str(cache_folder("kernels").parent)
 
 Said = dict[str, tuple[int, frozenset[str]]]
@@ -40,6 +42,8 @@ def here(pytester, monkeypatch):
     monkeypatch.setenv("COLUMNS", "2000")
     # What pytest within pytest loaded stays: neither numpy nor numba's kernels come twice.
     monkeypatch.setattr(SysModulesSnapshot, "restore", lambda _: None)
+    # The commands are the same at each call: to make them again takes longer than most of them.
+    monkeypatch.setattr("typer.testing._get_command", lambda _: COMMAND)
     return pytester
 
 

@@ -9,7 +9,7 @@ import platform
 import re
 import sys
 import sysconfig
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
 from importlib.metadata import (
     PackageNotFoundError,
@@ -190,7 +190,7 @@ def _imported_by(module: str) -> tuple[dict[str, Path], set[str]]:
     and for what isn't installed; and the names of the distributions of what is.
     """
     installed_in = [Path(sysconfig.get_path(one)).resolve() for one in ("purelib", "platlib")]
-    owners = packages_distributions()
+    owners = _owners(tuple(sys.path))
     files: dict[str, Path] = {}
     distributions: set[str] = set()
     names = [module]
@@ -240,6 +240,12 @@ def _imports(path: Path) -> Iterator[str]:
             yield from (one.name.partition(".")[0] for one in node.names)
         elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
             yield node.module.partition(".")[0]
+
+
+@cache  # it reads the lists of files of all that is installed, which takes 0.2 s
+def _owners(path: tuple[str, ...]) -> Mapping[str, list[str]]:  # noqa: ARG001
+    """Return which distributions each top-level module is of that is found on a path."""
+    return packages_distributions()
 
 
 @cache
