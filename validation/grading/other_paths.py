@@ -23,6 +23,7 @@ from ghostball.model.scene.obstacles import Obstacle, facing, gap_to
 from ghostball.model.scene.sides import Side
 from ghostball.validation.grading.certified_events import EventChange
 from ghostball.validation.grading.certified_flow import PARTS, PLACE, ProvedBall
+from ghostball.validation.grading.tolerances import EPS
 
 MOST_EVENTS = 600
 """Events of the longest shot of which it is followed what each late event does to later ones.
@@ -33,14 +34,21 @@ It takes time and memory that grow with the square of them: 0.2 s, 30 MB.
 _PART = 0.25
 """How far balls go at most between two looks at their gaps, in the smallest radius."""
 
-_MOST_LOOKS = 40_000
-"""Looks at all gaps of a shot: 300 MB of 16 balls on a table with pockets."""
+_MOST_NUMBERS = 30_000_000
+"""Numbers of a shot that are held at once: 240 MB. A longer shot is not looked at.
 
-_TOUCHES = 1e-9
-"""Gap below which what is named in an event is what was met in it [m]."""
+Nine for the state of each ball, and one for each gap, at each look: 40 000 looks of 16 balls on a
+table with pockets.
+"""
 
-_LEVEL = 1e-13
-"""Change of a gap between two looks that is none but rounding [m]."""
+_TOUCHES = 2.0**-25
+"""Gap below which what is named in an event is what was met in it, in the smallest radius."""
+
+_ALONG = 1e-9
+"""Square of the angle between two normals that are one, over 2."""
+
+_LEVEL = 256.0
+"""Change of a gap between two looks that is none but rounding, in those of a coordinate."""
 
 _Other = int | Side | Obstacle
 """What a ball may meet: another ball by its index, a side of the table, or what stands there."""
@@ -98,14 +106,18 @@ def margins_along(
     balls: tuple[ProvedBall, ...],
     events: tuple[EventChange, ...],
 ) -> Margins | None:
-    """Return where a proved shot may take another path; None of one that is too long.
+    """Return where a proved shot may take another path; None if it is too long to look at.
 
     `motion`: as it is proved; `balls`, `events`: what changes do along it (`CertifiedGrowth`).
     """
     if len(events) > MOST_EVENTS or any(one.matrix is None for one in events):
         return None
+    pairs = _pairs_of(scene)
+    times = _looks(scene, motion, events, len(pairs))
+    if times is None:
+        return None
     lateness, rows = _Late(balls, len(events)), _Rows(scene, motion.t_end)
-    places = _Gaps(scene, motion, events)
+    places = _Gaps(scene, motion, events, pairs, times)
     near = places.near_misses()
     last = 0
     for e, event in enumerate(events):
@@ -214,23 +226,58 @@ class _Rows:
         )
 
 
+def _pairs_of(scene: Scene) -> list[tuple[int, _Other]]:
+    """Return each two balls, and each ball with each thing that it may meet on the table."""
+    n, table = len(scene.balls), scene.table
+    things: list[_Other] = [] if table is None else [*table.sides, *table.obstacles]
+    pairs: list[tuple[int, _Other]] = [(i, j) for i in range(n) for j in range(i + 1, n)]
+    return pairs + [(i, thing) for i in range(n) for thing in things]
+
+
+def _looks(
+    scene: Scene, motion: ExactTrajectory, events: tuple[EventChange, ...], pairs: int
+) -> FloatArray | None:
+    """Return the events and as many instants between them as balls go fast, (k,) [s].
+
+    None where their gaps would be more than `_MOST_NUMBERS`: looks that are farther apart would
+    miss some. Between two events the speed of a ball has no maximum: it is largest at one of them.
+    """
+    marks = np.unique([0.0, *(one.t for one in events), motion.t_end])
+    speeds = [
+        np.max(np.linalg.norm(motion.sample(times).velocities[:, :, :2], axis=2), axis=1)
+        for times in (marks[:-1], np.nextafter(marks[1:], 0.0))
+    ]
+    farthest = np.diff(marks) * np.maximum(*speeds)
+    counts = np.ceil(farthest / (_PART * float(np.min(scene.radii)))) + 4.0
+    if float(np.sum(counts)) * (9 * len(scene.balls) + pairs) > _MOST_NUMBERS:
+        return None
+    inner = [
+        np.linspace(start, stop, int(count), endpoint=False)
+        for start, stop, count in zip(marks[:-1], marks[1:], counts, strict=True)
+    ]
+    return np.unique(np.concatenate([*inner, marks]))
+
+
 class _Gaps:
     """Gaps along a proved motion, of each two balls, and of each ball to each thing that stands."""
 
     def __init__(
-        self, scene: Scene, motion: ExactTrajectory, events: tuple[EventChange, ...]
+        self,
+        scene: Scene,
+        motion: ExactTrajectory,
+        events: tuple[EventChange, ...],
+        pairs: list[tuple[int, _Other]],
+        times: FloatArray,
     ) -> None:
-        self._scene, self._motion, self._events = scene, motion, events
-        n, table = len(scene.balls), scene.table
-        things: list[_Other] = [] if table is None else [*table.sides, *table.obstacles]
-        self._pairs: list[tuple[int, _Other]] = [(i, j) for i in range(n) for j in range(i + 1, n)]
-        self._pairs += [(i, thing) for i in range(n) for thing in things]
+        self._scene, self._motion = scene, motion
+        self._pairs, self._times = pairs, times
         self._smallest = float(np.min(scene.radii))
-        self._times = self._looks()
-        self._centres = motion.sample(self._times).positions[:, :, :2]
-        self._gaps = np.zeros((len(self._pairs), len(self._times)))
-        for p, pair in enumerate(self._pairs):
-            self._gaps[p] = self._gaps_of(*pair, self._centres)
+        centres = motion.sample(times).positions[:, :, :2]
+        self._level = _LEVEL * EPS * float(np.max(np.abs(centres)) + np.max(scene.radii))
+        self._touches = _TOUCHES * self._smallest + self._level
+        self._gaps = np.zeros((len(pairs), len(times)))
+        for p, pair in enumerate(pairs):
+            self._gaps[p] = self._gaps_of(*pair, centres)
         for event in events:
             if event.kind is EventKind.POCKETED:
                 gone = np.array([event.balls[0] in pair for pair in self._pairs], dtype=bool)
@@ -246,7 +293,7 @@ class _Gaps:
         """Return where gaps are smallest between two events, and those left at the end."""
         found = []
         before, here, after = self._gaps[:, :-2], self._gaps[:, 1:-1], self._gaps[:, 2:]
-        lowest = (here < before - _LEVEL) & (here <= after) & (here < self._smallest)
+        lowest = (here < before - self._level) & (here <= after) & (here < self._smallest)
         for p, look in zip(*np.nonzero(lowest), strict=True):
             if look + 1 not in self._met.get(int(p), ()):
                 found.append(self._closest(int(p), int(look) + 1))
@@ -268,20 +315,6 @@ class _Gaps:
             there = math.isfinite(self._gaps[p, look])
             if concerned and there and p not in met and not self._leaves(p, look):
                 yield self._near(p, event.t)
-
-    def _looks(self) -> FloatArray:
-        """Return the events and as many instants between them as balls go fast, (k,) [s]."""
-        end = self._motion.t_end
-        marks = np.unique([0.0, *(one.t for one in self._events), end])
-        speeds = self._motion.sample(marks[:-1]).velocities[:, :, :2]
-        fastest = np.max(np.linalg.norm(speeds, axis=2), axis=1, initial=0.0)
-        parts = np.ceil(np.diff(marks) * fastest / (_PART * self._smallest)) + 4.0
-        parts *= min(1.0, _MOST_LOOKS / float(np.sum(parts, initial=1.0)))
-        inner = [
-            np.linspace(start, stop, max(int(count), 2), endpoint=False)
-            for start, stop, count in zip(marks[:-1], marks[1:], parts, strict=True)
-        ]
-        return np.unique(np.concatenate([*inner, marks]))
 
     def _look(self, t: float) -> int:
         return int(np.searchsorted(self._times, t))
@@ -311,9 +344,9 @@ class _Gaps:
                 continue
             if isinstance(other, Hole) != (event.kind is EventKind.POCKETED):
                 continue
-            if abs(self._gap_at(p, event.t)) < _TOUCHES:
+            if abs(self._gap_at(p, event.t)) < self._touches:
                 normal = self._near(p, event.t).normal
-                if float(normal @ event.meets.normal) > 1.0 - _TOUCHES:
+                if float(normal @ event.meets.normal) > 1.0 - _ALONG:
                     found.append(p)
         return found
 
@@ -326,7 +359,7 @@ class _Gaps:
         met = [one for one in self._met.get(p, ()) if one <= look]
         if not met:
             return False
-        return bool(np.all(np.diff(self._gaps[p, met[-1] : look + 1]) >= -_LEVEL))
+        return bool(np.all(np.diff(self._gaps[p, met[-1] : look + 1]) >= -self._level))
 
     def _closest(self, p: int, look: int) -> _Near:
         """Return where a gap is smallest about a look."""

@@ -178,3 +178,32 @@ def test_pymunk_on_a_round_post_is_not_called_wrong() -> None:
         engine = make_engine(label)
         assert limits_broken(scene, engine, truth) == (0, []), label
         assert truth.horizon_of(resolution_of(engine, scene)) < scene.t_max
+
+
+def spun(spin: float, *others: Ball) -> Scene:
+    """Return a scene whose first ball stands, and rolls away by its spin alone."""
+    first = Ball(
+        id="a",
+        position=(0.0, 0.0),
+        angular_velocity=(0.0, spin, 0.0),
+        radius=RADIUS,
+        mass=0.17,
+    )
+    return Scene(name="spun", physics=Physics(preset="pool"), balls=[first, *others])
+
+
+def test_what_a_ball_passes_while_its_spin_speeds_it_up_is_seen() -> None:
+    gap = 1e-3
+    lateness = truth_of(spun(200.0, ball("b", 0.28, 2.0 * RADIUS + gap))).lateness
+    assert lateness is not None
+    assert lateness.margins is not None
+    assert np.min(lateness.margins.widths) == pytest.approx(gap, rel=1e-3)
+
+
+def test_a_shot_that_is_too_long_to_look_at_has_no_margins(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("ghostball.validation.grading.other_paths._MOST_NUMBERS", 1000)
+    lateness = truth_of(spun(100.0, ball("b", 0.28, 0.1))).lateness
+    assert lateness is not None
+    assert lateness.margins is None
