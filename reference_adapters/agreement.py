@@ -29,6 +29,8 @@ def disagreement(result: Result, scene: Scene) -> str:
     if motion is None or not result.status.complete:
         return ""
     with np.errstate(invalid="ignore", over="ignore"):
+        if isinstance(motion, SampledTrajectory) and (problem := _of_length(result, motion)):
+            return problem
         if problem := _of_places(result, scene):
             return problem
         if isinstance(motion, SampledTrajectory):
@@ -36,6 +38,22 @@ def disagreement(result: Result, scene: Scene) -> str:
     if abs(motion.t_end - result.rest_time) > _SAME * abs(motion.t_end):
         return _late(result, motion.t_end)
     return ""
+
+
+def _of_length(result: Result, frames: SampledTrajectory) -> str:
+    """Look whether the samples go on until the run ends, as long as a ball on the table moves.
+
+    The last one may be missing: an engine that records now and then may end between two samples.
+    """
+    times, here = frames.times, ~_gone(result)
+    missing = result.rest_time * (1.0 - _SAME) - frames.t_end
+    if not frames.velocities[-1, here].any() or missing <= np.max(np.diff(times), initial=0.0):
+        return ""
+    return (
+        f"`trajectory.times` must go on until the run ends, at {float(result.rest_time)!r} s "
+        f"(`rest_time`), got a last sample at {float(frames.t_end)!r} s, in which balls move. "
+        "Record the motion to its end"
+    )
 
 
 def _of_places(result: Result, scene: Scene) -> str:
@@ -125,6 +143,7 @@ def _of_rest(result: Result, frames: SampledTrajectory) -> str:
 
 
 def _late(result: Result, rests: float) -> str:
+    """Return how `rest_time` contradicts a motion whose balls rest at `rests` [s]."""
     return (
         "`rest_time` must be when the last ball comes to rest, or the run ends, as the motion has "
         f"it, {rests!r} s, got {float(result.rest_time)!r} s"

@@ -64,3 +64,20 @@ def test_an_end_that_contradicts_the_motion_is_refused(
     right = exact("half-ball-cut")
     for run in (right, framed(right, after=1.0)):
         assert said in disagreement(wrong(run), run.scene)
+
+
+def test_samples_that_end_while_balls_move_are_refused() -> None:
+    run = framed(exact("half-ball-cut"))
+    frames = run.trajectory
+    assert isinstance(frames, SampledTrajectory)
+
+    def cut(samples: slice) -> str:
+        kept = (part[samples] for part in (frames.positions, frames.velocities))
+        spins = frames.angular_velocities[samples]
+        part = SampledTrajectory(frames.times[samples], *kept, spins)
+        return disagreement(replace(run, trajectory=part), run.scene)
+
+    for samples in (slice(0, 1), slice(0, 200), slice(0, 398)):
+        assert "`trajectory.times` must go on until the run ends" in cut(samples)
+    assert cut(slice(0, 399)) == ""  # the end itself, which lies between two samples
+    assert cut(slice(0, 400, 7)) == ""
