@@ -29,8 +29,8 @@ _ROUNDINGS_SEEN = 4.0
 _MOST_CONTACT_STEPS = 64
 """Steps of a contact that may err the same way: more than one takes from its start to its end."""
 
-_OF_SPEEDS = 1.0 + math.sqrt(2.5)
-"""See `_rounding`."""
+_SURFACE_SPEEDS = 1.0 + math.sqrt(2.5)
+"""Largest sum of m (v + R w) over all balls, in units of sqrt(2 E sum m); see `_rounding`."""
 
 TINY = float(np.finfo(np.float64).tiny)
 """The fastest speed of a scene at rest [m/s]: a quotient by it is finite, or infinite for good."""
@@ -83,7 +83,7 @@ def _rounding(scene: Scene, times: FloatArray, energy: FloatArray) -> FloatArray
     """
     frictions = np.maximum(scene.sliding_frictions, scene.rolling_frictions)
     strongest = scene.physics.gravity * float(np.max(frictions))
-    taken = strongest * _OF_SPEEDS * np.sqrt(2.0 * float(np.sum(scene.masses)) * energy)
+    taken = strongest * _SURFACE_SPEEDS * np.sqrt(2.0 * float(np.sum(scene.masses)) * energy)
     rounding: FloatArray = _ROUNDINGS_SEEN * np.spacing(times) * taken
     if scene.physics.airborne:
         at_first = scene.physics.gravity * float(scene.masses @ scene.positions[:, 2])

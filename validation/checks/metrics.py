@@ -8,43 +8,36 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, field, replace
-from fractions import Fraction
-from functools import cache, lru_cache, partial
-from typing import TypeVar
+from functools import cache, partial
 
 import numpy as np
 
-from ghostball.model import COLLISION_KINDS, EventKind, ExactTrajectory, Result, Scene
+from ghostball.model import COLLISION_KINDS, EventKind, Result, Scene
 from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.base import Resolution
-from ghostball.validation.checks.energy_curve import compared_instants, energy_differences
 from ghostball.validation.checks.energy_gain import largest_gain
 from ghostball.validation.checks.metric_table import METRICS
+from ghostball.validation.checks.proof_metrics import (
+    PROOF_METRICS,
+    Compute,
+    NotMeasuredError,
+    RunIncompleteError,
+    differences_of,
+    event_time_error,
+    known,
+    require_end,
+)
 from ghostball.validation.grading.event_logs import Agreement, compare_collisions
-from ghostball.validation.grading.grading import Grade, grade
-from ghostball.validation.grading.tolerances import EPS, LEAST_DOUBLE, TOLERANCE, UNIT_ROUNDOFF
+from ghostball.validation.grading.tolerances import EPS, TOLERANCE
 from ghostball.validation.results.records import ACCURACY_KINDS, Accuracy
 from ghostball.validation.runs.sampling import energy_series, events_of, largest_overlap
-from ghostball.validation.truth.scene_truth import Truth, TruthPart
+from ghostball.validation.truth.scene_truth import Truth
 
 Value = int | float | None
-Compute = Callable[[Result, Truth], int | float]
 
 Differences = Callable[[Result, Truth], tuple[FloatArray, FloatArray]]
 """Instants (k,) [s], and differences of energy there (k,) [J]."""
 
-T = TypeVar("T")
-
-
-class NotMeasuredError(Exception):
-    """Why a metric has no value in a case; the sentence is kept beside it."""
-
-
-class RunIncompleteError(NotMeasuredError):
-    """There is no value because of what the run did: a criterion on it fails."""
-
-
-_NO_PAIR = "no event is both proved and found"
 
 _REST_ERRORS = ("rest_error_max", "rest_error_rms", "rest_error_ulps")
 """Metrics that are made of the balls' errors."""
@@ -118,21 +111,22 @@ def measure(
     if resolution in (0.0, "proved"):
         # Who errs by rounding alone is graded so, also where frames are all there is of the motion.
         truth = replace(truth, graded_steps=truth.graded)
-    compared = cache(partial(_differences, until=horizon))  # two metrics look at these
+    compared = cache(partial(differences_of, until=horizon))  # two metrics look at these
     of_engine: dict[str, Compute] = {
         "energy_rise": partial(_energy_rise, resolution=resolution),
         "energy_difference_max": partial(_energy_difference_max, compared=compared),
         "energy_difference_time": partial(_energy_difference_time, compared=compared),
-        "event_time_error": partial(_event_time_error, horizon=horizon),
+        "event_time_error": partial(event_time_error, horizon=horizon),
     }
-    for name, compute in (_COMPUTE | of_engine).items():
-        if metrics is not None and name not in metrics:
+    computes = {**_COMPUTE, **PROOF_METRICS, **of_engine}
+    for name in METRICS:
+        if name not in computes or (metrics is not None and name not in metrics):
             continue
         try:
             if beyond and METRICS[name].to_the_end and name not in include_past_horizon:
                 measured.unpredictable.add(name)
                 raise NotMeasuredError(past_horizon(horizon))
-            value = compute(result, truth)
+            value = computes[name](result, truth)
         except NotMeasuredError as why:
             measured.values[name], measured.notes[name] = None, str(why)
             if isinstance(why, RunIncompleteError):
@@ -162,8 +156,8 @@ def ball_errors(result: Result, truth: Truth) -> FloatArray:
 
     Raises `NotMeasuredError` where the run did not reach its end, or there is no truth.
     """
-    _require_end(result)
-    right = _known(truth.rest_positions, truth, "rest")
+    require_end(result)
+    right = known(truth.rest_positions, truth, "rest")
     # The first difference of near-equal doubles is exact; the low part completes the truth.
     difference = (result.rest_positions - right) - truth.rest_positions_low
     distances: FloatArray = np.linalg.norm(difference, axis=1)
@@ -193,17 +187,17 @@ def conserves_energy(scene: Scene) -> bool:
 
 
 def _rest_error_ulps(result: Result, truth: Truth) -> float:
-    conditioning = _known(truth.conditioning, truth, "conditioning")
+    conditioning = known(truth.conditioning, truth, "conditioning")
     return float(np.max(ball_errors(result, truth) / (EPS * conditioning)))
 
 
 def _rest_time_error(result: Result, truth: Truth) -> float:
-    _require_end(result)
-    return abs((result.rest_time - _known(truth.rest_time, truth, "time")) - truth.rest_time_low)
+    require_end(result)
+    return abs((result.rest_time - known(truth.rest_time, truth, "time")) - truth.rest_time_low)
 
 
 def _rest_time_error_ulps(result: Result, truth: Truth) -> float:
-    conditioning = _known(truth.rest_time_conditioning, truth, "conditioning")
+    conditioning = known(truth.rest_time_conditioning, truth, "conditioning")
     if conditioning == 0.0:
         raise NotMeasuredError("no ball moves in this scene: its rest time is 0 by definition")
     return _rest_time_error(result, truth) / (EPS * conditioning)
@@ -215,8 +209,8 @@ def _count(kind: EventKind) -> Compute:
 
 def _count_error(kind: EventKind) -> Compute:
     def error(result: Result, truth: Truth) -> int:
-        _require_end(result)
-        right = _known(truth.collision_counts, truth, "events")[kind.label]
+        require_end(result)
+        right = known(truth.collision_counts, truth, "events")[kind.label]
         return abs(int(result.collision_counts[kind.label]) - right)
 
     return error
@@ -224,12 +218,12 @@ def _count_error(kind: EventKind) -> Compute:
 
 def _compared(result: Result, truth: Truth) -> Agreement:
     """Compare the collisions with the true ones."""
-    collisions = _known(truth.collisions, truth, "events")
+    collisions = known(truth.collisions, truth, "events")
     return compare_collisions(collisions, truth.collision_times, events_of(result))
 
 
 def _first_divergence_time(result: Result, truth: Truth) -> float:
-    _require_end(result)
+    require_end(result)
     parts_at = _compared(result, truth).parts_at(timed=bool(len(truth.collision_times)))
     if parts_at is None:
         raise NotMeasuredError("a collision is missing; the closed form does not say when it comes")
@@ -238,111 +232,9 @@ def _first_divergence_time(result: Result, truth: Truth) -> float:
     return parts_at
 
 
-def _graded(result: Result, truth: Truth) -> Grade:
-    _known(truth.certificate, truth, "proof")
-    _require_end(result)
-    graded = _grade(result, truth)
-    if graded.until == 0.0:
-        raise NotMeasuredError(f"nothing of this shot is proved: {graded.why}")
-    return graded
-
-
-@lru_cache(maxsize=1)  # several metrics are made of it
-def _grade(result: Result, truth: Truth) -> Grade:
-    assert truth.certificate is not None
-    exact = isinstance(result.trajectory, ExactTrajectory)
-    return grade(result, truth.certificate, truth.graded if exact else truth.graded_steps)
-
-
-def _graded_until(result: Result, truth: Truth) -> float:
-    until = _graded(result, truth).until
-    assert truth.certificate is not None  # `_graded` needed it
-    return min(until, float(truth.certificate.t_end))
-
-
-def _event_time_error_ulps(result: Result, truth: Truth) -> float:
-    error = _graded(result, truth).time_error_max
-    if error is None:
-        raise NotMeasuredError(_NO_PAIR)
-    return error
-
-
-def _event_time_error(result: Result, truth: Truth, horizon: float = math.inf) -> float:
-    found = _graded(result, truth)
-    assert truth.certificate is not None  # `_graded` needed it
-    proved = np.array([float(truth.certificate.events[k].t) for k in found.paired])
-    errors = found.late_by[proved < horizon]
-    if not len(errors):
-        raise NotMeasuredError(_NO_PAIR)
-    return float(np.max(errors))
-
-
-def _event_time_factor(result: Result, truth: Truth) -> float:
-    found, rounding = _graded(result, truth), _known(truth.rounding, truth, "proof")
-    if not found.paired:
-        raise NotMeasuredError(_NO_PAIR)
-    return _in_roundings(found.late_by, rounding.events[list(found.paired)])
-
-
-def _rest_time_factor(result: Result, truth: Truth) -> float:
-    found, rounding = _graded(result, truth), _known(truth.rounding, truth, "proof")
-    assert truth.certificate is not None  # `_graded` needed it
-    if found.extent != "whole" or not truth.certificate.proved:
-        raise NotMeasuredError(f"the end of this shot isn't held against a proof: {found.why}")
-    t_end = truth.certificate.t_end.mid
-    error = abs(float(Fraction(result.rest_time) - t_end))
-    return _in_roundings(np.array([error]), np.array([rounding.rest]))
-
-
-def _energy_difference_factor(result: Result, truth: Truth) -> float:
-    found, rounding = _graded(result, truth), _known(truth.rounding, truth, "proof")
-    assert truth.certificate is not None  # `_graded` needed it
-    if not truth.certificate.proved:
-        raise NotMeasuredError("the shot isn't proved to its end, and so isn't its energy")
-    times, differences = _differences(result, truth, found.until)
-    return _in_roundings(differences, rounding.energy_at(times))
-
-
-def _path_factor(result: Result, truth: Truth) -> float:
-    found, rounding = _graded(result, truth), _known(truth.rounding, truth, "proof")
-    right = _known(truth.motion, truth, "energy")
-    assert truth.certificate is not None  # `_graded` needed it
-    if not truth.certificate.proved:
-        raise NotMeasuredError("the shot isn't proved to its end, and so isn't the path there")
-    times = compared_instants(result, right, found.until)
-    if not len(times):
-        raise NotMeasuredError("a collision is due from the start on: no place is compared")
-    true = right.sample(times)
-    errors = np.linalg.norm(result.sample(times).positions - true.positions, axis=2)
-    # The coordinates are rounded as well, and the instant, by which a ball moves on.
-    sizes = rounding.places_at(times) + np.linalg.norm(true.positions, axis=2)
-    sizes += times[:, np.newaxis] * np.linalg.norm(true.velocities, axis=2)
-    return _in_roundings(np.where(np.isfinite(errors), errors, np.inf), sizes)
-
-
-def _in_roundings(errors: FloatArray, sizes: FloatArray) -> float:
-    """Return the largest error over what rounding makes of it, given over 2^-53."""
-    known = np.isfinite(sizes)
-    if not known.any():
-        raise NotMeasuredError("no derivative says what rounding does to the shot until then")
-    rounding = UNIT_ROUNDOFF * sizes
-    # Of a shot of 1e-310 s a rounding is the least double.
-    rounding[sizes > 0.0] = np.maximum(rounding[sizes > 0.0], LEAST_DOUBLE)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        factors = errors[known] / rounding[known]
-    return float(np.max(np.where(errors[known] > 0.0, factors, 0.0)))
-
-
-def _quality_factor(result: Result, truth: Truth) -> float:
-    found = _graded(result, truth)
-    if found.quality_factor is None:
-        raise NotMeasuredError(found.no_quality)
-    return found.quality_factor
-
-
 def _energy_difference_max(result: Result, truth: Truth, compared: Differences) -> float:
-    _require_end(result)
-    right = _known(truth.motion, truth, "energy")
+    require_end(result)
+    right = known(truth.motion, truth, "energy")
     first = _initial(right.energy([0.0]).total)
     _, differences = compared(result, truth)
     return float(np.max(_finite(differences))) / first
@@ -354,18 +246,6 @@ def _energy_difference_time(result: Result, truth: Truth, compared: Differences)
     if differences[largest] == 0.0:
         raise NotMeasuredError("the energy is the true one at each instant that was compared")
     return float(times[largest])
-
-
-def _differences(
-    result: Result, truth: Truth, until: float = math.inf
-) -> tuple[FloatArray, FloatArray]:
-    """Return instants up to one (k,) [s], and differences of energy there (k,) [J]."""
-    _require_end(result)
-    right = _known(truth.motion, truth, "energy")
-    times, differences = energy_differences(result, right, until)
-    if not len(times):
-        raise NotMeasuredError("a collision is due from the start on: no energy is compared")
-    return times, differences
 
 
 def _energy_drift(result: Result, _: Truth) -> float:
@@ -406,37 +286,13 @@ _COMPUTE: dict[str, Compute] = {
     "ball_cushion_count_error": _count_error(EventKind.BALL_CUSHION),
     "matching_events": lambda result, truth: _compared(result, truth).leading,
     "first_divergence_time": _first_divergence_time,
-    "graded_until": _graded_until,
-    "graded_events": lambda result, truth: _graded(result, truth).events,
-    "events_missing": lambda result, truth: len(_graded(result, truth).missing),
-    "events_invented": lambda result, truth: len(_graded(result, truth).invented),
-    "event_time_error": _event_time_error,
-    "event_time_error_ulps": _event_time_error_ulps,
-    "event_time_factor": _event_time_factor,
-    "rest_time_factor": _rest_time_factor,
-    "quality_factor": _quality_factor,
-    "path_factor": _path_factor,
-    "energy_difference_max": partial(_energy_difference_max, compared=_differences),
-    "energy_difference_time": partial(_energy_difference_time, compared=_differences),
-    "energy_difference_factor": _energy_difference_factor,
+    "energy_difference_max": partial(_energy_difference_max, compared=differences_of),
+    "energy_difference_time": partial(_energy_difference_time, compared=differences_of),
     "energy_drift": _energy_drift,
     "energy_rise": _energy_rise,
     "overlap_max": _overlap_max,
     "wall_time": lambda result, _: result.wall_time,
 }
-
-
-def _known(value: T | None, truth: Truth, part: TruthPart) -> T:
-    """Return a part of the truth, where there is one."""
-    if value is None:
-        raise NotMeasuredError(truth.why_not(part))
-    return value
-
-
-def _require_end(result: Result) -> None:
-    if not result.status.complete:
-        why = f": {result.reason}" if result.reason else ""
-        raise RunIncompleteError(f"the run stopped early ({result.status.value}){why}")
 
 
 def _finite(energy: FloatArray) -> FloatArray:

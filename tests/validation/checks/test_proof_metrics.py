@@ -1,0 +1,55 @@
+"""What is measured of a run against the proof of its shot."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from ghostball.engine import simulate
+from ghostball.model import Result, SampledTrajectory
+from ghostball.reference_adapters.certified import CertifiedSettings
+from ghostball.validation.checks.metrics import measure
+from ghostball.validation.checks.proof_metrics import PROOF_METRICS
+from ghostball.validation.scenes.library import find_scene
+from ghostball.validation.truth.scene_truth import truth_of
+
+STOP = find_scene("stop")
+
+
+def framed(row: int = 0, by: float = 0.0, velocity: float = 0.0) -> Result:
+    """Return a right run in 101 frames, with something added to ball 0 in one of them."""
+    run = simulate(STOP, record="trajectory")
+    times = np.linspace(0.0, run.rest_time, 101)
+    positions, velocities, spins = (part.copy() for part in run.sample(times))
+    positions[row, 0, 1] += by
+    velocities[row, 0, 1] += velocity
+    return replace(run, trajectory=SampledTrajectory(times, positions, velocities, spins))
+
+
+def test_a_ball_beside_its_way_is_seen_though_it_ends_in_its_place() -> None:
+    true = truth_of(STOP)
+    assert measure(framed(), true).values["path_factor"] <= 4.0
+    # A ball on a table is rounded by some 2^-53 m.
+    factor = measure(framed(50, by=1e-9), true).values["path_factor"]
+    assert 1e-10 * 2.0**53 < factor < 1e-9 * 2.0**53
+
+
+def test_an_energy_that_is_no_number_has_no_factor() -> None:
+    measured = measure(framed(50, velocity=np.nan), truth_of(STOP), ["energy_difference_factor"])
+    assert measured.values == {"energy_difference_factor": None}
+    assert measured.incomplete == {"energy_difference_factor"}
+    assert "not finite" in measured.notes["energy_difference_factor"]
+
+
+def test_what_needs_the_whole_proof_has_no_value_with_a_part_of_it() -> None:
+    shot = find_scene("half-ball-cut")
+    true = truth_of(shot, settings=CertifiedSettings(max_events=1))
+    measured = measure(simulate(shot, record="trajectory"), true, [*PROOF_METRICS])
+    whole = ("rest_time_factor", "path_factor", "energy_difference_factor")
+    for name in whole:
+        assert measured.values[name] is None, name
+        assert "proof" in measured.notes[name] or "proved" in measured.notes[name], name
+    assert measured.values["graded_events"] == 1
+    assert measured.values["event_time_factor"] <= 128.0
+    assert not measured.incomplete

@@ -1,0 +1,182 @@
+"""Metrics that compare a run with the proof of its shot, and the reasons why one has no value."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from fractions import Fraction
+from functools import lru_cache
+from typing import Final, TypeVar
+
+import numpy as np
+
+from ghostball.model import ExactTrajectory, Result
+from ghostball.model.arrays import FloatArray
+from ghostball.validation.checks.energy_curve import compared_instants, energy_differences
+from ghostball.validation.grading.grading import Grade, grade
+from ghostball.validation.grading.tolerances import LEAST_DOUBLE, UNIT_ROUNDOFF
+from ghostball.validation.truth.scene_truth import Truth, TruthPart
+
+Compute = Callable[[Result, Truth], int | float]
+"""Computes a metric; raises `NotMeasuredError` where it has no value."""
+
+T = TypeVar("T")
+
+_NO_PAIR = "no event is both proved and found"
+
+
+class NotMeasuredError(Exception):
+    """Why a metric has no value in a case; the sentence is kept beside it."""
+
+
+class RunIncompleteError(NotMeasuredError):
+    """There is no value because of what the run did: a criterion on it fails."""
+
+
+def known(value: T | None, truth: Truth, part: TruthPart) -> T:
+    """Return a part of the truth.
+
+    Raises `NotMeasuredError` if there is no such part.
+    """
+    if value is None:
+        raise NotMeasuredError(truth.why_not(part))
+    return value
+
+
+def require_end(result: Result) -> None:
+    """Raise `RunIncompleteError` where the run did not reach its end."""
+    if not result.status.complete:
+        why = f": {result.reason}" if result.reason else ""
+        raise RunIncompleteError(f"the run stopped early ({result.status.value}){why}")
+
+
+def differences_of(
+    result: Result, truth: Truth, until: float = math.inf
+) -> tuple[FloatArray, FloatArray]:
+    """Return instants up to one (k,) [s], and differences of energy there (k,) [J]."""
+    require_end(result)
+    right = known(truth.motion, truth, "energy")
+    times, differences = energy_differences(result, right, until)
+    if not len(times):
+        raise NotMeasuredError("a collision is due from the start on: no energy is compared")
+    return times, differences
+
+
+def _graded(result: Result, truth: Truth) -> Grade:
+    known(truth.certificate, truth, "proof")
+    require_end(result)
+    graded = _grade(result, truth)
+    if graded.until == 0.0:
+        raise NotMeasuredError(f"nothing of this shot is proved: {graded.why}")
+    return graded
+
+
+@lru_cache(maxsize=1)  # several metrics are made of it
+def _grade(result: Result, truth: Truth) -> Grade:
+    assert truth.certificate is not None
+    exact = isinstance(result.trajectory, ExactTrajectory)
+    return grade(result, truth.certificate, truth.graded if exact else truth.graded_steps)
+
+
+def _graded_until(result: Result, truth: Truth) -> float:
+    until = _graded(result, truth).until
+    assert truth.certificate is not None  # `_graded` needed it
+    return min(until, float(truth.certificate.t_end))
+
+
+def _event_time_error_ulps(result: Result, truth: Truth) -> float:
+    error = _graded(result, truth).time_error_max
+    if error is None:
+        raise NotMeasuredError(_NO_PAIR)
+    return error
+
+
+def event_time_error(result: Result, truth: Truth, horizon: float = math.inf) -> float:
+    """Return the largest error of an event's time [s] up to a `horizon` [s]."""
+    found = _graded(result, truth)
+    assert truth.certificate is not None  # `_graded` needed it
+    proved = np.array([float(truth.certificate.events[k].t) for k in found.paired])
+    errors = found.late_by[proved < horizon]
+    if not len(errors):
+        raise NotMeasuredError(_NO_PAIR)
+    return float(np.max(errors))
+
+
+def _event_time_factor(result: Result, truth: Truth) -> float:
+    found, rounding = _graded(result, truth), known(truth.rounding, truth, "proof")
+    if not found.paired:
+        raise NotMeasuredError(_NO_PAIR)
+    return _in_roundings(found.late_by, rounding.events[list(found.paired)])
+
+
+def _rest_time_factor(result: Result, truth: Truth) -> float:
+    found, rounding = _graded(result, truth), known(truth.rounding, truth, "proof")
+    assert truth.certificate is not None  # `_graded` needed it
+    if found.extent != "whole" or not truth.certificate.proved:
+        raise NotMeasuredError(f"the end of this shot isn't held against a proof: {found.why}")
+    t_end = truth.certificate.t_end.mid
+    error = abs(float(Fraction(result.rest_time) - t_end))
+    return _in_roundings(np.array([error]), np.array([rounding.rest]))
+
+
+def _energy_difference_factor(result: Result, truth: Truth) -> float:
+    found, rounding = _graded(result, truth), known(truth.rounding, truth, "proof")
+    assert truth.certificate is not None  # `_graded` needed it
+    if not truth.certificate.proved:
+        raise NotMeasuredError("the shot isn't proved to its end, and so isn't its energy")
+    times, differences = differences_of(result, truth, found.until)
+    return _in_roundings(differences, rounding.energy_at(times))
+
+
+def _path_factor(result: Result, truth: Truth) -> float:
+    found, rounding = _graded(result, truth), known(truth.rounding, truth, "proof")
+    right = known(truth.motion, truth, "energy")
+    assert truth.certificate is not None  # `_graded` needed it
+    if not truth.certificate.proved:
+        raise NotMeasuredError("the shot isn't proved to its end, and so isn't the path there")
+    times = compared_instants(result, right, found.until)
+    if not len(times):
+        raise NotMeasuredError("a collision is due from the start on: no place is compared")
+    true = right.sample(times)
+    errors = np.linalg.norm(result.sample(times).positions - true.positions, axis=2)
+    # The coordinates are rounded as well, and the instant, by which a ball moves on.
+    sizes = rounding.places_at(times) + np.linalg.norm(true.positions, axis=2)
+    sizes += times[:, np.newaxis] * np.linalg.norm(true.velocities, axis=2)
+    return _in_roundings(np.where(np.isfinite(errors), errors, np.inf), sizes)
+
+
+def _in_roundings(errors: FloatArray, sizes: FloatArray) -> float:
+    """Return the largest error over what rounding makes of it, given over 2^-53."""
+    finite = np.isfinite(sizes)
+    if not finite.any():
+        raise NotMeasuredError("no derivative says what rounding does to the shot until then")
+    rounding = UNIT_ROUNDOFF * sizes
+    # Of a shot of 1e-310 s a rounding is the least double.
+    rounding[sizes > 0.0] = np.maximum(rounding[sizes > 0.0], LEAST_DOUBLE)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        factors = errors[finite] / rounding[finite]
+    # Of what rounding can't move, no error is 0 roundings; an error that isn't a number stays so.
+    return float(np.max(np.where(errors[finite] == 0.0, 0.0, factors)))
+
+
+def _quality_factor(result: Result, truth: Truth) -> float:
+    found = _graded(result, truth)
+    if found.quality_factor is None:
+        raise NotMeasuredError(found.no_quality)
+    return found.quality_factor
+
+
+PROOF_METRICS: Final[Mapping[str, Compute]] = {
+    "graded_until": _graded_until,
+    "graded_events": lambda result, truth: _graded(result, truth).events,
+    "events_missing": lambda result, truth: len(_graded(result, truth).missing),
+    "events_invented": lambda result, truth: len(_graded(result, truth).invented),
+    "event_time_error": event_time_error,
+    "event_time_error_ulps": _event_time_error_ulps,
+    "event_time_factor": _event_time_factor,
+    "rest_time_factor": _rest_time_factor,
+    "quality_factor": _quality_factor,
+    "path_factor": _path_factor,
+    "energy_difference_factor": _energy_difference_factor,
+}
+"""What computes each metric that is measured against a proof."""
