@@ -127,12 +127,17 @@ def asked_of(names: Sequence[Named], own: Criteria, for_all: Criteria | None = N
     return Asked(stated, law, rule, next(filter(None, excuses), ""))
 
 
-def faults_of(grade: Grade, scene: Scene) -> tuple[str, ...]:
+def faults_of(
+    grade: Grade, scene: Scene, measured: Mapping[str, int | float | None] | None = None
+) -> tuple[str, ...]:
     """Return which limits a grade breaks that hold for what claims to err by rounding alone.
 
     One sentence each; a metric without a value breaks none.
+
+    `measured`: values of other metrics of the same run.
     """
     values = {
+        **(measured or {}),
         "events_missing": len(grade.missing),
         "events_invented": len(grade.invented),
         "event_time_error_ulps": grade.time_error_max,

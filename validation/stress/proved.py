@@ -1,8 +1,9 @@
 """The judge of a run against the proof of its shot, and the trials of one shot that it judges.
 
-Exact motion is held to the limits of `scenes/common.expect.toml`: no event missing, none invented,
-and positions within 32 roundings of the state per event. An engine that steps sees contacts late:
-it is asked what `ghostball validate` asks of it, by the same rows, with this proof as the truth.
+Exact motion is held to the limits of `scenes/common.expect.toml` for an engine that errs by
+rounding alone: on events and their times, places, and the energy. An engine that steps sees
+contacts late: it is asked what `ghostball validate` asks of it, by the same rows, with this proof
+as the truth.
 """
 
 from __future__ import annotations
@@ -17,18 +18,22 @@ import numpy as np
 from ghostball.model import GhostballError, Result, Scene, UnsupportedSceneError
 from ghostball.reference_adapters import ReferenceEngine
 from ghostball.reference_adapters.certified import Certificate, CertifiedSettings, certify
+from ghostball.reference_adapters.certified.engine import result_of
 from ghostball.reference_adapters.registry import OURS
 from ghostball.validation.checks.criteria import common_criteria
 from ghostball.validation.checks.law import faults_of
+from ghostball.validation.checks.metrics import measure
+from ghostball.validation.checks.proof_metrics import PROOF_METRICS
 from ghostball.validation.grading.certified_growth import growth_of_proof
 from ghostball.validation.grading.certified_widths import is_differentiated
 from ghostball.validation.grading.gradable import gradable
 from ghostball.validation.grading.grading import Grade, grade
-from ghostball.validation.grading.horizon import GRID, horizon
+from ghostball.validation.grading.horizon import GRID, growth_along_proof, horizon
 from ghostball.validation.grading.tolerances import OFF_BY, ROUNDINGS, TOLERANCE, UNIT_ROUNDOFF
+from ghostball.validation.results.records import CERTIFIED
 from ghostball.validation.stress.invariants import is_exact
 from ghostball.validation.stress.trial import Judge, Trial, Verdict, play
-from ghostball.validation.truth.scene_truth import truth_of
+from ghostball.validation.truth.scene_truth import Truth, truth_of
 
 LONGEST = 2.0
 """Simulated time [s] beyond which an engine isn't asked that may step through it."""
@@ -78,8 +83,11 @@ class MatchesProof:
             return Verdict.of(scene, [too_little], 10.0)
         if not is_exact(result):
             return Verdict.of(scene, ())  # the law has judged it
-        found = grade(result, proof, gradable(scene, proof))
-        faults = list(faults_of(found, scene))
+        truth = _truth_of(scene, proof)
+        found = grade(result, proof, truth.graded)
+        measured = measure(result, truth, PROOF_METRICS)
+        faults = list(faults_of(found, scene, measured.values))
+        faults += [f"{name}: {measured.notes[name]}" for name in sorted(measured.incomplete)]
         faults += _moved(found) if not faults else []
         faults += self_reported_growth(result, proof, found.until)
         nearest = (found.quality_factor or 0.0) / quality_limit()
@@ -92,6 +100,18 @@ class MatchesProof:
             "invented": len(found.invented),
         }
         return Verdict.of(scene, faults, nearest, values)
+
+
+def _truth_of(scene: Scene, proof: Certificate) -> Truth:
+    """Return what a proof alone says of a shot: its motion, if that is proved, and its rounding."""
+    return Truth(
+        CERTIFIED,
+        missing="the shot isn't proved to its end",
+        motion=result_of(scene, proof, CertifiedSettings(), "trajectory") if proof.proved else None,
+        certificate=proof,
+        rounding=growth_along_proof(scene, proof).rounding(scene),
+        graded=gradable(scene, proof),
+    )
 
 
 def proved_too_little(scene: Scene, proof: Certificate, least: int | None) -> str:

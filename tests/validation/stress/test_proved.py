@@ -69,6 +69,16 @@ def test_an_end_that_is_not_proved_is_seen(run):
     assert any("quality_factor" in fault for fault in MatchesProof()(exact).faults)
 
 
+def test_events_and_an_end_that_come_late_are_seen(run):
+    # Neither moves a ball: an event by a nanosecond, the end by as much.
+    events = run.events.copy()
+    events["t"] += 1e-9
+    late = MatchesProof()(replace(run, events=events)).faults
+    assert late[0].startswith("event_time_factor is ")
+    ends = MatchesProof()(replace(run, rest_time=run.rest_time + 1e-9)).faults
+    assert ends[0].startswith("rest_time_factor is ")
+
+
 def test_a_right_run_survives(run):
     assert MatchesProof()(run).faults == ()
 
@@ -85,8 +95,9 @@ def test_an_engine_that_steps_is_asked_what_its_step_allows():
         def resolution(self, scene):
             return fine.resolution(scene)
 
-    (fault,) = trial.run(Claiming(coarse.settings)).faults
-    assert "rest_error_max must be <=" in fault
+    ends, comes = trial.run(Claiming(coarse.settings)).faults
+    assert "rest_error_max must be <=" in ends
+    assert "event_time_error must be <=" in comes
 
 
 def test_a_ball_that_nothing_moves_must_stay():
