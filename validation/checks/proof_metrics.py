@@ -125,7 +125,11 @@ def _energy_difference_factor(result: Result, truth: Truth) -> float:
     if not truth.certificate.proved:
         raise NotMeasuredError("the shot isn't proved to its end, and so isn't its energy")
     times, differences = differences_of(result, truth, found.until)
-    return _in_roundings(differences, rounding.energy_at(times))
+    sizes = rounding.energy_at(times)
+    scene = result.scene
+    if scene.physics.airborne:  # a height is rounded, too: more than the energy of a slow ball is
+        sizes = sizes + scene.physics.gravity * float(scene.masses @ scene.positions[:, 2])
+    return _in_roundings(differences, sizes)
 
 
 def _path_factor(result: Result, truth: Truth) -> float:

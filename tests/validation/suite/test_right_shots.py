@@ -77,6 +77,11 @@ def test_what_random_scenes_found_is_gone(number, having):
     assert judged(random_scene(number, **having), reference=False).faults == ()
 
 
+def test_the_energy_of_a_ball_that_hardly_rises_is_held_to_the_rounding_of_its_height():
+    few = {"count": ("one", "few"), "ball_law": "frictional", "cushion": PROVABLE["cushion"]}
+    assert judged(random_scene(199, **few)).faults == ()
+
+
 @pytest.mark.parametrize(
     "trial",
     [
