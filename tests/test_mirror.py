@@ -52,6 +52,7 @@ IN_TESTS_OF_THE_FOLDER = {
     "validation/grading/slope.py",
     "validation/grading/tolerances.py",
     "validation/measured/fit/hits.py",
+    "validation/parallel/group.py",
     "validation/suite/judge.py",
 }
 

@@ -15,20 +15,19 @@ import multiprocessing
 import os
 import pickle
 import signal
-import subprocess
 import tempfile
 import threading
 import time
 import traceback
-from collections.abc import Callable, Generator, Iterable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Generator, Iterable
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import islice
-from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait as wait_for_any
 from typing import Any, Generic, Protocol, TypeVar
 
 from ghostball.reference_adapters.output import captured, divert, end_if_forked, flush, text_of
+from ghostball.validation.parallel.group import FAILED, end_with_parent, interrupts_held
 
 S = TypeVar("S")
 T = TypeVar("T")
@@ -46,16 +45,6 @@ is seen only when the wait ends.
 
 _JOIN_TIMEOUT = 5.0
 """Seconds that a process whose pipe has ended gets until its exit code is known."""
-
-_FAILED = 1
-"""Exit code of a process whose task raised what it must not, and of one whose parent is gone."""
-
-_GUARD = "exec 3<&0; (read -r _ <&3; kill -KILL 0) &"
-"""Shell command that waits until its standard input ends, then kills its own process group.
-
-It waits in a second process, so that the one that runs it has no child that doesn't end: an engine
-may wait for all of its children.
-"""
 
 _SPAWN = multiprocessing.get_context("spawn")
 """Not fork: pybullet's threads and locks don't survive it."""
@@ -233,7 +222,7 @@ class Process:
         self._pipe, theirs = _SPAWN.Pipe()
         # A daemon is ended where this process exits, which else would wait for it.
         self._process = _SPAWN.Process(target=_serve, args=(theirs, self._path, first), daemon=True)
-        with _interrupts_held():
+        with interrupts_held():
             self._process.start()
         theirs.close()
         self._pickled, self._limit, self._is_ready = b"", start_limit, False
@@ -348,7 +337,7 @@ def _serve(pipe: Connection, output: str, pickled: bytes) -> None:
     """Do tasks, in a process of its own: say that it is ready, then answer one after another."""
     divert(output)
     faulthandler.enable(all_threads=False)  # a crash then says where, into what is printed
-    _end_with_parent()
+    end_with_parent()
     process = os.getpid()
     _, prepare = pickle.loads(pickled)  # and import what the work needs
     if prepare is not None:
@@ -370,52 +359,6 @@ def _do(pickled: bytes) -> bytes:
         end_if_forked(process)
         traceback.print_exc()
         flush()
-        os._exit(_FAILED)
+        os._exit(FAILED)
     flush()
     return given
-
-
-@contextmanager
-def _interrupts_held() -> Iterator[None]:
-    """Hold Ctrl-C back for a moment; it takes effect at the end.
-
-    A process started meanwhile inherits the hold, and so is deaf to Ctrl-C from its first
-    instruction on, not only once it has imported everything and gets to say so itself.
-    """
-    if not hasattr(signal, "pthread_sigmask"):  # Windows
-        yield
-        return
-    # Its start lets interrupts through again, so it must not be the first process that starts it.
-    resource_tracker.ensure_running()
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
-def _end_with_parent() -> None:
-    """Lead a process group that is killed once the parent of this process is gone.
-
-    Whatever this process does then: native code lets none of its threads run. A thread does it
-    where there is no shell, of this process alone.
-    """
-    parent = multiprocessing.parent_process()
-    assert parent is not None
-    if hasattr(os, "setsid"):
-        os.setsid()
-        with suppress(FileNotFoundError):
-            subprocess.run(
-                ["/bin/sh", "-c", _GUARD],
-                stdin=parent.sentinel,
-                stdout=subprocess.DEVNULL,
-                stderr=subprocess.DEVNULL,
-                check=True,
-            )
-            return
-
-    def watch() -> None:
-        wait_for_any([parent.sentinel])
-        os._exit(_FAILED)
-
-    threading.Thread(target=watch, daemon=True).start()

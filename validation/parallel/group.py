@@ -1,0 +1,69 @@
+"""A process and its group: deaf to Ctrl-C from its start, and ended with its parent."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import subprocess
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from multiprocessing import resource_tracker
+from multiprocessing.connection import wait as wait_for_any
+
+FAILED = 1
+"""Exit code of a process whose task raised what it must not, and of one whose parent is gone."""
+
+_GUARD = "exec 3<&0; (read -r _ <&3; kill -KILL 0) &"
+"""Shell command that waits until its standard input ends, then kills its own process group.
+
+It waits in a second process, so that the one that runs it has no child that doesn't end: an engine
+may wait for all of its children.
+"""
+
+
+@contextmanager
+def interrupts_held() -> Iterator[None]:
+    """Hold Ctrl-C back for a moment; it takes effect at the end.
+
+    A process started meanwhile inherits the hold, and so is deaf to Ctrl-C from its first
+    instruction on, not only once it has imported everything and gets to say so itself.
+    """
+    if not hasattr(signal, "pthread_sigmask"):  # Windows
+        yield
+        return
+    # Its start lets interrupts through again, so it must not be the first process that starts it.
+    resource_tracker.ensure_running()
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def end_with_parent() -> None:
+    """Lead a process group that is killed once the parent of this process is gone.
+
+    Whatever this process does then: native code lets none of its threads run. A thread does it
+    where there is no shell, of this process alone.
+    """
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+    if hasattr(os, "setsid"):
+        os.setsid()
+        with suppress(FileNotFoundError):
+            subprocess.run(
+                ["/bin/sh", "-c", _GUARD],
+                stdin=parent.sentinel,
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.DEVNULL,
+                check=True,
+            )
+            return
+
+    def watch() -> None:
+        wait_for_any([parent.sentinel])
+        os._exit(FAILED)
+
+    threading.Thread(target=watch, daemon=True).start()
