@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import asdict, dataclass, replace
-from typing import Any, Final, Literal
+from typing import Any, Final
 
 import numpy as np
 
@@ -21,12 +20,7 @@ from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters import ReferenceEngine
 from ghostball.validation.diagnose.attribution import INSTANT, Attribution, attribute
 from ghostball.validation.diagnose.contact_states import ContactFault, fault_at_contacts
-from ghostball.validation.diagnose.near_misses import (
-    approach_speed,
-    in_ulps,
-    nearest_approach,
-    overlap_of,
-)
+from ghostball.validation.diagnose.near_misses import Margin, margins_of
 from ghostball.validation.diagnose.self_check import contradiction_in
 from ghostball.validation.diagnose.wrong_factor import Factor, wrong_factor
 from ghostball.validation.grading.event_logs import (
@@ -58,34 +52,9 @@ SAME_INSTANT: Final = 2.0**-37
 An engine may take balls for touching that are 4e-13 m apart.
 """
 
-Side = Literal["truth", "engine"]
-What = Literal["miss", "collision", "order"]
-
 
 class ExplanationError(GhostballError, ValueError):
     """A shot and an engine of which there is nothing to explain."""
-
-
-@dataclass(frozen=True)
-class Margin:
-    """By how much something would have to move for a log to be another one.
-
-    `run`: in whose shot it was measured.
-    `what`: the collision would be missed, were it of this much less overlap. It would happen, were
-        the gap at nearest approach this much smaller. It would come after what the other run has
-        instead, did it come later by the time that this length takes at the speed of approach.
-    `event`: as it is, or as the other run has it where it doesn't happen here.
-    `length` [m].
-    `ulps` [1]: the length over the spacing of doubles at the coordinates there.
-    `seconds` [s]: for "order", the time between the two collisions.
-    """
-
-    run: Side
-    what: What
-    event: Event
-    length: float
-    ulps: float
-    seconds: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -266,7 +235,7 @@ def explain(
         )
     agreement = _compare(known, result)
     parting = agreement.parting
-    margins = () if parting is None else _margins(known.result, result, agreement, parting)
+    margins = () if parting is None else margins_of(known.result, result, agreement, parting)
     contradiction = contradiction_in(result, known)
     found, fault, factor = None, None, None
     if attributed and not contradiction:
@@ -339,78 +308,6 @@ def _compare(known: KnownShot, result: Result) -> Agreement:
     if not result.status.complete:  # what comes after its end, it had no chance to find
         true = [one for one in true if one.t <= result.rest_time]
     return compare_logs(true, other)
-
-
-def _margins(
-    truth: Result, result: Result, agreement: Agreement, parting: Parting
-) -> tuple[Margin, ...]:
-    """Return by how much each of the two collisions happened, or did not, in either run."""
-    pairs = agreement.before
-    # How far apart in time the two runs have the same collision: nothing nearer is another one.
-    late = max((abs(a.t - b.t) for a, b in pairs), default=0.0)
-    sides: tuple[tuple[Side, Result, list[Event], Event | None, Event | None], ...]
-    sides = (
-        ("truth", truth, [a for a, _ in pairs], parting.true, parting.other),
-        ("engine", result, [b for _, b in pairs], parting.other, parting.true),
-    )
-    found = [
-        margin
-        for name, run, common, own, others in sides
-        for margin in _margins_in(name, run, common, own, others, late)
-    ]
-    return tuple(sorted(found, key=lambda one: one.length))
-
-
-def _margins_in(
-    name: Side,
-    run: Result,
-    common: list[Event],
-    own: Event | None,
-    others: Event | None,
-    late: float,
-) -> Iterator[Margin]:
-    """Yield the margins in one run, which has `own` where the other run has `others`."""
-    if own is not None and (overlap := overlap_of(run, own)) is not None:
-        yield _margin(name, "miss", run, own, overlap)
-    if others is None:
-        return
-    later = None if own is None else _next_of(run, own, others)
-    if own is not None and later is not None:
-        lead = later.t - own.t
-        speed = approach_speed(run, own)
-        if abs(later.t - others.t) <= lead + 2.0 * late:
-            if speed > 0.0:
-                yield _margin(name, "order", run, own, lead * speed, lead)
-            return
-    start = max(
-        (one.t for one in common if not set(one.balls).isdisjoint(others.balls)), default=0.0
-    )
-    # As long again as the balls were on their way in the other run: a meeting long after is none.
-    end = run.rest_time if own is None else min(own.t, 2.0 * others.t - start + late)
-    gap, _ = nearest_approach(run, others, start, end)
-    if gap > 0.0:
-        yield _margin(name, "collision", run, others, gap)
-
-
-def _next_of(run: Result, own: Event, others: Event) -> Event | None:
-    """Return the collision `others` of a run where it is its balls' next after `own`, or None."""
-    log = events_in(events_of(run))
-    after = log[log.index(own) + 1 :]
-    first = next((one for one in after if not set(one.balls).isdisjoint(others.balls)), None)
-    return first if first is not None and first.key == others.key else None
-
-
-def _margin(
-    name: Side,
-    what: What,
-    run: Result,
-    event: Event,
-    length: float,
-    seconds: float | None = None,
-) -> Margin:
-    t = min(event.t, run.rest_time)
-    places = run.sample([t]).positions[0, list(event.balls), :2]
-    return Margin(name, what, event, length, in_ulps(length, [places]), seconds)
 
 
 def _states(truth: Result, result: Result, parting: Parting) -> tuple[BallStates, ...]:
