@@ -58,7 +58,8 @@ class Result:
     events : structured array (`EVENT_DTYPE`) in order of time, or None
         None where `record="rest"`.
     trajectory : Trajectory or None
-        None where nothing was recorded to sample from.
+        None where nothing was recorded to sample from. Samples go on until the run ends, or until
+        all balls on the table rest.
     reason : str
         Where the run stopped early, why; else "".
     """
