@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from ghostball.engine.library import processor, table
-from ghostball.model import events, impact_laws
+from ghostball.model import events, impact_laws, rounding
 from ghostball.model.trajectory import polynomial
 
 logger = logging.getLogger("ghostball.engine")
@@ -24,7 +24,7 @@ MANIFEST = "manifest.json"
 FLAGS = ("BOUNDSCHECK", "OPT", "LOOP_VECTORIZE", "SLP_VECTORIZE")
 """Settings of numba, in the environment, that change the machine code."""
 
-FROM_MODEL = (events, impact_laws, polynomial)
+FROM_MODEL = (events, impact_laws, polynomial, rounding)
 """Modules of the model that kernels take constants and functions from."""
 
 _ENGINE = Path(__file__).resolve().parent.parent
