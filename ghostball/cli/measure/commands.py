@@ -219,6 +219,14 @@ def fit(
             "preset's where the tracks don't tell them apart).",
         ),
     ] = None,
+    nose_height: Annotated[
+        float | None,
+        typer.Option(
+            metavar="METRES",
+            help="Height of the cushion's nose above the cloth, measured. Left out: the preset's, "
+            "and the errors allow for what the rules of pool permit.",
+        ),
+    ] = None,
     engine: EngineSpec = "ghostball",
     out: Annotated[
         Path | None,

@@ -48,6 +48,7 @@ def run(
     fields: str | None,
     preset: str,
     law: str | None,
+    nose_height: float | None,
     engine: str,
     out: Path | None,
     plot: Path | None,
@@ -68,6 +69,19 @@ def run(
         raise typer.BadParameter(
             f"must be one of {', '.join(laws)}, got {law!r}", param_hint="--law"
         )
+    if nose_height is not None:
+        low, high = radius, 2.0 * radius
+        if not low <= nose_height < high:
+            raise typer.BadParameter(
+                f"must be from a ball's radius, {low:g}, to below a ball's height, {high:g}, got "
+                f"{nose_height:g}. Give metres",
+                param_hint="--nose-height",
+            )
+        if "cushion_height" in chosen:
+            raise typer.BadParameter(
+                "gives the height that --fields asks to fit. Leave out one of the two",
+                param_hint="--nose-height",
+            )
     if plot is not None:
         check_plot(plot)
     if out is not None:
@@ -86,6 +100,7 @@ def run(
                 preset=preset,
                 law=law,
                 fields=chosen,
+                nose_height=nose_height,
                 progress=count,
             )
         except NotEnoughError as error:
@@ -166,6 +181,10 @@ def physics_toml(fitted: Fit, preset: str) -> str:
         value, error = getattr(fitted.physics, name), fitted.errors.get(name)
         if error is not None:
             lines.append(f"{name} = {rounded(value, error)}  # +- {error:.2g}")
+        elif name in fitted.assumed:
+            known = fitted.assumed[name]
+            assumed = f"assumed {known.mean:.4g} +- {known.spread:.2g}"
+            lines.append(f"{name} = {rounded(value, known.spread)}  # {assumed}")
         elif value != getattr(given, name):
             lines.append(f"{name} = {json.dumps(value)}")
     return "\n".join(lines) + "\n"
@@ -193,6 +212,10 @@ def _parts(fitted: Fit) -> Iterator[RenderableType]:
         facts["not told apart"] = f"the laws {', '.join(fitted.laws_alike)}"
     for one, other in fitted.not_told_apart:
         facts[f"not told apart: {one}"] = f"{other}: a change of one makes up for the other"
+    for name, known in fitted.assumed.items():
+        facts[f"assumed: {name}"] = (
+            f"{known.mean:.4g} +- {known.spread:.2g}, as tables differ; the errors allow for it"
+        )
     for name, why in fitted.not_told.items():
         facts[f"not enough to tell {name}"] = why
     yield facts_table(facts)
@@ -212,6 +235,10 @@ def _plain(fitted: Fit, engine: str, preset: str) -> dict[str, Any]:
         "goodness": fitted.solution.goodness,
         "not_told_apart": [list(pair) for pair in fitted.not_told_apart],
         "not_told": fitted.not_told,
+        "assumed": {
+            name: {"value": known.mean, "spread": known.spread}
+            for name, known in fitted.assumed.items()
+        },
         "at_an_end": fitted.ends,
         "noise": fitted.noise,
         "engine": engine,

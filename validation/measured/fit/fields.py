@@ -9,7 +9,7 @@ from ghostball.model import Physics
 from ghostball.model.features import Feature, has_feature
 from ghostball.model.impact_laws import CUSHION_LAWS, LawEntry
 from ghostball.reference_adapters import ReferenceEngine
-from ghostball.validation.measured.fit.least_squares import Field
+from ghostball.validation.measured.fit.least_squares import Assumed, Field
 
 ALL = frozenset({"rolling", "cushion", "hit"})
 CUSHION, HIT = frozenset({"cushion"}), frozenset({"hit"})
@@ -43,9 +43,13 @@ _TOLD_BY: Final = {
 """Fields that not every family which feels them tells. In contacts with cushions alone the friction
 of a sliding ball hides behind that of the cushion, and the errors of both would be wrong.
 """
-SPREAD: Final = {"sliding_friction": 0.05, "rolling_friction": 0.004}
-"""How much tables differ in what is held where it isn't told, by one standard deviation: cloth from
-heated to worn.
+SPREAD: Final = {"sliding_friction": 0.05, "rolling_friction": 0.004, "ball_friction": 0.03}
+"""Standard deviation from table to table of what is assumed where it isn't fitted: cloth from
+heated to worn, balls from polished to used.
+"""
+NOSE_SPREAD: Final = 0.01
+"""Standard deviation of the height of the nose, in diameters of a ball: the rules of pool allow
+62.5 to 64.5 % (World Pool-Billiard Association, equipment specifications).
 """
 BEGIN: Final = {"ball_friction": 0.06, "cushion_restitution_loss": 0.05}
 """Where the search begins, but for the preset's: that may be no number, or an end."""
@@ -54,6 +58,20 @@ NEEDS: Final = {
     "cushion_restitution_loss": Feature.FALLING_RESTITUTION,
 }
 """What an engine must have for a field to be fitted."""
+
+
+def assumed_of(name: str, physics: Physics, radius: float) -> Assumed | None:
+    """Return what is assumed of a field that isn't fitted; None where its value doesn't matter.
+
+    `physics`: of the preset, whose value is the mean; `radius` of the balls [m].
+    """
+    if name == "cushion_height":
+        return Assumed(physics.cushion_height, NOSE_SPREAD * 2.0 * radius)
+    if name not in SPREAD:
+        return None
+    value = getattr(physics, name)
+    mean = float(value) if isinstance(value, float | int) else BEGIN[name]
+    return Assumed(mean, SPREAD[name])
 
 
 def told_by(field: Field) -> frozenset[str]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Any, Final
 
@@ -25,14 +25,19 @@ from ghostball.validation.measured.fit.fields import (
     DEFAULT_FIELDS,
     FIELDS,
     NEEDS,
-    SPREAD,
+    assumed_of,
     cushion_laws,
     lacking,
     own_fields,
     told_by,
 )
 from ghostball.validation.measured.fit.harvest import Harvest
-from ghostball.validation.measured.fit.least_squares import Field, Problem, Solution
+from ghostball.validation.measured.fit.least_squares import (
+    Assumed,
+    Field,
+    Problem,
+    Solution,
+)
 from ghostball.validation.measured.play import Play
 
 LEAST_EVENTS: Final = 8
@@ -70,6 +75,8 @@ class Fit:
     not_told_apart: list[tuple[str, str]]
     not_told: dict[str, str]
     """Fields that the tracks tell nothing about, and why."""
+    assumed: dict[str, Assumed]
+    """Fields that aren't fitted and that the events feel. The errors allow for their spread."""
     ends: list[str]
     """Fields whose best value is the end of what is allowed."""
 
@@ -82,6 +89,7 @@ def fit_table(
     preset: str = "pool",
     law: str | None = None,
     fields: Sequence[str] = (),
+    nose_height: float | None = None,
     progress: Progress | None = None,
 ) -> Fit:
     """Return the physics with which an engine comes nearest to the events of tracks.
@@ -89,7 +97,8 @@ def fit_table(
     `play` plays a scene on it, and records the motion. `preset` gives what isn't fitted. `law` is
     that of cushions; None: of those that the engine has, the one that fits best, or the preset's
     where the contacts don't tell it from that. `fields` are fitted; none: all of `DEFAULT_FIELDS`
-    that the events and the engine have.
+    that the events and the engine have. `nose_height` [m] is that of the cushions, measured; None:
+    the preset's, and the errors allow for what it may be.
 
     Raises `NotEnoughError` where there are too few events for anything, or for a field that was
     asked for; `GhostballError` where the engine has no such law.
@@ -97,7 +106,9 @@ def fit_table(
     # The matrices are small. Threads for them only wait for each other, beside another program for
     # far longer than they work.
     with threadpool_limits(limits=1, user_api="blas"):
-        return _Fitting(found, engine, play, preset, law, tuple(fields), progress).run()
+        return _Fitting(
+            found, engine, play, preset, law, tuple(fields), nose_height, progress
+        ).run()
 
 
 class _Fitting:
@@ -111,6 +122,7 @@ class _Fitting:
         preset: str,
         law: str | None,
         asked: tuple[str, ...],
+        nose_height: float | None,
         progress: Progress | None,
     ) -> None:
         self._engine, self._play, self._progress = engine, play, progress
@@ -121,6 +133,11 @@ class _Fitting:
         }
         self._counts = {name: len(events) for name, events in found.families.items()}
         self._lacking = lacking(engine, preset)
+        if nose_height is not None:
+            self._lacking["cushion_height"] = nose_height
+        self._measured = set() if nose_height is None else {"cushion_height"}
+        self._assumed: dict[str, Assumed] = {}
+        self._moved: dict[str, float] = {}  # what is assumed, where the last step found it
         self._base = Physics(preset=preset, **self._lacking)
         self._not_told: dict[str, str] = {}
         self._known: dict[str, Sequence[FloatArray]] = {}
@@ -134,6 +151,7 @@ class _Fitting:
         fields = self._told(self._asked or DEFAULT_FIELDS)
         if not fields:
             raise NotEnoughError(f"not enough to tell anything: {self._too_few(ALL)}")
+        self._assumed = self._assumptions(fields)
         laws = self._laws(fields)
         self._steps = len(laws) + 2 if laws else 1
         values = self._begin(fields)
@@ -154,10 +172,8 @@ class _Fitting:
         held = {"cushion": chosen}
         fields = [*others, *own]
         tried = {name: one.goodness for name, one in solutions.items()}
+        moves = _moves_by_law(laws, fields, solutions, chosen, alike)
         solution = self._solve("all", fields, values, held, ALL)
-        values |= _by_name(fields, solution)
-        self._known |= solution.known
-        moves = self._moves(fields, values, held)
         return self._fit_of(fields, solution, held, tried, alike, moves)
 
     def _by_law(
@@ -172,21 +188,21 @@ class _Fitting:
         self._steps_done = len(laws) + 1
         return solutions
 
-    def _moves(
-        self, fields: Sequence[Field], values: dict[str, float], held: dict[str, Any]
-    ) -> dict[str, float]:
-        """Return how far each value would move if what isn't told were what tables differ by.
+    def _assumptions(self, fields: Sequence[Field]) -> dict[str, Assumed]:
+        """Return what is assumed of each field that isn't fitted and that some events feel.
 
-        Contacts with cushions feel the friction of the cloth, and need not tell it.
+        Contacts with cushions feel the friction of the cloth and the height of the nose, hits that
+        of the balls. An assumption that is off moves what is fitted, by more than the shots show.
         """
-        squares = dict.fromkeys((one.name for one in fields), 0.0)
-        for name, spread in SPREAD.items():
-            if name in self._not_told:
-                other = {**values, name: getattr(self._base, name) + spread}
-                moved = self._solve("another cloth", fields, other, held, ALL)
-                for field, value in _by_name(fields, moved).items():
-                    squares[field] += (value - values[field]) ** 2
-        return {name: math.sqrt(square) for name, square in squares.items()}
+        fitted = {one.name for one in fields} | self._measured
+        radius = next(event.radius for events in self._families.values() for event in events)
+        return {
+            one.name: assumed
+            for one in FIELDS.values()
+            if one.name not in fitted
+            and one.felt_by & set(self._families)
+            and (assumed := assumed_of(one.name, self._base, radius)) is not None
+        }
 
     def _fit_of(
         self,
@@ -216,7 +232,7 @@ class _Fitting:
             if min(value - one.low, one.high - value) < one.step / 2.0
         ]
         return Fit(
-            self._physics(_by_name(fields, solution), held),
+            self._physics({**self._moved, **_by_name(fields, solution)}, held),
             errors,
             solution,
             self._families,
@@ -226,6 +242,7 @@ class _Fitting:
             laws_alike,
             alike,
             self._not_told,
+            {one.name: self._assumed[one.name] for one in self._assumed_in(ALL, held)},
             ends,
         )
 
@@ -298,16 +315,34 @@ class _Fitting:
     ) -> Solution:
         """Return the best values of some fields by some families; the others stay."""
         self._step = step
-        names = [one.name for one in fields]
+        chosen = {name: ones for name, ones in self._families.items() if name in families}
+        assumed = self._assumed_in(families, held)
+        sought = [*fields, *assumed]
+        names = [one.name for one in sought]
 
         def build(numbers: FloatArray) -> Physics:
             return self._physics({**values, **dict(zip(names, numbers, strict=True))}, held)
 
-        chosen = {name: ones for name, ones in self._families.items() if name in families}
-        problem = Problem(chosen, fields, build, self._predict)
+        problem = Problem(chosen, sought, build, self._predict, self._assumed)
         known = {name: self._known[name] for name in chosen if name in self._known}
-        start = np.array([values[name] for name in names])
-        return problem.solve(start, known)
+        begin = values | {one.name: self._assumed[one.name].mean for one in assumed}
+        found = problem.solve(np.array([begin[name] for name in names]), known)
+        count = len(fields)  # what is assumed has done its part in the errors of these
+        self._moved = dict(zip(names[count:], map(float, found.values[count:]), strict=True))
+        return replace(
+            found, values=found.values[:count], covariance=found.covariance[:count, :count]
+        )
+
+    def _assumed_in(self, families: frozenset[str], held: dict[str, Any]) -> list[Field]:
+        """Return the fields with assumed values that events of these families feel."""
+        law = held.get("cushion", self._base.cushion)
+        uses = next(one.uses for one in CUSHION_LAWS if one.name == law)
+        return [
+            FIELDS[name]
+            for name in self._assumed
+            if FIELDS[name].felt_by & families & set(self._families)
+            and (FIELDS[name].felt_by != CUSHION or name in uses)
+        ]
 
     def _physics(self, values: dict[str, float], held: dict[str, Any]) -> Physics:
         law = held.get("cushion", self._base.cushion)
@@ -355,6 +390,25 @@ def _laws_alike(solutions: dict[str, Solution]) -> list[str]:
 
 
 _TOLD_APART = 2.0
+
+
+def _moves_by_law(
+    laws: Sequence[LawEntry],
+    fields: Sequence[Field],
+    solutions: dict[str, Solution],
+    chosen: str,
+    alike: Sequence[str],
+) -> dict[str, float]:
+    """Return how far another law that fits as well would move each value, at most."""
+    values = {
+        law.name: _by_name(own_fields(law, fields), solutions[law.name])
+        for law in laws
+        if law.name in alike
+    }
+    return {
+        name: max(abs(other[name] - value) for other in values.values() if name in other)
+        for name, value in values[chosen].items()
+    }
 
 
 def _by_name(fields: Sequence[Field], solution: Solution) -> dict[str, float]:

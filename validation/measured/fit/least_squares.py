@@ -48,6 +48,14 @@ class Field:
 
 
 @dataclass(frozen=True)
+class Assumed:
+    """What is assumed of a field's value before the fit: its mean and its standard deviation."""
+
+    mean: float
+    spread: float
+
+
+@dataclass(frozen=True)
 class Solution:
     """Fitted values (p,), their covariance (p, p), and what is left of the events."""
 
@@ -119,7 +127,7 @@ class Problem:
     """What is fitted to what.
 
     `families` of events; `fields` of the physics that `build` makes of their values; `predict`,
-    which plays a model.
+    which plays a model; `assumed`, by field, what is assumed of its value beside the events.
     """
 
     def __init__(
@@ -128,11 +136,15 @@ class Problem:
         fields: Sequence[Field],
         build: Callable[[FloatArray], Physics],
         predict: Predict,
+        assumed: Mapping[str, Assumed] | None = None,
     ) -> None:
         self._families, self._fields = families, fields
         self._build, self._predict = build, predict
         self._low = np.array([one.low for one in fields])
         self._high = np.array([one.high for one in fields])
+        known = [(assumed or {}).get(one.name) for one in fields]
+        self._means = np.array([0.0 if one is None else one.mean for one in known])
+        self._precisions = np.array([0.0 if one is None else one.spread**-2 for one in known])
 
     def solve(self, start: FloatArray, known: Known | None = None) -> Solution:
         """Return the values that fit best, sought from some on.
@@ -239,12 +251,16 @@ class Problem:
         left = np.concatenate([one.left_at(values) for one in every])
         slopes = np.vstack([one.slopes for one in every])
         best = values
+        # What is assumed counts like measurements of the fields themselves.
+        weights = np.sqrt(self._precisions)
+        stated = np.concatenate([left, weights * (values - self._means)])
+        all_slopes = np.vstack([slopes, np.diag(weights)])
         if len(values):
             reach = _REACH * np.array([one.step for one in self._fields])
             best = least_squares(
-                lambda numbers: left + slopes @ (numbers - values),
+                lambda numbers: stated + all_slopes @ (numbers - values),
                 values,
-                lambda _: slopes,
+                lambda _: all_slopes,
                 bounds=(
                     np.maximum(self._low, values - reach),
                     np.minimum(self._high, values + reach),
@@ -260,7 +276,7 @@ class Problem:
         }
         return Solution(
             np.asarray(best),
-            covariance_of(slopes, left + slopes @ move, shots),
+            covariance_of(slopes, left + slopes @ move, shots, self._precisions),
             residuals,
             {
                 name: [one.improved(each) for one, each in zip(ones, residuals[name], strict=True)]
@@ -278,18 +294,26 @@ def _halfway(old: Known, new: Known) -> Known:
     }
 
 
-def covariance_of(slopes: FloatArray, left: FloatArray, shots: Sequence[str]) -> FloatArray:
-    """Return the covariance (p, p) of values: how far each shot alone moves them.
+def covariance_of(
+    slopes: FloatArray,
+    left: FloatArray,
+    shots: Sequence[str],
+    precisions: FloatArray | None = None,
+) -> FloatArray:
+    """Return the covariance (p, p) of values: how far each shot, and what is assumed, moves them.
 
     Events of one shot share samples, and what a model lacks of a real table. So shots are left out
     one by one, to first order (the jackknife, CR3 of Bell and McCaffrey 2002); from the errors of
-    measurement come the weights alone.
+    measurement come the weights alone. A value that is assumed may be off by its stated spread,
+    whatever the shots say.
 
     `slopes` (n, p), `left` (n,): of all numbers that were seen; `shots`: the shot of each.
+    `precisions` (p,): one over the variance of each value that is assumed, 0 for the others.
     """
     count = slopes.shape[1]
+    known = np.diag(np.zeros(count) if precisions is None else precisions)
     near = (np.abs(left) < HUBER).astype(float)
-    bread = np.linalg.pinv((slopes.T * near) @ slopes, hermitian=True)
+    bread = np.linalg.pinv((slopes.T * near) @ slopes + known, hermitian=True)
     moves = np.zeros((count, count))
     _, index = np.unique(np.array(shots), return_inverse=True)
     order = np.argsort(index, kind="stable")
@@ -300,7 +324,7 @@ def covariance_of(slopes: FloatArray, left: FloatArray, shots: Sequence[str]) ->
         without = np.linalg.lstsq(np.eye(len(part)) - leverage, pull, rcond=None)[0]
         move = bread @ (own.T @ without)
         moves += np.outer(move, move)
-    return moves * (len(parts) - 1) / len(parts)
+    return moves * (len(parts) - 1) / len(parts) + bread @ known @ bread
 
 
 def _huber(left: FloatArray) -> FloatArray:

@@ -12,6 +12,7 @@ from ghostball.reference_adapters import make_engine
 from ghostball.validation.measured.fit.fields import DEFAULT_FIELDS
 from ghostball.validation.measured.fit.fit import NotEnoughError, fit_table
 from ghostball.validation.measured.fit.harvest import Harvest, harvest
+from ghostball.validation.measured.fit.least_squares import Assumed
 
 
 @pytest.fixture(scope="module")
@@ -110,10 +111,20 @@ def test_contacts_alone_tell_no_friction_of_the_cloth(found):
         "cushion_friction",
     }
     assert {"rolling_friction", "sliding_friction"} <= set(fit.not_told)
-    # They may be other than the preset's, which moves what is told.
-    alone = dict(zip(fit.errors, fit.solution.errors, strict=True))
-    assert all(error > alone[name] for name, error in fit.errors.items())
-    assert fit.errors["cushion_friction"] > 1.3 * alone["cushion_friction"]
+    # What is assumed may be off, which is part of the errors.
+    assert set(fit.assumed) == {"rolling_friction", "sliding_friction", "cushion_height"}
+    height = 0.01 * 2.0 * POOL.radius
+    assert fit.assumed["cushion_height"] == Assumed(0.0357, height)
+
+
+@pytest.mark.slow
+def test_a_nose_that_was_measured_makes_the_error_smaller(found):
+    few = Harvest(found.rolling[:20], found.cushion[:20], [], found.noise)
+    known = fitted(few, law="han2005", nose_height=0.0357)
+    assumed = fitted(few, law="han2005")
+    assert "cushion_height" in set(assumed.assumed) - set(known.assumed)
+    assert known.physics.cushion_height == 0.0357
+    assert known.errors["cushion_restitution"] < 0.9 * assumed.errors["cushion_restitution"]
 
 
 def test_few_shots_widen_the_error(found):

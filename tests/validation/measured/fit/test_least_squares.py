@@ -10,6 +10,7 @@ import pytest
 from ghostball.model import Physics
 from ghostball.validation.measured.fit.least_squares import (
     HUBER,
+    Assumed,
     Field,
     Problem,
     covariance_of,
@@ -93,6 +94,26 @@ def test_a_value_stays_within_its_bounds():
     low = Field("rolling_friction", 0.06, 0.2, 1e-3, frozenset({"made"}))
     problem = Problem({"made": made(1)}, [low, SLIDING], build, predict)
     assert problem.solve(np.array([0.1, 0.2])).values[0] == pytest.approx(0.06)
+
+
+def test_an_assumption_that_no_event_tells_adds_its_own_error():
+    """Of a sum a + b that is measured, and a b that is assumed: a is off by both errors."""
+    slopes, random = np.ones((400, 2)), np.random.default_rng(2)
+    left, shots = random.normal(0.0, 1.0, 400), [str(k) for k in range(400)]
+    found = covariance_of(slopes, left, shots, np.array([0.0, 0.5**-2]))
+    assert found[1, 1] == pytest.approx(0.5**2)
+    assert found[0, 0] == pytest.approx(0.5**2 + 1.0 / 400.0, rel=0.01)
+    assert found[0, 1] == pytest.approx(-(0.5**2), rel=0.01)
+
+
+def test_an_assumption_is_moved_by_events_that_tell_better():
+    assumed = {"rolling_friction": Assumed(0.1, 0.05)}  # 0.05 is true
+    problem = Problem({"made": made(1)}, [FRICTION, SLIDING], build, predict, assumed)
+    found, alone = problem.solve(np.array([0.1, 0.2])), solved(made(1))
+    assert found.values == pytest.approx(alone.values, abs=0.2 * np.max(alone.errors))
+    firm = {"rolling_friction": Assumed(0.1, 1e-6)}
+    problem = Problem({"made": made(1)}, [FRICTION, SLIDING], build, predict, firm)
+    assert problem.solve(np.array([0.1, 0.2])).values[0] == pytest.approx(0.1, abs=1e-5)
 
 
 def test_a_family_that_does_not_feel_a_field_leaves_it_alone():
