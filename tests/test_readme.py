@@ -3,6 +3,8 @@
 import json
 import re
 import shlex
+import subprocess
+import sys
 from contextlib import suppress
 from pathlib import Path
 
@@ -63,6 +65,15 @@ def test_the_program_runs(capsys):
     assert "ball-ball" in capsys.readouterr().out
     difference = abs(names["other"].rest_positions - names["exact"].rest_positions).max()
     assert 0.5e-3 < difference < 2e-3  # "a millimetre"
+
+
+@pytest.mark.slow
+def test_the_program_passes_a_strict_type_check(tmp_path):
+    program = tmp_path / "readme.py"
+    program.write_text(re.search(r"```python\n(.*?)```", README, re.DOTALL)[1])
+    command = [sys.executable, "-m", "mypy", "--strict", "--config-file=", str(program)]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, check=False)
+    assert done.returncode == 0, done.stdout
 
 
 def documented_settings() -> list[str]:
