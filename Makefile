@@ -53,7 +53,7 @@ $(READY): pyproject.toml $(CONSTRAINTS)
 	@touch $@
 
 smoke: $(READY)  ## a first result, within a minute once installed: three scenes, three engines, a picture, the page
-	$(BIN)/ghostball validate half-ball-cut thin-cut break-7 -e ghostball -e pymunk -e paper-discrete \
+	$(BIN)/ghostball validate half-ball-cut thin-cut break-7 -e ghostball -e pymunk -e paper-continuous \
 		--jobs $(JOBS) --out $(OUT)/smoke
 	$(BIN)/ghostball run break-7 --plot $(OUT)/smoke/break-7.png
 

@@ -56,7 +56,6 @@ def stepped_tracks(
     table: SteppedTable, surface: Surface, shots: int, seed: int, camera: Camera
 ) -> Shots:
     """Return tracks of random shots among three balls, half of them aimed at one."""
-    random = np.random.default_rng([seed, 7])
     numbers = np.array(
         [
             *(table.rolling_friction, table.sliding_friction, table.ball_restitution),
@@ -67,7 +66,8 @@ def stepped_tracks(
     every = round(1.0 / (camera.rate * _DT))
     found: Shots = {}
     for shot in range(1, shots + 1):
-        state = _start(random, surface)
+        state = start_of(shot, surface, seed)
+        random = np.random.default_rng([seed, shot, 8])
         pictures = np.empty((int(_LONGEST * camera.rate) + 1, 3, 2))
         count = int(_play(state, numbers, every, pictures))
         times = np.arange(count) / camera.rate
@@ -78,8 +78,12 @@ def stepped_tracks(
     return found
 
 
-def _start(random: np.random.Generator, surface: Surface) -> FloatArray:
-    """Return the state of three balls, (3, 7): x, y, vx, vy, and the spin about x, y, z."""
+def start_of(shot: int, surface: Surface, seed: int) -> FloatArray:
+    """Return how a shot begins, for three balls, (3, 7): x, y, vx, vy, and the spin about x, y, z.
+
+    Units: [m], [m/s], [rad/s].
+    """
+    random = np.random.default_rng([seed, shot, 7])
     while True:
         places = random.uniform(0.12, (surface.length - 0.12, surface.width - 0.12), (3, 2))
         apart = [np.linalg.norm(places[i] - places[j]) for i, j in ((0, 1), (0, 2), (1, 2))]

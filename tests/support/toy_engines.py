@@ -7,7 +7,7 @@ from typing import ClassVar
 import numpy as np
 
 from ghostball.engine import simulate
-from ghostball.model import Ball, Scene
+from ghostball.model import Ball, Result, Scene
 from ghostball.model.features import EXACT, Feature
 from ghostball.reference_adapters import EngineBase, EngineSettings
 from ghostball.validation.runs.rolling import rolling_spin
@@ -84,15 +84,17 @@ class ToyEngine(EngineBase):
         shift = np.array([s.model, s.slope * s.dt**s.order + s.sawtooth * late, 0.0])
         shift[1] += s.wobble * (-1) ** round(np.log2(0.01 / s.dt))
         result = simulate(scene, record=record)
-        state = result.final_state
-        moved = state._replace(positions=state.positions + shift)
-        return replace(
-            result,
-            engine=self.name,
-            settings={"dt": s.dt},
-            final_state=moved,
-            trajectory=_Moved(result.trajectory, shift) if record == "trajectory" else None,
-        )
+        return replace(drifted(result, shift), engine=self.name, settings={"dt": s.dt})
+
+
+def drifted(result: Result, shift: np.ndarray) -> Result:
+    """Return a run whose balls have drifted by `shift` (3,) [m] by the end of their motion."""
+    state, motion = result.final_state, result.trajectory
+    return replace(
+        result,
+        final_state=state._replace(positions=state.positions + shift),
+        trajectory=None if motion is None else _Moved(motion, shift),
+    )
 
 
 def changed_shot(scene: Scene, ball: int, speed: float, turn: float) -> Scene:

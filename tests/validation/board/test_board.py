@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from engine_facts import needs
 from likenesses import likeness
+from toy_engines import drifted
 
-from ghostball.engine.running.driver import Run
-from ghostball.model import POOL_BALL_RADIUS, GhostballError
+from ghostball.model import GhostballError
+from ghostball.reference_adapters.ghostball import GhostballEngine
 from ghostball.validation.board import board as boards
 from ghostball.validation.board.board import Board, load, run_board
 from ghostball.validation.board.cell import Cell, cell_of_likeness
@@ -68,18 +69,13 @@ def test_our_engine_is_right_in_every_column(tmp_path):
 
 @pytest.mark.usefixtures("in_this_process")
 def test_an_error_of_our_own_engine_shows(tmp_path, monkeypatch):
-    """The planted error: all that our engine says of the end is off, wherever it is asked."""
-    end = Run.final_state
+    """The planted error: our engine's balls drift off on their way, wherever it is asked."""
+    simulate = GhostballEngine.simulate
 
-    def off(self):
-        state, wrong = end(self), 3e-3
-        return state._replace(
-            positions=state.positions + wrong,
-            velocities=state.velocities + wrong,
-            angular_velocities=state.angular_velocities + wrong / POOL_BALL_RADIUS,
-        )
+    def off(self, scene, *, record="rest"):
+        return drifted(simulate(self, scene, record=record), np.array([3e-3, 3e-3, 0.0]))
 
-    monkeypatch.setattr(Run, "final_state", off)
+    monkeypatch.setattr(GhostballEngine, "simulate", off)
     asked = [one.id for one in COLUMNS.values() if ACCURACY in (one.metric, one.within)]
     asked = [name for name in asked if name not in ("exact-steps", "pocket")] + ["mm", "um"]
     board, outcome = ask(tmp_path, ["ghostball"], *asked)
