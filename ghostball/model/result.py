@@ -296,6 +296,11 @@ class Result:
         """What becomes of rounding the state at each event; errors as `sensitivity`."""
         return self._tangents("sensitivity", None)
 
+    def __getstate__(self) -> dict[str, Any]:
+        # `rounding` is as large as the motion, and is computed again. Without numba it holds views
+        # of memory, which can't be sent to another process.
+        return {name: value for name, value in vars(self).items() if name != "rounding"}
+
     def _tangents(self, wanted: str, directions: ArrayLike | None) -> TangentMap:
         trajectory, events = self._exact(wanted), self._exact_events(wanted)
         if trajectory.tangents is None:

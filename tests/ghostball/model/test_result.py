@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import pickle
 
 import numpy as np
 import pytest
@@ -19,6 +20,7 @@ from ghostball.model import (
     Samples,
     Scene,
     Status,
+    Table,
     initial_state,
 )
 
@@ -124,3 +126,14 @@ def test_times_to_sample_at_are_checked(times, complaint):
     for method in (result.sample, result.energy, result.orientation, result.phases):
         with pytest.raises(GhostballError, match=complaint):
             method(times)
+
+
+def test_a_result_passes_to_another_process_after_its_sensitivity_was_asked_for() -> None:
+    """Without numba, what the sensitivity is made of can't be pickled: a table's obstacles."""
+    table = Table(length=2.0, width=1.0)
+    shot = scene_of(ball((0.1, 0.2), (1.0, 0.5)), ball((0.9, 0.2)), table=table)
+    run = simulate(shot, record="trajectory")
+    sizes = run.sensitivity([0.1, 0.5])
+    again = pickle.loads(pickle.dumps(run))
+    assert "rounding" not in vars(again)
+    np.testing.assert_array_equal(again.sensitivity([0.1, 0.5]), sizes)
