@@ -22,6 +22,7 @@ from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 
+from ghostball.model.errors import storable
 from ghostball.reference_adapters.base import (
     EngineError,
     ReferenceEngine,
@@ -290,7 +291,7 @@ def _guarded(name: str, cannot: str, advice: str = "") -> Iterator[None]:
             yield
     except (Exception, SystemExit) as error:
         raise EngineUnavailableError(
-            f"engine `{name}` {cannot}: {type(error).__name__}: {error}{advice}"
+            storable(f"engine `{name}` {cannot}: {type(error).__name__}: {error}{advice}")
         ) from error
     finally:
         if output.text:

@@ -3,6 +3,14 @@
 from __future__ import annotations
 
 
+def storable(text: str) -> str:
+    r"""Write lone halves of surrogate pairs as Python escapes, such as \udcff: no file takes them.
+
+    For every text that comes from an engine: it may say anything.
+    """
+    return text.encode("utf-8", errors="backslashreplace").decode("utf-8")
+
+
 class GhostballError(Exception):
     """Base of every error that is shown without a traceback; exit status 2 unless it says else."""
 
@@ -24,8 +32,10 @@ class UnsupportedSceneError(GhostballError):
 
     def __init__(self, engine: str, features: tuple[str, ...]) -> None:
         self.engine = engine
-        self.features = features
-        super().__init__(f"engine `{engine}` can't represent this scene: " + "; ".join(features))
+        self.features = tuple(map(storable, features))
+        super().__init__(
+            f"engine `{engine}` can't represent this scene: " + "; ".join(self.features)
+        )
 
     def __reduce__(self) -> tuple[type[UnsupportedSceneError], tuple[str, tuple[str, ...]]]:
         # Exception pickles its message alone; a worker process must hand back both parts.
@@ -50,9 +60,9 @@ class EngineFailedError(GhostballError):
 
     def __init__(self, engine: str, reason: str, trace: str = "") -> None:
         self.engine = engine
-        self.reason = reason
-        self.trace = trace
-        super().__init__(f"engine `{engine}` failed: {reason}")
+        self.reason = storable(reason)
+        self.trace = storable(trace)
+        super().__init__(f"engine `{engine}` failed: {self.reason}")
 
     @property
     def is_our_bug(self) -> bool:

@@ -125,10 +125,10 @@ class Result:
         few milliseconds before a ball rolls on, the vertical speed of the ball isn't known. A ball
         that lies on another one bounces there, lower than 1e-8 m, and continues with other bounces.
         """
-        state = self.sample(t)
-        if state.positions.shape[0] != 1:
-            raise GhostballError(f"`t` must be one time, got {state.positions.shape[0]}")
-        t = float(np.asarray(t).reshape(()))
+        instants = _instants(t, "t")
+        if len(instants) != 1:
+            raise GhostballError(f"`t` must be one time, got {len(instants)}")
+        state, t = self.sample(instants), float(instants[0])
         if t > self.rest_time and self.status is not Status.REST:
             raise GhostballError(
                 f"`t` must be at most {self.rest_time:.9g} s, where the run stopped before its "
@@ -362,14 +362,24 @@ def _sampled_by(engine: str, trajectory: Trajectory, times: FloatArray, n: int) 
     return samples
 
 
-def _instants(times: ArrayLike) -> FloatArray:
-    """Return `times` as an array (k,), checked."""
-    t = np.atleast_1d(np.asarray(times, dtype=np.float64))
+def _instants(times: ArrayLike, name: str = "times") -> FloatArray:
+    """Return `times` as an array (k,), checked; `name`: of the parameter."""
+    try:
+        given = np.asarray(times)
+        t = np.atleast_1d(given.astype(np.float64))
+    except (TypeError, ValueError):
+        given = np.asarray(None)
+    # numpy takes None for a NaN, and reads numbers in texts.
+    if given.dtype.kind not in "biuf" and (given.dtype.kind != "O" or None in given.ravel()):
+        raise GhostballError(
+            f"`{name}` must be numbers of seconds, got {repr(times)[:80]}. "
+            "Give times from 0 to `rest_time`"
+        )
     if t.ndim != 1:
-        raise GhostballError(f"`times` must be one-dimensional, got shape {t.shape}")
+        raise GhostballError(f"`{name}` must be one-dimensional, got shape {t.shape}")
     wrong = t[~(t >= 0.0)]
     if len(wrong):
-        raise GhostballError(f"`times` must be at least 0 s, got {wrong[0]}; a shot starts at 0")
+        raise GhostballError(f"`{name}` must be at least 0 s, got {wrong[0]}; a shot starts at 0")
     return t
 
 

@@ -47,6 +47,8 @@ class Fake(EngineBase):
         does = self.settings.does
         if does == "raise":
             raise RuntimeError("lost the \\x1b[31mballs")
+        if does == "raise half a letter":
+            raise RuntimeError("lost \\udcff")
         if does == "crash":
             os._exit(7)
         if does == "hang":
@@ -79,8 +81,13 @@ class Fake(EngineBase):
                 "hand back": Status.INTERRUPTED,
                 "give up": Status.FAILED,
                 "stop": Status.STEP_LIMIT,
+                "stop at half a letter": Status.STEP_LIMIT,
             }.get(does, truth.status),
-            reason={"give up": "lost the cue", "stop": "too many steps"}.get(does, ""),
+            reason={
+                "give up": "lost the cue",
+                "stop": "too many steps",
+                "stop at half a letter": "lost \\udcff",
+            }.get(does, ""),
             final_state=shifted,
             rest_time=np.nan if does == "lose time" else truth.rest_time,
             collision_counts=truth.collision_counts,

@@ -14,7 +14,7 @@ import traceback
 from collections import deque
 from collections.abc import Callable, Generator, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from importlib import import_module
 from typing import Any
@@ -22,6 +22,7 @@ from typing import Any
 from ghostball.engine import simulate
 from ghostball.engine.library.load import NoCompilerError
 from ghostball.model import EngineFailedError, Record, Result, Scene, Status, UnsupportedSceneError
+from ghostball.model.errors import storable
 from ghostball.reference_adapters.base import EngineSettings, ReferenceEngine
 from ghostball.reference_adapters.ghostball import GhostballEngine
 from ghostball.reference_adapters.registry import OURS, EngineUnavailableError
@@ -73,7 +74,8 @@ def run_engine(engine: ReferenceEngine, scene: Scene, record: Record = "trajecto
         check_result(result, scene, engine.name, record)
     if result.status is Status.INTERRUPTED:
         raise KeyboardInterrupt
-    return result
+    reason = storable(result.reason)
+    return result if reason == result.reason else replace(result, reason=reason)
 
 
 def run_ours(scene: Scene, record: Record = "trajectory") -> Result:

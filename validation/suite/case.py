@@ -13,6 +13,7 @@ from datetime import UTC, datetime
 from typing import Any
 
 from ghostball.model import EngineFailedError, Scene, Status, UnsupportedSceneError
+from ghostball.model.errors import storable
 from ghostball.reference_adapters.base import ReferenceEngine, resolution_of
 from ghostball.reference_adapters.registry import EngineUnavailableError, engine_name, make_engine
 from ghostball.validation.checks.criteria import Criteria
@@ -99,7 +100,7 @@ def run_case(case: Case, make: Callable[[str], ReferenceEngine] = make_engine) -
     # What is left is a bug of the harness: kept, never fatal.
     except (Exception, SystemExit) as error:
         reason, trace = f"{type(error).__name__}: {error}", traceback.format_exc()
-        return failed(record, reason, trace, fault="ghostball"), None
+        return failed(record, storable(reason), storable(trace), fault="ghostball"), None
 
 
 def blank_record(case: Case) -> CaseRecord:

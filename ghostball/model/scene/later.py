@@ -70,6 +70,12 @@ def fields_after(shot: EndedShot, changes: Mapping[str, Change]) -> dict[str, An
             f"{shot.status.name}. Simulate it until every ball rests, or use `result.at(t)`"
         )
     ids = [ball.id for ball in scene.balls]
+    if len(shot.rest_positions) != len(ids):
+        raise refusal(
+            f"`rest_positions` of the result must be of the {len(ids)} balls of its scene "
+            f'"{scene.name}", got {len(shot.rest_positions)}. Give a result with the scene that '
+            "was played"
+        )
     if not isinstance(changes, Mapping) or not all(
         isinstance(change, Mapping) for change in changes.values()
     ):

@@ -133,6 +133,7 @@ class Scene(SceneContents):
 
         Pocketed balls, and balls that left the table, are left out. The others keep their id,
         radius, mass and frictions; table, physics and `t_max` stay. Title and tags are left out.
+        All of them are those of `result.scene`: of a class method, whichever scene it is called on.
 
         Parameters
         ----------

@@ -27,3 +27,12 @@ def test_only_what_our_own_engine_raised_is_our_bug():
     assert EngineFailedError("ghostball", "it raised", "line 3").is_our_bug
     assert not EngineFailedError("ghostball", "it hung").is_our_bug
     assert not EngineFailedError("toy", "it raised", "line 3").is_our_bug
+
+
+def test_what_no_file_takes_is_written_as_python_writes_it():
+    failed = EngineFailedError("toy", "ValueError: \udcff", "line \ud800")
+    refused = UnsupportedSceneError("toy", ("no \udcff", "é 🎱"))
+    assert (failed.reason, failed.trace) == (r"ValueError: \udcff", r"line \ud800")
+    assert refused.features == (r"no \udcff", "é 🎱")
+    for one in (failed, refused):
+        str(one).encode()

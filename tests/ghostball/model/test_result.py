@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import pickle
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -19,6 +20,7 @@ from ghostball.model import (
     SampledTrajectory,
     Samples,
     Scene,
+    SceneError,
     Status,
     Table,
     initial_state,
@@ -118,7 +120,15 @@ def test_our_engine_says_how_the_balls_move():
 
 @pytest.mark.parametrize(
     ("times", "complaint"),
-    [([-1.0], "at least 0"), ([float("nan")], "at least 0"), ([[0.0, 1.0]], "one-dimensional")],
+    [
+        ([-1.0], "at least 0"),
+        ([float("nan")], "at least 0"),
+        ([[0.0, 1.0]], "one-dimensional"),
+        (None, "must be numbers of seconds, got None"),
+        ([0.0, None], r"must be numbers of seconds, got \[0.0, None\]"),
+        ("1.0", "must be numbers of seconds, got '1.0'"),
+        ([[0.0], [0.0, 1.0]], "must be numbers of seconds"),
+    ],
 )
 def test_times_to_sample_at_are_checked(times, complaint):
     scene = Scene(name="roll", balls=[Ball(id="a", position=(0, 0), velocity=(1, 0))])
@@ -137,3 +147,25 @@ def test_a_result_passes_to_another_process_after_its_sensitivity_was_asked_for(
     again = pickle.loads(pickle.dumps(run))
     assert "rounding" not in vars(again)
     np.testing.assert_array_equal(again.sensitivity([0.1, 0.5]), sizes)
+
+
+@pytest.mark.parametrize(
+    ("t", "complaint"),
+    [
+        (None, "`t` must be numbers of seconds, got None"),
+        ("x", "`t` must be numbers of seconds, got 'x'"),
+        (-1.0, "`t` must be at least 0"),
+        ([0.0, 1.0], "`t` must be one time, got 2"),
+    ],
+)
+def test_the_moment_of_a_scene_is_checked(t, complaint):
+    result = simulate(scene_of(ball((0, 0), (1, 0))), record="events")
+    with pytest.raises(GhostballError, match=complaint):
+        result.at(t)
+
+
+def test_a_result_with_the_scene_of_another_shot_has_no_next_shot():
+    result = simulate(scene_of(ball((0, 0), (1, 0)), ball((9, 9))))
+    other = replace(result, scene=scene_of(ball((0, 0), (1, 0))))
+    with pytest.raises(SceneError, match=r"must be of the 1 balls .* got 2"):
+        Scene.after(other)

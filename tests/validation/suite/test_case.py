@@ -47,6 +47,14 @@ def test_a_failure_is_kept_and_the_run_continues(tmp_path: Path) -> None:
     assert outcome.exit_status == 1  # the engine failed, not ghostball
 
 
+@pytest.mark.parametrize("does", ["raise half a letter", "stop at half a letter"])
+def test_an_engine_may_say_what_no_file_takes(tmp_path: Path, does: str) -> None:
+    outcome = run_suite([scene()], [f"fake:does={does}"], tmp_path)
+    (case,) = Results.open(tmp_path).cases
+    assert r"lost \udcff" in case.reason
+    assert (case.fault, outcome.exit_status) == ("engine" if "raise" in does else "", 1)
+
+
 def test_what_raises_in_our_own_code_is_our_fault(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
