@@ -341,8 +341,9 @@ def leaderboard(
     """Put engines on one board: how right each is in what distinguishes engines, and how fast.
 
     Beside that, how like a real table each can be. Cells are cases of the suite: what earlier runs
-    measured with the same code is reused, and exit statuses are those of `validate`. An engine that
-    crashes or hangs costs its own cells.
+    measured with the same code is reused, and exit statuses are those of `validate`, but that an
+    engine counts as judged where one of its shots is, with any of the steps that a column gives it.
+    An engine that crashes or hangs costs its own cells.
     """
 
 

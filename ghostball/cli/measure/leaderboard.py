@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from itertools import product
 from pathlib import Path
 
@@ -26,6 +27,7 @@ from ghostball.validation.board.column import COLUMNS, FAULTS, LIKENESS, QUESTIO
 from ghostball.validation.board.history import Move, entries_of, remember
 from ghostball.validation.checks.verdict import not_judged
 from ghostball.validation.exit_status import ExitStatus, worst
+from ghostball.validation.suite.suite import Outcome
 
 BESIDE = "real tables"
 """The step that puts engines beside real tables."""
@@ -96,14 +98,23 @@ def run(
             stdout().print(line, soft_wrap=True)
         if outcome is not None:
             console.print(headline(outcome, time.perf_counter() - started), soft_wrap=True)
-    if why := not_judged([] if outcome is None else outcome.cases):
+    counted = None if outcome is None else _without_settings(outcome)
+    if why := not_judged([] if counted is None else counted.cases):
         say(f"[bold yellow]{escape(why)}[/]")
     for row, why in board.absent.items():
         say(f"[bold]{escape(row)}[/] is absent: {escape(why)}")
     return worst(
-        ExitStatus.NOT_JUDGED if outcome is None else outcome.exit_status,
+        ExitStatus.NOT_JUDGED if counted is None else counted.exit_status,
         ExitStatus.CHECK_FAILED if failed else ExitStatus.PASSED,
     )
+
+
+def _without_settings(outcome: Outcome) -> Outcome:
+    """Return an outcome whose cases are of engines: columns choose steps that nobody asked for.
+
+    An engine is judged where a shot of it is, with any of them.
+    """
+    return replace(outcome, cases=[replace(one, label=one.engine) for one in outcome.cases])
 
 
 def _chosen(option: str, names: Sequence[str]) -> list[Column]:

@@ -11,6 +11,7 @@ from typer.testing import CliRunner
 from ghostball.cli import app
 from ghostball.validation.board.board import load
 from ghostball.validation.board.column import COLUMNS, scene_path
+from ghostball.validation.checks.verdict import is_outcome_judged
 from ghostball.validation.results.files import BOARD
 from ghostball.validation.results.store import Results
 
@@ -50,6 +51,30 @@ def test_the_command_shows_a_strangers_row_and_its_verdict(tmp_path, monkeypatch
     assert rows[SLOWING]["line"]["again"] == (
         f"ghostball leaderboard --only -e {SLOWING} --column line --rerun"
     )
+
+
+@pytest.mark.slow
+def test_a_coarse_step_of_a_column_is_no_claim_of_the_engine(tmp_path):
+    engine = "ghostball.validation.examples.first_engine:simulate"
+    arguments = ["leaderboard", "--only", "-e", engine, "--out", str(tmp_path)]
+    done = CliRunner().invoke(app, [*arguments, "--column", "mm"])
+    assert done.exit_code == 0, done.output
+    assert "no shot of" not in done.output
+    coarse = [case for case in Results.open(tmp_path).cases if case.settings["dt"] == 0.01]
+    assert not any(map(is_outcome_judged, coarse))
+    alone = CliRunner().invoke(
+        app,
+        [
+            "validate",
+            "-e",
+            f"{engine}:dt=0.01",
+            str(scene_path("cut-to-rest")),
+            "--no-report",
+            "-o",
+            str(tmp_path / "alone"),
+        ],
+    )
+    assert alone.exit_code == 4, alone.output
 
 
 @pytest.mark.usefixtures("in_this_process")
