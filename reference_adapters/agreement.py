@@ -25,6 +25,11 @@ def disagreement(result: Result, scene: Scene) -> str:
 
     `result`: one that reached its end, of which each field is as `Result` says.
     """
+    if result.status is Status.T_MAX and scene.t_max is None:
+        return (
+            'a run of a scene without `t_max` must not end by "t-max": give the status "rest" when '
+            "all balls rest, or stop with the reason why the run goes no further"
+        )
     motion = result.trajectory
     if motion is None or not result.status.complete:
         return ""
@@ -32,6 +37,8 @@ def disagreement(result: Result, scene: Scene) -> str:
         if isinstance(motion, SampledTrajectory) and (problem := _of_length(result, motion)):
             return problem
         if problem := _of_places(result, scene):
+            return problem
+        if problem := _of_status(result, scene):
             return problem
         if isinstance(motion, SampledTrajectory):
             return _of_rest(result, motion)
@@ -77,6 +84,23 @@ def _of_places(result: Result, scene: Scene) -> str:
                 f"{result.rest_positions[ball].tolist()}, {off[ball]:.3g} m from there{how}"
             )
     return ""
+
+
+def _of_status(result: Result, scene: Scene) -> str:
+    """Look whether a run that says that its balls rest was ended by the scene's time."""
+    motion = result.trajectory
+    if result.status is not Status.REST or scene.t_max is None or motion is None:
+        return ""
+    if result.rest_time < scene.t_max * (1.0 - _SAME):
+        return ""
+    end = motion.sample(np.array([motion.t_end]))
+    moving = np.flatnonzero(end.velocities[0].any(axis=1) & ~_gone(result))
+    if not len(moving):
+        return ""
+    return (
+        f'a run must end by "t-max" where the scene ends it, at `t_max` = {scene.t_max!r} s, got '
+        f'"rest" although ball "{scene.balls[moving[0]].id}" moves then'
+    )
 
 
 def _mistake(result: Result, shown: FloatArray) -> str:

@@ -12,6 +12,7 @@ makes an engine, and `MyEngine.unavailable()` says why it can't run here, or Non
 from __future__ import annotations
 
 import logging
+import math
 import multiprocessing
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping
@@ -174,7 +175,9 @@ def resolution_of_step(dt: float, scene: Scene) -> float:
     driven = ~scene.rolls & (scene.sliding_frictions > 0.0)
     slip = v[driven, :2] + scene.radii[driven, np.newaxis] * (w[driven][:, [1, 0]] * (-1.0, 1.0))
     rolled[driven, :2] -= 2.0 / 7.0 * slip
-    return dt * float(np.max(np.linalg.norm([v, rolled], axis=2)))
+    fastest = float(np.max(np.linalg.norm([v, rolled], axis=2)))
+    # A step is a step, also where the product is less than any double: 0 claims rounding alone.
+    return max(dt * fastest, math.ulp(0.0)) if fastest > 0.0 else 0.0
 
 
 def none(how: str) -> Capability:

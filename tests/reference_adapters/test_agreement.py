@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from ghostball.engine import simulate
-from ghostball.model import Result, SampledTrajectory
+from ghostball.model import Result, SampledTrajectory, Status
 from ghostball.reference_adapters.agreement import disagreement
 from ghostball.validation.scenes.library import find_scene
 
@@ -81,3 +81,16 @@ def test_samples_that_end_while_balls_move_are_refused() -> None:
         assert "`trajectory.times` must go on until the run ends" in cut(samples)
     assert cut(slice(0, 399)) == ""  # the end itself, which lies between two samples
     assert cut(slice(0, 400, 7)) == ""
+
+
+def test_how_a_run_ends_must_be_as_its_scene_lets_it() -> None:
+    """Breaks where "t-max" is taken from a scene without `t_max`, or "rest" while balls move."""
+    right = exact("half-ball-cut")
+    assert "without `t_max`" in disagreement(replace(right, status=Status.T_MAX), right.scene)
+    timed = simulate(right.scene.model_copy(update={"t_max": 0.5}), record="trajectory")
+    assert timed.status is Status.T_MAX
+    assert timed.rest_time == 0.5
+    for run in (timed, framed(timed)):
+        assert disagreement(run, run.scene) == ""
+        said = disagreement(replace(run, status=Status.REST), run.scene)
+        assert 'must end by "t-max"' in said

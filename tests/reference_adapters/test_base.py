@@ -50,6 +50,11 @@ def test_a_ball_that_rolls_is_as_fast_as_it_starts_to_the_bit() -> None:
     assert resolution_of_step(DT, scene) == DT * 1.0
 
 
+def test_an_engine_with_steps_is_not_exact_where_balls_are_slower_than_numbers_go() -> None:
+    assert resolution_of_step(1e-3, scene_of(ball((0.5, 0.5), (5e-324, 0.0)))) > 0.0
+    assert resolution_of_step(1e-3, scene_of(ball((0.5, 0.5)))) == 0.0
+
+
 def test_an_engine_with_steps_is_not_exact_where_only_spin_moves_balls() -> None:
     assert resolution_of_step(DT, find_scene("wedged")) == pytest.approx(DT * 0.8164286, rel=1e-6)
 

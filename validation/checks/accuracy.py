@@ -19,7 +19,7 @@ import numpy as np
 from ghostball.model import Result
 from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.base import Resolution
-from ghostball.validation.checks.energy_gain import largest_gain
+from ghostball.validation.checks.energy_gain import first_energy, largest_gain
 from ghostball.validation.checks.metrics import ball_errors
 from ghostball.validation.grading.event_logs import compare_collisions
 from ghostball.validation.grading.gradable import Gradable
@@ -94,7 +94,8 @@ def _at_the_horizon(result: Result, truth: Truth, within: Gradable) -> Accuracy:
     t, errors = position_errors(result, truth.certificate, within)
     sizes = within.sizes
     assert sizes is not None
-    kind = _kind(errors, UNIT_ROUNDOFF * np.where(np.isfinite(sizes), sizes, 0.0))
+    rounding = UNIT_ROUNDOFF * np.where(np.isfinite(sizes), sizes, 0.0)
+    kind = _kind(errors, np.maximum(rounding, EPS * extent_of(result.scene)))
     return Accuracy(kind, error=float(np.max(errors)), at=t)
 
 
@@ -137,8 +138,9 @@ def _broken(result: Result, resolution: Resolution) -> tuple[BrokenBy, float | N
     if not finite or first_not_finite(result):
         return "not finite", None
     gain = largest_gain(result, resolution)
-    if gain > BROKEN_SHARE * float(energy[0]):
-        return "energy", gain / float(energy[0]) if energy[0] > 0.0 else math.inf
+    first = first_energy(result.scene)
+    if gain > BROKEN_SHARE * first:
+        return "energy", gain / first if first > 0.0 else math.inf
     if len(result.scene.balls) > 1:
         overlap = largest_overlap(result)
         if overlap > THROUGH * float(np.min(result.scene.radii)):

@@ -141,7 +141,7 @@ class Criterion(ForEngines):
     predict that. Limits on `accuracy` are classes, such as "nanometres".
 
     With `of` = "touching" the limit is that many times the distance within which balls of the scene
-    touch, for all that double precision can tell: `law.touching`.
+    touch, for all that double precision can tell: `step_limits.touching`.
     """
 
     claiming: Claim | None = None

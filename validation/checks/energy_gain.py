@@ -14,9 +14,18 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.model import COLLISION_KINDS, Result, SampledTrajectory, Samples, Scene, energy_of
+from ghostball.model import (
+    COLLISION_KINDS,
+    Result,
+    SampledTrajectory,
+    Samples,
+    Scene,
+    energy_of,
+    initial_state,
+)
 from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.base import Resolution, resolution_of_step, stated_error
+from ghostball.reference_adapters.registry import OURS
 from ghostball.validation.grading.tolerances import CONTACT_STEP, EPS
 from ghostball.validation.runs.sampling import energy_series, energy_times, events_of
 
@@ -36,7 +45,12 @@ TINY = float(np.finfo(np.float64).tiny)
 """The fastest speed of a scene at rest [m/s]: a quotient by it is finite, or infinite for good."""
 
 
-def largest_gain(result: Result, resolution: Resolution = 0.0) -> float:
+def first_energy(scene: Scene) -> float:
+    """Return the energy with which a shot starts [J], before what happens at once."""
+    return float(energy_of(scene, initial_state(scene)).total[0])
+
+
+def largest_gain(result: Result, resolution: Resolution = 0.0, *, pressed: bool = False) -> float:
     """Return the most energy that a run makes [J]; 0 if none, NaN where its energy isn't finite.
 
     The largest of the rises above the least energy before, and, of an engine that steps, of the
@@ -49,15 +63,18 @@ def largest_gain(result: Result, resolution: Resolution = 0.0) -> float:
     balls with those that they had before its step, and so gives back what the cloth took in it.
     What the cloth takes while the fastest ball goes `resolution` is therefore no gain. Nor is what
     rounding makes of an exact motion: of its heights, and of the instants at which it is looked at;
-    and what steps of sustained contact, which such a run counts in `work`, may err by.
+    and what steps of sustained contact may err by. Our engine counts those; of any other engine it
+    isn't asked: `pressed` says whether the shot has any.
     """
     energy = energy_series(result)
     frames = result.trajectory
     if not isinstance(frames, SampledTrajectory):
         rounding = _rounding(result.scene, energy_times(result), energy)
-        steps = min(result.work.get("contact_steps", 0), _MOST_CONTACT_STEPS)
+        steps = _MOST_CONTACT_STEPS if pressed else 0
+        if result.engine == OURS:
+            steps = min(result.work.get("contact_steps", 0), _MOST_CONTACT_STEPS)
         # A step errs by a part of the velocities, and so by twice that of the energy.
-        in_contact = 2.0 * CONTACT_STEP * float(energy[0]) * (1 + steps) if steps else 0.0
+        in_contact = 2.0 * CONTACT_STEP * first_energy(result.scene) * (1 + steps) if steps else 0.0
         return largest_rise(energy, rounding + in_contact)
     rise = largest_rise(energy)
     late = stated_error(resolution) / max(resolution_of_step(1.0, result.scene), TINY)
@@ -177,15 +194,17 @@ def _cloth(
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
     """Return velocities and slips (k, n, 2), the slips' sizes (k, n), and both decelerations (n,).
 
-    Where balls always roll, slip is 0 and nothing slides.
+    Where balls always roll, slip is 0 and nothing slides. The cloth takes nothing from balls in the
+    air, as if they rested.
     """
-    velocity = states.velocities[..., :2]
+    velocity = states.velocities[..., :2] * ~_above_cloth(scene, states)[..., np.newaxis]
     slides = scene.physics.motion == "sliding"
     slip = np.zeros_like(velocity)
     if slides:
         spin = states.angular_velocities
         slip[..., 0] = velocity[..., 0] - scene.radii * spin[..., 1]
         slip[..., 1] = velocity[..., 1] + scene.radii * spin[..., 0]
+        slip[_above_cloth(scene, states)] = 0.0
     gravity = scene.physics.gravity
     return (
         velocity,
@@ -194,3 +213,13 @@ def _cloth(
         scene.sliding_frictions * gravity * float(slides),
         scene.rolling_frictions * gravity,
     )
+
+
+def _above_cloth(scene: Scene, states: Samples) -> NDArray[np.bool_]:
+    """Return which balls are in the air, or leave or reach the cloth at that instant, (k, n)."""
+    if not scene.physics.airborne:
+        return np.zeros(states.positions.shape[:2], dtype=np.bool_)
+    high = states.positions[..., 2] > (1.0 + _ROUNDINGS_SEEN * EPS) * scene.radii
+    rising = np.abs(states.velocities[..., 2])
+    above: NDArray[np.bool_] = high | (rising > _ROLLS * np.linalg.norm(states.velocities, axis=2))
+    return above

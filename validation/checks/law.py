@@ -11,24 +11,21 @@ the same rows of `scenes/common.expect.toml` for every engine.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from ghostball.model import Scene, energy_of, initial_state
+from ghostball.model import Scene
 from ghostball.model.features import scene_features
 from ghostball.reference_adapters.base import ReferenceEngine, resolution_of, stated_error
 from ghostball.reference_adapters.registry import OURS
 from ghostball.validation.checks.criteria import Criteria, common_criteria
 from ghostball.validation.checks.criterion import CLAIMS, Claim, Criterion, StepRule
 from ghostball.validation.checks.metric_table import METRICS
-from ghostball.validation.checks.step_limits import STEP_METRICS, step_criteria
+from ghostball.validation.checks.step_limits import STEP_METRICS, step_criteria, touching
 from ghostball.validation.grading.grading import Grade
-from ghostball.validation.grading.horizon import extent_of
-from ghostball.validation.grading.tolerances import EPS
 from ghostball.validation.truth.scene_truth import Truth
 
 Named = tuple[str, Mapping[str, Any]]
@@ -188,45 +185,11 @@ def approximations_of(engine: ReferenceEngine, scene: Scene) -> tuple[str, ...]:
     )
 
 
-_TOUCHING_GAP = 2.0**-37
-"""Gap, in diameters, that an exact engine may take for none: what a contact step leaves of it."""
-
-_TOUCHING_ROUNDINGS = 1024.0
-"""Roundings of a coordinate that a gap may be off by: an engine takes some at each event."""
-
-
-_CLOCK_ROUNDINGS = 4.0
-"""Roundings of an instant in which balls may go on into each other."""
-
-_TOUCHING_IN_FLIGHT = 2.0**-22
-"""The same where balls may leave the cloth: what lies on others bounces as high, without end.
-
-1.4e-8 m of pool balls: four times the lowest bounce that our model says to follow.
-"""
-
-
-def touching(scene: Scene, until: float) -> float:
-    """Return the distance within which balls touch, for all an exact engine can tell [m].
-
-    1e-12 m of pool balls on their table. It grows with the balls, with the largest coordinate, and
-    with what the fastest ball goes, if it has all of the energy, while the clock is rounded.
-
-    `until` [s]: the end of the shot.
-    """
-    diameter = 2.0 * float(np.max(scene.radii))
-    part = _TOUCHING_IN_FLIGHT if scene.physics.airborne else _TOUCHING_GAP
-    energy = float(energy_of(scene, initial_state(scene)).total[0])
-    fastest = math.sqrt(2.0 * energy / float(np.min(scene.masses)))
-    clock = _CLOCK_ROUNDINGS * EPS * until * fastest
-    return part * diameter + _TOUCHING_ROUNDINGS * EPS * extent_of(scene) + clock
-
-
 def _in_scene(criterion: Criterion, scene: Scene, truth: Truth) -> Criterion:
     """Return a criterion with its limit in the unit of its metric."""
     if criterion.of is None:
         return criterion
-    until = scene.t_max if truth.rest_time is None else truth.rest_time
-    limit = criterion.limit * touching(scene, until or 0.0)
+    limit = criterion.limit * touching(scene, truth)
     return criterion.model_copy(update={criterion.limit_kind: limit, "of": None})
 
 

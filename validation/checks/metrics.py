@@ -15,7 +15,7 @@ import numpy as np
 from ghostball.model import COLLISION_KINDS, EventKind, Result, Scene
 from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.base import Resolution
-from ghostball.validation.checks.energy_gain import largest_gain
+from ghostball.validation.checks.energy_gain import first_energy, largest_gain
 from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.checks.proof_metrics import (
     PROOF_METRICS,
@@ -234,8 +234,8 @@ def _first_divergence_time(result: Result, truth: Truth) -> float:
 
 def _energy_difference_max(result: Result, truth: Truth, compared: Differences) -> float:
     require_end(result)
-    right = known(truth.motion, truth, "energy")
-    first = _initial(right.energy([0.0]).total)
+    known(truth.motion, truth, "energy")
+    first = _initial(result)
     _, differences = compared(result, truth)
     return float(np.max(_finite(differences))) / first
 
@@ -252,15 +252,17 @@ def _energy_drift(result: Result, _: Truth) -> float:
     if not conserves_energy(result.scene):
         raise NotMeasuredError("energy is lost in this scene, as it should be")
     energy = _finite(energy_series(result))
-    return float(np.max(np.abs(energy - energy[0]))) / _initial(energy)
+    return float(np.max(np.abs(energy - energy[0]))) / _initial(result)
 
 
-def _energy_rise(result: Result, _: Truth, resolution: Resolution = 0.0) -> float:
-    energy = _finite(energy_series(result))
-    gain = largest_gain(result, resolution)
-    if gain > 0.0 and energy[0] == 0.0:
+def _energy_rise(result: Result, truth: Truth, resolution: Resolution = 0.0) -> float:
+    _finite(energy_series(result))
+    proof = truth.certificate
+    pressed = proof is not None and proof.ending == "sustained contact"
+    gain = largest_gain(result, resolution, pressed=pressed)
+    if gain > 0.0 and first_energy(result.scene) == 0.0:
         return math.inf  # made of nothing
-    return gain / _initial(energy)
+    return gain / _initial(result)
 
 
 def _overlap_max(result: Result, _: Truth) -> float:
@@ -301,7 +303,8 @@ def _finite(energy: FloatArray) -> FloatArray:
     return energy
 
 
-def _initial(energy: FloatArray) -> float:
-    if energy[0] == 0.0:
+def _initial(result: Result) -> float:
+    first = first_energy(result.scene)
+    if first == 0.0:
         raise NotMeasuredError("nothing moves at the start: there is no energy to compare with")
-    return float(energy[0])
+    return first

@@ -65,7 +65,8 @@ from ghostball.reference_adapters.base import (
 )
 from ghostball.validation.checks.criterion import Criterion, Selector, StepRule
 from ghostball.validation.grading.certified_growth import Lateness
-from ghostball.validation.grading.tolerances import TIE
+from ghostball.validation.grading.horizon import extent_of
+from ghostball.validation.grading.tolerances import EPS, TIE
 from ghostball.validation.runs.steps import step_of
 from ghostball.validation.truth.scene_truth import Truth
 
@@ -95,6 +96,21 @@ OVERLAP_MARGIN = 10.0
 it.
 
 The last step must be long enough for the engine to see the contact, which takes some resolutions.
+"""
+
+_TOUCHING_GAP = 2.0**-37
+"""Gap, in diameters, that an exact engine may take for none: what a contact step leaves of it."""
+
+_TOUCHING_ROUNDINGS = 1024.0
+"""Roundings of a coordinate that a gap may be off by: an engine takes some at each event."""
+
+_CLOCK_ROUNDINGS = 4.0
+"""Roundings of an instant in which balls may go on into each other."""
+
+_TOUCHING_IN_FLIGHT = 2.0**-22
+"""The same where balls may leave the cloth: what lies on others bounces as high, without end.
+
+1.4e-8 m of pool balls: four times the lowest bounce that our model says to follow.
 """
 
 
@@ -130,7 +146,7 @@ def step_criteria(
         Criterion(engines=(selector,), metric=metric, reason=reason, **limit)
         for metric, limit, reason in (
             *_outcome(rule, scene, truth, resolution, longest),
-            *_of_motion(rule, scene, resolution, longest),
+            *_of_motion(rule, scene, truth, resolution, longest),
         )
     )
 
@@ -218,7 +234,9 @@ def _on_the_way(
         yield "energy_difference_max", {"at_most": rule.energy_noise + share}, reason
 
 
-def _of_motion(rule: StepRule, scene: Scene, resolution: float, longest: float) -> Iterator[_Limit]:
+def _of_motion(
+    rule: StepRule, scene: Scene, truth: Truth, resolution: float, longest: float
+) -> Iterator[_Limit]:
     """Yield what must hold wherever the balls go."""
     noise = rule.energy_noise
     if scene.physics.motion == "sliding":
@@ -237,7 +255,24 @@ def _of_motion(rule: StepRule, scene: Scene, resolution: float, longest: float) 
         overlap = OVERLAP_MARGIN * resolution
         reason = f"Steps end within {resolution:.3g} m of touching, and the next one continues."
     if overlap < float(np.min(scene.radii)):
-        yield "overlap_max", {"at_most": overlap}, reason
+        yield "overlap_max", {"at_most": touching(scene, truth) + overlap}, reason
+
+
+def touching(scene: Scene, truth: Truth) -> float:
+    """Return the distance within which balls touch, for all an exact engine can tell [m].
+
+    1e-12 m of pool balls on their table. It grows with the balls, with the largest coordinate, and
+    with what the fastest ball goes, if it has all of the energy, while the clock is rounded.
+
+    `truth`: of that scene; it says when the shot ends.
+    """
+    until = (scene.t_max if truth.rest_time is None else truth.rest_time) or 0.0
+    diameter = 2.0 * float(np.max(scene.radii))
+    part = _TOUCHING_IN_FLIGHT if scene.physics.airborne else _TOUCHING_GAP
+    energy = float(energy_of(scene, initial_state(scene)).total[0])
+    fastest = math.sqrt(2.0 * energy / float(np.min(scene.masses)))
+    clock = _CLOCK_ROUNDINGS * EPS * until * fastest
+    return part * diameter + _TOUCHING_ROUNDINGS * EPS * extent_of(scene) + clock
 
 
 def _step_of(

@@ -43,6 +43,7 @@ from ghostball.validation.grading.gradable import (
     gradable,
     proved_motion,
 )
+from ghostball.validation.grading.horizon import extent_of
 from ghostball.validation.grading.tolerances import EPS, LEAST_SLIP, TIE, UNIT_ROUNDOFF
 
 
@@ -325,8 +326,6 @@ def _quality(result: Result, errors: FloatArray, within: Gradable) -> tuple[floa
     errors, scale = errors[known], scale[known]
     if not scale.any() and not errors.any():
         return None, "nothing has moved in what is graded"
-    # A ball that nothing can have moved, and that has moved, is infinitely wrong.
-    still = scale == 0.0
-    factors = np.where(still, np.where(errors > 0.0, math.inf, 0.0), 0.0)
-    factors[~still] = errors[~still] / scale[~still]
-    return float(np.max(factors)), ""
+    # Where nothing moves a ball, only its coordinates are rounded, wherever they are counted from.
+    scale[scale == 0.0] = UNIT_ROUNDOFF * extent_of(result.scene)
+    return float(np.max(errors / scale)), ""

@@ -8,12 +8,13 @@ from itertools import product
 
 import numpy as np
 import pytest
-from shots import R, ball, scene_of
+from shots import FLIES, R, ball, scene_of
 
 from ghostball.engine import simulate
 from ghostball.model import EventKind, ExactTrajectory, Result, SampledTrajectory
 from ghostball.reference_adapters import make_engine
 from ghostball.reference_adapters.base import resolution_of
+from ghostball.validation.checks.accuracy import accuracy_of
 from ghostball.validation.checks.criteria import common_criteria
 from ghostball.validation.checks.energy_gain import cloth_takes, largest_gain, largest_rise
 from ghostball.validation.checks.metrics import measure
@@ -171,7 +172,7 @@ def test_the_largest_rise_is_over_the_least_before() -> None:
 
 
 def test_a_run_that_makes_energy_of_nothing_fails_and_one_that_rests_says_why() -> None:
-    still = simulate(find_scene("head-on"), record="trajectory")
+    still = simulate(scene_of(ball((0.0, 0.0)), ball((1.0, 0.0))), record="trajectory")
     times = np.array([0.0, 1.0])
     shape = (2, 2, 3)
     places = np.full(shape, R)
@@ -203,3 +204,43 @@ def test_an_energy_that_is_not_finite_fails() -> None:
 def test_no_energy_is_gained_where_nothing_collides() -> None:
     result = simulate(find_scene("stop"), record="trajectory")
     assert largest_gain(result) <= 1e-15
+
+
+def test_the_cloth_takes_nothing_from_balls_in_the_air() -> None:
+    # Breaks where a collision of two balls counts what the cloth would take from a third one.
+    flier = ball((0.4, 0.9, 0.3), (1.0, 0.0, 0.0), angular_velocity=(0.0, 0.0, 0.0))
+    scene = scene_of(flier, ball((0.5, 0.3), (1.0, 0.0)), ball((0.66, 0.3)), **FLIES)
+    run = simulate(scene, record="trajectory")
+    assert run.events is not None
+    instants = run.events["t"]
+    even = np.linspace(0.0, run.rest_time, 1500)
+    times = np.unique([*even, *instants, *np.nextafter(instants, 0.0)])
+    framed = replace(run, trajectory=SampledTrajectory(times, *run.sample(times)))
+    assert EventKind.BALL_BALL in run.events["kind"]
+    assert largest_gain(framed) <= 1e-15
+    (t,) = instants_of_impacts(run)
+    assert largest_gain(with_gain_at(framed, float(t), 1e-9)) > 1e-10
+
+
+def test_energy_is_measured_by_that_with_which_the_shot_starts() -> None:
+    # A ball between two others loses all its speed at once; what rounding leaves is no first one.
+    run = simulate(find_scene("head-on"), record="trajectory")
+    motion = run.trajectory
+    assert isinstance(motion, ExactTrajectory)
+    times = np.array([0.0, 1.0])
+    positions, velocities, spins = (part.copy() for part in run.sample(times))
+    velocities *= np.array([1e-115, 1e-15])[:, np.newaxis, np.newaxis]
+    spins *= 0.0
+    rounded = replace(run, trajectory=SampledTrajectory(times, positions, velocities, spins))
+    found = rise_of(rounded)
+    assert found is not None
+    assert found <= 1e-29
+    accuracy = accuracy_of(rounded, Truth(None))
+    assert accuracy is None
+
+
+def test_who_counts_steps_of_contacts_may_not_gain_energy_for_that() -> None:
+    run = simulate(find_scene("head-on"), record="trajectory")
+    (t,) = instants_of_impacts(run)
+    gains = replace(with_gain_at(run, float(t), 1e-7), engine="mine", work={"contact_steps": 1000})
+    assert rise_of(gains) == pytest.approx(1e-7, rel=0.01)

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from ghostball.engine import simulate
-from ghostball.model import Result, SampledTrajectory
+from ghostball.model import Result, SampledTrajectory, Scene
 from ghostball.reference_adapters.certified import CertifiedSettings
 from ghostball.validation.checks.metrics import measure
 from ghostball.validation.checks.proof_metrics import PROOF_METRICS
@@ -53,3 +53,22 @@ def test_what_needs_the_whole_proof_has_no_value_with_a_part_of_it() -> None:
     assert measured.values["graded_events"] == 1
     assert measured.values["event_time_factor"] <= 128.0
     assert not measured.incomplete
+
+
+def test_a_ball_that_nothing_moves_may_be_a_rounding_of_the_table_from_its_place() -> None:
+    """Breaks where coordinates are only rounded as they are counted from the table's corner."""
+    idle = {"id": "idle", "position": (0.1, 0.1)}
+    data = STOP.model_dump(exclude_unset=True) | {"name": "idle"}
+    data["balls"] = (*STOP.model_dump(exclude_unset=True)["balls"], idle)
+    shot = Scene.model_validate(data)
+    run, true = simulate(shot, record="trajectory"), truth_of(shot)
+    half = np.array([1.27, 0.635, 0.0])
+    for scale, most in ((1.0, 8.0), (2.0**30, np.inf)):
+        end = run.final_state
+        off = scale * ((end.positions - half) + half - end.positions)
+        assert off[0, 1].any()
+        moved = replace(run, final_state=end._replace(positions=end.positions + off))
+        factor = measure(moved, true, ["quality_factor"]).values["quality_factor"]
+        assert factor is not None
+        assert np.isfinite(factor)
+        assert (factor <= 8.0) == (most == 8.0)

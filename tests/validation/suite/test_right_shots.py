@@ -68,6 +68,7 @@ RANDOM = {
     "a ball pushed into a rack, in thousands of steps of contact": (2736, {}),
     "a ball that slides after eleven days": (290, {}),
     "a slow ball that slides after a day": (301, {"spin": "struck"}),
+    "a ball that loses all speed at once between two others": (4748, {}),
 }
 """Random scenes that once were called wrong."""
 
