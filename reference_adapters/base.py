@@ -177,7 +177,7 @@ def resolution_of_step(dt: float, scene: Scene) -> float:
     rolled[driven, :2] -= 2.0 / 7.0 * slip
     fastest = float(np.max(np.linalg.norm([v, rolled], axis=2)))
     # A step is a step, also where the product is less than any double: 0 claims rounding alone.
-    return max(dt * fastest, math.ulp(0.0)) if fastest > 0.0 else 0.0
+    return max(dt * fastest, math.ulp(0.0)) if np.any([v, rolled]) else 0.0
 
 
 def none(how: str) -> Capability:
