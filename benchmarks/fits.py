@@ -23,10 +23,10 @@ from ghostball.validation.measured.fit.harvest import harvest
 from ghostball.validation.parallel.pool import Progress, run_tasks
 from ghostball.validation.results.measurement import MeasurementError, Record
 
-TABLES: Final = 40
+TABLES: Final = 24
 SHOTS: Final = 100
 """Shots of a table, and twice as many where the law of cushions is sought as well."""
-FREE: Final = 4
+FREE: Final = 2
 """Tables whose law is sought as well."""
 
 _RANGES: Final = {
