@@ -295,10 +295,12 @@ def allowance(scene: Scene, head: Observed, label: str) -> Allowance:
 
 
 def _steps(label: str, head: Observed) -> float:
-    """Return how many time steps an engine made; 0 if nothing says that it makes any."""
+    """Return how many time steps an engine makes in a shot by its setting; 0 without a step.
+
+    An engine's own count of its steps would widen its allowance without bound.
+    """
     step = step_of(make_engine(label))
-    counted = max(head.work.get(name, 0) for name in ("steps", "frames"))
-    return max(counted, 0.0 if step is None else head.rest_time / step)
+    return 0.0 if step is None else head.rest_time / step
 
 
 def _worse(scene: str, title: str, label: str, why: str) -> SceneChange:
