@@ -76,6 +76,8 @@ STEP_METRICS = frozenset(
         "ball_ball_count_error",
         "ball_cushion_count_error",
         "matching_events",
+        "events_missing",
+        "events_invented",
         "event_time_error",
         "rest_time_error",
         "energy_difference_max",
@@ -194,6 +196,10 @@ def _outcome(
         reason = f"{late}: no collision of this shot can be missed, or come twice, by that."
         yield "ball_ball_count_error", {"equals": 0}, reason
         yield "ball_cushion_count_error", {"equals": 0}, reason
+    if own and scene.table is not None and scene.table.holes and _falls_alone(lateness, step):
+        reason = f"{late}: no ball of this shot can fall into another pocket, or none, by that."
+        yield "events_missing", {"equals": 0}, reason
+        yield "events_invented", {"equals": 0}, reason
     if all_separate:
         reason = f"{late}: the collisions of this shot are farther apart than that."
         yield "matching_events", {"equals": len(truth.collisions)}, reason
@@ -208,9 +214,12 @@ def _on_the_way(
     if rule.drifts:
         with np.errstate(divide="ignore"):
             delays[collides] = np.maximum(delays[collides], between / lateness.approach[collides])
-    shifted = more * float(delays @ lateness.comes) + float(np.max(delays[collides], initial=0.0))
-    if collides.any() and math.isfinite(shifted):
-        reason = f"{late}, which makes a collision of this shot come at most {shifted:.3g} s late."
+    falls = np.array([kind is EventKind.POCKETED for kind in lateness.kinds], dtype=bool)
+    own = np.append(delays[collides], _delays_of_falls(lateness, step, between)[falls])
+    shifted = more * float(delays @ lateness.comes) + float(np.max(own, initial=0.0))
+    if len(own) and math.isfinite(shifted):
+        what = "an event" if falls.any() else "a collision"
+        reason = f"{late}, which makes {what} of this shot come at most {shifted:.3g} s late."
         yield "event_time_error", {"at_most": LEAST + shifted}, reason
     fastest = resolution_of_step(1.0, scene)
     if fastest == 0.0:
@@ -316,6 +325,32 @@ def _separate(lateness: Lateness, step: _Step, smallest: float) -> tuple[bool, b
         before |= dict.fromkeys(lateness.balls[k], k)
         last = k
     return own, own and all_separate
+
+
+def _delays_of_falls(lateness: Lateness, step: _Step, between: float) -> FloatArray:
+    """Return how late each event comes, if it is a fall into a pocket, (events,) [s].
+
+    Whatever the engine does in time, it may look for balls over pockets at the ends of its steps.
+    """
+    with np.errstate(divide="ignore"):
+        seen = np.minimum(2.0 * step.resolution / lateness.approach, step.longest)
+        delays: FloatArray = np.maximum(seen, between / lateness.approach)
+    return delays
+
+
+def _falls_alone(lateness: Lateness, step: _Step) -> bool:
+    """Return whether no ball falls into a pocket within a step of its collision before."""
+    late = _delays_of_falls(lateness, step, step.resolution)
+    before: dict[int, float] = {}
+    for k, kind in enumerate(lateness.kinds):
+        t = float(lateness.times[k])
+        if kind is EventKind.POCKETED:
+            (ball,) = lateness.balls[k]
+            if t - before.get(ball, -math.inf) <= late[k]:
+                return False
+        elif kind in COLLISION_KINDS:
+            before |= dict.fromkeys(lateness.balls[k], t + float(step.delays[k]))
+    return True
 
 
 def _closing(scene: Scene) -> float:

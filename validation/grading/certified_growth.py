@@ -56,7 +56,8 @@ class Lateness:
         collision.
     `places` (events, n) float64 [m/s]: how far each ball ends from where it should; NaN where no
         derivative exists.
-    `comes` (events,) float64 [1]: by how much a later collision comes later or sooner, at most.
+    `comes` (events,) float64 [1]: by how much a later collision, or fall into a pocket, comes
+        later or sooner, at most.
     `rests` (events,) float64 [1]: by how much the last ball rests later or sooner.
     `energies` (events,) float64 [W]: by how much the energy of all balls differs, at most.
     `margins`: where it may lead the shot onto another path; None where nothing says it.
@@ -259,7 +260,7 @@ class CertifiedGrowth:
                     comes[:] = rests[:] = energies[:] = np.nan
                     break
                 moved = np.sum(np.abs(later @ changes[:, rows]), axis=0)
-                if event.kind in COLLISION_KINDS:
+                if event.kind in COLLISION_KINDS or event.kind is EventKind.POCKETED:
                     comes = np.maximum(comes, moved)
                 if event.t == self.t_end:
                     rests = np.maximum(rests, moved)

@@ -148,9 +148,11 @@ def grade(result: Result, certificate: Certificate, within: Gradable | None = No
     until = within.until
     kinds: Sequence[EventKind] = ALL_KINDS
     if not exact:
-        # Frames, and which kinds of events an engine reports beside collisions is its own affair.
+        # Frames, and which kinds of events an engine reports beside collisions, and falls into
+        # pockets, is its own affair.
         told = set(result.events["kind"].tolist()) if within.sizes is not None else set()
-        kinds = [kind for kind in ALL_KINDS if kind in COLLISION_KINDS or kind in told]
+        told |= {*COLLISION_KINDS, EventKind.POCKETED}
+        kinds = [kind for kind in ALL_KINDS if kind in told]
     logs = _logs(result, certificate, kinds)
     negligible = [_negligible(scene, log) for log in logs]
     proved, found = (

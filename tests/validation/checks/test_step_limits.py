@@ -10,7 +10,7 @@ import pytest
 from engine_facts import needs
 from step_rules import asked_of_all, criteria_of_step, limit_of_step
 
-from ghostball.model import Ball, Record, Result, SampledTrajectory, Scene
+from ghostball.model import Ball, EventKind, Record, Result, SampledTrajectory, Scene
 from ghostball.reference_adapters import make_engine
 from ghostball.reference_adapters.pymunk.engine import PymunkEngine
 from ghostball.validation.checks.criteria import Criteria, common_criteria
@@ -249,6 +249,58 @@ class DullEngine(PymunkEngine):
 )
 @pytest.mark.parametrize("name", ["head-on", "draw-shot", "restitution-head-on"])
 def test_who_steps_is_held_to_its_step_in_time_and_energy(
+    name: str, engine: type[PymunkEngine], broken: set[str]
+) -> None:
+    failed = {check.metric for check in judged(name, engine()).checks if check.passed is False}
+    assert failed >= broken
+    assert bool(failed) == bool(broken)
+
+
+class MispocketingEngine(PymunkEngine):
+    """Names the next pocket."""
+
+    def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
+        result = super().simulate(scene, record=record)
+        assert result.events is not None
+        events = result.events.copy()
+        falls = events["kind"] == EventKind.POCKETED
+        events["b"][falls] = (events["b"][falls] + 1) % 6
+        return replace(result, events=events)
+
+
+class SilentEngine(PymunkEngine):
+    """Says nothing of balls that fall."""
+
+    def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
+        result = super().simulate(scene, record=record)
+        assert result.events is not None
+        said = result.events[result.events["kind"] != EventKind.POCKETED]
+        return replace(result, events=said)
+
+
+class EarlyEngine(PymunkEngine):
+    """Says that balls fall 0.1 s before they do."""
+
+    def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
+        result = super().simulate(scene, record=record)
+        assert result.events is not None
+        events = result.events.copy()
+        events["t"] -= 0.1 * (events["kind"] == EventKind.POCKETED)
+        events = events[np.argsort(events["t"], kind="stable")]
+        return replace(result, events=events)
+
+
+@pytest.mark.parametrize(
+    ("engine", "broken"),
+    [
+        (PymunkEngine, set()),
+        (MispocketingEngine, {"events_missing", "events_invented"}),
+        (SilentEngine, {"events_missing"}),
+        (EarlyEngine, {"event_time_error"}),
+    ],
+)
+@pytest.mark.parametrize("name", ["pocket-draw", "pocket-bank"])
+def test_who_steps_must_say_which_ball_falls_where_and_when(
     name: str, engine: type[PymunkEngine], broken: set[str]
 ) -> None:
     failed = {check.metric for check in judged(name, engine()).checks if check.passed is False}
