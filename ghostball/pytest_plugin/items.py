@@ -33,7 +33,7 @@ from ghostball.validation.checks.criteria import Criteria
 from ghostball.validation.checks.law import Asked
 from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.checks.verdict import not_judged
-from ghostball.validation.runs.playing import in_other_process
+from ghostball.validation.runs.playing import first_played, in_other_process
 from ghostball.validation.runs.runner import check_limits
 from ghostball.validation.scenes.commands import regress as regress_command
 from ghostball.validation.scenes.library import scene_names, select
@@ -204,8 +204,19 @@ class _Plan:
 
     def run(self, scene: Scene, asked: Asked) -> SceneRun:
         self.printed.clear()
-        found = run_scene(self.engine, scene, self.own[scene.name], asked, lambda: self._player)
+        found = run_scene(
+            self.engine,
+            scene,
+            self.own[scene.name],
+            asked,
+            lambda: self._player,
+            every_record=scene.name == self._first,
+        )
         return replace(found, record=replace(found.record, printed="\n".join(self.printed)))
+
+    @cached_property
+    def _first(self) -> str:
+        return first_played(self.engine.make(), self.scenes)
 
     @cached_property
     def _player(self) -> ReferenceEngine:

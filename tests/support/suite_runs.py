@@ -62,14 +62,28 @@ class Fake(EngineBase):
         if does == "print":
             print("hello")
         truth = simulate(scene, record=record)
+        if does == "end elsewhere at rest" and record == "rest":
+            there = truth.final_state.positions + [0.2, 0.0, 0.0]
+            truth = replace(truth, final_state=truth.final_state._replace(positions=there))
+        if does == "end later at rest" and record == "rest":
+            truth = replace(truth, rest_time=truth.rest_time + 0.25)
+        if does == "count more at rest" and record == "rest":
+            truth = replace(truth, collision_counts={"ball-ball": 3, "ball-cushion": 0})
+        if does == "say other events" and record == "events":
+            events = truth.events.copy()
+            events["t"] *= 0.9
+            truth = replace(truth, events=events)
+        shift = self.settings.shift
+        if does == "play by chance":
+            shift = float(np.random.default_rng().random())
         motion = truth.trajectory
         if motion is not None:  # the balls rest where the result says it
             ends = [rows.copy() for rows in motion.segments]
             for rows in ends:
-                rows[-1, 1] += self.settings.shift
+                rows[-1, 1] += shift
             motion = replace(motion, segments=tuple(ends))
         shifted = truth.final_state._replace(
-            positions=truth.final_state.positions + [self.settings.shift, 0.0, 0.0]
+            positions=truth.final_state.positions + [shift, 0.0, 0.0]
         )
         if does == "lose a ball":
             shifted.positions[0, 0, 1] = np.nan

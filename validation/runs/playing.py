@@ -12,18 +12,22 @@ from __future__ import annotations
 import pickle
 import traceback
 from collections import deque
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
 from importlib import import_module
 from typing import Any
 
+import numpy as np
+
 from ghostball.engine import simulate
 from ghostball.engine.library.load import NoCompilerError
 from ghostball.model import EngineFailedError, Record, Result, Scene, Status, UnsupportedSceneError
 from ghostball.model.errors import storable
+from ghostball.model.features import missing_features
 from ghostball.reference_adapters.base import EngineSettings, ReferenceEngine
+from ghostball.reference_adapters.function import FunctionEngine
 from ghostball.reference_adapters.ghostball import GhostballEngine
 from ghostball.reference_adapters.registry import OURS, EngineUnavailableError
 from ghostball.reference_adapters.returned import ResultRefusedError, check_result
@@ -76,6 +80,57 @@ def run_engine(engine: ReferenceEngine, scene: Scene, record: Record = "trajecto
         raise KeyboardInterrupt
     reason = storable(result.reason)
     return result if reason == result.reason else replace(result, reason=reason)
+
+
+def first_played(engine: ReferenceEngine, scenes: Sequence[Scene]) -> str:
+    """Return the name of the scene with the fewest balls that an engine plays; "" of none.
+
+    That is where `differs_by_record` is asked: once for each engine, for it takes two more shots.
+    """
+    try:
+        known = engine.capabilities
+        played = [scene for scene in scenes if not missing_features(known, scene)]
+    except Exception:  # its cases say what it raised
+        return ""
+    return min(played, key=lambda scene: len(scene.balls)).name if played else ""
+
+
+def differs_by_record(engine: ReferenceEngine, result: Result) -> str:
+    """Say in what a shot of an engine is another one where less is recorded; "" where in nothing.
+
+    `result`: of a shot of which the whole motion was recorded.
+
+    Nothing is said of an engine that plays another shot each time, nor of a function, which isn't
+    told what is recorded.
+    """
+    if isinstance(engine, FunctionEngine) or not result.status.complete:
+        return ""
+    records: tuple[Record, ...] = ("rest", "events")
+    for record in records:
+        found = _difference(result, run_engine(engine, result.scene, record))
+        if found and not _difference(result, run_engine(engine, result.scene)):
+            return (
+                f'its result depends on what is recorded: with `record="{record}"`, {found} than '
+                'with `record="trajectory"`. Play the same shot, whatever is recorded of it'
+            )
+    return ""
+
+
+def _difference(one: Result, other: Result) -> str:
+    """Say in what the same shot differs, to the bit; "" where in nothing that both recorded."""
+    if one.status is not other.status:
+        return f"`status` is {other.status.value}, other"
+    if not np.array_equal(one.rest_positions, other.rest_positions):
+        off = np.max(np.linalg.norm(other.rest_positions - one.rest_positions, axis=1))
+        return f"`rest_positions` are {off:.3g} m elsewhere"
+    if one.rest_time != other.rest_time:
+        return f"`rest_time` is {other.rest_time - one.rest_time:.3g} s later"
+    if dict(one.collision_counts) != dict(other.collision_counts):
+        return f"`collision_counts` are {dict(other.collision_counts)}, other"
+    both = one.events is not None and other.events is not None
+    return (
+        "`events` are other ones" if both and not np.array_equal(one.events, other.events) else ""
+    )
 
 
 def run_ours(scene: Scene, record: Record = "trajectory") -> Result:

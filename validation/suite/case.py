@@ -23,7 +23,7 @@ from ghostball.validation.parallel.pool import Done
 from ghostball.validation.results.record_store import Name
 from ghostball.validation.results.records import CaseRecord, Fault
 from ghostball.validation.results.store import Finished
-from ghostball.validation.runs.playing import blamed_on_engine, run_engine
+from ghostball.validation.runs.playing import blamed_on_engine, differs_by_record, run_engine
 from ghostball.validation.suite.judge import Case, TruthFailure, judge
 from ghostball.validation.suite.plan import Plan
 from ghostball.validation.truth.scene_truth import PARTS, Truth, TruthPart, truth_of
@@ -50,7 +50,16 @@ def cases_of(planned: Plan, pairs: Sequence[Name]) -> Iterator[Case]:
                 if origin:
                     metrics = _without_truth(computed, asked)
                 here = planned.settings[pair[1]] is not None
-                yield Case(scene, pair[1], truth, asked, metrics, varied_from=origin, is_here=here)
+                yield Case(
+                    scene,
+                    pair[1],
+                    truth,
+                    asked,
+                    metrics,
+                    varied_from=origin,
+                    is_here=here,
+                    every_record=planned.firsts[pair[1]] == scene.name,
+                )
 
 
 def run_case(case: Case, make: Callable[[str], ReferenceEngine] = make_engine) -> Finished:
@@ -86,6 +95,8 @@ def run_case(case: Case, make: Callable[[str], ReferenceEngine] = make_engine) -
         result = run_engine(engine, case.scene)
         if result.status is Status.FAILED:  # of its numbers none need be one
             return failed(record, f"it says that it failed: {result.reason}"), None
+        if case.every_record and (differs := differs_by_record(engine, result)):
+            return failed(record, differs), None
         return judge(record, case, truth, result, resolution, limits)
     except EngineUnavailableError as error:
         if case.is_here:  # then it is this process, such as a cluster's, that lacks something

@@ -120,15 +120,18 @@ def run_scene(
     own: Criteria,
     asked: Asked,
     make: Callable[[], ReferenceEngine] | None = None,
+    *,
+    every_record: bool = False,
 ) -> SceneRun:
     """Run a scene on an engine; whatever goes wrong becomes part of the record.
 
     `own`: of the scene.
     `make`: makes the engine that runs, such as one in another process; by default `engine.make`.
+    `every_record`: whether it is played with less recorded too, which must change nothing.
     """
     judged_as = None if engine.judged_as is None else engine.judged_as.make
     truth = truth_or_failure(scene, own)
-    case = Case(scene, engine.spec, truth, asked, judged_as=judged_as)
+    case = Case(scene, engine.spec, truth, asked, judged_as=judged_as, every_record=every_record)
     return SceneRun(*run_case(case, lambda _: (make or engine.make)()))
 
 

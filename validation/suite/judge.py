@@ -38,6 +38,7 @@ class Case:
     `judged_as`: makes another engine, whose step and claims are held against this one; None: its
         own.
     `is_here`: whether the engine can run where the run was planned.
+    `every_record`: whether it is played with less recorded too, which must change nothing.
     `varied_from`: of which scene this one is a varied start; "" of none. Its motion isn't kept.
     """
 
@@ -49,6 +50,7 @@ class Case:
     judged_as: Callable[[], ReferenceEngine] | None = None
     varied_from: str = ""
     is_here: bool = True
+    every_record: bool = False
 
 
 # A motion that blew up may hold nan and infinity; the metrics say so, numpy need not.

@@ -28,6 +28,7 @@ from ghostball.validation.parallel.sources import is_ours
 from ghostball.validation.results.environment import describe_environment
 from ghostball.validation.results.record_store import Name
 from ghostball.validation.results.records import CaseRecord
+from ghostball.validation.runs.playing import first_played
 from ghostball.validation.runs.runner import check_each_once
 from ghostball.validation.scenes.library import FOLDER, find_scene, paths_among, scene_names
 from ghostball.validation.suite.unchanged import inputs_hash, measured_between
@@ -46,6 +47,7 @@ class Plan:
     inputs: Mapping[Name, str]  # hashes; "": always run
     metrics: tuple[str, ...] | None  # None: all
     origins: Mapping[str, str]  # of varied starts, by their names
+    firsts: Mapping[str, str]  # by label, the scene that is played with less recorded too; "": none
 
     @property
     def size(self) -> int:
@@ -115,6 +117,19 @@ def plan(
         if scene.name in criteria:  # the shipped ones are checked as their truth is computed
             check_truth(scene, own[scene.name].truth)
     of_others = tuple(e for e, values in settings.items() if values is not None and not is_ours(e))
+    firsts = {
+        label: ""
+        if values is None
+        else first_played(
+            make_engine(label),
+            [
+                one
+                for one in scenes
+                if one.name not in origins and (only is None or (one.name, label) in only)
+            ],
+        )
+        for label, values in settings.items()
+    }
     asked: dict[Name, Asked] = {}
     inputs: dict[Name, str] = {}
     for scene in scenes:
@@ -126,9 +141,17 @@ def plan(
             inputs[pair] = (
                 ""
                 if values is None or label in of_others
-                else inputs_hash(scene, label, values, asked[pair], limits.truth, chosen)
+                else inputs_hash(
+                    scene,
+                    label,
+                    values,
+                    asked[pair],
+                    limits.truth,
+                    chosen,
+                    every_record=firsts[label] == scene.name,
+                )
             )
-    return Plan(scenes, settings, own, asked, inputs, chosen, origins)
+    return Plan(scenes, settings, own, asked, inputs, chosen, origins, firsts)
 
 
 def shipped_criteria(scene: Scene) -> Criteria:

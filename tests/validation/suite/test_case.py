@@ -10,7 +10,7 @@ from suite_runs import scene
 
 import ghostball.validation.suite.case
 import ghostball.validation.suite.suite
-from ghostball.model import Scene
+from ghostball.model import Ball, Scene
 from ghostball.reference_adapters import EngineUnavailableError, ReferenceEngine
 from ghostball.validation.results.store import CaseRecord, Results
 from ghostball.validation.suite.case import run_case
@@ -53,6 +53,36 @@ def test_an_engine_may_say_what_no_file_takes(tmp_path: Path, does: str) -> None
     (case,) = Results.open(tmp_path).cases
     assert r"lost \udcff" in case.reason
     assert (case.fault, outcome.exit_status) == ("engine" if "raise" in does else "", 1)
+
+
+@pytest.mark.parametrize(
+    ("does", "says"),
+    [
+        ("end elsewhere at rest", 'with `record="rest"`, `rest_positions` are 0.2 m elsewhere'),
+        ("end later at rest", 'with `record="rest"`, `rest_time` is 0.25 s later'),
+        ("count more at rest", "with `record=\"rest\"`, `collision_counts` are {'ball-ball': 3"),
+        ("say other events", 'with `record="events"`, `events` are other ones'),
+    ],
+)
+def test_a_shot_that_depends_on_what_is_recorded_has_failed_once(
+    tmp_path: Path, does: str, says: str
+) -> None:
+    balls = (*scene().balls, Ball(id="far", position=(9.0, 9.0)))
+    two = Scene(name="two", balls=balls)
+    outcome = run_suite([two, scene()], [f"fake:does={does}", "fake"], tmp_path)
+    cases = {(case.scene, case.label): case for case in outcome.cases}
+    failed = cases["roll", f"fake:does={does}"]  # the scene with the fewest balls
+    assert (failed.outcome, failed.fault) == ("failed", "engine")
+    assert says in failed.reason
+    assert [case.outcome for case in outcome.cases].count("ran") == 3
+    assert outcome.exit_status == 1
+
+
+def test_an_engine_that_plays_another_shot_each_time_is_not_said_to_depend_on_records(
+    tmp_path: Path,
+) -> None:
+    outcome = run_suite([scene()], ["fake:does=play by chance"], tmp_path)
+    assert [case.reason for case in outcome.cases] == [""]
 
 
 def test_what_raises_in_our_own_code_is_our_fault(
