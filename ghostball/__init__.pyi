@@ -20,8 +20,14 @@ from .model import (
     Table as Table,
     UnsupportedSceneError as UnsupportedSceneError,
 )
-from .model.features import Feature as Feature
-from .reference_adapters import make_engine as make_engine, plays as plays
+from .model.features import Capability as Capability, Feature as Feature
+from .reference_adapters import (
+    EngineBase as EngineBase,
+    Recorder as Recorder,
+    ReferenceEngine as ReferenceEngine,
+    make_engine as make_engine,
+    plays as plays,
+)
 from .validation.results.store import Results as Results
 from .validation.scenes.library import find_scene as find_scene
 from .validation.suite.suite import run_suite as run_suite

@@ -127,10 +127,9 @@ def _difference(one: Result, other: Result) -> str:
         return f"`rest_time` is {other.rest_time - one.rest_time:.3g} s later"
     if dict(one.collision_counts) != dict(other.collision_counts):
         return f"`collision_counts` are {dict(other.collision_counts)}, other"
-    both = one.events is not None and other.events is not None
-    return (
-        "`events` are other ones" if both and not np.array_equal(one.events, other.events) else ""
-    )
+    if one.events is None or other.events is None:
+        return ""
+    return "" if np.array_equal(one.events, other.events) else "`events` are other ones"
 
 
 def run_ours(scene: Scene, record: Record = "trajectory") -> Result:
