@@ -25,10 +25,10 @@ USES = (
     ("rules, an AI that tries many shots, a test's truth", "ghostball"),
     ("a game in the plane that may move its balls itself", "pymunk:contact_steps=exact,dt=0.02"),
     ("a game in the plane, in steps of 1 ms", "pymunk:dt=0.001"),
-    ("the same as one types it: 60 steps/s", "pymunk:config=naive,dt=0.016666666666666666"),
+    ("the same, with a newcomer's settings", "pymunk:config=naive,dt=0.016666666666666666"),
     ("a game in space that may move its balls itself", "pybullet:contact_steps=exact,dt=0.02"),
     ("a game in space, in steps of 1 ms", "pybullet:dt=0.001"),
-    ("the same as one types it: 240 steps/s", "pybullet:config=naive,dt=0.004166666666666667"),
+    ("the same, with a newcomer's settings", "pybullet:config=naive,dt=0.004166666666666667"),
 )
 """What an engine is wanted for, and the label that was measured for it."""
 
@@ -103,7 +103,7 @@ def choice() -> str:
 
 
 def pymunk_recipe_reaches() -> str:
-    """Return how far off pymunk's recipe ends its cut, both ways, and how many steps it takes."""
+    """Return the rest error and number of steps of pymunk's recipe, with fixed and exact steps."""
     true = simulate(find_scene("half-ball-cut")).rest_positions[:, :2]
     found, take_step = [], pymunk.Space.step
     for exact in (False, True):
@@ -117,9 +117,9 @@ def pymunk_recipe_reaches() -> str:
         found.append((format_length(off), step.call_count, frame.call_count))
     (own, own_steps, _), (exact_off, exact_steps, frames) = found
     return (
-        f"As printed, the program ends the cut {own} off in its {own_steps} steps of 1 ms. Where "
-        f"the program meets contacts exactly, the cut ends {exact_off} off, with {exact_steps} "
-        f"calls of `space.step` in {frames} frames."
+        f"As printed, the program takes {own_steps} steps of 1 ms, and the rest error of the cut "
+        f"is {own}. With steps that end at contacts, the rest error is {exact_off}, with "
+        f"{exact_steps} calls of `space.step` in {frames} frames."
     )
 
 

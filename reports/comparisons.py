@@ -11,17 +11,17 @@ from ghostball.validation.results.store import CaseRecord
 HEADS = (
     "largest rest error",
     "of ball",
-    "ball-ball / true",
-    "ball-cushion / true",
+    "ball-ball / reference",
+    "ball-cushion / reference",
     "largest energy difference",
-    "when",
+    "at",
 )
 """Headings of `comparison_cells`."""
 
 KEY = (
-    "Rest positions: how far the ball that is farthest off ends from where it should, in brackets "
-    "where no limit judges it. Collisions: how many there are / how many in truth. Energy: the "
-    "largest difference from the true energy, as a share of the energy at the start, and when."
+    "Rest positions: the largest rest error of a ball; in brackets if no limit judges it. "
+    "Collisions: number in the run / number in the reference. Energy: the largest deviation from "
+    "the reference energy, divided by the initial energy, and its time."
 )
 """What the columns mean."""
 

@@ -50,10 +50,10 @@ def draw_against_time(measured: PrecisionMeasurement) -> Figure:
     return _draw(
         measured,
         lambda point: point.call_seconds,
-        "time of the whole call [s]",
+        "run time of the whole call [s]",
         title,
         second=lambda point: point.seconds,
-        second_name="time inside the engine",
+        second_name="run time inside the engine",
     )
 
 

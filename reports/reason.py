@@ -1,4 +1,4 @@
-"""What is wrong with an engine's shot, in a few words: what, since when, how much, what cures it.
+"""Words for an engine's error: the cause, its start, its size and its remedy.
 
 >>> reason_of(explain(find_scene("stop"), make_engine("mine:simulate")))
 'From the start, mine:simulate plays as if `rolling_friction` were 0.01429: 5/7 of 0.02. ...'
@@ -18,7 +18,7 @@ SHOWN = 4
 
 
 def reason_of(explanation: Explanation) -> str:
-    """Return the conclusion in words; "" if nothing was asked for that could say it."""
+    """Return the cause of the error in words; "" if the explanation looked for no cause."""
     found, label = explanation.attribution, explanation.label
     if explanation.contradiction:
         return f"The result of {label} can't be compared yet: {explanation.contradiction}."
@@ -32,30 +32,30 @@ def reason_of(explanation: Explanation) -> str:
     if found.outcome == "agrees" and found.instant is not None:
         when = style.format_time(found.instant)
         return (
-            f"{label} agrees with the reference up to t = {when}. What comes later can't be "
-            f"compared: {found.until}. So it is no error that {off}."
+            f"{label} agrees with the reference up to t = {when}. The rest of the shot can't be "
+            f"compared: {found.until}. So this later difference is no error: {off}."
         )
     if found.outcome in ("rounding", "agrees"):
-        return f"{label} is right: {off}, no more than rounding explains."
+        return f"{label} is right: {off}, and rounding explains this."
     if found.late is not None and found.outcome == "step":
         return _late_by_step(explanation, found)
     if found.outcome == "step":
         if found.instant is not None:
             return _until_then(explanation, found)
-        return f"{label} is right but for its step: {off}. {_shorter(explanation)}"
+        return f"{label} is right except for its time step: {off}. {_shorter(explanation)}"
     if found.outcome == "unseparated":
         return _unseparated(explanation, found)
     since = _since(explanation)
     if found.outcome == "model":
-        what = "plays other physics" + (", whatever its step" if found.ladder else "")
+        what = "uses different physics" + (" at every time step" if found.ladder else "")
         cure = (
-            "It says what it approximates, below"
+            "Its declared approximations are listed below"
             if found.approximations
-            else "No single coefficient of the scene explains it: compare what happens there with "
-            "docs/physics.md"
+            else "No single coefficient of the scene explains this: compare the engine's model "
+            "with docs/physics.md"
         )
         return f"{since}, {label} {what}: {off}. {cure}."
-    return f"{since}, {label} plays another shot: {off}. No single coefficient explains it."
+    return f"{since}, {label} has wrong collisions: {off}. No single coefficient explains this."
 
 
 def fault_text(explanation: Explanation, fault: ContactFault) -> str:
@@ -98,7 +98,7 @@ def _percent(share: float) -> str:
 
 
 def _sentence(words: str) -> str:
-    return f"{words}."
+    return f"{words[:1].upper()}{words[1:]}."
 
 
 def _late_by_step(explanation: Explanation, found: Attribution) -> str:
@@ -112,7 +112,7 @@ def _late_by_step(explanation: Explanation, found: Attribution) -> str:
         text += f" With a step of {style.format_time(finest.step)} every collision is right."
     if found.with_exact_steps is not None:
         exact = style.format_length(found.with_exact_steps)
-        text += f" Steps that end at contacts, `contact_steps=exact`, leave {exact}."
+        text += f" With steps that end at contacts, `contact_steps=exact`, the error is {exact}."
     return text
 
 
@@ -132,27 +132,27 @@ def _first_wrong(found: Attribution) -> str:
 
 
 def _lateness(found: Attribution) -> str:
-    """Return how far off the times of the shared collisions are, with both ends of the ladder."""
+    """Return the time errors of the shared collisions, with the longest and the shortest step."""
     first, *_, last = found.ladder
     assert first.late is not None
     assert last.late is not None
     count = "1 collision" if found.shared == 1 else f"{found.shared} collisions"
     return (
-        f"The first {count} are up to {style.format_time(first.late)} off with a step of "
-        f"{style.format_time(first.step)}, and up to {style.format_time(last.late)} with a step of "
-        f"{style.format_time(last.step)}."
-    ).replace("The first 1 collision are", "The first collision is")
+        f"The times of the first {count} are up to {style.format_time(first.late)} off with a step "
+        f"of {style.format_time(first.step)}, and up to {style.format_time(last.late)} with a step "
+        f"of {style.format_time(last.step)}."
+    ).replace("The times of the first 1 collision are", "The time of the first collision is")
 
 
 def _until_then(explanation: Explanation, found: Attribution) -> str:
-    """Return what is known of a shot that can be compared for a part only."""
+    """Return the cause of the error in the first part of a shot, if only this can be compared."""
     assert found.instant is not None
     assert found.difference is not None
     when, then = style.format_time(found.instant), style.format_length(found.difference)
     return (
-        f"Up to t = {when}, {explanation.label} is {then} off, which comes from its step. "
-        f"{_shorter(explanation)} What comes later can't be compared: {found.until}. Then "
-        f"{_off(explanation)}."
+        f"Up to t = {when}, the error of {explanation.label} is {then}, caused by its time step. "
+        f"{_shorter(explanation)} The rest of the shot can't be compared: {found.until}. At the "
+        f"end, {_off(explanation)}."
     )
 
 
@@ -173,21 +173,21 @@ def _factor_text(explanation: Explanation, factor: Factor) -> str:
         f"{right}. That makes it {style.format_length(factor.before)} off{by}; with {right} "
         f"instead, {style.format_length(factor.after)} would be left ({left})."
         + _physical(explanation, factor)
-        + "".join(f" As well as if {one}." for one in factor.rivals)
+        + "".join(f" Equally well explained if {one}." for one in factor.rivals)
     )
 
 
 def _physical(explanation: Explanation, factor: Factor) -> str:
-    """Return what that is in quantities that a program computes; "" where it is one itself."""
+    """Return a coefficient's meaning in speeds and accelerations; "" if it needs none."""
     gravity = explanation.scene.physics.gravity
     if factor.what in ("rolling_friction", "sliding_friction"):
         how = factor.what.removesuffix("_friction")
         right, value = (f"{gravity * one:.{SHOWN}g}" for one in (factor.right, factor.value))
-        return f" A {how} ball should slow by {right} m/s\u00b2, and slows by {value}."
+        return f" A {how} ball should slow by {right} m/s\u00b2, but slows by {value}."
     if factor.what == "ball_restitution":
-        return " It is the share of their closing speed with which balls part along their centres."
+        return " (It is separation speed / approach speed along the line of centres.)"
     if factor.what == "cushion_restitution":
-        return " It is the share of its speed towards a cushion with which a ball leaves it."
+        return " (It is rebound speed / approach speed normal to the cushion.)"
     return ""
 
 
@@ -202,7 +202,7 @@ def _since(explanation: Explanation) -> str:
 
 def _off(explanation: Explanation) -> str:
     if not explanation.result.status.complete:
-        return "it comes to no end"
+        return "the run does not finish"
     distances = explanation.rest_distances
     ball = int(distances.argmax())
     name, off = explanation.scene.balls[ball].id, style.format_length(float(distances[ball]))

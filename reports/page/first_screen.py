@@ -18,7 +18,7 @@ VARIANTS = {
         "exact steps",
         "its steps are made to end where balls touch, so that only its solver can err",
     ),
-    "config=naive": ("naive", "set up as a newcomer types it, at 60 steps a second"),
+    "config=naive": ("naive", "with the settings that a newcomer types, 60 steps per second"),
 }
 """What is said of the settings in an engine's name."""
 

@@ -70,7 +70,7 @@ def test_a_second_mark_is_at_the_time_inside_the_engine():
         ]
         (legend,) = figure.legends
     assert [float(mark.get_xdata()[0]) for mark in marks] == [1e-6, 2.5e-3, 5e-3]
-    assert "time inside the engine" in [text.get_text() for text in legend.get_texts()]
+    assert "run time inside the engine" in [text.get_text() for text in legend.get_texts()]
 
 
 def test_the_least_error_is_of_the_worst_phase_of_the_best_step():

@@ -22,7 +22,7 @@ def explained() -> Explanation:
 
 
 def test_a_shot_that_was_compared_to_its_end_is_right_but_for_its_step(explained: Explanation):
-    assert reason_of(explained).startswith("pymunk is right but for its step: ")
+    assert reason_of(explained).startswith("pymunk is right except for its time step: ")
 
 
 @pytest.mark.parametrize("outcome", ["agrees", "step"])

@@ -138,8 +138,8 @@ METRICS: dict[str, Metric] = {
         Metric(
             "event_time_error",
             "s",
-            "largest error of the time of an event that is proved and found, up to where this "
-            "engine can predict the shot",
+            "largest time error of the run's events that match a certified event, up to the "
+            "engine's horizon",
             "proof",
         ),
         Metric(
@@ -151,15 +151,15 @@ METRICS: dict[str, Metric] = {
         Metric(
             "event_time_factor",
             "1",
-            "largest error of an event's time up to there, over what rounding the state once at "
-            "each event makes of it",
+            "largest error of an event time up to the horizon, in units of the error that one "
+            "rounding per event would cause",
             "proof",
         ),
         Metric(
             "rest_time_factor",
             "1",
-            "difference of the time when the last ball rests, over what rounding the state once at "
-            "each event makes of it",
+            "error of the time at which the last ball stops, in units of the error that one "
+            "rounding per event would cause",
             "proof",
             outcome=True,
             to_the_end=True,
@@ -167,32 +167,32 @@ METRICS: dict[str, Metric] = {
         Metric(
             "quality_factor",
             "1",
-            "largest error of a position where the shot can last be predicted, over what rounding "
-            "the state once at each event makes of it",
+            "largest position error at the horizon, in units of the error that one rounding per "
+            "event would cause",
             "proof",
             outcome=True,
         ),
         Metric(
             "path_factor",
             "1",
-            "largest distance of a ball from its true place on the way there, over what rounding "
-            "the state once at each event makes of it; not compared between the two instants of an "
-            "event that both have",
+            "largest position error of a ball up to the horizon, in units of the error that one "
+            "rounding per event would cause; positions between the two times of a matching event "
+            "aren't compared",
             "proof",
         ),
         Metric(
             "energy_difference_max",
             "1",
-            "largest difference from the true energy, over the initial energy; not compared "
-            "between the two instants of an event that both have",
+            "largest deviation from the reference energy, divided by the initial energy; energies "
+            "between the two times of a matching event aren't compared",
             "energy",
         ),
-        Metric("energy_difference_time", "s", "when that difference is largest", "energy"),
+        Metric("energy_difference_time", "s", "time of `energy_difference_max`", "energy"),
         Metric(
             "energy_difference_factor",
             "1",
-            "largest such difference until rounding has grown visible, over what rounding the "
-            "state once at each event makes of it",
+            "largest energy error up to the horizon for rounding errors, in units of the error "
+            "that one rounding per event would cause",
             "proof",
         ),
         Metric(

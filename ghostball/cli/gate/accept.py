@@ -48,10 +48,10 @@ def run(
                 even_though_limits_fail=even_though_limits_fail,
             )
         except LimitsBrokenError as error:
-            say(f"[bold red]error:[/] {escape(str(error))}, or say --even-though-limits-fail")
+            say(f"[bold red]error:[/] {escape(str(error))}, or use --even-though-limits-fail")
             statuses.append(ExitStatus.CHECK_FAILED)
         except UnjudgedError as error:
-            say(f"[bold yellow]error:[/] {escape(str(error))}, or say --even-though-limits-fail")
+            say(f"[bold yellow]error:[/] {escape(str(error))}, or use --even-though-limits-fail")
             statuses.append(ExitStatus.NOT_JUDGED)
         except (NotDeterministicError, NotFinishedError) as error:
             say(f"[bold red]error:[/] {escape(str(error))}")

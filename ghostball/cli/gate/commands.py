@@ -91,16 +91,16 @@ def accept(
         bool,
         typer.Option(
             "--even-though-limits-fail",
-            help="Accept also what breaks limits of truth, which is wrong and not only another "
-            "answer, and what no limit judges.",
+            help="Accept even results that fail a limit on the error, so are wrong, and results "
+            "that no limit judges.",
         ),
     ] = False,
 ) -> None:
     """Accept what the last run found, and note why.
 
-    The baselines that moved are rewritten. Exit status 1, and nothing is written, where limits of
-    truth are broken. Exit status 1 also if the engine did not finish one of the scenes: it is
-    named, and the others are accepted.
+    The baselines that changed are rewritten. If a result fails a limit on its error, nothing is
+    written, and the exit status is 1. If the engine did not finish a scene, the scene is named, the
+    other scenes are accepted, and the exit status is 1.
     """
 
 

@@ -125,8 +125,8 @@ def validate(
         bool,
         typer.Option(
             "--details",
-            help="Show of each scene and engine where the balls rest, which collisions there are "
-            "and how energy decays, against the truth.",
+            help="For each scene and engine, compare rest positions, collisions and energy with "
+            "the reference.",
         ),
     ] = False,
 ) -> None:
@@ -223,8 +223,8 @@ def fit(
         float | None,
         typer.Option(
             metavar="METRES",
-            help="Height of the cushion's nose above the cloth, measured. Left out: the preset's, "
-            "and the errors allow for what the rules of pool permit.",
+            help="Measured height of the cushion's nose above the cloth. Without it, the preset's "
+            "height is assumed, and the errors allow for the range in the rules of pool.",
         ),
     ] = None,
     engine: EngineSpec = "ghostball",
@@ -243,10 +243,10 @@ def fit(
 ) -> None:
     """Fit the physics of a real table to tracks of its balls, event by event.
 
-    Clean events are sought in the tracks: windows of rolling, free contacts with cushions, hits of
-    a ball at rest. The engine plays each, and the values are those with which it comes nearest to
-    all. Needs: pip install '.[fit]' in a clone of Ghostball. Exit status 2 where there are too few
-    events to tell.
+    The fit uses the clean events in the tracks: stretches of rolling, contacts with one cushion,
+    hits of a ball at rest. The engine simulates each event, and the fitted values minimize the
+    differences from all of them. Needs: pip install '.[fit]' in a clone of Ghostball. Exit status 2
+    if there are too few events.
     """
 
 

@@ -314,10 +314,10 @@ def _attribution_table(found: Attribution) -> RenderableType:
 
 
 def _rung(one: Rung) -> str:
-    """Return how far off the times of collisions are in a run, and the first wrong collision."""
+    """Return the error of the times of collisions in a run, and the first wrong collision."""
     late = "none is shared by all runs"
     if one.late is not None:
-        late = f"up to {style.format_time(one.late)} off in time"
+        late = f"time errors up to {style.format_time(one.late)}"
     wrong = "none is wrong"
     if one.wrong_from is not None:
         wrong = f"the first wrong one at {style.format_time(one.wrong_from)}"
@@ -325,10 +325,10 @@ def _rung(one: Rung) -> str:
 
 
 _SOURCES = {
-    "step": "the engine's step: with a shorter one it goes away",
+    "step": "the engine's time step: with a shorter one the error shrinks",
     "model": "the engine's model, its physics",
     "rounding": "rounding",
-    "agrees": "nothing that could be compared: up to there the engine is right",
+    "agrees": "no difference up to there: the engine is right as far as it can be compared",
     "unseparated": "step and model can't be separated",
 }
 """What a difference comes from, in words."""

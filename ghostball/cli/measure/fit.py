@@ -79,7 +79,7 @@ def run(
             )
         if "cushion_height" in chosen:
             raise typer.BadParameter(
-                "gives the height that --fields asks to fit. Leave out one of the two",
+                "gives the height that --fields asks to fit. Remove one of the two",
                 param_hint="--nose-height",
             )
     if plot is not None:

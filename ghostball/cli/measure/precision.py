@@ -42,11 +42,11 @@ from ghostball.validation.runs.steps import step_of
 from ghostball.validation.scenes.library import select
 
 LEGEND = (
-    "Times are of the whole call of `simulate`, the least of all samples. A time counts where all "
-    "finer steps are as near, from every phase of the step; not reached: no step that was run is. "
-    "The least error is that of the worst phase of the best step. Worth it is the step up to which "
-    "four times the steps at least halve the error, of the worst phase; < before a step: that is "
-    "the finest one that was run, and finer ones may pay, too."
+    "Times are for the whole call of `simulate`: the shortest of all samples. A time is shown if "
+    "all finer steps are as accurate, at every phase of the step; not reached: no step in the run "
+    "is. The least error is the error of the best step at its worst phase. Worth it is the step up "
+    "to which four times as many steps at least halve the error at the worst phase; < before a "
+    "step: it is the finest step in the run, and finer ones may also be worth it."
 )
 
 

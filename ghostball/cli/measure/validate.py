@@ -215,7 +215,7 @@ def _missing_defaults() -> Iterator[str]:
     """Say which default engines can't run here, why, and how to get each."""
     for name in dict.fromkeys(parse_spec(spec)[0] for spec in DEFAULT_ENGINES):
         if reason := engine_class(name).unavailable():
-            yield f"Not run: engine `{name}`, one of the default engines: {reason}"
+            yield f"Default engine `{name}` was not run: {reason}"
 
 
 def _progress(count: Progress[str]) -> Progress[CaseRecord]:

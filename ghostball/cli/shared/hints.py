@@ -45,7 +45,7 @@ def coverage(own: Sequence[CaseRecord], label: str) -> Iterator[str]:
             f"{_listed(shipped)}: `ghostball validate {scenes} -e {label}` tries {_these(shipped)}"
         )
     if untold:
-        parts.append(f"{_listed(untold)}: no shipped scene that it can play tries {_these(untold)}")
+        parts.append(f"{_listed(untold)}: no shipped scene that it supports tries {_these(untold)}")
     if parts:
         said = escape("; ".join(parts))
         yield f"[yellow]Not tried, though {name} claims it:[/] {said}"

@@ -158,9 +158,9 @@ ClusterAddress = Annotated[
     str | None,
     typer.Option(
         metavar="ADDRESS",
-        help="The scheduler of a Dask cluster, such as tcp://10.0.0.1:8786, whose workers do it "
-        "instead, each task in a process of its own; they need this very ghostball. --jobs is "
-        "then of what stays here. Needs: pip install '.[cluster]' in a clone of Ghostball.",
+        help="The scheduler of a Dask cluster, such as tcp://10.0.0.1:8786. Its workers run the "
+        "tasks, each in its own process, and must have the same code. --jobs then limits only the "
+        "tasks that stay here. Needs: pip install '.[cluster]' in a clone of Ghostball.",
     ),
 ]
 

@@ -221,7 +221,7 @@ PLANTED = {
         "From the start, mine plays as if `sliding_friction` were 0.22: 1.1 times 0.2",
     ),
     "milliseconds": (hit(), stepping(times=1e3, **SAME), "its times look like milliseconds"),
-    "the step": (hit(), stepping(**SAME), "mine is right but for its step"),
+    "the step": (hit(), stepping(**SAME), "mine is right except for its time step"),
     "nothing": (find_scene("pool-break-9"), make_engine("ghostball"), "mine is right"),
 }
 
@@ -277,7 +277,7 @@ def test_collisions_that_are_as_late_with_every_step_leave_the_cause_open():
 def test_what_comes_past_the_horizon_is_not_called_wrong(name):
     found = explain(find_scene(name), make_engine("ghostball"), label="ghostball")
     assert found.attribution.outcome == "agrees"
-    assert "What comes later can't be compared" in reason_of(found)
+    assert "The rest of the shot can't be compared" in reason_of(found)
 
 
 def test_where_the_reference_is_ambiguous_nobody_is_wrong():

@@ -46,7 +46,7 @@ def test_where_nothing_parts(cli):
         "Where the difference comes from",
         "with a step of 5 ms",
         "with a step of 1.25 ms",
-        "the engine's step: with a shorter one it goes away",
+        "the engine's time step: with a shorter one the error shrinks",
         "semi-implicit Euler",
     ):
         assert part in found.stdout

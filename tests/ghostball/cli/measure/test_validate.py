@@ -49,9 +49,7 @@ def test_validate_refuses_an_engine_that_is_asked_for_by_name_and_missing(cli, t
 def test_the_first_line_of_a_run_names_a_default_engine_that_is_missing(cli, tmp_path):
     result = cli("validate", "stop", "--no-report", "--out", tmp_path / "out")
     first = result.stderr.splitlines()[0]
-    assert first.startswith(
-        "Not run: engine `pybullet`, one of the default engines: pybullet isn't"
-    )
+    assert first.startswith("Default engine `pybullet` was not run: pybullet isn't")
     assert "Run `python -m pip install pybullet`" in first
 
 
