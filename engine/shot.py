@@ -60,8 +60,8 @@ def simulate(
     GhostballError
         Where `scene`, `record`, a limit or `no_skip` is wrong.
     KeyboardInterrupt
-        On Ctrl-C, within a second, as for many shots: what was done until then is dropped, so that
-        a loop over shots ends. For the first part of a long shot, set `t_max` or `max_work`.
+        On Ctrl-C, within a second. The unfinished shot is discarded, and a loop over shots ends. To
+        get the first part of a long shot, set `t_max` or `max_work`.
 
     Notes
     -----

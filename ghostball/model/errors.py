@@ -4,9 +4,9 @@ from __future__ import annotations
 
 
 def storable(text: str) -> str:
-    r"""Write lone halves of surrogate pairs as Python escapes, such as \udcff: no file takes them.
+    r"""Replace lone surrogates, which no file can hold, by Python escapes such as \udcff.
 
-    For every text that comes from an engine: it may say anything.
+    Applied to every text that comes from an engine, because an engine may return any text.
     """
     return text.encode("utf-8", errors="backslashreplace").decode("utf-8")
 

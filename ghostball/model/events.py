@@ -41,7 +41,7 @@ OBSTACLE_KINDS = (EventKind.BALL_CUSHION, EventKind.POCKETED, EventKind.LEAVES_T
 """Those of a ball and an obstacle, or a pocket, whose index the event names."""
 
 LEAVING_KINDS = (EventKind.POCKETED, EventKind.LEAVES_TABLE)
-"""Those after which a ball is no longer part of the shot."""
+"""Kinds of events after which a ball is no longer part of the shot."""
 
 
 class Status(enum.Enum):

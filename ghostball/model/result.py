@@ -58,8 +58,8 @@ class Result:
     events : structured array (`EVENT_DTYPE`) in order of time, or None
         None where `record="rest"`.
     trajectory : Trajectory or None
-        None where nothing was recorded to sample from. Samples go on until the run ends, or until
-        all balls on the table rest.
+        None if no motion was recorded. Samples continue until the run ends, or until all balls on
+        the table rest.
     reason : str
         Where the run stopped early, why; else "".
     """
@@ -87,24 +87,23 @@ class Result:
     def gone(self) -> BoolArray:
         """Which balls were pocketed or left the table, (n,) bool.
 
-        The events say so; without events, the places where the run left the balls.
+        Determined from the events, or, in a result without events, from the rest positions.
         """
         return self._gone_by(math.inf, self.rest_positions)
 
     def at(self, t: float, *, name: str | None = None) -> Scene:
-        """Return the scene of the moment `t`: simulating it continues the shot.
+        """Return the scene at time `t`: simulating this scene continues the shot.
 
-        Places, velocities, angular velocities and heights are those of that moment. Balls that were
-        pocketed or left the table until then are left out. `t_max` is the time that is left; at the
-        scene's `t_max` itself, where nothing is left, it is the scene's again. Title and tags are
-        left out.
+        Its balls have the positions, velocities and angular velocities of time `t`. Balls that were
+        pocketed or left the table by then are removed. Its `t_max` is the remaining time; if no
+        time remains, it is the `t_max` of the original scene. It has no title and no tags.
 
         Parameters
         ----------
         t : float [s]
-            From 0 to `rest_time`, and later if the balls rest then.
+            From 0 to `rest_time`; if the balls are at rest then, any later time, too.
         name : str, optional
-            None: the name of the scene.
+            Name of the new scene; None keeps the name of the original scene.
 
         Returns
         -------
@@ -113,17 +112,18 @@ class Result:
         Raises
         ------
         GhostballError
-            If the run recorded nothing to sample from, or if `t` is before the start or after the
-            end of a run that stopped before its balls rested.
+            If the run recorded no motion, or if `t` is before the start, or after the end of a run
+            that stopped before its balls rested.
         SceneError
-            If no ball is left, or if a rule of scenes is broken. Balls that an engine lets overlap
-            are refused with their ids and the overlap [m]; they are never moved.
+            If no ball is left, or if the state breaks a rule of scenes. If balls overlap, the error
+            names the balls and the overlap [m]; no ball is moved.
 
         Notes
         -----
-        Bounces on the table lower than 3e-9 m are one motion of our engine. During it, at most a
-        few milliseconds before a ball rolls on, the vertical speed of the ball isn't known. A ball
-        that lies on another one bounces there, lower than 1e-8 m, and continues with other bounces.
+        Ghostball's engine treats all bounces on the table that are lower than 3e-9 m as one motion,
+        which lasts at most a few milliseconds. During this motion, the vertical speed of the ball
+        isn't known. A ball that lies on another ball bounces there, lower than 1e-8 m; in the new
+        scene these bounces are different ones.
         """
         instants = _instants(t, "t")
         if len(instants) != 1:
@@ -311,7 +311,7 @@ class Result:
         return trajectory.tangents(self.scene, trajectory, events, directions)
 
     def _gone_by(self, t: float, positions: FloatArray) -> BoolArray:
-        """Return which balls left the run until `t` [s], when they are at `positions`, (n,)."""
+        """Return which balls have left the table by `t` [s], given their `positions` then, (n,)."""
         if self.events is None:
             return gone_by_place(self.scene, positions)
         gone = np.zeros(len(self.scene.balls), dtype=np.bool_)
@@ -363,7 +363,7 @@ def _sampled_by(engine: str, trajectory: Trajectory, times: FloatArray, n: int) 
 
 
 def _instants(times: ArrayLike, name: str = "times") -> FloatArray:
-    """Return `times` as an array (k,), checked; `name`: of the parameter."""
+    """Return `times` as an array (k,), checked; errors call the parameter `name`."""
     try:
         given = np.asarray(times)
         t = np.atleast_1d(given.astype(np.float64))

@@ -1,4 +1,4 @@
-"""How far given positions may be off: by rounding, and by the tolerance of a resting contact."""
+"""Permitted errors of given positions: rounding, and the tolerance of a resting contact."""
 
 from __future__ import annotations
 
@@ -51,6 +51,6 @@ def permitted_overlap(reach: Lengths, *lengths: Lengths) -> Lengths:
     """Return the largest overlap [m] with which balls on the cloth may begin, elementwise.
 
     `reach` [m] is the sum of the radii of two balls, or the diameter of a ball beside an obstacle;
-    `lengths` [m] are those that the positions are made of.
+    `lengths` [m] are the lengths from which the positions are computed.
     """
     return CONTACT_TOLERANCE * reach + position_rounding(*lengths)

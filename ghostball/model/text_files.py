@@ -1,4 +1,4 @@
-"""Reading files from elsewhere: nothing hangs, and a byte-order mark is no part of a text."""
+"""Reading files from users: no read waits forever, and a byte-order mark is removed."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import stat
 from pathlib import Path
 
 _DESCRIPTORS = ("/dev/fd/", "/dev/stdin", "/proc/self/fd/")
-"""Beginnings of paths of what this process has open, such as a shell's `<(command)`."""
+"""Path prefixes of files that this process has open, such as a shell's `<(command)`."""
 
 
 def read_bytes(path: Path, most: int = -1) -> bytes:

@@ -53,7 +53,7 @@ from ghostball.validation.suite.plan import criteria_beside_paths, shipped_crite
 DEFAULT_SCENES = "smoke"
 
 _UNJUDGED = "ghostball_unjudged"
-"""The property of a test that says why its shot was not judged; "" if it was."""
+"""Name of the test property that holds why a shot was not judged; "" if it was judged."""
 
 BASELINE = "baseline"
 """The test that compares a scene with what was accepted of it."""
@@ -117,7 +117,7 @@ def summary_lines(reports: Iterable[Any]) -> list[str]:
 
 
 def unjudged(reports: Iterable[Any]) -> str:
-    """Return why no shot that ran was judged, as of `not_judged`; "" if one was."""
+    """Return why none of the shots was judged, from `not_judged`; "" if one was judged."""
     properties = [dict(getattr(report, "user_properties", ())) for report in reports]
     said = [found[_UNJUDGED] for found in properties if _UNJUDGED in found]
     return said[0] if said and all(said) else ""

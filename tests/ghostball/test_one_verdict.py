@@ -216,7 +216,7 @@ def test_who_insists_on_a_wrong_engine_keeps_the_reason_and_fails_all_the_same(h
 def test_why_nothing_was_judged_is_said_by_every_command(here):
     # Breaks where an engine that moves nothing is called passed, for nothing limits its shots.
     (scene,), asked = ROWS["lazy"].scenes, ("-e", label("lazy"))
-    unjudged = "no shot of silent_engine:lazy was judged by how it ends: give it `dt`"
+    unjudged = "no shot of silent_engine:lazy was judged by its final positions: give it `dt`"
     status, said = run("validate", scene, *asked, "--no-report")
     assert (status, said.strip().splitlines()[-1].startswith(unjudged)) == (4, True), said
     status, said = run("validate", scene, *asked, "-e", label("right"), "--no-report")
@@ -226,7 +226,7 @@ def test_why_nothing_was_judged_is_said_by_every_command(here):
     status, said = run("leaderboard", "--only", *asked, "--column", "mm", "--out", "board")
     assert (status, unjudged in said) == (4, True), said
     status, said = run("stress", f"shipped/{scene}", *asked, "--full", "--out", "stress")
-    assert (status, "no shot of lazy was judged by how it ends" in said) == (4, True), said
+    assert (status, "no shot of lazy was judged by its final positions" in said) == (4, True), said
     run("regress", scene, *asked)
     status, said = run("accept", *asked, "--reason", "It moves nothing.")
     assert (status, unjudged in said) == (4, True), said

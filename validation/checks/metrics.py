@@ -70,7 +70,7 @@ class Measured:
 
         Past the horizon that is left to rounding there is none, unless the run is farther off by
         then than an exact engine may be, or is another shot. `why` says more of what is broken.
-        `compared` says whether there is anything that the run was compared with.
+        `compared` says whether the run has a reference.
         """
         name = "accuracy"
         self.values[name] = None
@@ -109,7 +109,7 @@ def measure(
     measured = Measured()
     beyond = truth.rest_time is not None and horizon < truth.rest_time
     if resolution in (0.0, "proved"):
-        # Who errs by rounding alone is graded so, also where frames are all there is of the motion.
+        # An engine that errs by rounding alone is graded as exact even if it records only frames.
         truth = replace(truth, graded_steps=truth.graded)
     compared = cache(partial(differences_of, until=horizon))  # two metrics look at these
     of_engine: dict[str, Compute] = {
@@ -244,7 +244,7 @@ def _energy_difference_time(result: Result, truth: Truth, compared: Differences)
     times, differences = compared(result, truth)
     largest = int(np.argmax(_finite(differences)))
     if differences[largest] == 0.0:
-        raise NotMeasuredError("the energy is the true one at each instant that was compared")
+        raise NotMeasuredError("the energy equals the reference at every instant compared")
     return float(times[largest])
 
 

@@ -1,4 +1,4 @@
-"""Metrics that compare a run with the proof of its shot, and the reasons why one has no value."""
+"""Metrics that compare a run with the certified shot, and the reasons why one has no value."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Compute = Callable[[Result, Truth], int | float]
 
 T = TypeVar("T")
 
-_NO_PAIR = "no event is both proved and found"
+_NO_PAIR = "no event of the run matches a certified event"
 
 
 class NotMeasuredError(Exception):
@@ -30,11 +30,11 @@ class NotMeasuredError(Exception):
 
 
 class RunIncompleteError(NotMeasuredError):
-    """There is no value because of what the run did: a criterion on it fails."""
+    """The run itself is the reason for the missing value: a criterion on this metric fails."""
 
 
 def known(value: T | None, truth: Truth, part: TruthPart) -> T:
-    """Return a part of the truth.
+    """Return a part of the reference.
 
     Raises `NotMeasuredError` if there is no such part.
     """
@@ -53,12 +53,12 @@ def require_end(result: Result) -> None:
 def differences_of(
     result: Result, truth: Truth, until: float = math.inf
 ) -> tuple[FloatArray, FloatArray]:
-    """Return instants up to one (k,) [s], and differences of energy there (k,) [J]."""
+    """Return instants up to `until` (k,) [s], and energy differences at them (k,) [J]."""
     require_end(result)
     right = known(truth.motion, truth, "energy")
     times, differences = energy_differences(result, right, until)
     if not len(times):
-        raise NotMeasuredError("a collision is due from the start on: no energy is compared")
+        raise NotMeasuredError("a collision is due at the start: no energy can be compared")
     return times, differences
 
 
@@ -67,7 +67,7 @@ def _graded(result: Result, truth: Truth) -> Grade:
     require_end(result)
     graded = _grade(result, truth)
     if graded.until == 0.0:
-        raise NotMeasuredError(f"nothing of this shot is proved: {graded.why}")
+        raise NotMeasuredError(f"no part of this shot is certified: {graded.why}")
     return graded
 
 
@@ -113,7 +113,7 @@ def _rest_time_factor(result: Result, truth: Truth) -> float:
     found, rounding = _graded(result, truth), known(truth.rounding, truth, "proof")
     assert truth.certificate is not None  # `_graded` needed it
     if found.extent != "whole" or not truth.certificate.proved:
-        raise NotMeasuredError(f"the end of this shot isn't held against a proof: {found.why}")
+        raise NotMeasuredError(f"the end can't be compared with a certified one: {found.why}")
     t_end = truth.certificate.t_end.mid
     error = abs(float(Fraction(result.rest_time) - t_end))
     return _in_roundings(np.array([error]), np.array([rounding.rest]))
@@ -123,7 +123,7 @@ def _energy_difference_factor(result: Result, truth: Truth) -> float:
     found, rounding = _graded(result, truth), known(truth.rounding, truth, "proof")
     assert truth.certificate is not None  # `_graded` needed it
     if not truth.certificate.proved:
-        raise NotMeasuredError("the shot isn't proved to its end, and so isn't its energy")
+        raise NotMeasuredError("the shot isn't certified to its end, so no energy is compared")
     times, differences = differences_of(result, truth, found.until)
     sizes = rounding.energy_at(times)
     scene = result.scene
@@ -137,13 +137,13 @@ def _path_factor(result: Result, truth: Truth) -> float:
     right = known(truth.motion, truth, "energy")
     assert truth.certificate is not None  # `_graded` needed it
     if not truth.certificate.proved:
-        raise NotMeasuredError("the shot isn't proved to its end, and so isn't the path there")
+        raise NotMeasuredError("the shot isn't certified to its end, so no path is compared")
     times = compared_instants(result, right, found.until)
     if not len(times):
-        raise NotMeasuredError("a collision is due from the start on: no place is compared")
+        raise NotMeasuredError("a collision is due at the start: no position can be compared")
     true = right.sample(times)
     errors = np.linalg.norm(result.sample(times).positions - true.positions, axis=2)
-    # The coordinates are rounded as well, and the instant, by which a ball moves on.
+    # Rounding the coordinates, and rounding the time at which they are compared, also counts.
     sizes = rounding.places_at(times) + np.linalg.norm(true.positions, axis=2)
     sizes += times[:, np.newaxis] * np.linalg.norm(true.velocities, axis=2)
     return _in_roundings(np.where(np.isfinite(errors), errors, np.inf), sizes)
@@ -153,13 +153,13 @@ def _in_roundings(errors: FloatArray, sizes: FloatArray) -> float:
     """Return the largest error over what rounding makes of it, given over 2^-53."""
     finite = np.isfinite(sizes)
     if not finite.any():
-        raise NotMeasuredError("no derivative says what rounding does to the shot until then")
+        raise NotMeasuredError("the effect of rounding on the shot isn't known up to there")
     rounding = UNIT_ROUNDOFF * sizes
-    # Of a shot of 1e-310 s a rounding is the least double.
+    # In a shot of 1e-310 s, one rounding is the smallest positive double.
     rounding[sizes > 0.0] = np.maximum(rounding[sizes > 0.0], LEAST_DOUBLE)
     with np.errstate(divide="ignore", invalid="ignore"):
         factors = errors[finite] / rounding[finite]
-    # Of what rounding can't move, no error is 0 roundings; an error that isn't a number stays so.
+    # An error of 0 is 0 roundings, even of a value that rounding can't change. NaN stays NaN.
     return float(np.max(np.where(errors[finite] == 0.0, 0.0, factors)))
 
 

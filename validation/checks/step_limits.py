@@ -187,21 +187,21 @@ def _outcome(
         yield (
             "rest_error_max",
             {"at_most": LEAST + between + moved},
-            f"{late}, which moves the end of this shot by at most {moved:.3g} m; "
-            f"{between:.3g} m for the motion between.",
+            f"{late}, which moves the rest positions of this shot by at most {moved:.3g} m; "
+            f"the motion between contacts adds {between:.3g} m.",
         )
         most = float(np.max(more))
         yield from _on_the_way(rule, scene, lateness, step, between, most)
     if own:
-        reason = f"{late}: no collision of this shot can be missed, or come twice, by that."
+        reason = f"{late}: this can't make a collision of this shot vanish or come twice."
         yield "ball_ball_count_error", {"equals": 0}, reason
         yield "ball_cushion_count_error", {"equals": 0}, reason
     if own and scene.table is not None and scene.table.holes and _falls_alone(lateness, step):
-        reason = f"{late}: no ball of this shot can fall into another pocket, or none, by that."
+        reason = f"{late}: this can't send a ball of this shot into another pocket, or into none."
         yield "events_missing", {"equals": 0}, reason
         yield "events_invented", {"equals": 0}, reason
     if all_separate:
-        reason = f"{late}: the collisions of this shot are farther apart than that."
+        reason = f"{late}: the collisions of this shot are farther apart in time."
         yield "matching_events", {"equals": len(truth.collisions)}, reason
 
 
@@ -239,7 +239,7 @@ def _on_the_way(
     work = between * scene.physics.gravity * float(scene.masses @ slows)
     share = (work + more * float(delays @ lateness.energies)) / first
     if math.isfinite(share):
-        reason = f"{late}, which changes the energy of this shot by at most {share:.3g} of it."
+        reason = f"{late}, which changes the energy by at most {share:.3g} of its initial value."
         yield "energy_difference_max", {"at_most": rule.energy_noise + share}, reason
 
 

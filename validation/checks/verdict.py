@@ -48,10 +48,10 @@ NOTHING_JUDGED = "nothing was judged: no limit covers what was run"
 """What is said of a run without a verdict; commands end with exit status 4 then."""
 
 UNJUDGED = (
-    "was judged by how it ends: give it `dt`, a class or a run with `resolution`, or limits on "
-    "`rest_error_max`, with which no ball may end more than its radius from its place"
+    "was judged by its final positions: give it `dt`, a class or a run with `resolution`, or "
+    "limits on `rest_error_max` that are no larger than a ball's radius"
 )
-"""What is said of engines that state too little of how exact they are."""
+"""Message for engines that state too little about how exact they are."""
 
 
 class RestError(enum.Enum):

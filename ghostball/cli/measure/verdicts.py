@@ -74,7 +74,7 @@ def _key(results: Results) -> str:
 
 
 def details_table(results: Results) -> RenderableType:
-    """Return where the balls rest, which collisions there are and how energy decays, by case."""
+    """Return rest positions, collisions and energy compared with the reference, by case."""
     heads = ("scene", "engine", *map(_stacked, HEADS))
     rows = (
         (escape(case.scene), escape(case.label), *map(escape, cells))

@@ -40,7 +40,7 @@ class SceneContents(Part):
     @model_validator(mode="before")
     @classmethod
     def _with_balls_of_table(cls, data: Any) -> Any:
-        """Give balls without a radius, or a mass, those of the balls of the table's preset."""
+        """Give each ball without a radius or a mass the value of the table's preset."""
         if not isinstance(data, dict):
             return data
         balls, table = data.get("balls"), data.get("table")
@@ -129,7 +129,7 @@ def rolling(v: FloatArray, w: FloatArray, radii: FloatArray) -> BoolArray:
 
 
 def _with_fields(ball: Any, fields: Mapping[str, float]) -> Any:
-    """Return a ball, or the values of one, with fields that it has none of."""
+    """Return a ball, or its values, with `fields` added where the ball has no value."""
     if isinstance(ball, Ball):
         radius, given = ball.radius, ball.model_fields_set
         ball = {name: getattr(ball, name) for name in given}

@@ -1,4 +1,4 @@
-"""The fields of a scene that begins where another one came to: the next shot, or a later moment."""
+"""The fields of a scene that continues another one: the next shot, or a later moment."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _LONGEST_NAME = 64
 
 @runtime_checkable
 class EndedShot(Protocol):
-    """A shot that an engine simulated: what `Scene.after` asks of a `Result`."""
+    """A simulated shot: the fields of a `Result` that `Scene.after` needs."""
 
     @property
     def engine(self) -> str:
@@ -72,15 +72,15 @@ def fields_after(shot: EndedShot, changes: Mapping[str, Change]) -> dict[str, An
     ids = [ball.id for ball in scene.balls]
     if len(shot.rest_positions) != len(ids):
         raise refusal(
-            f"`rest_positions` of the result must be of the {len(ids)} balls of its scene "
+            f"`rest_positions` of the result must have {len(ids)} rows, one per ball of scene "
             f'"{scene.name}", got {len(shot.rest_positions)}. Give a result with the scene that '
-            "was played"
+            "was simulated"
         )
     if not isinstance(changes, Mapping) or not all(
         isinstance(change, Mapping) for change in changes.values()
     ):
         raise refusal(
-            f"`changes` must be fields of balls by id, got {repr(changes)[:80]}. Give "
+            f"`changes` must map ball ids to fields, got {repr(changes)[:80]}. Give "
             '{"ID": {"velocity": (1.0, 0.0)}}'
         )
     for name in changes:
@@ -111,7 +111,7 @@ def fields_after(shot: EndedShot, changes: Mapping[str, Change]) -> dict[str, An
 def fields_at(
     scene: SceneContents, t: float, states: Sequence[FloatArray], gone: BoolArray
 ) -> dict[str, Any]:
-    """Return the fields, but the name, of the scene of the moment t [s]; see `Result.at`.
+    """Return the fields, except the name, of the scene at time t [s]; see `Result.at`.
 
     `states` are positions, velocities and angular velocities, (n, 3) each [m, m/s, rad/s].
     Raises `SceneError` if no ball is left.
@@ -135,9 +135,10 @@ def fields_at(
 
 
 def _above_cloth(scene: SceneContents, positions: FloatArray, velocities: FloatArray) -> FloatArray:
-    """Return the places of balls, (n, 3) [m], with those that come down above the cloth.
+    """Return the positions of balls, (n, 3) [m], with each falling ball above the cloth.
 
-    Just before a ball lands, its height rounds to its radius: the next double keeps it in the air.
+    Just before a ball lands, its height rounds to its radius; the next larger double keeps it in
+    the air.
     """
     positions, radii = positions.copy(), scene.radii
     fallen = velocities[:, 2] ** 2 / (2.0 * scene.physics.gravity)
@@ -148,14 +149,14 @@ def _above_cloth(scene: SceneContents, positions: FloatArray, velocities: FloatA
 
 
 def _shared_fields(scene: SceneContents) -> dict[str, Any]:
-    """Return the fields that a later scene has in common with one: physics, table and `t_max`."""
+    """Return the fields that a later scene takes from `scene`: physics, table and `t_max`."""
     return {"physics": scene.physics, "table": scene.table, "t_max": scene.t_max}
 
 
 def _balls_at(scene: SceneContents, positions: FloatArray) -> list[dict[str, Any]]:
     """Return the fields of a scene's balls at other places, (n, 3) [m], at rest.
 
-    Where balls stay on the cloth their height is left out.
+    If balls stay on the cloth, their height is omitted.
     """
     place = slice(3 if scene.physics.airborne else 2)
     found = []
@@ -191,7 +192,7 @@ def gone_by_place(scene: SceneContents, positions: FloatArray) -> BoolArray:
 
 
 def _next_name(name: str) -> str:
-    """Return the name of the scene that follows one: "break", "break.2", "break.3"."""
+    """Return the name of the next scene: "break.2" after "break", "break.3" after "break.2"."""
     found = _NAME.fullmatch(name)
     assert found is not None  # every text matches
     ending = f".{int(found['number'] or 1) + 1}"

@@ -38,8 +38,8 @@ class Ball(Part):
 
     `position` and `velocity` are given with 2 or 3 components and kept with 3. A ball with a
     `strike` has the velocities that the cue gives it: where balls stay on the cloth, until it is
-    part of a scene where they may fly. A ball without a radius or a mass is a pool ball, until it
-    is part of a scene whose table's preset has other balls.
+    part of a scene where they may fly. A ball without a radius or a mass is a pool ball, unless
+    it is part of a scene whose table preset has other balls.
     """
 
     id: Annotated[Text, Field(min_length=1, max_length=64)] = Field(
@@ -56,10 +56,10 @@ class Ball(Part):
         default=None, description="stroke of a cue, in place of `velocity` and `angular_velocity`"
     )
     radius: Positive = Field(
-        default=POOL_BALL_RADIUS, description="[m]; left out: that of the table's preset"
+        default=POOL_BALL_RADIUS, description="[m]; without it, from the table's preset"
     )
     mass: Positive = Field(
-        default=POOL_BALL_MASS, description="[kg]; left out: that of the table's preset"
+        default=POOL_BALL_MASS, description="[kg]; without it, from the table's preset"
     )
     rolling_friction: NonNegative | None = Field(
         default=None, description="coefficient of rolling resistance [1]; left out: the scene's"

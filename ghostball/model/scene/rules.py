@@ -81,7 +81,7 @@ def _check_height(scene: SceneContents, starts: Starts) -> None:
     if wrong[k]:
         rule = (
             f"must be at least the radius, {radius} m, got {z} m: the ball would be "
-            f"{radius - z:.6g} m inside the table. Raise it, or leave z out"
+            f"{radius - z:.6g} m inside the table. Raise it, or remove z"
             if flies
             else f"must be the radius, {radius} m, got {z} m: the ball must lie on the cloth. "
             "Leave z out"
@@ -190,7 +190,7 @@ def _check_obstacles(scene: SceneContents, starts: Starts) -> None:
 
 
 def _permitted_beyond(table: Table, x: FloatArray, y: FloatArray, radii: FloatArray) -> FloatArray:
-    """Return by how much balls may begin inside what stands on a table, (m,) [m]."""
+    """Return the permitted initial overlap of balls with obstacles on a table, (m,) [m]."""
     return permitted_overlap(2.0 * radii, x, y, np.array(table.length), np.array(table.width))
 
 
@@ -247,7 +247,7 @@ _MOST_AT_ONCE = 100_000
 
 
 def overlaps(centres: FloatArray, radii: FloatArray) -> list[tuple[int, int, int, float]]:
-    """Return which balls overlap by more than is permitted: shot, pair i > j, by how much [m].
+    """Return the balls that overlap more than permitted: shot, pair i > j, and overlap [m].
 
     In order of shot and i, the largest first; not all of them where there are hundreds of
     thousands. `centres` is (k, n, 2 or 3) [m], `radii` (n,) [m].

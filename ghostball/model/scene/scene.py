@@ -103,7 +103,7 @@ class Scene(SceneContents):
         ids : sequence of n str
             None: "ball-0", "ball-1", ...
         radii, masses : (n,) float64 [m, kg], or one number for all
-            None: those of the balls of the table's preset; otherwise, those of pool balls.
+            None: the value of the table's preset, or the value of pool balls without a preset.
         strikes : dict of int to Strike
             By index of the ball, in place of `velocities` and `angular_velocities`. None: none.
         **fields
@@ -131,22 +131,23 @@ class Scene(SceneContents):
     ) -> Scene:
         """Make the scene of the next shot: the balls rest where a shot left them.
 
-        Pocketed balls, and balls that left the table, are left out. The others keep their id,
-        radius, mass and frictions; table, physics and `t_max` stay. Title and tags are left out.
-        All of them are those of `result.scene`: of a class method, whichever scene it is called on.
+        Balls that were pocketed or left the table are removed. The other balls keep their id,
+        radius, mass and frictions; the table, the physics and `t_max` stay the same. The new scene
+        has no title and no tags. All values come from `result.scene`, because this is a class
+        method.
 
         Parameters
         ----------
         result : Result
-            Of any engine, at rest.
+            Result of any engine, in which every ball is at rest.
         name : str, optional
-            None: the name of the scene and the number of the shot, as "break.2" after "break".
+            Name of the new scene; None adds the number of the shot, as "break.2" after "break".
         changes : dict of str to dict, optional
-            By id of a ball, the fields in which it differs, such as
-            ``{"cue": {"strike": Strike(speed=2.0, direction=0.5)}}``. A ball that is gone comes
-            back where its ``position`` is given.
+            New values for fields of balls, by ball id, such as
+            ``{"cue": {"strike": Strike(speed=2.0, direction=0.5)}}``. A removed ball comes back on
+            the table if its ``position`` is given.
         **fields
-            Other fields of the scene, as `Scene` takes them, such as `title`.
+            Other fields of the new scene, such as `title`.
 
         Returns
         -------
@@ -155,9 +156,9 @@ class Scene(SceneContents):
         Raises
         ------
         SceneError
-            If the balls don't rest, if no ball is left, if `changes` names no ball of the scene, or
-            if a rule of scenes is broken. Balls that another engine left overlapping are refused
-            with their ids and the overlap [m]; they are never moved.
+            If a ball isn't at rest, if no ball is left, if `changes` names an unknown ball, or if
+            the state breaks a rule of scenes. If an engine left balls overlapping, the error names
+            the balls and the overlap [m]; no ball is moved.
         """
         after = fields_after(result, {} if changes is None else changes)
         given = {} if name is None else {"name": name}
@@ -192,9 +193,9 @@ class Scene(SceneContents):
 
 
 def made_after(make: Callable[[], Scene], engine: str) -> Scene:
-    """Return the scene that `make` makes of a state that an engine left.
+    """Return the scene that `make` builds from the final state of an engine.
 
-    Raises `SceneError` that names the engine if a rule of scenes is broken.
+    Raises `SceneError`, which names the engine, if the state breaks a rule of scenes.
     """
     try:
         return make()

@@ -75,9 +75,9 @@ class Table(Part):
     `cushions` names the sides of a rectangle that have one; a side without is open and the cloth
     continues. Where a neighbouring side is open, a cushion's line continues too, without end.
 
-    A `preset` gives size and pockets of a table that the rules know, and the radius and mass of a
-    scene's balls that have none of their own; any field overrides it, and its name alone may stand
-    for the table. `vertices` make it any simple polygon instead. A ball
+    A `preset` sets the size and pockets of a standard table, and the radius and mass of balls for
+    which the scene gives none; any field overrides the preset, and its name alone may stand for
+    the table. `vertices` make it any simple polygon instead. A ball
     meets a corner that points into the table as a point.
     """
 
@@ -143,8 +143,8 @@ class Table(Part):
 
     preset: Literal["wpa-9ft", "wpa-8ft", "bar-7ft", "snooker-12ft", "carom-10ft"] | None = Field(
         default=None,
-        description="a table that the rules know: gives the size and the pockets, and the radius "
-        "and mass of balls that have none of their own",
+        description="a standard table: sets the size and the pockets, and the radius and mass of "
+        "balls for which the scene gives none",
     )
     length: Positive = Field(description="along x, between the noses of the cushions [m]")
     width: Positive = Field(description="along y [m]")
@@ -207,7 +207,7 @@ class Table(Part):
                 raise problem(
                     "preset",
                     f'`preset` must be left out beside `vertices`, got "{self.preset}": vertices '
-                    "give the whole shape, without pockets. Leave one of them out",
+                    "give the whole shape, without pockets. Remove one of them",
                     at=("preset",),
                 )
             if self.pockets is not None:
@@ -308,7 +308,7 @@ def _walls(
 
 
 def _size_of(vertices: Any) -> dict[str, float]:
-    """Return the size of a polygon; 1 m where it has none, which the rules of polygons refuse."""
+    """Return the size of a polygon; 1 m if it has no extent, which a later check refuses."""
     try:
         xs, ys = zip(*((float(x), float(y)) for x, y in vertices), strict=True)
     except (TypeError, ValueError, OverflowError):
@@ -318,6 +318,6 @@ def _size_of(vertices: Any) -> dict[str, float]:
 
 
 def ball_size_of(table: Table | None) -> dict[str, float]:
-    """Return the radius [m] and the mass [kg] of a table's balls that have none of their own."""
+    """Return the radius [m] and mass [kg] of balls on a table for which the scene gives none."""
     own = {} if table is None or table.preset is None else Table.BALLS.get(table.preset, {})
     return {"radius": POOL_BALL_RADIUS, "mass": POOL_BALL_MASS, **own}

@@ -183,7 +183,7 @@ def check_posts(
 
 
 def _gap_to_pocket(pocket: PocketOnTable, place: Point) -> float:
-    """Return how far a place is from a pocket's mouth and its hole [m]; not positive inside."""
+    """Return the distance of a place from a pocket's mouth and hole [m]; at most 0 inside."""
     shape = facing_of(pocket.shape, pocket.is_corner)
     lip = (pocket.shape.mouth / (math.sqrt(2.0) if pocket.is_corner else 2.0), 0.0)
     start, end = pocket.first.place(lip), pocket.second.place(lip)

@@ -31,7 +31,7 @@ def read(path: Path) -> str:
     """
     try:
         content = read_bytes(path, LARGEST_FILE + 1)
-        text = content.decode("utf-8-sig").replace("\r\n", "\n")  # as text files have it
+        text = content.decode("utf-8-sig").replace("\r\n", "\n")  # any line ending, as in text mode
     except UnicodeDecodeError as error:
         raise refusal(
             f"{path}: not UTF-8 text (byte {error.start}). A scene is a TOML text file"
@@ -153,7 +153,7 @@ def _table_fields(table: Table) -> dict[str, Any]:
 
 
 def _ball_fields(ball: Ball, usual: Mapping[str, float]) -> dict[str, Any]:
-    """Return a ball's fields, but those that are the `usual` ones of its table."""
+    """Return a ball's fields, without those that have the `usual` values of its table."""
     fields = _differing(ball, keep=("id", "position", *usual))
     for name, value in usual.items():
         if fields[name] == value:

@@ -167,5 +167,5 @@ def test_the_moment_of_a_scene_is_checked(t, complaint):
 def test_a_result_with_the_scene_of_another_shot_has_no_next_shot():
     result = simulate(scene_of(ball((0, 0), (1, 0)), ball((9, 9))))
     other = replace(result, scene=scene_of(ball((0, 0), (1, 0))))
-    with pytest.raises(SceneError, match=r"must be of the 1 balls .* got 2"):
+    with pytest.raises(SceneError, match=r"must have 1 rows, .* got 2"):
         Scene.after(other)

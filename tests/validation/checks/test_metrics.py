@@ -250,7 +250,7 @@ def test_energy_differences_are_fractions_of_the_initial_energy() -> None:
     early = measure(still(), truth(motion=true), horizon=0.5)
     assert early.values["energy_difference_max"] == 0.0
     assert early.values["energy_difference_time"] is None
-    assert "is the true one" in early.notes["energy_difference_time"]
+    assert "equals the reference" in early.notes["energy_difference_time"]
 
 
 def test_energy_between_frames_is_interpolated_not_computed_of_blended_velocities() -> None:

@@ -49,7 +49,7 @@ def test_what_needs_the_whole_proof_has_no_value_with_a_part_of_it() -> None:
     whole = ("rest_time_factor", "path_factor", "energy_difference_factor")
     for name in whole:
         assert measured.values[name] is None, name
-        assert "proof" in measured.notes[name] or "proved" in measured.notes[name], name
+        assert "certified" in measured.notes[name], name
     assert measured.values["graded_events"] == 1
     assert measured.values["event_time_factor"] <= 128.0
     assert not measured.incomplete

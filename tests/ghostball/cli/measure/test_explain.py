@@ -113,7 +113,7 @@ def test_a_wrong_factor_is_said_first(cli, tmp_path, monkeypatch):
         "From the start, five_sevenths:simulate plays as if `rolling_friction` were 0.01429: 5/7 "
         "of 0.02."
     )
-    assert "A rolling ball should slow by 0.1962 m/s², and slows by 0.1401" in first
+    assert "A rolling ball should slow by 0.1962 m/s², but slows by 0.1401" in first
     assert "█" in found.stdout.split("\n\n")[2]
 
 

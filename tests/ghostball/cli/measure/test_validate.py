@@ -172,7 +172,7 @@ def test_a_pass_says_whether_its_outcome_was_judged(cli, tmp_path):
     out = tmp_path / "out"
     result = cli("validate", "galperin-1", *engines, "--out", out, "--no-report")
     assert result.exit_code == 4, result.output
-    assert "no shot of paper-discrete was judged by how it ends" in result.stderr
+    assert "no shot of paper-discrete was judged by its final positions" in result.stderr
     row = next(line for line in result.stdout.splitlines() if line.startswith(" galperin-1"))
     cells = [cell.strip() for cell in row.split("  ") if cell.strip()]
     assert cells[1:3] == ["exact ✓", "400 pm ✓"]

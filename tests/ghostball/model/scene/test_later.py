@@ -278,7 +278,7 @@ class TestTheNextShot:
             ({"cue": {"position": (9, 9)}}, ("`balls[0].position`", "inside the table")),
             ({"cue": {"spede": 1}}, ("`balls[0].spede`",)),
             *(
-                (wrong, ("`changes`", "by id", "Give {"))
+                (wrong, ("`changes`", "ball ids", "Give {"))
                 for wrong in (5, [("cue", {})], {"cue": 5}, {"cue": [("velocity", (1, 0))]})
             ),
         ],

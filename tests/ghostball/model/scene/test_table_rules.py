@@ -29,7 +29,7 @@ POOL = Table.PRESETS["wpa-9ft"]["pockets"]
         ({"vertices": SQUARE, "pockets": POOL}, ("`pockets`", "beside `vertices`")),
         (
             {"vertices": SQUARE, "preset": "wpa-9ft"},
-            ("`preset`", "beside `vertices`", 'got "wpa-9ft"', "Leave one of them out"),
+            ("`preset`", "beside `vertices`", 'got "wpa-9ft"', "Remove one of them"),
         ),
         (
             {"vertices": [(0, 0), (1, 0), (2, 0)]},
