@@ -175,9 +175,9 @@ METRICS: dict[str, Metric] = {
         Metric(
             "path_factor",
             "1",
-            "largest position error of a ball up to the horizon, in units of the error that one "
-            "rounding per event would cause; positions between the two times of a matching event "
-            "aren't compared",
+            "largest error of a ball's position, velocity or spin up to the horizon, in units of the "
+            "error that one rounding per event would cause; nothing is compared between the two "
+            "times of a matching event",
             "proof",
         ),
         Metric(

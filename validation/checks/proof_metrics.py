@@ -14,6 +14,7 @@ from ghostball.model import ExactTrajectory, Result
 from ghostball.model.arrays import FloatArray
 from ghostball.validation.checks.energy_curve import compared_instants, energy_differences
 from ghostball.validation.grading.grading import Grade, grade
+from ghostball.validation.grading.horizon import extent_of
 from ghostball.validation.grading.tolerances import LEAST_DOUBLE, UNIT_ROUNDOFF
 from ghostball.validation.truth.scene_truth import Truth, TruthPart
 
@@ -142,10 +143,24 @@ def _path_factor(result: Result, truth: Truth) -> float:
     if not len(times):
         raise NotMeasuredError("a collision is due at the start: no position can be compared")
     true = right.sample(times)
-    errors = np.linalg.norm(result.sample(times).positions - true.positions, axis=2)
-    # Rounding the coordinates, and rounding the time at which they are compared, also counts.
-    sizes = rounding.places_at(times) + np.linalg.norm(true.positions, axis=2)
-    sizes += times[:, np.newaxis] * np.linalg.norm(true.velocities, axis=2)
+    shown, scene = result.sample(times), result.scene
+    beside = np.linalg.norm(shown.positions - true.positions, axis=2)
+    # The coordinates are rounded as well, and the instant, by which a ball moves on.
+    speeds = np.linalg.norm(true.velocities, axis=2)
+    coordinates = np.maximum(np.linalg.norm(true.positions, axis=2), extent_of(scene))
+    places = rounding.places_at(times) + coordinates + times[:, np.newaxis] * speeds
+    # So are the velocities, of a ball and of its surface, by what slows them meanwhile.
+    faster = np.linalg.norm(shown.velocities - true.velocities, axis=2)
+    faster += scene.radii * np.linalg.norm(
+        shown.angular_velocities - true.angular_velocities, axis=2
+    )
+    turns = scene.radii * np.linalg.norm(true.angular_velocities, axis=2)
+    slowed = scene.physics.gravity * (3.5 * scene.sliding_frictions + 2.0 * scene.rolling_frictions)
+    slowed = slowed + scene.radii * scene.spinning_friction_rates
+    drag = scene.physics.air_drag + scene.physics.rolling_friction_quadratic
+    changes = rounding.speeds_at(times) + speeds + turns
+    changes += times[:, np.newaxis] * (slowed + 2.0 * drag * speeds**2)
+    errors, sizes = np.concatenate([beside, faster]), np.concatenate([places, changes])
     return _in_roundings(np.where(np.isfinite(errors), errors, np.inf), sizes)
 
 

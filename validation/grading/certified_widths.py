@@ -76,8 +76,9 @@ class FlightGrowth:
         beside = np.maximum.accumulate(np.max(self.sizes(at), axis=1))
         energies = first * (1.0 + beside / float(np.min(scene.radii)))
         events = np.array(self._moved)
-        places = places_between(self.sizes, self.times, self.t_end)
-        return Rounding(events, self._end, at, energies, *places)
+        marks, places = places_between(self.sizes, self.times, self.t_end)
+        unknown = np.full_like(places, np.inf)  # widths are those of places alone
+        return Rounding(events, self._end, at, energies, marks, places, unknown)
 
 
 def width_sizes(certificate: Certificate) -> FloatArray:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from ghostball.engine import simulate
 from ghostball.model import Result, SampledTrajectory, Scene
@@ -33,6 +34,24 @@ def test_a_ball_beside_its_way_is_seen_though_it_ends_in_its_place() -> None:
     # A ball on a table is rounded by some 2^-53 m.
     factor = measure(framed(50, by=1e-9), true).values["path_factor"]
     assert 1e-10 * 2.0**53 < factor < 1e-9 * 2.0**53
+
+
+@pytest.mark.parametrize("part", ["velocities", "angular_velocities"])
+@pytest.mark.parametrize("name", ["stop", "half-ball-cut", "draw-shot", "pocket-draw"])
+def test_velocities_and_spins_of_the_other_sign_are_seen(name: str, part: str) -> None:
+    """Breaks where places and energies alone are compared: both are right."""
+    shot = find_scene(name)
+    run, true = simulate(shot, record="trajectory"), truth_of(shot)
+    times = np.linspace(0.0, run.rest_time, 101)
+    right = SampledTrajectory(times, *run.sample(times))
+    turned = getattr(right, part).copy()
+    turned[40:60] *= -1.0
+    for motion, wrong in ((right, False), (replace(right, **{part: turned}), True)):
+        measured = measure(replace(run, trajectory=motion), true, ["path_factor"])
+        factor = measured.values["path_factor"]
+        assert factor is not None
+        assert (factor > 2.0**33) == wrong
+        assert (factor > 4.0) == wrong
 
 
 def test_an_energy_that_is_no_number_has_no_factor() -> None:
