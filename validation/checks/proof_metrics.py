@@ -149,7 +149,8 @@ def _path_factor(result: Result, truth: Truth) -> float:
     speeds = np.linalg.norm(true.velocities, axis=2)
     coordinates = np.maximum(np.linalg.norm(true.positions, axis=2), extent_of(scene))
     places = rounding.places_at(times) + coordinates + times[:, np.newaxis] * speeds
-    # So are the velocities, of a ball and of its surface, by what slows them meanwhile.
+    # So are the velocities, of a ball and of its surface: by what slows them meanwhile, and by the
+    # line along which balls part, which the rounding of their places turns.
     faster = np.linalg.norm(shown.velocities - true.velocities, axis=2)
     faster += scene.radii * np.linalg.norm(
         shown.angular_velocities - true.angular_velocities, axis=2
@@ -158,7 +159,8 @@ def _path_factor(result: Result, truth: Truth) -> float:
     slowed = scene.physics.gravity * (3.5 * scene.sliding_frictions + 2.0 * scene.rolling_frictions)
     slowed = slowed + scene.radii * scene.spinning_friction_rates
     drag = scene.physics.air_drag + scene.physics.rolling_friction_quadratic
-    changes = rounding.speeds_at(times) + speeds + turns
+    lever = max(1.0, float(np.max(coordinates)) / (2.0 * float(np.min(scene.radii))))
+    changes = rounding.speeds_at(times) + lever * float(np.max(speeds + turns))
     changes += times[:, np.newaxis] * (slowed + 2.0 * drag * speeds**2)
     errors, sizes = np.concatenate([beside, faster]), np.concatenate([places, changes])
     return _in_roundings(np.where(np.isfinite(errors), errors, np.inf), sizes)
