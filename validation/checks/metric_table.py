@@ -175,9 +175,9 @@ METRICS: dict[str, Metric] = {
         Metric(
             "path_factor",
             "1",
-            "largest error of a ball's position, velocity or spin up to the horizon, in units of the "
-            "error that one rounding per event would cause; nothing is compared between the two "
-            "times of a matching event",
+            "largest error of a ball's position, velocity or spin up to the horizon, in units of "
+            "the error that one rounding per event would cause; nothing is compared between the "
+            "two times of a matching event",
             "proof",
         ),
         Metric(
