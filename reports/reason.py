@@ -11,6 +11,7 @@ from ghostball.reports import style
 from ghostball.validation.diagnose.attribution import Attribution
 from ghostball.validation.diagnose.contact_states import ContactFault
 from ghostball.validation.diagnose.explanation import Explanation
+from ghostball.validation.diagnose.on_the_way import differs_on_the_way
 from ghostball.validation.diagnose.wrong_factor import Factor
 
 SHOWN = 4
@@ -36,6 +37,9 @@ def reason_of(explanation: Explanation) -> str:
             f"compared: {found.until}. So this later difference is no error: {off}."
         )
     if found.outcome in ("rounding", "agrees"):
+        step = found.ladder[0].step if found.ladder else 0.0
+        if differs := differs_on_the_way(explanation.result, explanation.known, step):
+            return f"{label} ends right, for {off}. But {differs}."
         return f"{label} is right: {off}, and rounding explains this."
     if found.late is not None and found.outcome == "step":
         return _late_by_step(explanation, found)

@@ -33,6 +33,7 @@ from ghostball.validation.checks.criteria import Criteria
 from ghostball.validation.checks.law import Asked
 from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.checks.verdict import not_judged
+from ghostball.validation.parallel.sources import is_ours
 from ghostball.validation.runs.playing import first_played, in_other_process
 from ghostball.validation.runs.runner import check_limits
 from ghostball.validation.scenes.commands import regress as regress_command
@@ -216,6 +217,8 @@ class _Plan:
 
     @cached_property
     def _first(self) -> str:
+        if is_ours(self.engine.spec):  # our tests ask that of the engines that are shipped
+            return ""
         return first_played(self.engine.make(), self.scenes)
 
     @cached_property

@@ -36,3 +36,15 @@ def test_of_a_shot_that_was_compared_in_part_the_rest_is_not_called_right(
     assert "p to t = 100 ms" in text
     assert "can't be compared: collisions differ" in text
     assert "is right" not in text
+
+
+def test_a_run_that_is_wrong_on_the_way_is_not_called_right():
+    """Breaks where "is right" stands above a curve of 100 mm: only the end was compared."""
+    ours = explain(find_scene("half-ball-cut"), make_engine("ghostball"), label="mine")
+    assert reason_of(ours).startswith("mine is right: ")
+    assert ours.result.events is not None
+    events = ours.result.events.copy()
+    events["t"][:1] -= 0.01
+    text = reason_of(replace(ours, result=replace(ours.result, events=events)))
+    assert text.startswith("mine ends right, for ")
+    assert "is said 0.01 s early" in text

@@ -58,7 +58,7 @@ def cases_of(planned: Plan, pairs: Sequence[Name]) -> Iterator[Case]:
                     metrics,
                     varied_from=origin,
                     is_here=here,
-                    every_record=planned.firsts[pair[1]] == scene.name,
+                    every_record=planned.firsts.get(pair[1]) == scene.name,
                 )
 
 

@@ -47,7 +47,7 @@ class Plan:
     inputs: Mapping[Name, str]  # hashes; "": always run
     metrics: tuple[str, ...] | None  # None: all
     origins: Mapping[str, str]  # of varied starts, by their names
-    firsts: Mapping[str, str]  # by label, the scene that is played with less recorded too; "": none
+    firsts: Mapping[str, str]  # by label, the scene that is played with less recorded too
 
     @property
     def size(self) -> int:
@@ -117,19 +117,11 @@ def plan(
         if scene.name in criteria:  # the shipped ones are checked as their truth is computed
             check_truth(scene, own[scene.name].truth)
     of_others = tuple(e for e, values in settings.items() if values is not None and not is_ours(e))
-    firsts = {
-        label: ""
-        if values is None
-        else first_played(
-            make_engine(label),
-            [
-                one
-                for one in scenes
-                if one.name not in origins and (only is None or (one.name, label) in only)
-            ],
-        )
-        for label, values in settings.items()
-    }
+    firsts: dict[str, str] = {}  # our tests ask that of the engines that are shipped
+    for label in of_others:
+        given = [one for one in scenes if only is None or (one.name, label) in only]
+        mine = [one for one in given if one.name not in origins]
+        firsts[label] = first_played(make_engine(label), mine)
     asked: dict[Name, Asked] = {}
     inputs: dict[Name, str] = {}
     for scene in scenes:
@@ -141,15 +133,7 @@ def plan(
             inputs[pair] = (
                 ""
                 if values is None or label in of_others
-                else inputs_hash(
-                    scene,
-                    label,
-                    values,
-                    asked[pair],
-                    limits.truth,
-                    chosen,
-                    every_record=firsts[label] == scene.name,
-                )
+                else inputs_hash(scene, label, values, asked[pair], limits.truth, chosen)
             )
     return Plan(scenes, settings, own, asked, inputs, chosen, origins, firsts)
 

@@ -66,8 +66,6 @@ def inputs_hash(
     asked: Asked,
     truth: str | None,
     metrics: Sequence[str] | None,
-    *,
-    every_record: bool = False,
 ) -> str:
     """Return the hash of all that one case is asked to do.
 
@@ -75,7 +73,6 @@ def inputs_hash(
     `settings`: all its settings, as plain values.
     `truth`: what the scene's criteria ask for.
     `metrics`: those that are computed; None is all.
-    `every_record`: whether it is played with less recorded too.
     """
     return hash_of(
         {
@@ -86,7 +83,6 @@ def inputs_hash(
             "asked": asked.plain(),
             "truth": truth,
             "metrics": metrics,
-            "every_record": every_record,
         }
     )
 

@@ -20,6 +20,7 @@ from ghostball.cli.shared.progress import COMPILING, Steps
 from ghostball.cli.shared.tables import table_of
 from ghostball.cli.shared.terminal import say, stdout
 from ghostball.model import GhostballError
+from ghostball.reference_adapters import parse_spec
 from ghostball.reports import style
 from ghostball.reports.board import LOOKS, about, draw_board, move_text, value_text
 from ghostball.validation.board.board import ROWS, Board, command, run_board
@@ -114,7 +115,8 @@ def _without_settings(outcome: Outcome) -> Outcome:
 
     An engine is judged where a shot of it is, with any of them.
     """
-    return replace(outcome, cases=[replace(one, label=one.engine) for one in outcome.cases])
+    cases = [replace(one, label=parse_spec(one.label)[0]) for one in outcome.cases]
+    return replace(outcome, cases=cases)
 
 
 def _chosen(option: str, names: Sequence[str]) -> list[Column]:

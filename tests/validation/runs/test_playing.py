@@ -7,10 +7,15 @@ import pytest
 
 from ghostball.engine.library.load import NoCompilerError
 from ghostball.model import EngineFailedError, UnsupportedSceneError
-from ghostball.reference_adapters import make_engine
+from ghostball.reference_adapters import engine_class, engine_names, make_engine
 from ghostball.reference_adapters.registry import OURS
 from ghostball.validation import find_scene
-from ghostball.validation.runs.playing import in_other_process, run_engine
+from ghostball.validation.runs.playing import (
+    differs_by_record,
+    first_played,
+    in_other_process,
+    run_engine,
+)
 from ghostball.validation.runs.steps import with_setting
 
 ENGINE = '''
@@ -185,3 +190,12 @@ def test_where_a_compiler_lacks_no_engine_is_blamed(monkeypatch):
     monkeypatch.setattr(type(engine), "simulate", simulate)
     with pytest.raises(NoCompilerError, match=r"^numba isn't installed$"):
         run_engine(engine, find_scene("stop"))
+
+
+@pytest.mark.parametrize("name", engine_names())
+def test_no_shipped_engine_plays_another_shot_where_less_is_recorded(name):
+    if engine_class(name).unavailable():
+        pytest.skip("not here")
+    engine = make_engine(name)
+    scene = find_scene(first_played(engine, [find_scene("stop"), find_scene("half-ball-cut")]))
+    assert differs_by_record(engine, run_engine(engine, scene)) == ""

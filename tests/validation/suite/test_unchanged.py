@@ -61,8 +61,7 @@ def spy_on(
     real = engine.simulate
 
     def simulate(self: Any, scene: Scene, *, record: Any = "rest") -> Result:
-        if record == "trajectory":  # with less recorded it is the same case
-            before(self.name, scene)
+        before(self.name, scene)
         result: Result = real(self, scene, record=record)
         return result
 

@@ -1,0 +1,62 @@
+"""What differs on the way is named, also of a run whose end is right."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from ghostball.model import EventKind, Result, SampledTrajectory, Scene
+from ghostball.validation.diagnose.on_the_way import differs_on_the_way
+from ghostball.validation.runs.playing import run_ours
+from ghostball.validation.scenes.library import find_scene
+from ghostball.validation.truth.known_shot import KnownShot, known_shot
+
+CUT, DRAW, POCKET = map(find_scene, ("half-ball-cut", "draw-shot", "pocket-draw"))
+
+
+def known_and_ours(scene: Scene) -> tuple[KnownShot, Result]:
+    return known_shot(scene), run_ours(scene)
+
+
+@pytest.mark.parametrize("scene", [CUT, DRAW, POCKET])
+def test_a_right_run_differs_in_nothing(scene: Scene):
+    known, ours = known_and_ours(scene)
+    assert differs_on_the_way(ours, known) == ""
+
+
+def test_frames_beside_their_place_are_named_beyond_what_a_step_allows():
+    known, ours = known_and_ours(CUT)
+    times = np.linspace(0.0, ours.rest_time, 300)
+    right = ours.sample(times)
+    positions = right.positions.copy()
+    positions[150, 0, 1] += 0.1
+    frames = SampledTrajectory(times, positions, right.velocities, right.angular_velocities)
+    aside = replace(ours, trajectory=frames)
+    assert "a ball is up to 100 mm from its place" in differs_on_the_way(aside, known)
+    assert "a ball is up to 100 mm from its place" in differs_on_the_way(aside, known, step=1e-3)
+    assert differs_on_the_way(aside, known, step=0.1) == ""
+
+
+def test_an_event_of_any_kind_that_is_late_is_named():
+    known, ours = known_and_ours(DRAW)
+    assert ours.events is not None
+    for kind in (EventKind.SLIDE_TO_ROLL, EventKind.ROLL_TO_REST, EventKind.BALL_BALL):
+        events = ours.events.copy()
+        k = int(np.flatnonzero(events["kind"] == kind)[0])
+        events["t"][k] -= 0.02
+        said = differs_on_the_way(replace(ours, events=np.sort(events, order="t")), known)
+        assert f"{kind.label} of" in said
+        assert "is said 0.02 s early" in said
+
+
+def test_another_pocket_is_named():
+    known, ours = known_and_ours(POCKET)
+    assert ours.events is not None
+    events = ours.events.copy()
+    fell = events["kind"] == EventKind.POCKETED
+    events["b"][fell] = (events["b"][fell] + 1) % 6
+    said = differs_on_the_way(replace(ours, events=events), known)
+    assert 'it says pocketed of "' in said
+    assert "and that happens" in said

@@ -1,0 +1,87 @@
+"""In what a run whose end is right differs before: where balls are meanwhile, and when events are.
+
+>>> differs_on_the_way(result, known, step=1e-3)
+'on the way a ball is up to 100 mm from its place, at t = 0.31 s'
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from typing import Final
+
+import numpy as np
+
+from ghostball.model import (
+    OBSTACLE_KINDS,
+    EventKind,
+    Result,
+    SampledTrajectory,
+    partner_name,
+)
+from ghostball.validation.grading.event_logs import Event, events_in
+from ghostball.validation.runs.sampling import events_of
+from ghostball.validation.truth.known_shot import KnownShot, farthest
+
+INSTANTS: Final = 401
+"""Instants at which an exact motion is compared."""
+
+SEEN: Final = 1e-6
+"""What is named, beyond what a step allows [m], and of times of events [s]."""
+
+_Key = tuple[EventKind, int, int]
+
+
+def differs_on_the_way(result: Result, known: KnownShot, step: float = 0.0) -> str:
+    """Say in what a run differs from the truth before its end; "" where in nothing that is seen.
+
+    `result`: with its events and its motion; of frames, only these are compared.
+    `step`: of the engine [s]: an event may be as late, and balls as far as they go meanwhile.
+    """
+    return "; and ".join(filter(None, (_motion(result, known, step), _events(result, known, step))))
+
+
+def _motion(result: Result, known: KnownShot, step: float) -> str:
+    times = np.linspace(0.0, result.rest_time, INSTANTS)
+    if isinstance(result.trajectory, SampledTrajectory):
+        times = result.trajectory.times
+    off = farthest(result, known.result, times)
+    k = int(np.argmax(off))
+    speeds = np.linalg.norm(known.result.sample(times).velocities, axis=2)
+    if not off[k] > SEEN + 2.0 * step * float(np.max(speeds)):
+        return ""
+    return (
+        f"on the way a ball is up to {1e3 * off[k]:.3g} mm from its place, at t = {times[k]:.3g} s"
+    )
+
+
+def _events(result: Result, known: KnownShot, step: float) -> str:
+    """Look at kinds of events that both report: where they say how often, and when, each is."""
+    worst, words = SEEN + 2.0 * step, ""
+    for kind in EventKind:
+        found, true = (_by_key(run, kind) for run in (result, known.result))
+        if not found or not true:
+            continue
+        for key in sorted({*found, *true}):
+            mine, right = found.get(key, []), true.get(key, [])
+            where = f", {partner_name(kind, key[2])}" if kind in OBSTACLE_KINDS else ""
+            name = f'{kind.label} of "{result.scene.balls[key[1]].id}"{where},'
+            if len(mine) != len(right):
+                if kind is EventKind.BALL_CLOTH:  # bounces without end are told one by one or not
+                    continue
+                return f"it says {name} {_times(len(mine))}, and that happens {_times(len(right))}"
+            late = max((b.t - a.t for a, b in zip(right, mine, strict=True)), key=abs)
+            if abs(late) > worst:
+                side = "late" if late > 0.0 else "early"
+                worst, words = abs(late), f"{name} is said {abs(late):.3g} s {side}"
+    return words
+
+
+def _by_key(run: Result, kind: EventKind) -> dict[_Key, list[Event]]:
+    by_key: dict[_Key, list[Event]] = defaultdict(list)
+    for one in events_in(events_of(run), (kind,)):
+        by_key[kind, one.a, one.b].append(one)
+    return by_key
+
+
+def _times(count: int) -> str:
+    return "once" if count == 1 else f"{count} times"
