@@ -96,7 +96,7 @@ def export(folder: Path, target: Path) -> list[Path]:
         if rows := rows_of(folder, table):
             lines = (json.dumps(row, ensure_ascii=False) + "\n" for row in rows)
             contents[target / f"{table}.jsonl"] = "".join(lines)
-            contents[target / f"{table}.csv"] = _csv(rows)
+            contents[target / f"{table}.csv"] = csv_of(rows)
     if not contents:
         raise ResultsError(f"{folder}: holds nothing that could be exported")
     try:
@@ -121,7 +121,10 @@ def _flat(row: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def _csv(rows: list[dict[str, Any]]) -> str:
+def csv_of(rows: list[dict[str, Any]]) -> str:
+    """Return rows as CSV, with a head; columns are those of all rows, in their order."""
+    if not rows:
+        return ""
     text = io.StringIO()
     # The columns of all rows, each once, in the order in which they come.
     columns = list(dict.fromkeys(name for row in rows for name in row))

@@ -25,6 +25,7 @@ class Format(enum.StrEnum):
 
     TEXT = "text"
     JSON = "json"
+    CSV = "csv"
     JUNIT = "junit"
     MARKDOWN = "markdown"
     GITHUB = "github"
@@ -169,9 +170,10 @@ FormatOption = Annotated[
     typer.Option(
         "--format",
         metavar=FORMATS,
-        help="What is printed on stdout: tables, one JSON object, JUnit XML, Markdown such as for "
-        '"$GITHUB_STEP_SUMMARY", notes that GitHub shows beside the lines of a pull request, or '
-        "SARIF for its Security tab. Where it isn't text, the tables go to stderr.",
+        help="What is printed on stdout: tables, one JSON object, comparisons with the truth as "
+        'CSV, JUnit XML, Markdown such as for "$GITHUB_STEP_SUMMARY", notes that GitHub shows '
+        "beside the lines of a pull request, or SARIF for its Security tab. Where it isn't text, "
+        "the tables go to stderr.",
     ),
 ]
 

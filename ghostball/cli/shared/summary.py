@@ -17,7 +17,7 @@ from ghostball.reports.ci.sarif import sarif_json
 from ghostball.reports.findings import Place, findings
 from ghostball.validation.baselines import load_regressions
 from ghostball.validation.measured.likeness import Likeness
-from ghostball.validation.results.frames import rows_of
+from ghostball.validation.results.frames import csv_of, rows_of
 from ghostball.validation.results.store import Results
 from ghostball.validation.suite.real_tables import load_likenesses
 
@@ -40,6 +40,8 @@ def printed(folder: Path, form: Format, baselines: Path | None = None) -> str:
         return summary_text(results, *regressions)
     if form is Format.JUNIT:
         return junit_xml(results.cases, regressions)
+    if form is Format.CSV:
+        return csv_of(rows_of(folder, "comparisons"))
     tables = {name: rows_of(folder, name) for name in ("cases", "comparisons", "checks", "metrics")}
     compared = [one.model_dump(mode="json", by_alias=True) for one in regressions]
     beside = [_plain(one) for one in load_likenesses(folder)]

@@ -122,6 +122,8 @@ def test_details_show_rest_positions_collisions_and_energy_as_the_files_hold_the
     with (tmp_path / "files" / "comparisons.csv").open(encoding="utf-8") as file:
         (stored,) = csv.DictReader(file)
     assert float(stored["rest_error"]) == row["rest_error"]
+    printed = cli(*command, "--no-report", "--format=csv").stdout
+    assert printed == (tmp_path / "files" / "comparisons.csv").read_text("utf-8")
     page = cli(*command).output and (tmp_path / "report.html").read_text("utf-8")
     assert f"<td>{length}<td>object<td>1 / 1<td>0 / 0<td>{share}<td>{when}" in page
 
