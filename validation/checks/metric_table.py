@@ -173,6 +173,13 @@ METRICS: dict[str, Metric] = {
             outcome=True,
         ),
         Metric(
+            "path_error",
+            "m",
+            "largest position error of a ball in the plane, up to the horizon; positions between "
+            "the two times of a matching event aren't compared",
+            "proof",
+        ),
+        Metric(
             "path_factor",
             "1",
             "largest error of a ball's position, velocity or spin up to the horizon, in units of "

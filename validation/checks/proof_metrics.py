@@ -10,7 +10,7 @@ from typing import Final, TypeVar
 
 import numpy as np
 
-from ghostball.model import ExactTrajectory, Result
+from ghostball.model import EventKind, ExactTrajectory, Result
 from ghostball.model.arrays import FloatArray
 from ghostball.validation.checks.energy_curve import compared_instants, energy_differences
 from ghostball.validation.grading.grading import Grade, grade
@@ -22,6 +22,9 @@ Compute = Callable[[Result, Truth], int | float]
 """Computes a metric; raises `NotMeasuredError` where it has no value."""
 
 T = TypeVar("T")
+
+_LEAVES = (EventKind.POCKETED, EventKind.LEAVES_TABLE)
+"""Kinds of events that take a ball off the table."""
 
 _NO_PAIR = "no event of the run matches a certified event"
 
@@ -133,6 +136,19 @@ def _energy_difference_factor(result: Result, truth: Truth) -> float:
     return _in_roundings(differences, sizes)
 
 
+def _path_error(result: Result, truth: Truth) -> float:
+    found, right = _graded(result, truth), known(truth.motion, truth, "energy")
+    times = compared_instants(result, right, found.until)
+    if not len(times):
+        raise NotMeasuredError("a collision is due at the start: no position can be compared")
+    off = (result.sample(times).positions - right.sample(times).positions)[..., :2]
+    errors = np.linalg.norm(off, axis=2)
+    assert right.events is not None
+    for event in right.events[np.isin(right.events["kind"], _LEAVES)]:
+        errors[times >= event["t"], event["a"]] = 0.0  # where it is shown then is free
+    return float(np.max(np.where(np.isfinite(errors), errors, np.inf)))
+
+
 def _path_factor(result: Result, truth: Truth) -> float:
     found, rounding = _graded(result, truth), known(truth.rounding, truth, "proof")
     right = known(truth.motion, truth, "energy")
@@ -197,6 +213,7 @@ PROOF_METRICS: Final[Mapping[str, Compute]] = {
     "event_time_factor": _event_time_factor,
     "rest_time_factor": _rest_time_factor,
     "quality_factor": _quality_factor,
+    "path_error": _path_error,
     "path_factor": _path_factor,
     "energy_difference_factor": _energy_difference_factor,
 }

@@ -25,6 +25,7 @@ event moves later ones by their derivative; an event adds its own delay:
     |event time error| <= P sum_k max_j |dt_j / d delay_k| delay_k + max_k delay_k,
     |rest time error|  <= P sum_k |dT / d delay_k| delay_k + dt,
     |energy error|     <= P sum_k |dE / d delay_k| delay_k + r F,
+    |path error|       <= P sum_k max_t |dx(t) / d delay_k| delay_k + r,
 
 P the product above, t_j the times of the collisions, T when the last ball rests, which is seen at
 the end of a step. What a collision takes is no error of the energy until it is seen
@@ -80,6 +81,7 @@ STEP_METRICS = frozenset(
         "events_invented",
         "event_time_error",
         "rest_time_error",
+        "path_error",
         "energy_difference_max",
         "energy_rise",
         "overlap_max",
@@ -221,6 +223,10 @@ def _on_the_way(
         what = "an event" if falls.any() else "a collision"
         reason = f"{late}, which makes {what} of this shot come at most {shifted:.3g} s late."
         yield "event_time_error", {"at_most": LEAST + shifted}, reason
+    beside = between + more * float(delays @ lateness.strays)
+    if math.isfinite(beside) and beside < float(np.min(scene.radii)):
+        reason = f"{late}, which takes a ball at most {beside:.3g} m off its path."
+        yield "path_error", {"at_most": LEAST + beside}, reason
     fastest = resolution_of_step(1.0, scene)
     if fastest == 0.0:
         return

@@ -38,7 +38,14 @@ from ghostball.model.arrays import FloatArray
 from ghostball.model.trajectory.segment import WZ
 from ghostball.reference_adapters.certified import Certificate
 from ghostball.validation.grading.certified_events import EventChange, event_changes
-from ghostball.validation.grading.certified_flow import PARTS, SLIP, SPIN, VELOCITY, ProvedBall
+from ghostball.validation.grading.certified_flow import (
+    PARTS,
+    PLACE,
+    SLIP,
+    SPIN,
+    VELOCITY,
+    ProvedBall,
+)
 from ghostball.validation.grading.other_paths import MOST_EVENTS, Margins, margins_along
 from ghostball.validation.grading.tolerances import EPS
 
@@ -60,11 +67,12 @@ class Lateness:
         later or sooner, at most.
     `rests` (events,) float64 [1]: by how much the last ball rests later or sooner.
     `energies` (events,) float64 [W]: by how much the energy of all balls differs, at most.
+    `strays` (events,) float64 [m/s]: how far a ball is beside its path at any time, at most.
     `margins`: where it may lead the shot onto another path; None where nothing says it.
 
-    `comes`, `rests` and `energies` are not a number where no derivative exists, and in shots of
-    more than `MOST_EVENTS`. They allow for a solver that lets balls collide with the speeds which
-    they had before its step.
+    `comes`, `rests`, `energies` and `strays` are not a number where no derivative exists, and in
+    shots of more than `MOST_EVENTS`. They allow for a solver that lets balls collide with the
+    speeds which they had before its step.
     """
 
     kinds: tuple[EventKind, ...]
@@ -75,6 +83,7 @@ class Lateness:
     comes: FloatArray
     rests: FloatArray
     energies: FloatArray
+    strays: FloatArray
     margins: Margins | None
 
 
@@ -261,8 +270,8 @@ class CertifiedGrowth:
             margins_along(scene, motion, self.balls, self.events),
         )
 
-    def _followed(self, scene: Scene) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return `comes`, `rests` and `energies` of `Lateness`.
+    def _followed(self, scene: Scene) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """Return `comes`, `rests`, `energies` and `strays` of `Lateness`.
 
         What a second of delay at each event so far has made of each ball is carried along, and what
         speeds that are a second old have; at each event they say how much later that comes, and how
@@ -273,9 +282,10 @@ class CertifiedGrowth:
         many = len(self.events)
         if many > MOST_EVENTS:
             unknown = np.full(many, np.nan)
-            return unknown, unknown, unknown
+            return unknown, unknown, unknown, unknown
         changes = np.zeros((2, PARTS * len(self.balls), many))
         comes, rests, energies = np.zeros(many), np.zeros(many), np.zeros((len(self.balls), many))
+        strays = np.zeros(many)
         slopes = [
             energy_slopes(ball, float(mass))
             for ball, mass in zip(self.balls, scene.masses, strict=True)
@@ -284,18 +294,22 @@ class CertifiedGrowth:
             for e, event in enumerate(self.events):
                 rows, matrix, later = _rows(event.balls), event.matrix, event.later
                 if matrix is None or later is None:
-                    comes[:] = rests[:] = energies[:] = np.nan
+                    comes[:] = rests[:] = energies[:] = strays[:] = np.nan
                     break
                 moved = np.sum(np.abs(later @ changes[:, rows]), axis=0)
                 if event.kind in COLLISION_KINDS or event.kind is EventKind.POCKETED:
                     comes = np.maximum(comes, moved)
                 if event.t == self.t_end:
                     rests = np.maximum(rests, moved)
+                for i in event.balls:
+                    strays = np.maximum(strays, self._strayed(i, changes, event.t))
                 changes[:, rows] = matrix @ changes[:, rows]
                 changes[0, rows, e] += event.late
                 changes[1, rows, e] += event.stale
                 for i, k in zip(event.balls, event.segments, strict=True):
                     own = changes[:, PARTS * i : PARTS * (i + 1)]
+                    beside = np.sum(np.linalg.norm(own[:, PLACE], axis=1), axis=0)
+                    strays = np.maximum(strays, beside)
                     more = np.sum(np.abs(slopes[i][k] @ own), axis=0)
                     energies[i] = np.maximum(energies[i], more)
         if not many or self.events[-1].t < self.t_end:  # a ball that spins on its place is the last
@@ -303,7 +317,19 @@ class CertifiedGrowth:
                 if ball.spins_by > 0.0 and ball.segments[-1, WZ] != 0.0:
                     spins = np.sum(np.abs(changes[:, PARTS * i + SPIN]), axis=0)
                     rests = np.maximum(rests, spins / ball.spins_by)
-        return comes, rests, np.sum(energies, axis=0)
+        for i in range(len(self.balls)):
+            strays = np.maximum(strays, self._strayed(i, changes, self.t_end))
+        return comes, rests, np.sum(energies, axis=0), strays
+
+    def _strayed(self, i: int, changes: FloatArray, t: float) -> FloatArray:
+        """Return how far changes of ball i's state have taken it just before t [s], (events,).
+
+        Between two of its events that is a convex function of the time.
+        """
+        _, (flow,) = self.balls[i].displacement(np.array([max(np.nextafter(t, 0.0), 0.0)]))
+        moved = flow @ changes[:, PARTS * i : PARTS * (i + 1)]
+        strayed: FloatArray = np.sum(np.linalg.norm(moved, axis=1), axis=0)
+        return strayed
 
 
 @lru_cache(maxsize=4)  # by identity: a case that comes from another process has its own

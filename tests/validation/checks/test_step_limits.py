@@ -308,6 +308,29 @@ def test_who_steps_must_say_which_ball_falls_where_and_when(
     assert bool(failed) == bool(broken)
 
 
+class SwervingEngine(PymunkEngine):
+    """Shows a ball 10 cm aside for a while, and ends it in its place."""
+
+    def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
+        result = super().simulate(scene, record=record)
+        motion = result.trajectory
+        assert isinstance(motion, SampledTrajectory)
+        positions = motion.positions.copy()
+        many = len(positions)
+        positions[many * 3 // 10 : many * 6 // 10, 0, 1] += 0.1
+        return replace(result, trajectory=replace(motion, positions=positions))
+
+
+@pytest.mark.parametrize(
+    ("engine", "broken"), [(PymunkEngine, set()), (SwervingEngine, {"path_error"})]
+)
+@pytest.mark.parametrize("name", ["half-ball-cut", "draw-shot", "stop", "pocket-draw"])
+def test_who_steps_must_keep_to_the_path(
+    name: str, engine: type[PymunkEngine], broken: set[str]
+) -> None:
+    assert {one.metric for one in judged(name, engine()).checks if one.passed is False} == broken
+
+
 def test_a_limit_wider_than_a_ball_is_no_limit() -> None:
     scene = find_scene("thin-cut")
     radius = float(scene.radii[0])
