@@ -62,6 +62,8 @@ def grade(files: Sequence[Path]) -> int:
     """Judge runs that were made elsewhere as any engine's, and show what became of each.
 
     A file without a whole run is what an engine leaves that crashed or hung: it did not finish.
+
+    Raises `EngineError` where a run names no engine or scene that may be judged, after the others.
     """
     runs: list[Run] = []
     lost: list[str] = []
@@ -70,7 +72,13 @@ def grade(files: Sequence[Path]) -> int:
             runs += Run.load(path)
         except EngineError as error:
             lost.append(str(error))
-    cases = [_judge(run) for run in runs]
+    cases: list[CaseRecord] = []
+    refused: list[str] = []
+    for run in runs:
+        try:
+            cases.append(_judge(run))
+        except EngineError as error:
+            refused.append(str(error))
     if cases:
         rows = (
             (
@@ -84,6 +92,8 @@ def grade(files: Sequence[Path]) -> int:
         stdout().print(table_of(heads, rows))
     for line in (*failures(cases), *(f"[bold red]did not finish[/] {escape(one)}" for one in lost)):
         stdout().print(line, soft_wrap=True)
+    if refused:  # last, when the others are judged
+        raise EngineError("\n".join(refused))
     if lost:
         return worst(ExitStatus.CHECK_FAILED, exit_status_of(cases))
     if why := not_judged(cases):

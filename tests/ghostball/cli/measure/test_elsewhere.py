@@ -107,6 +107,17 @@ def test_a_run_has_no_name_of_an_installed_engine(tmp_path: Path) -> None:
     assert "must not be 'pymunk'" in shown
 
 
+def test_the_others_are_judged_where_a_run_is_refused(tmp_path: Path) -> None:
+    right, off = made_elsewhere("stop"), made_elsewhere("stop") | {"engine": "off"}
+    displace(off, 0.1)
+    refused = [right | {"engine": "pymunk"}, right | {"scene": "no-such"}]
+    status, shown = graded(tmp_path, refused[0], right, off, refused[1])
+    assert status == 2
+    assert "stop on off" in shown
+    assert "must not be 'pymunk'" in shown
+    assert "'no-such'" in shown
+
+
 @pytest.mark.parametrize("name", ["../../etc/passwd", "/etc/passwd", "own.toml", "./stop", "own"])
 def test_no_run_opens_a_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
     # Whoever made the run chose which file of whoever grades it was opened.
