@@ -29,7 +29,7 @@ from ghostball.reference_adapters.base import resolution_of_step
 from ghostball.validation.examples.stepper import Stepper
 
 CUT, BOUNCE, HEAD_ON = "half-ball-cut", "wall-bounce", "restitution-head-on"
-SLIDING = "draw-shot"
+SLIDING, BREAK = "draw-shot", "break-7"
 
 
 @dataclass(frozen=True)
@@ -129,6 +129,13 @@ WRONG: Mapping[str, Row] = {
     "mirrored-table": Row("Left and right are swapped.", runs.mirrored_table, (BOUNCE,)),
     "asleep": Row("Balls stop when they are slower than 5 cm/s.", runs.falls_asleep, ("stop",)),
     "ends-early": Row("The run ends after half its time.", runs.ends_early, (CUT,)),
+    "stops-late": Row("All balls stop dead at 60 % of the shot.", runs.stops_late, (BREAK,)),
+    "stops-at-once-of-a-step": Row(
+        "All balls stop dead after 20 ms; it states steps of 1 ms.",
+        runs.stops_at_once,
+        (BREAK,),
+        step=1e-3,
+    ),
     "moves-at-rest": Row("A ball still moves when all rest.", runs.moves_at_rest, ("stop",)),
     "no-motion": Row("Nothing moves.", runs.without_motion, (CUT,)),
     # The motion between.

@@ -24,6 +24,7 @@ from ghostball.model import (
     SampledTrajectory,
     Samples,
     Scene,
+    initial_state,
 )
 
 FloatArray = NDArray[np.float64]
@@ -260,6 +261,39 @@ def ends_early(scene: Scene) -> Result:
     ended = with_events(result, events[events["t"] <= motion.t_end])
     ended = replace(ended, trajectory=motion, rest_time=motion.t_end)
     return with_end(ended, positions=motion.positions[-1])
+
+
+def stops_at_once(scene: Scene) -> Result:
+    """Stop all balls dead after 20 ms, before anything happens."""
+    start, end = initial_state(scene), 0.02
+    still = np.zeros_like(start.velocities)
+    moved = start.positions + end * start.velocities
+    frames = SampledTrajectory(
+        np.array([0.0, end]),
+        np.concatenate([start.positions, moved]),
+        np.concatenate([start.velocities, still]),
+        np.concatenate([start.angular_velocities, still]),
+    )
+    ended = replace(right(scene), trajectory=frames, rest_time=end)
+    ended = with_events(ended, events_in(ended)[:0])
+    return with_end(ended, positions=moved[0], velocities=still[0], angular_velocities=still[0])
+
+
+def stops_late(scene: Scene) -> Result:
+    """Stop all balls dead at 60 % of the shot."""
+    whole = right(scene)
+    frames, log = frames_of(whole), events_in(whole)
+    kept = int(np.searchsorted(frames.times, 0.6 * whole.rest_time, side="right"))
+    states = [part[:kept].copy() for part in _states(frames)]
+    states[1][-1] = states[2][-1] = 0.0
+    end = float(frames.times[kept - 1])
+    ended = replace(
+        whole,
+        trajectory=SampledTrajectory(frames.times[:kept], *states),
+        rest_time=end,
+        final_state=Samples(*(part[-1:] for part in states)),
+    )
+    return with_events(ended, log[log["t"] <= end])
 
 
 def moves_at_rest(scene: Scene) -> Result:

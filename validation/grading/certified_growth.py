@@ -63,16 +63,16 @@ class Lateness:
         collision.
     `places` (events, n) float64 [m/s]: how far each ball ends from where it should; NaN where no
         derivative exists.
-    `comes` (events,) float64 [1]: by how much a later collision, or fall into a pocket, comes
-        later or sooner, at most.
+    `comes` (events, events) float64 [1]: by how much each collision, or fall into a pocket, comes
+        later or sooner for each event before it, at most; 0 for what is neither.
     `rests` (events,) float64 [1]: by how much the last ball rests later or sooner.
     `energies` (events,) float64 [W]: by how much the energy of all balls differs, at most.
     `strays` (events,) float64 [m/s]: how far a ball is beside its path at any time, at most.
     `margins`: where it may lead the shot onto another path; None where nothing says it.
 
-    `comes`, `rests`, `energies` and `strays` are not a number where no derivative exists, and in
-    shots of more than `MOST_EVENTS`. They allow for a solver that lets balls collide with the
-    speeds which they had before its step.
+    `rests`, `energies` and `strays` are not a number where no derivative exists, and in shots of
+    more than `MOST_EVENTS`; nor is `comes`, from the first event on that has none. They allow for a
+    solver that lets balls collide with the speeds which they had before its step.
     """
 
     kinds: tuple[EventKind, ...]
@@ -279,26 +279,23 @@ class CertifiedGrowth:
         Energies of balls are added without their signs. Between events they change as said in
         `rounding`: the largest at a ball's events bounds them.
         """
-        many = len(self.events)
-        if many > MOST_EVENTS:
-            unknown = np.full(many, np.nan)
-            return unknown, unknown, unknown, unknown
+        many = min(len(self.events), MOST_EVENTS)
         changes = np.zeros((2, PARTS * len(self.balls), many))
-        comes, rests, energies = np.zeros(many), np.zeros(many), np.zeros((len(self.balls), many))
-        strays = np.zeros(many)
+        comes, rests, strays = np.zeros((many, many)), np.zeros(many), np.zeros(many)
+        energies = np.zeros((len(self.balls), many))
         slopes = [
             energy_slopes(ball, float(mass))
             for ball, mass in zip(self.balls, scene.masses, strict=True)
         ]
         with np.errstate(over="ignore", invalid="ignore"):
-            for e, event in enumerate(self.events):
+            for e, event in enumerate(self.events[:many]):
                 rows, matrix, later = _rows(event.balls), event.matrix, event.later
                 if matrix is None or later is None:
-                    comes[:] = rests[:] = energies[:] = strays[:] = np.nan
+                    comes[e:] = rests[:] = energies[:] = strays[:] = np.nan
                     break
                 moved = np.sum(np.abs(later @ changes[:, rows]), axis=0)
                 if event.kind in COLLISION_KINDS or event.kind is EventKind.POCKETED:
-                    comes = np.maximum(comes, moved)
+                    comes[e] = moved
                 if event.t == self.t_end:
                     rests = np.maximum(rests, moved)
                 for i in event.balls:
@@ -317,6 +314,9 @@ class CertifiedGrowth:
                 if ball.spins_by > 0.0 and ball.segments[-1, WZ] != 0.0:
                     spins = np.sum(np.abs(changes[:, PARTS * i + SPIN]), axis=0)
                     rests = np.maximum(rests, spins / ball.spins_by)
+        if many < len(self.events):
+            unknown = np.full(len(self.events), np.nan)
+            return comes, unknown, unknown, unknown
         for i in range(len(self.balls)):
             strays = np.maximum(strays, self._strayed(i, changes, self.t_end))
         return comes, rests, np.sum(energies, axis=0), strays

@@ -64,6 +64,9 @@ class Margins:
     `turns` (m,) bool: whether the width is by how much a ball would have to miss what is round.
         There a smaller displacement is amplified by more than the derivative says.
     `balls`: which are moved, one or two.
+    `since` (m,) float64 [s]: when what is near came near, at which the other path may begin.
+    `pasts`: the events that led to it, one bit each: they come before the other path begins.
+    `until` [s]: up to when the shot was looked at; inf: to its end.
     """
 
     times: FloatArray
@@ -71,6 +74,9 @@ class Margins:
     moved: FloatArray
     turns: BoolArray
     balls: tuple[tuple[int, ...], ...]
+    since: FloatArray
+    pasts: tuple[int, ...]
+    until: float
 
     def amplified(self, delays: FloatArray, n: int, drift: float = 0.0) -> FloatArray | None:
         """Return by what each ball's first-order displacement is to be multiplied at the end, (n,).
@@ -86,7 +92,19 @@ class Margins:
         a graze, where depth = rho - b. A contact that is seen late is met at a smaller rho, which
         turns the line as much as a larger b.
         """
+        factors, within_reach, _ = self.followed(delays, n, drift)
+        return None if within_reach or math.isfinite(self.until) else factors
+
+    def followed(
+        self, delays: FloatArray, n: int, drift: float = 0.0
+    ) -> tuple[FloatArray, list[int], FloatArray]:
+        """Return the factors at the end, which rows are within reach, and the largest so far.
+
+        The largest factor is that at each row, (m,). Arguments as of `amplified`.
+        """
         factors = np.ones(n)
+        within_reach: list[int] = []
+        largest = np.ones(len(self.times))
         with np.errstate(invalid="ignore", over="ignore"):
             moved = self.moved @ delays
         for k, (width, balls) in enumerate(zip(self.widths.tolist(), self.balls, strict=True)):
@@ -94,10 +112,11 @@ class Margins:
             factor = float(np.max(factors[rows]))
             by = factor * float(moved[k]) + drift
             if by > 0.0 and not by < width:
-                return None
+                within_reach.append(k)
             if self.turns[k]:
-                factors[rows] = factor * (1.0 + by / width)
-        return factors
+                factors[rows] = factor * (1.0 + by / width) if width > 0.0 else math.inf
+            largest[k] = np.max(factors)
+        return factors, within_reach, largest
 
 
 def margins_along(
@@ -110,13 +129,15 @@ def margins_along(
 
     `motion`: as it is proved; `balls`, `events`: what changes do along it (`CertifiedGrowth`).
     """
-    if len(events) > MOST_EVENTS or any(one.matrix is None for one in events):
-        return None
+    known = next((k for k, one in enumerate(events) if one.matrix is None), len(events))
+    known = min(known, MOST_EVENTS)
+    until = events[known].t if known < len(events) else math.inf
+    events = events[:known]
     pairs = _pairs_of(scene)
-    times = _looks(scene, motion, events, len(pairs))
+    times = _looks(scene, motion, events, len(pairs), min(until, motion.t_end))
     if times is None:
         return None
-    lateness, rows = _Late(balls, len(events)), _Rows(scene, motion.t_end)
+    lateness, rows = _Late(balls, len(events)), _Rows(scene, motion)
     places = _Gaps(scene, motion, events, pairs, times)
     near = places.near_misses()
     last = 0
@@ -127,10 +148,11 @@ def margins_along(
         for one in places.beside(event):
             rows.pass_by(one, lateness, e)
         rows.meet(event, e, lateness)
+        rows.go_on(event, e)
         lateness.apply(event, e)
     for one in near[last:]:
         rows.pass_by(one, lateness)
-    return rows.margins(len(events))
+    return rows.margins(len(events), until)
 
 
 @dataclass(frozen=True)
@@ -143,6 +165,7 @@ class _Near:
     ball: int
     other: int | None  # the ball that it is, else None
     closing: float = 0.0  # [m/s] at which the gap closes just before
+    since: float = 0.0  # [s] when it came near
 
 
 class _Late:
@@ -178,18 +201,29 @@ class _Late:
 class _Rows:
     """Collects `Margins`."""
 
-    def __init__(self, scene: Scene, t_end: float) -> None:
+    def __init__(self, scene: Scene, motion: ExactTrajectory) -> None:
+        t_end, first = motion.t_end, motion.sample(np.array([0.0]))
         self._reach = float(np.min(scene.radii))
         self._stopped_at = t_end if scene.t_max is not None and t_end >= scene.t_max else None
-        self._found: list[tuple[float, float, FloatArray, bool, tuple[int, ...]]] = []
+        self._moves = [
+            0.0 if np.any(v) or np.any(w) else math.inf
+            for v, w in zip(first.velocities[0], first.angular_velocities[0], strict=True)
+        ]
+        self._pasts = [0] * len(scene.balls)
+        self._found: list[tuple[float, float, FloatArray, bool, tuple[int, ...], float, int]] = []
 
     def pass_by(self, near: _Near, late: _Late, e: int | None = None) -> None:
         """Add what a ball passes; `e`: as it has an event, until which it goes on as before."""
+        balls = (near.ball,) if near.other is None else (near.ball, near.other)
+        moves = min(self._moves[i] for i in balls)
+        if math.isinf(moves):
+            return  # what rests is not displaced
         moved = np.abs(near.normal @ late.between(near.ball, near.other, near.t))
         if e is not None:
             moved[e] += max(near.closing, 0.0)
-        balls = (near.ball,) if near.other is None else (near.ball, near.other)
-        self._found.append((near.t, max(near.gap, 0.0), moved, False, balls))
+        since = min(max(near.since, moves), near.t)
+        row = (near.t, max(near.gap, 0.0), moved, False, balls, since, self._past(balls))
+        self._found.append(row)
 
     def meet(self, event: EventChange, e: int, late: _Late) -> None:
         """Add what an event would be missed by."""
@@ -211,18 +245,35 @@ class _Rows:
         moved = np.abs(across @ between)
         moved[e] += event.approach
         found.append((meets.depth, moved, math.isfinite(meets.depth)))
-        self._found += [(event.t, *one, event.balls) for one in found]
+        past = self._past(event.balls)
+        self._found += [(event.t, *one, event.balls, event.t, past) for one in found]
 
-    def margins(self, events: int) -> Margins:
-        """Return what was found."""
-        columns = zip(*self._found, strict=True) if self._found else ((),) * 5
-        times, widths, moved, turns, balls = columns
+    def go_on(self, event: EventChange, e: int) -> None:
+        """Pass an event: it is in the past of its balls, which may move from then on."""
+        past = self._past(event.balls) | 1 << e
+        for i in event.balls:
+            self._pasts[i] = past
+            self._moves[i] = min(self._moves[i], event.t)
+
+    def _past(self, balls: tuple[int, ...]) -> int:
+        past = 0
+        for i in balls:
+            past |= self._pasts[i]
+        return past
+
+    def margins(self, events: int, until: float) -> Margins:
+        """Return what was found until an instant [s]."""
+        columns = zip(*self._found, strict=True) if self._found else ((),) * 7
+        times, widths, moved, turns, balls, since, pasts = columns
         return Margins(
             np.array(times, dtype=np.float64),
             np.array(widths, dtype=np.float64),
             np.array(moved, dtype=np.float64).reshape(len(times), events),
             np.array(turns, dtype=np.bool_),
             balls,
+            np.array(since, dtype=np.float64),
+            pasts,
+            until,
         )
 
 
@@ -235,14 +286,18 @@ def _pairs_of(scene: Scene) -> list[tuple[int, _Other]]:
 
 
 def _looks(
-    scene: Scene, motion: ExactTrajectory, events: tuple[EventChange, ...], pairs: int
+    scene: Scene,
+    motion: ExactTrajectory,
+    events: tuple[EventChange, ...],
+    pairs: int,
+    until: float,
 ) -> FloatArray | None:
     """Return the events and as many instants between them as balls go fast, (k,) [s].
 
     None where their gaps would be more than `_MOST_NUMBERS`: looks that are farther apart would
     miss some. Between two events the speed of a ball has no maximum: it is largest at one of them.
     """
-    marks = np.unique([0.0, *(one.t for one in events), motion.t_end])
+    marks = np.unique([0.0, *(one.t for one in events), until])
     speeds = [
         np.max(np.linalg.norm(motion.sample(times).velocities[:, :, :2], axis=2), axis=1)
         for times in (marks[:-1], np.nextafter(marks[1:], 0.0))
@@ -300,7 +355,7 @@ class _Gaps:
         last = len(self._times) - 1
         for p in np.flatnonzero(self._gaps[:, last] < self._smallest).tolist():
             if math.isfinite(self._gaps[p, last]) and not self._leaves(p, last):
-                found.append(self._near(p, float(self._times[last])))
+                found.append(self._near(p, float(self._times[last]), last))
         return sorted(found, key=lambda one: one.t)
 
     def beside(self, event: EventChange) -> Iterator[_Near]:
@@ -314,7 +369,7 @@ class _Gaps:
             concerned = ball in event.balls or other in event.balls
             there = math.isfinite(self._gaps[p, look])
             if concerned and there and p not in met and not self._leaves(p, look):
-                yield self._near(p, event.t)
+                yield self._near(p, event.t, look)
 
     def _look(self, t: float) -> int:
         return int(np.searchsorted(self._times, t))
@@ -345,7 +400,7 @@ class _Gaps:
             if isinstance(other, Hole) != (event.kind is EventKind.POCKETED):
                 continue
             if abs(self._gap_at(p, event.t)) < self._touches:
-                normal = self._near(p, event.t).normal
+                normal = self._near(p, event.t, self._look(event.t)).normal
                 if float(normal @ event.meets.normal) > 1.0 - _ALONG:
                     found.append(p)
         return found
@@ -369,10 +424,18 @@ class _Gaps:
             gaps = self._gaps_of(*self._pairs[p], self._motion.sample(times).positions[:, :, :2])
             row = int(np.argmin(gaps))
             low, high = float(times[max(row - 1, 0)]), float(times[min(row + 1, 16)])
-        return self._near(p, float(times[row]))
+        return self._near(p, float(times[row]), look)
 
-    def _near(self, p: int, t: float) -> _Near:
-        """Return how a pair is at an instant; velocities are those just before."""
+    def _since(self, p: int, look: int) -> float:
+        """Return when a pair came near that is near at a look [s]: 0 where it is from the start."""
+        far = np.flatnonzero(self._gaps[p, :look] >= self._smallest)
+        met = [one for one in self._met.get(p, ()) if one < look]
+        last = max([*met, *far[-1:].tolist()], default=0)
+        return float(self._times[last])
+
+    def _near(self, p: int, t: float, look: int) -> _Near:
+        """Return how a pair is at an instant, of a look; velocities are those just before."""
+        since = self._since(p, look)
         ball, other = self._pairs[p]
         centres = self._motion.sample(np.array([t])).positions[0, :, :2]
         before = self._motion.sample(np.array([np.nextafter(t, 0.0)])).velocities[0, :, :2]
@@ -380,9 +443,8 @@ class _Gaps:
         if isinstance(other, int):
             way = centres[other] - centres[ball]
             normal = way / np.hypot(*way)
-            return _Near(
-                t, gap, normal, ball, other, -float(normal @ (before[other] - before[ball]))
-            )
+            closing = -float(normal @ (before[other] - before[ball]))
+            return _Near(t, gap, normal, ball, other, closing, since)
         inward = other.normal if isinstance(other, Side) else facing(other, *centres[ball])[0]
         normal = -np.array(inward)
-        return _Near(t, gap, normal, ball, None, float(normal @ before[ball]))
+        return _Near(t, gap, normal, ball, None, float(normal @ before[ball]), since)

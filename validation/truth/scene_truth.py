@@ -89,8 +89,8 @@ class Truth:
         as for a closed form.
     `shot_horizon` [s]: until when rounding leaves the shot predictable, or anything is known of how
         it grows; inf: to its end, or a closed form, whose end is known whatever rounding does.
-    `lateness`: what it changes of the end to see an event late; None where the shot isn't proved to
-        its end, or is a flight, or no part "proof" was asked for.
+    `lateness`: what it changes of the end to see an event late, be it the end of the proof; None
+        where the shot isn't proved, or is a flight, or no part "proof" was asked for.
     `rounding`: what rounding does to the times of the proved events and to the energy; None where
         there is no proof, or no part "proof" was asked for.
     `graded`: what of the proof an exact engine is graded against; None where there is no proof, or
@@ -225,7 +225,7 @@ def truth_of(
     lateness = None
     if proof is not None and "proof" in parts:
         until = math.inf if proved is None else predictable
-        if proved is not None and is_differentiated(scene):
+        if is_differentiated(scene):
             motion = proved_motion(scene, proof)
             lateness = growth_of_proof(scene, proof).lateness(scene, motion)
         rounding = growth_along_proof(scene, proof).rounding(scene)

@@ -10,7 +10,7 @@ import pytest
 from engine_facts import needs
 from step_rules import asked_of_all, criteria_of_step, limit_of_step
 
-from ghostball.model import Ball, EventKind, Record, Result, SampledTrajectory, Scene
+from ghostball.model import Ball, EventKind, Physics, Record, Result, SampledTrajectory, Scene
 from ghostball.reference_adapters import make_engine
 from ghostball.reference_adapters.pymunk.engine import PymunkEngine
 from ghostball.validation.checks.criteria import Criteria, common_criteria
@@ -137,6 +137,42 @@ def test_collisions_of_different_balls_within_a_step_have_no_order() -> None:
     assert "matching_events" not in fixed
     exact = criteria_of_step(scene, make_engine("pymunk:contact_steps=exact"))
     assert "matching_events" in {one.metric for one in exact}
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "break-7",  # a ball hits the next one within the step
+        "break-16",  # errors of a step grow to a radius at once
+        "frozen-triangle",  # the proof ends where balls that touch are hit
+    ],
+)
+def test_the_first_collision_is_asked_where_the_end_cannot_be_judged(name: str) -> None:
+    scene = find_scene(name)
+    for label in ("pymunk", "pymunk:dt=1e-4"):
+        (first,) = (
+            one
+            for one in criteria_of_step(scene, make_engine(label))
+            if one.metric == "matching_events"
+        )
+        assert (first.limit_kind, first.limit) == ("at_least", 1), label
+
+
+def test_the_collisions_before_a_tie_are_asked_in_their_order() -> None:
+    # "b" meets "c" at 0.3 s; only a second later "d" and "e" are hit at one instant.
+    balls = [
+        Ball(id="a", position=(0.0, 0.0), velocity=(1.0, 0.0)),
+        Ball(id="d", position=(1.0, 0.03)),
+        Ball(id="e", position=(1.0, -0.03)),
+        Ball(id="b", position=(0.0, 0.7), velocity=(1.0, 0.0)),
+        Ball(id="c", position=(0.3, 0.7)),
+    ]
+    physics = Physics(preset="paper", rolling_friction=0.0)
+    scene = Scene(name="tie", physics=physics, balls=balls, t_max=3.0)
+    found = criteria_of_step(scene, make_engine("pymunk:dt=1e-3"))
+    limits = [(one.limit_kind, one.limit) for one in found if one.metric == "matching_events"]
+    assert limits == [("at_least", 1)]
+    assert "rest_error_max" not in {one.metric for one in found}
 
 
 def test_what_an_engine_does_in_time_costs_nothing() -> None:
@@ -339,4 +375,4 @@ def test_a_limit_wider_than_a_ball_is_no_limit() -> None:
     assert fine < radius < 2.5 * fine
     assert coarse is None
     found = {one.metric for one in criteria_of_step(scene, make_engine("pymunk:dt=5e-3"))}
-    assert found == {"energy_rise", "overlap_max"}
+    assert found == {"energy_rise", "overlap_max", "matching_events"}
