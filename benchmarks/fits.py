@@ -1,6 +1,6 @@
-"""Whether the errors that fits state hold: tables of known physics, fitted.
+"""A test of the errors that a fit states: fits of simulated tables whose physics are known.
 
-Half of the tables are played by the engine, and half by a program that shares no code with it.
+The engine simulates half of the tables; a program that shares no code with it, the other half.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ _LAWS: Final = ("han2005", "mathavan2010", "frictional")
 
 
 PROGRAMS: Final = {"engine": "by the engine", "steps": "by another program"}
-"""What plays the shots of tables, in words."""
+"""Descriptions of the programs that simulate the shots."""
 
 
 class FittedTable(Record):

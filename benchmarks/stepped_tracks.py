@@ -1,9 +1,9 @@
-"""Tracks of known physics by a program that shares no code with the engine or the fit.
+"""Simulate tracks with known physics by a program that shares no code with the engine or the fit.
 
-Balls move in steps of 0.1 ms. The laws are written down anew: friction of the cloth, Coulomb's
-friction between balls, and Han's cushion (Han 2005) with the nose at a height of its own. The
-camera errs otherwise than that of `synthetic_tracks`: its noise has heavy tails and drifts, and it
-rounds to pixels.
+Balls move in steps of 0.1 ms. The laws are implemented independently: friction of the cloth,
+Coulomb friction between balls, and Han's cushion (Han 2005) with a nose height that can be chosen.
+The camera has other errors than the camera of `synthetic_tracks`: heavy-tailed noise that drifts,
+and rounding to pixels.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _LONGEST = 12.0  # [s]
 
 @dataclass(frozen=True)
 class SteppedTable:
-    """What a table is made of; units as in `Physics`."""
+    """The physics of a table; units as in `Physics`."""
 
     rolling_friction: float
     sliding_friction: float
@@ -38,7 +38,7 @@ class SteppedTable:
 
 @dataclass(frozen=True)
 class Camera:
-    """How a camera sees balls.
+    """The errors of a camera.
 
     `rate` [1/s]; `noise` [m], the standard deviation of a coordinate; `drift`, the correlation of
     the noise of two pictures that follow each other; `pixel` [m]; `stale`, the share of pictures
@@ -79,7 +79,7 @@ def stepped_tracks(
 
 
 def start_of(shot: int, surface: Surface, seed: int) -> FloatArray:
-    """Return how a shot begins, for three balls, (3, 7): x, y, vx, vy, and the spin about x, y, z.
+    """Return the initial state of a shot of three balls, (3, 7): x, y, vx, vy, spin about x, y, z.
 
     Units: [m], [m/s], [rad/s].
     """
@@ -123,7 +123,7 @@ def _seen(random: np.random.Generator, places: FloatArray, camera: Camera) -> Fl
 
 @njit(cache=False)
 def _play(state, numbers, every, pictures):  # type: ignore[no-untyped-def]  # pragma: no cover
-    """Play a shot in steps, and take a picture at each `every` of them; return how many."""
+    """Simulate a shot in steps; take a picture every `every` steps; return how many."""
     roll, slide, e_ball, mu_ball, e_cushion, mu_cushion, height, length, width, radius = numbers
     sine = (height - radius) / radius
     cosine = math.sqrt(1.0 - sine * sine)

@@ -50,7 +50,7 @@ class NotFinishedError(AcceptError):
 
 
 class UnjudgedError(AcceptError):
-    """What was to be accepted was judged by no limit: nothing says that it is right."""
+    """No limit judged the results to be accepted, so nothing shows that they are right."""
 
 
 class LimitsBrokenError(AcceptError):
@@ -158,7 +158,7 @@ def accept(
     if broken and not even_though_limits_fail:
         raise LimitsBrokenError(broken)
     if chosen and regression.unjudged and not even_though_limits_fail:
-        raise UnjudgedError(f"nothing is accepted, for {regression.unjudged}")
+        raise UnjudgedError(f"nothing was accepted: {regression.unjudged}")
     entry = _entry(regression, accepted, [one.scene for one in chosen], stale)
     changelog = folder / CHANGES_FILE
     texts = {

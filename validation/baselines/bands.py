@@ -27,7 +27,7 @@ _COUNTED_IN_ROUNDINGS = ("rest_error_ulps", "quality_factor")
 _EXTENTS = ("graded_until", "graded_events")
 
 _PLACES = frozenset({"first_divergence_time", "energy_difference_time"})
-"""Metrics that say when something is, which is neither more nor less right."""
+"""Metrics that are a time at which something happens: neither direction of change is better."""
 
 _MORE_IS_BETTER = frozenset({"matching_events", *_EXTENTS})
 

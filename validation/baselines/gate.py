@@ -321,7 +321,7 @@ def _warnings(changes: Sequence[SceneChange], stale: Sequence[str]) -> Iterator[
 
 
 def sources_hash(label: str) -> str:
-    """Return the hash of the code that decides what an engine does: ours, and its own."""
+    """Return the hash of the code that determines an engine's results: Ghostball's and its own."""
     ours = hash_sources(source_folders())
     name = code_kind(label)
     return hash_of([ours, engine_code(name)]) if name else ours

@@ -1,14 +1,15 @@
-"""How far a run's energy is from the true one, at the instants at which the two can be compared.
+"""The energy error of a run, at the instants at which run and reference can be compared.
 
-A collision takes energy at once. A run that sees one late still has, until then, what the collision
-is about to take: that is an error of the time of the event, and judged as one, not an error of the
-energy. So energies are not compared between the two instants at which the run and the truth have
-the same event. Two exact engines differ in the last bits of each instant, and one that steps by up
-to a step or more; neither is called wrong for what lies between. What an event takes that only one
-of the two has is an error of the energy.
+A collision takes energy at once. A run that has the collision late keeps this energy until then.
+This is an error of the event time and is judged as such, not as an error of the energy. So energies
+are not compared between the two instants at which run and reference have the same event. These
+instants differ in the last bits for exact engines, and by a time step or more for time-stepping
+engines. If only the run or only the reference has an event, the energy that the event takes is an
+error of the energy.
 
-An exact motion is looked at on a grid, at each event, and the last instant before it; one of frames
-at its frames, between which its energy isn't known. A slide that ends late only bends the curve.
+An exact motion is compared on a grid, at each event, and at the last instant before each event.
+Recorded frames are compared at the frames: the energy between them isn't known. The end of a slide
+is no such event, because the energy doesn't jump there.
 """
 
 from __future__ import annotations
@@ -37,9 +38,9 @@ _JUMPS = tuple(
 def energy_differences(
     result: Result, truth: Result, until: float = math.inf
 ) -> tuple[FloatArray, FloatArray]:
-    """Return instants (k,) [s], and how far the run's energy is from the true one there, (k,) [J].
+    """Return instants (k,) [s], and the energy errors of the run at these instants, (k,) [J].
 
-    `result`, `truth`: of one scene, recorded with `record="trajectory"`.
+    `result`, `truth`: run and reference of the same scene, recorded with `record="trajectory"`.
     `until` [s]: the last instant that is compared.
     """
     times = compared_instants(result, truth, until)
@@ -48,7 +49,7 @@ def energy_differences(
 
 
 def compared_instants(result: Result, truth: Result, until: float = math.inf) -> FloatArray:
-    """Return the instants at which a run and the truth have had the same events, (k,) [s].
+    """Return the instants at which run and reference have had the same events, (k,) [s].
 
     Parameters are those of `energy_differences`.
     """

@@ -164,10 +164,10 @@ def claim_of(engine: ReferenceEngine, scene: Scene) -> Claim:
 
 
 def is_unstated(engine: ReferenceEngine, scene: Scene) -> bool:
-    """Whether an engine says nothing of how exact it is in a scene.
+    """Return True if an engine states nothing useful about its accuracy in a scene.
 
-    No step and no exactness; or that balls may be off by a radius when they collide, which is as
-    much as nothing.
+    It states neither a time step nor exactness, or it states that balls may be off by a radius
+    when they collide.
     """
     stated = resolution_of(engine, scene)
     if stated is None:

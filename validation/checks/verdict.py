@@ -108,7 +108,7 @@ def is_nothing_judged(cases: Collection[CaseRecord]) -> bool:
 
 
 def unjudged_engines(cases: Collection[CaseRecord]) -> tuple[str, ...]:
-    """Return the engines of which not one shot was judged by how it ends, for they say too little.
+    """Return the engines that state too little for any of their final positions to be judged.
 
     They state nothing of how exact they are, or a step with which balls may end anywhere, and no
     limit of a scene or of the user's own says it for them. Not among them: an engine that is

@@ -267,7 +267,7 @@ class _Job:
 
 
 def _engine_here(name: str) -> dict[str, str]:
-    """Return the code of an engine, or why it can't be imported, which a comparison shows."""
+    """Return the code of an engine, or the reason why it can't be imported, for a comparison."""
     try:
         return engine_code(name)
     except EngineUnavailableError as error:

@@ -1,4 +1,4 @@
-"""A process and its group: deaf to Ctrl-C from its start, and ended with its parent."""
+"""Process groups that ignore Ctrl-C from their start, and end with their parent process."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from multiprocessing import resource_tracker
 from multiprocessing.connection import wait as wait_for_any
 
 FAILED = 1
-"""Exit code of a process whose task raised what it must not, and of one whose parent is gone."""
+"""Exit code of a process if its task raised an unexpected exception, or if its parent ended."""
 
 _GUARD = "exec 3<&0; (read -r _ <&3; kill -KILL 0) &"
 """Shell command that waits until its standard input ends, then kills its own process group.
@@ -25,10 +25,10 @@ may wait for all of its children.
 
 @contextmanager
 def interrupts_held() -> Iterator[None]:
-    """Hold Ctrl-C back for a moment; it takes effect at the end.
+    """Block Ctrl-C within the context; a Ctrl-C that arrives meanwhile takes effect at the end.
 
-    A process started meanwhile inherits the hold, and so is deaf to Ctrl-C from its first
-    instruction on, not only once it has imported everything and gets to say so itself.
+    A process that is started within the context inherits the block, so it ignores Ctrl-C from its
+    first instruction on, not only after it has imported its modules.
     """
     if not hasattr(signal, "pthread_sigmask"):  # Windows
         yield

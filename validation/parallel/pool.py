@@ -87,7 +87,7 @@ class Done(Generic[T, R]):
 
 
 def one_kind(_: object) -> str:
-    """Return the one kind of tasks that may share a process."""
+    """Return the same kind for every task, so that all tasks may share processes."""
     return ""
 
 
@@ -259,7 +259,9 @@ class Process:
         except (EOFError, OSError):
             is_alive = False
         if not is_alive and self._is_late:
-            reason = f"it took longer than {self._limit:g} s, and was ended amid its answer"
+            reason = (
+                f"it took longer than {self._limit:g} s, and was ended while it returned its answer"
+            )
         elif not is_alive:
             self._process.join(_JOIN_TIMEOUT)
             reason = f"the process running it crashed (exit code {self._process.exitcode})"
@@ -280,7 +282,7 @@ class Process:
         return limit - (time.monotonic() - self._since)
 
     def kill(self) -> None:
-        """Kill it and its group, whatever they do, without waiting for their end."""
+        """Kill the process and its group at once, without waiting for their end."""
         if hasattr(os, "killpg"):
             assert self._process.pid is not None
             with suppress(ProcessLookupError, PermissionError):  # no group yet; macOS: all ended
@@ -304,7 +306,7 @@ class Process:
             os.unlink(self._path)
 
     def _received(self) -> bytes:
-        """Return an answer; end the process if the rest of it doesn't come in time."""
+        """Return an answer; end the process if the rest of the answer doesn't come in time."""
         if math.isinf(self.left):
             return self._pipe.recv_bytes()
 

@@ -131,16 +131,16 @@ def code_here() -> dict[str, str]:
 
 
 def is_ours(label: str) -> bool:
-    """Return whether an engine is one of this project, so that `code_here` tells its code."""
+    """Return True if an engine belongs to this project, so `code_here` covers its code."""
     engine: Any = engine_class(parse_spec(label)[0])
     return str(engine.__module__).startswith(tuple(f"ghostball.{name}." for name in OUR_PACKAGES))
 
 
 def code_kind(label: str) -> str:
-    """Return whose code runs an engine: "" if it is this project's, else the engine's name.
+    """Return "" for an engine of this project, else the engine's name.
 
-    The engines of this project share their processes. One of another project may change whatever
-    it likes in its process, so it has processes of its own; see `pool.run_tasks`.
+    The engines of this project share their processes. An engine of another project may change
+    anything in its process, so it gets separate processes; see `pool.run_tasks`.
     """
     name, _ = parse_spec(label)
     try:
@@ -150,7 +150,7 @@ def code_kind(label: str) -> str:
 
 
 def engine_code(name: str) -> dict[str, str]:
-    """Return what is the same where the same code of an engine runs: its sources, and versions.
+    """Return the identity of an engine's code: its source files and the versions it imports.
 
     `name`: `NAME` or `MODULE:NAME` of an engine of another project; "" gives nothing.
 
@@ -179,15 +179,15 @@ def engine_code(name: str) -> dict[str, str]:
 
 
 def engine_source(name: str) -> str:
-    """Return what the source of an engine is called where code is compared."""
+    """Return the name of an engine's source in a comparison of code."""
     return f"the source of engine `{name}`"
 
 
 def _imported_by(module: str) -> tuple[dict[str, Path], set[str]]:
     """Return the code that a top-level module imports, directly or not.
 
-    Its files by their places below the folder that they are imported from, for the module itself
-    and for what isn't installed; and the names of the distributions of what is.
+    That is: the files of the module and of imports that aren't installed, keyed by their paths
+    relative to the folder of import; and the names of the distributions of installed imports.
     """
     installed_in = [Path(sysconfig.get_path(one)).resolve() for one in ("purelib", "platlib")]
     owners = _owners(tuple(sys.path))
@@ -244,13 +244,13 @@ def _imports(path: Path) -> Iterator[str]:
 
 @cache  # it reads the lists of files of all that is installed, which takes 0.2 s
 def _owners(path: tuple[str, ...]) -> Mapping[str, list[str]]:  # noqa: ARG001
-    """Return which distributions each top-level module is of that is found on a path."""
+    """Return the distributions that own each top-level module found on a path."""
     return packages_distributions()
 
 
 @cache
 def _required(distribution: str) -> frozenset[str]:
-    """Return a distribution and all that it requires, directly or not, as far as it is there."""
+    """Return a distribution and all its installed requirements, direct and indirect."""
     names = [distribution]
     for name in names:  # it grows
         try:

@@ -60,7 +60,7 @@ class Rung:
 
 
 class _TimedEngine:
-    """An engine that notes how long each of its calls takes, without the checks around them."""
+    """An engine that records the run time of each of its calls, without the checks around them."""
 
     def __init__(self, engine: ReferenceEngine) -> None:
         self.engine = engine

@@ -90,7 +90,7 @@ class Place:
         return {"seconds": call_seconds}
 
     def _run(self, scene: Scene) -> tuple[Result, float] | None:
-        """Run a shot, with the seconds of the whole call; None if it went wrong, which is noted."""
+        """Run a shot and time the whole call; if it failed, note the reason and return None."""
         try:
             result, seconds = self.rung.simulate(scene)
         except UnsupportedSceneError as error:

@@ -1,4 +1,4 @@
-"""What a run is compared by: where balls rest, which collisions there are, how energy decays.
+"""The three comparisons of a run with the reference: rest positions, collisions and energy.
 
 `comparisons_of` makes the three comparisons of a case; the terminal, the page, JSON and CSV show
 them.
@@ -18,13 +18,13 @@ from ghostball.validation.results.records import CaseRecord
 
 @dataclass(frozen=True)
 class Comparisons:
-    """The three comparisons of a case; None is what wasn't measured, or can't be.
+    """The three comparisons of a case; None for a value that wasn't or can't be measured.
 
-    `rest_error` [m]: largest distance of a ball from where it should end.
+    `rest_error` [m]: largest distance of a ball from its reference rest position.
     `rest_ball`: the id of that ball.
-    `counts`: collisions by kind, such as "ball-ball": how many there are, and how many in truth.
-    `energy_difference`: largest difference from the true energy, over the initial energy.
-    `energy_time` [s]: when that is; None also where the energy is the true one all the time.
+    `counts`: by kind of collision, such as "ball-ball": number in the run and in the reference.
+    `energy_difference`: largest deviation from the reference energy, over the initial energy.
+    `energy_time` [s]: time of this deviation; None also if the energy never deviates.
     """
 
     rest_error: float | None
@@ -35,9 +35,9 @@ class Comparisons:
 
 
 def comparisons_of(case: CaseRecord) -> Comparisons | None:
-    """Return the three comparisons of a case, or None where it didn't run.
+    """Return the three comparisons of a case, or None if the case didn't run.
 
-    Where our engine is all there is to compare with, nothing is said of our engine.
+    If Ghostball's engine is the only reference, its own case has no values.
     """
     if case.outcome != "ran":
         return None
@@ -64,7 +64,7 @@ def comparisons_of(case: CaseRecord) -> Comparisons | None:
 
 
 def comparison_row(case: CaseRecord) -> dict[str, Any]:
-    """Return the three comparisons of a case that ran as a row of plain values, {} of another."""
+    """Return the three comparisons as a row of plain values; {} if the case didn't run."""
     found = comparisons_of(case)
     if found is None:
         return {}

@@ -237,7 +237,7 @@ class RecordStore(Generic[W, R]):
             return self._run in (get_document(database, self.document) or "")
 
     def _stays(self, name: str, code: str) -> bool:
-        """Return whether a record of an earlier run is a part of what this one leaves."""
+        """Return True if a record of an earlier run also belongs to the results of this run."""
         return self.others_stay and code != "" and code == self._code_of(tuple(json.loads(name)))
 
     def _note(self, database: sqlite3.Connection, state: RunState) -> None:

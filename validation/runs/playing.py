@@ -133,9 +133,9 @@ def _difference(one: Result, other: Result) -> str:
 
 
 def run_ours(scene: Scene, record: Record = "trajectory") -> Result:
-    """Run a scene on our engine, with its whole motion unless `record` says less.
+    """Run a scene on Ghostball's engine, with its whole motion unless `record` asks for less.
 
-    Raises `UnsupportedSceneError` where our engine lacks physics that the scene needs.
+    Raises `UnsupportedSceneError` if the engine doesn't support the scene.
     """
     return simulate(scene, record=record)
 

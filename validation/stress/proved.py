@@ -103,7 +103,7 @@ class MatchesProof:
 
 
 def _truth_of(scene: Scene, proof: Certificate) -> Truth:
-    """Return what a proof alone says of a shot: its motion, if that is proved, and its rounding."""
+    """Return the reference that a proof gives: the certified motion, if complete, and rounding."""
     return Truth(
         CERTIFIED,
         missing="the shot isn't proved to its end",

@@ -41,7 +41,7 @@ class StressError(GhostballError, ValueError):
 
 
 class NotJudgedError(GhostballError):
-    """Why nothing says whether an engine survived a trial: no limit covers what it did."""
+    """A trial can't be judged, because no limit applies to what the engine did."""
 
 
 @dataclass(frozen=True)

@@ -155,7 +155,7 @@ def test_an_answer_that_cannot_be_read_costs_its_task():
 def test_an_answer_without_an_end_is_given_up_in_time():
     # It was waited for without a limit.
     found = results(["header", "a"], limit=lambda one: 0.5 if one == "header" else 60.0)
-    said = "header: it took longer than 0.5 s, and was ended amid its answer"
+    said = "header: it took longer than 0.5 s, and was ended while it returned its answer"
     assert found == [said, "done a"]
 
 

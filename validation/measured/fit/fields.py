@@ -61,7 +61,7 @@ NEEDS: Final = {
 
 
 def assumed_of(name: str, physics: Physics, radius: float) -> Assumed | None:
-    """Return what is assumed of a field that isn't fitted; None where its value doesn't matter.
+    """Return the assumed value of a field that isn't fitted; None if its value doesn't matter.
 
     `physics`: of the preset, whose value is the mean; `radius` of the balls [m].
     """

@@ -76,7 +76,7 @@ class Fit:
     not_told: dict[str, str]
     """Fields that the tracks tell nothing about, and why."""
     assumed: dict[str, Assumed]
-    """Fields that aren't fitted and that the events feel. The errors allow for their spread."""
+    """Fields that affect the events but aren't fitted. The errors allow for their spread."""
     ends: list[str]
     """Fields whose best value is the end of what is allowed."""
 
@@ -334,7 +334,7 @@ class _Fitting:
         )
 
     def _assumed_in(self, families: frozenset[str], held: dict[str, Any]) -> list[Field]:
-        """Return the fields with assumed values that events of these families feel."""
+        """Return the fields with assumed values that affect events of these families."""
         law = held.get("cushion", self._base.cushion)
         uses = next(one.uses for one in CUSHION_LAWS if one.name == law)
         return [
@@ -399,7 +399,7 @@ def _moves_by_law(
     chosen: str,
     alike: Sequence[str],
 ) -> dict[str, float]:
-    """Return how far another law that fits as well would move each value, at most."""
+    """Return the largest change of each value under any other law that fits equally well."""
     values = {
         law.name: _by_name(own_fields(law, fields), solutions[law.name])
         for law in laws
