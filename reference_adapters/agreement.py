@@ -1,4 +1,4 @@
-"""Whether a result agrees with itself: its end with its motion, in place and in time.
+"""Check that the end of a result agrees with its motion, in position and time.
 
 Numbers that contradict each other can't both be judged, and which of them is wrong only the engine
 knows. That counts are those of the events is looked at in `returned`, which asks here.
@@ -14,7 +14,7 @@ from ghostball.model import EventKind, Result, SampledTrajectory, Scene, Status
 from ghostball.model.arrays import FloatArray
 
 _SAME = 2.0**-23
-"""How far two numbers of one place or time may be apart, over their size.
+"""Largest relative difference between two values of the same position or time.
 
 The spacing of single precision, in which an engine may keep one of the two.
 """
@@ -48,7 +48,7 @@ def disagreement(result: Result, scene: Scene) -> str:
 
 
 def _of_length(result: Result, frames: SampledTrajectory) -> str:
-    """Look whether the samples go on until the run ends, as long as a ball on the table moves.
+    """Check that the samples continue until the run ends, while a ball on the table moves.
 
     The last one may be missing: an engine that records now and then may end between two samples.
     """
@@ -64,7 +64,7 @@ def _of_length(result: Result, frames: SampledTrajectory) -> str:
 
 
 def _of_places(result: Result, scene: Scene) -> str:
-    """Look whether each ball on the table ends where its motion ends, in the plane."""
+    """Check that each ball on the table rests where its motion ends, in the plane."""
     motion = result.trajectory
     ends = [result.rest_time]
     if result.status is Status.REST and isinstance(motion, SampledTrajectory):
@@ -104,7 +104,7 @@ def _of_status(result: Result, scene: Scene) -> str:
 
 
 def _mistake(result: Result, shown: FloatArray) -> str:
-    """Return how the rest positions come of the places `shown`, if that is a common mistake."""
+    """Return which common mistake turns the places `shown` into the rest positions, if any."""
     scene, rest = result.scene, result.rest_positions[:, :2]
     places = shown[:, :2]
     near = 1e-3 * float(np.min(scene.radii))
@@ -175,7 +175,7 @@ def _late(result: Result, rests: float) -> str:
 
 
 def _gone(result: Result) -> np.ndarray:
-    """Return which balls have left the table, (n,): where they are shown after that is free."""
+    """Return which balls have left the table, (n,); their later positions aren't checked."""
     gone = np.zeros(len(result.scene.balls), dtype=bool)
     if result.events is not None:
         left = np.isin(result.events["kind"], (EventKind.POCKETED, EventKind.LEAVES_TABLE))

@@ -55,7 +55,7 @@ def needed(variant: Variant) -> Needed:
 
 
 def _elastic_laws(physics: Physics) -> list[str]:
-    """Return which impacts take no energy, as a message says it."""
+    """Return which laws let impacts take no energy, in words for a message."""
     found = []
     if physics.ball_restitution == 1.0:
         found.append("`ball_restitution` is 1")
@@ -120,8 +120,8 @@ class Run:
             elastic = _elastic_laws(self._scene.physics)
             loss = f", or impacts that take energy: {' and '.join(elastic)}" if elastic else ""
             return (
-                f"the clock stands still: {self._counters[st.AT_ONCE]} events at one instant, as "
-                f"of balls that bounce without room between them. Give them room{loss}"
+                f"the clock stands still: {self._counters[st.AT_ONCE]} events at one instant, "
+                f"probably of balls that bounce in too little room. Give them room{loss}"
             )
         k = int(self._counters[st.ENDLESS]) - 1
         return (

@@ -34,7 +34,7 @@ class SteppingSettings(EngineSettings):
     """Longest step where they end at contacts [s]: the paper's frame; any gives the same motion."""
 
     EXACT_IF_NAIVE: ClassVar[bool] = True
-    """Whether steps can end at contacts in the naive configuration: contacts must end in one."""
+    """Whether steps can end at contacts in the naive configuration; not if contacts last longer."""
 
     CLOTH_BETWEEN_STEPS: ClassVar[bool] = True
     """Whether the adapter moves the balls between the engine's steps, with kernels of its own."""

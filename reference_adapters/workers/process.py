@@ -88,8 +88,8 @@ class WorkerFailedError(Exception):
 class Worker:
     """One such process; it starts when the first scene is sent, and anew after it failed.
 
-    What it starts ends with it. Within a process of `validation.parallel.pool` it stays in the
-    group of that one, which ends whole; elsewhere it leads a group of its own.
+    Programs that it starts end with it. Inside a process of `validation.parallel.pool` it stays in
+    that process's group, which ends as a whole; elsewhere it leads its own group.
 
     `environment`: of the process; None is ours.
     """

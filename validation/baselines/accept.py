@@ -102,7 +102,7 @@ def accept(
     `only`: names or patterns of scenes.
     `folder`: of the baselines of the engine.
     `engine`: the one that is meant; see `baseline.engine_key`.
-    `even_though_limits_fail`: whether to accept also what breaks limits of truth, or what no limit
+    `even_though_limits_fail`: whether to accept even results that fail limits, or that no limit
         judges.
 
     Raises `LimitsBrokenError` where what would be accepted breaks limits of truth; `UnjudgedError`

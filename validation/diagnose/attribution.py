@@ -1,4 +1,4 @@
-"""Where a difference comes from: the engine's time step, its model, or rounding.
+"""The cause of an engine's error: its time step, its model, or rounding.
 
     >>> attribute(scene, make_engine("pymunk")).outcome
     'step'
@@ -34,7 +34,7 @@ from ghostball.validation.truth.known_shot import KnownBy, KnownShot, known_shot
 from ghostball.validation.truth.proof import proof_of
 
 Outcome = Literal["step", "model", "rounding", "agrees", "unseparated", "not compared"]
-"""What a difference comes from, for the most part.
+"""The main cause of an error.
 
 "rounding": every collision is right, and the balls end where rounding allows. "agrees": the run
 matches the reference as far as the two can be compared. "unseparated": collisions differ, and the
@@ -55,7 +55,7 @@ step's, it stays above this part in one shot of fifty, by chance.
 """
 
 VARIES: Final = 0.75
-"""An error of the model alone varies less than this from step to step, as a share of itself."""
+"""Largest relative change, from step to step, of an error that the model alone causes."""
 
 ATTEMPTS: Final = 8
 """How often an earlier instant is tried, because a run that is made anew parts before it."""
@@ -64,10 +64,10 @@ EARLIEST: Final = 1e-6
 """Instants before this are the start [s]: nothing has happened."""
 
 NEGLIGIBLE: Final = 1e-9
-"""A difference up to this isn't explained [m]: an engine is asked to be right to nanometres."""
+"""A smaller error isn't explained [m]: engines are expected to be right to nanometres."""
 
 INSTANT: Final = 1e-9
-"""An error of a collision's time up to this isn't explained [s]: a nanometre at 1 m/s."""
+"""A smaller time error of a collision isn't explained [s]: it is a nanometre at 1 m/s."""
 
 PREDICTABLE: Final = 1e-6
 """How far rounding may move a ball before the shot counts as unpredictable [m].
@@ -164,7 +164,7 @@ def attribute(
     limit = "past it, roundings move a ball by more than a micrometre"
     open_ended = proof is not None and proof.ending in ("ambiguous", "precision cap")
     if proof is not None and open_ended and float(proof.t_end) < predictable:
-        predictable, limit = float(proof.t_end), f"nothing is certified past it: {proof.ending}"
+        predictable, limit = float(proof.t_end), f"nothing later is certified: {proof.ending}"
     engines = [engine, *(with_step(engine, one) for one in steps[1:])]
     try:
         runs = [_play(one, scene) for one in engines]
@@ -180,7 +180,7 @@ def attribute(
     differences = [largest_distance(run.rest_positions[:, :2], truth) for run in runs]
     varies = min(differences) < VARIES * max(differences)
     if steps and varies and not _shrinks(differences):
-        # How late a step sees a contact is as good as random: a fourth run decides.
+        # The delay with which a step sees a contact is almost random, so a fourth run decides.
         steps.append(steps[-1] / FINER)
         once_more = run_engine(with_step(engine, steps[-1]), _until(scene, instant), "events")
         differences.append(largest_distance(once_more.rest_positions[:, :2], truth))

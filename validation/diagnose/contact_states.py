@@ -1,4 +1,4 @@
-"""What an engine's balls do just after a contact, against what the scene's impact law says.
+"""Compare the motion of an engine's balls just after a contact with the scene's impact law.
 
     >>> fault_at_contacts(result)
     ContactFault(what='energy', kind=<EventKind.BALL_BALL: 0>, count=12, measured=1.02, right=1.0)
@@ -32,10 +32,10 @@ from ghostball.validation.runs.playing import run_ours
 from ghostball.validation.runs.sampling import events_of
 
 MOST: Final = 40
-"""Contacts of each kind that are looked at: the first ones."""
+"""Number of contacts of each kind that are examined: the first ones in the run."""
 
 AROUND: Final = 1e-6
-"""How long before and after a contact an exact motion is looked at [s]."""
+"""Time before and after a contact at which an exact motion is sampled [s]."""
 
 FRAMES_AFTER: Final = 1
 """Frames after the one that shows a contact: an engine may list a contact and then resolve it."""
@@ -44,26 +44,26 @@ LONGEST: Final = 0.05
 """Frames around a contact that are farther apart than this don't show the contact alone [s]."""
 
 ENERGY: Final = 0.003
-"""Share of the energy from which on a wrong change of it counts."""
+"""Smallest error of an energy change that counts, as a share of the energy."""
 
 VELOCITY: Final = 0.02
-"""Share of the speed from which on a wrong velocity counts."""
+"""Smallest error of a velocity that counts, as a share of the speed."""
 
 MOST_OF_THEM: Final = 0.7
-"""Share of contacts that must show a fault: one alone may be grazing, or late by a step."""
+"""Share of contacts that must show a fault: a single contact may be grazing, or a step late."""
 
 WATCHED: Final = 0.02
-"""How long after a contact the cloth's friction is watched [s]: a slide lasts longer."""
+"""Time after a contact over which the deceleration is measured [s]: a slide lasts longer."""
 
 SLIDING: Final = 0.5
-"""Share of the deceleration of a sliding ball from which on a ball counts as sliding."""
+"""A ball counts as sliding above this share of the deceleration of a sliding ball."""
 
 Fault = Literal["energy", "slide", "velocity"]
 
 
 @dataclass(frozen=True)
 class ContactFault:
-    """What goes wrong at most contacts of one kind.
+    """An error that most contacts of one kind show.
 
     `what`: "energy", the energy of the balls after a contact over that before; "slide", the
         acceleration of a ball after a contact [m/s^2], which should roll; "velocity", the error of
@@ -86,7 +86,7 @@ class ContactFault:
 
 @dataclass(frozen=True)
 class _Contact:
-    """A contact: what it changes, and what the scene's law changes from the same state before.
+    """A contact: its changes in the run, and by the scene's law from the same state before.
 
     `energy` [1]: of the balls after the contact over that before it; `right`: the same by the law.
     `error` [1]: of the velocity, over `speed`, the largest speed before [m/s]. `window` [s]: from
@@ -109,7 +109,7 @@ def fault_at_contacts(result: Result) -> ContactFault | None:
     `result`: with its events and its motion.
     """
     contacts = list(_contacts(result))
-    # How the engine slows balls before any contact: a wrong rolling friction is no slide.
+    # The deceleration before any contact: a wrong rolling friction must not count as a slide.
     first = min((float(one.t) for one in events_in(events_of(result))), default=WATCHED)
     slows = _pull(result, list(range(len(result.scene.balls))), 0.0, min(first, WATCHED)) or 0.0
     found = [
@@ -150,7 +150,7 @@ def _faults(scene: Scene, contacts: Sequence[_Contact], slows: float) -> Iterato
 
 
 def _contacts(result: Result) -> Iterator[_Contact]:
-    """Yield the contacts of a run that are alone, with what the scene's law makes of each."""
+    """Yield the isolated contacts of a run, with the result of the scene's law for each."""
     everything = events_in(events_of(result), tuple(EventKind))
     seen = {EventKind.BALL_BALL: 0, EventKind.BALL_CUSHION: 0}
     for one in everything:
@@ -202,7 +202,7 @@ def _window(result: Result, t: float) -> tuple[float, float]:
 def _by_the_law(
     scene: Scene, one: Event, states: Samples, start: float, end: float
 ) -> Result | None:
-    """Play the balls of a contact from the state before it; None if they don't meet just once."""
+    """Simulate a contact from the state before it; None unless its balls meet exactly once."""
     rolls = scene.physics.motion == "rolling"
     balls = []
     for index in one.balls:

@@ -1,4 +1,4 @@
-"""Explain how an engine's shot differs from the reference, and what the difference comes from."""
+"""Explain how an engine's shot differs from the reference, and what causes the difference."""
 
 from __future__ import annotations
 
@@ -272,7 +272,7 @@ def _unless_ambiguous(
     least = min((one.length for one in margins if one.run == "truth"), default=diameter)
     if least > SAME_INSTANT * diameter:
         return found
-    until = f"{least:.2g} m decide which collision comes first, so the reference is ambiguous"
+    until = f"{least:.2g} m decides which collision comes first: the reference is ambiguous"
     return replace(found, outcome="agrees", instant=parting.t, until=until)
 
 

@@ -27,7 +27,7 @@ What = Literal["miss", "collision", "order"]
 
 @dataclass(frozen=True)
 class Margin:
-    """By how much something would have to move for a log to be another one.
+    """The smallest change of a shot that would change its list of collisions.
 
     `run`: in whose shot it was measured.
     `what`: the collision would be missed, were it of this much less overlap. It would happen, were
@@ -169,7 +169,7 @@ def in_ulps(length: float, positions: Sequence[FloatArray]) -> float:
 def margins_of(
     truth: Result, result: Result, agreement: Agreement, parting: Parting
 ) -> tuple[Margin, ...]:
-    """Return by how much each of the two collisions happened, or did not, in either run."""
+    """Return the margin by which each of the two collisions happened or not, in either run."""
     pairs = agreement.before
     # How far apart in time the two runs have the same collision: nothing nearer is another one.
     late = max((abs(a.t - b.t) for a, b in pairs), default=0.0)

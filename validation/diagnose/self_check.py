@@ -1,4 +1,4 @@
-"""Whether the events of a result agree with its samples, and its times are in seconds.
+"""Check that the events of a result agree with its samples, and that times are in seconds.
 
     >>> contradiction_in(result, known)
     '`events` says that "cue" hits "object" at t = 0.2 s, and in its samples ...'
@@ -21,7 +21,7 @@ from ghostball.validation.runs.sampling import events_of
 from ghostball.validation.truth.known_shot import KnownShot
 
 TOUCHING: Final = 0.02
-"""How far apart balls may be in the samples when they collide, in radii, besides two frames' way.
+"""Largest gap between colliding balls in the samples, in radii, beside the motion in two frames.
 
 A solver that adds a margin to its shapes lets balls collide this early.
 """
@@ -29,11 +29,11 @@ A solver that adds a margin to its shapes lets balls collide this early.
 MILLISECONDS: Final = 1000.0
 
 NEARLY: Final = 0.1
-"""How near a ratio of times must be to 1000 for milliseconds, as a share of it."""
+"""Largest relative difference from 1000 of a ratio of times that indicates milliseconds."""
 
 
 def contradiction_in(result: Result, known: KnownShot) -> str:
-    """Return in what a result contradicts itself, or counts milliseconds; "" if in nothing.
+    """Return how a result contradicts itself, or that it is in milliseconds; "" if neither.
 
     `result`: with its events and its motion.
     """
@@ -41,7 +41,7 @@ def contradiction_in(result: Result, known: KnownShot) -> str:
 
 
 def _times(result: Result, known: KnownShot) -> str:
-    """Return a sentence if times are a thousand times those of the reference."""
+    """Return a message if times are a thousand times the reference's; "" otherwise."""
     true = events_in(events_of(known.result))
     pairs = compare_logs(true, events_in(events_of(result))).pairs
     ratios = [b.t / a.t for a, b in pairs if a.t > 0.0]

@@ -45,7 +45,7 @@ COEFFICIENTS: Final = (
 """Fields of the physics that are scaled, where they are numbers other than 0."""
 
 ON_THE_WAY: Final = (*COEFFICIENTS[:3], "rolling_friction_quadratic", "air_drag")
-"""Those that act on the way from one contact to the next, not at contacts."""
+"""Coefficients that act between contacts, not at contacts."""
 
 MASS, SPIN, VERTICAL_SPIN = "mass", "spin", "vertical spin"
 
@@ -129,7 +129,7 @@ class Factor:
 
     @property
     def acts_on_the_way(self) -> bool:
-        """Whether it changes nothing at a contact."""
+        """Whether the coefficient has no effect at contacts."""
         return self.what in ON_THE_WAY or self.what.endswith("spin")
 
     @property

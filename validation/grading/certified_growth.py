@@ -50,12 +50,12 @@ from ghostball.validation.grading.other_paths import MOST_EVENTS, Margins, margi
 from ghostball.validation.grading.tolerances import EPS
 
 _CANCELLED = 16.0 * EPS
-"""What may be left of terms of a variance that cancel, in units of their sizes."""
+"""Largest remainder of variance terms that cancel, in units of their sizes."""
 
 
 @dataclass(frozen=True, eq=False)
 class Lateness:
-    """What it changes of a shot to see one of its events late, per second.
+    """The effects of seeing one event of a shot late, per second of delay.
 
     `times` (events,) float64 [s].
     `balls`: the balls of each.
@@ -226,7 +226,7 @@ class CertifiedGrowth:
         return speeds
 
     def _rest_moved(self, events: FloatArray) -> float:
-        """Return how far rounding moves the end of the shot, over 2^-53 [s]."""
+        """Return the effect of rounding on the end time of the shot, over 2^-53 [s]."""
         if len(events) and self.events[-1].t == self.t_end:
             return float(events[-1])
         # Else `t_max` ends the shot, or a ball that spins on its place.

@@ -87,7 +87,7 @@ def gradable(
     low_bounce = _first_low_bounce(scene, certificate)
     extent, why, last = _extent(certificate, until, low_bounce)
     narrow = _is_narrow(certificate)
-    # Balls may meet at the instant at which a proof ends, and in a run a rounding before it.
+    # Balls may meet at the instant at which a proof ends; in the run, one rounding earlier.
     at_last = last * (1.0 - TIE) if extent == "proved part" and narrow else last
     if not exact:
         return Gradable(extent, why, last, at_last, None)

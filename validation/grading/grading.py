@@ -286,7 +286,7 @@ def position_errors(
     if t < float(certificate.t_end) or within.extent == "horizon":
         frames = result.trajectory
         if within.sizes is not None and isinstance(frames, SampledTrajectory):
-            # Between two frames nothing is known to rounding; errors have grown less at the first.
+            # The motion between two frames isn't known to rounding; the first has smaller errors.
             t = float(frames.times[np.searchsorted(frames.times, t, side="right") - 1])
         truth = proved_motion(result.scene, certificate)
         at = np.array([t])

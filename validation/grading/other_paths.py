@@ -1,4 +1,4 @@
-"""How far a shot is from other paths: how much later events of it may come before it takes one.
+"""How much later the events of a shot may be seen before the shot takes another path.
 
     >>> margins = margins_along(scene, proof, growth_of_proof(scene, proof))
     >>> margins.moved @ delays >= margins.widths     # where another path begins
@@ -26,37 +26,37 @@ from ghostball.validation.grading.certified_flow import PARTS, PLACE, ProvedBall
 from ghostball.validation.grading.tolerances import EPS
 
 MOST_EVENTS = 600
-"""Events of the longest shot of which it is followed what each late event does to later ones.
+"""Largest number of events for which the effect of each late event on later ones is computed.
 
 It takes time and memory that grow with the square of them: 0.2 s, 30 MB.
 """
 
 _PART = 0.25
-"""How far balls go at most between two looks at their gaps, in the smallest radius."""
+"""Longest path of a ball between two checks of the gaps, in units of the smallest radius."""
 
 _MOST_NUMBERS = 30_000_000
-"""Numbers of a shot that are held at once: 240 MB. A longer shot is not looked at.
+"""Most numbers that are held for one shot, 240 MB. A shot that needs more is not examined.
 
 Nine for the state of each ball, and one for each gap, at each look: 40 000 looks of 16 balls on a
 table with pockets.
 """
 
 _TOUCHES = 2.0**-25
-"""Gap below which what is named in an event is what was met in it, in the smallest radius."""
+"""Gap below which a ball touches the obstacle of an event, in units of the smallest radius."""
 
 _ALONG = 1e-9
-"""Square of the angle between two normals that are one, over 2."""
+"""Two normals count as equal up to this; the value is half the square of their angle."""
 
 _LEVEL = 256.0
-"""Change of a gap between two looks that is none but rounding, in those of a coordinate."""
+"""Change of a gap between two checks that rounding explains, in roundings of a coordinate."""
 
 _Other = int | Side | Obstacle
-"""What a ball may meet: another ball by its index, a side of the table, or what stands there."""
+"""Anything that a ball may hit: a ball (by index), a side of the table, or an obstacle."""
 
 
 @dataclass(frozen=True, eq=False)
 class Margins:
-    """Where a shot may take another path, and how little is needed for it.
+    """The instants at which a shot may take another path, and the displacement needed for it.
 
     `times` (m,) float64 [s]: increasing.
     `widths` (m,) float64 [m]: displacement from which on there is another path.
@@ -79,9 +79,9 @@ class Margins:
     until: float
 
     def amplified(self, delays: FloatArray, n: int, drift: float = 0.0) -> FloatArray | None:
-        """Return by what each ball's first-order displacement is to be multiplied at the end, (n,).
+        """Return the factor on each ball's first-order displacement at the end, (n,).
 
-        None where the shot may have taken another path by then.
+        None if the shot may have taken another path by then.
 
         `delays` (events,) float64 [s]: by which each event is seen late, at most.
         `n`: balls of the scene.
@@ -278,7 +278,7 @@ class _Rows:
 
 
 def _pairs_of(scene: Scene) -> list[tuple[int, _Other]]:
-    """Return each two balls, and each ball with each thing that it may meet on the table."""
+    """Return all pairs of balls, and all pairs of a ball and an obstacle on the table."""
     n, table = len(scene.balls), scene.table
     things: list[_Other] = [] if table is None else [*table.sides, *table.obstacles]
     pairs: list[tuple[int, _Other]] = [(i, j) for i in range(n) for j in range(i + 1, n)]
@@ -410,14 +410,14 @@ class _Gaps:
         return float(self._gaps_of(*self._pairs[p], centres)[0])
 
     def _leaves(self, p: int, look: int) -> bool:
-        """Whether a pair has only gone apart since it last met."""
+        """Whether a pair has only separated since it last met."""
         met = [one for one in self._met.get(p, ()) if one <= look]
         if not met:
             return False
         return bool(np.all(np.diff(self._gaps[p, met[-1] : look + 1]) >= -self._level))
 
     def _closest(self, p: int, look: int) -> _Near:
-        """Return where a gap is smallest about a look."""
+        """Return where a gap is smallest near a check."""
         low, high = float(self._times[look - 1]), float(self._times[look + 1])
         for _ in range(2):
             times = np.linspace(low, high, 17)

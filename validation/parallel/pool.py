@@ -65,9 +65,9 @@ class Done(Generic[T, R]):
     printed: str
 
     def of(self, task: S) -> Done[S, Any]:
-        """Return what a process gave, pickled, as that of a task.
+        """Return the result of a task from the pickled answer of its process.
 
-        An answer that can't be read counts as a crash: something else in that process wrote it.
+        An unreadable answer counts as a crash: other code in this process wrote to the pipe.
         """
         if self.given is None:
             return Done(task, None, self.crashed, self.printed)
@@ -167,8 +167,8 @@ def run_tasks(
     def free(wanted: str) -> Process:
         for process in [one for one in processes if one not in doing]:
             if not process.is_alive:
-                # It crashed since its last task, of what that left behind: the next one isn't to
-                # blame.
+                # The process crashed after its last task, because of something that this task left
+                # behind: the next task isn't to blame.
                 process.close()
                 del processes[process]
             elif processes[process] == wanted:

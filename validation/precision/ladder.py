@@ -41,9 +41,9 @@ class Rung:
     step: float | None
 
     def simulate(self, scene: Scene) -> tuple[Result, float]:
-        """Run a scene to its end; return the result and the seconds that the whole call took.
+        """Run a scene to its end; return the result and the run time of the whole call [s].
 
-        A proof is made anew, because a stored one would take no time.
+        A certified result is always computed: a stored one would take no time.
         """
         if not isinstance(self.engine, CertifiedEngine):
             # The collisions of a ladder are looked at; an exact engine isn't slowed by its log.

@@ -262,9 +262,9 @@ class CaseRecord:
 
     @property
     def is_own_measure(self) -> bool:
-        """Whether what is compared here is our engine with itself, which proves nothing.
+        """Whether Ghostball's engine is compared with itself, which proves nothing.
 
-        What our engine can't represent it doesn't measure either: another truth is in its place.
+        If Ghostball's engine doesn't support the scene, it isn't the reference.
         """
         ours = self.outcome == "ran" and self.engine == OURS
         return ours and self.truth not in INDEPENDENT

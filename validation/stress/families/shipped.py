@@ -33,9 +33,9 @@ class ShippedTrial(Trial):
     limit: ClassVar[float] = 300.0  # where no proof is kept yet
 
     def run(self, engine: ReferenceEngine) -> Verdict:
-        """Run the shot and judge it, by the path of every other command.
+        """Run the shot and judge it in the same way as every other command.
 
-        Raises `NotJudgedError` where no limit covers what the engine did.
+        Raises `NotJudgedError` if no limit applies to the run.
         """
         own = shipped_criteria(self.scene)
         asked = asked_of([(engine.name, plain_settings(engine))], own)
