@@ -150,19 +150,19 @@ def parts_of(explanation: Explanation) -> Iterator[RenderableType]:
 
 
 def _picture(explanation: Explanation) -> RenderableType:
-    """Return how far off the worst ball is over time: the truth, and what explains its motion."""
+    """Return bars of the largest error over time, and of the error that the factor leaves."""
     end, factor = explanation.result.rest_time, explanation.factor
     end = end if factor is None else factor.until
     times = np.linspace(0.0, end, BARS)
     if factor is None:
         off = explanation.distances(times)
         most = float(np.max(off))
-        rows = [("off the truth", off, most)]
+        rows = [("error", off, most)]
     else:  # of the run in which the factor was found
         t, before, after = np.array(factor.curve).T
         most = factor.before
-        rows = [("off the truth", np.interp(times, t, before), most)]
-        rows.append(("off that", np.interp(times, t, after), factor.after))
+        rows = [("error", np.interp(times, t, before), most)]
+        rows.append(("error left", np.interp(times, t, after), factor.after))
     lines = [
         f"  {name:<13} {_bars(values, most)} up to {style.format_length(largest)}"
         for name, values, largest in rows
