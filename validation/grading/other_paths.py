@@ -92,8 +92,10 @@ class Margins:
         a graze, where depth = rho - b. A contact that is seen late is met at a smaller rho, which
         turns the line as much as a larger b.
         """
+        if math.isfinite(self.until):
+            return None
         factors, within_reach, _ = self.followed(delays, n, drift)
-        return None if within_reach or math.isfinite(self.until) else factors
+        return None if within_reach else factors
 
     def followed(
         self, delays: FloatArray, n: int, drift: float = 0.0

@@ -215,3 +215,14 @@ def test_a_shot_that_is_too_long_to_look_at_has_no_margins(
     lateness = truth_of(spun(100.0, ball("b", 0.28, 0.1))).lateness
     assert lateness is not None
     assert lateness.margins is None
+
+
+def test_of_a_shot_of_too_many_events_the_first_are_looked_at(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    for module in ("other_paths", "certified_growth"):
+        monkeypatch.setattr(f"ghostball.validation.grading.{module}.MOST_EVENTS", 1)
+    truth = truth_of(spun(100.0, ball("b", 0.28, 0.0)))
+    limits_broken(truth.motion.scene, make_engine("pymunk"), truth)
+    assert truth.lateness.margins.amplified(np.zeros(5), 2) is None
+    assert truth.lateness.margins.until > 0.0
