@@ -29,6 +29,7 @@ from ghostball.model.features import missing_features
 from ghostball.reference_adapters.base import EngineSettings, ReferenceEngine
 from ghostball.reference_adapters.function import FunctionEngine
 from ghostball.reference_adapters.ghostball import GhostballEngine
+from ghostball.reference_adapters.output import captured
 from ghostball.reference_adapters.registry import OURS, EngineUnavailableError
 from ghostball.reference_adapters.returned import ResultRefusedError, check_result
 from ghostball.validation.parallel.pool import Done, run_tasks
@@ -107,8 +108,10 @@ def differs_by_record(engine: ReferenceEngine, result: Result) -> str:
         return ""
     records: tuple[Record, ...] = ("rest", "events")
     for record in records:
-        found = _difference(result, run_engine(engine, result.scene, record))
-        if found and not _difference(result, run_engine(engine, result.scene)):
+        with captured():  # what it prints was said of the shot itself
+            found = _difference(result, run_engine(engine, result.scene, record))
+            found = "" if found and _difference(result, run_engine(engine, result.scene)) else found
+        if found:
             return (
                 f'its result depends on what is recorded: with `record="{record}"`, {found} than '
                 'with `record="trajectory"`. Play the same shot, whatever is recorded of it'

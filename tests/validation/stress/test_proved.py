@@ -95,9 +95,9 @@ def test_an_engine_that_steps_is_asked_what_its_step_allows():
         def resolution(self, scene):
             return fine.resolution(scene)
 
-    ends, comes = trial.run(Claiming(coarse.settings)).faults
-    assert "rest_error_max must be <=" in ends
-    assert "event_time_error must be <=" in comes
+    faults = trial.run(Claiming(coarse.settings)).faults
+    for metric in ("rest_error_max", "event_time_error"):
+        assert any(f"{metric} must be <=" in fault for fault in faults)
 
 
 def test_a_ball_that_nothing_moves_must_stay():
@@ -105,7 +105,7 @@ def test_a_ball_that_nothing_moves_must_stay():
     right = simulate(still, record="trajectory")
     assert MatchesProof()(right).faults == ()
     off = right.final_state.positions + np.array([2.0**-60, 0.0, 0.0])
-    off[0, 0, 0] = np.nextafter(0.25, 1.0)
+    off[0, 0, 0] = 0.25 + 64.0 * np.spacing(0.25)  # one rounding is allowed
     crept = replace(right, final_state=right.final_state._replace(positions=off))
     assert MatchesProof()(crept).faults
 

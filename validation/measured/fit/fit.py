@@ -155,14 +155,16 @@ class _Fitting:
         laws = self._laws(fields)
         self._steps = len(laws) + 2 if laws else 1
         values = self._begin(fields)
-        if not laws:
-            held = {} if self._law is None else {"cushion": self._law}
-            return self._fit_of(fields, self._solve("all", fields, values, held, ALL), held, {}, [])
         others = [one for one in fields if told_by(one) != CUSHION]
+        by_friction: dict[str, float] = {}
         if others:
-            first = self._solve("cloth and balls", others, values, {}, ALL - CUSHION)
+            first, by_friction = self._by_friction(others, values)
             values |= _by_name(others, first)
             self._known |= first.known
+        if not laws:
+            held = {} if self._law is None else {"cushion": self._law}
+            solution = self._solve("all", fields, values, held, ALL)
+            return self._fit_of(fields, solution, held, {}, [], by_friction)
         solutions = self._by_law(laws, fields, values)
         alike = _laws_alike(solutions)
         chosen = self._base.cushion if self._base.cushion in alike else alike[0]
@@ -172,9 +174,32 @@ class _Fitting:
         held = {"cushion": chosen}
         fields = [*others, *own]
         tried = {name: one.goodness for name, one in solutions.items()}
-        moves = _moves_by_law(laws, fields, solutions, chosen, alike)
+        moves = by_friction | _moves_by_law(laws, fields, solutions, chosen, alike)
         solution = self._solve("all", fields, values, held, ALL)
         return self._fit_of(fields, solution, held, tried, alike, moves)
+
+    def _by_friction(
+        self, fields: Sequence[Field], values: dict[str, float]
+    ) -> tuple[Solution, dict[str, float]]:
+        """Fit the cloth and the balls; return how far the preset's friction would move each value.
+
+        A preset may have a friction between balls that falls with the speed of slip. Then the hits
+        decide between it and a constant one. If they don't, the difference is part of the errors.
+        """
+        constant = self._solve("cloth and balls", fields, values, {}, ALL - CUSHION)
+        known = self._assumed.get("ball_friction")
+        if known is None or not isinstance(self._base.ball_friction, str):
+            return constant, {}
+        del self._assumed["ball_friction"]
+        falling = self._solve("cloth and balls", fields, values, {}, ALL - CUSHION)
+        alike = _laws_alike({"constant": constant, "falling": falling})
+        if alike == ["falling"]:
+            return falling, {}
+        self._assumed["ball_friction"] = known
+        if alike == ["constant"]:
+            return constant, {}
+        moved = np.abs(falling.values - constant.values)
+        return constant, dict(zip([one.name for one in fields], map(float, moved), strict=True))
 
     def _by_law(
         self, laws: Sequence[LawEntry], fields: Sequence[Field], values: dict[str, float]

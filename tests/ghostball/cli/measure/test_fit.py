@@ -95,7 +95,7 @@ def test_bad_tracks_are_one_line_and_leave_nothing(cli, tmp_path, text, said):
         ((*TABLE, "--plot", "left.gif"), "must end in"),
         ((*TABLE, "--nose-height", "36"), "must be from a ball's radius, 0.028575, to below"),
         ((*TABLE, "--nose-height", "nan"), "must be from a ball's radius, 0.028575, to below"),
-        ((*TABLE, "--nose-height", "0.036", "--fields", "cushion_height"), "Leave out one"),
+        ((*TABLE, "--nose-height", "0.036", "--fields", "cushion_height"), "Remove one"),
         ((*TABLE, "--engine", "nobody"), "engine must be an installed one"),
         ((*TABLE, "--out", "nowhere/table.toml"), "can't write the file of `--out`"),
     ],
