@@ -178,6 +178,7 @@ def _resolve_cushion(
     if other >= 0:
         bounces, jams = _bounce_in_corner(balls, laws, i, cushion, other, contacts is None)
         if jams and contacts is None:
+            balls.state[i].impacts -= 1.0  # it is counted where the event is resolved again
             return NEEDS_CONTACTS
         log.counters[st.JOINT_IMPACTS] += 1
         log.counters[st.AT_ONCE] += bounces // _BOUNCES_AN_EVENT
@@ -322,7 +323,7 @@ def _resolve_contacts(world: World, contacts: Contacts | None, event: Event) -> 
         if event.verdict == LASTING:
             return NEEDS_CONTACTS
         for c in range(count):
-            if _collapses(world, c):
+            if _collapses(world, c, 1.0):  # this impact isn't counted yet
                 return NEEDS_CONTACTS
             for other in range(c):
                 if _share_ball(balls, c, other):
@@ -354,13 +355,16 @@ def _resolve_contacts(world: World, contacts: Contacts | None, event: Event) -> 
 
 
 @kernel
-def _collapses(world: World, c: int) -> bool:
-    """Whether pair c of `balls.touching`, on the cloth, is to be thrown back no more."""
+def _collapses(world: World, c: int, to_come: float) -> bool:
+    """Whether pair c of `balls.touching`, on the cloth, is to be thrown back no more.
+
+    `to_come`: impacts of each ball that aren't counted in its state yet.
+    """
     balls, laws = world.balls, world.laws
     a, b = balls.touching[c, st.FIRST], balls.touching[c, st.SECOND]
     if laws.ball_restitution == 1.0 or meets_in_space(balls.height, balls, a, b):
         return False
-    return has_collapsed(balls, a, world.laws) or has_collapsed(balls, b, world.laws)
+    return has_collapsed(balls, a, laws, to_come) or has_collapsed(balls, b, laws, to_come)
 
 
 @kernel
@@ -373,7 +377,7 @@ def _end_collapses(world: World, count: int, t: float) -> int:
     left = 0
     for c in range(count):
         a, b = balls.touching[c, st.FIRST], balls.touching[c, st.SECOND]
-        if _collapses(world, c) and not (
+        if _collapses(world, c, 0.0) and not (
             sticks(balls, a, world.laws) or sticks(balls, b, world.laws)
         ):
             end_collapse(world, a, t)

@@ -98,17 +98,30 @@ def collide_balls(balls: Balls, i: int, j: int, laws: Laws) -> None:
 
 
 @kernel(inline=True)
-def has_collapsed(balls: Balls, i: int, laws: Laws) -> bool:
-    """Whether ball i had so many impacts at its epoch that no more of them throw it back."""
-    most = MOST_WITHOUT_FRICTION if laws.uniform else MOST_REBOUNDS
-    return bool(balls.state[i].impacts > most)
+def has_collapsed(balls: Balls, i: int, laws: Laws, to_come: float) -> bool:
+    """Whether ball i has so many impacts at its epoch that no more of them throw it back.
+
+    `to_come`: impacts that aren't counted in its state yet.
+    """
+    return bool(balls.state[i].impacts + to_come > _most_rebounds(balls, i, laws))
 
 
 @kernel(inline=True)
 def sticks(balls: Balls, i: int, laws: Laws) -> bool:
     """Whether ball i had so many impacts at its epoch that it sticks to what it hits."""
-    most = MOST_WITHOUT_FRICTION if laws.uniform else MOST_REBOUNDS
-    return bool(balls.state[i].impacts > 2 * most)
+    return bool(balls.state[i].impacts > 2 * _most_rebounds(balls, i, laws))
+
+
+@kernel(inline=True)
+def _most_rebounds(balls: Balls, i: int, laws: Laws) -> int:
+    """Return after how many impacts at one instant ball i is thrown back no more.
+
+    By the numbers of the ball and the scene alone, so that no skip changes it.
+    """
+    ball = balls.state[i]
+    slowed = ball.roll_slowing > 0.0 or (laws.slides and ball.slide_slowing > 0.0)
+    slowed = slowed or laws.air_drag > 0.0 or laws.roll_quadratic > 0.0
+    return MOST_REBOUNDS if slowed else MOST_WITHOUT_FRICTION
 
 
 @kernel
@@ -267,7 +280,7 @@ def bounce(balls: Balls, i: int, cushion: int, laws: Laws) -> None:
     terms = max(terms, balls.state[i].fastest)
     row = laws.obstacles[cushion]
     inelastic = row.restitution < 1.0 or row.loss > 0.0
-    if abs(vn) <= rounding_of(terms) or (inelastic and has_collapsed(balls, i, laws)):
+    if abs(vn) <= rounding_of(terms) or (inelastic and has_collapsed(balls, i, laws, 0.0)):
         vn = 0.0
     vt = 0.0 if inelastic and sticks(balls, i, laws) else after.vt
     balls.state[i].vx = vn * nx - vt * ny

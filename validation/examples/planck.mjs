@@ -42,6 +42,7 @@ function play(scene) {
     cushion.setUserData({ cushion: name });
   }
 
+  const fastest = Math.max(...balls.map((ball) => Math.hypot(...ball.velocity)));
   let t = 0;
   const events = [];
   const samples = { t: [], positions: [], velocities: [], angular_velocities: [] };
@@ -102,7 +103,8 @@ function play(scene) {
     events,
     samples,
     wall_time: (performance.now() - began) / 1000,
-    resolution: 0.015 / UNITS, // bullets meet with an overlap of 3 slops
+    // Bullets meet with an overlap of 3 slops. The time of an event is known to a step.
+    resolution: Math.max(0.015 / UNITS, DT * fastest),
   };
 }
 
