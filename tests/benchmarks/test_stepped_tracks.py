@@ -9,25 +9,18 @@ from benchmarks.synthetic_tracks import POOL
 from ghostball.engine import simulate
 from ghostball.model import Ball, Physics, Scene, Table
 
-TABLE = SteppedTable(
-    rolling_friction=0.009,
-    sliding_friction=0.19,
-    ball_restitution=0.93,
-    ball_friction=0.06,
-    cushion_restitution=0.88,
-    cushion_friction=0.17,
-    nose_height=0.0363,
-)
-PHYSICS = Physics(
-    preset="pool",
-    rolling_friction=0.009,
-    sliding_friction=0.19,
-    ball_restitution=0.93,
-    ball_friction=0.06,
-    cushion_restitution=0.88,
-    cushion_friction=0.17,
-    cushion_height=0.0363,
-)
+SHARED = {
+    "rolling_friction": 0.009,
+    "sliding_friction": 0.19,
+    "ball_restitution": 0.93,
+    "ball_friction": 0.06,
+    "cushion_restitution": 0.88,
+    "cushion_friction": 0.17,
+}
+"""Coefficients that the program and the engine call by the same names."""
+NOSE_HEIGHT = 0.0363
+TABLE = SteppedTable(**SHARED, nose_height=NOSE_HEIGHT)
+PHYSICS = Physics(preset="pool", **SHARED, cushion_height=NOSE_HEIGHT)
 
 
 def test_shots_are_those_of_the_engine_but_for_the_step():
