@@ -39,7 +39,7 @@ def report(
         typer.Option(
             "--format",
             metavar=FORMATS,
-            help="Instead, print what the results came to, as of `validate` and `regress`.",
+            help="Print the results in this format instead, as `validate` and `regress` do.",
         ),
     ] = None,
 ) -> None:
