@@ -18,13 +18,14 @@ from ghostball.engine.resting_contact.islands import sort_by_position
 
 @kernel
 def end_collapse(world: World, i: int, t: float) -> None:
-    """Let no balls approach each other, or a cushion, of all that touch ball i, directly or not.
+    """End every approach among the balls that touch ball i, directly or through other balls.
 
-    By inelastic impulses that are found together: this is what the impacts come to that would
-    follow each other at the instant t [s].
+    The impulses are inelastic and are found together. They replace the impacts that would follow
+    each other without end at the instant t [s]. A collapse counts as a joint impact.
 
-    Contract: all those balls are advanced to t and marked in `balls.changed`. No allocation: of
-    more contacts than `contacts` has room for, some are left to approach.
+    Contract: the balls of the cluster are advanced to t and marked in `balls.changed`. No
+    allocation. If the cluster has more contacts than `contacts` has room for, or if some approach
+    is left, the collapse counts as an unsolved joint impact.
     """
     balls, contacts = world.balls, world.contacts
     members, m = 0, 0
@@ -37,7 +38,12 @@ def end_collapse(world: World, i: int, t: float) -> None:
             if not _is_member(contacts, other, members) and _touch(balls, k, other, t):
                 members = _join(world, other, members, t)
     sort_by_position(world, members)
-    stop_approach(world, members, _list_contacts(world, members, t))
+    count = _list_contacts(world, members, t)
+    counters = world.log.counters
+    counters[st.WORK] += members * (members + len(world.laws.obstacles))
+    counters[st.JOINT_IMPACTS] += 1
+    if not stop_approach(world, members, count) or count == contacts.ends.shape[0]:
+        counters[st.UNSOLVED_JOINT_IMPACTS] += 1
 
 
 @kernel
