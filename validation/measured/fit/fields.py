@@ -44,12 +44,14 @@ _TOLD_BY: Final = {
 of a sliding ball hides behind that of the cushion, and the errors of both would be wrong.
 """
 SPREAD: Final = {"sliding_friction": 0.05, "rolling_friction": 0.004, "ball_friction": 0.03}
-"""Standard deviation from table to table of what is assumed where it isn't fitted: cloth from
-heated to worn, balls from polished to used.
+"""Standard deviation from table to table of a field's value that is assumed, not fitted.
+
+Cloth is heated or worn. Alciatore's constants of pool have 0.03 to 0.08 for the friction between
+balls, and chalk raises it: one spread about the search's first value, 0.06, covers them.
 """
 NOSE_SPREAD: Final = 0.01
 """Standard deviation of the height of the nose, in diameters of a ball: the rules of pool allow
-62.5 to 64.5 % (World Pool-Billiard Association, equipment specifications).
+62.5 to 64.5 % (World Pool Association, equipment specifications).
 """
 BEGIN: Final = {"ball_friction": 0.06, "cushion_restitution_loss": 0.05}
 """Where the search begins, but for the preset's: that may be no number, or an end."""

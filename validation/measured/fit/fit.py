@@ -52,6 +52,9 @@ class NotEnoughError(GhostballError):
     """Tracks that have too few clean events to tell what is asked of them."""
 
 
+Assumptions = dict[str, Assumed]
+"""What is assumed of fields that aren't fitted, by their names."""
+
 Progress = Callable[[int, int, str], None]
 
 
@@ -75,7 +78,7 @@ class Fit:
     not_told_apart: list[tuple[str, str]]
     not_told: dict[str, str]
     """Fields that the tracks tell nothing about, and why."""
-    assumed: dict[str, Assumed]
+    assumed: Assumptions
     """Fields that affect the events but aren't fitted. The errors allow for their spread."""
     ends: list[str]
     """Fields whose best value is the end of what is allowed."""
@@ -136,8 +139,6 @@ class _Fitting:
         if nose_height is not None:
             self._lacking["cushion_height"] = nose_height
         self._measured = set() if nose_height is None else {"cushion_height"}
-        self._assumed: dict[str, Assumed] = {}
-        self._moved: dict[str, float] = {}  # what is assumed, where the last step found it
         self._base = Physics(preset=preset, **self._lacking)
         self._not_told: dict[str, str] = {}
         self._known: dict[str, Sequence[FloatArray]] = {}
@@ -151,21 +152,21 @@ class _Fitting:
         fields = self._told(self._asked or DEFAULT_FIELDS)
         if not fields:
             raise NotEnoughError(f"not enough to tell anything: {self._too_few(ALL)}")
-        self._assumed = self._assumptions(fields)
+        assumed = self._assumptions(fields)
         laws = self._laws(fields)
         self._steps = len(laws) + 2 if laws else 1
         values = self._begin(fields)
         others = [one for one in fields if told_by(one) != CUSHION]
         by_friction: dict[str, float] = {}
         if others:
-            first, by_friction = self._by_friction(others, values)
+            first, by_friction, assumed = self._by_friction(others, values, assumed)
             values |= _by_name(others, first)
             self._known |= first.known
         if not laws:
             held = {} if self._law is None else {"cushion": self._law}
-            solution = self._solve("all", fields, values, held, ALL)
-            return self._fit_of(fields, solution, held, {}, [], by_friction)
-        solutions = self._by_law(laws, fields, values)
+            solution = self._solve("all", fields, values, held, ALL, assumed)
+            return self._fit_of(fields, solution, held, assumed, {}, [], by_friction)
+        solutions = self._by_law(laws, fields, values, assumed)
         alike = _laws_alike(solutions)
         chosen = self._base.cushion if self._base.cushion in alike else alike[0]
         own = own_fields(next(law for law in laws if law.name == chosen), fields)
@@ -175,45 +176,52 @@ class _Fitting:
         fields = [*others, *own]
         tried = {name: one.goodness for name, one in solutions.items()}
         moves = by_friction | _moves_by_law(laws, fields, solutions, chosen, alike)
-        solution = self._solve("all", fields, values, held, ALL)
-        return self._fit_of(fields, solution, held, tried, alike, moves)
+        solution = self._solve("all", fields, values, held, ALL, assumed)
+        return self._fit_of(fields, solution, held, assumed, tried, alike, moves)
 
     def _by_friction(
-        self, fields: Sequence[Field], values: dict[str, float]
-    ) -> tuple[Solution, dict[str, float]]:
-        """Fit the cloth and the balls; return how far the preset's friction would move each value.
+        self, fields: Sequence[Field], values: dict[str, float], assumed: Assumptions
+    ) -> tuple[Solution, dict[str, float], Assumptions]:
+        """Fit the cloth and the balls, and choose the friction between balls.
 
         A preset may have a friction between balls that falls with the speed of slip. Then the hits
-        decide between it and a constant one. If they don't, the difference is part of the errors.
+        decide between it and an assumed constant one.
+
+        Returns the fit; how far the preset's friction would move each value, if the hits don't
+        decide; and what is assumed from now on.
         """
-        constant = self._solve("cloth and balls", fields, values, {}, ALL - CUSHION)
-        known = self._assumed.get("ball_friction")
-        if known is None or not isinstance(self._base.ball_friction, str):
-            return constant, {}
-        del self._assumed["ball_friction"]
-        falling = self._solve("cloth and balls", fields, values, {}, ALL - CUSHION)
+        step, families = "cloth and balls", ALL - CUSHION
+        constant = self._solve(step, fields, values, {}, families, assumed)
+        if "ball_friction" not in assumed or not isinstance(self._base.ball_friction, str):
+            return constant, {}, assumed
+        others = {name: one for name, one in assumed.items() if name != "ball_friction"}
+        falling = self._solve(step, fields, values, {}, families, others)
         alike = _laws_alike({"constant": constant, "falling": falling})
         if alike == ["falling"]:
-            return falling, {}
-        self._assumed["ball_friction"] = known
+            return falling, {}, others
         if alike == ["constant"]:
-            return constant, {}
+            return constant, {}, assumed
         moved = np.abs(falling.values - constant.values)
-        return constant, dict(zip([one.name for one in fields], map(float, moved), strict=True))
+        names = [one.name for one in fields]
+        return constant, dict(zip(names, map(float, moved), strict=True)), assumed
 
     def _by_law(
-        self, laws: Sequence[LawEntry], fields: Sequence[Field], values: dict[str, float]
+        self,
+        laws: Sequence[LawEntry],
+        fields: Sequence[Field],
+        values: dict[str, float],
+        assumed: Assumptions,
     ) -> dict[str, Solution]:
         """Return what each law of cushions makes of the contacts."""
         solutions = {}
         for done, law in enumerate(laws, start=1):
             self._steps_done = done
             held, own = {"cushion": law.name}, own_fields(law, fields)
-            solutions[law.name] = self._solve(law.name, own, values, held, CUSHION)
+            solutions[law.name] = self._solve(law.name, own, values, held, CUSHION, assumed)
         self._steps_done = len(laws) + 1
         return solutions
 
-    def _assumptions(self, fields: Sequence[Field]) -> dict[str, Assumed]:
+    def _assumptions(self, fields: Sequence[Field]) -> Assumptions:
         """Return what is assumed of each field that isn't fitted and that some events feel.
 
         Contacts with cushions feel the friction of the cloth and the height of the nose, hits that
@@ -222,11 +230,11 @@ class _Fitting:
         fitted = {one.name for one in fields} | self._measured
         radius = next(event.radius for events in self._families.values() for event in events)
         return {
-            one.name: assumed
+            one.name: known
             for one in FIELDS.values()
             if one.name not in fitted
             and one.felt_by & set(self._families)
-            and (assumed := assumed_of(one.name, self._base, radius)) is not None
+            and (known := assumed_of(one.name, self._base, radius)) is not None
         }
 
     def _fit_of(
@@ -234,13 +242,14 @@ class _Fitting:
         fields: list[Field],
         solution: Solution,
         held: dict[str, Any],
+        assumed: Assumptions,
         laws: dict[str, float],
         laws_alike: list[str],
-        moves: dict[str, float] | None = None,
+        moves: dict[str, float],
     ) -> Fit:
         errors = {
             one.name: math.hypot(
-                float(error) * self._widened(one, fields), (moves or {}).get(one.name, 0.0)
+                float(error) * self._widened(one, fields), moves.get(one.name, 0.0)
             )
             for one, error in zip(fields, solution.errors, strict=True)
         }
@@ -257,7 +266,7 @@ class _Fitting:
             if min(value - one.low, one.high - value) < one.step / 2.0
         ]
         return Fit(
-            self._physics({**self._moved, **_by_name(fields, solution)}, held),
+            self._physics({**solution.assumed, **_by_name(fields, solution)}, held),
             errors,
             solution,
             self._families,
@@ -267,7 +276,7 @@ class _Fitting:
             laws_alike,
             alike,
             self._not_told,
-            {one.name: self._assumed[one.name] for one in self._assumed_in(ALL, held)},
+            {one.name: assumed[one.name] for one in self._assumed_in(assumed, ALL, held)},
             ends,
         )
 
@@ -337,34 +346,39 @@ class _Fitting:
         values: dict[str, float],
         held: dict[str, Any],
         families: frozenset[str],
+        assumed: Assumptions,
     ) -> Solution:
         """Return the best values of some fields by some families; the others stay."""
         self._step = step
         chosen = {name: ones for name, ones in self._families.items() if name in families}
-        assumed = self._assumed_in(families, held)
-        sought = [*fields, *assumed]
+        beside = self._assumed_in(assumed, families, held)
+        sought = [*fields, *beside]
         names = [one.name for one in sought]
 
         def build(numbers: FloatArray) -> Physics:
             return self._physics({**values, **dict(zip(names, numbers, strict=True))}, held)
 
-        problem = Problem(chosen, sought, build, self._predict, self._assumed)
+        problem = Problem(chosen, sought, build, self._predict, assumed)
         known = {name: self._known[name] for name in chosen if name in self._known}
-        begin = values | {one.name: self._assumed[one.name].mean for one in assumed}
+        begin = values | {one.name: assumed[one.name].mean for one in beside}
         found = problem.solve(np.array([begin[name] for name in names]), known)
         count = len(fields)  # what is assumed has done its part in the errors of these
-        self._moved = dict(zip(names[count:], map(float, found.values[count:]), strict=True))
         return replace(
-            found, values=found.values[:count], covariance=found.covariance[:count, :count]
+            found,
+            values=found.values[:count],
+            covariance=found.covariance[:count, :count],
+            assumed=dict(zip(names[count:], map(float, found.values[count:]), strict=True)),
         )
 
-    def _assumed_in(self, families: frozenset[str], held: dict[str, Any]) -> list[Field]:
+    def _assumed_in(
+        self, assumed: Assumptions, families: frozenset[str], held: dict[str, Any]
+    ) -> list[Field]:
         """Return the fields with assumed values that affect events of these families."""
         law = held.get("cushion", self._base.cushion)
         uses = next(one.uses for one in CUSHION_LAWS if one.name == law)
         return [
             FIELDS[name]
-            for name in self._assumed
+            for name in assumed
             if FIELDS[name].felt_by & families & set(self._families)
             and (FIELDS[name].felt_by != CUSHION or name in uses)
         ]

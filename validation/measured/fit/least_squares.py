@@ -9,7 +9,7 @@ Y + J Z J'. This is orthogonal distance regression (Boggs, Byrd and Schnabel 198
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 
 import numpy as np
@@ -67,6 +67,8 @@ class Solution:
     """By family, what was before each event, where it and what was seen agree best."""
     free: int
     """Numbers that were seen, but for one of each event that tells a side that was not."""
+    assumed: Mapping[str, float] = field(default_factory=dict)
+    """Values found for fields of which something was assumed, and that aren't among `values`."""
 
     @property
     def misfits(self) -> FloatArray:
