@@ -158,7 +158,7 @@ class _Fitting:
         values = self._begin(fields)
         others = [one for one in fields if told_by(one) != CUSHION]
         by_friction: dict[str, float] = {}
-        if others:
+        if others and (laws or self._is_friction_open(assumed)):
             first, by_friction, assumed = self._by_friction(others, values, assumed)
             values |= _by_name(others, first)
             self._known |= first.known
@@ -179,6 +179,10 @@ class _Fitting:
         solution = self._solve("all", fields, values, held, ALL, assumed)
         return self._fit_of(fields, solution, held, assumed, tried, alike, moves)
 
+    def _is_friction_open(self, assumed: Assumptions) -> bool:
+        """Return True if the hits must decide between two kinds of friction between balls."""
+        return "ball_friction" in assumed and isinstance(self._base.ball_friction, str)
+
     def _by_friction(
         self, fields: Sequence[Field], values: dict[str, float], assumed: Assumptions
     ) -> tuple[Solution, dict[str, float], Assumptions]:
@@ -192,7 +196,7 @@ class _Fitting:
         """
         step, families = "cloth and balls", ALL - CUSHION
         constant = self._solve(step, fields, values, {}, families, assumed)
-        if "ball_friction" not in assumed or not isinstance(self._base.ball_friction, str):
+        if not self._is_friction_open(assumed):
             return constant, {}, assumed
         others = {name: one for name, one in assumed.items() if name != "ball_friction"}
         falling = self._solve(step, fields, values, {}, families, others)
