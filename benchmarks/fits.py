@@ -23,10 +23,11 @@ from ghostball.validation.measured.fit.harvest import harvest
 from ghostball.validation.parallel.pool import Progress, run_tasks
 from ghostball.validation.results.measurement import MeasurementError, Record
 
-TABLES: Final = 24
+TABLES: Final = 200
+"""Tables of a whole measurement."""
 SHOTS: Final = 100
 """Shots of a table, and twice as many where the law of cushions is sought as well."""
-FREE: Final = 2
+FREE: Final = 8
 """Tables whose law is sought as well."""
 
 _RANGES: Final = {
@@ -92,6 +93,11 @@ class FitsMeasurement(Shown):
         return rows
 
     @property
+    def extent(self) -> str:
+        """How many tables were fitted, and how many a whole measurement has."""
+        return f"{len(self.tables)} tables were fitted; a whole measurement has {TABLES}."
+
+    @property
     def sought(self) -> str:
         """What became of the laws of cushions that were sought, and how long it took."""
         free = [one for one in self.tables if one.laws_alike]
@@ -106,9 +112,9 @@ class FitsMeasurement(Shown):
 
     @property
     def table(self) -> RenderableType:
-        """It as a row for each field, and what became of the laws that were sought."""
+        """It as a row for each field, its extent, and what became of the laws that were sought."""
         heads = ("field", "tables", f"within {NORMAL} standard errors", "most")
-        return Group(table_of(heads, self.rows), self.sought)
+        return Group(table_of(heads, self.rows), self.extent, self.sought)
 
 
 def measure_fits(

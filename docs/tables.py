@@ -159,9 +159,8 @@ def fits() -> str:
     if stored is None:
         return "Not measured yet: `python -m benchmarks fits --store` does so."
     heads = ("field", "tables", "within 1.96 standard errors", "most")
-    return "\n".join(
-        [table(heads, ((f"`{name}`", *cells) for name, *cells in stored.rows)), "", stored.sought]
-    )
+    rows = ((f"`{name}`", *cells) for name, *cells in stored.rows)
+    return f"{table(heads, rows)}\n\n{stored.extent} {stored.sought}"
 
 
 def command_line() -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from benchmarks.fits import FitsMeasurement, FittedTable, fitted_table
+from benchmarks.fits import TABLES, FitsMeasurement, FittedTable, fitted_table
 
 
 def table(seed: int, off: float, laws: list[str], program: str = "engine") -> FittedTable:
@@ -39,6 +39,10 @@ def test_errors_that_hold_are_counted():
         ("rolling_friction", "4, by the engine", "75.0 %", "2.5"),
         ("rolling_friction", "1, by another program", "0.0 %", "3.0"),
     ]
+
+
+def test_the_number_of_tables_stands_beside_that_of_a_whole_measurement():
+    assert MEASURED.extent == f"5 tables were fitted; a whole measurement has {TABLES}."
 
 
 def test_what_became_of_the_laws_is_said():
