@@ -48,7 +48,7 @@ class Rung:
         if not isinstance(self.engine, CertifiedEngine):
             # The collisions of a ladder are looked at; an exact engine isn't slowed by its log.
             record: Record = "rest" if self.step is None else "events"
-            timed: Any = _TimedEngine(self.engine)  # a protocol's class variables can't be copied
+            timed: Any = _TimedEngine(self.engine)
             with captured():
                 result = run_engine(timed, scene, record)
             return result, float(timed.seconds)
@@ -64,12 +64,11 @@ class _TimedEngine:
 
     def __init__(self, engine: ReferenceEngine) -> None:
         self.engine = engine
-        self.name = engine.name
-        self.capabilities = engine.capabilities
-        self.Settings = engine.Settings
-        self.settings = engine.settings
-        self.unavailable = engine.unavailable
         self.seconds = math.nan
+
+    def __getattr__(self, name: str) -> Any:
+        """Return what isn't here from the engine, such as its name."""
+        return getattr(self.engine, name)
 
     def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
         """Run the scene on the engine, and note the seconds that the call took."""
