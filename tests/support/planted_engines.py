@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
+from toy_engines import NoSettings
 
 from ghostball.engine import simulate
 from ghostball.model import (
@@ -99,15 +100,11 @@ def _steps(scene, dt, planted):
     }
 
 
-class NoStep(EngineSettings):
-    """Nothing to set: no step."""
-
-
 class OtherPhysicsEngine(EngineBase):
     """Our engine, which plays with other physics than the scene's."""
 
     name: ClassVar[str] = "other-physics"
-    Settings: ClassVar[type[EngineSettings]] = NoStep
+    Settings: ClassVar[type[EngineSettings]] = NoSettings
     physics: ClassVar[dict[str, object]] = {}
 
     @property
@@ -115,6 +112,7 @@ class OtherPhysicsEngine(EngineBase):
         return dict.fromkeys(Feature, EXACT)
 
     def simulate(self, scene, *, record="rest"):
+        self.check(scene)
         physics = scene.physics.model_copy(update=self.physics)
         played = simulate(scene.model_copy(update={"physics": physics}), record=record)
         return replace(played, engine=self.name, settings={}, scene=scene)

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
+import wrong_physics as physics
 import wrong_runs as runs
 
 from ghostball.model import (
@@ -119,7 +120,7 @@ WRONG: Mapping[str, Row] = {
     ),
     "moved-ends": Row(
         "The rest positions are 0.1 mm off, the samples are right.",
-        runs.ends_moved(runs.displaced(1e-4)),
+        runs.ends_moved(runs.along_x(1e-4)),
         (CUT,),
     ),
     "mirrored-ends": Row(
@@ -160,62 +161,64 @@ WRONG: Mapping[str, Row] = {
     # Other physics.
     "energy": Row(
         "The first collision of balls makes 5 % of energy.",
-        runs.makes_energy(0.05, only_once=True),
+        physics.makes_energy(0.05, only_once=True),
         (HEAD_ON,),
     ),
     "energy-at-hits": Row(
-        "Each collision of balls makes 2 % of energy.", runs.makes_energy(0.02), (HEAD_ON,)
+        "Each collision of balls makes 2 % of energy.", physics.makes_energy(0.02), (HEAD_ON,)
     ),
     "friction": Row(
         "Rolling friction is 5/7 of what it should be.",
-        runs.with_physics(rolling_friction=lambda friction: 5.0 / 7.0 * friction),
+        physics.with_physics(rolling_friction=lambda friction: 5.0 / 7.0 * friction),
         ("stop",),
     ),
     "sliding": Row(
         "Sliding friction is 10 % too high.",
-        runs.with_physics(sliding_friction=lambda friction: 1.1 * friction),
+        physics.with_physics(sliding_friction=lambda friction: 1.1 * friction),
         (SLIDING,),
     ),
     "gravity": Row(
-        "Gravity is 9.8 m/s^2, not 9.81.", runs.with_physics(gravity=lambda _: 9.8), ("stop",)
+        "Gravity is 9.8 m/s^2, not 9.81.", physics.with_physics(gravity=lambda _: 9.8), ("stop",)
     ),
     "restitution": Row(
         "The restitution of balls is squared.",
-        runs.with_physics(ball_restitution=lambda e: e**2),
+        physics.with_physics(ball_restitution=lambda e: e**2),
         (HEAD_ON,),
     ),
     "elastic-cushion": Row(
         "Cushions keep all energy.",
-        runs.with_physics(cushion_restitution=lambda _: 1.0),
+        physics.with_physics(cushion_restitution=lambda _: 1.0),
         ("restitution-bounce",),
     ),
     "no-throw": Row(
         "Balls have no friction between them.",
-        runs.with_physics(ball_friction=lambda _: 0.0),
+        physics.with_physics(ball_friction=lambda _: 0.0),
         ("throw-slip",),
     ),
     "cushion-angle": Row(
         "A cushion throws a ball back 0.5 degrees off.",
-        runs.at_each(EventKind.BALL_CUSHION, runs.turned(np.radians(0.5))),
+        physics.at_each(EventKind.BALL_CUSHION, physics.turned(np.radians(0.5))),
         (BOUNCE,),
     ),
     "lost-spin": Row(
         "Balls lose their spin when they collide.",
-        runs.at_each(EventKind.BALL_BALL, runs.scaled(1.0, 0.0)),
+        physics.at_each(EventKind.BALL_BALL, physics.scaled(1.0, 0.0)),
         (SLIDING,),
     ),
     "mass": Row(
         "A ball is 1 % too heavy.",
-        runs.with_balls(mass=lambda mass: 1.01 * mass),
+        physics.with_balls(mass=lambda mass: 1.01 * mass),
         ("galperin-1",),
     ),
     "radius": Row(
-        "A ball is 0.1 % too large.", runs.with_balls(radius=lambda radius: 1.001 * radius), (CUT,)
+        "A ball is 0.1 % too large.",
+        physics.with_balls(radius=lambda radius: 1.001 * radius),
+        (CUT,),
     ),
     # Contacts and steps.
-    "missed-collision": Row("Balls pass through each other.", runs.passes_through, (CUT,)),
+    "missed-collision": Row("Balls pass through each other.", physics.passes_through, (CUT,)),
     "late-collision": Row(
-        "Balls collide when they overlap by 0.5 mm.", runs.sees_late(5e-4), (CUT,)
+        "Balls collide when they overlap by 0.5 mm.", physics.sees_late(5e-4), (CUT,)
     ),
     "smaller-step": Row(
         "It steps by 5 ms and states steps of 0.1 ms.", _stepper(5e-3), (CUT,), step=1e-4
@@ -223,7 +226,7 @@ WRONG: Mapping[str, Row] = {
     "exact-steps": Row("It steps by 1 ms and claims to be exact.", _stepper(1e-3), (CUT,)),
     "friction-of-a-step": Row(
         "Rolling friction is 5/7 of what it should be; it states steps of 1 ms.",
-        runs.with_physics(rolling_friction=lambda friction: 5.0 / 7.0 * friction),
+        physics.with_physics(rolling_friction=lambda friction: 5.0 / 7.0 * friction),
         ("stop",),
         step=1e-3,
     ),
@@ -247,11 +250,11 @@ WRONG: Mapping[str, Row] = {
     ),
     "energy-at-hits-of-a-step": Row(
         "Each collision of balls makes 2 % of energy; it states steps of 1 ms.",
-        runs.makes_energy(0.02),
+        physics.makes_energy(0.02),
         (HEAD_ON,),
         step=1e-3,
     ),
-    "nondeterministic": Row("It plays another stroke each time.", runs.nondeterministic, (CUT,)),
+    "nondeterministic": Row("It plays another stroke each time.", physics.nondeterministic, (CUT,)),
 }
 """Engines that every command has to fail."""
 
@@ -265,7 +268,7 @@ UNJUDGED: Mapping[str, Row] = {
     ),
     "huge-step": Row(
         "Rolling friction is 5/7 of what it should be; it states steps of 10 s.",
-        runs.with_physics(rolling_friction=lambda friction: 5.0 / 7.0 * friction),
+        physics.with_physics(rolling_friction=lambda friction: 5.0 / 7.0 * friction),
         ("catch-up",),
         step=10.0,
         status=4,
@@ -296,8 +299,8 @@ RIGHT: Mapping[str, Row] = {
 """Engines that every command has to pass."""
 
 CRASHES: Mapping[str, Row] = {
-    "crash": Row("It ends its process.", runs.crashes, (CUT,)),
-    "hang": Row("It never returns.", runs.hangs, (CUT,)),
+    "crash": Row("It ends its process.", physics.crashes, (CUT,)),
+    "hang": Row("It never returns.", physics.hangs, (CUT,)),
 }
 """Engines that need a process of their own."""
 

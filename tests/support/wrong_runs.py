@@ -1,13 +1,10 @@
-"""Runs of our engine with one fault each; see `wrong_engines` for the table of them.
+"""Right shots of our engine, reported with one fault each; see `wrong_engines` for their table.
 
 Each function plays a scene and returns the run, with the motion in frames.
 """
 
 from __future__ import annotations
 
-import os
-import random
-import time
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -22,7 +19,6 @@ from ghostball.model import (
     Events,
     Result,
     SampledTrajectory,
-    Samples,
     Scene,
     initial_state,
 )
@@ -58,6 +54,11 @@ def frames_of(result: Result) -> SampledTrajectory:
     """Return the motion of a run in frames."""
     assert isinstance(result.trajectory, SampledTrajectory)
     return result.trajectory
+
+
+def states_of(frames: SampledTrajectory) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return positions, velocities and angular velocities of frames, (k, n, 3) each."""
+    return frames.positions, frames.velocities, frames.angular_velocities
 
 
 def with_frames(result: Result, **states: FloatArray) -> Result:
@@ -121,7 +122,7 @@ def waits(scene: Scene) -> Result:
     events["t"] += delay
     still = SampledTrajectory(
         np.append(0.0, delay + frames.times),
-        *(np.concatenate([states[:1], states]) for states in _states(frames)),
+        *(np.concatenate([states[:1], states]) for states in states_of(frames)),
     )
     return replace(result, events=events, trajectory=still, rest_time=result.rest_time + delay)
 
@@ -200,7 +201,7 @@ def swapped(places: FloatArray, _: Scene) -> FloatArray:
     return np.roll(places, 1, axis=0)
 
 
-def displaced(by: float) -> Callable[[FloatArray, Scene], FloatArray]:
+def along_x(by: float) -> Callable[[FloatArray, Scene], FloatArray]:
     """Move each ball along x [m]."""
     return lambda places, _: places + np.array([by, 0.0, 0.0])
 
@@ -253,11 +254,22 @@ def falls_asleep(scene: Scene) -> Result:
 
 def ends_early(scene: Scene) -> Result:
     """End the run after half its time, and say that all balls rest."""
-    result = right(scene)
-    frames, end = frames_of(result), 0.5 * result.rest_time
-    kept = frames.times <= end
-    motion = SampledTrajectory(frames.times[kept], *(states[kept] for states in _states(frames)))
-    events = events_in(result)
+    return _cut(right(scene), 0.5)
+
+
+def stops_late(scene: Scene) -> Result:
+    """Stop all balls dead at 60 % of the shot."""
+    ended = _cut(right(scene), 0.6)
+    _, velocities, spins = (states.copy() for states in states_of(frames_of(ended)))
+    velocities[-1] = spins[-1] = 0.0
+    return with_frames(ended, velocities=velocities, angular_velocities=spins)
+
+
+def _cut(result: Result, share: float) -> Result:
+    """Return a run that says that all balls rest where they are after a share of its time."""
+    frames, events = frames_of(result), events_in(result)
+    kept = frames.times <= share * result.rest_time
+    motion = SampledTrajectory(frames.times[kept], *(states[kept] for states in states_of(frames)))
     ended = with_events(result, events[events["t"] <= motion.t_end])
     ended = replace(ended, trajectory=motion, rest_time=motion.t_end)
     return with_end(ended, positions=motion.positions[-1])
@@ -279,23 +291,6 @@ def stops_at_once(scene: Scene) -> Result:
     return with_end(ended, positions=moved[0], velocities=still[0], angular_velocities=still[0])
 
 
-def stops_late(scene: Scene) -> Result:
-    """Stop all balls dead at 60 % of the shot."""
-    whole = right(scene)
-    frames, log = frames_of(whole), events_in(whole)
-    kept = int(np.searchsorted(frames.times, 0.6 * whole.rest_time, side="right"))
-    states = [part[:kept].copy() for part in _states(frames)]
-    states[1][-1] = states[2][-1] = 0.0
-    end = float(frames.times[kept - 1])
-    ended = replace(
-        whole,
-        trajectory=SampledTrajectory(frames.times[:kept], *states),
-        rest_time=end,
-        final_state=Samples(*(part[-1:] for part in states)),
-    )
-    return with_events(ended, log[log["t"] <= end])
-
-
 def moves_at_rest(scene: Scene) -> Result:
     """Report that all balls rest while one still moves at 5 cm/s."""
     result = right(scene)
@@ -308,29 +303,30 @@ def moves_at_rest(scene: Scene) -> Result:
 
 def without_motion(scene: Scene) -> Result:
     """Move nothing."""
-    result = right(scene)
-    still = np.zeros_like(frames_of(result).velocities)
-    still[0] = scene.velocities
-    places = np.broadcast_to(scene.positions, still.shape).copy()
-    moved = with_frames(result, positions=places, velocities=still)
-    ended = replace(moved, rest_time=0.0, trajectory=None)
-    ended = with_events(ended, events_in(result)[:0])
-    start = Samples(places[:1], still[:1], still[:1])
-    return replace(
-        with_end(ended, positions=scene.positions),
-        trajectory=SampledTrajectory(np.zeros(1), *start),
-    )
+    motion = SampledTrajectory(np.zeros(1), *initial_state(scene))
+    ended = replace(right(scene), trajectory=motion, rest_time=0.0)
+    return with_end(with_events(ended, events_in(ended)[:0]), positions=scene.positions)
 
 
 # --- the motion between
 
 
-def slow_in_the_middle(scene: Scene) -> Result:
-    """Report velocities that are up to 30 % too low halfway."""
-    result = right(scene)
-    share = frames_of(result).times / result.rest_time
-    factor = (1.0 - 0.3 * np.sin(np.pi * share))[:, np.newaxis, np.newaxis]
-    return with_frames(result, velocities=factor * frames_of(result).velocities)
+def scaled_velocities(law: Callable[[FloatArray], FloatArray]) -> Play:
+    """Scale the velocities by what a law makes of the share of the time that has passed."""
+
+    def play(scene: Scene) -> Result:
+        result = right(scene)
+        factor = law(frames_of(result).times / result.rest_time)[:, np.newaxis, np.newaxis]
+        return with_frames(result, velocities=factor * frames_of(result).velocities)
+
+    return play
+
+
+slow_in_the_middle = scaled_velocities(lambda share: 1.0 - 0.3 * np.sin(np.pi * share))
+"""Report velocities that are up to 30 % too low halfway."""
+
+gains_slowly = scaled_velocities(lambda share: np.sqrt(1.0 + 1e-4 * share))
+"""Make a ten-thousandth of the energy from start to end."""
 
 
 def straight_between_events(scene: Scene) -> Result:
@@ -362,14 +358,6 @@ def jumps(scene: Scene) -> Result:
     positions = frames_of(result).positions.copy()
     positions[len(positions) // 2, 0, 1] += 1e-3
     return with_frames(result, positions=positions)
-
-
-def gains_slowly(scene: Scene) -> Result:
-    """Make a ten-thousandth of the energy from start to end."""
-    result = right(scene)
-    share = frames_of(result).times / result.rest_time
-    factor = np.sqrt(1.0 + 1e-4 * share)[:, np.newaxis, np.newaxis]
-    return with_frames(result, velocities=factor * frames_of(result).velocities)
 
 
 def overlaps(scene: Scene) -> Result:
@@ -405,195 +393,3 @@ def rounded_once(scene: Scene) -> Result:
     events["t"] = np.maximum(np.nextafter(events["t"], 0.0), 0.0)
     ended = with_end(result, positions=np.nextafter(result.rest_positions, np.inf))
     return with_events(ended, events)
-
-
-# --- other physics
-
-
-def with_physics(**change: Callable[[Any], Any]) -> Play:
-    """Play with other numbers in the physics."""
-
-    def play(scene: Scene) -> Result:
-        update = {name: law(getattr(scene.physics, name)) for name, law in change.items()}
-        physics = scene.physics.model_copy(update=update)
-        return _as(scene, right(scene.model_copy(update={"physics": physics})))
-
-    return play
-
-
-def with_balls(**change: Callable[[Any], Any]) -> Play:
-    """Play with other numbers of the first ball."""
-
-    def play(scene: Scene) -> Result:
-        first, *others = scene.balls
-        update = {name: law(getattr(first, name)) for name, law in change.items()}
-        # A larger ball lies higher; that alone isn't the fault.
-        height = np.zeros((len(scene.balls), 3))
-        height[0, 2] = update.get("radius", first.radius) - first.radius
-        place = tuple((scene.positions + height)[0].tolist())
-        balls = (first.model_copy(update=update | {"position": place}), *others)
-        result = right(scene.model_copy(update={"balls": balls}))
-        moved = with_frames(result, positions=frames_of(result).positions - height)
-        return _as(scene, with_end(moved, positions=result.rest_positions - height))
-
-    return play
-
-
-Change = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
-"""Makes other velocities and angular velocities, (n, 3) each, of those just after an impact."""
-
-
-def at_each(kind: EventKind, change: Change) -> Play:
-    """Change the motion just after each event of a kind, and play on from there."""
-
-    def play(scene: Scene) -> Result:
-        parts: list[Result] = []
-        start, begun = scene, 0.0
-        while True:
-            whole = simulate(start, record="trajectory")
-            at = events_in(whole)["t"][events_in(whole)["kind"] == kind]
-            if not len(at) or len(parts) > 40:
-                return _joined(scene, [*parts, _shifted(framed(whole), begun)])
-            t = float(at[0])
-            parts.append(_shifted(_until(framed(whole), t), begun))
-            x, v, w = (states[0] for states in whole.sample([t]))
-            v, w = change(v, w)
-            start, begun = _started(scene, x, v, w, begun + t), begun + t
-
-    return play
-
-
-def scaled(velocities: float, spins: float) -> Change:
-    """Scale the velocities and the angular velocities of all balls."""
-    return lambda v, w: (velocities * v, spins * w)
-
-
-def turned(angle: float) -> Change:
-    """Turn all velocities to the left [rad]."""
-    c, s = np.cos(angle), np.sin(angle)
-    rotation = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-    return lambda v, w: (v @ rotation.T, w @ rotation.T)
-
-
-def makes_energy(share: float, *, only_once: bool = False) -> Play:
-    """Make a share of the energy at each collision of balls, or at the first alone."""
-    factor = (1.0 + share) ** 0.5
-    done: list[int] = []
-
-    def change(v: FloatArray, w: FloatArray) -> tuple[FloatArray, FloatArray]:
-        done.append(1)
-        return (v, w) if only_once and len(done) > 1 else (factor * v, factor * w)
-
-    def play(scene: Scene) -> Result:
-        done.clear()
-        return at_each(EventKind.BALL_BALL, change)(scene)
-
-    return play
-
-
-def _started(scene: Scene, x: FloatArray, v: FloatArray, w: FloatArray, t: float) -> Scene:
-    """Return the scene as it goes on from a state at an instant."""
-    slides = scene.physics.motion == "sliding"
-    balls = tuple(
-        ball.model_copy(
-            update={
-                "position": tuple(x[i].tolist()),
-                "velocity": tuple(v[i].tolist()),
-                "angular_velocity": tuple(w[i].tolist()) if slides else None,
-            }
-        )
-        for i, ball in enumerate(scene.balls)
-    )
-    left = None if scene.t_max is None else scene.t_max - t
-    return scene.model_copy(update={"balls": balls, "t_max": left})
-
-
-def _until(result: Result, t: float) -> Result:
-    """Return a run up to an event, included in its log; the frames end just before it."""
-    frames, events = frames_of(result), events_in(result)
-    kept = frames.times < t
-    motion = SampledTrajectory(frames.times[kept], *(states[kept] for states in _states(frames)))
-    return replace(result, events=events[events["t"] <= t], trajectory=motion)
-
-
-def _shifted(result: Result, t: float) -> Result:
-    """Return a run that begins at an instant [s]."""
-    events, frames = events_in(result).copy(), frames_of(result)
-    events["t"] += t
-    motion = replace(frames, times=frames.times + t)
-    return replace(result, events=events, trajectory=motion, rest_time=result.rest_time + t)
-
-
-def _joined(scene: Scene, parts: list[Result]) -> Result:
-    """Return runs that follow each other as one."""
-    states = zip(*(_states(frames_of(part)) for part in parts), strict=True)
-    times = np.concatenate([frames_of(part).times for part in parts])
-    motion = SampledTrajectory(times, *(np.concatenate(list(one)) for one in states))
-    whole = replace(parts[-1], scene=scene, trajectory=motion)
-    return with_events(whole, np.concatenate([events_in(part) for part in parts]))
-
-
-def _states(frames: SampledTrajectory) -> tuple[FloatArray, FloatArray, FloatArray]:
-    return frames.positions, frames.velocities, frames.angular_velocities
-
-
-def _as(scene: Scene, result: Result) -> Result:
-    return replace(result, scene=scene)
-
-
-# --- contacts
-
-
-def passes_through(scene: Scene) -> Result:
-    """Let the balls pass through each other: they are played 50 m apart."""
-    offsets = np.arange(len(scene.balls))[:, np.newaxis] * np.array([0.0, 50.0, 0.0])
-    return _played_elsewhere(scene.model_copy(update={"table": None}), offsets)
-
-
-def sees_late(overlap: float) -> Play:
-    """See a collision when the balls are this far into each other [m]."""
-
-    def play(scene: Scene) -> Result:
-        less = 0.5 * overlap
-        lower = np.full((len(scene.balls), 1), -less) * np.array([0.0, 0.0, 1.0])
-        return _played_elsewhere(scene, lower, radius=lambda radius: radius - less)
-
-    return play
-
-
-def _played_elsewhere(scene: Scene, by: FloatArray, **change: Callable[[float], float]) -> Result:
-    """Play a scene whose balls lie elsewhere, (n, 3) [m], and move what comes of it back."""
-    balls = tuple(
-        ball.model_copy(
-            update={"position": tuple(place)}
-            | {name: law(getattr(ball, name)) for name, law in change.items()}
-        )
-        for ball, place in zip(scene.balls, (scene.positions + by).tolist(), strict=True)
-    )
-    result = right(scene.model_copy(update={"balls": balls}))
-    moved = with_frames(result, positions=frames_of(result).positions - by)
-    return with_end(moved, positions=result.rest_positions - by)
-
-
-# --- processes
-
-
-def nondeterministic(scene: Scene) -> Result:
-    """Play with another stroke each time, by up to a thousandth."""
-    more = 1.0 + 1e-3 * random.SystemRandom().uniform(0.1, 1.0)
-    balls = tuple(
-        ball.model_copy(update={"velocity": tuple(more * part for part in ball.velocity)})
-        for ball in scene.balls
-    )
-    return right(scene.model_copy(update={"balls": balls}))
-
-
-def crashes(scene: Scene) -> Result:
-    """End the process."""
-    os._exit(7)
-
-
-def hangs(scene: Scene) -> Result:
-    """Wait without end."""
-    while True:
-        time.sleep(1.0)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import wrong_runs as runs
 from wrong_engines import Wrong
+from wrong_physics import with_balls, with_physics
 
 from ghostball import Feature, Table, find_scene, plays
 from ghostball.model.features import scene_features
@@ -154,24 +155,24 @@ RECTANGLE = {"vertices": (), "length": 2.0, "width": 1.0}
 NO_POCKETS = {"preset": None, "pockets": None, "length": 2.54, "width": 1.27}
 
 WRONG = {
-    Feature.ROLLING: [runs.with_physics(motion=always("sliding"))],
-    Feature.SLIDING: [runs.with_physics(sliding_friction=times(1.03))],
-    Feature.FRICTIONLESS_CLOTH: [runs.with_physics(rolling_friction=always(1e-3))],
-    Feature.VERTICAL_SPIN: [runs.with_physics(spinning_friction_rate=times(1.03))],
-    Feature.BALL_RESTITUTION: [runs.with_physics(ball_restitution=times(0.97))],
-    Feature.BALL_FRICTION: [runs.with_physics(ball_friction=times(1.03))],
-    Feature.SPEED_DEPENDENT_FRICTION: [runs.with_physics(ball_friction=always(0.06))],
+    Feature.ROLLING: [with_physics(motion=always("sliding"))],
+    Feature.SLIDING: [with_physics(sliding_friction=times(1.03))],
+    Feature.FRICTIONLESS_CLOTH: [with_physics(rolling_friction=always(1e-3))],
+    Feature.VERTICAL_SPIN: [with_physics(spinning_friction_rate=times(1.03))],
+    Feature.BALL_RESTITUTION: [with_physics(ball_restitution=times(0.97))],
+    Feature.BALL_FRICTION: [with_physics(ball_friction=times(1.03))],
+    Feature.SPEED_DEPENDENT_FRICTION: [with_physics(ball_friction=always(0.06))],
     Feature.MATHAVAN_BALL: [
-        runs.with_physics(ball_impact=always("frictional")),
-        runs.with_physics(ball_restitution=times(0.97)),
+        with_physics(ball_impact=always("frictional")),
+        with_physics(ball_restitution=times(0.97)),
     ],
     Feature.UNEQUAL_MASSES: [
-        runs.with_balls(mass=times(1.03)),
-        runs.with_balls(mass=always(0.17)),
+        with_balls(mass=times(1.03)),
+        with_balls(mass=always(0.17)),
     ],
     Feature.UNEQUAL_RADII: [
-        runs.with_balls(radius=times(0.97)),
-        runs.with_balls(radius=always(0.025)),
+        with_balls(radius=times(0.97)),
+        with_balls(radius=always(0.025)),
     ],
     Feature.PER_BALL_FRICTION: [with_frictions_of_the_scene],
     Feature.UNBOUNDED_CLOTH: [on_a_table],
@@ -189,35 +190,35 @@ WRONG = {
         with_table(posts=()),
     ],
     Feature.MIRROR_CUSHION: [
-        runs.with_physics(cushion=always("restitution"), cushion_restitution=always(0.97))
+        with_physics(cushion=always("restitution"), cushion_restitution=always(0.97))
     ],
     Feature.CUSHION_RESTITUTION: [
-        runs.with_physics(cushion_restitution=times(0.97)),
+        with_physics(cushion_restitution=times(0.97)),
         # The speed along the cushion falls, too.
-        runs.with_physics(cushion_tangential_restitution=times(0.8)),
+        with_physics(cushion_tangential_restitution=times(0.8)),
     ],
     Feature.FALLING_RESTITUTION: [
-        runs.with_physics(cushion_restitution_loss=times(0.97)),
-        runs.with_physics(cushion_restitution_loss=always(0.0)),
+        with_physics(cushion_restitution_loss=times(0.97)),
+        with_physics(cushion_restitution_loss=always(0.0)),
     ],
-    Feature.CUSHION_TANGENTIAL: [runs.with_physics(cushion_tangential_restitution=times(0.97))],
+    Feature.CUSHION_TANGENTIAL: [with_physics(cushion_tangential_restitution=times(0.97))],
     Feature.FRICTIONAL_CUSHION: [
-        runs.with_physics(cushion_friction=times(0.97)),
-        runs.with_physics(cushion_restitution=times(0.97)),
+        with_physics(cushion_friction=times(0.97)),
+        with_physics(cushion_restitution=times(0.97)),
     ],
     Feature.HAN_CUSHION: [
-        runs.with_physics(cushion=always("frictional")),
-        runs.with_physics(cushion_friction=times(0.97)),
-        runs.with_physics(cushion_height=times(0.97)),
+        with_physics(cushion=always("frictional")),
+        with_physics(cushion_friction=times(0.97)),
+        with_physics(cushion_height=times(0.97)),
     ],
     Feature.MATHAVAN_CUSHION: [
-        runs.with_physics(cushion=always("han2005")),
-        runs.with_physics(cushion_friction=times(0.97)),
-        runs.with_physics(cushion_height=times(0.97)),
+        with_physics(cushion=always("han2005")),
+        with_physics(cushion_friction=times(0.97)),
+        with_physics(cushion_height=times(0.97)),
     ],
-    Feature.AIR_DRAG: [runs.with_physics(air_drag=times(0.97))],
-    Feature.QUADRATIC_ROLLING: [runs.with_physics(rolling_friction_quadratic=times(0.97))],
-    Feature.FLIGHT: [runs.with_physics(table_restitution=times(0.97))],
+    Feature.AIR_DRAG: [with_physics(air_drag=times(0.97))],
+    Feature.QUADRATIC_ROLLING: [with_physics(rolling_friction_quadratic=times(0.97))],
+    Feature.FLIGHT: [with_physics(table_restitution=times(0.97))],
 }
 """Engines that get one feature wrong each: by a few per cent, or by leaving it out."""
 
