@@ -247,22 +247,23 @@ def _made(engine: type[ReferenceEngine], name: str, texts: Mapping[str, str]) ->
 
 
 def _as_decimals(texts: Mapping[str, str], settings: type[BaseModel]) -> dict[str, str]:
-    """Return texts in which fractions such as 1/60, for settings that are floats, are decimals."""
+    """Return the texts of settings, by key; of those that are floats, fractions as decimals."""
+    fields = settings.model_fields
     return {
-        key: repr(number)
-        if "/" in text
-        and key in settings.model_fields
-        and float in _types_of(settings.model_fields[key].annotation)
-        and (number := number_of(text)) is not None
-        else text
+        key: _as_decimal(text) if key in fields and _is_float(fields[key].annotation) else text
         for key, text in texts.items()
     }
 
 
-def _types_of(annotation: object) -> tuple[object, ...]:
-    """Return the types that an annotation allows: those of a union, else the annotation itself."""
-    parts = get_args(annotation)
-    return (annotation, *(one for part in parts for one in _types_of(part)))
+def _as_decimal(text: str) -> str:
+    """Return a fraction such as 1/60 as a decimal; any other text as it is."""
+    number = number_of(text) if "/" in text else None
+    return text if number is None else repr(number)
+
+
+def _is_float(annotation: object) -> bool:
+    """Return True if an annotation is `float`, or a union that has it."""
+    return annotation is float or any(map(_is_float, get_args(annotation)))
 
 
 def number_of(text: str) -> float | None:

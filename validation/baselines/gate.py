@@ -203,9 +203,7 @@ def _many_ball_run(scene: Scene) -> Observed | CaseRecord:
     try:
         result = run_ours(scene, "events")
         check_result(result, scene, OURS, "events")
-    except (
-        Exception
-    ) as error:  # a fault of the engine, reported with its scene, as in every other one
+    except Exception as error:  # reported with its scene, as a fault of any other shot
         case = Case(scene, OURS, TruthFailure("", ""))
         return failed(blank_record(case), f"{type(error).__name__}: {error}")
     return Observed.of_result(result)
