@@ -13,11 +13,12 @@ than the step.
 
 Balls that are displaced, or overlap, as they meet turn the line of centres by more than its
 derivative says: by d / depth, d the displacement and depth that by which they would miss. That
-multiplies what each such meeting passes on (`Margins.amplified`). The motion between contacts adds
-r once, which is v dt for an engine that steps; and so much for one that finds contacts in time, but
-drifts. So
+multiplies what each such meeting passes on (`Margins.amplified`). So does a meeting just before the
+balls would stop short of it: what takes a part x of the way that they would still go multiplies it
+by up to 1 / sqrt(1 - x). The motion between contacts adds r once, which is v dt for an engine that
+steps; and so much for one that finds contacts in time, but drifts. So
 
-    rest error <= r + prod_m (1 + d_m / depth_m) sum_k |dX / d delay_k| delay_k.
+    rest error <= r + prod_m (1 + d_m / depth_m) / sqrt(1 - x_m) sum_k |dX / d delay_k| delay_k.
 
 The same sums say when things happen, and how much energy there is (`Lateness`). A delay of one
 event moves later ones by their derivative; an event adds its own delay:
@@ -33,9 +34,10 @@ the end of a step. What a collision takes is no error of the energy until it is 
 balls as they were, and they part along another line. Solvers let balls collide with the speeds that
 they had before the step, as if friction hadn't slowed them in it; so each sum is that of the delay
 and of speeds that are as old. An engine that drifts meets a collision late, or early, by v dt over
-the speed of approach. F is the most that friction takes from all balls over a metre: a rolling ball
-loses 7/5 mu_r m g; a sliding one mu_s m g over what it slips, which is at most twice what it moves
-where a stroke drives it.
+the speed of approach. F is the most that friction takes from all balls while the fastest one
+goes a metre: a rolling ball loses 7/5 mu_r m g; a sliding one mu_s m g over what it slips. The slip
+is the velocity of a ball less that of its surface: no more than the fastest ball goes, and as much
+again, or what the fastest surface turns by at first if that is more, as with draw or spin alone.
 
 An engine that is worse than this breaks a law, or steps more coarsely than it says.
 
@@ -329,7 +331,9 @@ def _on_the_way(
     first = float(energy_of(scene, initial_state(scene)).total[0])
     slows = 1.4 * scene.rolling_frictions
     if scene.physics.motion == "sliding":
-        slows = slows + 2.0 * scene.sliding_frictions
+        turns = scene.radii * np.linalg.norm(scene.angular_velocities[:, :2], axis=1)
+        slips = 1.0 + max(1.0, float(np.max(turns)) / fastest)
+        slows = slows + slips * scene.sliding_frictions
     work = between * scene.physics.gravity * float(scene.masses @ slows)
     share = (work + more * float(delays @ lateness.energies)) / first
     if math.isfinite(share):

@@ -22,7 +22,7 @@ from ghostball.model.arrays import BoolArray, FloatArray
 from ghostball.model.scene.obstacles import Obstacle, facing, gap_to
 from ghostball.model.scene.sides import Side
 from ghostball.validation.grading.certified_events import EventChange
-from ghostball.validation.grading.certified_flow import PARTS, PLACE, ProvedBall
+from ghostball.validation.grading.certified_flow import PARTS, PLACE, VELOCITY, ProvedBall
 from ghostball.validation.grading.tolerances import EPS
 
 MOST_EVENTS = 600
@@ -63,6 +63,8 @@ class Margins:
     `moved` (m, events) float64 [m/s]: displacement by each second that an event is seen late.
     `turns` (m,) bool: whether the width is by how much a ball would have to miss what is round.
         There a smaller displacement is amplified by more than the derivative says.
+    `slows` (m,) bool: whether it is by how much a ball that is slowed down would have to go less
+        far to stop short. There, too, more is passed on than the derivative says.
     `balls`: which are moved, one or two.
     `since` (m,) float64 [s]: when what is near came near, at which the other path may begin.
     `pasts`: the events that led to it, one bit each: they come before the other path begins.
@@ -73,6 +75,7 @@ class Margins:
     widths: FloatArray
     moved: FloatArray
     turns: BoolArray
+    slows: BoolArray
     balls: tuple[tuple[int, ...], ...]
     since: FloatArray
     pasts: tuple[int, ...]
@@ -91,6 +94,11 @@ class Margins:
         what a finite displacement d does by 1 + d / depth times the derivative, from a full hit to
         a graze, where depth = rho - b. A contact that is seen late is met at a smaller rho, which
         turns the line as much as a larger b.
+
+        A ball that would stop s = v^2 / 2 a after what it meets, and goes x s less far, comes there
+        with v sqrt(1 - x). The change of its speed, to first order -v x / 2, is 2 / (1 + sqrt(1 -
+        x)) times as large; that of the instant at most 2 / (1 - x / 2 + sqrt(1 - x)) times, where
+        all of x is speed that it lacks. Neither is more than 1 / sqrt(1 - x).
         """
         if math.isfinite(self.until):
             return None
@@ -117,6 +125,9 @@ class Margins:
                 within_reach.append(k)
             if self.turns[k]:
                 factors[rows] = factor * (1.0 + by / width) if width > 0.0 else math.inf
+            elif self.slows[k]:
+                left = 1.0 - by / width if width > 0.0 else 0.0
+                factors[rows] = factor / math.sqrt(left) if left > 0.0 else math.inf
             largest[k] = np.max(factors)
         return factors, within_reach, largest
 
@@ -178,17 +189,17 @@ class _Late:
         self._starts = [ball.starts[0] for ball in balls]
         self._changes = np.zeros((PARTS * len(balls), events))
 
-    def place(self, ball: int, t: float) -> FloatArray:
-        """Return how far a ball is moved at an instant, (2, events) [m/s]."""
+    def part(self, ball: int, t: float, part: slice) -> FloatArray:
+        """Return how much a part of a ball's state is changed at an instant, (2, events)."""
         one, k = self._balls[ball], self._starts[ball]
-        flow = one.flow(k, max(t - float(one.segments[k, 0]), 0.0))[PLACE]
-        moved: FloatArray = flow @ self._changes[PARTS * ball : PARTS * (ball + 1)]
-        return moved
+        flow = one.flow(k, max(t - float(one.segments[k, 0]), 0.0))[part]
+        changed: FloatArray = flow @ self._changes[PARTS * ball : PARTS * (ball + 1)]
+        return changed
 
-    def between(self, ball: int, other: int | None, t: float) -> FloatArray:
-        """Return how far a ball's way to another one, or to what stands, is changed."""
-        own = self.place(ball, t)
-        return -own if other is None else self.place(other, t) - own
+    def between(self, ball: int, other: int | None, t: float, part: slice = PLACE) -> FloatArray:
+        """Return how much a ball's way, or velocity, to another one or what stands is changed."""
+        own = self.part(ball, t, part)
+        return -own if other is None else self.part(other, t, part) - own
 
     def apply(self, event: EventChange, e: int) -> None:
         """Pass an event, which may itself be seen late."""
@@ -212,7 +223,9 @@ class _Rows:
             for v, w in zip(first.velocities[0], first.angular_velocities[0], strict=True)
         ]
         self._pasts = [0] * len(scene.balls)
-        self._found: list[tuple[float, float, FloatArray, bool, tuple[int, ...], float, int]] = []
+        self._found: list[
+            tuple[float, float, FloatArray, bool, bool, tuple[int, ...], float, int]
+        ] = []
 
     def pass_by(self, near: _Near, late: _Late, e: int | None = None) -> None:
         """Add what a ball passes; `e`: as it has an event, until which it goes on as before."""
@@ -224,7 +237,7 @@ class _Rows:
         if e is not None:
             moved[e] += max(near.closing, 0.0)
         since = min(max(near.since, moves), near.t)
-        row = (near.t, max(near.gap, 0.0), moved, False, balls, since, self._past(balls))
+        row = (near.t, max(near.gap, 0.0), moved, False, False, balls, since, self._past(balls))
         self._found.append(row)
 
     def meet(self, event: EventChange, e: int, late: _Late) -> None:
@@ -234,19 +247,22 @@ class _Rows:
             return
         other = event.balls[1] if len(event.balls) == 2 else None
         between = late.between(event.balls[0], other, event.t)
-        along = np.abs(meets.normal @ between)
-        found = [(self._reach, np.hypot(*between), False)]
+        along = meets.normal @ between
+        found = [(self._reach, np.hypot(*between), False, False)]
         if math.isfinite(meets.stops):
-            found.append((meets.stops, along, False))
+            # v^2 / 2 a changes by v / a = 2 s / v times what the approach gains.
+            parting = meets.normal @ late.between(event.balls[0], other, event.t, VELOCITY)
+            shorter = np.abs(along + (2.0 * meets.stops / event.approach) * parting)
+            found.append((meets.stops, shorter, False, True))
         if self._stopped_at is not None:
-            later = along.copy()
+            later = np.abs(along)
             later[e] += event.approach
-            found.append((event.approach * (self._stopped_at - event.t), later, False))
+            found.append((event.approach * (self._stopped_at - event.t), later, False, False))
         # The last one of an event: it changes what is amplified from here on.
         across = np.array([-meets.parting[1], meets.parting[0]]) / np.hypot(*meets.parting)
         moved = np.abs(across @ between)
         moved[e] += event.approach
-        found.append((meets.depth, moved, math.isfinite(meets.depth)))
+        found.append((meets.depth, moved, math.isfinite(meets.depth), False))
         past = self._past(event.balls)
         self._found += [(event.t, *one, event.balls, event.t, past) for one in found]
 
@@ -265,13 +281,14 @@ class _Rows:
 
     def margins(self, events: int, until: float) -> Margins:
         """Return what was found until an instant [s]."""
-        columns = zip(*self._found, strict=True) if self._found else ((),) * 7
-        times, widths, moved, turns, balls, since, pasts = columns
+        columns = zip(*self._found, strict=True) if self._found else ((),) * 8
+        times, widths, moved, turns, slows, balls, since, pasts = columns
         return Margins(
             np.array(times, dtype=np.float64),
             np.array(widths, dtype=np.float64),
             np.array(moved, dtype=np.float64).reshape(len(times), events),
             np.array(turns, dtype=np.bool_),
+            np.array(slows, dtype=np.bool_),
             balls,
             np.array(since, dtype=np.float64),
             pasts,

@@ -10,13 +10,18 @@ import pytest
 from engine_facts import needs
 from step_rules import asked_of_all, criteria_of_step, limit_of_step
 
+from ghostball import Feature, plays
 from ghostball.model import Ball, EventKind, Physics, Record, Result, SampledTrajectory, Scene
 from ghostball.reference_adapters import make_engine
+from ghostball.reference_adapters.function import engine_of
 from ghostball.reference_adapters.pymunk.engine import PymunkEngine
 from ghostball.validation.checks.criteria import Criteria, common_criteria
 from ghostball.validation.checks.criterion import StepRule
+from ghostball.validation.checks.metrics import measure
+from ghostball.validation.checks.step_limits import step_criteria
 from ghostball.validation.checks.verdict import Verdict, verdict_of
 from ghostball.validation.results.records import CaseRecord
+from ghostball.validation.runs.playing import run_ours
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.suite.case import plain_settings, run_case
 from ghostball.validation.suite.judge import Case
@@ -290,6 +295,46 @@ def test_who_steps_is_held_to_its_step_in_time_and_energy(
     failed = {check.metric for check in judged(name, engine()).checks if check.passed is False}
     assert failed >= broken
     assert bool(failed) == bool(broken)
+
+
+@plays(*Feature)
+def behind(scene: Scene, dt: float = 1e-3) -> dict[str, object]:
+    """Show the true motion a step too late."""
+    run = run_ours(scene)
+    times = np.linspace(0.0, run.rest_time, 400)
+    samples = [(float(t) + dt, *(part[0] for part in run.sample([t]))) for t in times]
+    return {
+        "rest_positions": run.rest_positions,
+        "samples": [(0.0, scene.positions, scene.velocities, scene.angular_velocities), *samples],
+        "events": [],
+        "status": "rest",
+    }
+
+
+@pytest.mark.parametrize(
+    ("velocity", "spin"),
+    [
+        ((0.0, 0.0), (0.0, 100.0, 0.0)),  # slips 3.5 times what it goes at most
+        ((1.0, 0.0), (0.0, -120.0, 0.0)),  # draw: slips 4.4 times as much
+    ],
+)
+def test_what_friction_takes_in_a_step_allows_for_spin(
+    velocity: tuple[float, float], spin: tuple[float, float, float]
+) -> None:
+    first = Ball(id="a", position=(0.0, 0.0), velocity=velocity, angular_velocity=spin)
+    scene = Scene(name="spun", physics=Physics(preset="pool"), balls=[first])
+    engine = engine_of(behind, "behind:behind")()
+    rule = StepRule(engines=("behind",), late=("ball-ball",), energy_noise=1e-12, reason="by hand")
+    truth = truth_of(scene)
+    (limit,) = (
+        one
+        for one in step_criteria(rule, engine, scene, truth)
+        if one.metric == "energy_difference_max"
+    )
+    measured = measure(engine.simulate(scene, record="trajectory"), truth, [limit.metric])
+    off = measured.values[limit.metric]
+    assert off is not None
+    assert 0.5 * limit.limit < off <= limit.limit
 
 
 class MispocketingEngine(PymunkEngine):

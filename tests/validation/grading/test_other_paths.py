@@ -85,6 +85,11 @@ def test_a_late_bounce_moves_the_end_of_a_ball_that_spins_on_its_place() -> None
     assert judge_random(range(123, 124), "posts") > 0
 
 
+def test_an_early_hit_changes_when_a_ball_comes_to_a_cushion_that_it_all_but_reaches() -> None:
+    # It bounces off the cushion at 0.034 m/s and 6 mm before its end, 4 s after the first hit.
+    assert judge_random(range(300, 301), "pool", 1e-4, count="few") > 0
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("table", TABLES)
 def test_a_displaced_exact_engine_keeps_its_limits_in_200_scenes(table: str) -> None:
@@ -145,11 +150,44 @@ def test_a_ball_that_all_but_stops_short_of_a_cushion_may_stop_short_of_it() -> 
     assert lateness.margins.widths.min() == pytest.approx(left, rel=1e-6)
 
 
+@pytest.mark.parametrize("part", [0.1, 0.3, 0.6])
+def test_what_shortens_the_way_of_a_slow_ball_is_amplified_by_no_less_than_it_comes_late(
+    part: float,
+) -> None:
+    # A ball at speed v, slowed by a, that would stop v^2 / 2 a farther on: a displacement d delays
+    # it by (v - sqrt(v^2 - 2 a d)) / a, to first order d / v, and changes v by a times that.
+    speed, slowed = 0.1, 0.2
+    stops = speed**2 / (2.0 * slowed)
+    moved = part * stops
+    exact = (speed - math.sqrt(speed**2 - 2.0 * slowed * moved)) / slowed
+    times, one = np.zeros(1), np.ones(1, dtype=bool)
+    margins = Margins(
+        times, np.array([stops]), np.ones((1, 1)), ~one, one, ((0,),), times, (0,), math.inf
+    )
+    factors = margins.amplified(np.array([moved]), 1)
+    assert factors is not None
+    assert exact / (moved / speed) < factors[0] < 1.0 / (1.0 - part)
+    assert margins.amplified(np.array([stops]), 1) is None
+
+
+def test_a_late_bounce_takes_twice_what_it_overshoots_from_the_way_that_is_left() -> None:
+    table, width = Table(length=1.0, width=0.5), 1.0 - 2.0 * RADIUS
+    physics = Physics(preset="paper", rolling_friction=0.02)
+    speed = math.sqrt(2.0 * 0.02 * 9.81 * (0.5 - RADIUS + width + 1e-3))
+    scene = Scene(name="late", physics=physics, balls=[ball("a", 0.5, 0.25, speed)], table=table)
+    lateness = truth_of(scene).lateness
+    assert lateness is not None
+    assert lateness.margins is not None
+    (last,) = np.flatnonzero(np.isclose(lateness.margins.widths, 1e-3, rtol=1e-6))
+    # One way farther, and one way back; what the ball is slower there is a part of this.
+    assert lateness.margins.moved[last, 0] == pytest.approx(2.0 * lateness.approach[0], rel=1e-6)
+
+
 def test_what_displaces_one_pair_amplifies_nothing_of_another() -> None:
     turns = np.array([True, True])
     moved = np.array([[1.0], [1.0]])
     widths, balls, times = np.array([2e-3, 4e-3]), ((0, 1), (2, 3)), np.zeros(2)
-    margins = Margins(times, widths, moved, turns, balls, times, (0, 0), math.inf)
+    margins = Margins(times, widths, moved, turns, ~turns, balls, times, (0, 0), math.inf)
     factors = margins.amplified(np.array([1e-3]), 4)
     assert factors == pytest.approx([1.5, 1.5, 1.25, 1.25])
 
