@@ -1,7 +1,7 @@
 """Check that the end of a result agrees with its motion, in position and time.
 
-Numbers that contradict each other can't both be judged, and which of them is wrong only the engine
-knows. That counts are those of the events is looked at in `returned`, which asks here.
+Numbers that contradict each other can't both be judged, and only the engine knows which of them is
+wrong. `returned` calls this module; it compares the counts with the events itself.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ The spacing of single precision, in which an engine may keep one of the two.
 def disagreement(result: Result, scene: Scene) -> str:
     """Return how the end of a run contradicts its motion, in a sentence; "" where it doesn't.
 
-    `result`: one that reached its end, of which each field is as `Result` says.
+    `result`: of a run that reached its end. Each field alone has passed the checks of `returned`.
     """
     if result.status is Status.T_MAX and scene.t_max is None:
         return (
@@ -87,7 +87,7 @@ def _of_places(result: Result, scene: Scene) -> str:
 
 
 def _of_status(result: Result, scene: Scene) -> str:
-    """Look whether a run that says that its balls rest was ended by the scene's time."""
+    """Check that a run whose balls still move at `t_max` doesn't end by "rest"."""
     motion = result.trajectory
     if result.status is not Status.REST or scene.t_max is None or motion is None:
         return ""
@@ -135,7 +135,10 @@ def _mirrored(scene: Scene, places: FloatArray) -> Iterator[tuple[str, FloatArra
 
 
 def _between(result: Result, t: float) -> FloatArray:
-    """Return how far each ball may be from a place between samples, or after the last, (n,) [m]."""
+    """Return how far each ball moves between the samples around a time, (n,) [m].
+
+    After the last sample: how far it would move at its last velocity.
+    """
     frames = result.trajectory
     if not isinstance(frames, SampledTrajectory):
         return np.zeros(len(result.scene.balls))
@@ -149,9 +152,9 @@ def _between(result: Result, t: float) -> FloatArray:
 
 
 def _of_rest(result: Result, frames: SampledTrajectory) -> str:
-    """Look whether the last ball rests when the samples show it, or a sample later.
+    """Check that `rest_time` is at most one sample after the samples show that all balls rest.
 
-    An engine may look twice whether its balls rest. A ball of any speed moves.
+    An engine may check twice that its balls rest. A ball of any speed above 0 moves.
     """
     if result.status is not Status.REST:
         return ""

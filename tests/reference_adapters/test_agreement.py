@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from wrong_runs import with_end
 
 from ghostball.engine import simulate
 from ghostball.model import Result, SampledTrajectory, Status
@@ -25,15 +26,11 @@ def exact(name: str) -> Result:
 
 
 def moved(result: Result, by: float) -> Result:
-    end = result.final_state
-    return replace(
-        result, final_state=end._replace(positions=end.positions + np.array([by, 0.0, 0.0]))
-    )
+    return with_end(result, positions=result.rest_positions + np.array([by, 0.0, 0.0]))
 
 
 def swapped(result: Result) -> Result:
-    end = result.final_state
-    return replace(result, final_state=end._replace(positions=end.positions[:, ::-1]))
+    return with_end(result, positions=result.rest_positions[::-1])
 
 
 @pytest.mark.parametrize(

@@ -45,8 +45,8 @@ def interrupts_held() -> Iterator[None]:
 def end_with_parent() -> None:
     """Lead a process group that is killed once the parent of this process is gone.
 
-    Whatever this process does then: native code lets none of its threads run. A thread does it
-    where there is no shell, of this process alone.
+    The shell kills the group even during native code that lets no thread of this process run.
+    Without a shell, a thread ends this process alone.
     """
     parent = multiprocessing.parent_process()
     assert parent is not None

@@ -84,9 +84,9 @@ def run_engine(engine: ReferenceEngine, scene: Scene, record: Record = "trajecto
 
 
 def first_played(engine: ReferenceEngine, scenes: Sequence[Scene]) -> str:
-    """Return the name of the scene with the fewest balls that an engine plays; "" of none.
+    """Return the name of the scene with the fewest balls that an engine supports; "" without one.
 
-    That is where `differs_by_record` is asked: once for each engine, for it takes two more shots.
+    `differs_by_record` is called for this scene alone, since it takes two more shots.
     """
     try:
         known = engine.capabilities
@@ -97,42 +97,46 @@ def first_played(engine: ReferenceEngine, scenes: Sequence[Scene]) -> str:
 
 
 def differs_by_record(engine: ReferenceEngine, result: Result) -> str:
-    """Say in what a shot of an engine is another one where less is recorded; "" where in nothing.
+    """Return how the result of a shot depends on what is recorded, in a sentence; "" if it doesn't.
 
-    `result`: of a shot of which the whole motion was recorded.
+    `result`: of the shot, recorded with its whole motion.
 
-    Nothing is said of an engine that plays another shot each time, nor of a function, which isn't
-    told what is recorded.
+    Returns "" for an engine whose results differ from run to run, and for a function, which isn't
+    told what to record.
     """
     if isinstance(engine, FunctionEngine) or not result.status.complete:
         return ""
     records: tuple[Record, ...] = ("rest", "events")
     for record in records:
-        with captured():  # what it prints was said of the shot itself
+        with captured():  # what it prints was reported with the shot itself
             found = _difference(result, run_engine(engine, result.scene, record))
             found = "" if found and _difference(result, run_engine(engine, result.scene)) else found
         if found:
             return (
-                f'its result depends on what is recorded: with `record="{record}"`, {found} than '
-                'with `record="trajectory"`. Play the same shot, whatever is recorded of it'
+                f'its result depends on what is recorded: {found} between `record="{record}"` '
+                'and `record="trajectory"`. Play the same shot, whatever is recorded'
             )
     return ""
 
 
 def _difference(one: Result, other: Result) -> str:
-    """Say in what the same shot differs, to the bit; "" where in nothing that both recorded."""
+    """Return the first difference of two results of a shot, to the bit; "" if there is none.
+
+    What only one of them recorded isn't compared.
+    """
     if one.status is not other.status:
-        return f"`status` is {other.status.value}, other"
+        return f"`status` differs ({other.status.value} and {one.status.value})"
     if not np.array_equal(one.rest_positions, other.rest_positions):
         off = np.max(np.linalg.norm(other.rest_positions - one.rest_positions, axis=1))
-        return f"`rest_positions` are {off:.3g} m elsewhere"
+        return f"`rest_positions` differ by {off:.3g} m"
     if one.rest_time != other.rest_time:
-        return f"`rest_time` is {other.rest_time - one.rest_time:.3g} s later"
+        return f"`rest_time` differs by {abs(other.rest_time - one.rest_time):.3g} s"
     if dict(one.collision_counts) != dict(other.collision_counts):
-        return f"`collision_counts` are {dict(other.collision_counts)}, other"
+        counts = f"{dict(other.collision_counts)} and {dict(one.collision_counts)}"
+        return f"`collision_counts` differ ({counts})"
     if one.events is None or other.events is None:
         return ""
-    return "" if np.array_equal(one.events, other.events) else "`events` are other ones"
+    return "" if np.array_equal(one.events, other.events) else "`events` differ"
 
 
 def run_ours(scene: Scene, record: Record = "trajectory") -> Result:
@@ -176,7 +180,10 @@ def in_other_process(
 
 
 class _Remote:
-    """What runs in another process. No engine is one: a name that it may have would decide less."""
+    """Base class of an engine that runs in another process.
+
+    A class marks it, not an attribute: any engine may have an attribute of any name.
+    """
 
 
 @dataclass(frozen=True)

@@ -58,10 +58,17 @@ def test_an_engine_may_say_what_no_file_takes(tmp_path: Path, does: str) -> None
 @pytest.mark.parametrize(
     ("does", "says"),
     [
-        ("end elsewhere at rest", 'with `record="rest"`, `rest_positions` are 0.2 m elsewhere'),
-        ("end later at rest", 'with `record="rest"`, `rest_time` is 0.25 s later'),
-        ("count more at rest", "with `record=\"rest\"`, `collision_counts` are {'ball-ball': 3"),
-        ("say other events", 'with `record="events"`, `events` are other ones'),
+        (
+            "end elsewhere at rest",
+            '`rest_positions` differ by 0.2 m between `record="rest"` and `record="trajectory"`',
+        ),
+        ("end later at rest", '`rest_time` differs by 0.25 s between `record="rest"` and'),
+        (
+            "count more at rest",
+            "`collision_counts` differ ({'ball-ball': 3, 'ball-cushion': 0} and {'ball-ball': 0, "
+            "'ball-cushion': 0}) between `record=\"rest\"` and",
+        ),
+        ("say other events", '`events` differ between `record="events"` and'),
     ],
 )
 def test_a_shot_that_depends_on_what_is_recorded_has_failed_once(
