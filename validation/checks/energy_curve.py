@@ -15,6 +15,7 @@ is no such event, because the energy doesn't jump there.
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 import numpy as np
 
@@ -43,9 +44,8 @@ def energy_differences(
     `result`, `truth`: run and reference of the same scene, recorded with `record="trajectory"`.
     `until` [s]: the last instant that is compared.
     """
-    times = compared_instants(result, truth, until)
-    true = truth.energy(times).total if len(times) else np.empty(0)
-    return times, np.abs(energy_at(result, times).total - true)
+    times, differences = _differences(result, truth)
+    return times[times <= until], differences[times <= until]
 
 
 def compared_instants(result: Result, truth: Result, until: float = math.inf) -> FloatArray:
@@ -53,6 +53,21 @@ def compared_instants(result: Result, truth: Result, until: float = math.inf) ->
 
     Parameters are those of `energy_differences`.
     """
+    times = _instants(result, truth)
+    return times[times <= until]
+
+
+@lru_cache(maxsize=1)  # by identity: several metrics look at these
+def _differences(result: Result, truth: Result) -> tuple[FloatArray, FloatArray]:
+    """Return all instants compared (k,) [s], and the energy errors at them, (k,) [J]."""
+    times = _instants(result, truth)
+    true = truth.energy(times).total if len(times) else np.empty(0)
+    return times, np.abs(energy_at(result, times).total - true)
+
+
+@lru_cache(maxsize=1)
+def _instants(result: Result, truth: Result) -> FloatArray:
+    """Return the instants of the whole run at which both have had the same events, (k,) [s]."""
     logs = [events_in(events_of(run), _JUMPS) for run in (truth, result)]
     pairs = compare_logs(*logs).pairs
     instants = np.array([(one.t, other.t) for one, other in pairs]).reshape(-1, 2)
@@ -70,7 +85,7 @@ def compared_instants(result: Result, truth: Result, until: float = math.inf) ->
     inside = np.searchsorted(np.sort(earlier), times, side="right") > np.searchsorted(
         np.sort(last), times, side="right"
     )
-    compared: FloatArray = times[~inside & (times <= until)]
+    compared: FloatArray = times[~inside]
     return compared
 
 

@@ -6,9 +6,9 @@ A metric that can't be computed is None with the reason beside it, never 0.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection
+from collections.abc import Collection
 from dataclasses import dataclass, field, replace
-from functools import cache, partial
+from functools import partial
 
 import numpy as np
 
@@ -34,9 +34,6 @@ from ghostball.validation.runs.sampling import energy_series, events_of, largest
 from ghostball.validation.truth.scene_truth import Truth
 
 Value = int | float | None
-
-Differences = Callable[[Result, Truth], tuple[FloatArray, FloatArray]]
-"""Instants (k,) [s], and differences of energy there (k,) [J]."""
 
 
 _REST_ERRORS = ("rest_error_max", "rest_error_rms", "rest_error_ulps")
@@ -111,11 +108,10 @@ def measure(
     if resolution in (0.0, "proved"):
         # An engine that errs by rounding alone is graded as exact even if it records only frames.
         truth = replace(truth, graded_steps=truth.graded)
-    compared = cache(partial(differences_of, until=horizon))  # two metrics look at these
     of_engine: dict[str, Compute] = {
         "energy_rise": partial(_energy_rise, resolution=resolution),
-        "energy_difference_max": partial(_energy_difference_max, compared=compared),
-        "energy_difference_time": partial(_energy_difference_time, compared=compared),
+        "energy_difference_max": partial(_energy_difference_max, horizon=horizon),
+        "energy_difference_time": partial(_energy_difference_time, horizon=horizon),
         "event_time_error": partial(event_time_error, horizon=horizon),
     }
     computes = {**_COMPUTE, **PROOF_METRICS, **of_engine}
@@ -232,16 +228,16 @@ def _first_divergence_time(result: Result, truth: Truth) -> float:
     return parts_at
 
 
-def _energy_difference_max(result: Result, truth: Truth, compared: Differences) -> float:
+def _energy_difference_max(result: Result, truth: Truth, horizon: float = math.inf) -> float:
     require_end(result)
     known(truth.motion, truth, "energy")
     first = _initial(result)
-    _, differences = compared(result, truth)
+    _, differences = differences_of(result, truth, horizon)
     return float(np.max(_finite(differences))) / first
 
 
-def _energy_difference_time(result: Result, truth: Truth, compared: Differences) -> float:
-    times, differences = compared(result, truth)
+def _energy_difference_time(result: Result, truth: Truth, horizon: float = math.inf) -> float:
+    times, differences = differences_of(result, truth, horizon)
     largest = int(np.argmax(_finite(differences)))
     if differences[largest] == 0.0:
         raise NotMeasuredError("the energy equals the reference at every instant compared")
@@ -288,8 +284,8 @@ _COMPUTE: dict[str, Compute] = {
     "ball_cushion_count_error": _count_error(EventKind.BALL_CUSHION),
     "matching_events": lambda result, truth: _compared(result, truth).leading,
     "first_divergence_time": _first_divergence_time,
-    "energy_difference_max": partial(_energy_difference_max, compared=differences_of),
-    "energy_difference_time": partial(_energy_difference_time, compared=differences_of),
+    "energy_difference_max": _energy_difference_max,
+    "energy_difference_time": _energy_difference_time,
     "energy_drift": _energy_drift,
     "energy_rise": _energy_rise,
     "overlap_max": _overlap_max,

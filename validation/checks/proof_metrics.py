@@ -10,7 +10,7 @@ from typing import Final, TypeVar
 
 import numpy as np
 
-from ghostball.model import EventKind, ExactTrajectory, Result
+from ghostball.model import EventKind, ExactTrajectory, Result, Samples
 from ghostball.model.arrays import FloatArray
 from ghostball.validation.checks.energy_curve import compared_instants, energy_differences
 from ghostball.validation.grading.grading import Grade, grade
@@ -136,13 +136,19 @@ def _energy_difference_factor(result: Result, truth: Truth) -> float:
     return _in_roundings(differences, sizes)
 
 
-def _path_error(result: Result, truth: Truth) -> float:
-    found, right = _graded(result, truth), known(truth.motion, truth, "energy")
-    times = compared_instants(result, right, found.until)
+@lru_cache(maxsize=1)  # both metrics of the path compare these
+def _states(result: Result, right: Result, until: float) -> tuple[FloatArray, Samples, Samples]:
+    """Return instants up to `until`, (k,) [s], with the states of the run and the true ones."""
+    times = compared_instants(result, right, until)
     if not len(times):
         raise NotMeasuredError("a collision is due at the start: no position can be compared")
-    off = (result.sample(times).positions - right.sample(times).positions)[..., :2]
-    errors = np.linalg.norm(off, axis=2)
+    return times, result.sample(times), right.sample(times)
+
+
+def _path_error(result: Result, truth: Truth) -> float:
+    found, right = _graded(result, truth), known(truth.motion, truth, "energy")
+    times, shown, true = _states(result, right, found.until)
+    errors = np.linalg.norm((shown.positions - true.positions)[..., :2], axis=2)
     assert right.events is not None
     for event in right.events[np.isin(right.events["kind"], _LEAVES)]:
         errors[times >= event["t"], event["a"]] = 0.0  # where it is shown then is free
@@ -155,11 +161,8 @@ def _path_factor(result: Result, truth: Truth) -> float:
     assert truth.certificate is not None  # `_graded` needed it
     if not truth.certificate.proved:
         raise NotMeasuredError("the shot isn't certified to its end, so no path is compared")
-    times = compared_instants(result, right, found.until)
-    if not len(times):
-        raise NotMeasuredError("a collision is due at the start: no position can be compared")
-    true = right.sample(times)
-    shown, scene = result.sample(times), result.scene
+    times, shown, true = _states(result, right, found.until)
+    scene = result.scene
     beside = np.linalg.norm(shown.positions - true.positions, axis=2)
     # The coordinates are rounded as well, and the instant, by which a ball moves on.
     speeds = np.linalg.norm(true.velocities, axis=2)

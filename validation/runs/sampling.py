@@ -86,6 +86,7 @@ def energy_at(result: Result, times: FloatArray) -> Energy:
     return Energy(*(np.interp(times, frames.times, part) for part in at_frames))
 
 
+@lru_cache(maxsize=1)  # by identity: the class of a run and its limits both ask
 def energy_series(result: Result) -> FloatArray:
     """Return the total energy over a whole run, (k,) [J], at every recorded frame.
 
