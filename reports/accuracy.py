@@ -9,6 +9,7 @@ from statistics import median
 from typing import Final
 
 from ghostball.reports import style
+from ghostball.reports.words import many
 from ghostball.validation.checks.verdict import Verdict, is_own_measure, verdict_of
 from ghostball.validation.results.records import INDEPENDENT, Accuracy, AccuracyKind, CaseRecord
 from ghostball.validation.results.store import Results
@@ -214,10 +215,21 @@ def _broken_text(found: Accuracy) -> str:
 
 
 def wrong_text(cases: Iterable[CaseRecord]) -> str:
-    """Count the cases that are no true shot at all, "2 broken, 5 another shot"; "" without any.
+    """Return "wrong collisions in 2 cases, not judged"; "" if no case has any.
 
-    A limit asks of an engine no more than its step allows: so such a case may keep them all.
+    Cases with unphysical motion are counted, too. Such a case may pass all its limits, because they
+    allow for the engine's step: "not judged" if each does, and none of the limits is on the end.
     """
-    found = Counter(case.accuracy.kind for case in cases if case.accuracy is not None)
-    kinds: tuple[AccuracyKind, ...] = ("broken", "another shot")
-    return ", ".join(f"{found[kind]} {kind}" for kind in kinds if found[kind])
+    whats: Mapping[AccuracyKind, str] = {
+        "another shot": "wrong collisions",
+        "broken": "unphysical motion",
+    }
+    wrong = [
+        (whats[case.accuracy.kind], verdict_of(case))
+        for case in cases
+        if case.accuracy is not None and case.accuracy.kind in whats
+    ]
+    counts = Counter(what for what, _ in wrong)
+    said = ", ".join(f"{what} in {many(counts[what], 'case')}" for what in counts)
+    unjudged = all(verdict is Verdict.LIMITS_HOLD for _, verdict in wrong)
+    return f"{said}, not judged" if said and unjudged else said

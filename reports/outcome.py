@@ -37,16 +37,20 @@ _KINDS = {"✗": "fail", "!": "fail", "?": "holds", "○": "holds", "✓": "pass
 
 PASSED = "Passed"
 
-_BESIDES = ", with cases that are no true shot: "
+_BESIDES = "; "
 
 
 @dataclass(frozen=True)
 class Answer:
-    """One answer: its sign, of which ✓ alone is a pass, a word, and one sentence."""
+    """One answer: its sign, of which ✓ alone is a pass, a word, and one sentence.
+
+    `besides`: what a reader must know beside a pass; "" if nothing.
+    """
 
     sign: str
     word: str
     why: str
+    besides: str = ""
 
 
 @dataclass(frozen=True)
@@ -82,6 +86,8 @@ def overall(results: Results | None, *regressions: Regression) -> Overall:
         elif limits.sign == "✓":
             words = [limits.word.replace(PASSED, "Limits hold"), compared.word]
     word = ", ".join(words)
+    if limits is not None and limits.besides:
+        word += f"{_BESIDES}{limits.besides}"
     why = " ".join(answer.why for answer in ([] if limits is None else [limits]) + found)
     return Overall(sign, word[0].upper() + word[1:], _KINDS[sign], why)
 
@@ -106,8 +112,8 @@ def of_limits(results: Results) -> Answer:
         said = f"{why[0].upper()}{why[1:]}. `ghostball validate` ends with 4."
         return Answer("○", "No outcome judged", said)
     wrong = wrong_text(results.cases)
-    word = f"Limits hold{_BESIDES}{wrong}" if wrong else PASSED
-    return Answer("✓", word, f"Every limit holds: {many(passed, 'check')} passed.")
+    word = "Limits hold" if wrong else PASSED
+    return Answer("✓", word, f"Every limit holds: {many(passed, 'check')} passed.", wrong)
 
 
 def of_comparison(regression: Regression) -> Answer:

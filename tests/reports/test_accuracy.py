@@ -1,9 +1,9 @@
 """Fails where a class is said in words that it does not mean, or a bar leaves a scene out."""
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import pytest
+from stored_cases import record
 
 from ghostball.reports.accuracy import (
     CLASSES,
@@ -13,7 +13,7 @@ from ghostball.reports.accuracy import (
     tally,
     wrong_text,
 )
-from ghostball.validation.results.records import Accuracy
+from ghostball.validation.results.records import Accuracy, Check
 from ghostball.validation.results.store import Results
 
 
@@ -78,14 +78,24 @@ def test_a_tally_counts_each_case_once(results):
         assert list(found.counts) == [kind for kind in CLASSES if kind in found.counts]
 
 
-def cases(**counts):
-    return [
-        SimpleNamespace(accuracy=SimpleNamespace(kind=kind.replace("_", " ")))
-        for kind, count in counts.items()
-        for _ in range(count)
-    ] + [SimpleNamespace(accuracy=None)]
+HOLDS = Check("energy_gain_max", 0.0, "at_most", 1e-9, "1", passed=True, reason="x")
+"""A limit that doesn't judge how a shot ends."""
 
 
-def test_cases_that_are_no_true_shot_are_counted():
-    assert wrong_text(cases(exact=3, centimetres=1)) == ""
-    assert wrong_text(cases(another_shot=5, broken=2, exact=1)) == "2 broken, 5 another shot"
+def cases(*kinds, checks=(HOLDS,)):
+    ran = {"status": "rest", "checks": checks}
+    return [record(accuracy=Accuracy(kind), **ran) for kind in kinds] + [record()]
+
+
+def test_wrong_and_unphysical_cases_are_counted():
+    assert wrong_text(cases("exact", "exact", "centimetres")) == ""
+    one, two = cases("another shot"), cases("another shot", "broken", "another shot", "exact")
+    assert wrong_text(one) == "wrong collisions in 1 case, not judged"
+    said = "wrong collisions in 2 cases, unphysical motion in 1 case, not judged"
+    assert wrong_text(two) == said
+
+
+def test_a_wrong_case_that_fails_is_judged():
+    fails = replace(HOLDS, value=1.0, passed=False)
+    failing = cases("another shot", checks=(fails,))
+    assert wrong_text([*failing, *cases("another shot")]) == "wrong collisions in 2 cases"

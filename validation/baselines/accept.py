@@ -54,15 +54,14 @@ class UnjudgedError(AcceptError):
 
 
 class LimitsBrokenError(AcceptError):
-    """What was to be accepted breaks limits of truth, in the scenes `broken`."""
+    """Results to be accepted fail limits on the error, in the scenes `broken`."""
 
     def __init__(self, broken: Sequence[SceneChange]) -> None:
         self.broken = tuple(broken)
         said = "".join(f"\n  {one.scene}: {'; '.join(one.broken)}" for one in broken)
         super().__init__(
-            f"nothing is accepted, for limits of truth are broken: what was found there is wrong, "
-            f"not only another answer:{said}\nMend the engine. To accept other scenes, name "
-            "them"
+            "nothing was accepted: results fail limits on the error, so they are wrong, not only "
+            f"different:{said}\nFix the engine. To accept other scenes, name them"
         )
 
 
@@ -73,7 +72,7 @@ class Acceptance:
     `written`, `deleted`: scenes whose baselines were rewritten, or made; and that have none any
         more.
     `left`: scenes that moved too, and weren't asked for.
-    `broken`: those that were accepted though they break limits of truth.
+    `broken`: the accepted scenes whose results fail limits on the error.
     `unfinished`: those that were asked for and that the engine did not finish: no result was there
         to accept.
     """
@@ -105,8 +104,8 @@ def accept(
     `even_though_limits_fail`: whether to accept even results that fail limits, or that no limit
         judges.
 
-    Raises `LimitsBrokenError` where what would be accepted breaks limits of truth; `UnjudgedError`
-    where no limit judges any of it;
+    Raises `LimitsBrokenError` if a result to be accepted fails a limit on its error;
+    `UnjudgedError` if no limit judges any of them;
     `NotDeterministicError` where the engine gave other bits when it played one of the scenes again;
     `NotFinishedError` where there is no more to accept than what the engine did not finish;
     `GhostballError` where there is no reason, no comparison, one of other code than what is here
@@ -131,9 +130,9 @@ def accept(
     unsteady = [one.scene for one in regression.scenes if one.change == "not-deterministic"]
     if unsteady := [name for name in unsteady if _is_any(name, only)]:
         raise NotDeterministicError(
-            f"nothing is accepted, for engine `{engine}` gives other bits each time that it plays "
-            f"{', '.join(unsteady)}: no baseline holds for it. Make it deterministic, and run "
-            "`ghostball regress` again. To accept other scenes, name them"
+            f"nothing was accepted: engine `{engine}` gives a different result each time it "
+            f"simulates {', '.join(unsteady)}, so no baseline holds. Make it deterministic, and "
+            "run `ghostball regress` again. To accept other scenes, name them"
         )
     accepted = _accepted(regression, reason)
     candidates = _candidates(regression, results, folder)
@@ -146,7 +145,7 @@ def accept(
         if lost:
             said = "; ".join(f"{one.scene}: {one.summary}" for one in lost)
             raise NotFinishedError(
-                f"nothing is accepted of engine `{engine}`: {said}. Mend the engine, and run "
+                f"nothing was accepted for engine `{engine}`: {said}. Fix the engine, and run "
                 "`ghostball regress` again"
             )
         there = ", ".join([*(one.scene for one in candidates), *left]) or "nothing"

@@ -72,12 +72,12 @@ def _say_accepted(done: Acceptance) -> None:
         if names:
             stdout().print(f"{words}: {escape(', '.join(names))}", soft_wrap=True)
     if done.left:
-        say(f"moved too, and left as they were: {escape(', '.join(done.left))}")
+        say(f"also changed, not accepted: {escape(', '.join(done.left))}")
     for one in done.unfinished:
         say(f"[bold red]not accepted:[/] {escape(f'{one.scene}: {one.summary}')}")
     for one in done.broken:
         say(
-            "[bold yellow]accepted though limits of truth are broken:[/] "
+            "[bold yellow]accepted, although limits fail:[/] "
             + escape(f"{one.scene}: {'; '.join(one.broken)}")
         )
     stdout().print(f"noted in {done.changelog}", soft_wrap=True, markup=False)

@@ -272,7 +272,7 @@ def _show(
     if unfinished:
         parts.append(f"{unfinished} did not finish")
     if broken:
-        parts.append(f"{broken} limits of truth broken")
+        parts.append(f"{broken} limits failed")
     moved = {one.scene for one in regression.moved}
     if said := shared(
         [case for case in own if case.scene in moved],

@@ -114,14 +114,14 @@ def headline(outcome: Outcome, seconds: float) -> str:
         parts.append(f"{counts.checks_reference} only compare our engine with itself")
     if counts.checks_left_out:
         parts.append(f"{counts.checks_left_out} left out by --metric")
-    if wrong := wrong_text(outcome.cases):
-        parts.append(f"though cases are no true shot: {wrong}")
     if counts.unfinished:
         parts.append(f"cases that did not finish: {counts.unfinished}")
     if counts.unavailable:
         parts.append(f"cases without their engine here: {counts.unavailable}")
     colour = "green" if outcome.exit_status == 0 else "bold red"
-    return f"[{colour}]{', '.join(parts)}[/] in {seconds:.0f} s"
+    line = f"[{colour}]{', '.join(parts)}[/] in {seconds:.0f} s"
+    wrong = wrong_text(outcome.cases)
+    return f"{line}; {wrong}" if wrong else line
 
 
 def _matrix(results: Results) -> Table:
