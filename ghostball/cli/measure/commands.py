@@ -44,8 +44,8 @@ def run(
         RecordChoice | None,
         typer.Option(
             metavar="|".join(RecordChoice),
-            help="What to keep: where the balls end, also each event (--format json prints them), "
-            "or also the whole motion (default: rest; with --plot: trajectory).",
+            help="Keep rest positions, also each event (--format json prints them), or also the "
+            "whole motion (default: rest; with --plot: trajectory).",
         ),
     ] = None,
     plot: Annotated[
@@ -56,8 +56,7 @@ def run(
         str | None,
         typer.Option(
             metavar="HASH",
-            help="Fail unless events and rest positions have this hash, which `--record events` "
-            "prints: a line of a workflow that must change wherever a bit of the shot does.",
+            help="Fail unless events and rest positions have this hash (see `--record events`).",
         ),
     ] = None,
     time_limit: ShotLimit = 600.0,
@@ -108,9 +107,8 @@ def validate(
         int | None,
         typer.Option(
             metavar="K",
-            help="Play each scene also from K varied starts on every engine, and say how much "
-            "their ends vary, such as `validate chaos --ensemble 20`: for shots too chaotic to be "
-            "compared one by one.",
+            help="Also simulate each scene from K perturbed initial states, and compare the spread "
+            "of the ends. Use it for chaotic shots: `validate chaos --ensemble 20`.",
         ),
     ] = None,
     ensemble_size: Annotated[
@@ -157,27 +155,24 @@ def explain(
     plot: Annotated[
         Path | None,
         plot_option(
-            "Draw both shots over each other at the instant at which they part, with the "
-            "collisions marked"
+            "Draw both shots at the time of the first wrong collision, with the collisions marked"
         ),
     ] = None,
     attribute: Annotated[
         bool,
         typer.Option(
-            help="Say also whether the difference comes from the engine's step or its model. Takes "
-            "three more runs, the finest at a sixteenth of the step."
+            help="Find the cause of the error, such as the engine's step or its model. Takes two "
+            "more runs or three, the finest at a sixteenth of the step or less."
         ),
     ] = True,
     form: PlainFormat = Plain.TEXT,
     time_limit: ShotLimit = 600.0,
 ) -> None:
-    """Say what is wrong with an engine's shot, since when, and where it leaves the true one.
+    """Name the cause of an engine's error in a shot, and the first wrong collision.
 
-    First comes what is wrong: a coefficient, such as a friction or a restitution, and by which
-    factor; the step, where the difference goes away with a shorter one; or other physics. Then the
-    first collision that the engine or the truth lacks, what the other has in its place, by how
-    much, and the balls there. The truth is certified where it can be. Exit status 0, whether they
-    part or not; 1 where the engine fails, crashes, hangs or doesn't come to the end of the shot.
+    Causes are a coefficient, such as a friction, with its factor; the time step, if the error
+    shrinks with a shorter one; and different physics. The reference is certified if possible. Exit
+    status 0, even if collisions are wrong; 1 if the engine fails, crashes, hangs or doesn't finish.
     """
 
 
@@ -285,16 +280,14 @@ def stress(
         float | None,
         typer.Option(
             metavar="SECONDS",
-            help="How long a trial may take (default: each has a limit of its own, a minute or "
-            "more): after that it is ended, and has broken the engine.",
+            help="End a trial after this time, as failed (default: a minute or more, by trial).",
         ),
     ] = None,
     listed: Annotated[
         bool,
         typer.Option(
             "--list",
-            help="List the families and what they ask, or the trials of those that are named, and "
-            "try nothing.",
+            help="List families and what they ask, or the trials of named families. Run nothing.",
         ),
     ] = False,
 ) -> None:
@@ -338,12 +331,11 @@ def leaderboard(
     plot: Annotated[Path | None, plot_option("Draw the board")] = None,
     form: PlainFormat = Plain.TEXT,
 ) -> None:
-    """Put engines on one board: how right each is in what distinguishes engines, and how fast.
+    """Compare the accuracy and the speed of engines, and their agreement with real tables.
 
-    Beside that, how like a real table each can be. Cells are cases of the suite: what earlier runs
-    measured with the same code is reused, and exit statuses are those of `validate`, but that an
-    engine counts as judged where one of its shots is, with any of the steps that a column gives it.
-    An engine that crashes or hangs costs its own cells.
+    Cases that earlier runs measured with the same code are reused. Exit statuses are those of
+    `validate`, but one judged shot suffices for an engine, with any step that a column gives it. An
+    engine that crashes or hangs loses only its own cells.
     """
 
 
@@ -354,8 +346,7 @@ def precision(
         list[str] | None,
         typer.Argument(
             metavar="SCENE|TAG",
-            help="As of `validate`; each needs a closed form, or a proof to its end (default: six "
-            "with a closed form).",
+            help="Scenes with a closed form, or a proof to the end (default: six closed forms).",
             autocompletion=complete_scene,
         ),
     ] = None,
@@ -367,8 +358,8 @@ def precision(
         int,
         typer.Option(
             min=1,
-            help="Rounds: each begins the shot at another part of a step, and the least time "
-            "counts; what takes long is run twice.",
+            help="Rounds, each with another phase of the step; the shortest time counts. Slow "
+            "runs get two.",
         ),
     ] = 4,
     out: Annotated[
@@ -377,20 +368,16 @@ def precision(
     ] = None,
     plot: Annotated[
         Path | None,
-        plot_option(
-            "Draw the error against the steps in a second of play, and ring and name the step that "
-            "is worth it"
-        ),
+        plot_option("Draw the error against the steps per second, and mark the recommended step"),
     ] = None,
     form: PlainFormat = Plain.TEXT,
 ) -> None:
-    """Measure each engine's error against its time, and say which step is worth it.
+    """Measure each engine's error against its run time, and recommend a step.
 
-    An engine whose settings have a step, `dt`, plays each shot in steps from 20 ms down, each half
-    as long as the one before; one without a step plays it once. The error is the largest distance
-    of a ball from where it truly ends. All is done in this very process, one run after another, for
-    times need that: some minutes for the engines that are the default. Exit status 4 where none of
-    the engines can play any of the scenes.
+    An engine with a step, `dt`, simulates each shot with steps from 20 ms down, each half as long
+    as the one before. The error is the largest distance of a ball from its reference rest position.
+    Runs follow one another in this process, so that run times are right: with the default engines
+    they take some minutes. Exit status 4 if no engine supports any of the scenes.
     """
 
 
@@ -401,15 +388,13 @@ def grade(
         list[Path],
         typer.Argument(
             metavar="FILE...",
-            help="Files of runs made elsewhere, as JSON: one run, a list, or one a line.",
+            help="JSON files of runs made elsewhere: one run, a list of runs, or one run per line.",
         ),
     ],
 ) -> None:
-    """Judge runs that an engine in any language made, as those of any other engine.
+    """Judge the runs of an engine in any language, with the limits and exit status of `validate`.
 
     `ghostball scenes --export DIR` writes the scenes. Each run is a JSON object: engine, scene (a
-    shipped one's name, or all of it), status ("rest", "t-max"), rest_time, rest_positions, events
-    and samples of the motion; reference_adapters/elsewhere.py describes all. A file holds one run,
-    a list of them, or one a line. They are asked what
-    `ghostball validate` asks of any engine, and the exit status is the same.
+    shipped name, or the whole scene), status ("rest", "t-max"), rest_time, rest_positions, events
+    and samples of the motion; see reference_adapters/elsewhere.py.
     """

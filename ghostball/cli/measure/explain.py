@@ -48,7 +48,7 @@ TRUTHS = {
 }
 """What a shot is compared with."""
 
-NAMES = {"truth": "in truth", "engine": "in {label}"}
+NAMES = {"truth": "in the reference", "engine": "in {label}"}
 
 
 def run(
@@ -75,7 +75,7 @@ def run(
     shot = find_scene(_worst_scene(config.out, engine) if scene is None else scene)
     what = "three steps" if attribute else "one run"
     with (
-        busy(f"explaining {shot.name} on {engine}: the truth, and {what}"),
+        busy(f"explaining {shot.name} on {engine}: the reference, and {what}"),
         in_other_process(made, time_limit, _said_once(made.name)) as player,
     ):
         explanation = explain(shot, player, label=engine, attributed=attribute)
@@ -145,7 +145,7 @@ def parts_of(explanation: Explanation) -> Iterator[RenderableType]:
         yield from _parting(explanation)
     if explanation.attribution is not None:
         yield Text()
-        yield Text("Where the difference comes from", style="bold")
+        yield Text("Cause of the error", style="bold")
         yield _attribution_table(explanation.attribution)
 
 
@@ -179,15 +179,14 @@ def _bars(values: NDArray[np.float64], most: float) -> str:
 def _agreed(explanation: Explanation) -> str:
     count = len(explanation.agreement.before)
     if not count:
-        return "No collision comes before that in both"
-    text = "1 collision is" if count == 1 else f"{count} collisions are"
+        return "No collision agrees before the first wrong one"
+    text = "1 collision agrees" if count == 1 else f"{count} collisions agree"
     if explanation.parting is not None:
-        text = f"Until they part, {text}"
+        text = f"Before the first wrong collision, {text}"
     latest = explanation.latest
     assert latest is not None
     event, late = latest
-    name = event.describe(explanation.scene)
-    return f"{text} the same for every ball; the times differ most of {name}: {_late(late)}"
+    return f"{text}. Largest time error: {event.describe(explanation.scene)} {_late(late)}"
 
 
 def _late(seconds: float) -> str:
@@ -197,7 +196,7 @@ def _late(seconds: float) -> str:
 
 
 def _together(explanation: Explanation) -> Iterator[RenderableType]:
-    yield Text("Nothing parts: every ball has the same collisions in both.")
+    yield Text("Every ball has the collisions of the reference.")
     if explanation.agreement.pairs:
         yield Text(f"{_agreed(explanation)}.")
     if not explanation.result.status.complete:
@@ -207,8 +206,8 @@ def _together(explanation: Explanation) -> Iterator[RenderableType]:
     late = explanation.rest_time_difference
     rests = explanation.result.status is Status.REST
     yield Text(
-        f'Largest difference at the end: "{explanation.scene.balls[ball].id}", '
-        f"{style.format_length(float(distances[ball]))} off"
+        f'Largest error at the end: "{explanation.scene.balls[ball].id}", '
+        f"{style.format_length(float(distances[ball]))}"
         + (f"; the last ball rests {_late(late)}." if rests else ".")
     )
     energies = [
@@ -221,8 +220,8 @@ def _together(explanation: Explanation) -> Iterator[RenderableType]:
     ]
     if energies[1] > 1e-12 * energies[0]:
         yield Text(
-            f"Energy at the end: {energies[2]:.6g} J, in truth {energies[1]:.6g} J, "
-            f"of {energies[0]:.6g} J."
+            f"Energy at the end: {energies[2]:.6g} J; in the reference {energies[1]:.6g} J; "
+            f"at the start {energies[0]:.6g} J."
         )
 
 
@@ -230,15 +229,16 @@ def _parting(explanation: Explanation) -> Iterator[RenderableType]:
     parting = explanation.parting
     assert parting is not None
     yield Text(f"{_agreed(explanation)}.")
-    yield Text(f"They part at t = {parting.t:.9g} s:", style="bold")
+    yield Text(f"The first wrong collision, at t = {parting.t:.9g} s:", style="bold")
     table = Table(box=None, show_header=False, padding=(0, 2))
-    table.add_row("  in truth", _event_text(explanation, parting.true, explanation.label))
-    table.add_row(f"  in {explanation.label}", _event_text(explanation, parting.other, "truth"))
+    other = explanation.label
+    table.add_row("  reference", _event_text(explanation, parting.true, f"in {other}"))
+    table.add_row(f"  {other}", _event_text(explanation, parting.other, "in the reference"))
     yield table
-    yield Text("By how much:")
+    yield Text("Margins:")
     for margin in _telling(explanation):
         yield Text(f"  {_margin_text(explanation, margin)}")
-    yield Text("The balls there:")
+    yield Text("The balls at that time:")
     yield _balls_table(explanation)
 
 
@@ -249,9 +249,9 @@ def _telling(explanation: Explanation) -> list[Margin]:
     return [*smallest, *(one for one in others if one.length < ball)]
 
 
-def _event_text(explanation: Explanation, one: Event | None, instead_of: str) -> str:
+def _event_text(explanation: Explanation, one: Event | None, where: str) -> str:
     if one is None:
-        return f"nothing more for these balls, which collide in {instead_of}"
+        return f"no further collision of these balls, which collide {where}"
     return f"{one.describe(explanation.scene)} at t = {one.t:.9g} s"
 
 
@@ -262,20 +262,25 @@ def _margin_text(explanation: Explanation, margin: Margin) -> str:
     if margin.ulps < FEW_ULPS:
         length += f" ({margin.ulps:.2g} roundings of a position)"
     if margin.what == "miss":
-        return f"{where}, {event}: a path would have to be {length} off for it to be missed"
+        return f"{where}, {event}: a path that is {length} aside would miss"
     if margin.what == "collision":
         scene = explanation.scene
         first, what = margin.event.first_ball(scene), margin.event.obstacle(scene)
-        return f"{where}, {first} comes no nearer to {what} than {length}"
+        return f"{where}, the smallest gap between {first} and {what} is {length}"
     assert margin.seconds is not None
     return (
-        f"{where}, {event} {style.format_time(margin.seconds)} before what the other has; it would "
-        f"come after that from {length} farther off"
+        f"{where}, {event} {style.format_time(margin.seconds)} before the collision of the other "
+        f"run; {length} more distance would reverse the order"
     )
 
 
 def _balls_table(explanation: Explanation) -> Table:
-    vectors_of = ("true x, y\n[m]", "its x, y\n[m]", "true velocity\n[m/s]", "its velocity\n[m/s]")
+    vectors_of = (
+        "reference\nx, y [m]",
+        "engine\nx, y [m]",
+        "reference\nvelocity [m/s]",
+        "engine\nvelocity [m/s]",
+    )
     heads = ("ball", "distance", *map(escape, vectors_of))
     rows = []
     for one in explanation.states:
@@ -292,7 +297,7 @@ def _attribution_table(found: Attribution) -> RenderableType:
     if found.difference is not None:
         at = "the end" if found.instant is None else style.format_time(found.instant)
         why = f" ({found.until})" if found.until else ""
-        table.add_row("difference", f"{style.format_length(found.difference)} at {at}{why}")
+        table.add_row("error", f"{style.format_length(found.difference)} at {at}{why}")
     for k, one in enumerate(found.ladder):
         step = style.format_time(one.step)
         if one.difference is None:
@@ -303,7 +308,7 @@ def _attribution_table(found: Attribution) -> RenderableType:
         table.add_row(
             "", f"{style.format_length(found.with_exact_steps)} with `contact_steps=exact`"
         )
-    table.add_row("comes from", escape(found.reason or _SOURCES[found.outcome]))
+    table.add_row("cause", escape(found.reason or _SOURCES[found.outcome]))
     if found.outcome == "model" and not found.ladder:
         table.add_row("", "the engine has no step that could be shorter")
     if found.rounding is not None:
@@ -328,7 +333,7 @@ _SOURCES = {
     "step": "the engine's time step: with a shorter one the error shrinks",
     "model": "the engine's model, its physics",
     "rounding": "rounding",
-    "agrees": "no difference up to there: the engine is right as far as it can be compared",
+    "agrees": "no error up to there: the engine is right as far as it can be compared",
     "unseparated": "step and model can't be separated",
 }
-"""What a difference comes from, in words."""
+"""Causes of an error, in words."""

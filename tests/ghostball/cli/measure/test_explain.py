@@ -23,16 +23,16 @@ def test_where_two_shots_part(cli, tmp_path):
     assert found.exit_code == 0, found.output
     for part in (
         "break-7 on pymunk, against the certified shot",
-        "They part at t = 0.62675331",
+        "The first wrong collision, at t = 0.62675331",
         '"1" hits "3" at t =',
         '"3" hits "5" at t =',
-        "before what the other has",
-        "comes no nearer to",
-        "true velocity",
+        "before the collision of the other run",
+        "the smallest gap between",
+        "reference",
         f"drawn in {picture}",
     ):
         assert part in found.stdout
-    assert "Where the difference comes from" not in found.stdout
+    assert "Cause of the error" not in found.stdout
     assert picture.read_bytes().startswith(b"\x89PNG")
 
 
@@ -40,10 +40,10 @@ def test_where_nothing_parts(cli):
     found = cli("half-ball-cut", "--engine", "paper-discrete")
     assert found.exit_code == 0, found.output
     for part in (
-        "Nothing parts",
-        '"cue" hits "object": 11.5 ms late',
-        "92.9 mm off",
-        "Where the difference comes from",
+        "Every ball has the collisions of the reference.",
+        'Largest time error: "cue" hits "object" 11.5 ms late',
+        'Largest error at the end: "object", 92.9 mm',
+        "Cause of the error",
         "with a step of 5 ms",
         "with a step of 1.25 ms",
         "the engine's time step: with a shorter one the error shrinks",
@@ -90,7 +90,7 @@ def test_a_run_that_does_not_end_fails(cli):
     found = cli("stop", "--engine", "pymunk:max_time=0.5", "--no-attribute")
     assert found.exit_code == 1
     assert "engine pymunk did not finish" in found.stderr
-    assert "off;" not in found.stdout
+    assert "Largest error at the end" not in found.stdout
 
 
 def test_a_wrong_factor_is_said_first(cli, tmp_path, monkeypatch):
