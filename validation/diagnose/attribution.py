@@ -13,14 +13,15 @@ all runs share.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Final, Literal
 
 import numpy as np
 from pydantic import ValidationError
 
-from ghostball.model import GhostballError, Result, Scene
+from ghostball.model import GhostballError, Record, Result, Scene
 from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters import ReferenceEngine
 from ghostball.validation.checks.law import approximations_of
@@ -133,12 +134,19 @@ class NotComparedError(GhostballError):
 
 
 def attribute(
-    scene: Scene, engine: ReferenceEngine, *, label: str = "", known: KnownShot | None = None
+    scene: Scene,
+    engine: ReferenceEngine,
+    *,
+    label: str = "",
+    known: KnownShot | None = None,
+    run: Callable[[float | None], Result] | None = None,
 ) -> Attribution:
     """Say where the difference of an engine from the truth comes from.
 
     `label`: the engine as asked for; its name where it is left out.
     `known`: the true shot, where the caller has it.
+    `run`: returns the engine's run of the scene with a step [s], None for its own; if the caller
+        keeps such runs. They need their events.
 
     Raises `UnsupportedSceneError` where the engine, or the truth, lacks a feature of the scene;
     `GhostballError` where the truth comes to no end.
@@ -166,8 +174,9 @@ def attribute(
     if proof is not None and open_ended and float(proof.t_end) < predictable:
         predictable, limit = float(proof.t_end), f"nothing later is certified: {proof.ending}"
     engines = [engine, *(with_step(engine, one) for one in steps[1:])]
+    run = partial(run_with_step, engine, scene) if run is None else run
     try:
-        runs = [_play(one, scene) for one in engines]
+        runs = [_finished(run(step)) for step in (None, *steps[1:])]
         shared = _shared_collisions(known, runs, predictable)
         if shared is not None:
             return _by_times(found, engine, known, steps, shared)
@@ -182,7 +191,10 @@ def attribute(
     if steps and varies and not _shrinks(differences):
         # The delay with which a step sees a contact is almost random, so a fourth run decides.
         steps.append(steps[-1] / FINER)
-        once_more = run_engine(with_step(engine, steps[-1]), _until(scene, instant), "events")
+        if instant is None:
+            once_more = run(steps[-1])
+        else:
+            once_more = run_with_step(engine, _until(scene, instant), steps[-1])
         differences.append(largest_distance(once_more.rest_positions[:, :2], truth))
     found = replace(
         found,
@@ -307,15 +319,26 @@ def _until(scene: Scene, instant: float | None) -> Scene:
     return scene if instant is None else scene.model_copy(update={"t_max": instant})
 
 
-def _play(engine: ReferenceEngine, scene: Scene) -> Result:
-    """Run a scene.
+def run_with_step(
+    engine: ReferenceEngine, scene: Scene, step: float | None, record: Record = "events"
+) -> Result:
+    """Run a scene with a step of the engine [s]; None: its own."""
+    return run_engine(engine if step is None else with_step(engine, step), scene, record)
 
-    Raises `NotComparedError` where the run doesn't come to its end.
+
+def _play(engine: ReferenceEngine, scene: Scene) -> Result:
+    """Run a scene; see `_finished`."""
+    return _finished(run_engine(engine, scene, "events"))
+
+
+def _finished(result: Result) -> Result:
+    """Return a run that is complete.
+
+    Raises `NotComparedError` if it isn't.
     """
-    result = run_engine(engine, scene, "events")
     if not result.status.complete:
         raise NotComparedError(
-            f'engine `{engine.name}` stopped early in scene "{scene.name}": '
+            f'engine `{result.engine}` stopped early in scene "{result.scene.name}": '
             f"{result.reason or result.status.value}"
         )
     return result

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
+from functools import cache, partial
 from typing import Any, Final
 
 import numpy as np
@@ -18,7 +20,12 @@ from ghostball.model import (
 )
 from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters import ReferenceEngine
-from ghostball.validation.diagnose.attribution import INSTANT, Attribution, attribute
+from ghostball.validation.diagnose.attribution import (
+    INSTANT,
+    Attribution,
+    attribute,
+    run_with_step,
+)
 from ghostball.validation.diagnose.contact_states import ContactFault, fault_at_contacts
 from ghostball.validation.diagnose.near_misses import Margin, margins_of
 from ghostball.validation.diagnose.self_check import contradiction_in
@@ -31,9 +38,7 @@ from ghostball.validation.grading.event_logs import (
     events_in,
 )
 from ghostball.validation.results.records import status_name
-from ghostball.validation.runs.playing import run_engine
 from ghostball.validation.runs.sampling import events_of
-from ghostball.validation.runs.steps import with_step
 from ghostball.validation.truth.known_shot import KnownShot, farthest, known_shot
 
 SCHEMA: Final = 6
@@ -224,7 +229,8 @@ def explain(
         raise ExplanationError(
             "engine `certified` is the truth that others are explained by. Choose another engine"
         )
-    result = run_engine(engine, scene)
+    run = cache(partial(run_with_step, engine, scene, record="trajectory"))
+    result = run(None)
     if result.status is Status.FAILED:
         raise EngineFailedError(engine.name, f"it says so: {result.reason}")
     known = known_shot(scene)
@@ -239,9 +245,9 @@ def explain(
     contradiction = contradiction_in(result, known)
     found, fault, factor = None, None, None
     if attributed and not contradiction:
-        found = attribute(scene, engine, label=label, known=known)
+        found = attribute(scene, engine, label=label, known=known, run=run)
         found = _unless_ambiguous(found, scene, agreement, margins)
-        fault, factor = _causes(engine, known, result, found)
+        fault, factor = _causes(run, known, found)
         if fault is not None or factor is not None:
             found = replace(found, outcome="model")
     return Explanation(
@@ -277,7 +283,7 @@ def _unless_ambiguous(
 
 
 def _causes(
-    engine: ReferenceEngine, known: KnownShot, result: Result, found: Attribution
+    run: Callable[[float | None], Result], known: KnownShot, found: Attribution
 ) -> tuple[ContactFault | None, Factor | None]:
     """Return what goes wrong at contacts, or else the coefficient that explains the motion.
 
@@ -288,8 +294,7 @@ def _causes(
     ends_right = found.outcome == "step" and found.late is None  # with a shorter step
     if to_the_end or ends_right:
         return None, None
-    if found.ladder:
-        result = run_engine(with_step(engine, found.ladder[-1].step), known.scene)
+    result = run(found.ladder[-1].step if found.ladder else None)
     fault = fault_at_contacts(result)
     if fault is None and found.outcome in ("step", "agrees"):
         return None, None

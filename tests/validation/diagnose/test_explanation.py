@@ -17,6 +17,7 @@ from ghostball.model.features import EXACT, Feature
 from ghostball.reference_adapters import EngineBase, make_engine
 from ghostball.reports.reason import reason_of
 from ghostball.validation import find_scene
+from ghostball.validation.diagnose import attribution
 from ghostball.validation.diagnose.attribution import Attribution
 from ghostball.validation.diagnose.explanation import (
     ExplanationError,
@@ -25,6 +26,7 @@ from ghostball.validation.diagnose.explanation import (
 )
 from ghostball.validation.diagnose.wrong_factor import LEAVES
 from ghostball.validation.grading.event_logs import Event
+from ghostball.validation.runs.playing import run_engine
 from ghostball.validation.scenes.library import select
 
 TABLE = Table(length=2.0, width=1.0)
@@ -230,6 +232,20 @@ PLANTED = {
 def test_a_planted_cause_is_the_conclusion(cause):
     scene, engine, words = PLANTED[cause]
     assert words in reason_of(explain(scene, engine, label="mine"))
+
+
+def test_no_run_is_made_twice(monkeypatch):
+    runs = []
+
+    def counted(engine, scene, record="trajectory"):
+        runs.append((engine.settings.dt, scene.t_max))
+        return run_engine(engine, scene, record)
+
+    monkeypatch.setattr(attribution, "run_engine", counted)
+    found = explain(hit(), stepping(energy=1.02, **SAME))
+    assert found.fault is not None  # looked for in the run with the shortest step
+    assert len(runs) == len(found.attribution.ladder)
+    assert len(set(runs)) == len(runs)
 
 
 def test_a_coefficient_comes_with_what_it_leaves():
