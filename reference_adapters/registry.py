@@ -327,6 +327,7 @@ def _entry_point(name: str) -> EntryPoint:
     return next(iter(points.values()))
 
 
+@cache  # to read a package's metadata takes as long as the rest of `engine_class`
 def _package(point: EntryPoint) -> str:
     return f" of package `{point.dist.name}`" if point.dist is not None else ""
 
