@@ -77,8 +77,7 @@ def number_heads(cases: Sequence[CaseRecord]) -> list[str]:
     end = "end" if any(case.status == "t-max" for case in cases) else "rest"
     return [
         "verdict",
-        f"{end} error, max (in brackets: not judged)",
-        "rms",
+        f"{end} error, rms",
         f"{end} time [s]",
         "its error",
         "collisions in order",
@@ -89,13 +88,12 @@ def number_heads(cases: Sequence[CaseRecord]) -> list[str]:
 
 def number_row(case: CaseRecord) -> list[str]:
     """Return what was measured of one engine, as `number_heads` says."""
-    own, matching = is_own_measure(case), case.metrics.get("matching_events")
+    matching = case.metrics.get("matching_events")
     time_error = style.format_time(metric_of(case, "rest_time_error"))
     if rest_error_standing(case) in (RestError.CHAOTIC, RestError.OWN):
         time_error = rest_error_text(case)  # past prediction as the rest positions are
     return [
         verdict_of(case).symbol,
-        "the reference" if own else rest_error_text(case) or "–",
         standing_text(case, style.format_length(metric_of(case, "rest_error_rms"))),
         "–" if case.rest_time is None else f"{case.rest_time:.6g}",
         time_error,

@@ -36,16 +36,14 @@ def coverage(own: Sequence[CaseRecord], label: str) -> Iterator[str]:
         found = untried(make_engine(label), set().union(*map(tried_by, own)))
     except EngineError:
         return
-    shipped = [one.value for one, scene in found.items() if scene]
-    untold = [one.value for one, scene in found.items() if not scene]
+    scenes = " ".join(dict.fromkeys(filter(None, found.values())))
     parts = []
-    if shipped:
-        scenes = " ".join(dict.fromkeys(scene for scene in found.values() if scene))
-        parts.append(
-            f"{_listed(shipped)}: `ghostball validate {scenes} -e {label}` tries {_these(shipped)}"
-        )
-    if untold:
-        parts.append(f"{_listed(untold)}: no shipped scene that it supports tries {_these(untold)}")
+    for is_shipped, what in (
+        (True, f"`ghostball validate {scenes} -e {label}`"),
+        (False, "no shipped scene that it supports"),
+    ):
+        if names := [one.value for one, scene in found.items() if bool(scene) is is_shipped]:
+            parts.append(f"{_listed(names)}: {what} tries {'this' if len(names) == 1 else 'these'}")
     if parts:
         said = escape("; ".join(parts))
         yield f"[yellow]Not tried, though {name} claims it:[/] {said}"
@@ -61,10 +59,6 @@ def _failures(own: Sequence[CaseRecord], label: str) -> Iterator[str]:
         yield f"next: `{escape(commands.explain(one.scene, label))}` says what is wrong"
     elif (one := simplest(crashed)) is not None:
         yield f"next: `{escape(commands.simulate(one.scene, label))}` shows where it stopped"
-
-
-def _these(names: Sequence[str]) -> str:
-    return "this" if len(names) == 1 else "these"
 
 
 def _listed(names: Sequence[str]) -> str:
