@@ -39,20 +39,21 @@ the jaw at its end.
 
 
 @kernel
-def stop_approach(world: World, members: int, count: int) -> bool:
+def stop_approach(world: World, members: int, count: int, held: bool) -> bool:
     """Take away what approach is left at the contacts, inelastically: each is a negligible bounce.
 
-    A ball at rest stays so if the cloth would stop it again within `CAPTURE_HEIGHT`. False where
-    some approach is left.
+    A ball at rest stays so if the cloth would stop it again within `CAPTURE_HEIGHT`. `held`: forces
+    hold the contacts from now on, and end the slowest approaches. False where some approach is
+    left.
     """
     balls, contacts = world.balls, world.contacts
     for m in range(members):
         k = contacts.member[m]
         # So far this says that the ball moves; it may have been stopped at this instant before.
         contacts.stopped[k] = contacts.stopped[k] or not at_rest(balls, k)
-    approaches = _approaches(world, count)
+    approaches = _approaches(world, count, held)
     if approaches and _stop_wedged(world, count):
-        approaches = _approaches(world, count)
+        approaches = _approaches(world, count, held)
     if not approaches:
         solved = True
     else:
@@ -72,7 +73,7 @@ def stop_approach(world: World, members: int, count: int) -> bool:
         for c in range(count):
             if contacts.ends[c, st.SECOND] < 0:
                 rubbed = _rub_cushion(world, c) or rubbed
-        if rubbed and _approaches(world, count):
+        if rubbed and _approaches(world, count, held):
             # In a corner, what one cushion rubs drives the ball into the other.
             solved = end_approach(contacts, count) and solved
             _push(world, members)
@@ -163,8 +164,12 @@ def _rub_cushion(world: World, c: int) -> bool:
 
 
 @kernel
-def _approaches(world: World, count: int) -> bool:
-    """Whether any contact approaches by more than is left to its force; set normals and rates."""
+def _approaches(world: World, count: int, held: bool) -> bool:
+    """Whether any contact approaches by more than is left to its force; set normals and rates.
+
+    Where no force will hold the contacts (not `held`), nothing is left: the impacts of two balls
+    that approach above rounding would go on.
+    """
     balls, contacts = world.balls, world.contacts
     found = False
     for c in range(count):
@@ -182,7 +187,7 @@ def _approaches(world: World, count: int) -> bool:
             size += abs(balls.state[b].vx) + abs(balls.state[b].vy)
         other = b if b >= 0 else a
         height = _RESIDUE * contact_tolerance(balls, a, other)
-        residue = negligible_bounce(
+        residue = held and negligible_bounce(
             rate, max(friction_limit(balls, a), friction_limit(balls, other)), height
         )
         found = found or (rate < -APPROACH_ROUNDING * size and not residue)

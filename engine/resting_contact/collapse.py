@@ -42,7 +42,7 @@ def end_collapse(world: World, i: int, t: float) -> None:
     counters = world.log.counters
     counters[st.WORK] += members * (members + len(world.laws.obstacles))
     counters[st.JOINT_IMPACTS] += 1
-    if not stop_approach(world, members, count) or count == contacts.ends.shape[0]:
+    if not stop_approach(world, members, count, False) or count == contacts.ends.shape[0]:
         counters[st.UNSOLVED_JOINT_IMPACTS] += 1
 
 

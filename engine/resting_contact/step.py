@@ -153,12 +153,12 @@ def _start_step(world: World, i: int, listed: int, t: float) -> None:
         release(world, i, t)
         return
     _end_slips(world, members)
-    stopped = stop_approach(world, members, count)
+    stopped = stop_approach(world, members, count, True)
     # An impulse may leave so little slip that the cloth ends it at once, which changes velocities.
     for _ in range(members):
         if not _end_slips(world, members):
             break
-        stopped = stop_approach(world, members, count)
+        stopped = stop_approach(world, members, count, True)
     for m in range(members):
         if contacts.rolled[contacts.member[m]]:
             contacts.motion[contacts.member[0]].ahead = 0.0
