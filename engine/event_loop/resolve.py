@@ -33,7 +33,7 @@ from ghostball.engine.event_loop.record import (
     note_event,
     note_rest,
 )
-from ghostball.engine.impacts.impact import bounce, bounce_in_corner, has_collapsed, sticks
+from ghostball.engine.impacts.impact import bounce, bounce_in_corner, has_collapsed
 from ghostball.engine.impacts.simultaneous import collide_together
 from ghostball.engine.motion.flight import meets_in_space
 from ghostball.engine.motion.frame import only_cushion
@@ -371,15 +371,13 @@ def _collapses(world: World, c: int, to_come: float) -> bool:
 def _end_collapses(world: World, count: int, t: float) -> int:
     """End the approach of those of the first `count` pairs of `balls.touching` that collapse.
 
-    But for those that stick. Return how many pairs are left to collide, the first ones then.
+    Return how many pairs are left to collide, the first ones then.
     """
     balls = world.balls
     left = 0
     for c in range(count):
         a, b = balls.touching[c, st.FIRST], balls.touching[c, st.SECOND]
-        if _collapses(world, c, 0.0) and not (
-            sticks(balls, a, world.laws) or sticks(balls, b, world.laws)
-        ):
+        if _collapses(world, c, 0.0):
             end_collapse(world, a, t)
         else:
             list_pair(balls, left, a, b)
@@ -402,14 +400,13 @@ def _collide_groups(world: World, count: int) -> None:
     for c in range(count):
         contacts.motion[balls.touching[c, st.FIRST]].degree += 1.0
         contacts.motion[balls.touching[c, st.SECOND]].degree += 1.0
-    joint, inelastic = 0, world.laws.ball_restitution < 1.0
+    joint = 0
     for c in range(count):
         a, b = balls.touching[c, st.FIRST], balls.touching[c, st.SECOND]
-        alone = contacts.motion[a].degree == 1.0 and contacts.motion[b].degree == 1.0
-        if alone or (inelastic and (sticks(balls, a, world.laws) or sticks(balls, b, world.laws))):
+        if contacts.motion[a].degree == 1.0 and contacts.motion[b].degree == 1.0:
             collide_pair(balls.height, world, a, b)
-            contacts.motion[a].degree -= 1.0
-            contacts.motion[b].degree -= 1.0
+            contacts.motion[a].degree = 0.0
+            contacts.motion[b].degree = 0.0
         else:
             contacts.ends[joint, st.FIRST] = a
             contacts.ends[joint, st.SECOND] = b

@@ -32,11 +32,9 @@ stands still long before, and the rest of these impacts may be any number. No us
 so many: a ball in a frozen line has at most about one for each ball of the line. Elastic impacts,
 which keep what they have, always throw a ball back.
 
-Where nothing slows a ball, which would end the approach of balls that push each other, so many are
-followed by so many more after each collision of the cluster that fewer are enough.
-
-After twice as many, it sticks to what it hits: it moves into a gap between others all but in line
-with them, which is so narrow that each impact takes a millionth of its speed.
+Where nothing slows balls, those that lie together collapse again after each impact on one of them:
+400 balls at restitution 0.2 took more than 1e7 events where 128 impacts were followed, and 3e6
+where 24 are.
 """
 
 MOST_IN_CORNER = 512
@@ -66,9 +64,6 @@ def collide_balls(balls: Balls, i: int, j: int, laws: Laws) -> None:
     With the unit normal, which is exact along an axis, and shares that are exactly 1/2 for equal
     masses, a straight collision along an axis stops a ball exactly.
     """
-    if laws.ball_restitution < 1.0 and (sticks(balls, i, laws) or sticks(balls, j, laws)):
-        _stick(balls, i, j, laws)
-        return
     if not laws.slides:
         # No law that is left acts on spin: the paper's section 4.2, times (1 + e) / 2.
         nx, ny = contact_normal(balls, i, j)
@@ -101,38 +96,14 @@ def collide_balls(balls: Balls, i: int, j: int, laws: Laws) -> None:
 def has_collapsed(balls: Balls, i: int, laws: Laws, to_come: float) -> bool:
     """Whether ball i has so many impacts at its epoch that no more of them throw it back.
 
-    `to_come`: impacts that aren't counted in its state yet.
-    """
-    return bool(balls.state[i].impacts + to_come > _most_rebounds(balls, i, laws))
-
-
-@kernel(inline=True)
-def sticks(balls: Balls, i: int, laws: Laws) -> bool:
-    """Whether ball i had so many impacts at its epoch that it sticks to what it hits."""
-    return bool(balls.state[i].impacts > 2 * _most_rebounds(balls, i, laws))
-
-
-@kernel(inline=True)
-def _most_rebounds(balls: Balls, i: int, laws: Laws) -> int:
-    """Return after how many impacts at one instant ball i is thrown back no more.
-
-    By the numbers of the ball and the scene alone, so that no skip changes it.
+    By the numbers of the ball and the scene alone, so that no skip changes it. `to_come`: impacts
+    that aren't counted in its state yet.
     """
     ball = balls.state[i]
     slowed = ball.roll_slowing > 0.0 or (laws.slides and ball.slide_slowing > 0.0)
     slowed = slowed or laws.air_drag > 0.0 or laws.roll_quadratic > 0.0
-    return MOST_REBOUNDS if slowed else MOST_WITHOUT_FRICTION
-
-
-@kernel
-def _stick(balls: Balls, i: int, j: int, laws: Laws) -> None:
-    """Give balls i and j one velocity."""
-    if laws.slides:
-        keep_spin(balls, i)
-        keep_spin(balls, j)
-    vx, vy = balls.state[j].vx - balls.state[i].vx, balls.state[j].vy - balls.state[i].vy
-    _exchange(balls, i, j, 1.0, 0.0, -vx)
-    _exchange(balls, i, j, 0.0, 1.0, -vy)
+    most = MOST_REBOUNDS if slowed else MOST_WITHOUT_FRICTION
+    return bool(ball.impacts + to_come > most)
 
 
 @kernel
@@ -282,9 +253,8 @@ def bounce(balls: Balls, i: int, cushion: int, laws: Laws) -> None:
     inelastic = row.restitution < 1.0 or row.loss > 0.0
     if abs(vn) <= rounding_of(terms) or (inelastic and has_collapsed(balls, i, laws, 0.0)):
         vn = 0.0
-    vt = 0.0 if inelastic and sticks(balls, i, laws) else after.vt
-    balls.state[i].vx = vn * nx - vt * ny
-    balls.state[i].vy = vn * ny + vt * nx
+    balls.state[i].vx = vn * nx - after.vt * ny
+    balls.state[i].vy = vn * ny + after.vt * nx
     balls.state[i].wx = after.wn * nx - after.wt * ny
     balls.state[i].wy = after.wn * ny + after.wt * nx
     balls.state[i].wz = after.wz
