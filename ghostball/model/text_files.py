@@ -1,4 +1,4 @@
-"""Reading files from users: no read waits forever, and a byte-order mark is removed."""
+"""Read files from users: a named pipe is refused instead of waited for; no byte-order mark."""
 
 from __future__ import annotations
 
@@ -15,15 +15,16 @@ def read_bytes(path: Path, most: int = -1) -> bytes:
     """Return the content of a file, or its first `most` bytes.
 
     A named pipe is refused, because it has no end until somebody writes to it. A pipe that this
-    process has open (`/dev/fd/63`) is read to its end.
+    process has open (`/dev/fd/63`) is read to its end, and so is a terminal.
 
     Raises `OSError` if the file can't be read; `ValueError` if no file can have such a path.
     """
     with open(path, "rb", opener=_open_without_waiting) as file:
-        if stat.S_ISFIFO(os.fstat(file.fileno()).st_mode):
-            if not str(path).startswith(_DESCRIPTORS):
-                raise OSError(errno.EINVAL, "it is a named pipe and must be a file", str(path))
-            os.set_blocking(file.fileno(), True)
+        is_pipe = stat.S_ISFIFO(os.fstat(file.fileno()).st_mode)
+        if is_pipe and not str(path).startswith(_DESCRIPTORS):
+            raise OSError(errno.EINVAL, "it is a named pipe and must be a file", str(path))
+        if hasattr(os, "O_NONBLOCK"):
+            os.set_blocking(file.fileno(), True)  # else a terminal's read gives None
         return file.read(most)
 
 

@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from threading import Timer
 
 import pytest
 from damage import run
@@ -77,3 +78,17 @@ def test_a_pipe_that_the_shell_opened_is_read_to_its_end(place: str) -> None:
         [sys.executable, "-c", program], input=b"a" * 300_000, capture_output=True, check=True
     )
     assert done.stdout == b"300000\n"
+
+
+@pytest.mark.skipif(not hasattr(os, "openpty"), reason="terminals are POSIX")
+def test_a_terminal_is_read_until_the_user_ends_the_text() -> None:
+    keyboard, terminal = os.openpty()
+    typed = Timer(0.1, os.write, (keyboard, b"abc\n\x04"))
+    typed.start()
+    try:
+        # An open that doesn't wait found nothing yet, and gave None.
+        assert read_bytes(Path(os.ttyname(terminal)), 10) == b"abc\n"
+    finally:
+        typed.join()
+        os.close(terminal)
+        os.close(keyboard)
