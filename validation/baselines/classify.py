@@ -142,15 +142,18 @@ def _rounded(one: Quantity, explained: Allowance) -> Quantity:
     """Return a quantity of a time-stepping engine, within its band if rounding explains the move.
 
     The band is that of a run that rounds its state at each event; here each step does it. Errors
-    in roundings move by as many; those in metres, seconds and shares of the energy by what rounding
-    makes of a place, where that is known.
+    in roundings move by as many, all others by as many roundings of 1. If the shot can be predicted
+    to its end, an error of a place may also move as far as a ball at rest may, and an error of a
+    time by as much as an event's time may. Nothing says so much of energies and overlaps.
     """
     if one.within or not isinstance(one.head, float) or not isinstance(one.base, float):
         return one
     moves = 2.0 * explained.roundings
     if one.name not in IN_ROUNDINGS_OF_SHOT:
-        end = 0.0 if explained.rest is None else float(np.max(explained.rest))
-        moves = max(moves * UNIT_ROUNDOFF, end)
+        metric, moves = METRICS[one.name], moves * UNIT_ROUNDOFF
+        if metric.compares is not None and explained.rest is not None:
+            amplified = {"m": explained.rest, "s": explained.event_times}.get(metric.unit, ())
+            moves = max(moves, float(np.max(amplified, initial=0.0)))
     return one.model_copy(update={"within": True}) if abs(one.head - one.base) <= moves else one
 
 

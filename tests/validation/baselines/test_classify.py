@@ -349,3 +349,27 @@ def test_the_rounding_of_every_step_makes_nothing_worse(steps, change):
     # What is more than all steps could round is worse all the same.
     worse = with_metrics(head, rest_error_max=1e-11, rest_error_ulps=20_000.0)
     assert classify(base, worse, gate.bands_of(base), lambda: explained).change == "worse"
+
+
+@pytest.mark.parametrize(
+    ("metric", "rest", "time", "within"),
+    [
+        ("rest_error_max", 1e-5, 1e-12, True),
+        ("path_error", 1e-5, 1e-12, True),
+        ("rest_error_max", 1e-12, 1e-5, False),
+        ("rest_time_error", 1e-5, 1e-12, False),
+        ("rest_time_error", 1e-12, 1e-5, True),
+        ("energy_difference_max", 1e-5, 1e-5, False),
+        ("energy_rise", 1e-5, 1e-5, False),
+        ("energy_drift", 1e-5, 1e-5, False),
+        ("overlap_max", 1e-5, 1e-5, False),
+    ],
+)
+def test_rounding_explains_an_error_only_by_what_has_its_unit(metric, rest, time, within):
+    # A displacement in metres explained a longer rest time and a larger share of energy.
+    base = with_metrics(BASE, **{metric: 1e-6})
+    head = with_metrics(gate.at_rest(base, base.rest_positions + 1e-13), **{metric: 5e-6})
+    explained = replace(gate.allowance(len(head.events), rest=rest, time=time), roundings=5000.0)
+    found = classify(base, head, gate.bands_of(base), lambda: explained)
+    (one,) = (one for one in found.metrics if one.name == metric)
+    assert one.within is within
