@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from toy_engines import ToyEngine, ToySettings, cut, other_shot, roll
 
-from ghostball.model import Ball, EventKind, Scene, Table, UnsupportedSceneError
+from ghostball.model import Ball, EventKind, Scene, Status, Table, UnsupportedSceneError
 from ghostball.reference_adapters import make_engine
 from ghostball.validation import find_scene
 from ghostball.validation.diagnose.attribution import agreed_instant, attribute
@@ -108,17 +108,48 @@ def test_runs_with_wrong_collisions_are_compared_by_the_times_of_those_they_shar
     assert "collisions differ" in found.until
 
 
-def test_a_ladder_that_contradicts_itself_gets_another_rung():
-    # The second step is right by luck, so that the third one seems to leave most.
+def lucky(fourth):
+    """An engine whose second step is right by luck, so that the third one seems to leave most.
+
+    `fourth` returns its run with a shorter step than the third, from a right one.
+    """
+
     class Lucky(ToyEngine):
         def simulate(self, scene, *, record="rest"):
             errors = {0.01: 1e-3, 0.0025: 1e-4, 0.000625: 6e-4}
-            lucky = toy(model=errors.get(self.settings.dt, 1e-5), dt=self.settings.dt)
-            return lucky.simulate(scene, record=record)
+            dt = self.settings.dt
+            result = toy(model=errors.get(dt, 1e-5), dt=dt).simulate(scene, record=record)
+            return result if dt in errors else fourth(result)
 
-    found = attribute(roll(), Lucky())
+    return Lucky()
+
+
+def test_a_ladder_that_contradicts_itself_gets_another_rung():
+    found = attribute(roll(), lucky(lambda right: right))
     assert found.outcome == "step"
     assert len(found.ladder) == 4
+
+
+def test_a_fourth_run_that_stops_early_is_not_compared():
+    stopped = {"status": Status.STEP_LIMIT, "reason": "too many steps"}
+    found = attribute(roll(), lucky(lambda right: replace(right, **stopped)))
+    assert found.outcome == "not compared"
+    assert "too many steps" in found.reason
+
+
+@pytest.mark.parametrize("predictable", [np.inf, 0.6])
+def test_a_fourth_run_with_wrong_collisions_is_compared_by_times(predictable, monkeypatch):
+    # Balls that miss each other end far from their places: no sign of a wrong model.
+    def misses(right):
+        missed = other_shot(turn=0.5).simulate(right.scene, record="events")
+        return replace(missed, engine="toy", settings=right.settings)
+
+    where = "ghostball.validation.diagnose.attribution.horizon"
+    monkeypatch.setattr(where, lambda *_: predictable)
+    found = attribute(cut(), lucky(misses))
+    assert (found.outcome, found.shared) == ("unseparated", 0)
+    assert [one.wrong_from is None for one in found.ladder] == [True, True, True, False]
+    assert found.instant == found.ladder[-1].wrong_from
 
 
 def test_nothing_is_compared_past_what_can_be_predicted():
