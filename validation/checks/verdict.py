@@ -177,9 +177,10 @@ def is_outcome_judged(case: CaseRecord) -> bool:
     """Whether some check, passed or not, says if the outcome is right.
 
     None does where a ball may end more than a radius from its place: with such a limit on the end,
-    right counts are no merit.
+    and no tighter one, right counts are no merit.
     """
-    if any(_is_too_wide(check, case) for check in case.checks):
+    ends_judged = rest_verdict_of(case) is not Verdict.SHOWN
+    if not ends_judged and any(_is_too_wide(check, case) for check in case.checks):
         return False
     return any(_judges_outcome(check, case) for check in case.checks)
 

@@ -161,6 +161,14 @@ def test_a_limit_wider_than_a_ball_is_none() -> None:
         failed = replace(found, checks=(replace(wide, passed=False),))
         assert verdict_of(failed) is Verdict.FAIL
     assert not_judged([found])
+    # A tight limit beside the wide one judges, whichever of the two is stated first.
+    tight = replace(check("rest_error_rms"), limit=0.02)
+    for checks in ((wide, tight), (tight, wide)):
+        both = replace(found, checks=checks)
+        assert verdict_of(both) is Verdict.PASS
+        assert not not_judged([both])
+    unjudged = replace(tight, passed=None)
+    assert not is_outcome_judged(replace(found, checks=(*found.checks, unjudged)))
     for name in ("centimetres", "another shot", "broken"):
         end = replace(check("accuracy"), limit=ACCURACY_KINDS.index(name))
         assert not is_outcome_judged(case(end)), name
