@@ -14,7 +14,7 @@ from rich.text import Text
 
 from benchmarks.measurements import Shown, table_of
 from ghostball.engine import simulate
-from ghostball.model import Scene, Status
+from ghostball.model import Scene
 from ghostball.reference_adapters.certified import CertifiedSettings, certify
 from ghostball.validation.checks.law import faults_of
 from ghostball.validation.grading.grading import grade
@@ -194,8 +194,6 @@ def _crashed(number: int, reason: str) -> Never:
 def _grade_shot(number: int) -> Shot:
     scene = shot_of(number)
     result = simulate(scene, record="trajectory", max_events=MAX_EVENTS)
-    if result.status is Status.INTERRUPTED:
-        raise KeyboardInterrupt
     # Not kept on the disk: thousands of them would push out those of the shipped scenes.
     proof = certify(scene, PROOF, motion=True, cached=False)
     graded = grade(result, proof)

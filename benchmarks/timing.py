@@ -9,7 +9,7 @@ from statistics import mean, median
 import numpy as np
 
 from ghostball.engine import simulate
-from ghostball.model import Record, Result, Scene, Status
+from ghostball.model import Record, Result, Scene
 from ghostball.validation.results.measurement import MeasurementError
 
 
@@ -36,8 +36,6 @@ class Figures:
 def run(scene: Scene, *, record: Record = "rest", no_skip: Collection[str] = ()) -> Result:
     """Simulate `scene` to its natural end; arguments as for `simulate`."""
     result = simulate(scene, record=record, no_skip=no_skip)
-    if result.status is Status.INTERRUPTED:
-        raise KeyboardInterrupt
     if not result.status.complete:
         raise MeasurementError(
             f'scene "{scene.name}" did not end by itself: {result.status.value}: {result.reason}. '

@@ -56,7 +56,6 @@ class Status(enum.Enum):
     ENDLESS = "balls bounce without coming to rest, which no limit mends; see `reason`"
     STEP_LIMIT = "the step limit was reached before every ball rested; raise `max_time` or `dt`"
     UNPROVED = "what comes next can't be proved; the result holds what is; see `reason`"
-    INTERRUPTED = "interrupted; the result holds what was done until then"
     FAILED = "the engine failed; see `reason`"
 
     @property

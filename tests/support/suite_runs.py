@@ -92,7 +92,6 @@ class Fake(EngineBase):
             settings={},
             scene=scene,
             status={
-                "hand back": Status.INTERRUPTED,
                 "give up": Status.FAILED,
                 "stop": Status.STEP_LIMIT,
                 "stop at half a letter": Status.STEP_LIMIT,

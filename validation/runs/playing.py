@@ -23,7 +23,7 @@ import numpy as np
 
 from ghostball.engine import simulate
 from ghostball.engine.library.load import NoCompilerError
-from ghostball.model import EngineFailedError, Record, Result, Scene, Status, UnsupportedSceneError
+from ghostball.model import EngineFailedError, Record, Result, Scene, UnsupportedSceneError
 from ghostball.model.errors import storable
 from ghostball.model.features import missing_features
 from ghostball.reference_adapters.base import EngineSettings, ReferenceEngine
@@ -70,15 +70,13 @@ def run_engine(engine: ReferenceEngine, scene: Scene, record: Record = "trajecto
 
     Raises `UnsupportedSceneError` where the engine says that it can't represent the scene;
     `EngineFailedError` where it raises anything else, or what it returns breaks the contract of
-    `Result`; `KeyboardInterrupt` where it was interrupted, and handed back what it had.
+    `Result`.
     """
     if isinstance(engine, _Remote):  # it comes through this door in the other process
         return engine.simulate(scene, record=record)
     with blamed_on_engine(engine.name):
         result = engine.simulate(scene, record=record)
         check_result(result, scene, engine.name, record)
-    if result.status is Status.INTERRUPTED:
-        raise KeyboardInterrupt
     reason = storable(result.reason)
     return result if reason == result.reason else replace(result, reason=reason)
 

@@ -16,9 +16,9 @@ from ghostball.cli.shared.options import Plain, check_plot
 from ghostball.cli.shared.progress import counting
 from ghostball.cli.shared.tables import facts_table, table_of
 from ghostball.cli.shared.terminal import check_writable, say_printed, stdout
-from ghostball.model import GhostballError, Physics, Result, Scene, Status
+from ghostball.model import GhostballError, Physics
 from ghostball.model.impact_laws import CUSHION_LAWS
-from ghostball.reference_adapters import ReferenceEngine, make_engine
+from ghostball.reference_adapters import make_engine
 from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.measured.tracks import Surface, read_tracks
 from ghostball.validation.results.files import write_whole
@@ -96,7 +96,7 @@ def run(
             fitted = fit_table(
                 found,
                 made,
-                partial(_play, player),
+                partial(player.simulate, record="trajectory"),
                 preset=preset,
                 law=law,
                 fields=chosen,
@@ -122,14 +122,6 @@ def run(
             if path is not None:
                 stdout().print(f"{said} {path}", soft_wrap=True, markup=False)
     return ExitStatus.PASSED
-
-
-def _play(player: ReferenceEngine, scene: Scene) -> Result:
-    """Return a shot with its motion; what strangers return is looked at where they run."""
-    result = player.simulate(scene, record="trajectory")
-    if result.status is Status.INTERRUPTED:
-        raise KeyboardInterrupt
-    return result
 
 
 def _surface(table: tuple[float, float], radius: float) -> Surface:
