@@ -11,13 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from ghostball.model import (
-    OBSTACLE_KINDS,
-    EventKind,
-    Result,
-    SampledTrajectory,
-    partner_name,
-)
+from ghostball.model import EventKind, Result, SampledTrajectory
 from ghostball.validation.grading.event_logs import Event, events_in
 from ghostball.validation.runs.sampling import events_of
 from ghostball.validation.truth.known_shot import KnownShot, farthest
@@ -27,8 +21,6 @@ INSTANTS: Final = 401
 
 SEEN: Final = 1e-6
 """What is named, beyond what a step allows [m], and of times of events [s]."""
-
-_Key = tuple[EventKind, int, int]
 
 
 def differs_on_the_way(result: Result, known: KnownShot, step: float = 0.0) -> str:
@@ -63,25 +55,27 @@ def _events(result: Result, known: KnownShot, step: float) -> str:
             continue
         for key in sorted({*found, *true}):
             mine, right = found.get(key, []), true.get(key, [])
-            where = f", {partner_name(kind, key[2])}" if kind in OBSTACLE_KINDS else ""
-            name = f'{kind.label} of "{result.scene.balls[key[1]].id}"{where},'
+            what = (mine or right)[0].describe(result.scene)
             if len(mine) != len(right):
                 if kind is EventKind.BALL_CLOTH:  # bounces without end are told one by one or not
                     continue
-                return f"it says {name} {_times(len(mine))}, and that happens {_times(len(right))}"
+                return (
+                    f"its events have {what} {_times(len(mine))}; the reference has this "
+                    f"{_times(len(right))}"
+                )
             late = max((b.t - a.t for a, b in zip(right, mine, strict=True)), key=abs)
             if abs(late) > worst:
                 side = "late" if late > 0.0 else "early"
-                worst, words = abs(late), f"{name} is said {abs(late):.3g} s {side}"
+                worst, words = abs(late), f"its events have {what} {abs(late):.3g} s too {side}"
     return words
 
 
-def _by_key(run: Result, kind: EventKind) -> dict[_Key, list[Event]]:
-    by_key: dict[_Key, list[Event]] = defaultdict(list)
+def _by_key(run: Result, kind: EventKind) -> dict[tuple[int, int], list[Event]]:
+    by_key: dict[tuple[int, int], list[Event]] = defaultdict(list)
     for one in events_in(events_of(run), (kind,)):
-        by_key[kind, one.a, one.b].append(one)
+        by_key[one.a, one.b].append(one)
     return by_key
 
 
 def _times(count: int) -> str:
-    return "once" if count == 1 else f"{count} times"
+    return {0: "never", 1: "once", 2: "twice"}.get(count, f"{count} times")

@@ -42,13 +42,17 @@ def test_frames_beside_their_place_are_named_beyond_what_a_step_allows():
 def test_an_event_of_any_kind_that_is_late_is_named():
     known, ours = known_and_ours(DRAW)
     assert ours.events is not None
-    for kind in (EventKind.SLIDE_TO_ROLL, EventKind.ROLL_TO_REST, EventKind.BALL_BALL):
+    described = {
+        EventKind.SLIDE_TO_ROLL: '"cue": slide-to-roll',
+        EventKind.ROLL_TO_REST: '"cue": roll-to-rest',
+        EventKind.BALL_BALL: '"cue" hits "object"',
+    }
+    for kind, what in described.items():
         events = ours.events.copy()
         k = int(np.flatnonzero(events["kind"] == kind)[0])
         events["t"][k] -= 0.02
         said = differs_on_the_way(replace(ours, events=np.sort(events, order="t")), known)
-        assert f"{kind.label} of" in said
-        assert "is said 0.02 s early" in said
+        assert said == f"its events have {what} 0.02 s too early"
 
 
 def test_another_pocket_is_named():
@@ -58,5 +62,14 @@ def test_another_pocket_is_named():
     fell = events["kind"] == EventKind.POCKETED
     events["b"][fell] = (events["b"][fell] + 1) % 6
     said = differs_on_the_way(replace(ours, events=events), known)
-    assert 'it says pocketed of "' in said
-    assert "and that happens" in said
+    assert said.startswith('its events have "object" falls into the pocket "')
+    assert said.endswith('" never; the reference has this once')
+
+
+def test_both_balls_of_a_collision_too_many_are_named():
+    known, ours = known_and_ours(DRAW)
+    assert ours.events is not None
+    again = ours.events[ours.events["kind"] == EventKind.BALL_BALL]
+    twice = np.sort(np.concatenate([ours.events, again]), order="t")
+    said = differs_on_the_way(replace(ours, events=twice), known)
+    assert said == 'its events have "cue" hits "object" twice; the reference has this once'
