@@ -9,8 +9,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from functools import partial
-from itertools import chain
+from functools import cache, partial
 
 from ghostball.model import EventKind, Scene
 from ghostball.model.features import Feature, has_feature, missing_features, scene_features
@@ -64,12 +63,18 @@ Two, where balls that always roll and balls that slide can have it: an engine ma
 """
 
 _WITH_CUSHIONS = {Feature[law.feature] for law in CUSHION_LAWS if law.feature} | {
-    *(Feature.FALLING_RESTITUTION, Feature.CUSHION_TANGENTIAL),
-    *(Feature.OPEN_SIDES, Feature.POLYGON, Feature.POSTS),
+    Feature.FALLING_RESTITUTION,
+    Feature.CUSHION_TANGENTIAL,
+    Feature.OPEN_SIDES,
+    Feature.POLYGON,
+    Feature.POSTS,
 }
 _BETWEEN_BALLS = {Feature[law.feature] for law in BALL_LAWS if law.feature} | {
-    *(Feature.BALL_RESTITUTION, Feature.BALL_FRICTION, Feature.SPEED_DEPENDENT_FRICTION),
-    *(Feature.UNEQUAL_MASSES, Feature.UNEQUAL_RADII),
+    Feature.BALL_RESTITUTION,
+    Feature.BALL_FRICTION,
+    Feature.SPEED_DEPENDENT_FRICTION,
+    Feature.UNEQUAL_MASSES,
+    Feature.UNEQUAL_RADII,
 }
 
 
@@ -93,10 +98,20 @@ def untried(engine: ReferenceEngine, tried: Collection[Feature]) -> Mapping[Feat
 
 
 def _trying(feature: Feature, engine: ReferenceEngine) -> str:
-    alone = map(find_scene, ALONE[feature])
-    others = (one for one in sorted(select(), key=_size) if feature in scene_features(one))
-    able = (one for one in chain(alone, others) if not missing_features(engine.capabilities, one))
-    return next((one.name for one in able), "")
+    def is_able(scene: Scene) -> bool:
+        return not missing_features(engine.capabilities, scene)
+
+    able = next(filter(is_able, map(find_scene, ALONE[feature])), None)
+    if able is None:
+        having = (one for one in _by_size() if feature in scene_features(one))
+        able = next(filter(is_able, having), None)
+    return "" if able is None else able.name
+
+
+@cache
+def _by_size() -> tuple[Scene, ...]:
+    """Return the shipped scenes, the simplest first."""
+    return tuple(sorted(select(), key=_size))
 
 
 def _size(scene: Scene) -> tuple[int, int, str]:
