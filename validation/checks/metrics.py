@@ -108,13 +108,7 @@ def measure(
     if resolution in (0.0, "proved"):
         # An engine that errs by rounding alone is graded as exact even if it records only frames.
         truth = replace(truth, graded_steps=truth.graded)
-    of_engine: dict[str, Compute] = {
-        "energy_rise": partial(_energy_rise, resolution=resolution),
-        "energy_difference_max": partial(_energy_difference_max, horizon=horizon),
-        "energy_difference_time": partial(_energy_difference_time, horizon=horizon),
-        "event_time_error": partial(event_time_error, horizon=horizon),
-    }
-    computes = {**_COMPUTE, **PROOF_METRICS, **of_engine}
+    computes = _computes(horizon, resolution)
     for name in METRICS:
         if name not in computes or (metrics is not None and name not in metrics):
             continue
@@ -228,15 +222,12 @@ def _first_divergence_time(result: Result, truth: Truth) -> float:
     return parts_at
 
 
-def _energy_difference_max(result: Result, truth: Truth, horizon: float = math.inf) -> float:
-    require_end(result)
-    known(truth.motion, truth, "energy")
-    first = _initial(result)
+def _energy_difference_max(result: Result, truth: Truth, horizon: float) -> float:
     _, differences = differences_of(result, truth, horizon)
-    return float(np.max(_finite(differences))) / first
+    return float(np.max(_finite(differences))) / _initial(result)
 
 
-def _energy_difference_time(result: Result, truth: Truth, horizon: float = math.inf) -> float:
+def _energy_difference_time(result: Result, truth: Truth, horizon: float) -> float:
     times, differences = differences_of(result, truth, horizon)
     largest = int(np.argmax(_finite(differences)))
     if differences[largest] == 0.0:
@@ -251,7 +242,7 @@ def _energy_drift(result: Result, _: Truth) -> float:
     return float(np.max(np.abs(energy - energy[0]))) / _initial(result)
 
 
-def _energy_rise(result: Result, truth: Truth, resolution: Resolution = 0.0) -> float:
+def _energy_rise(result: Result, truth: Truth, resolution: Resolution) -> float:
     _finite(energy_series(result))
     proof = truth.certificate
     pressed = proof is not None and proof.ending == "sustained contact"
@@ -284,13 +275,22 @@ _COMPUTE: dict[str, Compute] = {
     "ball_cushion_count_error": _count_error(EventKind.BALL_CUSHION),
     "matching_events": lambda result, truth: _compared(result, truth).leading,
     "first_divergence_time": _first_divergence_time,
-    "energy_difference_max": _energy_difference_max,
-    "energy_difference_time": _energy_difference_time,
     "energy_drift": _energy_drift,
-    "energy_rise": _energy_rise,
     "overlap_max": _overlap_max,
     "wall_time": lambda result, _: result.wall_time,
 }
+
+
+def _computes(horizon: float, resolution: Resolution) -> dict[str, Compute]:
+    """Return what computes each metric, for an engine with this horizon [s] and resolution [m]."""
+    return {
+        **_COMPUTE,
+        **PROOF_METRICS,
+        "energy_rise": partial(_energy_rise, resolution=resolution),
+        "energy_difference_max": partial(_energy_difference_max, horizon=horizon),
+        "energy_difference_time": partial(_energy_difference_time, horizon=horizon),
+        "event_time_error": partial(event_time_error, horizon=horizon),
+    }
 
 
 def _finite(energy: FloatArray) -> FloatArray:
