@@ -10,8 +10,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ghostball.model import EventKind, Result, SampledTrajectory, Scene, Status
+from ghostball.model import Result, SampledTrajectory, Scene, Status
 from ghostball.model.arrays import FloatArray
+from ghostball.model.events import LEAVING_KINDS
 
 _SAME = 2.0**-23
 """Largest relative difference between two values of the same position or time.
@@ -181,6 +182,6 @@ def _gone(result: Result) -> np.ndarray:
     """Return which balls have left the table, (n,); their later positions aren't checked."""
     gone = np.zeros(len(result.scene.balls), dtype=bool)
     if result.events is not None:
-        left = np.isin(result.events["kind"], (EventKind.POCKETED, EventKind.LEAVES_TABLE))
+        left = np.isin(result.events["kind"], LEAVING_KINDS)
         gone[result.events["a"][left]] = True
     return gone

@@ -28,6 +28,7 @@ from ghostball.model import (
     Table,
     partner_name,
 )
+from ghostball.model.events import LEAVING_KINDS
 from ghostball.model.scene.obstacles import FIRST_HOLE
 from ghostball.reference_adapters.agreement import disagreement
 
@@ -120,7 +121,7 @@ def _of_height(result: Result, scene: Scene) -> str:
     events, table = result.events, scene.table
     gone = np.zeros(len(scene.balls), dtype=bool)
     if events is not None and getattr(events, "dtype", None) == EVENT_DTYPE:
-        left = np.isin(events["kind"], [EventKind.POCKETED, EventKind.LEAVES_TABLE])
+        left = np.isin(events["kind"], LEAVING_KINDS)
         gone[[a for a in events["a"][left].tolist() if 0 <= a < len(gone)]] = True
     elif table is not None and (table.holes or scene.physics.airborne):
         gone[:] = True  # nothing says which they are

@@ -10,21 +10,19 @@ from typing import Final, TypeVar
 
 import numpy as np
 
-from ghostball.model import EventKind, ExactTrajectory, Result, Samples
+from ghostball.model import ExactTrajectory, Result, Samples
 from ghostball.model.arrays import FloatArray
 from ghostball.validation.checks.energy_curve import compared_instants, energy_differences
 from ghostball.validation.grading.grading import Grade, grade
 from ghostball.validation.grading.horizon import extent_of
 from ghostball.validation.grading.tolerances import LEAST_DOUBLE, UNIT_ROUNDOFF
+from ghostball.validation.runs.sampling import times_gone
 from ghostball.validation.truth.scene_truth import Truth, TruthPart
 
 Compute = Callable[[Result, Truth], int | float]
 """Computes a metric; raises `NotMeasuredError` where it has no value."""
 
 T = TypeVar("T")
-
-_LEAVES = (EventKind.POCKETED, EventKind.LEAVES_TABLE)
-"""Kinds of events that take a ball off the table."""
 
 _NO_PAIR = "no event of the run matches a certified event"
 
@@ -149,9 +147,8 @@ def _path_error(result: Result, truth: Truth) -> float:
     found, right = _graded(result, truth), known(truth.motion, truth, "energy")
     times, shown, true = _states(result, right, found.until)
     errors = np.linalg.norm((shown.positions - true.positions)[..., :2], axis=2)
-    assert right.events is not None
-    for event in right.events[np.isin(right.events["kind"], _LEAVES)]:
-        errors[times >= event["t"], event["a"]] = 0.0  # where it is shown then is free
+    # Where a ball is shown after it left the table is free.
+    errors[times[:, np.newaxis] >= times_gone(right)] = 0.0
     return float(np.max(np.where(np.isfinite(errors), errors, np.inf)))
 
 

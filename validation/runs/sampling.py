@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from ghostball.model import (
     Energy,
-    EventKind,
     Events,
     ExactTrajectory,
     GhostballError,
@@ -25,6 +24,7 @@ from ghostball.model import (
     energy_of,
 )
 from ghostball.model.arrays import FloatArray
+from ghostball.model.events import LEAVING_KINDS
 from ghostball.validation.results.records import Motion
 
 UNIFORM_TIMES = 401
@@ -142,7 +142,7 @@ def times_gone(result: Result) -> FloatArray:
     """
     gone = np.full(len(result.scene.balls), np.inf)
     events = events_of(result)
-    leaves = np.isin(events["kind"], (EventKind.POCKETED, EventKind.LEAVES_TABLE))
+    leaves = np.isin(events["kind"], LEAVING_KINDS)
     np.minimum.at(gone, events["a"][leaves], events["t"][leaves])
     return gone
 
