@@ -12,7 +12,6 @@ import numpy as np
 
 from ghostball.model import Result, SampledTrajectory, Scene, Status
 from ghostball.model.arrays import FloatArray
-from ghostball.model.events import LEAVING_KINDS
 
 _SAME = 2.0**-23
 """Largest relative difference between two values of the same position or time.
@@ -53,7 +52,7 @@ def _of_length(result: Result, frames: SampledTrajectory) -> str:
 
     The last one may be missing: an engine that records now and then may end between two samples.
     """
-    times, here = frames.times, ~_gone(result)
+    times, here = frames.times, ~result.gone
     missing = result.rest_time * (1.0 - _SAME) - frames.t_end
     if not frames.velocities[-1, here].any() or missing <= np.max(np.diff(times), initial=0.0):
         return ""
@@ -67,10 +66,10 @@ def _of_length(result: Result, frames: SampledTrajectory) -> str:
 def _of_places(result: Result, scene: Scene) -> str:
     """Check that each ball on the table rests where its motion ends, in the plane."""
     motion = result.trajectory
-    ends = [result.rest_time]
+    ends = [float(result.rest_time)]
     if result.status is Status.REST and isinstance(motion, SampledTrajectory):
-        ends.append(max(motion.t_end, result.rest_time))
-    on_table = ~_gone(result)
+        ends.append(max(float(motion.t_end), *ends))
+    on_table = ~result.gone
     for t in ends:
         shown = result.sample([t]).positions[0]
         off = np.linalg.norm((result.rest_positions - shown)[:, :2], axis=1)
@@ -95,7 +94,7 @@ def _of_status(result: Result, scene: Scene) -> str:
     if result.rest_time < scene.t_max * (1.0 - _SAME):
         return ""
     end = motion.sample(np.array([motion.t_end]))
-    moving = np.flatnonzero(end.velocities[0].any(axis=1) & ~_gone(result))
+    moving = np.flatnonzero(end.velocities[0].any(axis=1) & ~result.gone)
     if not len(moving):
         return ""
     return (
@@ -145,10 +144,10 @@ def _between(result: Result, t: float) -> FloatArray:
         return np.zeros(len(result.scene.balls))
     k = int(np.searchsorted(frames.times, t, side="right"))
     if k < len(frames.times):
-        gone = frames.positions[k] - frames.positions[max(k - 1, 0)]
+        moved = frames.positions[k] - frames.positions[max(k - 1, 0)]
     else:
-        gone = frames.velocities[-1] * (t - frames.t_end)
-    distance: FloatArray = np.linalg.norm(gone, axis=1)
+        moved = frames.velocities[-1] * (t - frames.t_end)
+    distance: FloatArray = np.linalg.norm(moved, axis=1)
     return distance
 
 
@@ -159,7 +158,7 @@ def _of_rest(result: Result, frames: SampledTrajectory) -> str:
     """
     if result.status is not Status.REST:
         return ""
-    here = ~_gone(result)
+    here = ~result.gone
     speeds = np.linalg.norm(frames.velocities[:, here], axis=2)
     turns = np.linalg.norm(frames.angular_velocities[:, here], axis=2) * result.scene.radii[here]
     fastest = np.max(speeds + turns, axis=1, initial=0.0)
@@ -174,14 +173,5 @@ def _late(result: Result, rests: float) -> str:
     """Return how `rest_time` contradicts a motion whose balls rest at `rests` [s]."""
     return (
         "`rest_time` must be when the last ball comes to rest, or the run ends, as the motion has "
-        f"it, {rests!r} s, got {float(result.rest_time)!r} s"
+        f"it, {float(rests)!r} s, got {float(result.rest_time)!r} s"
     )
-
-
-def _gone(result: Result) -> np.ndarray:
-    """Return which balls have left the table, (n,); their later positions aren't checked."""
-    gone = np.zeros(len(result.scene.balls), dtype=bool)
-    if result.events is not None:
-        left = np.isin(result.events["kind"], LEAVING_KINDS)
-        gone[result.events["a"][left]] = True
-    return gone

@@ -63,6 +63,30 @@ def test_an_end_that_contradicts_the_motion_is_refused(
         assert said in disagreement(wrong(run), run.scene)
 
 
+def test_times_in_messages_are_plain_numbers() -> None:
+    right = exact("half-ball-cut")
+    for run in (right, framed(right, after=1.0)):
+        wrong = moved(replace(run, rest_time=np.float64(run.rest_time)), 1e-4)
+        late = replace(run, rest_time=np.float64(run.rest_time + 0.5))
+        for one in (wrong, late):
+            assert "np.float64" not in disagreement(one, run.scene)
+
+
+def test_a_ball_in_a_pocket_may_rest_elsewhere_than_its_motion_ends() -> None:
+    """Breaks where balls count as gone by the events alone, which `record="rest"` leaves out."""
+    right = exact("pocket-side")
+    events, hole = right.events, right.scene.table.holes[1]
+    assert right.gone.tolist() == [True]
+    in_hole = np.array([[*hole.centre, right.rest_positions[0, 2]]])
+    beside = in_hole + np.array([0.0, 0.5, 0.0])
+    for run in (right, framed(right)):
+        for recorded in (events, None):
+            ended = replace(with_end(run, positions=in_hole), events=recorded)
+            assert disagreement(ended, run.scene) == ""
+        on_table = replace(with_end(run, positions=beside), events=None)
+        assert "`rest_positions[0]` must be where" in disagreement(on_table, run.scene)
+
+
 def test_samples_that_end_while_balls_move_are_refused() -> None:
     run = framed(exact("half-ball-cut"))
     frames = run.trajectory
