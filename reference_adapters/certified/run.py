@@ -28,7 +28,13 @@ from ghostball.reference_adapters.certified.flight import (
     body_in_space_at_start,
     gone,
 )
-from ghostball.reference_adapters.certified.gaps import DOUBLES_ERROR, PairGap, level_reach
+from ghostball.reference_adapters.certified.gaps import (
+    DistanceGap,
+    PairGap,
+    error_in_doubles,
+    level_reach,
+    motion_in_doubles,
+)
 from ghostball.reference_adapters.certified.impacts import Impacts
 from ghostball.reference_adapters.certified.impacts_in_space import ImpactsInSpace
 from ghostball.reference_adapters.certified.meetings import Meeting, meeting_again
@@ -303,8 +309,10 @@ class Run:
         bodies = candidate.bodies
         diameter = sum((body.constants.radius for body in bodies), ZERO) * (2 // len(bodies))
         rounding = position_rounding(*(body.doubles.place for body in bodies))
-        reach = getattr(candidate.gap, "reach", None)  # of a gap of squares
-        return (TOUCHING * diameter + rounding) * (1 if reach is None else 2 * reach)
+        least = TOUCHING * diameter + rounding
+        if isinstance(candidate.gap, DistanceGap):  # the difference of two squares
+            return least * (2 * candidate.gap.reach)
+        return least
 
     def _check_tie(
         self, first: Candidate, rivals: list[Candidate], choices: tuple[Choice, ...]
@@ -411,15 +419,15 @@ def _far_apart(candidate: Candidate, t: float) -> bool:
     """
     if len(candidate.bodies) == 1:
         return False
-    places, reach, size = [], 0.0, 0.0
+    places, reach, error = [], 0.0, 0.0
     for body in candidate.bodies:
         q, s = body.doubles, 0.0 if body.resting else t - float(body.t)
         if body.curved or not q.exact_enough:
             return False
-        places.append((q.x + s * (q.vx + 0.5 * s * q.ax), q.y + s * (q.vy + 0.5 * s * q.ay)))
+        places.append(motion_in_doubles(body, s, in_space=False)[0])
         reach += float(body.constants.radius)
-        size += q.place + s * (q.speed + s * q.pull)
-    return math.dist(*places) > 1.001 * reach + DOUBLES_ERROR * size
+        error += error_in_doubles(q.place, q.speed, q.pull, s)
+    return math.dist(*places) > 1.001 * reach + error
 
 
 def _latest(s: arb) -> float:
