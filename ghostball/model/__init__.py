@@ -23,7 +23,7 @@ from ghostball.model.events import (
     Record,
     Status,
 )
-from ghostball.model.result import Result, event_dict, initial_state
+from ghostball.model.result import Result, event_dict, first_energy, initial_state
 from ghostball.model.scene import (
     CUSHIONS,
     INWARD,
@@ -93,6 +93,7 @@ __all__ = [
     "UnsupportedSceneError",
     "energy_of",
     "event_dict",
+    "first_energy",
     "initial_state",
     "partner_index",
     "partner_name",

@@ -259,7 +259,6 @@ class Result:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the result as plain values, which `ghostball run --format json` prints."""
-        start = energy_of(self.scene, initial_state(self.scene))
         end = energy_of(self.scene, self.final_state)
         return {
             "engine": self.engine,
@@ -272,7 +271,7 @@ class Result:
             "rest_positions": self.rest_positions.tolist(),
             "events": None if self.events is None else [event_dict(e) for e in self.events],
             "collision_counts": dict(self.collision_counts),
-            "energy": {"initial": float(start.total[0]), "final": float(end.total[0])},
+            "energy": {"initial": first_energy(self.scene), "final": float(end.total[0])},
             "work": dict(self.work),
             "hash": None if self.events is None else bits_hash(self.events, self.rest_positions),
             "wall_time": self.wall_time,
@@ -399,6 +398,11 @@ def initial_state(scene: Scene) -> Samples:
         scene.velocities[np.newaxis],
         scene.angular_velocities[np.newaxis],
     )
+
+
+def first_energy(scene: Scene) -> float:
+    """Return the energy with which a shot starts [J], before what happens at once."""
+    return float(energy_of(scene, initial_state(scene)).total[0])
 
 
 def event_dict(event: Any) -> dict[str, Any]:

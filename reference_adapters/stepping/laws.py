@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from ghostball.model import Physics, Scene, energy_of, initial_state
+from ghostball.model import Physics, Scene, first_energy
 from ghostball.model.arrays import FloatArray
 
 LEAST_RESTITUTION = 2.0**-52
@@ -21,7 +21,7 @@ def largest_momenta(scene: Scene) -> FloatArray:
 
     A spin counts: sliding can turn it into speed.
     """
-    energy = float(energy_of(scene, initial_state(scene)).total[0])
+    energy = first_energy(scene)
     momenta: FloatArray = np.sqrt(2.0 * energy * scene.masses)
     return momenta
 

@@ -16,10 +16,10 @@ from typing import Final
 
 import numpy as np
 
-from ghostball.model import Result
+from ghostball.model import Result, first_energy
 from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.base import Resolution
-from ghostball.validation.checks.energy_gain import first_energy, largest_gain
+from ghostball.validation.checks.energy_gain import largest_gain
 from ghostball.validation.checks.metrics import ball_errors
 from ghostball.validation.grading.event_logs import compare_collisions
 from ghostball.validation.grading.gradable import Gradable

@@ -21,7 +21,7 @@ from ghostball.model import (
     Samples,
     Scene,
     energy_of,
-    initial_state,
+    first_energy,
 )
 from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.base import Resolution, resolution_of_step, stated_error
@@ -43,11 +43,6 @@ _SURFACE_SPEEDS = 1.0 + math.sqrt(2.5)
 
 TINY = float(np.finfo(np.float64).tiny)
 """The fastest speed of a scene at rest [m/s]: a quotient by it is finite, or infinite for good."""
-
-
-def first_energy(scene: Scene) -> float:
-    """Return the energy with which a shot starts [J], before what happens at once."""
-    return float(energy_of(scene, initial_state(scene)).total[0])
 
 
 def largest_gain(result: Result, resolution: Resolution = 0.0, *, pressed: bool = False) -> float:

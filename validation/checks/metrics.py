@@ -12,10 +12,10 @@ from functools import partial
 
 import numpy as np
 
-from ghostball.model import COLLISION_KINDS, EventKind, Result, Scene
+from ghostball.model import COLLISION_KINDS, EventKind, Result, Scene, first_energy
 from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.base import Resolution
-from ghostball.validation.checks.energy_gain import first_energy, largest_gain
+from ghostball.validation.checks.energy_gain import largest_gain
 from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.checks.proof_metrics import (
     PROOF_METRICS,

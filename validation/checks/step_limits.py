@@ -59,7 +59,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ghostball.model import COLLISION_KINDS, EventKind, Scene, energy_of, initial_state
+from ghostball.model import COLLISION_KINDS, EventKind, Scene, first_energy
 from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.base import (
     ReferenceEngine,
@@ -328,7 +328,7 @@ def _on_the_way(
             f"{last:.3g} s to see it rest."
         )
         yield "rest_time_error", {"at_most": LEAST + shifted + last}, reason
-    first = float(energy_of(scene, initial_state(scene)).total[0])
+    first = first_energy(scene)
     slows = 1.4 * scene.rolling_frictions
     if scene.physics.motion == "sliding":
         turns = scene.radii * np.linalg.norm(scene.angular_velocities[:, :2], axis=1)
@@ -376,7 +376,7 @@ def touching(scene: Scene, truth: Truth) -> float:
     until = (scene.t_max if truth.rest_time is None else truth.rest_time) or 0.0
     diameter = 2.0 * float(np.max(scene.radii))
     part = _TOUCHING_IN_FLIGHT if scene.physics.airborne else _TOUCHING_GAP
-    energy = float(energy_of(scene, initial_state(scene)).total[0])
+    energy = first_energy(scene)
     fastest = math.sqrt(2.0 * energy / float(np.min(scene.masses)))
     clock = _CLOCK_ROUNDINGS * EPS * until * fastest
     return part * diameter + _TOUCHING_ROUNDINGS * EPS * extent_of(scene) + clock

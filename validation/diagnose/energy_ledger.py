@@ -20,7 +20,7 @@ from ghostball.model import (
     Events,
     Phase,
     Scene,
-    energy_of,
+    first_energy,
     initial_state,
 )
 from ghostball.model.arrays import FloatArray
@@ -73,7 +73,7 @@ def ledger_of(scene: Scene, motion: Motion) -> EnergyLedger:
     way between the two. A ball's vertical spin decays in every phase, and is counted with it;
     sustained contact is no event, so that what it costs is counted with the phase, too.
     """
-    initial = float(energy_of(scene, initial_state(scene)).total[0])
+    initial = first_energy(scene)
     energy = ball_energies(scene, motion)
     final = float(np.sum(energy[-1]))
     counts = {

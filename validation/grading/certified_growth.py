@@ -31,8 +31,7 @@ from ghostball.model import (
     EventKind,
     ExactTrajectory,
     Scene,
-    energy_of,
-    initial_state,
+    first_energy,
 )
 from ghostball.model.arrays import FloatArray
 from ghostball.model.trajectory.segment import WZ
@@ -193,7 +192,7 @@ class CertifiedGrowth:
         """
         instants = np.array([event.t for event in self.events])
         starts = np.unique(np.concatenate([ball.segments[:, 0] for ball in self.balls]))
-        first = float(energy_of(scene, initial_state(scene)).total[0])
+        first = first_energy(scene)
         energies = np.full(len(starts), first)
         with np.errstate(over="ignore", invalid="ignore"):
             for ball, mass, kept in zip(self.balls, scene.masses, self._covariances, strict=True):

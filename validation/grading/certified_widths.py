@@ -14,7 +14,7 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ghostball.model import Scene, energy_of, initial_state
+from ghostball.model import Scene, first_energy
 from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.certified import Certificate, Enclosure
 from ghostball.reference_adapters.certified.problem import problem_of
@@ -72,7 +72,7 @@ class FlightGrowth:
         energy.
         """
         at = np.append(0.0, self.times)
-        first = float(energy_of(scene, initial_state(scene)).total[0])
+        first = first_energy(scene)
         beside = np.maximum.accumulate(np.max(self.sizes(at), axis=1))
         energies = first * (1.0 + beside / float(np.min(scene.radii)))
         events = np.array(self._moved)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ghostball.model import Result, Scene, energy_of, initial_state
+from ghostball.model import Result, Scene, energy_of, first_energy
 from ghostball.reference_adapters.base import ReferenceEngine, Resolution, resolution_of
 from ghostball.validation.checks.accuracy import accuracy_of
 from ghostball.validation.checks.criterion import Criterion
@@ -71,7 +71,6 @@ def judge(
     """
     asked = [one for one in limits if case.metrics is None or one.metric in case.metrics]
     measured, accuracy = _measured(result, truth, asked, resolution, case.metrics)
-    start = energy_of(result.scene, initial_state(result.scene))
     end = energy_of(result.scene, result.final_state)
     judged = replace(
         record,
@@ -91,7 +90,7 @@ def judge(
         ball_errors=measured.ball_errors,
         rest_time=float(result.rest_time),
         collision_counts=_integers(result.collision_counts),
-        energy_initial=float(start.total[0]),
+        energy_initial=first_energy(result.scene),
         energy_final=float(end.total[0]),
         work=_integers(result.work),
         wall_time=float(result.wall_time),

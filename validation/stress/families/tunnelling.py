@@ -29,8 +29,7 @@ from ghostball.model import (
     Result,
     Scene,
     Table,
-    energy_of,
-    initial_state,
+    first_energy,
 )
 from ghostball.reference_adapters import ReferenceEngine
 from ghostball.validation.grading.tolerances import EPS
@@ -222,7 +221,7 @@ def elastic_break() -> tuple[Scene, float]:
             for k, place in enumerate(places)
         ],
     )
-    return scene, float(energy_of(scene, initial_state(scene)).total[0])
+    return scene, first_energy(scene)
 
 
 def bounces() -> tuple[Scene, float]:
