@@ -32,6 +32,9 @@ from ghostball.validation.runs.sampling import energy_series, energy_times, even
 _ROLLS = 1e-12
 """Slip, in units of a ball's speed, that is but the rounding of a frame of a ball that rolls."""
 
+_VERTICAL_ROUNDING = 1e-12
+"""Vertical speed, in units of a ball's speed, that is but rounding for a ball on the cloth."""
+
 _ROUNDINGS_SEEN = 4.0
 """Roundings of an instant, or of a height, that are no gain."""
 
@@ -192,14 +195,15 @@ def _cloth(
     Where balls always roll, slip is 0 and nothing slides. The cloth takes nothing from balls in the
     air, as if they rested.
     """
-    velocity = states.velocities[..., :2] * ~_above_cloth(scene, states)[..., np.newaxis]
+    above = _above_cloth(scene, states)
+    velocity = np.where(above[..., np.newaxis], 0.0, states.velocities[..., :2])
     slides = scene.physics.motion == "sliding"
     slip = np.zeros_like(velocity)
     if slides:
         spin = states.angular_velocities
         slip[..., 0] = velocity[..., 0] - scene.radii * spin[..., 1]
         slip[..., 1] = velocity[..., 1] + scene.radii * spin[..., 0]
-        slip[_above_cloth(scene, states)] = 0.0
+        slip[above] = 0.0
     gravity = scene.physics.gravity
     return (
         velocity,
@@ -215,6 +219,7 @@ def _above_cloth(scene: Scene, states: Samples) -> NDArray[np.bool_]:
     if not scene.physics.airborne:
         return np.zeros(states.positions.shape[:2], dtype=np.bool_)
     high = states.positions[..., 2] > (1.0 + _ROUNDINGS_SEEN * EPS) * scene.radii
-    rising = np.abs(states.velocities[..., 2])
-    above: NDArray[np.bool_] = high | (rising > _ROLLS * np.linalg.norm(states.velocities, axis=2))
+    vertical = np.abs(states.velocities[..., 2])
+    speeds = np.linalg.norm(states.velocities, axis=2)
+    above: NDArray[np.bool_] = high | (vertical > _VERTICAL_ROUNDING * speeds)
     return above
