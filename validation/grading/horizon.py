@@ -18,9 +18,9 @@ from functools import cached_property
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from ghostball.model import EventKind, Result, Scene
+from ghostball.model import EventKind, Events, Result, Scene
 from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.certified import Certificate
 from ghostball.validation.grading.certified_growth import CertifiedGrowth, growth_of_proof
@@ -193,16 +193,17 @@ class Meetings:
 def meetings_of(growth: Growth, result: Result) -> Meetings:
     """Return how errors have grown when balls are about to meet in a run of the shot."""
     scene, radius = result.scene, float(np.min(result.scene.radii))
-    events = [one for one in events_of(result) if int(one["kind"]) in _MEETINGS]
-    reaches = [_reach_of(scene, result, one) for one in events]
-    met = [(one, reach) for one, reach in zip(events, reaches, strict=True) if reach < math.inf]
-    times, instant = np.unique([float(one["t"]) for one, _ in met], return_inverse=True)
+    log = events_of(result)
+    events = log[np.isin(log["kind"], _MEETINGS) & ~_of_straight_sides(scene, log)]
+    reaches = _reaches_of(scene, result, events)
+    events, reaches = events[reaches < math.inf], reaches[reaches < math.inf]
+    times, instant = np.unique(events["t"], return_inverse=True)
     largest = np.zeros(len(times))
     if len(times):
         # Of a flight the instants themselves are uncertain; a derivative is known just before.
         flies = isinstance(growth, FlightGrowth)
         sizes = growth.sizes(times if flies else np.nextafter(times, 0.0))
-        for k, (one, reach) in zip(instant.tolist(), met, strict=True):
+        for k, one, reach in zip(instant.tolist(), events, reaches.tolist(), strict=True):
             balls = [one["a"], one["b"]] if one["kind"] == EventKind.BALL_BALL else [one["a"]]
             largest[k] = max(largest[k], float(np.max(sizes[k, balls])) * 2.0 * radius / reach)
     return Meetings(times, largest, extent_of(scene), radius)
@@ -211,18 +212,42 @@ def meetings_of(growth: Growth, result: Result) -> Meetings:
 _MEETINGS = (EventKind.BALL_BALL, EventKind.BALL_CUSHION, EventKind.POCKETED)
 
 
-def _reach_of(scene: Scene, result: Result, event: np.void) -> float:
-    """Return twice the error that changes what comes of a meeting [m].
+def _of_straight_sides(scene: Scene, log: Events) -> NDArray[np.bool_]:
+    """Return which events are contacts with straight sides of balls that never fly, (k,)."""
+    if scene.table is None or scene.physics.airborne:
+        return np.zeros(len(log), dtype=np.bool_)
+    sides = [side.cushion for side in scene.table.sides]
+    return (log["kind"] == EventKind.BALL_CUSHION) & np.isin(log["b"], sides)
+
+
+def _reaches_of(scene: Scene, result: Result, events: Events) -> FloatArray:
+    """Return twice the error that changes what comes of each meeting, (k,) [m]."""
+    reaches: FloatArray = scene.radii[events["a"]].copy()
+    of_balls = events["kind"] == EventKind.BALL_BALL
+    reaches[of_balls] += scene.radii[events["b"][of_balls]]
+    others = np.flatnonzero(~of_balls)
+    for start in range(0, len(others), _AT_ONCE):
+        rows = others[start : start + _AT_ONCE]
+        before = result.sample(np.nextafter(events["t"][rows], 0.0))
+        for k, row in enumerate(rows):
+            a = int(events["a"][row])
+            reaches[row] = _reach_of(
+                scene, events[row], before.positions[k, a], before.velocities[k, a]
+            )
+    return reaches
+
+
+def _reach_of(scene: Scene, event: np.void, position: FloatArray, velocity: FloatArray) -> float:
+    """Return twice the error that changes what comes of a ball's meeting with an obstacle [m].
 
     Of what is round, how far a ball's centre is from what its path turns about; of a hole, twice by
     how much the ball would have to be off to pass it; infinite of what is straight.
+
+    `position` [m], `velocity` [m/s]: of the ball just before it, (3,).
     """
     kind, a, b = int(event["kind"]), int(event["a"]), int(event["b"])
-    if kind == EventKind.BALL_BALL:
-        return float(scene.radii[a] + scene.radii[b])
     assert scene.table is not None
-    before = result.sample([np.nextafter(float(event["t"]), 0.0)])
-    (x, y, z), (vx, vy, _) = before.positions[0, a].tolist(), before.velocities[0, a].tolist()
+    (x, y, z), (vx, vy, _) = position.tolist(), velocity.tolist()
     if kind == EventKind.POCKETED:
         (hole,) = (one for one in scene.table.holes if one.pocket == b)
         dx, dy = x - hole.centre[0], y - hole.centre[1]
