@@ -95,6 +95,10 @@ class Candidate:
         c = self.choice
         return (c.a, c.b) if c.kind is EventKind.BALL_BALL else (c.a,)
 
+    def is_void(self, bodies: list[Body]) -> bool:
+        """Return True if one of its bodies is no longer the ball's, in `bodies` of all balls."""
+        return any(bodies[k] is not b for k, b in zip(self.balls, self.bodies, strict=True))
+
 
 class Agenda:
     """All candidates, the one with the earliest bound first."""
@@ -115,12 +119,10 @@ class Agenda:
             self.add(Candidate(gap.choice, bodies, gap, bracket=bracket))
 
     def sharing(self, candidate: Candidate, bodies: list[Body]) -> Iterator[Candidate]:
-        """Yield the other candidates on the agenda that share a ball with one; those not void."""
+        """Yield the candidates on the agenda that share a ball with one taken off; none void."""
         balls = set(candidate.balls)
         for _, _, other in self._heap:
-            if balls.isdisjoint(other.balls) or other is candidate:
-                continue
-            if all(bodies[k] is body for k, body in zip(other.balls, other.bodies, strict=True)):
+            if not (balls.isdisjoint(other.balls) or other.is_void(bodies)):
                 yield other
 
     def take_first(self, bodies: list[Body]) -> list[Candidate]:
@@ -132,10 +134,7 @@ class Agenda:
         latest = math.inf
         while self._heap and self._heap[0][0] <= latest:
             _, _, candidate = heapq.heappop(self._heap)
-            if any(
-                bodies[k] is not body
-                for k, body in zip(candidate.balls, candidate.bodies, strict=True)
-            ):
+            if candidate.is_void(bodies):
                 continue
             if candidate.meeting is None:
                 if candidate.find(self._bits):
