@@ -217,7 +217,9 @@ def _of_straight_sides(scene: Scene, log: Events) -> NDArray[np.bool_]:
     if scene.table is None or scene.physics.airborne:
         return np.zeros(len(log), dtype=np.bool_)
     sides = [side.cushion for side in scene.table.sides]
-    return (log["kind"] == EventKind.BALL_CUSHION) & np.isin(log["b"], sides)
+    of_cushions = log["kind"] == EventKind.BALL_CUSHION
+    found: NDArray[np.bool_] = of_cushions & np.isin(log["b"], sides)
+    return found
 
 
 def _reaches_of(scene: Scene, result: Result, events: Events) -> FloatArray:
