@@ -62,8 +62,8 @@ def engine_class(name: str) -> type[ReferenceEngine]:
     if ":" in name:
         return _class_at(name)
     point = _entry_point(name)
-    where = f"can't be imported from `{point.value}`{_package(point)}"
-    with _guarded(name, where, ". Mend or reinstall that package"):
+    where = f"can't be imported from `{point.value}`"
+    with _guarded(name, where, ". Mend or reinstall that package", point):
         loaded = point.load()
     if callable(loaded) and not isinstance(loaded, type):
         loaded = engine_of(loaded, point.value)
@@ -269,7 +269,7 @@ def _is_float(annotation: object) -> bool:
 def number_of(text: str) -> float | None:
     """Return the number that a text spells, as a decimal or as a fraction; None if it is neither.
 
-    A fraction is two decimals, such as 1/60. Its value is rounded once.
+    A fraction is two decimals, such as 1/60: the quotient of two doubles.
     """
     above, slash, below = text.partition("/")
     try:
@@ -279,8 +279,10 @@ def number_of(text: str) -> float | None:
 
 
 @contextmanager
-def _guarded(name: str, cannot: str, advice: str = "") -> Iterator[None]:
-    """Run code of an engine: log what it prints, and name the engine where it raises.
+def _guarded(
+    name: str, cannot: str, advice: str = "", point: EntryPoint | None = None
+) -> Iterator[None]:
+    """Run code of an engine: log what it prints; where it raises, name the engine and its package.
 
     Anyone's code may raise anything, and even exit.
     """
@@ -291,9 +293,8 @@ def _guarded(name: str, cannot: str, advice: str = "") -> Iterator[None]:
         with capturing as output:
             yield
     except (Exception, SystemExit) as error:
-        raise EngineUnavailableError(
-            storable(f"engine `{name}` {cannot}: {type(error).__name__}: {error}{advice}")
-        ) from error
+        what = f"{cannot}{_package(point)}: {type(error).__name__}: {error}{advice}"
+        raise EngineUnavailableError(storable(f"engine `{name}` {what}")) from error
     finally:
         if output.text:
             _LOGGER.warning("engine %s printed: %s", name, harmless(output.text))
@@ -327,9 +328,9 @@ def _entry_point(name: str) -> EntryPoint:
     return next(iter(points.values()))
 
 
-@cache  # to read a package's metadata takes as long as the rest of `engine_class`
-def _package(point: EntryPoint) -> str:
-    return f" of package `{point.dist.name}`" if point.dist is not None else ""
+def _package(point: EntryPoint | None) -> str:
+    """Return which package an entry point is of, for a message; this reads the metadata."""
+    return f" of package `{point.dist.name}`" if point is not None and point.dist else ""
 
 
 def _known_engines() -> str:

@@ -1,6 +1,7 @@
 """Engines by name and spec: lists, settings, and one clear error for whatever is wrong."""
 
 import importlib
+import importlib.metadata
 import subprocess
 import sys
 from pathlib import Path
@@ -109,6 +110,27 @@ def test_a_module_that_fails_to_import_is_named_with_the_reason(packages):
         engine_class("foreign")
     for part in ("`foreign`", "some-engine", "no licence file", "RuntimeError"):
         assert part in str(caught.value)
+
+
+def test_the_package_that_is_there_now_is_named(packages):
+    packages.install("some-engine", "raise RuntimeError('no licence file')")
+    with pytest.raises(EngineUnavailableError, match="of package `some-engine`"):
+        engine_class("foreign")
+    metadata = packages.folder / "some_engine-1.0.dist-info" / "METADATA"
+    metadata.write_text("Metadata-Version: 2.1\nName: its-fork\nVersion: 1\n")
+    with pytest.raises(EngineUnavailableError, match="of package `its-fork`"):
+        engine_class("foreign")
+
+
+def test_an_engine_that_can_be_imported_is_loaded_without_its_metadata(packages, monkeypatch):
+    packages.install("quick-engine", foreign())
+    assert "foreign" in engine_names()  # these are kept
+
+    def read(_):
+        raise AssertionError
+
+    monkeypatch.setattr(importlib.metadata.Distribution, "metadata", property(read))
+    assert engine_class("foreign").name == "foreign"
 
 
 def test_an_engine_that_calls_itself_otherwise_is_refused(packages):
