@@ -56,7 +56,7 @@ def broken_in(text: str) -> frozenset[str]:
     return frozenset(
         " ".join(found)
         for found in re.findall(
-            r"\b(\w+) must be (==|<=|>=) ([\w.-]+(?: shot)?)(?: \w+)?, (?:got|but)", text
+            r"\b(\w+) must be (==|<=|>=) ([\w.+-]+(?: shot)?)(?: \w+)?, (?:got|but)", text
         )
     )
 
@@ -150,10 +150,8 @@ def statuses(said: Mapping[str, tuple[int, object]]) -> dict[str, int]:
     return {command: status for command, (status, _) in said.items()}
 
 
-def test_the_table_is_large_enough():
-    assert len(WRONG) >= 30
-    assert len(RIGHT) >= 5
-    assert all(row.fault for row in {**WRONG, **UNJUDGED}.values())
+REFUSED = {"wrong-counts", "swapped-ends", "moved-ends", "mirrored-ends"}
+"""Engines whose results contradict themselves, so that no limit is compared with them."""
 
 
 @pytest.mark.compiled
@@ -162,11 +160,13 @@ def test_the_table_is_large_enough():
 def test_a_wrong_engine_fails_with_every_command(here, way):
     said = by_all(here, way)
     assert statuses(said) == dict.fromkeys(said, 1), ROWS[way].fault
-    if way != "nondeterministic":  # of two plays, no more is the same than that both are wrong
-        limits = said["validate"][1]
-        assert {command: found for command, (_, found) in said.items()} == dict.fromkeys(
-            said, limits
-        )
+    limits = {command: broken for command, (_, broken) in said.items()}
+    if way == "nondeterministic":  # of two plays, no more is the same than that both are wrong
+        found = {one for one in limits if "accuracy <= nanometres" in limits[one]}
+        assert found >= limits.keys() - {"accept", "regress"}
+    else:
+        assert limits == dict.fromkeys(said, limits["validate"])
+        assert bool(limits["validate"]) == (way not in REFUSED)
     assert not list(Path("baselines").glob("**/*.toml"))
 
 

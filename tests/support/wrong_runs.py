@@ -96,14 +96,26 @@ def late(by: float, *, collisions_only: bool = False) -> Play:
         chosen = collisions_of(result) if collisions_only else slice(None)
         events["t"][chosen] += by
         end = max(result.rest_time, float(np.max(events["t"])))
-        return replace(with_events(result, events), rest_time=end)
+        return _resting_at(with_events(result, events), end)
 
     return play
 
 
 def rests_late(by: float) -> Play:
     """Report that the last ball comes to rest late [s]."""
-    return lambda scene: replace(right(scene), rest_time=simulate(scene).rest_time + by)
+
+    def play(scene: Scene) -> Result:
+        result = right(scene)
+        return _resting_at(result, result.rest_time + by)
+
+    return play
+
+
+def _resting_at(result: Result, end: float) -> Result:
+    """Return a run whose last ball comes to rest at another time [s], in its samples too."""
+    frames = frames_of(result)
+    motion = replace(frames, times=np.append(frames.times[:-1], end))
+    return replace(result, trajectory=motion, rest_time=end)
 
 
 def in_milliseconds(scene: Scene) -> Result:
