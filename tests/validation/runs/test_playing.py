@@ -124,8 +124,9 @@ def test_another_engine_of_our_name_runs_in_another_process_too(evil):
     # Where the name alone was compared, its crash ended the command without a word.
     impostor = type("Impostor", (type(evil),), {"name": OURS, "__module__": "evil_engine"})
     sys.modules["evil_engine"].Impostor = impostor
-    with in_other_process(impostor(evil.settings), 60.0) as player:
-        assert player is not impostor
+    engine = impostor(evil.settings)
+    with in_other_process(engine, 60.0) as player:
+        assert player is not engine
         with pytest.raises(EngineFailedError, match="crashed"):
             run_engine(with_setting(player, "does", "crash"), SCENE)
 
