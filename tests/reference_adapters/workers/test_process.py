@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from importlib.metadata import version
 from pathlib import Path
 
@@ -39,16 +40,23 @@ def test_a_workers_error_is_its_own(tmp_path: Path) -> None:
 @pytest.mark.skipif(os.name == "nt", reason="process groups are POSIX")
 def test_a_program_that_a_worker_started_ends_with_it(tmp_path: Path) -> None:
     # It held the worker's output, whose end was then waited for without a limit.
-    script = tmp_path / "starts.py"
+    script, pipe = tmp_path / "starts.py", tmp_path / "pipe"
+    os.mkfifo(pipe)
     script.write_text(
         "import subprocess\n"
         'print(\'{"version": "1"}\', flush=True)\n'
         "input()\n"
-        'subprocess.run(["sleep", "600"])\n'
+        f"pipe = open({str(pipe)!r}, 'wb', buffering=0)\n"
+        "pipe.write(b'there')\n"
+        'subprocess.run(["sleep", "600"], stderr=pipe)\n'
     )
     one = Worker([sys.executable, str(script)])
-    with pytest.raises(WorkerFailedError, match="over 1 s"):
-        one.play(find_scene("stop"), "rest", 1.0)
+    with ThreadPoolExecutor(1) as thread:
+        opened = thread.submit(pipe.open, "rb")
+        with pytest.raises(WorkerFailedError, match="over 1 s"):
+            one.play(find_scene("stop"), "rest", 1.0)
+    with opened.result() as file:
+        assert file.read() == b"there"  # it ends when nobody holds the other end
 
 
 def test_all_that_the_workers_have_is_in_the_hash_of_the_code(
