@@ -40,6 +40,18 @@ def test_a_run_that_never_tried_it_says_so(twice):
     assert "can't play 1 of these scenes (–), for it lacks sliding" in found.stdout
 
 
+def test_what_no_scene_tries_that_it_can_play_is_said(tmp_path, monkeypatch, in_this_process):
+    # Each scene with this law of balls has a cushion, friction between balls, or a loss too.
+    lines = inspect.getsource(first_engine).splitlines(keepends=True)
+    start, end = lines.index("@plays(\n"), lines.index(")\n")
+    claims = "@plays(Feature.SLIDING, Feature.UNBOUNDED_CLOTH, Feature.MATHAVAN_BALL)\n"
+    (tmp_path / "narrow.py").write_text("".join([*lines[:start], claims, *lines[end + 1 :]]))
+    monkeypatch.chdir(tmp_path)
+    found = validate("draw-shot", "-e", "narrow:simulate")
+    sys.modules.pop("narrow", None)
+    assert "no shipped scene that it supports tries this" in " ".join(found.stdout.split())
+
+
 def test_after_a_failure_the_next_command_is_named(twice):
     found = validate("stop", "restitution-head-on", "restitution-cut", "-e", twice)
     assert found.exit_code == 1, found.output
