@@ -24,7 +24,10 @@ PHYSICS = Physics(preset="pool", **SHARED, cushion_height=NOSE_HEIGHT)
 
 
 def test_shots_are_those_of_the_engine_but_for_the_step():
-    """Steps of 0.1 ms, some collisions, and their amplification come to less than a millimetre."""
+    """Half of the shots agree to 0.3 mm in the first second, 90 % to 2 mm.
+
+    Collisions amplify what steps of 0.1 ms err by.
+    """
     camera = Camera(rate=50.0, noise=0.0, drift=0.0, pixel=1e-9, stale=0.0)
     shots = stepped_tracks(TABLE, POOL, 20, 3, camera)
     off = []
@@ -34,6 +37,7 @@ def test_shots_are_those_of_the_engine_but_for_the_step():
         times = next(iter(tracks.values())).times[:50]  # the first second
         places = np.stack([track.positions[:50] for track in tracks.values()], axis=1)
         off.append(np.max(np.abs(motion.sample(times).positions[..., :2] - places)))
+    assert len(off) == 20
     assert np.median(off) < 3e-4
     assert np.quantile(off, 0.9) < 2e-3
 
