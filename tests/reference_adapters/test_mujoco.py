@@ -35,7 +35,7 @@ def test_friction_throws_by_the_convex_cone() -> None:
         assert least <= np.abs(error).max() < most
 
 
-def test_nobody_sets_a_restitution_by_default() -> None:
+def test_the_naive_configuration_sets_no_restitution() -> None:
     result = play("mujoco:config=naive", half_ball())
     assert np.hypot(*result.final_state.velocities[0, 1, :2]) < 0.6 * 1.5 * np.cos(np.pi / 6.0)
     assert result.collision_counts["ball-ball"] == 1

@@ -48,7 +48,7 @@ def test_roll_to_rest(settings, position_error, time_error):
     assert not np.any(result.final_state.angular_velocities)
 
 
-def test_default_overshoots():
+def test_the_naive_configuration_overshoots():
     """The newcomer's error is there to be seen: v dt / 2 too far, 8 mm at 1 m/s."""
     result = run(scene_of(Ball(id="cue", position=(0, 0), velocity=(1, 0))), config="naive")
     excess = result.rest_positions[0, 0] - 1.0 / (2 * MU_G)

@@ -76,7 +76,7 @@ def test_a_ball_that_only_rolls_along_a_cushion_does_not_hit_it() -> None:
     assert run(scene).collision_counts["ball-cushion"] == 0
 
 
-def test_the_default_configuration_keeps_what_pybullet_does_on_its_own() -> None:
+def test_the_naive_configuration_keeps_what_pybullet_does_on_its_own() -> None:
     # Its damping: v' = -mu g - k (1 + v) v with k = 0.04 1/s, so x = integral of v dv / -v'.
     scene = shot({"position": (0, 0), "velocity": (1, 0)})
     v = (np.arange(1000) + 0.5) / 1000

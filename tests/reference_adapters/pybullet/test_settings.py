@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from pydantic import ValidationError
 
 from ghostball.reference_adapters.pybullet.settings import PybulletSettings
 
@@ -25,8 +24,3 @@ def test_steps_and_kernels_by_configuration(
     """Fails where pybullet's own step is another, or fixed steps wait for a compiler."""
     chosen = PybulletSettings(**settings)
     assert (chosen.step, chosen.kernels, chosen.iterations) == (step, kernels, 50)
-
-
-def test_contacts_of_the_default_configuration_do_not_end_in_a_step() -> None:
-    with pytest.raises(ValidationError, match="`contact_steps` = exact needs `config` = tuned"):
-        PybulletSettings(contact_steps="exact", config="naive")

@@ -281,12 +281,12 @@ def test_a_cell_of_an_environment_that_is_not_there_is_refused(tmp_path):
     ],
 )
 @pytest.mark.usefixtures("in_this_process")
-def test_the_cure_cures_what_the_default_shows(tmp_path, engine, name):
-    default = f"{engine}:config=naive"
-    board, _ = ask(tmp_path, [engine, default], name)
-    assert board.cell(engine, name).size < board.cell(default, name).size
+def test_the_cure_cures_what_the_naive_configuration_shows(tmp_path, engine, name):
+    naive = f"{engine}:config=naive"
+    board, _ = ask(tmp_path, [engine, naive], name)
+    assert board.cell(engine, name).size < board.cell(naive, name).size
     assert board.cell(engine, name).kind in ("good", "nanometres", "micrometres", "millimetres")
-    assert board.cell(default, name).kind in ("bad", "centimetres", "another shot", "broken")
+    assert board.cell(naive, name).kind in ("bad", "centimetres", "another shot", "broken")
 
 
 @pytest.mark.parametrize(

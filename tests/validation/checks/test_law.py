@@ -113,25 +113,25 @@ def test_every_engine_is_asked_the_same_whatever_its_name_and_package():
     assert ours == limits_of(ToyEngine())
 
 
-def test_default_settings_are_excused_by_the_file_and_no_others():
-    default = make_engine("pymunk:config=naive")
-    settings = plain_settings(default)
-    assert limits_of(default, names=[("pymunk", settings)]) == {}
+def test_naive_settings_are_excused_by_the_file_and_no_others():
+    naive = make_engine("pymunk:config=naive")
+    settings = plain_settings(naive)
+    assert limits_of(naive, names=[("pymunk", settings)]) == {}
     tuned = [("pymunk", settings | {"config": "tuned"})]
-    assert "accuracy" in limits_of(default, names=tuned)
+    assert "accuracy" in limits_of(naive, names=tuned)
     assert "default settings" in common_criteria().excuse("pymunk", settings)
     # A setting of the same name excuses nobody else.
-    assert "accuracy" in limits_of(default, names=[("mine", settings)])
+    assert "accuracy" in limits_of(naive, names=[("mine", settings)])
     assert common_criteria().excuse("mine", settings) == ""
 
 
 def test_whoever_is_excused_is_said_what_is_not_asked():
-    default, tuned = make_engine("pymunk:config=naive"), make_engine("pymunk")
+    naive, tuned = make_engine("pymunk:config=naive"), make_engine("pymunk")
     truth = truth_of(HALF_BALL)
     asked, all_of_it = (
-        asked_of([("pymunk", plain_settings(one))], Criteria()) for one in (default, tuned)
+        asked_of([("pymunk", plain_settings(one))], Criteria()) for one in (naive, tuned)
     )
-    left = {one.metric for one in asked.not_asked(default, HALF_BALL, truth)}
+    left = {one.metric for one in asked.not_asked(naive, HALF_BALL, truth)}
     assert {"accuracy", "energy_rise", "energy_drift", "overlap_max"} <= left
     assert all_of_it.not_asked(tuned, HALF_BALL, truth) == ()
 
