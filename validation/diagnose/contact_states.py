@@ -20,11 +20,11 @@ import numpy as np
 from ghostball.model import (
     Ball,
     EventKind,
-    GhostballError,
     Result,
     SampledTrajectory,
     Samples,
     Scene,
+    SceneError,
     energy_of,
 )
 from ghostball.validation.grading.event_logs import Event, events_in
@@ -221,9 +221,9 @@ def _by_the_law(
             balls=[Ball(**ball) for ball in balls],
             t_max=end - start,
         )
-        played = run_ours(shot)
-    except (GhostballError, ValueError):  # the engine let them overlap before
+    except SceneError:  # the engine let them overlap before
         return None
+    played = run_ours(shot)
     met = [two.kind for two in events_in(events_of(played))]
     if met != [one.kind] or not played.status.complete:
         return None

@@ -5,7 +5,7 @@ import math
 import pytest
 from planted_engines import hit, other_physics, stepping
 
-from ghostball.model import EventKind
+from ghostball.model import EventKind, GhostballError
 from ghostball.reference_adapters import make_engine
 from ghostball.validation import find_scene
 from ghostball.validation.diagnose.contact_states import fault_at_contacts
@@ -50,6 +50,15 @@ def test_our_engine_has_no_fault(name):
 @pytest.mark.parametrize("name", ["break-7", "draw-shot", "restitution-bounce", "thin-cut"])
 def test_an_engine_in_steps_has_no_fault(name):
     assert fault_at_contacts(run_engine(make_engine("pymunk"), find_scene(name))) is None
+
+
+def test_a_failure_of_our_own_engine_is_no_absence_of_faults(monkeypatch):
+    def fail(scene):
+        raise GhostballError(f"no run of {scene.name}")
+
+    monkeypatch.setattr("ghostball.validation.diagnose.contact_states.run_ours", fail)
+    with pytest.raises(GhostballError, match="no run of contact"):
+        fault_at_contacts(run_engine(stepping(energy=1.5, dt=1e-4), hit()))
 
 
 @pytest.mark.parametrize("rolling", [0.5, 3.0])
