@@ -158,7 +158,7 @@ def margins_along(
         while last < len(near) and near[last].t <= event.t:
             rows.pass_by(near[last], lateness)
             last += 1
-        for one in places.beside(event):
+        for one in places.beside(event, e):
             rows.pass_by(one, lateness, e)
         rows.meet(event, e, lateness)
         rows.go_on(event, e)
@@ -358,10 +358,10 @@ class _Gaps:
                 self._gaps[np.ix_(gone, self._times > event.t)] = math.nan
         # What is met, by pair: the looks at which it is.
         self._met: dict[int, list[int]] = {}
-        for event in events:
-            look = self._look(event.t)
-            for p in self._partners(event):
-                self._met.setdefault(p, []).append(look)
+        self._partners_of = [self._partners(event) for event in events]
+        for event, partners in zip(events, self._partners_of, strict=True):
+            for p in partners:
+                self._met.setdefault(p, []).append(self._look(event.t))
 
     def near_misses(self) -> list[_Near]:
         """Return where gaps are smallest between two events, and those left at the end."""
@@ -377,17 +377,19 @@ class _Gaps:
                 found.append(self._near(p, float(self._times[last]), last))
         return sorted(found, key=lambda one: one.t)
 
-    def beside(self, event: EventChange) -> Iterator[_Near]:
-        """Yield what the balls of a collision, or a fall, are beside without meeting it there."""
+    def beside(self, event: EventChange, e: int) -> Iterator[_Near]:
+        """Yield what the balls of a collision, or a fall, are beside without meeting it there.
+
+        `e`: the index of the event.
+        """
         if event.meets is None:
             return
         look = self._look(event.t)
-        met = self._partners(event)
         for p in np.flatnonzero(self._gaps[:, look] < self._smallest).tolist():
             ball, other = self._pairs[p]
             concerned = ball in event.balls or other in event.balls
             there = math.isfinite(self._gaps[p, look])
-            if concerned and there and p not in met and not self._leaves(p, look):
+            if concerned and there and p not in self._partners_of[e] and not self._leaves(p, look):
                 yield self._near(p, event.t, look)
 
     def _look(self, t: float) -> int:
@@ -412,21 +414,17 @@ class _Gaps:
         if event.kind is EventKind.BALL_BALL:
             pair = (min(event.balls), max(event.balls))
             return [self._pairs.index(pair)]
-        found = []
+        found, look = [], self._look(event.t)
         for p, (ball, other) in enumerate(self._pairs):
             if ball != event.balls[0] or isinstance(other, int):
                 continue
             if isinstance(other, Hole) != (event.kind is EventKind.POCKETED):
                 continue
-            if abs(self._gap_at(p, event.t)) < self._touches:
-                normal = self._near(p, event.t, self._look(event.t)).normal
+            if abs(self._gaps[p, look]) < self._touches:
+                normal = self._near(p, event.t, look).normal
                 if float(normal @ event.meets.normal) > 1.0 - _ALONG:
                     found.append(p)
         return found
-
-    def _gap_at(self, p: int, t: float) -> float:
-        centres = self._motion.sample(np.array([t])).positions[:, :, :2]
-        return float(self._gaps_of(*self._pairs[p], centres)[0])
 
     def _leaves(self, p: int, look: int) -> bool:
         """Whether a pair has only separated since it last met."""
