@@ -38,7 +38,6 @@ from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
-from pydantic_core import from_json
 
 from ghostball.model import (
     COLLISION_KINDS,
@@ -53,6 +52,7 @@ from ghostball.model import (
     Table,
     partner_name,
 )
+from ghostball.model.errors import storable
 from ghostball.model.features import EXACT, Capabilities, Capability, Feature
 from ghostball.model.text_files import read_text
 from ghostball.reference_adapters.base import (
@@ -226,21 +226,25 @@ class Run(_Part):
 def _json_of(text: str, path: Path) -> Any:
     """Return what a text in JSON says.
 
-    Raises `ValueError` if it isn't JSON; `EngineError` if an object has a key twice: readers of
-    JSON don't agree on which of the two values holds.
+    Raises `ValueError` if it isn't JSON, or nested too deeply; `EngineError` if an object has a
+    key twice: readers of JSON don't agree on which of the two values holds.
     """
-    values = from_json(text)  # before Python's own reader: it refuses deep nesting in words
 
-    def once(pairs: list[tuple[str, Any]]) -> None:
+    def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
         seen: set[str] = set()
         for key, _ in pairs:
             if key in seen:
-                raise EngineError(
-                    f"{path}: `{key:.80}` must be given once in an object, got it twice. Remove one"
-                )
+                said = f"{path}: `{key:.80}` must be given once in an object, got it twice"
+                raise EngineError(storable(f"{said}. Remove one"))
             seen.add(key)
+        return dict(pairs)
 
-    json.loads(text, object_pairs_hook=once)
+    try:
+        values = json.loads(text, object_pairs_hook=once)
+        if "\\u" in text:  # it may spell half of a surrogate pair, which no file can hold
+            json.dumps(values, ensure_ascii=False).encode()
+    except RecursionError:
+        raise ValueError("it is nested too deeply") from None
     return values
 
 

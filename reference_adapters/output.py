@@ -36,13 +36,7 @@ def harmless(text: str) -> str:
     For every text that isn't ours, such as a title, a ball's id or what an engine says, before it
     reaches a terminal.
     """
-    return _CONTROL.sub(lambda found: _escape(ord(found[0])), text)
-
-
-def _escape(code: int) -> str:
-    if code < 0x100:
-        return f"\\x{code:02x}"
-    return f"\\u{code:04x}" if code < 0x10000 else f"\\U{code:08x}"
+    return _CONTROL.sub(lambda found: found[0].encode("unicode_escape").decode(), text)
 
 
 @dataclass

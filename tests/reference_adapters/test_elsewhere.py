@@ -45,6 +45,21 @@ def test_a_run_of_another_shape_is_refused(tmp_path):
     assert 0 < len(read_all) < len(every) / 2
 
 
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        ("[" * 100_000, "it is nested too deeply"),
+        ('{"scene": ' * 100_000, "it is nested too deeply"),
+        (json.dumps(RUN | {"reason": "\ud800"}), "surrogates not allowed"),
+        (json.dumps(RUN)[:-1], "Expecting ',' delimiter"),
+    ],
+)
+def test_a_text_that_is_not_json_is_refused(tmp_path, text, why):
+    (tmp_path / "run.json").write_text(text)
+    with pytest.raises(EngineError, match=f"isn't JSON that can be read: .*{why}"):
+        Run.load(tmp_path / "run.json")
+
+
 @pytest.mark.parametrize("layout", ["one", "list", "lines"])
 def test_a_key_that_is_given_twice_is_refused(tmp_path, layout):
     # The last one won, so that another reader of the same file sees another run.

@@ -91,7 +91,7 @@ def test_a_process_that_is_diverted_prints_into_a_file(tmp_path):
         ("a\u200bb\u2028c\ufeff\U000e0041\ud800", "a\\u200bb\\u2028c\\ufeff\\U000e0041\\ud800"),
         ("כדור 8", "כדור 8"),
         ("\x9b31m", "\\x9b31m"),  # C1: the same as ESC [ in one character
-        ("over\rwritten\b", "over\\x0dwritten\\x08"),
+        ("over\rwritten\b", "over\\rwritten\\x08"),
         ("\x7f\x00", "\\x7f\\x00"),
         ("umlauts äöü, a tab\tand\na line", "umlauts äöü, a tab\tand\na line"),
     ],
