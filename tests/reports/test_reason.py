@@ -47,4 +47,4 @@ def test_a_run_that_is_wrong_on_the_way_is_not_called_right():
     events["t"][:1] -= 0.01
     text = reason_of(replace(ours, result=replace(ours.result, events=events)))
     assert text.startswith("mine ends right, for ")
-    assert "is said 0.01 s early" in text
+    assert 'its events have "cue" hits "object" 0.01 s too early' in text
