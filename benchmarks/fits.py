@@ -156,7 +156,7 @@ def fitted_table(seed: int) -> FittedTable:
             nose_height=2.0 * POOL.radius * float(random.uniform(0.625, 0.645)),
         )
         camera = Camera(rate=rate, noise=noise, drift=float(random.uniform(0.0, 0.7)))
-        tracks = stepped_tracks(table, POOL, shots, seed, camera)
+        tracks = stepped_tracks(table, POOL, shots, seed, camera, side=side)
     engine = make_engine("ghostball")
     start = time.perf_counter()
     found = harvest(tracks, POOL)

@@ -53,9 +53,12 @@ class Camera:
 
 
 def stepped_tracks(
-    table: SteppedTable, surface: Surface, shots: int, seed: int, camera: Camera
+    table: SteppedTable, surface: Surface, shots: int, seed: int, camera: Camera, *, side: float
 ) -> Shots:
-    """Return tracks of random shots among three balls, half of them aimed at one."""
+    """Return tracks of random shots among three balls, half of them aimed at one.
+
+    `side`: side spin of the shots, as of `start_of`.
+    """
     numbers = np.array(
         [
             *(table.rolling_friction, table.sliding_friction, table.ball_restitution),
@@ -66,7 +69,7 @@ def stepped_tracks(
     every = round(1.0 / (camera.rate * _DT))
     found: Shots = {}
     for shot in range(1, shots + 1):
-        state = start_of(shot, surface, seed)
+        state = start_of(shot, surface, seed, side=side)
         random = np.random.default_rng([seed, shot, 8])
         pictures = np.empty((int(_LONGEST * camera.rate) + 1, 3, 2))
         count = int(_play(state, numbers, every, pictures))
@@ -78,10 +81,13 @@ def stepped_tracks(
     return found
 
 
-def start_of(shot: int, surface: Surface, seed: int) -> FloatArray:
+def start_of(shot: int, surface: Surface, seed: int, *, side: float) -> FloatArray:
     """Return the initial state of a shot of three balls, (3, 7): x, y, vx, vy, spin about x, y, z.
 
     Units: [m], [m/s], [rad/s].
+
+    `side`: standard deviation of the side spin of the cue ball, R w_z / v, in half of the shots;
+        the others have none.
     """
     random = np.random.default_rng([seed, shot, 7])
     while True:
@@ -93,14 +99,14 @@ def start_of(shot: int, surface: Surface, seed: int) -> FloatArray:
     if random.random() < 0.5:
         way = places[1] - places[0]
         angle = math.atan2(way[1], way[0]) + random.normal() * 0.04 / float(np.hypot(*way))
-    speed, side = random.uniform(0.6, 2.8), random.normal() * random.choice([0.0, 0.25])
+    speed, spin = random.uniform(0.6, 2.8), random.normal() * random.choice([0.0, side])
     state = np.zeros((3, 7))
     state[:, :2] = places
     vx, vy = speed * math.cos(angle), speed * math.sin(angle)
     roll = random.uniform(0.0, 1.0)
     state[0, 2:] = (
         *(vx, vy),
-        *(-roll * vy / surface.radius, roll * vx / surface.radius, side * speed / surface.radius),
+        *(-roll * vy / surface.radius, roll * vx / surface.radius, spin * speed / surface.radius),
     )
     return state
 

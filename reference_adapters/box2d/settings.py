@@ -24,7 +24,7 @@ class Box2dSettings(SteppingSettings):
     """Settings of the Box2D adapter.
 
     `dt` is 1e-3 s tuned, 1/60 s naive as in Box2D's manual, 0.02 s or what the scale allows
-    to contacts; `iterations` are of velocities: 8, as the manual recommends, default 6.
+    to contacts; `iterations` are of velocities: 8 tuned, as the manual recommends, 6 naive.
 
     `scale` [1/m]: units of Box2D in a metre. None is as many as the step and the scene's fastest
         ball allow, at most 200; 1 in the naive configuration.
@@ -36,7 +36,7 @@ class Box2dSettings(SteppingSettings):
     bullet: bool = True
 
     @model_validator(mode="after")
-    def _default_is_in_metres(self) -> Self:
+    def _naive_is_in_metres(self) -> Self:
         if self.config == "naive" and self.scale is not None:
             raise ValueError(
                 "`config` = naive is in metres: leave `scale` out, or set `config` = tuned"

@@ -24,7 +24,7 @@ class DartSettings(OwnClothSettings):
     most 10; 1 in the naive configuration.
     """
 
-    DEFAULT_DT: ClassVar[float] = 1e-3
+    NAIVE_DT: ClassVar[float] = 1e-3
 
     scale: Annotated[float, Field(gt=0.0, le=1e4)] | None = None
 

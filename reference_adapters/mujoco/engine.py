@@ -29,7 +29,7 @@ class MujocoSettings(SteppingSettings):
     tuned, MuJoCo's own 100 naive.
     """
 
-    DEFAULT_DT: ClassVar[float] = 2e-3
+    NAIVE_DT: ClassVar[float] = 2e-3
     EXACT_IF_NAIVE: ClassVar[bool] = False
 
 

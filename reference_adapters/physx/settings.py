@@ -16,7 +16,7 @@ class PhysxSettings(OwnClothSettings):
     `solver`: projected or temporal Gauss-Seidel; None is "pgs" tuned, SAPIEN's own "tgs" naive.
     """
 
-    DEFAULT_DT: ClassVar[float] = 0.01
+    NAIVE_DT: ClassVar[float] = 0.01
     EXACT_IF_NAIVE: ClassVar[bool] = False
 
     solver: Literal["pgs", "tgs"] | None = None

@@ -27,7 +27,7 @@ class PybulletSettings(SteppingSettings):
     rolling scenes a ball rests at exactly 0.
     """
 
-    DEFAULT_DT: ClassVar[float] = 1.0 / 240.0
+    NAIVE_DT: ClassVar[float] = 1.0 / 240.0
     CLOTH_BETWEEN_STEPS: ClassVar[bool] = False
     EXACT_IF_NAIVE: ClassVar[bool] = False
 

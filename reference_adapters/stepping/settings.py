@@ -27,7 +27,7 @@ class SteppingSettings(EngineSettings):
     TUNED_DT: ClassVar[float] = 1e-3
     """Step of the tuned configuration [s]: a cut shot at 1 to 2 m/s rests about 1 cm off."""
 
-    DEFAULT_DT: ClassVar[float] = 1.0 / 60.0
+    NAIVE_DT: ClassVar[float] = 1.0 / 60.0
     """Step of the naive configuration [s]: a frame."""
 
     EXACT_DT: ClassVar[float] = 0.02
@@ -73,7 +73,7 @@ class SteppingSettings(EngineSettings):
             return self.dt
         if self.contact_steps == "exact":
             return self.EXACT_DT
-        return self.TUNED_DT if self.config == "tuned" else self.DEFAULT_DT
+        return self.TUNED_DT if self.config == "tuned" else self.NAIVE_DT
 
 
 class OwnClothSettings(SteppingSettings):

@@ -19,6 +19,7 @@ SHARED = {
 }
 """Coefficients that the program and the engine call by the same names."""
 NOSE_HEIGHT = 0.0363
+SIDE = 0.25
 TABLE = SteppedTable(**SHARED, nose_height=NOSE_HEIGHT)
 PHYSICS = Physics(preset="pool", **SHARED, cushion_height=NOSE_HEIGHT)
 
@@ -29,7 +30,7 @@ def test_shots_are_those_of_the_engine_but_for_the_step():
     Collisions amplify what steps of 0.1 ms err by.
     """
     camera = Camera(rate=50.0, noise=0.0, drift=0.0, pixel=1e-9, stale=0.0)
-    shots = stepped_tracks(TABLE, POOL, 20, 3, camera)
+    shots = stepped_tracks(TABLE, POOL, 20, 3, camera, side=SIDE)
     off = []
     for number, tracks in shots.items():
         scene = started(int(number))
@@ -52,7 +53,9 @@ def started(shot: int) -> Scene:
             angular_velocity=tuple(row[4:]),
             radius=POOL.radius,
         )
-        for name, row in zip(("cue", "red", "yellow"), start_of(shot, POOL, 3), strict=True)
+        for name, row in zip(
+            ("cue", "red", "yellow"), start_of(shot, POOL, 3, side=SIDE), strict=True
+        )
     ]
     table = Table(length=POOL.length, width=POOL.width)
     return Scene(name="shot", table=table, physics=PHYSICS, balls=balls)
