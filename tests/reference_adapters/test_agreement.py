@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from wrong_runs import with_end
+from wrong_runs import along_x, framed, frames_of, swapped, with_end, with_moved_ends
 
 from ghostball.engine import simulate
 from ghostball.model import Result, SampledTrajectory, Status
@@ -15,22 +15,12 @@ from ghostball.reference_adapters.agreement import disagreement
 from ghostball.validation.scenes.library import find_scene
 
 
-def framed(result: Result, after: float = 0.0) -> Result:
-    """Return a run with frames for its motion, to some time after its end [s]."""
-    times = np.linspace(0.0, result.rest_time + after, 400)
-    return replace(result, trajectory=SampledTrajectory(times, *result.sample(times)))
-
-
 def exact(name: str) -> Result:
     return simulate(find_scene(name), record="trajectory")
 
 
 def moved(result: Result, by: float) -> Result:
-    return with_end(result, positions=result.rest_positions + np.array([by, 0.0, 0.0]))
-
-
-def swapped(result: Result) -> Result:
-    return with_end(result, positions=result.rest_positions[::-1])
+    return with_moved_ends(result, along_x(by))
 
 
 @pytest.mark.parametrize(
@@ -47,7 +37,10 @@ def test_a_right_result_agrees_with_itself(name: str) -> None:
     [
         (lambda run: moved(run, 1e-4), "`rest_positions[0]` must be where the motion has ball"),
         (lambda run: moved(run, 1e-6), "`rest_positions[0]` must be where the motion has ball"),
-        (swapped, "`rest_positions[0]` must be where the motion has ball"),
+        (
+            lambda run: with_moved_ends(run, swapped),
+            "`rest_positions[0]` must be where the motion has ball",
+        ),
         (
             lambda run: replace(run, rest_time=run.rest_time + 0.5),
             "`rest_time` must be when the last ball comes to rest",
@@ -89,19 +82,20 @@ def test_a_ball_in_a_pocket_may_rest_elsewhere_than_its_motion_ends() -> None:
 
 def test_samples_that_end_while_balls_move_are_refused() -> None:
     run = framed(exact("half-ball-cut"))
-    frames = run.trajectory
-    assert isinstance(frames, SampledTrajectory)
+    frames = frames_of(run)
+    last = len(frames.times) - 1
 
-    def cut(samples: slice) -> str:
+    def cut(samples: slice | list[int]) -> str:
         kept = (part[samples] for part in (frames.positions, frames.velocities))
         spins = frames.angular_velocities[samples]
         part = SampledTrajectory(frames.times[samples], *kept, spins)
         return disagreement(replace(run, trajectory=part), run.scene)
 
-    for samples in (slice(0, 1), slice(0, 200), slice(0, 398)):
+    # Two are at the end: just before the last ball rests, and at that instant.
+    for samples in (slice(0, 1), slice(0, last // 2), slice(0, last - 2)):
         assert "`trajectory.times` must go on until the run ends" in cut(samples)
-    assert cut(slice(0, 399)) == ""  # the end itself, which lies between two samples
-    assert cut(slice(0, 400, 7)) == ""
+    assert cut(slice(0, last - 1)) == ""  # the end itself, which lies between two samples
+    assert cut([*range(0, last, 7), last]) == ""
 
 
 def test_how_a_run_ends_must_be_as_its_scene_lets_it() -> None:

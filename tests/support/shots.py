@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from ghostball.model import Ball, Physics, Scene, Table
+from ghostball.model import Ball, Physics, Result, Scene, Status, Table, initial_state
 
 R = 0.028575
 """Radius of a pool ball [m]; two touch at a distance of exactly 2 R in doubles."""
@@ -44,6 +44,22 @@ def ball(
     position: Sequence[float], velocity: Sequence[float] = (0.0, 0.0), **fields: Any
 ) -> dict[str, Any]:
     return {"position": tuple(position), "velocity": tuple(velocity), **fields}
+
+
+def result_of(scene: Scene, **fields: Any) -> Result:
+    """Return the result of an engine that leaves all balls where they are."""
+    defaults = {
+        "engine": "toy",
+        "settings": {},
+        "scene": scene,
+        "status": Status.REST,
+        "final_state": initial_state(scene),
+        "rest_time": 0.0,
+        "collision_counts": {},
+        "work": {},
+        "wall_time": 0.0,
+    }
+    return Result(**{**defaults, **fields})
 
 
 def scene_of(

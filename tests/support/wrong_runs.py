@@ -5,7 +5,7 @@ Each function plays a scene and returns the run, with the motion in frames.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from typing import Any
 
@@ -35,10 +35,13 @@ def right(scene: Scene) -> Result:
     return framed(simulate(scene, record="trajectory"))
 
 
-def framed(result: Result) -> Result:
-    """Return a run with its motion in frames, some just before and at each event."""
+def framed(result: Result, after: float = 0.0) -> Result:
+    """Return a run with its motion in frames, some just before and at each event.
+
+    `after` [s]: how long they go on after the end.
+    """
     events = events_in(result)
-    grid = np.linspace(0.0, result.rest_time, FRAMES + 1)
+    grid = np.linspace(0.0, result.rest_time + after, FRAMES + 1)
     before = np.maximum(np.nextafter(events["t"], 0.0), 0.0)
     times = np.unique(np.concatenate([grid, events["t"], before]))
     return replace(result, trajectory=SampledTrajectory(times, *result.sample(times)))
@@ -91,14 +94,22 @@ def late(by: float, *, collisions_only: bool = False) -> Play:
     """Report events late [s]; the motion is right."""
 
     def play(scene: Scene) -> Result:
-        result = right(scene)
-        events = events_in(result).copy()
-        chosen = collisions_of(result) if collisions_only else slice(None)
-        events["t"][chosen] += by
-        end = max(result.rest_time, float(np.max(events["t"])))
-        return _resting_at(with_events(result, events), end)
+        result = with_late_events(
+            right(scene), by, COLLISION_KINDS if collisions_only else EventKind
+        )
+        end = max(result.rest_time, float(np.max(events_in(result)["t"])))
+        return _resting_at(result, end)
 
     return play
+
+
+def with_late_events(
+    result: Result, by: float, kinds: Iterable[EventKind] = COLLISION_KINDS
+) -> Result:
+    """Return a run whose events of some kinds are late [s]."""
+    events = events_in(result).copy()
+    events["t"][np.isin(events["kind"], list(kinds))] += by
+    return with_events(result, events)
 
 
 def rests_late(by: float) -> Play:
@@ -200,12 +211,12 @@ def with_another_count(scene: Scene) -> Result:
 
 def ends_moved(move: Callable[[FloatArray, Scene], FloatArray]) -> Play:
     """Report other rest positions, (n, 3) [m], than the motion ends at."""
+    return lambda scene: with_moved_ends(right(scene), move)
 
-    def play(scene: Scene) -> Result:
-        result = right(scene)
-        return with_end(result, positions=move(result.rest_positions.copy(), scene))
 
-    return play
+def with_moved_ends(result: Result, move: Callable[[FloatArray, Scene], FloatArray]) -> Result:
+    """Return a run with other rest positions, (n, 3) [m]; the motion stays."""
+    return with_end(result, positions=move(result.rest_positions.copy(), result.scene))
 
 
 def swapped(places: FloatArray, _: Scene) -> FloatArray:
@@ -325,17 +336,23 @@ def without_motion(scene: Scene) -> Result:
 
 def scaled_velocities(law: Callable[[FloatArray], FloatArray]) -> Play:
     """Scale the velocities by what a law makes of the share of the time that has passed."""
-
-    def play(scene: Scene) -> Result:
-        result = right(scene)
-        factor = law(frames_of(result).times / result.rest_time)[:, np.newaxis, np.newaxis]
-        return with_frames(result, velocities=factor * frames_of(result).velocities)
-
-    return play
+    return lambda scene: _with_scaled_velocities(right(scene), law)
 
 
-slow_in_the_middle = scaled_velocities(lambda share: 1.0 - 0.3 * np.sin(np.pi * share))
-"""Report velocities that are up to 30 % too low halfway."""
+def _with_scaled_velocities(result: Result, law: Callable[[FloatArray], FloatArray]) -> Result:
+    factor = law(frames_of(result).times / result.rest_time)[:, np.newaxis, np.newaxis]
+    return with_frames(result, velocities=factor * frames_of(result).velocities)
+
+
+def with_slow_middle(result: Result, part: float) -> Result:
+    """Return a run in frames, whose velocities are too low by up to a part halfway."""
+    return _with_scaled_velocities(framed(result), lambda share: 1.0 - part * np.sin(np.pi * share))
+
+
+def slow_in_the_middle(scene: Scene) -> Result:
+    """Report velocities that are up to 30 % too low halfway."""
+    return with_slow_middle(simulate(scene, record="trajectory"), 0.3)
+
 
 gains_slowly = scaled_velocities(lambda share: np.sqrt(1.0 + 1e-4 * share))
 """Make a ten-thousandth of the energy from start to end."""

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from shots import R, ball, scene_of
+from shots import R, ball, result_of, scene_of
 
 from ghostball.engine import simulate
 from ghostball.model import (
@@ -21,7 +21,6 @@ from ghostball.model import (
     Samples,
     Scene,
     SceneError,
-    Status,
     Table,
     initial_state,
 )
@@ -34,18 +33,14 @@ EVENTS = np.array(
 
 def result_with(**fields) -> Result:
     defaults = {
-        "engine": "toy",
         "settings": {"dt": 1e-3},
-        "scene": SCENE,
-        "status": Status.REST,
-        "final_state": initial_state(SCENE),
         "rest_time": 2.0,
         "collision_counts": {"ball-ball": 1, "ball-cushion": 2},
         "work": {"steps": 7},
         "wall_time": 0.25,
         "events": EVENTS,
     }
-    return Result(**{**defaults, **fields})
+    return result_of(SCENE, **{**defaults, **fields})
 
 
 def test_the_initial_state_is_the_scenes():

@@ -2,12 +2,11 @@
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
 from shots import kept_scene
 from toy_engines import ToyEngine
+from wrong_runs import framed, with_late_events, with_slow_middle
 
-from ghostball.model import COLLISION_KINDS, SampledTrajectory
 from ghostball.model.features import Capability, Feature
 from ghostball.reference_adapters import make_engine
 from ghostball.validation.checks.criteria import Criteria, common_criteria
@@ -169,29 +168,20 @@ def test_judged_as_another_its_limits_hold_but_own_ones_first():
 # --- what the law sees of an engine that claims to be exact
 
 
-def framed(result, slow=0.0):
-    """Return a run with frames in place of its motion, and velocities low by `slow` in mid-shot."""
-    events = result.events["t"]
-    times = np.unique(np.concatenate([np.linspace(0.0, result.rest_time, 401), events]))
-    places, *speeds = result.sample(times)
-    low = 1.0 - slow * np.sin(np.pi * times / result.rest_time)[:, None, None]
-    return replace(result, trajectory=SampledTrajectory(times, places, *(low * v for v in speeds)))
-
-
-def late(result, by, kinds=COLLISION_KINDS):
-    events = result.events.copy()
-    events["t"][np.isin(events["kind"], kinds)] += by
-    return replace(result, events=events[np.argsort(events["t"], kind="stable")])
-
-
 WRONG = {
-    "collisions 50 ms late": (lambda run: late(run, 0.05), "event_time_factor"),
+    "collisions 50 ms late": (lambda run: with_late_events(run, 0.05), "event_time_factor"),
     "rest half a second late": (
         lambda run: replace(run, rest_time=run.rest_time + 0.5),
         "rest_time_factor",
     ),
-    "velocities 30 % low in mid-shot": (lambda run: framed(run, 0.3), "energy_difference_factor"),
-    "velocities 0.1 % low in mid-shot": (lambda run: framed(run, 1e-3), "energy_difference_factor"),
+    "velocities 30 % low in mid-shot": (
+        lambda run: with_slow_middle(run, 0.3),
+        "energy_difference_factor",
+    ),
+    "velocities 0.1 % low in mid-shot": (
+        lambda run: with_slow_middle(run, 1e-3),
+        "energy_difference_factor",
+    ),
 }
 
 
@@ -214,8 +204,8 @@ def test_who_claims_to_be_exact_is_held_to_times_and_energy(engine, scene):
 def test_events_1_us_late_are_no_rounding():
     right = ToyEngine().simulate(HALF_BALL, record="trajectory")
     for run in (right, framed(right)):
-        assert "event_time_factor" in broken_limits(ToyEngine(), late(run, 1e-6))
-        assert "event_time_factor" not in broken_limits(Silent(), late(run, 1e-7))
+        assert "event_time_factor" in broken_limits(ToyEngine(), with_late_events(run, 1e-6))
+        assert "event_time_factor" not in broken_limits(Silent(), with_late_events(run, 1e-7))
 
 
 def test_ends_500_nm_off_are_no_rounding_also_where_frames_are_all_there_is():

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from refusals import refusal_of
-from shots import FLIES, POOL_TABLE, R, ball, scene_of
+from shots import FLIES, POOL_TABLE, R, ball, result_of, scene_of
 
 from ghostball.engine import simulate, simulate_many
 from ghostball.model import (
@@ -17,7 +17,6 @@ from ghostball.model import (
     GhostballError,
     Hole,
     Physics,
-    Result,
     SampledTrajectory,
     Scene,
     SceneError,
@@ -83,23 +82,7 @@ def chain(seed, table, preset, count):
 
 def with_changes(scene, changes):
     """Return a scene of balls at rest, some of which begin otherwise."""
-    return Scene.after(resting(scene), name=scene.name, changes=changes)
-
-
-def resting(scene, **fields):
-    """Return the result of an engine that leaves all balls where they are."""
-    defaults = {
-        "engine": "toy",
-        "settings": {},
-        "scene": scene,
-        "status": Status.REST,
-        "final_state": initial_state(scene),
-        "rest_time": 0.0,
-        "collision_counts": {},
-        "work": {},
-        "wall_time": 0.0,
-    }
-    return Result(**{**defaults, **fields})
+    return Scene.after(result_of(scene), name=scene.name, changes=changes)
 
 
 @pytest.mark.compiled
@@ -257,8 +240,8 @@ class TestTheNextShot:
     )
     def test_its_name_counts_the_shots(self, name, following):
         scene = Scene(name=name, balls=[{"id": "a", "position": (0, 0)}])
-        assert Scene.after(resting(scene)).name == following
-        assert Scene.after(resting(scene), name="other").name == "other"
+        assert Scene.after(result_of(scene)).name == following
+        assert Scene.after(result_of(scene), name="other").name == "other"
 
     def test_a_ball_is_struck_and_another_put_back(self, tmp_path):
         scene = find_scene("pocket-draw")
@@ -314,8 +297,8 @@ def test_balls_that_another_engine_lets_overlap_are_refused_with_the_overlap():
     state = initial_state(scene)
     state.positions[0, 1, 0] = 0.5 + 2.0 * R - 1e-6
     for make in (
-        lambda: Scene.after(resting(scene, final_state=state)),
-        lambda: resting(scene, trajectory=SampledTrajectory(np.zeros(1), *state)).at(0.0),
+        lambda: Scene.after(result_of(scene, final_state=state)),
+        lambda: result_of(scene, trajectory=SampledTrajectory(np.zeros(1), *state)).at(0.0),
     ):
         message = refusal_of(make)
         for tell in ("engine `toy`", '`balls[0]` ("cue")', '("eight")', "by 1e-06 m", "Move one"):
@@ -326,7 +309,7 @@ def test_a_rest_state_of_another_engine_without_overlap_is_accepted():
     scene = scene_of(ball((0.5, 0.5)), ball((0.6, 0.5)))
     state = initial_state(scene)
     state.positions[0, :, 2] += 1e-5  # an engine in space lets balls sink in, or hover
-    assert Scene.after(resting(scene, final_state=state)).positions.tolist() == (
+    assert Scene.after(result_of(scene, final_state=state)).positions.tolist() == (
         scene.positions.tolist()
     )
 
