@@ -131,10 +131,9 @@ def faults_of(
 
     One sentence each; a metric without a value breaks none.
 
-    `measured`: values of other metrics of the same run.
+    `measured`: metrics of the same run; left out: those that the grade holds.
     """
-    values = {
-        **(measured or {}),
+    values = measured or {
         "events_missing": len(grade.missing),
         "events_invented": len(grade.invented),
         "event_time_error_ulps": grade.time_error_max,

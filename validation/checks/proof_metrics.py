@@ -12,7 +12,9 @@ import numpy as np
 
 from ghostball.model import ExactTrajectory, Result, Samples
 from ghostball.model.arrays import FloatArray
+from ghostball.reference_adapters.certified import Certificate
 from ghostball.validation.checks.energy_curve import compared_instants, energy_differences
+from ghostball.validation.grading.gradable import Gradable
 from ghostball.validation.grading.grading import Grade, grade
 from ghostball.validation.grading.horizon import extent_of
 from ghostball.validation.grading.tolerances import LEAST_DOUBLE, UNIT_ROUNDOFF
@@ -67,17 +69,18 @@ def differences_of(
 def _graded(result: Result, truth: Truth) -> Grade:
     known(truth.certificate, truth, "proof")
     require_end(result)
-    graded = _grade(result, truth)
-    if graded.until == 0.0:
-        raise NotMeasuredError(f"no part of this shot is certified: {graded.why}")
-    return graded
+    assert truth.certificate is not None
+    exact = isinstance(result.trajectory, ExactTrajectory)
+    found = graded(result, truth.certificate, truth.graded if exact else truth.graded_steps)
+    if found.until == 0.0:
+        raise NotMeasuredError(f"no part of this shot is certified: {found.why}")
+    return found
 
 
 @lru_cache(maxsize=1)  # several metrics are made of it
-def _grade(result: Result, truth: Truth) -> Grade:
-    assert truth.certificate is not None
-    exact = isinstance(result.trajectory, ExactTrajectory)
-    return grade(result, truth.certificate, truth.graded if exact else truth.graded_steps)
+def graded(result: Result, certificate: Certificate, within: Gradable | None) -> Grade:
+    """Return `grade` of these, and keep the last one."""
+    return grade(result, certificate, within)
 
 
 def _graded_until(result: Result, truth: Truth) -> float:

@@ -23,11 +23,11 @@ from ghostball.reference_adapters.registry import OURS
 from ghostball.validation.checks.criteria import common_criteria
 from ghostball.validation.checks.law import faults_of
 from ghostball.validation.checks.metrics import measure
-from ghostball.validation.checks.proof_metrics import PROOF_METRICS
+from ghostball.validation.checks.proof_metrics import PROOF_METRICS, graded
 from ghostball.validation.grading.certified_growth import growth_of_proof
 from ghostball.validation.grading.certified_widths import is_differentiated
 from ghostball.validation.grading.gradable import gradable
-from ghostball.validation.grading.grading import Grade, grade
+from ghostball.validation.grading.grading import Grade
 from ghostball.validation.grading.horizon import GRID, growth_along_proof, horizon
 from ghostball.validation.grading.tolerances import OFF_BY, ROUNDINGS, TOLERANCE, UNIT_ROUNDOFF
 from ghostball.validation.results.records import CERTIFIED
@@ -84,8 +84,8 @@ class MatchesProof:
         if not is_exact(result):
             return Verdict.of(scene, ())  # the law has judged it
         truth = _truth_of(scene, proof)
-        found = grade(result, proof, truth.graded)
         measured = measure(result, truth, PROOF_METRICS)
+        found = graded(result, proof, truth.graded)
         faults = list(faults_of(found, scene, measured.values))
         faults += [f"{name}: {measured.notes[name]}" for name in sorted(measured.incomplete)]
         faults += _moved(found) if not faults else []

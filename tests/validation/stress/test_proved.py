@@ -11,6 +11,8 @@ from ghostball.engine import simulate
 from ghostball.model import Ball, GhostballError, Physics, Result, Scene
 from ghostball.reference_adapters.certified import CertifiedSettings
 from ghostball.reference_adapters.registry import make_engine
+from ghostball.validation.checks import proof_metrics
+from ghostball.validation.grading.grading import grade
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.stress.families import touching
 from ghostball.validation.stress.families.extremes import ICE, cut
@@ -79,8 +81,16 @@ def test_events_and_an_end_that_come_late_are_seen(run):
     assert ends[0].startswith("rest_time_factor is ")
 
 
-def test_a_right_run_survives(run):
+def test_a_right_run_survives_and_is_graded_once(run, monkeypatch):
+    grades = []
+
+    def counted(*arguments):
+        grades.append(grade(*arguments))
+        return grades[-1]
+
+    monkeypatch.setattr(proof_metrics, "grade", counted)
     assert MatchesProof()(run).faults == ()
+    assert len(grades) == 1
 
 
 def test_an_engine_that_steps_is_asked_what_its_step_allows():
