@@ -61,6 +61,7 @@ import numpy as np
 
 from ghostball.model import COLLISION_KINDS, EventKind, Scene, first_energy
 from ghostball.model.arrays import FloatArray
+from ghostball.model.rounding import CONTACT_TOLERANCE, FLIGHT_CONTACT_TOLERANCE
 from ghostball.reference_adapters.base import (
     ReferenceEngine,
     resolution_of,
@@ -105,21 +106,11 @@ it.
 The last step must be long enough for the engine to see the contact, which takes some resolutions.
 """
 
-_TOUCHING_GAP = 2.0**-37
-"""Gap, in diameters, that an exact engine may take for none: what a contact step leaves of it."""
-
 _TOUCHING_ROUNDINGS = 1024.0
 """Roundings of a coordinate that a gap may be off by: an engine takes some at each event."""
 
 _CLOCK_ROUNDINGS = 4.0
 """Roundings of an instant in which balls may go on into each other."""
-
-_TOUCHING_IN_FLIGHT = 2.0**-22
-"""The same where balls may leave the cloth: what lies on others bounces as high, without end.
-
-1.4e-8 m of pool balls: four times the lowest bounce that our model says to follow.
-"""
-
 
 _BRANCH = 16.0
 """By how much more than to first order earlier delays are taken to move what the beginning holds.
@@ -375,7 +366,7 @@ def touching(scene: Scene, truth: Truth) -> float:
     """
     until = (scene.t_max if truth.rest_time is None else truth.rest_time) or 0.0
     diameter = 2.0 * float(np.max(scene.radii))
-    part = _TOUCHING_IN_FLIGHT if scene.physics.airborne else _TOUCHING_GAP
+    part = FLIGHT_CONTACT_TOLERANCE if scene.physics.airborne else CONTACT_TOLERANCE
     energy = first_energy(scene)
     fastest = math.sqrt(2.0 * energy / float(np.min(scene.masses)))
     clock = _CLOCK_ROUNDINGS * EPS * until * fastest

@@ -19,6 +19,7 @@ from ghostball.model import (
     partner_name,
 )
 from ghostball.model.arrays import FloatArray
+from ghostball.model.rounding import CONTACT_TOLERANCE
 from ghostball.reference_adapters import ReferenceEngine
 from ghostball.validation.diagnose.attribution import (
     INSTANT,
@@ -50,12 +51,6 @@ INSTANTS: Final = 401
 
 SEEN: Final = 0.01
 """Share of the largest distance from which on a motion counts as another one."""
-
-SAME_INSTANT: Final = 2.0**-37
-"""Lengths up to this, in diameters of a ball, don't decide which collision comes first.
-
-An engine may take balls for touching that are 4e-13 m apart.
-"""
 
 
 class ExplanationError(GhostballError, ValueError):
@@ -276,7 +271,7 @@ def _unless_ambiguous(
         return found
     diameter = 2.0 * float(scene.radii.max())
     least = min((one.length for one in margins if one.run == "truth"), default=diameter)
-    if least > SAME_INSTANT * diameter:
+    if least > CONTACT_TOLERANCE * diameter:  # else an engine may take the balls for touching
         return found
     until = f"{least:.2g} m decides which collision comes first: the reference is ambiguous"
     return replace(found, outcome="agrees", instant=parting.t, until=until)

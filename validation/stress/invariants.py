@@ -26,6 +26,7 @@ from ghostball.model import (
     energy_of,
 )
 from ghostball.model.arrays import FloatArray
+from ghostball.model.rounding import CONTACT_TOLERANCE
 from ghostball.model.scene.obstacles import gap_to
 from ghostball.validation.checks.criteria import common_criteria
 from ghostball.validation.checks.energy_gain import largest_rise
@@ -35,13 +36,6 @@ from ghostball.validation.runs.steps import STEP_SETTINGS
 
 Measured = dict[str, tuple[float, float]]
 """What is measured of a run: by its name, its value and the most that it may be."""
-
-CONTACT_SLOP = 2.0**-37
-"""Overlap, in diameters, that an exact motion may have in a contact that lasts.
-
-4e-13 m for pool balls: a thousand roundings of a coordinate on a table, so that the force that
-holds a gap closed isn't made of rounding.
-"""
 
 LAW_ERROR = 1e-7
 """Of the speeds, what a law may be off by that integrates over an impact: twice that of the energy,
@@ -190,7 +184,7 @@ def overlap_limit(result: Result, positions: FloatArray) -> float:
         return gap_rounding(scene, positions) + min(
             travel_in_a_step(result), float(scene.radii.min())
         )
-    return gap_rounding(scene, positions) + CONTACT_SLOP * 2.0 * float(scene.radii.max())
+    return gap_rounding(scene, positions) + CONTACT_TOLERANCE * 2.0 * float(scene.radii.max())
 
 
 @cache

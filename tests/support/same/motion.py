@@ -6,9 +6,9 @@ import numpy as np
 from in_space import faults_in_space
 
 from ghostball.model import EventKind, ExactTrajectory, Phase, Result, Scene, Status
-from ghostball.model.rounding import FLIGHT_CONTACT_TOLERANCE
+from ghostball.model.rounding import CONTACT_TOLERANCE, FLIGHT_CONTACT_TOLERANCE
 from ghostball.validation.grading.tolerances import EPS
-from ghostball.validation.stress.invariants import CONTACT_SLOP, gap_rounding
+from ghostball.validation.stress.invariants import gap_rounding
 from ghostball.validation.stress.judges import Invariants
 from same.plays import played
 
@@ -145,5 +145,5 @@ def _slack(result: Result, places: np.ndarray) -> float:
     diameter = 2.0 * float(result.scene.radii.max())
     slack = gap_rounding(result.scene, places) if len(places) else 0.0
     if result.work["contact_steps"]:
-        slack += CONTACT_SLOP * diameter
+        slack += CONTACT_TOLERANCE * diameter
     return slack + (FLIGHT_CONTACT_TOLERANCE * diameter if result.scene.physics.airborne else 0.0)
