@@ -60,10 +60,18 @@ def differences_of(
     """Return instants up to `until` (k,) [s], and energy differences at them (k,) [J]."""
     require_end(result)
     right = known(truth.motion, truth, "energy")
+    if truth.is_own_measure(result.engine, "energy"):
+        raise NotMeasuredError("the reference energy of this shot is of Ghostball's own engine")
     times, differences = energy_differences(result, right, until)
     if not len(times):
         raise NotMeasuredError("a collision is due at the start: no energy can be compared")
     return times, differences
+
+
+def _certified_motion(truth: Truth, compared: str) -> Result:
+    if truth.motion is None or "energy" not in truth.independent:
+        raise NotMeasuredError(f"the shot isn't certified to its end, so no {compared} is compared")
+    return truth.motion
 
 
 def _graded(result: Result, truth: Truth) -> Grade:
@@ -126,9 +134,7 @@ def _rest_time_factor(result: Result, truth: Truth) -> float:
 
 def _energy_difference_factor(result: Result, truth: Truth) -> float:
     found, rounding = _graded(result, truth), known(truth.rounding, truth, "proof")
-    assert truth.certificate is not None  # `_graded` needed it
-    if not truth.certificate.proved:
-        raise NotMeasuredError("the shot isn't certified to its end, so no energy is compared")
+    _certified_motion(truth, "energy")
     times, differences = differences_of(result, truth, found.until)
     sizes = rounding.energy_at(times)
     scene = result.scene
@@ -147,7 +153,7 @@ def _states(result: Result, right: Result, until: float) -> tuple[FloatArray, Sa
 
 
 def _path_error(result: Result, truth: Truth) -> float:
-    found, right = _graded(result, truth), known(truth.motion, truth, "energy")
+    found, right = _graded(result, truth), _certified_motion(truth, "path")
     times, shown, true = _states(result, right, found.until)
     errors = np.linalg.norm((shown.positions - true.positions)[..., :2], axis=2)
     # Where a ball is shown after it left the table is free.
@@ -157,10 +163,7 @@ def _path_error(result: Result, truth: Truth) -> float:
 
 def _path_factor(result: Result, truth: Truth) -> float:
     found, rounding = _graded(result, truth), known(truth.rounding, truth, "proof")
-    right = known(truth.motion, truth, "energy")
-    assert truth.certificate is not None  # `_graded` needed it
-    if not truth.certificate.proved:
-        raise NotMeasuredError("the shot isn't certified to its end, so no path is compared")
+    right = _certified_motion(truth, "path")
     times, shown, true = _states(result, right, found.until)
     scene = result.scene
     beside = np.linalg.norm(shown.positions - true.positions, axis=2)
