@@ -88,7 +88,7 @@ class BallRow(Row):
     cloth_friction: float  # coefficient of sliding friction, for impacts with the cloth
     moved: float  # 1: the ball has moved, by more than very slow motion, since it last came to rest
     fastest: float  # largest size of its velocity at `epoch`, before impulses of then [m/s]
-    impacts: float  # how many impacts it had since it last went on for more than an instant
+    impacts: float  # since the ball last moved for longer than `ONE_INSTANT`
 
 
 STATE_COLUMNS = 24

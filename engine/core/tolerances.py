@@ -8,10 +8,11 @@ engine; a run that used it says so in `work["contact_steps"]`.
 
 Those down to `SLIP_ROUNDING` are derived from the rounding of double precision and only say when a
 computed sign is noise: free balls have no speed below which they rest, no distance below which they
-touch, no time below which events are simultaneous. Two others leave bounces out: between balls that
-friction pushes together, or one of which was at rest (`CAPTURE_HEIGHT`), and on the table
-(`LOWEST_BOUNCE`). The rest is of balls that stay in contact. How their steps are chosen is no
-tolerance: those constants are where they are used, in `resting_contact`.
+touch, no time below which events are simultaneous. Three others leave bounces out: those of a ball
+that has too many to end at one instant (`ONE_INSTANT`), between balls that friction pushes
+together, or one of which was at rest (`CAPTURE_HEIGHT`), and on the table (`LOWEST_BOUNCE`). The
+rest is of balls that stay in contact. How their steps are chosen is no tolerance: those constants
+are where they are used, in `resting_contact`.
 """
 
 from __future__ import annotations
@@ -30,13 +31,6 @@ TIME_ROUNDING = EPS
 
 Conservative advancement that no longer moves the clock has arrived. Without this rule about 1 in
 2 000 random breaks repeats the same step for ever.
-"""
-
-ONE_INSTANT = 2.0**-28
-"""Time, in units of the clock, in which events count as those of one instant: 4e-9 s after 1 s.
-
-Only where they are so many that they have no end. Balls that fill a row between two posts bounce
-there every 1e-15 s, and take a second to leave it.
 """
 
 APPROACH_ROUNDING = 8.0 * EPS
@@ -61,6 +55,15 @@ without friction each inelastic impulse leaves a ball in a corner 1e-16 of its s
 
 SLIP_ROUNDING = 4.0 * EPS
 """Slip, in units of the speeds that it is the difference of, that is but their rounding."""
+
+ONE_INSTANT = 2.0**-28
+"""Time, in units of the clock, within which impacts of a ball count as one series.
+
+4e-9 s after 1 s; and within which events count as a standstill of the clock (`event_loop.loop`).
+Impacts of a series that are too many to end by themselves don't throw a ball back
+(`impacts.impact.has_collapsed`). Balls that fill a row between two posts bounce there every 1e-15
+s, and take a second to leave it.
+"""
 
 AT_THE_FRAME = 2.0**-26
 """Below which two times, over themselves, or two places, over a ball's radius, count as one.

@@ -21,7 +21,7 @@ def run(world: World, limit: int) -> int:
     """Process events until every ball rests, `t_max`, a full log, or `limit` events and steps.
 
     Returns one of RUN_RESTED, RUN_T_MAX, RUN_EVENT_LIMIT, RUN_LOG_FULL, RUN_NOT_FINITE; or
-    RUN_STANDSTILL, where events follow each other at all but one instant without end; or
+    RUN_STANDSTILL, where events follow each other within `ONE_INSTANT` without end; or
     RUN_PAUSED, where its loops have done all the work that PAUSE_AT permits; or RUN_NO_ROOM, where
     more balls touch at once than the arrays have room for; or RUN_CONTACTS, where balls are in
     resting contact, collide several at once, jam or collapse, and `contacts` is None.
@@ -91,7 +91,7 @@ def _waiting(log: Log) -> Event:
 
 @kernel(inline=True)
 def _stands_still(world: World, t: float) -> bool:
-    """Count the events at all but one instant; return whether they are more than come to an end."""
+    """Count the events within `ONE_INSTANT`; return whether there are too many to end."""
     log = world.log
     if t - log.clock[st.STOOD_SINCE] > ONE_INSTANT * t:
         log.clock[st.STOOD_SINCE] = t

@@ -33,11 +33,17 @@ from ghostball.engine.event_loop.record import (
     note_event,
     note_rest,
 )
-from ghostball.engine.impacts.impact import bounce, bounce_in_corner, has_collapsed
+from ghostball.engine.impacts.impact import (
+    bounce,
+    bounce_in_corner,
+    contact_normal,
+    has_collapsed,
+)
 from ghostball.engine.impacts.simultaneous import collide_together
 from ghostball.engine.motion.flight import meets_in_space
 from ghostball.engine.motion.frame import only_cushion
 from ghostball.engine.motion.geometry import (
+    approach_rounding,
     blocking_ball,
     capture_height,
     contact_tolerance,
@@ -171,14 +177,12 @@ def _resolve_cushion(
     """
     balls, laws, log = world.balls, world.laws, world.log
     cushion = nose_of(balls.height, balls, laws, i, cushion)
-    balls.state[i].impacts += 1.0
     other, bounces, jams = -1, 1, False
     if not laws.airborne:
         other = _corner_cushion(balls, laws, i, cushion, t)
     if other >= 0:
         bounces, jams = _bounce_in_corner(balls, laws, i, cushion, other, contacts is None)
         if jams and contacts is None:
-            balls.state[i].impacts -= 1.0  # it is counted where the event is resolved again
             return NEEDS_CONTACTS
         log.counters[st.JOINT_IMPACTS] += 1
         log.counters[st.AT_ONCE] += bounces // _BOUNCES_AN_EVENT
@@ -186,13 +190,14 @@ def _resolve_cushion(
     for turn in range(bounces):
         off = cushion if turn % 2 == 0 else other
         note_event(BALL_CUSHION_EVENT, i, _name(balls, laws, i, off), t, log)
+    if other < 0 and not bounces_in_space(balls.height, balls, laws, i, cushion):
+        bounce(balls, i, cushion, laws)
+    balls.state[i].impacts += 1.0
     if jams:
         for row, wall in enumerate((cushion, other)):
             balls.touching[row, st.FIRST] = i
             balls.touching[row, st.SECOND] = -1 - wall
         return 2
-    if other < 0 and not bounces_in_space(balls.height, balls, laws, i, cushion):
-        bounce(balls, i, cushion, laws)
     return 0
 
 
@@ -292,9 +297,9 @@ def _held_against(world: World, i: int, cushion: int, t: float) -> int:
 def _bounces_across(balls: Balls, laws: Laws, i: int, nx: float, ny: float, pull: float) -> bool:
     """Whether ball i, which moves into a wedge, bounces to and fro between its two obstacles.
 
-    (nx, ny) is the normal of the one that it meets. Where the other one leaves it not even the room
-    of a bounce that isn't followed, it doesn't come back by friction, and what such bounces do to
-    it may be much: they can send it back out of a gate.
+    (nx, ny) is the normal of the one that it meets. If the gap to the other one is below the height
+    of a bounce that isn't followed (`CAPTURE_HEIGHT`), the bounces must be followed: they can turn
+    the ball back out of the wedge.
     """
     ball, height = balls.state[i], capture_height(balls, i, i)
     speed, rate = speed_of(ball.vx, ball.vy), nx * ball.vx + ny * ball.vy
@@ -323,7 +328,7 @@ def _resolve_contacts(world: World, contacts: Contacts | None, event: Event) -> 
         if event.verdict == LASTING:
             return NEEDS_CONTACTS
         for c in range(count):
-            if _collapses(world, c, 1.0):  # this impact isn't counted yet
+            if _collapses(world, c):
                 return NEEDS_CONTACTS
             for other in range(c):
                 if _share_ball(balls, c, other):
@@ -340,49 +345,65 @@ def _resolve_contacts(world: World, contacts: Contacts | None, event: Event) -> 
         a, b = balls.touching[c, st.FIRST], balls.touching[c, st.SECOND]
         mark(balls, a)
         mark(balls, b)
-        balls.state[a].impacts += 1.0
-        balls.state[b].impacts += 1.0
         log.counters[st.BALL_BALL] += 1
         note_event(BALL_BALL_EVENT, a, b, t, log)
+    left = count if contacts is None else _end_collapses(world, count, t)
+    for c in range(count):
+        balls.state[balls.touching[c, st.FIRST]].impacts += 1.0
+        balls.state[balls.touching[c, st.SECOND]].impacts += 1.0
     if contacts is None:
         for c in range(count):
             i, j = balls.touching[c, st.FIRST], balls.touching[c, st.SECOND]
             collide_pair(balls.height, world, i, j)
     else:
-        _collide_groups(world, _end_collapses(world, count, t))
+        _collide_groups(world, left)
     note_held(balls.height, world, count, t)
     return list_below(balls.height, world, t) if is_slow else 0
 
 
 @kernel
-def _collapses(world: World, c: int, to_come: float) -> bool:
-    """Whether pair c of `balls.touching`, on the cloth, is to be thrown back no more.
-
-    `to_come`: impacts of each ball that aren't counted in its state yet.
-    """
+def _collapses(world: World, c: int) -> bool:
+    """Whether pair c of `balls.touching`, on the cloth, is to be thrown back no more."""
     balls, laws = world.balls, world.laws
     a, b = balls.touching[c, st.FIRST], balls.touching[c, st.SECOND]
     if laws.ball_restitution == 1.0 or meets_in_space(balls.height, balls, a, b):
         return False
-    return has_collapsed(balls, a, laws, to_come) or has_collapsed(balls, b, laws, to_come)
+    return has_collapsed(balls, a, laws) or has_collapsed(balls, b, laws)
 
 
 @kernel
 def _end_collapses(world: World, count: int, t: float) -> int:
-    """End the approach of those of the first `count` pairs of `balls.touching` that collapse.
+    """End the collapses among the first `count` pairs of `balls.touching`.
 
-    Return how many pairs are left to collide, the first ones then.
+    Return how many pairs still approach; in `balls.touching` they are the first ones then.
     """
     balls = world.balls
+    has_ended = False
+    for c in range(count):
+        if _collapses(world, c) and _approaches(balls, c, t):
+            end_collapse(world, balls.touching[c, st.FIRST], t)
+            has_ended = True
+    if not has_ended:
+        return count
     left = 0
     for c in range(count):
-        a, b = balls.touching[c, st.FIRST], balls.touching[c, st.SECOND]
-        if _collapses(world, c, 0.0):
-            end_collapse(world, a, t)
-        else:
+        if _approaches(balls, c, t):
+            a, b = balls.touching[c, st.FIRST], balls.touching[c, st.SECOND]
+            list_pair(balls, c, balls.touching[left, st.FIRST], balls.touching[left, st.SECOND])
             list_pair(balls, left, a, b)
             left += 1
     return left
+
+
+@kernel
+def _approaches(balls: Balls, c: int, t: float) -> bool:
+    """Whether pair c of `balls.touching` still approaches; no collapse changes one in flight."""
+    a, b = balls.touching[c, st.FIRST], balls.touching[c, st.SECOND]
+    if meets_in_space(balls.height, balls, a, b):
+        return True
+    nx, ny = contact_normal(balls, a, b)
+    vx, vy = balls.state[b].vx - balls.state[a].vx, balls.state[b].vy - balls.state[a].vy
+    return bool(nx * vx + ny * vy < -approach_rounding(balls, a, b, t))
 
 
 @kernel

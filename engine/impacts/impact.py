@@ -16,14 +16,18 @@ from ghostball.engine.core.state import (
     Balls,
     Laws,
 )
-from ghostball.engine.impacts.laws.dispatch import ball_law, cushion_law, is_integrated
+from ghostball.engine.impacts.laws.dispatch import (
+    ball_law,
+    cushion_law,
+    is_ball_law_integrated,
+    is_integrated,
+)
 from ghostball.engine.impacts.laws.interface import BallImpact, CushionImpact
 from ghostball.engine.motion.geometry import rounding_of, speed_of
 from ghostball.engine.motion.next_piece import keep_spin
 from ghostball.engine.motion.obstacles import facing
 
-MOST_REBOUNDS = 128
-MOST_WITHOUT_FRICTION = 24
+_MOST_REBOUNDS = 128
 """Impacts of a ball at one instant after which those that follow don't throw it back.
 
 Where impacts take energy, infinitely many may follow each other in a finite time (inelastic
@@ -31,10 +35,13 @@ collapse: McNamara and Young 1992): in the end, balls lie against each other or 
 stands still long before, and the rest of these impacts may be any number. No usual shot comes to
 so many: a ball in a frozen line has at most about one for each ball of the line. Elastic impacts,
 which keep what they have, always throw a ball back.
+"""
 
-Where nothing slows balls, those that lie together collapse again after each impact on one of them:
-400 balls at restitution 0.2 took more than 1e7 events where 128 impacts were followed, and 3e6
-where 24 are.
+_MOST_WITHOUT_FRICTION = 24
+"""The same where nothing slows balls.
+
+Those that lie together then collapse again after each impact on one of them: 400 balls at
+restitution 0.2 took more than 1e7 events where 128 impacts were followed, and 3e6 where 24 are.
 """
 
 MOST_IN_CORNER = 512
@@ -47,12 +54,12 @@ events of one instant.
 _UNSETTLED = 32
 """Bounces in a corner in which friction may still change how a ball turns there."""
 
-_BITS_OF_SPEED = 36.0
-"""Logarithm of 2^52: so many times a speed falls by a part e until it is at its rounding."""
+_E_FOLDS_TO_ROUNDING = 36.0
+"""ln(2^52): so many times a speed falls by the factor e until it is at its rounding."""
 
 _WORK_OF_BOUNCE = 4
-_WORK_OF_INTEGRATED_BOUNCE = 4096
-"""Units of work of a bounce off a cushion; and where its law integrates over the impact."""
+_WORK_OF_INTEGRATION = 4096
+"""Units of work of a bounce off a cushion; and of an impact whose law integrates over it."""
 
 
 @kernel(inline=True)
@@ -73,6 +80,7 @@ def collide_balls(balls: Balls, i: int, j: int, laws: Laws) -> None:
         return
     keep_spin(balls, i)
     keep_spin(balls, j)
+    balls.counters[st.WORK] += _WORK_OF_INTEGRATION if is_ball_law_integrated(laws) else 0
     nx, ny = contact_normal(balls, i, j)
     impulse = ball_law(_to_contact_frame(balls, i, j, nx, ny), laws)
     longer = excess_length(nx, ny)
@@ -93,17 +101,15 @@ def collide_balls(balls: Balls, i: int, j: int, laws: Laws) -> None:
 
 
 @kernel(inline=True)
-def has_collapsed(balls: Balls, i: int, laws: Laws, to_come: float) -> bool:
-    """Whether ball i has so many impacts at its epoch that no more of them throw it back.
+def has_collapsed(balls: Balls, i: int, laws: Laws) -> bool:
+    """Whether ball i had so many impacts at its epoch that no more of them throw it back.
 
-    By the numbers of the ball and the scene alone, so that no skip changes it. `to_come`: impacts
-    that aren't counted in its state yet.
+    By the numbers of the ball and the scene alone, so that no skip changes it.
     """
     ball = balls.state[i]
     slowed = ball.roll_slowing > 0.0 or (laws.slides and ball.slide_slowing > 0.0)
     slowed = slowed or laws.air_drag > 0.0 or laws.roll_quadratic > 0.0
-    most = MOST_REBOUNDS if slowed else MOST_WITHOUT_FRICTION
-    return bool(ball.impacts + to_come > most)
+    return bool(ball.impacts >= (_MOST_REBOUNDS if slowed else _MOST_WITHOUT_FRICTION))
 
 
 @kernel
@@ -227,7 +233,7 @@ def bounce(balls: Balls, i: int, cushion: int, laws: Laws) -> None:
     if laws.slides:
         keep_spin(balls, i)
     integrated = is_integrated(laws, cushion)
-    balls.counters[st.WORK] += _WORK_OF_INTEGRATED_BOUNCE if integrated else _WORK_OF_BOUNCE
+    balls.counters[st.WORK] += _WORK_OF_INTEGRATION if integrated else _WORK_OF_BOUNCE
     vx, vy = balls.state[i].vx, balls.state[i].vy
     wx, wy = balls.state[i].wx, balls.state[i].wy
     after = cushion_law(
@@ -251,7 +257,7 @@ def bounce(balls: Balls, i: int, cushion: int, laws: Laws) -> None:
     terms = max(terms, balls.state[i].fastest)
     row = laws.obstacles[cushion]
     inelastic = row.restitution < 1.0 or row.loss > 0.0
-    if abs(vn) <= rounding_of(terms) or (inelastic and has_collapsed(balls, i, laws, 0.0)):
+    if abs(vn) <= rounding_of(terms) or (inelastic and has_collapsed(balls, i, laws)):
         vn = 0.0
     balls.state[i].vx = vn * nx - after.vt * ny
     balls.state[i].vy = vn * ny + after.vt * nx
@@ -340,4 +346,4 @@ def _slows_before_it_turns(vx: float, vy: float, to_vx: float, to_vy: float) -> 
     """
     before, after = speed_of(vx, vy), speed_of(to_vx, to_vy)
     turned = abs(vx * to_vy - vy * to_vx)
-    return _BITS_OF_SPEED * turned < after * (before - after)
+    return _E_FOLDS_TO_ROUNDING * turned < after * (before - after)

@@ -44,7 +44,7 @@ def collide_in_space(height: FloatArray, world: World, i: int, j: int) -> None:
     speed = vx * nx + vy * ny + vz * nz
     slow = capture_speed(laws, 0.5 * (a.radius + b.radius))
     collapsed = laws.ball_restitution < 1.0 and (
-        has_collapsed(balls, i, laws, 0.0) or has_collapsed(balls, j, laws, 0.0)
+        has_collapsed(balls, i, laws) or has_collapsed(balls, j, laws)
     )
     if speed <= slow and not (free and collapsed):
         if free:

@@ -18,7 +18,7 @@ from ghostball.engine.core.kernel import kernel
 from ghostball.engine.core.state import Balls, FloatArray, Laws
 from ghostball.engine.core.tolerances import LOWEST_BOUNCE, TIME_ROUNDING
 from ghostball.engine.motion.next_piece import keep_spin
-from ghostball.engine.motion.position import slowed_spin
+from ghostball.engine.motion.position import impacts_after, slowed_spin
 
 STICKING = 2.0 / 7.0
 """Impulse over the mass that ends a slip of 1, of a solid sphere."""
@@ -186,5 +186,6 @@ def end_bounces(height: FloatArray, balls: Balls, i: int, t: float) -> None:
     ball.wz = slowed_spin(ball.wz, (t - ball.epoch) * ball.spin_slowing)
     height[i, st.LASTS] = 0.0
     ball.phase = st.SLIDING
-    ball.fastest, ball.impacts = 0.0, 0.0
+    ball.fastest = 0.0
+    ball.impacts = impacts_after(balls, i, t - ball.epoch, t)
     ball.epoch = t

@@ -18,7 +18,12 @@ from ghostball.engine.motion.flight import bounce_on, fly
 from ghostball.engine.motion.frame import ALL, NONE, cushion_ahead
 from ghostball.engine.motion.geometry import speed_of
 from ghostball.engine.motion.obstacles import time_to_obstacle
-from ghostball.engine.motion.position import advance, straighten, turn_about_vertical
+from ghostball.engine.motion.position import (
+    advance,
+    impacts_after,
+    straighten,
+    turn_about_vertical,
+)
 
 _NO_MOTION = -1.0  # in place of a duration
 
@@ -51,7 +56,8 @@ def come_to_rest(balls: Balls, laws: Laws, i: int, t: float) -> None:
     balls.state[i].vy = 0.0
     balls.state[i].phase = st.ROLLING
     turn_about_vertical(balls, i, s)
-    balls.state[i].fastest, balls.state[i].impacts = 0.0, 0.0
+    balls.state[i].fastest = 0.0
+    balls.state[i].impacts = impacts_after(balls, i, s, t)
     balls.state[i].epoch = t
 
 
@@ -75,7 +81,8 @@ def start_rolling(balls: Balls, laws: Laws, i: int, t: float) -> None:
     balls.state[i].vy = vy
     balls.state[i].phase = st.ROLLING
     turn_about_vertical(balls, i, s)
-    balls.state[i].fastest, balls.state[i].impacts = 0.0, 0.0
+    balls.state[i].fastest = 0.0
+    balls.state[i].impacts = impacts_after(balls, i, s, t)
     balls.state[i].epoch = t
 
 

@@ -242,7 +242,7 @@ def advance(balls: Balls, i: int, t: float) -> None:
     ball.x, ball.y, ball.vx, ball.vy, ball.ax, ball.ay = whole_motion(balls, i, t)
     size = abs(ball.vx) + abs(ball.vy)
     ball.fastest = size if s > 0.0 else max(size, ball.fastest)
-    ball.impacts = 0.0 if s > ONE_INSTANT * t else ball.impacts
+    ball.impacts = impacts_after(balls, i, s, t)
     if ball.phase == st.SLIDING:
         ball.wx += ball.bx * s
         ball.wy += ball.by * s
@@ -251,6 +251,12 @@ def advance(balls: Balls, i: int, t: float) -> None:
     straighten(balls, i)
     turn_about_vertical(balls, i, s)
     ball.epoch = t
+
+
+@kernel(inline=True)
+def impacts_after(balls: Balls, i: int, s: float, t: float) -> float:
+    """Return how many impacts of ball i belong to one series with the next, s seconds on, at t."""
+    return 0.0 if s > ONE_INSTANT * t else balls.state[i].impacts
 
 
 @kernel(inline=True)

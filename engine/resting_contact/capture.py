@@ -9,6 +9,7 @@ import math
 
 from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
+from ghostball.engine.core.rows import ContactRow
 from ghostball.engine.core.state import Contacts, World
 from ghostball.engine.core.tolerances import APPROACH_ROUNDING, LEAST_SPEED
 from ghostball.engine.impacts.contact_solver import end_approach, gain_of, gap_rate
@@ -102,9 +103,7 @@ def _stop_wedged(world: World, count: int) -> bool:
             if contacts.ends[other, st.FIRST] != a or contacts.ends[c, st.SECOND] >= 0 or b >= 0:
                 continue
             first, second, ball = contacts.forces[c], contacts.forces[other], balls.state[a]
-            across = first.nx * second.ny - first.ny * second.nx
-            push = (ball.vx * second.ny - ball.vy * second.nx) * across
-            push_too = (first.nx * ball.vy - first.ny * ball.vx) * across
+            across, push, push_too = wedge_pushes(first, second, ball.vx, ball.vy)
             if push > 0.0 and push_too > 0.0:
                 first.force = ball.mass * (push / (across * across))
                 second.force = ball.mass * (push_too / (across * across))
@@ -114,6 +113,22 @@ def _stop_wedged(world: World, count: int) -> bool:
                 ball.vx, ball.vy = 0.0, 0.0
                 found = True
     return found
+
+
+@kernel
+def wedge_pushes(
+    first: ContactRow, second: ContactRow, x: float, y: float
+) -> tuple[float, float, float]:
+    """Return how the vector (x, y) splits along the normals of two contacts of a ball.
+
+    First the sine of the angle between them, then the two parts, each times its square.
+    """
+    across = first.nx * second.ny - first.ny * second.nx
+    return (
+        across,
+        (x * second.ny - y * second.nx) * across,
+        (first.nx * y - first.ny * x) * across,
+    )
 
 
 @kernel

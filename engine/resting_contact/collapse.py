@@ -24,8 +24,8 @@ def end_collapse(world: World, i: int, t: float) -> None:
     each other without end at the instant t [s]. A collapse counts as a joint impact.
 
     Contract: the balls of the cluster are advanced to t and marked in `balls.changed`. No
-    allocation. If the cluster has more contacts than `contacts` has room for, or if some approach
-    is left, the collapse counts as an unsolved joint impact.
+    allocation. If some approach is left, the collapse counts as an unsolved joint impact. If the
+    cluster has more contacts than `contacts` has room for, NO_ROOM says so.
     """
     balls, contacts = world.balls, world.contacts
     members, m = 0, 0
@@ -42,7 +42,7 @@ def end_collapse(world: World, i: int, t: float) -> None:
     counters = world.log.counters
     counters[st.WORK] += members * (members + len(world.laws.obstacles))
     counters[st.JOINT_IMPACTS] += 1
-    if not stop_approach(world, members, count, False) or count == contacts.ends.shape[0]:
+    if not stop_approach(world, members, count, False):
         counters[st.UNSOLVED_JOINT_IMPACTS] += 1
 
 
@@ -76,22 +76,33 @@ def _touch(balls: Balls, i: int, j: int, t: float) -> bool:
 
 @kernel
 def _list_contacts(world: World, members: int, t: float) -> int:
-    """List where the members touch each other and what stands on the table; return how many."""
+    """List where the members touch each other and what stands on the table; return how many.
+
+    Where there are more than `contacts` has room for, NO_ROOM says so.
+    """
     balls, contacts, laws = world.balls, world.contacts, world.laws
-    count, room = 0, contacts.ends.shape[0]
+    count = 0
     for m in range(members):
         k = contacts.member[m]
         for other in range(m + 1, members):
-            if count < room and _touch(balls, k, contacts.member[other], t):
-                contacts.ends[count, st.FIRST] = k
-                contacts.ends[count, st.SECOND] = contacts.member[other]
-                count += 1
+            if _touch(balls, k, contacts.member[other], t):
+                count = _list_contact(world, count, k, contacts.member[other])
         for row in range(len(laws.obstacles)):
             _, _, away = facing(laws, row, balls.state[k].x, balls.state[k].y)
             gap = away - nose_reach(balls, k, laws, row)
             touches = gap <= contact_tolerance(balls, k, k)
-            if count < room and touches and laws.obstacles[row].law != st.TAKES_OUT:
-                contacts.ends[count, st.FIRST] = k
-                contacts.ends[count, st.SECOND] = -1 - row
-                count += 1
+            if touches and laws.obstacles[row].law != st.TAKES_OUT:
+                count = _list_contact(world, count, k, -1 - row)
     return count
+
+
+@kernel
+def _list_contact(world: World, count: int, k: int, other: int) -> int:
+    """Put the contact of ball k in row `count` of `contacts.ends`; return how many there are."""
+    contacts = world.contacts
+    if count == contacts.ends.shape[0]:
+        world.log.counters[st.NO_ROOM] = 1
+        return count
+    contacts.ends[count, st.FIRST] = k
+    contacts.ends[count, st.SECOND] = other
+    return count + 1

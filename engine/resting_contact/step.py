@@ -41,7 +41,7 @@ from ghostball.engine.motion.next_piece import (
     slip,
 )
 from ghostball.engine.motion.position import advance, slowed_spin, straighten
-from ghostball.engine.resting_contact.capture import stop_approach
+from ghostball.engine.resting_contact.capture import stop_approach, wedge_pushes
 from ghostball.engine.resting_contact.cloth_response import end_slip, keep_still, stopping
 from ghostball.engine.resting_contact.continuation import (
     FIRST_STEP,
@@ -219,9 +219,8 @@ def _start_step(world: World, i: int, listed: int, t: float) -> None:
 def _hold_wedged(world: World, count: int) -> bool:
     """Hold the one member where it slips between two obstacles that all but face each other.
 
-    And that the cloth drives it into: by less than any force between them can withstand, however
-    little it would be moved. It stays there until the cloth has ended its slip. Return whether it
-    does.
+    Applies if the cloth's friction pushes the ball into the wedge: contact forces can balance any
+    such push. The ball stays there until the cloth has ended its slip. Return whether it does.
     """
     balls, contacts = world.balls, world.contacts
     k = contacts.member[0]
@@ -235,9 +234,7 @@ def _hold_wedged(world: World, count: int) -> bool:
             first, second = contacts.forces[c], contacts.forces[other]
             if first.nx * second.nx + first.ny * second.ny > _FACING:
                 continue
-            across = first.nx * second.ny - first.ny * second.nx
-            push = (ax * second.ny - ay * second.nx) * across
-            push_too = (first.nx * ay - first.ny * ax) * across
+            _, push, push_too = wedge_pushes(first, second, ax, ay)
             if push > 0.0 and push_too > 0.0:
                 ball.ax, ball.ay = 0.0, 0.0
                 straighten(balls, k)

@@ -118,7 +118,7 @@ class Run:
         """Say what continues without end, and what ends it."""
         if code == st.RUN_STANDSTILL:
             elastic = _elastic_laws(self._scene.physics)
-            loss = f", or impacts that take energy: {' and '.join(elastic)}" if elastic else ""
+            loss = f", or make impacts lose energy: now {' and '.join(elastic)}" if elastic else ""
             return (
                 f"the clock stands still: {self._counters[st.AT_ONCE]} events at one instant, "
                 f"probably of balls that bounce in too little room. Give them room{loss}"

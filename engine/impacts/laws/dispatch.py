@@ -68,6 +68,12 @@ def _cushion_law(
 
 
 @kernel(inline=True)
+def is_ball_law_integrated(laws: Laws) -> bool:
+    """Whether the law of two balls integrates over the impact."""
+    return bool(laws.ball_law == _MATHAVAN2014)
+
+
+@kernel(inline=True)
 def is_integrated(laws: Laws, k: int) -> bool:
     """Whether the law of obstacle k integrates over the impact."""
     return bool(int(laws.obstacles[k].law) == _MATHAVAN2010)

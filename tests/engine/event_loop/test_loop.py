@@ -70,7 +70,7 @@ def test_a_ball_that_bounces_without_room_and_without_loss_stands_still():
     assert result.status is Status.ENDLESS
     assert "the clock stands still" in result.reason
     named = '`ball_restitution` is 1 and `cushion` is "mirror"'
-    assert f"Give them room, or impacts that take energy: {named}" in result.reason
+    assert f"Give them room, or make impacts lose energy: now {named}" in result.reason
     lossy = scene_of(
         ball((0.5, R), (1.0, 0.1)), table=Table(length=2.54, width=2.0 * R),
         cushion="restitution", cushion_restitution=0.85,

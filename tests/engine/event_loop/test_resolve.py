@@ -14,6 +14,8 @@ from shots import R, ball, scene_of
 
 from ghostball.engine import simulate
 from ghostball.engine.core import state as st
+from ghostball.engine.event_loop import resolve
+from ghostball.engine.library.entry import COMPILED
 from ghostball.engine.running import skips
 from ghostball.model import EventKind, Phase, Result, Status, event_dict
 
@@ -91,3 +93,27 @@ def test_a_ball_in_a_line_of_touching_ones_leaves_without_the_others(played, eit
     inside = [k for k in range(4) if k not in left]
     assert all(result.rest_positions[k, 0] < 0.5 - R for k in inside)
     assert all(result.rest_positions[k, 0] == pytest.approx(0.5 - R, abs=1e-9) for k in left)
+
+
+@pytest.mark.skipif(COMPILED, reason="what is compiled can't be replaced")
+def test_a_collapse_leaves_no_pair_of_its_cluster_to_collide(monkeypatch):
+    """Two pairs are due at once, of which one collapses: its end ends the other's approach too."""
+    listed = []
+    whole = resolve._end_collapses
+    monkeypatch.setattr(resolve, "_collapses", lambda world, c: c == 0)
+
+    def noted(world, count, t):
+        left = whole(world, count, t)
+        listed.append((count, left))
+        return left
+
+    monkeypatch.setattr(resolve, "_end_collapses", noted)
+    scene = scene_of(
+        ball((0.5, 0.5), (1.0, 0.0)),
+        ball((0.7, 0.5 + R), (0.0, 0.0)),
+        ball((0.7, 0.5 - R), (0.0, 0.0)),
+        ball_restitution=0.5, ball_friction=0.0, t_max=0.3,
+    )  # fmt: skip
+    result = simulate(scene)
+    assert listed[0] == (2, 0)
+    assert result.collision_counts["ball-ball"] == 2
