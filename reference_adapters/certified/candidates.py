@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import heapq
 import math
-from collections.abc import Iterator
+from collections import defaultdict
 from itertools import count
 
 from flint import arb
@@ -107,10 +107,21 @@ class Agenda:
         self._bits = bits
         self._heap: list[tuple[float, int, Candidate]] = []
         self._ticket = count()
+        # By ball, in the order of their tickets. A long shot leaves thousands of void candidates on
+        # the heap, through which no event may search.
+        self._of: defaultdict[int, dict[Candidate, None]] = defaultdict(dict)
 
     def add(self, candidate: Candidate) -> None:
         """Put a candidate on the agenda."""
         heapq.heappush(self._heap, (candidate.key, next(self._ticket), candidate))
+        for k in candidate.balls:
+            self._of[k][candidate] = None
+
+    def _take(self) -> Candidate:
+        _, _, candidate = heapq.heappop(self._heap)
+        for k in candidate.balls:
+            self._of[k].pop(candidate, None)
+        return candidate
 
     def add_searched(self, gap: Gap, bodies: tuple[Body, ...], high: float) -> None:
         """Search a gap in doubles up to a time [s]; note it where it may close."""
@@ -118,12 +129,13 @@ class Agenda:
         if bracket.verdict != NONE:
             self.add(Candidate(gap.choice, bodies, gap, bracket=bracket))
 
-    def sharing(self, candidate: Candidate, bodies: list[Body]) -> Iterator[Candidate]:
-        """Yield the candidates on the agenda that share a ball with one taken off; none void."""
-        balls = set(candidate.balls)
-        for _, _, other in self._heap:
-            if not (balls.isdisjoint(other.balls) or other.is_void(bodies)):
-                yield other
+    def sharing(self, candidate: Candidate, bodies: list[Body]) -> list[Candidate]:
+        """Return the candidates on the agenda that share a ball with one taken off; none void."""
+        found: dict[Candidate, None] = {}
+        for k in candidate.balls:
+            self._of[k] = {one: None for one in self._of[k] if not one.is_void(bodies)}
+            found |= self._of[k]
+        return list(found)
 
     def take_first(self, bodies: list[Body]) -> list[Candidate]:
         """Take off all candidates that may be first, each enclosed; those not void.
@@ -133,7 +145,7 @@ class Agenda:
         group: list[Candidate] = []
         latest = math.inf
         while self._heap and self._heap[0][0] <= latest:
-            _, _, candidate = heapq.heappop(self._heap)
+            candidate = self._take()
             if candidate.is_void(bodies):
                 continue
             if candidate.meeting is None:
