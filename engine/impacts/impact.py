@@ -41,7 +41,7 @@ _MOST_WITHOUT_FRICTION = 24
 """The same where nothing slows balls.
 
 Those that lie together then collapse again after each impact on one of them: 400 balls at
-restitution 0.2 took more than 1e7 events where 128 impacts were followed, and 3e6 where 24 are.
+restitution 0.2 took more than 1e7 events where 128 impacts were followed, and 4e6 where 24 are.
 """
 
 MOST_IN_CORNER = 512
