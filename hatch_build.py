@@ -20,7 +20,7 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 ASKED = "GHOSTBALL_BUILD_KERNELS"
 
-IMPORTED = ("numpy", "pydantic", "tomli-w", "platformdirs", "filelock", "lazy-loader", "packaging")
+IMPORTED = ("numpy", "pydantic", "tomli-w", "platformdirs", "filelock", "lazy-loader")
 """What the modules of the kernels import, of what ghostball depends on."""
 
 INSIDE = "ghostball/engine/library/shipped"

@@ -258,6 +258,7 @@ def _required(distribution: str) -> frozenset[str]:
         except PackageNotFoundError:
             continue
         for one in needed:
+            # Old packages state versions that `packaging` refuses: "PyYAML (>=5.1.*)".
             found = re.match(r"[A-Za-z0-9._-]+", one)
             if found is not None and found[0] not in names:
                 names.append(found[0])
