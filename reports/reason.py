@@ -140,12 +140,14 @@ def _lateness(found: Attribution) -> str:
     first, *_, last = found.ladder
     assert first.late is not None
     assert last.late is not None
-    count = "1 collision" if found.shared == 1 else f"{found.shared} collisions"
+    what = "The time of the first collision is"
+    if found.shared != 1:
+        what = f"The times of the first {found.shared} collisions are"
     return (
-        f"The times of the first {count} are up to {style.format_time(first.late)} off with a step "
-        f"of {style.format_time(first.step)}, and up to {style.format_time(last.late)} with a step "
-        f"of {style.format_time(last.step)}."
-    ).replace("The times of the first 1 collision are", "The time of the first collision is")
+        f"{what} up to {style.format_time(first.late)} off with a step of "
+        f"{style.format_time(first.step)}, and up to {style.format_time(last.late)} with a step of "
+        f"{style.format_time(last.step)}."
+    )
 
 
 def _until_then(explanation: Explanation, found: Attribution) -> str:

@@ -181,11 +181,10 @@ def _outcome(
     if separate is None:
         return
     own, all_separate = separate
-    drifts = rule.drifts and math.isfinite(longest)
-    between = resolution_of_step(longest, scene) if drifts else resolution
+    between, drift = _between_contacts(rule, scene, step)
     if lateness.margins is None:
         return
-    more = lateness.margins.amplified(step.delays, len(scene.balls), between * drifts)
+    more = lateness.margins.amplified(step.delays, len(scene.balls), drift)
     if more is None:
         return
     late = _spoken(step)
@@ -245,9 +244,8 @@ def _first_sure(rule: StepRule, scene: Scene, truth: Truth, lateness: Lateness, 
     moved = np.where(own, margins.moved, _BRANCH * margins.moved)
     margins = replace(margins, moved=moved)
     delays = step.delays[:many]
-    drifts = rule.drifts and math.isfinite(step.longest)
-    between = resolution_of_step(step.longest, scene) if drifts else step.resolution
-    _, within_reach, factors = margins.followed(delays, len(scene.balls), between * drifts)
+    _, drift = _between_contacts(rule, scene, step)
+    _, within_reach, factors = margins.followed(delays, len(scene.balls), drift)
     begins = [(float(margins.since[k]), margins.pasts[k]) for k in within_reach]
     assert truth.certificate is not None  # lateness is of its motion
     end, horizon = float(truth.certificate.t_end), truth.horizon_of(step.resolution)
@@ -384,6 +382,14 @@ def _step_of(
     delays = np.minimum(np.where(collides, delays, least), longest)
     seen_late = np.isin(lateness.kinds, rule.kinds)
     return _Step(resolution, longest, np.where(seen_late, delays, 0.0))
+
+
+def _between_contacts(rule: StepRule, scene: Scene, step: _Step) -> tuple[float, float]:
+    """Return the position error of the motion between contacts, and the part that is drift [m]."""
+    if not rule.drifts or not math.isfinite(step.longest):
+        return step.resolution, 0.0
+    drift = resolution_of_step(step.longest, scene)
+    return drift, drift
 
 
 def _separate(lateness: Lateness, step: _Step, smallest: float) -> tuple[bool, bool] | None:

@@ -47,6 +47,11 @@ _DRIFT = np.eye(PARTS)
 """What a ball without forces keeps of its changes; its place gains s times that of its velocity."""
 
 
+def rows_of(balls: tuple[int, ...]) -> NDArray[np.intp]:
+    """Return the rows of some balls among those of all, in a state of `PARTS` numbers a ball."""
+    return np.concatenate([np.arange(PARTS * i, PARTS * (i + 1)) for i in balls])
+
+
 @dataclass(frozen=True, eq=False)
 class ProvedBall:
     """The proved motion of one ball: its segments, and what the cloth and the air do to it.

@@ -24,7 +24,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ghostball.model import (
     COLLISION_KINDS,
@@ -44,6 +44,7 @@ from ghostball.validation.grading.certified_flow import (
     SPIN,
     VELOCITY,
     ProvedBall,
+    rows_of,
 )
 from ghostball.validation.grading.other_paths import MOST_EVENTS, Margins, margins_along
 from ghostball.validation.grading.tolerances import EPS
@@ -253,7 +254,7 @@ class CertifiedGrowth:
         moved = np.full((len(self.events), 2 * n), np.nan)
         with np.errstate(over="ignore", invalid="ignore"):
             for e in reversed(range(len(self.events))):
-                event, rows = self.events[e], _rows(self.events[e].balls)
+                event, rows = self.events[e], rows_of(self.events[e].balls)
                 if event.matrix is None or event.late is None:
                     break  # what comes before it has no derivative at the end
                 moved[e] = end[:, rows] @ event.late
@@ -288,7 +289,7 @@ class CertifiedGrowth:
         ]
         with np.errstate(over="ignore", invalid="ignore"):
             for e, event in enumerate(self.events[:many]):
-                rows, matrix, later = _rows(event.balls), event.matrix, event.later
+                rows, matrix, later = rows_of(event.balls), event.matrix, event.later
                 if matrix is None or later is None:
                     comes[e:] = rests[:] = energies[:] = strays[:] = np.nan
                     break
@@ -399,11 +400,6 @@ def energy_slopes(ball: ProvedBall, mass: float) -> FloatArray:
     return by
 
 
-def _rows(balls: tuple[int, ...]) -> NDArray[np.intp]:
-    """Return the rows of some balls among those of all."""
-    return np.concatenate([np.arange(PARTS * i, PARTS * (i + 1)) for i in balls])
-
-
 def _covariances(
     balls: tuple[ProvedBall, ...], events: tuple[EventChange, ...], gaps: bool
 ) -> tuple[tuple[FloatArray, ...], FloatArray]:
@@ -421,7 +417,7 @@ def _covariances(
         _spread(ball, kept[i], 0)
     with np.errstate(over="ignore", invalid="ignore"):
         for number, event in enumerate(events):
-            rows = _rows(event.balls)
+            rows = rows_of(event.balls)
             if event.later is not None:
                 variance = event.later @ whole[np.ix_(rows, rows)] @ event.later
                 variance += gaps * event.rounded**2

@@ -1,6 +1,7 @@
 """How much later the events of a shot may be seen before the shot takes another path.
 
-    >>> margins = margins_along(scene, proof, growth_of_proof(scene, proof))
+    >>> growth = growth_of_proof(scene, proof)
+    >>> margins = margins_along(scene, motion, growth.balls, growth.events)
     >>> margins.moved @ delays >= margins.widths     # where another path begins
 
 Whoever sees an event late moves the balls that it concerns, and all that they meet. The shot takes
@@ -22,7 +23,7 @@ from ghostball.model.arrays import BoolArray, FloatArray
 from ghostball.model.scene.obstacles import Obstacle, facing, gap_to
 from ghostball.model.scene.sides import Side
 from ghostball.validation.grading.certified_events import EventChange
-from ghostball.validation.grading.certified_flow import PARTS, PLACE, VELOCITY, ProvedBall
+from ghostball.validation.grading.certified_flow import PARTS, PLACE, VELOCITY, ProvedBall, rows_of
 from ghostball.validation.grading.tolerances import EPS
 
 MOST_EVENTS = 600
@@ -203,7 +204,8 @@ class _Late:
 
     def apply(self, event: EventChange, e: int) -> None:
         """Pass an event, which may itself be seen late."""
-        rows = np.concatenate([np.arange(PARTS * i, PARTS * (i + 1)) for i in event.balls])
+        assert event.matrix is not None  # `margins_along` stops at the first event without
+        rows = rows_of(event.balls)
         with np.errstate(over="ignore", invalid="ignore"):
             self._changes[rows] = event.matrix @ self._changes[rows]
         self._changes[rows, e] = event.late

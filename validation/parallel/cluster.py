@@ -19,6 +19,7 @@ from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
+from functools import cache
 from itertools import islice
 from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -144,13 +145,11 @@ class Cluster:
         lacks it;
         `ClusterLostError` where the scheduler ends, or there is no worker for a minute.
         """
-        firsts: dict[str, bytes] = {}
 
+        @cache
         def first_of(one: str) -> bytes:
-            if one not in firsts:
-                given = code_here() | _engine_here(one), one, pickle.dumps(prepare)
-                firsts[one] = pickle.dumps((_first, given))
-            return firsts[one]
+            given = code_here() | _engine_here(one), one, pickle.dumps(prepare)
+            return pickle.dumps((_first, given))
 
         run = uuid4().hex
         queue = iter(tasks)

@@ -31,7 +31,7 @@ def read(path: Path) -> str:
     """
     try:
         content = read_bytes(path, LARGEST_FILE + 1)
-        text = content.decode("utf-8-sig").replace("\r\n", "\n")  # any line ending, as in text mode
+        text = content.decode("utf-8-sig").replace("\r\n", "\n")  # TOML has these two line endings
     except UnicodeDecodeError as error:
         raise refusal(
             f"{path}: not UTF-8 text (byte {error.start}). A scene is a TOML text file"
