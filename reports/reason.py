@@ -39,7 +39,7 @@ def reason_of(explanation: Explanation) -> str:
     if found.outcome in ("rounding", "agrees"):
         step = found.ladder[0].step if found.ladder else 0.0
         if differs := differs_on_the_way(explanation.result, explanation.known, step):
-            return f"{label} ends right, for {off}. But {differs}."
+            return f"The final positions of {label} are right ({off}), but {differs}."
         return f"{label} is right: {off}, and rounding explains this."
     if found.late is not None and found.outcome == "step":
         return _late_by_step(explanation, found)

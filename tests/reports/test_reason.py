@@ -46,5 +46,5 @@ def test_a_run_that_is_wrong_on_the_way_is_not_called_right():
     events = ours.result.events.copy()
     events["t"][:1] -= 0.01
     text = reason_of(replace(ours, result=replace(ours.result, events=events)))
-    assert text.startswith("mine ends right, for ")
+    assert text.startswith("The final positions of mine are right (")
     assert 'its events have "cue" hits "object" 0.01 s too early' in text

@@ -61,8 +61,10 @@ def largest_gain(result: Result, resolution: Resolution = 0.0, *, pressed: bool 
     balls with those that they had before its step, and so gives back what the cloth took in it.
     What the cloth takes while the fastest ball goes `resolution` is therefore no gain. Nor is what
     rounding makes of an exact motion: of its heights, and of the instants at which it is looked at;
-    and what steps of sustained contact may err by. Our engine counts those; of any other engine it
-    isn't asked: `pressed` says whether the shot has any.
+    and what steps of sustained contact may err by.
+
+    `pressed`: whether the shot has sustained contacts; used for engines that don't count their
+    contact steps.
     """
     energy = energy_series(result)
     frames = result.trajectory

@@ -300,7 +300,7 @@ def _on_the_way(
     shifted = more * float(delays @ comes) + float(np.max(own, initial=0.0))
     if len(own) and math.isfinite(shifted):
         what = "an event" if falls.any() else "a collision"
-        reason = f"{late}, which makes {what} of this shot come at most {shifted:.3g} s late."
+        reason = f"{late}, which shifts the time of {what} of this shot by at most {shifted:.3g} s."
         yield "event_time_error", {"at_most": LEAST + shifted}, reason
     beside = between + more * float(delays @ lateness.strays)
     if math.isfinite(beside) and beside < float(np.min(scene.radii)):

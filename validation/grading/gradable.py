@@ -100,7 +100,8 @@ def gradable(
     compared_at = min(at_last, math.nextafter(growth.derivative_ends, 0.0))
     sizes = growth.sizes([min(compared_at, float(certificate.t_end))])[0]
     if not narrow:
-        sizes[:] = math.inf  # of what isn't known to a rounding nothing is one
+        # The proof is wider than a rounding, so errors can't be counted in roundings.
+        sizes[:] = math.inf
     return Gradable(extent, why, last, compared_at, sizes)
 
 

@@ -148,8 +148,8 @@ def grade(result: Result, certificate: Certificate, within: Gradable | None = No
     until = within.until
     kinds: Sequence[EventKind] = ALL_KINDS
     if not exact:
-        # Frames, and which kinds of events an engine reports beside collisions, and falls into
-        # pockets, is its own affair.
+        # Engines that record frames must report collisions and pocketed balls. Any other kind of
+        # event is compared only if the engine reports it.
         told = set(result.events["kind"].tolist()) if within.sizes is not None else set()
         told |= {*COLLISION_KINDS, EventKind.POCKETED}
         kinds = [kind for kind in ALL_KINDS if kind in told]

@@ -143,7 +143,8 @@ def self_reported_growth(result: Result, proof: Certificate, until: float = math
         return []
     if not is_differentiated(result.scene):
         return []
-    growth = growth_of_proof(result.scene, proof, gaps=False)  # of which our engine's account is
+    # Our engine's own estimate rounds states only, not gaps.
+    growth = growth_of_proof(result.scene, proof, gaps=False)
     error = ROUNDINGS * UNIT_ROUNDOFF
     end, ends = min(float(proof.t_end), until), growth.derivative_ends
     # Where no derivative exists both say so, and beyond the proof the grader says nothing.

@@ -111,9 +111,9 @@ def run(
 
 
 def _without_settings(outcome: Outcome) -> Outcome:
-    """Return an outcome whose cases are of engines: columns choose steps that nobody asked for.
+    """Return the outcome with labels without settings.
 
-    An engine is judged where a shot of it is, with any of them.
+    An engine counts as judged if one of its shots is, at any step that a column chose.
     """
     cases = [replace(one, label=parse_spec(one.label)[0]) for one in outcome.cases]
     return replace(outcome, cases=cases)
