@@ -5,12 +5,14 @@ from __future__ import annotations
 import json
 import os
 import sys
+import time
 from concurrent.futures import ThreadPoolExecutor
 from importlib.metadata import version
 from pathlib import Path
 
 import pytest
 from echo_worker import worker
+from named_pipes import read_to_end
 
 from ghostball.model import Ball, Physics, Scene
 from ghostball.reference_adapters.workers.process import (
@@ -48,15 +50,17 @@ def test_a_program_that_a_worker_started_ends_with_it(tmp_path: Path) -> None:
         "input()\n"
         f"pipe = open({str(pipe)!r}, 'wb', buffering=0)\n"
         "pipe.write(b'there')\n"
-        'subprocess.run(["sleep", "600"], stderr=pipe)\n'
+        'subprocess.run(["sleep", "60"], stderr=pipe)\n'
     )
     one = Worker([sys.executable, str(script)])
     with ThreadPoolExecutor(1) as thread:
         opened = thread.submit(pipe.open, "rb")
+        begun = time.monotonic()
         with pytest.raises(WorkerFailedError, match="over 1 s"):
             one.play(find_scene("stop"), "rest", 1.0)
+        assert time.monotonic() - begun < 30.0
     with opened.result() as file:
-        assert file.read() == b"there"  # it ends when nobody holds the other end
+        assert read_to_end(file) == b"there"  # it ends when nobody holds the other end
 
 
 def test_all_that_the_workers_have_is_in_the_hash_of_the_code(

@@ -14,6 +14,7 @@ from itertools import count
 from pathlib import Path
 
 import pytest
+from named_pipes import read_to_end
 from pool_tasks import crashed, never, say, wait_a_second, work
 
 from ghostball.validation.parallel.pool import Done, limit_of, run_tasks
@@ -130,7 +131,7 @@ def test_what_a_task_started_ends_with_its_process(tmp_path, child, then, outcom
         (done,) = found
     assert done.crashed == outcome
     with pipe.result() as file:
-        assert file.read() == b"there\n"  # it ends when nobody holds the other end
+        assert read_to_end(file) == b"there\n"  # it ends when nobody holds the other end
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="forks are POSIX")
@@ -219,7 +220,7 @@ def test_a_worker_whose_parent_is_killed_ends(tmp_path, task):
         assert worker.readline() == b"at work\n"
         parent.kill()
         assert parent.communicate(timeout=60.0) == (b"", b"")
-        assert worker.read() == b""  # once the worker, which holds the other end, is gone
+        assert read_to_end(worker) == b""  # once the worker, which holds the other end, is gone
 
 
 PARENT = """
@@ -264,7 +265,7 @@ def test_ctrl_c_in_a_terminal_is_for_the_parent_alone(tmp_path):
         except subprocess.TimeoutExpired:
             os.killpg(parent.pid, signal.SIGKILL)  # else this test would wait for the tasks' end
             raise
-        assert workers.read() == b""  # nothing more until they, who hold the other end, are gone
+        assert read_to_end(workers) == b""  # once they, who hold the other end, are gone
     assert (rest, errors) == (b"interrupted\n", b"")
     assert parent.returncode == 130
 
