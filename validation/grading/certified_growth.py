@@ -327,8 +327,9 @@ class CertifiedGrowth:
         Between two of its events that is a convex function of the time.
         """
         _, (flow,) = self.balls[i].displacement(np.array([max(np.nextafter(t, 0.0), 0.0)]))
-        moved = flow @ changes[:, PARTS * i : PARTS * (i + 1)]
-        strayed: FloatArray = np.sum(np.linalg.norm(moved, axis=1), axis=0)
+        with np.errstate(over="ignore", invalid="ignore"):
+            moved = flow @ changes[:, PARTS * i : PARTS * (i + 1)]
+            strayed: FloatArray = np.sum(np.linalg.norm(moved, axis=1), axis=0)
         return strayed
 
 
