@@ -62,6 +62,10 @@ def differences_of(
     right = known(truth.motion, truth, "energy")
     if truth.is_own_measure(result.engine, "energy"):
         raise NotMeasuredError("the reference energy of this shot is of Ghostball's own engine")
+    return _differences(result, right, until)
+
+
+def _differences(result: Result, right: Result, until: float) -> tuple[FloatArray, FloatArray]:
     times, differences = energy_differences(result, right, until)
     if not len(times):
         raise NotMeasuredError("a collision is due at the start: no energy can be compared")
@@ -69,9 +73,9 @@ def differences_of(
 
 
 def _certified_motion(truth: Truth, compared: str) -> Result:
-    if truth.motion is None or "energy" not in truth.independent:
+    if truth.proved is None:
         raise NotMeasuredError(f"the shot isn't certified to its end, so no {compared} is compared")
-    return truth.motion
+    return truth.proved
 
 
 def _graded(result: Result, truth: Truth) -> Grade:
@@ -134,8 +138,7 @@ def _rest_time_factor(result: Result, truth: Truth) -> float:
 
 def _energy_difference_factor(result: Result, truth: Truth) -> float:
     found, rounding = _graded(result, truth), known(truth.rounding, truth, "proof")
-    _certified_motion(truth, "energy")
-    times, differences = differences_of(result, truth, found.until)
+    times, differences = _differences(result, _certified_motion(truth, "energy"), found.until)
     sizes = rounding.energy_at(times)
     scene = result.scene
     if scene.physics.airborne:  # a height is rounded, too: more than the energy of a slow ball is

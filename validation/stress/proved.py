@@ -106,9 +106,8 @@ def _truth_of(scene: Scene, proof: Certificate) -> Truth:
     """Return the reference that a proof gives: the certified motion, if complete, and rounding."""
     return Truth(
         CERTIFIED,
-        independent=frozenset({"energy", "proof"} if proof.proved else {"proof"}),
         missing="the shot isn't proved to its end",
-        motion=result_of(scene, proof, CertifiedSettings(), "trajectory") if proof.proved else None,
+        proved=result_of(scene, proof, CertifiedSettings(), "trajectory") if proof.proved else None,
         certificate=proof,
         rounding=growth_along_proof(scene, proof).rounding(scene),
         graded=gradable(scene, proof),

@@ -82,6 +82,8 @@ class Truth:
         alone.
     `motion`: the whole shot, whose energy is the true one: proved, else our engine's; None where
         there is none, or no part that needs it was asked for.
+    `proved`: the whole shot as it is proved; None where that isn't done, or no part "proof" was
+        asked for.
     `certificate`: what is proved of the shot, with its motion; also where that isn't all of it.
     `no_certificate`: why there is none; "" where there is one.
     `meetings`: how errors have grown when balls meet: as the shot is proved, or, where the proof
@@ -112,6 +114,7 @@ class Truth:
     collision_times: FloatArray = field(default_factory=lambda: _NO_TIMES)
     collision_counts: dict[str, int] | None = None
     motion: Result | None = None
+    proved: Result | None = None
     certificate: Certificate | None = None
     no_certificate: str = "it was not asked for"
     meetings: Meetings | None = None
@@ -233,6 +236,7 @@ def truth_of(
         graded_steps = gradable(scene, proof, exact=False, until=until)
     return replace(
         truth,
+        proved=proved if "proof" in parts else None,
         certificate=proof,
         no_certificate=no_proof,
         meetings=meetings,
