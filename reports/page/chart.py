@@ -20,8 +20,11 @@ from ghostball.reports.page.rendering import render
 Scale = Literal["linear", "log"]
 
 WIDTH, HEIGHT = 560.0, 250.0
-LEFT, RIGHT, TOP, BOTTOM = 72.0, 10.0, 10.0, 36.0
-"""Size of a chart and its margins, in units of its view box, which are pixels at full width."""
+LEFT, RIGHT, TOP, BOTTOM = 72.0, 24.0, 10.0, 36.0
+"""Size of a chart and its margins, in units of its view box, which are pixels at full width.
+
+The last tick of x, such as "100 ms", is centred at the end of the axis.
+"""
 
 DEVIATION = 0.4
 """How far a curve that is drawn may run beside the one that was given [pixels]."""

@@ -94,7 +94,7 @@ def number_row(case: CaseRecord) -> list[str]:
         time_error = rest_error_text(case)  # past prediction as the rest positions are
     return [
         verdict_of(case).symbol,
-        standing_text(case, style.format_length(metric_of(case, "rest_error_rms"))),
+        standing_text(case, style.format_length(metric_of(case, "rest_error_rms"))) or "–",
         "–" if case.rest_time is None else f"{case.rest_time:.6g}",
         time_error,
         "–" if matching is None else f"{matching}",
