@@ -31,9 +31,10 @@ event moves later ones by their derivative; an event adds its own delay:
 P the product above, t_j the times of the collisions, T when the last ball rests, which is seen at
 the end of a step. What a collision takes is no error of the energy until it is seen
 (`energy_curve`); dE is what is left of a delay after that: friction has worked for longer on the
-balls as they were, and they part along another line. Solvers let balls collide with the speeds that
-they had before the step, as if friction hadn't slowed them in it; so each sum is that of the delay
-and of speeds that are as old. An engine that drifts meets a collision late, or early, by v dt over
+balls as they were, and they part along another line. Solvers let balls collide with the velocities
+that they had before the step, as if friction hadn't slowed them in it, with the surface speeds of
+then, or with both; so each sum is that of the delay, of velocities and of surface speeds that are
+as old. An engine that drifts meets a collision late, or early, by v dt over
 the speed of approach. F is the most that friction takes from all balls while the fastest one
 goes a metre: a rolling ball loses 7/5 mu_r m g; a sliding one mu_s m g over what it slips. The slip
 is the velocity of a ball less that of its surface: no more than the fastest ball goes, and as much

@@ -23,6 +23,12 @@ from ghostball.validation.grading.certified_flow import PARTS, PLACE, SLIP, VELO
 from ghostball.validation.grading.event_logs import proved_events
 from ghostball.validation.grading.slope import Slope
 
+_OLD, _OLD_SURFACE, _LATE = -3, -2, -1
+"""Columns of `_Passage.change` after those of the balls' own numbers."""
+
+_MORE = 3
+"""How many these are."""
+
 
 class Meets(NamedTuple):
     """How a ball meets another one, or an obstacle, just before they touch.
@@ -49,7 +55,7 @@ class EventChange(NamedTuple):
     segments: tuple[int, ...]  # that each ball comes to
     matrix: FloatArray | None  # (7 b, 7 b), from those of the segments before; None: no derivative
     late: FloatArray | None  # (7 b,) what seeing it late changes of the balls, per second
-    stale: FloatArray | None  # (7 b,) what meeting with older speeds changes of them, per second
+    stale: FloatArray | None  # (2, 7 b) what older speeds change, of centres and of surfaces, per s
     later: FloatArray | None  # (7 b,) how much later changes of the segments before make it
     approach: float  # [m/s] along the line of contact; 0 where nothing collides
     meets: Meets | None  # how what collides meets; None where nothing collides
@@ -93,17 +99,17 @@ def event_changes(
         else:
             passes.end_phase()
         noise = tuple(ball.noise(k, passes.states) for ball, k in zip(mine, after, strict=True))
-        # Two columns more than balls have numbers: speeds as 1 s before, and an event 1 s later.
-        matrix, (stale, late) = passes.change[:, :-2].copy(), passes.change[:, -2:].T.copy()
+        # More columns than balls have numbers: speeds as 1 s before, and an event 1 s later.
+        matrix, more = passes.change[:, :-_MORE].copy(), passes.change[:, -_MORE:].T.copy()
         yield EventChange(
             event.kind,
             t,
             involved,
             after,
             matrix,
-            late,
-            stale,
-            passes.later[:-2].copy(),
+            more[_LATE],
+            more[[_OLD, _OLD_SURFACE]],
+            passes.later[:-_MORE].copy(),
             passes.approach,
             passes.meets,
             passes.rounded,
@@ -115,9 +121,10 @@ class _Passage:
     """Changes of the balls of one event, carried from their segments before it to those after it.
 
     `states` (7,) float64 each: of the balls, just before.
-    `change` (7 b, 7 b + 2) float64: of the balls by those of the segments before; in the last two
-        columns, by meeting with the speeds of a second before, and by seeing the event late.
-    `later` (7 b + 2,) float64: by how much later the event comes.
+    `change` (7 b, 7 b + 3) float64: of the balls by those of the segments before; in the last three
+        columns, by meeting with the velocities of a second before, by meeting with the surface
+        speeds of then, and by seeing the event late. A solver may take either.
+    `later` (7 b + 3,) float64: by how much later the event comes.
     `approach` [m/s]: at which speed what collides meets.
     `meets`: how it does.
     `rounded` [s]: by how much what meets does so late if the distance is rounded once, over 2^-53.
@@ -139,14 +146,20 @@ class _Passage:
         self.states = tuple(state for state, _ in moving)
         self._rates = tuple(rate for _, rate in moving)
         size = PARTS * len(balls)
-        self.change = np.zeros((size, size + 2))
-        self.later = np.zeros(size + 2)
+        self.change = np.zeros((size, size + _MORE))
+        self.later = np.zeros(size + _MORE)
         self.approach, self.rounded = 0.0, 0.0
         self.meets: Meets | None = None
         for m, (ball, k, s) in enumerate(zip(balls, before, spans, strict=True)):
             here = slice(PARTS * m, PARTS * (m + 1))
             self.change[here, here] = ball.flow(k, s)
-            self.change[here, -2][PLACE.stop :] = -self._rates[m][PLACE.stop :]
+            old, surface = np.zeros((2, PARTS))
+            old[VELOCITY] = -self._rates[m][VELOCITY]
+            surface[PLACE.stop :] = -self._rates[m][PLACE.stop :] - old[PLACE.stop :]
+            if slides:  # the slip is the velocity less that of the surface
+                old[SLIP] = old[VELOCITY]
+                surface[SLIP] -= old[VELOCITY]
+            self.change[here, _OLD], self.change[here, _OLD_SURFACE] = old, surface
 
     def collide(self, laws: Laws, a: int, b: int) -> None:
         """Pass an impact of two balls."""
@@ -213,16 +226,16 @@ class _Passage:
     def end_phase(self) -> None:
         """Pass the end of a slide or of a roll."""
         ball, k = self._balls[0], self._before[0]
-        self.change[:, -2] = 0.0
-        self.change[:, :-2], later = ball.end_of_phase(k, self._spans[0])
-        self._come_later(np.append(later, (0.0, 0.0)))
+        self.change[:, [_OLD, _OLD_SURFACE]] = 0.0
+        self.change[:, :-_MORE], later = ball.end_of_phase(k, self._spans[0])
+        self._come_later(np.append(later, np.zeros(_MORE)))
         # Who sees the end of a slide late lets the ball roll from there on, at the speed it has.
-        self.change[SLIP, -1] = 0.0
+        self.change[SLIP, _LATE] = 0.0
         self._leave()
 
     def _come_later(self, later: FloatArray) -> None:
         """Bring changes from the event's instant to where the event is for each."""
-        later[-1] = 1.0
+        later[_LATE] = 1.0
         self.later = later
         self.change += np.outer(np.concatenate(self._rates), later)
 

@@ -274,13 +274,13 @@ class CertifiedGrowth:
         """Return `comes`, `rests`, `energies` and `strays` of `Lateness`.
 
         What a second of delay at each event so far has made of each ball is carried along, and what
-        speeds that are a second old have; at each event they say how much later that comes, and how
-        much more energy its balls leave it with.
+        velocities, or surface speeds, that are a second old have; at each event they say how much
+        later that comes, and how much more energy its balls leave it with.
         Energies of balls are added without their signs. Between events they change as said in
         `rounding`: the largest at a ball's events bounds them.
         """
         many = min(len(self.events), MOST_EVENTS)
-        changes = np.zeros((2, PARTS * len(self.balls), many))
+        changes = np.zeros((3, PARTS * len(self.balls), many))
         comes, rests, strays = np.zeros((many, many)), np.zeros(many), np.zeros(many)
         energies = np.zeros((len(self.balls), many))
         slopes = [
@@ -302,7 +302,7 @@ class CertifiedGrowth:
                     strays = np.maximum(strays, self._strayed(i, changes, event.t))
                 changes[:, rows] = matrix @ changes[:, rows]
                 changes[0, rows, e] += event.late
-                changes[1, rows, e] += event.stale
+                changes[1:, rows, e] += event.stale
                 for i, k in zip(event.balls, event.segments, strict=True):
                     own = changes[:, PARTS * i : PARTS * (i + 1)]
                     beside = np.sum(np.linalg.norm(own[:, PLACE], axis=1), axis=0)
