@@ -53,7 +53,7 @@ from ghostball.engine.motion.geometry import (
     tie_rounding,
 )
 from ghostball.engine.motion.next_piece import come_to_rest, mark, start_rolling
-from ghostball.engine.motion.obstacles import facing, nose_reach
+from ghostball.engine.motion.obstacles import facing, nose_reach, turning
 from ghostball.engine.motion.position import advance
 from ghostball.engine.resting_contact.collapse import end_collapse
 from ghostball.engine.resting_contact.step import end_step
@@ -274,19 +274,20 @@ def _held_against(world: World, i: int, cushion: int, t: float) -> int:
     that is in its way; or the ball itself: nothing.
     """
     balls = world.balls
-    nx, ny, _ = facing(world.laws, cushion, balls.state[i].x, balls.state[i].y)
-    rate = nx * balls.state[i].vx + ny * balls.state[i].vy
-    opening = nx * balls.state[i].ax + ny * balls.state[i].ay
+    ball = balls.state[i]
+    nx, ny, _ = facing(world.laws, cushion, ball.x, ball.y)
+    rate, along = nx * ball.vx + ny * ball.vy, nx * ball.vy - ny * ball.vx
+    opening = nx * ball.ax + ny * ball.ay
+    # What is round recedes from a ball that goes along it, which makes a bounce higher. Where it
+    # recedes faster than friction drives the ball, a contact ends at once, as a bounce does.
+    recedes = turning(world.laws, cushion, ball.x, ball.y) * along * along
+    opening += recedes if opening + recedes < 0.0 else 0.0
     height = capture_height(balls, i, i)
     if opening < 0.0 and negligible_bounce(rate, -opening, height):
         if _bounces_across(balls, world.laws, i, nx, ny, -opening):
             return i
         return -1 - cushion
-    pull = (
-        balls.state[i].slide_slowing
-        if balls.state[i].phase == st.SLIDING
-        else balls.state[i].roll_slowing
-    )
+    pull = ball.slide_slowing if ball.phase == st.SLIDING else ball.roll_slowing
     if not negligible_bounce(rate, 2.0 * pull, contact_tolerance(balls, i, i)):
         return i
     blocking = blocking_ball(world, i, nx, ny, t)

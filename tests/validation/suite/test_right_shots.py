@@ -83,6 +83,13 @@ def test_the_energy_of_a_ball_that_hardly_rises_is_held_to_the_rounding_of_its_h
     assert judged(random_scene(199, **few)).faults == ()
 
 
+def test_the_bounces_of_a_ball_that_goes_along_a_post_are_those_of_the_proof():
+    shapes = {**PROVABLE, "table": ("polygon", "pockets", "posts")}
+    found = judged(random_scene(356, **shapes))
+    assert found.faults == ()
+    assert found.record.metrics["graded_events"] == 8
+
+
 @pytest.mark.parametrize(
     "trial",
     [
