@@ -290,7 +290,7 @@ class CertifiedGrowth:
         with np.errstate(over="ignore", invalid="ignore"):
             for e, event in enumerate(self.events[:many]):
                 rows, matrix, later = rows_of(event.balls), event.matrix, event.later
-                if matrix is None or later is None:
+                if matrix is None or later is None or event.stale is None:
                     comes[e:] = rests[:] = energies[:] = strays[:] = np.nan
                     break
                 moved = np.sum(np.abs(later @ changes[:, rows]), axis=0)
