@@ -57,9 +57,9 @@ MARKS: Final = {
 """What stands beside a class: is this what the engine's step allows?"""
 
 MEANINGS: Final = {
-    Verdict.PASS: "as the engine's step lets one expect",
+    Verdict.PASS: "as accurate as the engine's step allows",
     Verdict.FAIL: "worse than that, or a limit is broken",
-    Verdict.LIMITS_HOLD: "keeps its limits, of which none is on how the shot ends",
+    Verdict.LIMITS_HOLD: "keeps its limits, but none of them judges how the shot ends",
 }
 """What each mark says."""
 
@@ -133,7 +133,7 @@ class Tally:
     """One engine over all scenes of a run.
 
     `counts`: scenes of each class that has any, the best first.
-    `expected`, `worse`: scenes as its step lets one expect, and worse.
+    `expected`, `worse`: scenes as accurate as its step allows, and worse.
     `unable`, `crashed`: scenes that it can't play, and that it didn't finish.
     `compared_with`: scenes in which it is what the others are compared with, for want of a truth.
     `typical` [m]: median of its errors where collisions are the true ones.

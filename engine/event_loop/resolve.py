@@ -278,8 +278,8 @@ def _held_against(world: World, i: int, cushion: int, t: float) -> int:
     nx, ny, _ = facing(world.laws, cushion, ball.x, ball.y)
     rate, along = nx * ball.vx + ny * ball.vy, nx * ball.vy - ny * ball.vx
     opening = nx * ball.ax + ny * ball.ay
-    # What is round recedes from a ball that goes along it, which makes a bounce higher. Where it
-    # recedes faster than friction drives the ball, a contact ends at once, as a bounce does.
+    # A round obstacle recedes from a ball that goes along it, so a bounce rises higher. Where the
+    # obstacle recedes faster than friction drives the ball, a contact that is held ends at once.
     recedes = turning(world.laws, cushion, ball.x, ball.y) * along * along
     opening += recedes if opening + recedes < 0.0 else 0.0
     height = capture_height(balls, i, i)

@@ -255,7 +255,7 @@ def advance(balls: Balls, i: int, t: float) -> None:
 
 @kernel(inline=True)
 def impacts_after(balls: Balls, i: int, s: float, t: float) -> float:
-    """Return how many impacts of ball i belong to one series with the next, s seconds on, at t."""
+    """Return the impacts of ball i that count with one at t [s], s seconds after its epoch."""
     return 0.0 if s > ONE_INSTANT * t else balls.state[i].impacts
 
 

@@ -39,7 +39,8 @@ def displaced(scene: Scene, dt: float = 1e-3, seed: int = 0) -> dict[str, object
         hit = log[hits[0]] if len(hits) else None
         early = chance.random() if seed else 1.0
         due = run.rest_time if hit is None else float(hit["t"])
-        # At most half of the time early: balls that friction pushes together would meet for ever.
+        # A contact comes early by half of the time to it at most. Else balls that friction pushes
+        # together would collide at one instant for ever.
         t = due if hit is None else max(due - dt * early, 0.5 * due)
         before = log[: hits[0]] if len(hits) else log
         for one in before[before["t"] <= t]:

@@ -123,7 +123,7 @@ def rests_late(by: float) -> Play:
 
 
 def _resting_at(result: Result, end: float) -> Result:
-    """Return a run whose last ball comes to rest at another time [s], in its samples too."""
+    """Return a run with another rest time [s], to which its last sample is moved."""
     frames = frames_of(result)
     motion = replace(frames, times=np.append(frames.times[:-1], end))
     return replace(result, trajectory=motion, rest_time=end)

@@ -179,7 +179,7 @@ def test_a_pass_says_whether_its_outcome_was_judged(cli, tmp_path):
     cells = [cell.strip() for cell in row.split("  ") if cell.strip()]
     assert cells[1:3] == ["exact ✓", "400 pm ✓"]
     assert cells[3] == "broken: balls 50.9 mm inside each other ≈"
-    assert "≈ keeps its limits, of which none is on how the shot ends" in result.stdout
+    assert "≈ keeps its limits, but none of them judges how the shot ends" in result.stdout
 
 
 def test_what_an_engine_raises_is_a_fault_of_that_engine(cli, tmp_path, monkeypatch):
