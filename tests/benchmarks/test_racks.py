@@ -1,14 +1,30 @@
-"""Fails where a rack's time is lost or another's, or one that can't is asked on or not reported."""
+from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
+from typer.testing import CliRunner
 
-from benchmarks import racks
+from benchmarks import breaks, racks
+from benchmarks.__main__ import app
+from benchmarks.breaks import BreaksMeasurement, measure_breaks, starts_of
+from benchmarks.made import break_of, measure_made
 from benchmarks.racks import Player, RacksMeasurement, measure_racks, our_player, peer
-from benchmarks.scenes import random_rack, table_gas
-from ghostball.model import EngineFailedError, GhostballError, Status, UnsupportedSceneError
+from benchmarks.scenes import POOL_TABLE, random_rack, table_gas
+from ghostball.engine import simulate
+from ghostball.model import (
+    Ball,
+    EngineFailedError,
+    EventKind,
+    GhostballError,
+    Scene,
+    Status,
+    UnsupportedSceneError,
+)
 from ghostball.reference_adapters import EngineUnavailableError, make_engine
+
+# Fails where a rack's time is lost or another's, or one that can't is asked on or not reported
 
 
 class Counting(Player):
@@ -118,3 +134,75 @@ def test_an_adapter_whose_package_is_missing_is_absent(monkeypatch, ours):
 def test_an_unknown_peer_or_setting_is_refused(name, message):
     with pytest.raises(GhostballError, match=message):
         peer(name)
+
+
+# Breaks drawn as arrays are those that scenes have, and their counts are of all of them
+
+
+def scene_of(positions, velocities):
+    """The scene of one break, as `random_rack` has it."""
+    balls = [
+        Ball(**{**dict(ball), "position": tuple(x), "velocity": (*v, 0.0)})
+        for ball, x, v in zip(
+            random_rack(0).balls, positions.tolist(), velocities.tolist(), strict=True
+        )
+    ]
+    return Scene(name="one", table=POOL_TABLE, physics=random_rack(0).physics, balls=balls)
+
+
+def test_racks_stand_as_those_of_scenes():
+    positions, velocities = starts_of(part=3, count=4)
+    frozen = random_rack(1)
+    assert np.array_equal(positions[1, 1:], frozen.positions[1:, :2])
+    assert np.all(np.diff(positions[0, [1, 2], 0]) > np.diff(positions[1, [1, 2], 0]))
+    speeds = np.hypot(*velocities[:, 0].T)
+    assert np.all((speeds >= 4.0) & (speeds <= 12.0))
+    assert not np.any(velocities[:, 1:])
+
+
+def test_counts_are_of_all_breaks_and_as_scenes_have_them(monkeypatch):
+    monkeypatch.setattr(breaks, "AT_ONCE", 3)
+    done = []
+    measured = measure_breaks(5, progress=lambda *so_far: done.append(so_far))
+    one_by_one = [
+        simulate(scene_of(*start))
+        for part, count in ((0, 3), (1, 2))
+        for start in zip(*starts_of(part, count), strict=True)
+    ]
+    assert measured.events == sum(result.work["events"] for result in one_by_one)
+    assert measured.most_events == max(result.work["events"] for result in one_by_one)
+    assert (measured.breaks, measured.not_at_rest) == (5, 0)
+    assert [so_far[:2] for so_far in done] == [(3, 5), (5, 5)]
+
+
+def test_the_command_shows_and_writes_them_and_stores_whole_ones_only(tmp_path):
+    arguments = ["breaks", "--count", "4", "--out", str(tmp_path)]
+    result = CliRunner().invoke(app, arguments)
+    assert result.exit_code == 0, result.output
+    assert BreaksMeasurement.load(tmp_path / "breaks.json").breaks == 4
+    refused = CliRunner().invoke(app, [*arguments, "--store"])
+    assert refused.exit_code == 2
+    assert "--count" in refused.output
+
+
+# Breaks that make a ball: the same number is the same break, and counts are of all of them
+
+
+def test_a_number_is_a_break():
+    assert break_of(3) == break_of(3)
+    assert break_of(3) != break_of(4)
+    assert len(break_of(3).balls) == 16
+
+
+def test_counts_are_of_all_breaks():
+    done = []
+    measured = measure_made(6, progress=lambda *so_far: done.append(so_far))
+    fell = []
+    for number in range(6):
+        events = simulate(break_of(number), record="events").events
+        assert events is not None
+        fell.append(events["a"][events["kind"] == EventKind.POCKETED].tolist())
+    assert measured.pocketed == sum(map(len, fell))
+    assert measured.made == sum(any(ball > 0 for ball in balls) for balls in fell)
+    assert measured.scratched == sum(0 in balls for balls in fell)
+    assert done[-1] == (6, 6, "breaks")

@@ -1,0 +1,133 @@
+import dataclasses
+
+import numpy as np
+import pytest
+
+from benchmarks import processes, scenes, timing
+from benchmarks.calls import prepare_air, prepare_processes
+from benchmarks.processes import COMPILE, SHOOT, timed
+from benchmarks.scenes import ROLLING, table_gas
+from benchmarks.timing import Figures, run
+from ghostball.model import POOL_BALL_RADIUS as R, Status
+from ghostball.validation.results.measurement import MeasurementError
+from ghostball.validation.scenes.gases import FULL_CLOTH
+from ghostball.validation.scenes.library import find_scene
+
+# What `benchmarks.speed` samples of calls; that every sample has its targets is tested there
+
+
+def test_slides_are_played_with_air_and_without():
+    sample = prepare_air(True)()
+    assert sample.keys() == {"slide", "over_no_air"}
+    assert all(value > 0.0 for value in sample.values())
+
+
+def test_two_processes_sweep_all_shots():
+    two = prepare_processes(find_scene("half-ball-cut"), np.full(7, 1.0), np.linspace(0.0, 0.1, 7))
+    assert two() > 0.0
+
+
+# Fails where the time of a new process is misread, or a failure in it goes unnoticed
+
+
+CACHE = "import os; print(len(os.listdir(os.environ['GHOSTBALL_CACHE_DIR'])))"
+
+
+def test_a_start_is_timed_with_its_import_and_a_cold_one_has_an_empty_cache(monkeypatch):
+    monkeypatch.setattr(processes, "SHOOT", "print(0.25)")
+    assert processes.prepare_start(None)()["import"] == 0.25
+    monkeypatch.setattr(processes, "SHOOT", CACHE)
+    monkeypatch.setattr(processes, "COMPILE", CACHE)
+    seconds = processes.prepare_cold_start(None)()
+    assert seconds.keys() == {"first_shot", "every_variant"}
+    assert timed(CACHE, GHOSTBALL_CACHE_DIR="/")[1] > 0.0
+
+
+@pytest.mark.parametrize(
+    ("program", "said"),
+    [("raise RuntimeError('no cloth')", "no cloth"), ("import time; time.sleep(60)", "it took")],
+)
+def test_a_process_that_fails_or_hangs_is_an_error(monkeypatch, program, said):
+    monkeypatch.setattr(processes, "LONGEST", 3.0)
+    with pytest.raises(MeasurementError, match=said):
+        timed(program)
+
+
+@pytest.mark.parametrize("program", [SHOOT, COMPILE])
+def test_the_programs_end(program):
+    taken, printed = timed(program, NUMBA_DISABLE_JIT="1")
+    assert taken > printed >= 0.0
+
+
+# Fails where a generated scene is not what its description says, or would be refused as a file
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_a_rack_has_its_gaps_and_its_speed(seed):
+    scene = scenes.racked_break(seed, FULL_CLOTH)
+    assert len(scene.balls) == 16
+    assert 8.0 <= scene.balls[0].speed <= 10.0
+    assert 1e-5 * 0.999 <= gaps_of(scene)[0] <= 1e-4 * 1.001
+    assert scene.balls[0].angular_velocity == (0.0, 0.0, 0.0)
+
+
+def test_the_same_seed_is_the_same_rack_and_physics_change_nothing_else():
+    one, again = (scenes.racked_break(3, ROLLING) for _ in range(2))
+    assert one == again
+    assert one != scenes.racked_break(4, ROLLING)
+    pool = scenes.racked_break(3, FULL_CLOTH)
+    assert np.array_equal(pool.positions, one.positions)
+    assert np.array_equal(pool.velocities, one.velocities)
+
+
+NEIGHBOURS = 30
+
+
+def gaps_of(scene):
+    """Return the gaps of all pairs of the scene's racked balls, the narrowest first [m]."""
+    racked = scene.positions[1:, :2]
+    between = np.linalg.norm(racked[:, None] - racked[None], axis=2)[np.triu_indices(15, 1)]
+    return np.sort(between - 2 * R)
+
+
+@pytest.mark.parametrize("number", range(4))
+def test_random_racks_are_loose_and_frozen_alternately(number):
+    scene = scenes.random_rack(number)
+    assert scene == scenes.random_rack(number)
+    assert len(scene.balls) == 16
+    assert scene.physics == scenes.racked_break(0, FULL_CLOTH).physics
+    assert 4.0 <= scene.balls[0].speed <= 12.0
+    gaps = gaps_of(scene)
+    assert gaps[NEIGHBOURS] > 0.7 * 2 * R  # of the others
+    if number % 2:
+        assert np.all(np.abs(gaps[:NEIGHBOURS]) < 1e-15)
+    else:
+        assert 0.0 < gaps[0] <= 1e-3
+        assert np.ptp(gaps[:NEIGHBOURS]) < 1e-15
+
+
+def test_frozen_racks_touch_as_the_shipped_one_does_to_the_bit():
+    shipped = find_scene("frozen-break")
+    frozen = scenes.random_rack(1)
+    assert np.array_equal(frozen.positions[1:], shipped.positions[1:])
+
+
+# Fails where a figure of many times is another one, or a run that broke off counts
+
+
+@pytest.mark.parametrize(("count", "p99"), [(1, 1.0), (99, 99.0), (100, 99.0), (1000, 990.0)])
+def test_the_99th_percentile_is_exceeded_by_1_percent_at_most(count, p99):
+    figures = Figures.of([float(value) for value in range(count, 0, -1)])
+    middle = (count + 1) / 2.0
+    assert figures == Figures(median=middle, mean=middle, p99=p99, slowest=float(count))
+
+
+def test_a_run_that_broke_off_is_no_measurement(monkeypatch):
+    simulate = timing.simulate
+    monkeypatch.setattr(
+        timing,
+        "simulate",
+        lambda *a, **k: dataclasses.replace(simulate(*a, **k), status=Status.FAILED),
+    )
+    with pytest.raises(MeasurementError):
+        run(table_gas(2, 0.1))
