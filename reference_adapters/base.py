@@ -11,12 +11,9 @@ makes an engine, and `MyEngine.unavailable()` says why it can't run here, or Non
 
 from __future__ import annotations
 
-import logging
 import math
-import multiprocessing
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping
-from functools import cache
+from collections.abc import Iterator
 from typing import Any, ClassVar, Literal, Protocol, runtime_checkable
 
 import numpy as np
@@ -41,28 +38,6 @@ class EngineSettings(BaseModel):
     """Base of an engine's settings: frozen, and an unknown or wrong one is refused."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
-
-
-_CONTACT_STEPS = {"landed": "exact", "native": "fixed"}
-"""What `mode` was called, and is now as `contact_steps`; the old names end with version 0.2."""
-
-
-def renamed_settings(settings: Mapping[str, Any]) -> dict[str, Any]:
-    """Return settings of an engine of this package with `mode` as `contact_steps`; hint at it."""
-    if (mode := settings.get("mode")) not in _CONTACT_STEPS:
-        return dict(settings)
-    now = _CONTACT_STEPS[mode]
-    _hint(f"`mode={mode}` is called `contact_steps={now}` now: the old name ends with version 0.2")
-    return {
-        "contact_steps" if key == "mode" else key: now if key == "mode" else value
-        for key, value in settings.items()
-    }
-
-
-@cache  # once is enough
-def _hint(text: str) -> None:
-    if multiprocessing.parent_process() is None:  # else the process that was asked has said it
-        logging.getLogger("ghostball.reference_adapters").warning(text)
 
 
 @runtime_checkable

@@ -23,11 +23,7 @@ from typing import Any, get_args
 from pydantic import BaseModel, ValidationError
 
 from ghostball.model.errors import storable
-from ghostball.reference_adapters.base import (
-    EngineError,
-    ReferenceEngine,
-    renamed_settings,
-)
+from ghostball.reference_adapters.base import EngineError, ReferenceEngine
 from ghostball.reference_adapters.function import engine_of
 from ghostball.reference_adapters.output import Output, captured, harmless
 
@@ -118,13 +114,7 @@ def parse_spec(spec: str) -> tuple[str, dict[str, str]]:
         if key in settings:
             raise EngineError(f"`{key}` must be given once, got it twice in {spec!r}")
         settings[key] = value
-    return name, renamed_settings(settings) if "mode" in settings and _is_ours(name) else settings
-
-
-def _is_ours(name: str) -> bool:
-    """Whether engines of this package may be meant: by their name, or by "*" for all engines."""
-    points = _points(*sys.path).select(name=name)
-    return name == "*" or any(one.value.startswith(__package__ or "") for one in points)
+    return name, settings
 
 
 @cache

@@ -52,9 +52,7 @@ FAMILY_COLOURS = {
     "billiards": SKY,
     "planck": SKY,
     "matter-js": VERMILLION,
-    "p2": PURPLE,
     "cannon-es": ORANGE,
-    "rapier-js": GREEN,
 }
 OTHER_COLOURS = (ORANGE, SKY, YELLOW)
 
@@ -76,9 +74,7 @@ _FAMILY_LINES: dict[str, tuple[LineStyle, str]] = {
     # Engines in JavaScript share colours with others, and differ by line and marker.
     "planck": ((0.0, (4.0, 1.0)), "<"),
     "matter-js": ((0.0, (4.0, 1.0, 1.2, 1.0)), ">"),
-    "p2": ((0.0, (4.0, 1.0, 1.2, 1.0, 1.2, 1.0)), "p"),
     "cannon-es": ((0.0, (2.0, 1.0)), "h"),
-    "rapier-js": ((0.0, (6.0, 1.0)), "d"),
 }
 
 PNG_DPI = 130

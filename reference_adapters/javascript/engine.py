@@ -25,7 +25,7 @@ from ghostball.model.features import Capabilities, Capability
 from ghostball.reference_adapters.base import EngineSettings
 from ghostball.reference_adapters.javascript.packages import DRIVER, NODE, folder, why_not
 from ghostball.reference_adapters.stepping.ending import ending_of
-from ghostball.reference_adapters.stepping.ends import IN_SINGLE_PRECISION, ExactSteps
+from ghostball.reference_adapters.stepping.ends import ExactSteps
 from ghostball.reference_adapters.stepping.plane_engine import (
     PlaneEngine,
     frictionless_capabilities,
@@ -197,41 +197,9 @@ class MatterEngine(JavascriptEngine):
         return super().resolution(scene) + inside
 
 
-class P2Engine(JavascriptEngine):
-    """p2.js: circles in a plane."""
-
-    name: ClassVar[str] = "p2"
-    PACKAGE: ClassVar[str] = "p2"
-    TUNED, NAIVE = _of_springs("p2.js")
-
-
 class CannonEngine(JavascriptEngine):
     """cannon-es: spheres in space, in the plane of the table."""
 
     name: ClassVar[str] = "cannon-es"
     PACKAGE: ClassVar[str] = "cannon-es"
     TUNED, NAIVE = _of_springs("cannon-es")
-
-
-class RapierJsEngine(JavascriptEngine):
-    """Rapier's JavaScript build in 2D, in single precision."""
-
-    name: ClassVar[str] = "rapier-js"
-    PACKAGE: ClassVar[str] = "@dimforge/rapier2d-compat"
-    TUNED: ClassVar[Capabilities] = frictionless_capabilities(
-        "Rapier",
-        Capability(
-            "approximate", "in single precision; contacts that share a ball make or take energy"
-        ),
-        _RECTANGLES,
-    )
-    NAIVE: ClassVar[Capabilities] = naive_capabilities(
-        TUNED,
-        "Rapier",
-        Capability(
-            "approximate",
-            "contacts are resolved up to 2 cm before balls touch, along the line that they have "
-            "then",
-        ),
-    )
-    EXACT_STEPS: ClassVar[ExactSteps] = IN_SINGLE_PRECISION

@@ -23,7 +23,7 @@ PEERS_JS = Path(__file__).resolve().parents[2] / ".peers-js"
 LEAST_NODE = 18
 """What the packages ask for."""
 
-PACKAGES = ("planck", "matter-js", "p2", "cannon-es", "@dimforge/rapier2d-compat")
+PACKAGES = ("planck", "matter-js", "cannon-es")
 """The packages of the engines."""
 
 NODE = "node"

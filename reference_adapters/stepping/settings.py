@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Annotated, Any, ClassVar, Literal, Self
+from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
-from ghostball.reference_adapters.base import EngineSettings, renamed_settings
+from ghostball.reference_adapters.base import EngineSettings
 
 
 class SteppingSettings(EngineSettings):
@@ -51,11 +50,6 @@ class SteppingSettings(EngineSettings):
         """The kernels that the adapter itself runs, by name; see `stepping.kernels`."""
         times = ("contact times",) if self.contact_steps == "exact" else ()
         return (*times, "cloth between steps") if self.CLOTH_BETWEEN_STEPS else times
-
-    @model_validator(mode="before")
-    @classmethod
-    def _take_old_names(cls, values: Any) -> Any:
-        return renamed_settings(values) if isinstance(values, Mapping) else values
 
     @model_validator(mode="after")
     def _contacts_end_within_a_step(self) -> Self:

@@ -11,13 +11,11 @@ import pytest
 from ghostball.reference_adapters import (
     EngineError,
     EngineUnavailableError,
-    base,
     engine_class,
     engine_names,
     make_engine,
     parse_spec,
 )
-from ghostball.reference_adapters.pymunk.engine import PymunkSettings
 
 SHIPPED = ("ghostball", "certified", "paper-continuous", "paper-discrete", "pybullet", "pymunk")
 
@@ -193,19 +191,6 @@ def test_an_unknown_engine_lists_the_known_and_the_closest():
 )
 def test_a_spec_is_split_into_name_and_settings(spec, expected):
     assert parse_spec(spec) == expected
-
-
-@pytest.mark.parametrize(("old", "new"), [("landed", "exact"), ("native", "fixed")])
-def test_the_old_names_of_contact_steps_still_say_the_same(old, new, caplog):
-    """Not of another package's engine: `test_values_are_read_as_the_type_of_their_setting`."""
-    base._hint.cache_clear()
-    now = {"dt": "1e-3", "contact_steps": new}
-    for name in ("pymunk", "*"):
-        assert parse_spec(f"{name}:dt=1e-3,mode={old}") == (name, now)
-    assert make_engine(f"pymunk:mode={old}").settings.contact_steps == new
-    assert PymunkSettings.model_validate({"mode": old}).contact_steps == new
-    (hint,) = caplog.messages
-    assert f"`mode={old}` is called `contact_steps={new}` now" in hint
 
 
 @pytest.mark.parametrize(

@@ -95,7 +95,7 @@ def test_every_engine_here_passes(name):
         engine = make_engine(name)
     except EngineUnavailableError as error:
         optional = {"mujoco", "box2d", "box2d3", "dart", "physx", "rapier", "pooltool", "billiards"}
-        optional |= {"planck", "matter-js", "p2", "cannon-es", "rapier-js"}
+        optional |= {"planck", "matter-js", "cannon-es"}
         if name not in optional:
             raise
         pytest.skip(str(error))

@@ -73,12 +73,8 @@ ROWS: Final = (
     "planck:config=naive",
     "matter-js",
     "matter-js:config=naive",
-    "p2",
-    "p2:config=naive",
     "cannon-es",
     "cannon-es:config=naive",
-    "rapier-js",
-    "rapier-js:config=naive",
     "paper-discrete",
     "paper-continuous",
 )

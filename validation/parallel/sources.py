@@ -54,7 +54,6 @@ PACKAGE_OF: Final = {
     "physx": "sapien",
     "rapier": "rapier3d",
     "pooltool": "pooltool-billiards",
-    "rapier-js": "@dimforge/rapier2d-compat",
 }
 """What `versions` calls an engine of this project, where that isn't its name."""
 

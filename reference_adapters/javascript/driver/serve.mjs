@@ -31,7 +31,7 @@ const require = createRequire(pathToFileURL(resolve(folder, "package.json")));
 let driver, engine;
 try {
   driver = await import(`./${name}.mjs`);
-  engine = await driver.load(require, config);
+  engine = driver.load(require);
 } catch (error) {
   answer({ absent: String(error).split("\n")[0] });
   process.exit(0);

@@ -35,9 +35,9 @@ from ghostball.reference_adapters.registry import make_engine
 from ghostball.validation.runs.playing import run_engine
 from ghostball.validation.scenes.library import find_scene
 
-ENGINES = ("planck", "matter-js", "p2", "cannon-es", "rapier-js")
+ENGINES = ("planck", "matter-js", "cannon-es")
 NAMES = [pytest.param(name, marks=needs(name)) for name in ENGINES]
-IN_DOUBLES = [pytest.param(name, marks=needs(name)) for name in ("planck", "p2", "cannon-es")]
+IN_DOUBLES = [pytest.param(name, marks=needs(name)) for name in ("planck", "cannon-es")]
 
 
 @pytest.mark.parametrize("name", IN_DOUBLES)
@@ -80,11 +80,8 @@ def test_bullets_of_planck_meet_where_they_touch() -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_what_simultaneous_impacts_come_to(name: str) -> None:
-    # Findings: racks keep their energy, but for Rapier's; and balls that touch without overlap
-    # aren't in contact yet, so that a line of them plays one collision after another.
-    if name == "rapier-js":
-        assert energy_ratios(name, rack())[-1] > 1.2
-        return
+    # Findings: racks keep their energy; and balls that touch without overlap aren't in contact yet,
+    # so that a line of them plays one collision after another.
     assert shares(name, frozen_line()) == pytest.approx([0.0, 0.0, 1.0], abs=1e-6)
     assert np.abs(energy_ratios(name, rack()) - 1.0).max() < 1e-6
 

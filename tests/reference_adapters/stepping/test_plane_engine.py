@@ -12,7 +12,7 @@ from engine_facts import FREE, cut_angles, frozen_line, head_on, needs, play, sh
 from ghostball.engine import simulate
 from ghostball.validation.scenes.library import find_scene
 
-IN_JAVASCRIPT = ("planck", "matter-js", "p2", "cannon-es", "rapier-js")
+IN_JAVASCRIPT = ("planck", "matter-js", "cannon-es")
 
 
 def of_each(facts: Mapping[str, Any]) -> list[Any]:

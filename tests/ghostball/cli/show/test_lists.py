@@ -73,7 +73,7 @@ def test_the_version_of_an_engine_is_that_of_the_package_that_brings_it(monkeypa
     there = {"planck": "1.4.2", "pymunk": "9.9.9", "mujoco-core": "4.0", "ghostball": "0.1"}
     monkeypatch.setattr("ghostball.cli.show.lists.versions", lambda: there)
     monkeypatch.setattr("ghostball.cli.show.lists.version_of", {"brought": "3.0"}.get)
-    names = ("planck", "p2", "pymunk", "mujoco", "paper-discrete")
+    names = ("planck", "cannon-es", "pymunk", "mujoco", "paper-discrete")
     found = [_version(engine_class(name)) for name in names]
     assert found == ["1.4.2", "", "9.9.9", "4.0", "0.1"]
     assert _version(type("Own", (), {"name": "own", "__module__": "brought.engine"})) == "3.0"
