@@ -1,1 +1,1 @@
-"""What a CI reads or shows of a run: JUnit, SARIF, notes beside lines, a summary."""
+"""What a CI reads or shows of a run: JUnit, notes beside lines, a summary."""

@@ -1,17 +1,79 @@
-"""Notes that GitHub shows beside the lines of a pull request, and over the run of a workflow.
+"""What fails in a run, as notes that GitHub shows beside the lines of a pull request.
 
-They are workflow commands: lines that a step prints, of the form
-`::error file=NAME,line=N,title=TITLE::MESSAGE`.
+The notes are workflow commands: lines that a step prints, of the form
+`::error file=NAME,line=N,title=TITLE::MESSAGE`. Each names the place in the project's files that it
+is about.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
 
-from ghostball.reports.findings import Finding
+from ghostball.reports.outcome import bad_cases, kind_text
+from ghostball.reports.shift import shift_of
+from ghostball.validation.baselines.regression import (
+    UNCOMPARED,
+    Regression,
+    SceneChange,
+)
+from ghostball.validation.checks.verdict import unfinished_text
+from ghostball.validation.results.records import CaseRecord
+from ghostball.validation.results.store import Results
+from ghostball.validation.scenes import commands
 
 SHOWN = 10
 """GitHub shows so many errors of a step, and as many warnings; it drops the rest in silence."""
+
+NAMED = 6
+"""More scenes than this are counted, not named."""
+
+HASH = "bits"
+"""The line of a baseline that holds the hash of events and rest positions."""
+
+
+@dataclass(frozen=True)
+class Place:
+    """A line of a file; the file's path is relative to the project's root."""
+
+    file: str
+    line: int
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that fails, or that moved and may."""
+
+    level: Literal["error", "warning"]
+    title: str
+    message: str
+    place: Place | None
+
+
+@dataclass(frozen=True)
+class Places:
+    """Says where in the project's files a thing is; None where it is in none of them.
+
+    `engine`: of an engine, as it was asked for, and the traceback of its failure ("" for none).
+    `baseline`: of an engine as its baselines call it, a scene, and what its baseline says.
+    """
+
+    engine: Callable[[str, str], Place | None]
+    baseline: Callable[[str, str, str], Place | None]
+
+
+def findings(results: Results, regressions: Sequence[Regression], places: Places) -> list[Finding]:
+    """Return what fails, then what moved and may."""
+    found: list[Finding] = []
+    bad = bad_cases(results)
+    for case in bad:
+        found += _of_case(case, places)
+    lost = {(case.scene, case.label) for case in bad if unfinished_text(case)}
+    for regression in regressions:
+        found += _of_regression(regression, lost, places)
+    return sorted(found, key=lambda one: one.level)
 
 
 def notes(found: Sequence[Finding]) -> str:
@@ -31,6 +93,71 @@ def note(level: str, title: str, message: str, place: str = "") -> str:
     """Return one note; `place` is "file=NAME,line=N", escaped, or ""."""
     properties = ",".join(filter(None, (place, f"title={_property(f'Ghostball: {title}')}")))
     return f"::{level} {properties}::{_data(message)}"
+
+
+def _of_case(case: CaseRecord, places: Places) -> Iterator[Finding]:
+    where = f"{case.scene} on {case.label}"
+    again = f"Again: {commands.explain(case.scene, case.label)}"
+    place = places.engine(case.label, case.traceback)
+    if why := unfinished_text(case):
+        again = f"Again: {commands.simulate(case.scene, case.label)}"
+        message = f"{where} did not finish: {why}\n{again}"
+        yield Finding("error", f"{case.scene} did not finish", message, place)
+    for check in case.checks:
+        if check.passed is False:
+            message = f"{where}: {check.sentence} ({check.reason})\n{again}"
+            title = f"{case.scene} breaks a limit"
+            yield Finding("error", title, message, place)
+
+
+def _of_regression(
+    regression: Regression, lost: set[tuple[str, str]], places: Places
+) -> Iterator[Finding]:
+    for change in regression.scenes:
+        shown = change.failed or change.change not in ("identical", "rounding-only")
+        if change.change in UNCOMPARED or not shown:
+            continue
+        if (change.scene, regression.label) in lost or not (change.moved or not change.broken):
+            continue  # what it did is said of its run
+        yield Finding(
+            "error" if change.failed else "warning",
+            f"{change.scene}: {kind_text(change)}",
+            "\n".join(_lines(regression, change)),
+            places.baseline(regression.engine, change.scene, _first_moved(change)),
+        )
+    missing = [one.scene for one in regression.scenes if one.change in UNCOMPARED]
+    if missing and regression.fail_on != "limits":
+        command = commands.regress(engine=regression.label)
+        which = ", ".join(missing) if len(missing) <= NAMED else f"{len(missing)} scenes"
+        message = (
+            f"{regression.label} can't be compared with a baseline in {which}. Run `{command}`, "
+            "look at what it did, keep it by `ghostball accept`, and commit the folder of baselines"
+        )
+        place = places.engine(regression.label, "")
+        yield Finding("error", "no baseline", message, place)
+
+
+def _lines(regression: Regression, change: SceneChange) -> Iterator[str]:
+    shift = shift_of(change)
+    off = "" if shift is None else f", {shift.words} off the truth"
+    yield f"{change.scene} on {regression.label}: {kind_text(change)}{off}"
+    yield change.summary
+    if change.command:
+        yield f"Again: {change.command}"
+
+
+def _first_moved(change: SceneChange) -> str:
+    """Return which line of the baseline says other than what is."""
+    if change.base_hash != change.head_hash:
+        return HASH
+    moved = [one.name for one in (*change.metrics, *change.counters) if not one.within]
+    return moved[0] if moved else HASH
+
+
+def relative_to_root(path: Path, root: Path) -> str | None:
+    """Return a file's path as the project says it, with slashes; None where it lies elsewhere."""
+    resolved = path.resolve()
+    return resolved.relative_to(root).as_posix() if resolved.is_relative_to(root) else None
 
 
 def _command(one: Finding) -> str:

@@ -29,7 +29,6 @@ class Format(enum.StrEnum):
     JUNIT = "junit"
     MARKDOWN = "markdown"
     GITHUB = "github"
-    SARIF = "sarif"
 
 
 FORMATS = "|".join(Format)
@@ -171,9 +170,8 @@ FormatOption = Annotated[
         "--format",
         metavar=FORMATS,
         help="What is printed on stdout: tables, one JSON object, comparisons with the truth as "
-        'CSV, JUnit XML, Markdown such as for "$GITHUB_STEP_SUMMARY", notes that GitHub shows '
-        "beside the lines of a pull request, or SARIF for its Security tab. Where it isn't text, "
-        "the tables go to stderr.",
+        'CSV, JUnit XML, Markdown such as for "$GITHUB_STEP_SUMMARY", or notes that GitHub '
+        "shows beside the lines of a pull request. Where it isn't text, the tables go to stderr.",
     ),
 ]
 

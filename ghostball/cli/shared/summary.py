@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -11,10 +10,8 @@ from ghostball.cli.shared.config import load_config
 from ghostball.cli.shared.options import Format
 from ghostball.cli.shared.places import places_in
 from ghostball.reports import summary_markdown, summary_text
-from ghostball.reports.ci.github import notes
+from ghostball.reports.ci.github import findings, notes
 from ghostball.reports.ci.junit import junit_xml
-from ghostball.reports.ci.sarif import sarif_json
-from ghostball.reports.findings import Place, findings
 from ghostball.validation.baselines import load_regressions
 from ghostball.validation.measured.likeness import Likeness
 from ghostball.validation.results.frames import csv_of, rows_of
@@ -30,12 +27,9 @@ def printed(folder: Path, form: Format, baselines: Path | None = None) -> str:
     results, regressions = Results.open(folder), load_regressions(folder)
     if form is Format.MARKDOWN:
         return summary_markdown(results, *regressions)
-    if form in (Format.GITHUB, Format.SARIF):
+    if form is Format.GITHUB:
         kept_in = load_config().baselines if baselines is None else baselines
-        found = findings(results, regressions, places_in(kept_in))
-        if form is Format.GITHUB:
-            return notes(found)
-        return sarif_json(found, version("ghostball"), Place("pyproject.toml", 1))
+        return notes(findings(results, regressions, places_in(kept_in)))
     if form is Format.TEXT:
         return summary_text(results, *regressions)
     if form is Format.JUNIT:

@@ -1,13 +1,69 @@
-"""Findings as notes of GitHub: of one line each, and those that it doesn't show are counted."""
+"""What fails, with its place, as notes of GitHub: one line each, and the rest counted."""
 
 from __future__ import annotations
 
-from ghostball.reports.ci.github import SHOWN, note, notes
-from ghostball.reports.findings import Finding, Place
+import pytest
+from regressions import identical, regression, uncompared, worse
+
+from ghostball.reports.ci.github import SHOWN, Finding, Place, Places, findings, note, notes
+from ghostball.validation.results.store import Results
+
+
+def place_of_baseline(engine: str, scene: str, says: str) -> Place:
+    return Place(f"baselines/{engine}/{scene}.toml:{says}", 7)
+
+
+PLACES = Places(lambda label, _trace: Place(f"{label.partition(':')[0]}.py", 3), place_of_baseline)
+
+
+@pytest.fixture(scope="module")
+def results(results_folder):
+    return Results.open(results_folder)
+
+
+@pytest.fixture
+def passed(results):
+    """Results in which nothing fails."""
+    return Results(results.path, [], results.environment)
+
+
+def test_a_broken_limit_is_at_the_engine_and_says_how_to_see_it(results):
+    found = findings(results, [], PLACES)
+    (one,) = (f for f in found if f.title == "stop breaks a limit" and "discrete" in f.message)
+    assert one.level == "error"
+    assert one.place == Place("paper-discrete.py", 3)
+    assert "rest_error_max must be <= 0.005 m, got 0.03 m (a tenth of a ball)" in one.message
+    assert one.message.endswith("Again: ghostball explain stop --engine paper-discrete")
+    (lost,) = (f for f in found if f.title == "head-on did not finish")
+    assert "head-on on newcomer:dt=1e-3 did not finish: division by zero" in lost.message
+
+
+def test_what_moved_is_at_its_baseline_and_says_by_how_much(passed):
+    shown = worse(), identical("stop"), identical("cut", change="better", head_hash="c" * 64)
+    error, warning = findings(passed, [regression(*shown)], PLACES)
+    assert (error.level, error.title) == ("error", "break-7: worse")
+    assert error.place == Place("baselines/ghostball/break-7.toml:bits", 7)
+    assert error.message.startswith("break-7 on ghostball: worse, 7 fm -> 3 mm off the truth\n")
+    assert (warning.level, warning.title) == ("warning", "cut: better")
+
+
+def test_limits_alone_are_said_once(passed):
+    broken = identical("stop", failed=True, broken=("energy_rise must be <= 0, got 1",))
+    assert findings(passed, [regression(broken)], PLACES) == []
+
+
+def test_missing_baselines_are_one_finding_unless_limits_alone_are_asked(passed):
+    many = [uncompared(f"shot-{k}") for k in range(9)]
+    (one,) = findings(passed, [regression(*many, outcome="no-baseline")], PLACES)
+    assert (one.level, one.title) == ("error", "no baseline")
+    assert "in 9 scenes. Run `ghostball regress`" in one.message
+    (few,) = findings(passed, [regression(many[0], outcome="no-baseline")], PLACES)
+    assert "in shot-0. Run" in few.message
+    assert findings(passed, [regression(*many, outcome="passed", fail_on="limits")], PLACES) == []
 
 
 def test_a_note_is_one_line_that_ends_no_property_early():
-    one = Finding("limit-broken", "error", "a: b, c", "100 %\nnext", Place("my,file:x.py", 12))
+    one = Finding("error", "a: b, c", "100 %\nnext", Place("my,file:x.py", 12))
     assert notes([one]) == (
         "::error file=my%2Cfile%3Ax.py,line=12,title=Ghostball%3A a%3A b%2C c::100 %25%0Anext\n"
     )
@@ -16,7 +72,7 @@ def test_a_note_is_one_line_that_ends_no_property_early():
 
 def test_more_than_github_shows_are_counted():
     def some(level, count):
-        return [Finding("limit-broken", level, f"{level}-{k}", "x", None) for k in range(count)]
+        return [Finding(level, f"{level}-{k}", "x", None) for k in range(count)]
 
     lines = notes([*some("error", SHOWN + 3), *some("warning", SHOWN)]).splitlines()
     assert len(lines) == 2 * SHOWN

@@ -55,6 +55,6 @@ def test_the_json_has_what_engines_make_of_real_tables(small_folder):
 
 
 def test_bad_input_is_refused(tmp_path):
-    for form in ("text", "json", "csv", "junit", "markdown", "github", "sarif"):
+    for form in ("text", "json", "csv", "junit", "markdown", "github"):
         assert "no such results folder" in invoke(tmp_path / "none", "--format", form).stderr
         assert "not a results folder" in invoke(tmp_path, "--format", form).stderr
