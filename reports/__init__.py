@@ -8,6 +8,7 @@ The page is one file, to be opened in a browser; pictures lie beside it in `figu
 Importing this package loads no matplotlib: that waits for the first figure.
 """
 
+from ghostball.reports import notebook  # noqa: F401  (it registers what a notebook shows)
 from ghostball.reports.ci.summary import summary_markdown, summary_text
 from ghostball.reports.guarded import FailedPart, IncompleteReportError, failed_text
 from ghostball.reports.parting_figure import plot_explanation

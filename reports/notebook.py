@@ -1,7 +1,7 @@
 """What a notebook shows of `Scene` and `Result`: a small SVG of the scene, or of what became of it.
 
-Text alone, so that no matplotlib is loaded for it. The figures beside this module show more. The
-model looks these functions up by name when a notebook asks, so that it imports nothing above it.
+Text alone, so that no matplotlib is loaded for it. The figures beside this module show more.
+Importing this module registers both pictures with the model.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ import numpy as np
 
 from ghostball.model import Result, Scene
 from ghostball.model.arrays import FloatArray
+from ghostball.model.views import VIEWS
 
 PIXELS = 640.0
 """Of the longer side."""
@@ -115,3 +116,6 @@ def ended(result: Result) -> str:
     text = f"{result.engine}, {status} at t = {result.rest_time:.6g} s; {counts}"
     drawn = picture(result.scene, path)
     return f"<figure>{drawn}<figcaption>{escape(text)}</figcaption></figure>"
+
+
+VIEWS.update({Scene: picture, Result: ended})

@@ -8,7 +8,6 @@ import traceback
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -31,6 +30,7 @@ from ghostball.model.trajectory.trajectory import (
     Trajectory,
     energy_of,
 )
+from ghostball.model.views import view_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -284,11 +284,9 @@ class Result:
         """
         return json.dumps(_finite(self.to_dict()), allow_nan=False)
 
-    def _repr_html_(self) -> str:
+    def _repr_html_(self) -> str | None:
         """Return what a notebook shows: how the shot ended, and the paths of the balls."""
-        # By name: pictures are the reports', which lie above the model.
-        drawn: str = import_module("ghostball.reports.notebook").ended(self)
-        return drawn
+        return view_of(self)
 
     @cached_property
     def rounding(self) -> TangentMap:

@@ -1,6 +1,8 @@
 """What a notebook shows of a scene and of a result."""
 
 import re
+import subprocess
+import sys
 from xml.etree import ElementTree
 
 import numpy as np
@@ -63,3 +65,15 @@ def test_what_is_not_finite_is_left_out():
     ends = SCENE.positions[np.newaxis] * [[[np.nan], [1.0]]]
     assert "nan" not in picture(SCENE, ends)
     assert len(centres(picture(SCENE, ends))) == 4
+
+
+@pytest.mark.parametrize(("first", "drawn"), [("IPython", "True"), ("json", "False")])
+def test_a_notebook_has_the_pictures_from_the_start_and_a_program_loads_none(first, drawn):
+    # IPython needn't be installed: what counts is that something loaded it before ghostball.
+    code = (
+        f"import sys, types; sys.modules.setdefault({first!r}, types.ModuleType({first!r}))\n"
+        "from ghostball import Ball, Scene\n"
+        "print(Scene(name='a', balls=[Ball(id='b', position=(0, 0))])._repr_svg_() is not None)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == [drawn]

@@ -10,7 +10,6 @@ from __future__ import annotations
 import json
 import weakref
 from collections.abc import Callable, Mapping, Sequence
-from importlib import import_module
 from pathlib import Path
 from typing import Any, Self
 
@@ -26,6 +25,7 @@ from ghostball.model.scene.messages import describe, refusal
 from ghostball.model.scene.rules import check_scene
 from ghostball.model.scene.starts import let_table_answer_strikes
 from ghostball.model.scene.strike import Strike
+from ghostball.model.views import view_of
 
 
 class Scene(SceneContents):
@@ -178,11 +178,9 @@ class Scene(SceneContents):
         fields = {name: getattr(self, name) for name in type(self).model_fields}
         return Scene(**fields | {"balls": [ball.without_strike() for ball in self.balls]})
 
-    def _repr_svg_(self) -> str:
+    def _repr_svg_(self) -> str | None:
         """Return what a notebook shows: the balls, and where those that move are going."""
-        # By name: pictures are the reports', which lie above the model.
-        drawn: str = import_module("ghostball.reports.notebook").picture(self)
-        return drawn
+        return view_of(self)
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
