@@ -5,31 +5,22 @@ The page is whole without the pictures: a sheet for each scene (`NAME-sheet`).
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import closing
 from functools import lru_cache, partial
 from pathlib import Path, PurePosixPath
-from typing import Literal, NamedTuple
+from typing import Literal
 
 from ghostball.model import GhostballError
 from ghostball.reference_adapters.output import harmless
 from ghostball.reports import style
 from ghostball.reports.figures import draw_sheet
 from ghostball.reports.guarded import FailedPart, IncompleteReportError, attempt
-from ghostball.reports.page import (
-    ScenePart,
-    failed_scene_part,
-    page_text,
-    part_on,
-    parts_on,
-    scene_part,
-)
-from ghostball.reports.reuse import drawn_from, is_drawn, is_remembered, made_from, remember_page
+from ghostball.reports.page import ScenePart, failed_scene_part, page_text, scene_part
 from ghostball.reports.shots import Shot, load_shot
 from ghostball.validation.baselines import Regression, load_regression
 from ghostball.validation.parallel.pool import Progress, run_tasks
 from ghostball.validation.results.files import write_whole
-from ghostball.validation.results.motions import stored_hashes
 from ghostball.validation.results.store import Results
 
 FIGURES = "figures"
@@ -69,8 +60,7 @@ def write_report(
     """Write `report.html` and `figures/`, from what a results folder holds alone.
 
     `results_dir`: a folder that the suite wrote.
-    `progress`: called with how many parts are done, of how many, and which was the last. A part
-        that an earlier report made from the same is none of them.
+    `progress`: called with how many parts are done, of how many, and which was the last.
     `jobs`: processes that make it, at most. With more than one, guard a script with `if __name__
         == "__main__"`.
     `figures`: draw a sheet of each scene as PNG, as PNG and SVG, or not at all. What an earlier
@@ -79,25 +69,20 @@ def write_report(
     Returns of `report.html`, which is replaced only once all is made.
     """
     _load.cache_clear()
-    stored = stored_hashes(Path(results_dir))
     results, regression = _load(Path(results_dir))
     if not results.cases:
         raise ReportError(
             f"{results.path}: holds no case, so there is nothing to report. Run the suite again"
         )
-    sources = {
-        name: _Sources.of(source, figures, regression, name)
-        for name, source in drawn_from(results, stored).items()
-    }
     failed: list[FailedPart] = []
     try:
         (results.path / FIGURES).mkdir(exist_ok=True)
-        parts = _kept(results.path, figures, sources)
-        tasks = [PART + name for name in results.scene_names if name not in parts]
+        parts: dict[str, ScenePart] = {}
+        tasks = [PART + name for name in results.scene_names]
         if figures == "none":
             jobs = min(jobs, len(tasks) * len(results.labels) // CASES_WORTH_A_PROCESS)
         for done, (task, made) in enumerate(
-            _make_all(results.path, tasks, figures, sources, jobs, failed), start=1
+            _make_all(results.path, tasks, figures, jobs, failed), start=1
         ):
             parts[task.removeprefix(PART)] = made
             if progress is not None:
@@ -105,7 +90,6 @@ def write_report(
         report = results.path / PAGE
         page = harmless(page_text(results, parts, regression, failed)).encode()  # for terminals
         write_whole(report, page)
-        remember_page(page)
         sheets = [part.sheet for part in parts.values() if part.sheet is not None]
         _remove_stale(results.path, sheets, figures)
     except OSError as error:
@@ -122,52 +106,15 @@ def _cannot_write(path: Path, error: OSError) -> ReportError:
     )
 
 
-class _Sources(NamedTuple):
-    """Hashes of what a scene's sheet and its part of the page are made from."""
-
-    sheet: str
-    part: str
-
-    @classmethod
-    def of(
-        cls, sheet: str, figures: Pictures, regression: Regression | None, name: str
-    ) -> _Sources:
-        change = None if regression is None else regression.scene(name)
-        said = None if change is None else (change.change, change.summary)
-        return cls(sheet, made_from(sheet, figures != "none", said))
-
-
-def _kept(path: Path, figures: Pictures, sources: Mapping[str, _Sources]) -> dict[str, ScenePart]:
-    """Return the parts of the page that is there, where neither they nor their sheets changed."""
-    try:
-        content = (path / PAGE).read_bytes()
-    except OSError:  # it isn't there, or can't be read: all is made, and replaces it
-        return {}
-    if not is_remembered(content):
-        return {}
-    page = parts_on(content.decode())
-    parts = {name: part_on(page, source.part) for name, source in sources.items()}
-    return {
-        name: part
-        for name, part in parts.items()
-        if part is not None
-        and (
-            part.sheet is None
-            or is_drawn(path / part.sheet.with_suffix(""), _endings(figures), sources[name].sheet)
-        )
-    }
-
-
 def _make_all(
     path: Path,
     tasks: Sequence[str],
     figures: Pictures,
-    sources: Mapping[str, _Sources],
     jobs: int,
     failed: list[FailedPart],
 ) -> Iterator[tuple[str, ScenePart]]:
     """Make what every task asks for; yield each as it is done."""
-    work = partial(_make, path, figures, sources)
+    work = partial(_make, path, figures)
     with closing(run_tasks(tasks, max(jobs, 1), work)) as finished:
         for done in finished:
             made, wrong = done.or_else(_crashed)
@@ -177,13 +124,11 @@ def _make_all(
             yield done.task, made
 
 
-def _make(path: Path, figures: Pictures, sources: Mapping[str, _Sources], task: str) -> _Answer:
+def _make(path: Path, figures: Pictures, task: str) -> _Answer:
     """Make a scene's part of the page; where it can't be made, what says so."""
     name, failed = task.removeprefix(PART), list[FailedPart]()
     try:
-        made = attempt(
-            task, partial(_scene_part, path, figures, sources[name], name, failed), failed
-        )
+        made = attempt(task, partial(_scene_part, path, figures, name, failed), failed)
     except (GhostballError, OSError) as error:  # whoever asked can mend it
         return error, failed
     return failed_scene_part(name, failed[-1]) if made is None else made, failed
@@ -201,17 +146,15 @@ def _crashed(task: str, reason: str) -> _Answer:
     return failed_scene_part(task.removeprefix(PART), failed), [failed]
 
 
-def _scene_part(
-    path: Path, figures: Pictures, source: _Sources, name: str, failed: list[FailedPart]
-) -> ScenePart:
+def _scene_part(path: Path, figures: Pictures, name: str, failed: list[FailedPart]) -> ScenePart:
     results, regression = _load(path)
     shot = load_shot(results, name)
     sheet = None
     if figures != "none":
         stem = path / FIGURES / f"{name}{SHEET}"
-        sheet = _drawn(stem, shot, _endings(figures), source.sheet, failed)
+        sheet = _drawn(stem, shot, _endings(figures), failed)
     change = None if regression is None else regression.scene(name)
-    return scene_part(shot, change, sheet, "" if failed else source.part)
+    return scene_part(shot, change, sheet)
 
 
 def _endings(figures: Pictures) -> Sequence[str]:
@@ -219,26 +162,21 @@ def _endings(figures: Pictures) -> Sequence[str]:
 
 
 def _drawn(
-    stem: Path, shot: Shot, endings: Sequence[str], source: str, failed: list[FailedPart]
+    stem: Path, shot: Shot, endings: Sequence[str], failed: list[FailedPart]
 ) -> PurePosixPath | None:
-    """Draw a sheet and write it; return its PNG, relative to the page, or None without one.
-
-    One that is there already, drawn from what has the hash `source`, stays.
-    """
+    """Draw a sheet and write it; return its PNG, relative to the page, or None without one."""
 
     def drawn() -> bool:
         figure = draw_sheet(shot)
         if figure is None:
             return False
         try:
-            style.save_figure(figure, stem, source, endings=endings)
+            style.save_figure(figure, stem, endings=endings)
         except OSError as error:
             raise _cannot_write(stem, error) from error
         return True
 
     picture = PurePosixPath(FIGURES, f"{stem.name}.{endings[0]}")
-    if is_drawn(stem, endings, source):
-        return picture
     with style.drawing():
         return picture if attempt(FIGURE + stem.name, drawn, failed) else None
 

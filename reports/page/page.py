@@ -152,7 +152,7 @@ def page_text(
             before=before,
             after=[one for one in after if one.html],
             scene_list=[(name, _worst(results, name)) for name in results.scene_names],
-            scenes=[scenes[name].on_page for name in results.scene_names],
+            scenes=[scenes[name].html for name in results.scene_names],
         )
     )
 

@@ -73,12 +73,12 @@ def replay_script() -> Markup:
     return Markup("\n").join(map(asset, REPLAY_SCRIPTS))
 
 
-def embedded_json(value: Any, *, allow_nan: bool = False) -> Markup:
+def embedded_json(value: Any) -> Markup:
     """Return JSON for `<script type="application/json">`, which can neither end nor start one.
 
-    Nor can it a comment. With `allow_nan` it is for Python alone, which reads nan back.
+    Nor can it a comment.
     """
-    text = json.dumps(value, separators=(",", ":"), allow_nan=allow_nan)
+    text = json.dumps(value, separators=(",", ":"), allow_nan=False)
     for sign in "<>&\u2028\u2029":
         text = text.replace(sign, f"\\u{ord(sign):04x}")
     return Markup(text)

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import json
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import PurePosixPath
 from urllib.parse import quote
 
@@ -45,75 +44,23 @@ class ScenePart:
     `ledger`: of our engine's run.
     `hashes`: of the events and rest positions of each run, to the bit, by label.
     `sheet`: of the picture of it that lies beside the page, relative to that.
-    `source`: hash of all that it was made from; "" where it must be made again.
     """
 
     html: Markup
     ledger: EnergyLedger | None
     hashes: dict[str, str]
     sheet: PurePosixPath | None = None
-    source: str = ""
-
-    @property
-    def on_page(self) -> Markup:
-        """What stands on the page: its HTML, between comments from which `part_on` reads it."""
-        if not self.source:
-            return self.html
-        ledger = None if self.ledger is None else asdict(self.ledger)
-        beside = [ledger, self.hashes, None if self.sheet is None else str(self.sheet)]
-        # What is of users or engines is escaped, so that none of it can begin or end a comment.
-        return Markup("").join(
-            (
-                _BEGIN,
-                self.source,
-                " ",
-                embedded_json(beside, allow_nan=True),
-                _MIDDLE,
-                self.html,
-                _END,
-            )
-        )
-
-
-_BEGIN, _MIDDLE, _END = map(Markup, ("<!--part ", " -->", "<!--end of part-->"))
-
-
-def part_on(page: Mapping[str, str], source: str) -> ScenePart | None:
-    """Return the part of a page that was made from what has the hash `source`, if it is there.
-
-    `page`: see `parts_on`.
-    """
-    if not source or source not in page:
-        return None
-    beside, _, html = page[source].partition(_MIDDLE)
-    ledger, hashes, sheet = json.loads(beside)
-    return ScenePart(
-        Markup(html),
-        None if ledger is None else EnergyLedger(**ledger),
-        hashes,
-        None if sheet is None else PurePosixPath(sheet),
-        source,
-    )
-
-
-def parts_on(page: str) -> dict[str, str]:
-    """Return the parts of scenes on a page, as text, by the hash of what each was made from."""
-    whole = (part.partition(_END) for part in page.split(_BEGIN)[1:])
-    found = (text.partition(" ") for text, end, _ in whole if end)
-    return {source: text for source, _, text in found}
 
 
 def scene_part(
     shot: Shot,
     change: SceneChange | None = None,
     sheet: PurePosixPath | None = None,
-    source: str = "",
 ) -> ScenePart:
     """Return a scene's part of the page; it takes its motions, so that the page needs none.
 
     `change`: what became of the scene since the baselines.
     `sheet`: of a picture of it, relative to the page.
-    `source`: see `ScenePart`.
     """
     cases = [run.case for run in shot.runs if run.case is not None]
     horizon = next((one.shot_horizon for one in cases if one.shot_horizon is not None), None)
@@ -163,7 +110,7 @@ def scene_part(
         if run.motion is not None and run.case is not None and run.case.rest_positions is not None
     }
     ledger = None if ours is None else dict(ledgers).get(ours.label)
-    return ScenePart(html, ledger, hashes, sheet, source)
+    return ScenePart(html, ledger, hashes, sheet)
 
 
 def failed_scene_part(name: str, failed: FailedPart) -> ScenePart:

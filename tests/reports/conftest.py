@@ -7,17 +7,8 @@ import pytest
 from written_results import LABELS, SHOTS, write_results
 
 from ghostball.model import EVENT_DTYPE, Result, SampledTrajectory, Status, initial_state
-from ghostball.reports import reuse
 from ghostball.reports.shots import load_shot
 from ghostball.validation.results.store import Results
-
-
-@pytest.fixture(autouse=True)
-def pages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Where pages are remembered of this test alone: another one may have drawn by other code."""
-    folder = tmp_path / "pages"
-    monkeypatch.setattr(reuse, "cache_folder", lambda _: folder)
-    return folder
 
 
 @pytest.fixture(scope="session")

@@ -1,10 +1,8 @@
 """Fails where the report hides a verdict or a reason, or a bad folder gives no clear error."""
 
-from ghostball.reports import (
-    PAGE,
-    report,
-    write_report,
-)
+import pytest
+
+from ghostball.reports import PAGE, report, write_report
 
 
 def drawn(folder):
@@ -39,8 +37,6 @@ def test_another_process_draws_the_same(small_folder):
     seen = []
     write_report(small_folder, figures="svg")
     one = contents()
-    for path in (small_folder / "figures").glob("stop-sheet.*"):
-        path.unlink()  # else it would stay as it is
     write_report(small_folder, progress=lambda *part: seen.append(part), jobs=2, figures="svg")
     assert seen[-1][0] == seen[-1][1] == len(seen)
     assert contents() == one
@@ -63,3 +59,13 @@ def test_a_page_of_a_few_cases_without_pictures_takes_no_other_process(small_fol
     monkeypatch.setattr(report, "CASES_WORTH_A_PROCESS", 1)
     write_report(small_folder, jobs=2, figures="none")
     assert asked[2] == 2
+
+
+def test_what_is_cut_off_while_it_is_written_leaves_no_picture(small_folder, monkeypatch):
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("ghostball.validation.results.files.Path.replace", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        write_report(small_folder)
+    assert not list((small_folder / "figures").iterdir())

@@ -104,10 +104,10 @@ def hangs(*_):
     time.sleep(600.0)
 
 
-def crash_in_one_scene(path, figures, sources, task):
+def crash_in_one_scene(path, figures, task):
     """Make a part of the report, but crash in one scene."""
     from ghostball.reports import report
 
     if task == report.PART + "stop":
         os._exit(7)
-    return report._make(path, figures, sources, task)  # nothing is planted in the other process
+    return report._make(path, figures, task)  # nothing is planted in the other process

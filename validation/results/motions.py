@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import io
-import json
 import sqlite3
 from dataclasses import fields
-from hashlib import sha256
 from pathlib import Path
 from typing import Any, Final
 
@@ -64,32 +62,6 @@ def motion_of_case(folder: Path, scene: str, label: str) -> Motion | None:
         said = " ".join(f"{type(error).__name__}: {error}".split())
         what = f'the motion of `{label}` in scene "{scene}"'
         raise ResultsError(f"{folder}: {what} is damaged: {said}. {AGAIN}") from error
-
-
-def stored_hashes(folder: Path) -> dict[str, str]:
-    """Return a hash of each case as it is stored with its motion, by the name of its row.
-
-    Whether this run measured a case or an earlier one did is no part of it. Nothing is made of what
-    is read, which would take ten times as long.
-
-    Raises `ResultsError` where the database is damaged.
-    """
-    # Numbers are quoted so that they read back to the same bits.
-    with reading(folder) as database:
-        rows = database.execute(
-            "SELECT name, record, coalesce(content, x''), "
-            "(SELECT group_concat(quote(t) || ' ' || kind || ' ' || a || ' ' || b) "
-            "FROM events WHERE motion_id = motions.id) "
-            "FROM records LEFT JOIN motions ON record_id = records.id "
-            "WHERE records.kind = 'case' AND current"
-        )
-        try:
-            return {
-                name: sha256(json.dumps([record, events]).encode() + content).hexdigest()
-                for name, record, content, events in rows
-            }
-        except TypeError as error:
-            raise ResultsError(f"{folder}: a case is damaged: {error}. {AGAIN}") from error
 
 
 def _check(parts: dict[str, NDArray[Any]], events: Events) -> None:
