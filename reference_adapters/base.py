@@ -20,7 +20,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict
 
 from ghostball.model import GhostballError, Record, Result, Scene, UnsupportedSceneError
-from ghostball.model.features import Capabilities, Capability, missing_features
+from ghostball.model.features import Capabilities, missing_features
 
 Resolution = float | Literal["proved"] | None
 """How far off a ball may be when it collides, as an engine states it [m].
@@ -153,11 +153,6 @@ def resolution_of_step(dt: float, scene: Scene) -> float:
     fastest = float(np.max(np.linalg.norm([v, rolled], axis=2)))
     # A step is a step, also where the product is less than any double: 0 claims rounding alone.
     return max(dt * fastest, math.ulp(0.0)) if np.any([v, rolled]) else 0.0
-
-
-def none(how: str) -> Capability:
-    """Return the capability of what isn't represented, and why not."""
-    return Capability("none", how)
 
 
 def lacking_sequence(scene: Scene) -> Iterator[str]:

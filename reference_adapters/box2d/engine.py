@@ -14,36 +14,12 @@ from collections.abc import Iterator
 from typing import ClassVar
 
 from ghostball.model import Scene
-from ghostball.model.features import Capabilities, Capability
 from ghostball.reference_adapters.base import EngineSettings
 from ghostball.reference_adapters.box2d.settings import FARTHEST, SLOP, Box2dSettings
+from ghostball.reference_adapters.capabilities import ByConfiguration, capabilities_beside
 from ghostball.reference_adapters.stepping.ends import IN_SINGLE_PRECISION, ExactSteps
 from ghostball.reference_adapters.stepping.laws import fastest
-from ghostball.reference_adapters.stepping.plane_engine import (
-    PlaneEngine,
-    disc_capabilities,
-    naive_capabilities,
-)
-
-_INELASTIC = Capability(
-    "approximate",
-    "impacts slower than 1 unit/s are inelastic: 5 to 10 mm/s with `scale` = 200 to 100; single "
-    "precision",
-)
-_RUBS = Capability(
-    "approximate",
-    "Box2D's own friction along the contact, with the share of the coefficient that belongs to it; "
-    "the adapter turns the balls by the share up or down, of which Box2D's plane knows nothing",
-)
-_PARTS = Capability(
-    "approximate",
-    "edges and circles; in fixed steps Box2D rounds corners by its skin of 0.01 units, 0.05 mm "
-    "with `scale` = 200",
-)
-_LARGER = Capability(
-    "approximate",
-    "impacts slower than 1 m/s are inelastic, and Box2D takes the larger of two restitutions",
-)
+from ghostball.reference_adapters.stepping.plane_engine import PlaneEngine
 
 
 class Box2dEngine(PlaneEngine):
@@ -53,8 +29,7 @@ class Box2dEngine(PlaneEngine):
     WORLD: ClassVar[str] = "ghostball.reference_adapters.box2d.world:World"
     PACKAGE: ClassVar[str] = "Box2D"
     Settings: ClassVar[type[EngineSettings]] = Box2dSettings
-    TUNED: ClassVar[Capabilities] = disc_capabilities("Box2D", _INELASTIC, _RUBS, _PARTS)
-    NAIVE: ClassVar[Capabilities] = naive_capabilities(TUNED, "Box2D", _LARGER)
+    CAPABILITIES: ClassVar[ByConfiguration] = capabilities_beside(__file__, "box2d")
     EXACT_STEPS: ClassVar[ExactSteps] = IN_SINGLE_PRECISION
 
     def _lacking(self, scene: Scene) -> Iterator[str]:

@@ -13,26 +13,12 @@ from collections.abc import Iterator
 from typing import ClassVar
 
 from ghostball.model import Scene
-from ghostball.model.features import Capabilities, Capability
 from ghostball.reference_adapters.base import EngineSettings
 from ghostball.reference_adapters.box2d3.settings import Box2d3Settings
+from ghostball.reference_adapters.capabilities import ByConfiguration, capabilities_beside
 from ghostball.reference_adapters.stepping.ends import IN_SINGLE_PRECISION, ExactSteps
 from ghostball.reference_adapters.stepping.laws import restitutions
-from ghostball.reference_adapters.stepping.plane_engine import (
-    PlaneEngine,
-    frictionless_capabilities,
-    naive_capabilities,
-)
-
-_IMPACTS = Capability(
-    "approximate", "in single precision; contacts that share a ball take up to half of the energy"
-)
-_PARTS = Capability(
-    "approximate",
-    "segments, whose ends are points, and circles; Box2D begins to resolve a contact up to 0.02 "
-    "units before it",
-)
-_LARGER = Capability("approximate", "impacts slower than 1 m/s are inelastic")
+from ghostball.reference_adapters.stepping.plane_engine import PlaneEngine
 
 
 class Box2d3Engine(PlaneEngine):
@@ -42,8 +28,7 @@ class Box2d3Engine(PlaneEngine):
     WORLD: ClassVar[str] = "ghostball.reference_adapters.box2d3.world:World"
     PACKAGE: ClassVar[str] = "pyb2d3"
     Settings: ClassVar[type[EngineSettings]] = Box2d3Settings
-    TUNED: ClassVar[Capabilities] = frictionless_capabilities("Box2D", _IMPACTS, _PARTS)
-    NAIVE: ClassVar[Capabilities] = naive_capabilities(TUNED, "Box2D", _LARGER)
+    CAPABILITIES: ClassVar[ByConfiguration] = capabilities_beside(__file__, "box2d3")
     EXACT_STEPS: ClassVar[ExactSteps] = IN_SINGLE_PRECISION
 
     def _lacking(self, scene: Scene) -> Iterator[str]:

@@ -14,36 +14,11 @@ from collections.abc import Iterator
 from typing import ClassVar
 
 from ghostball.model import Scene
-from ghostball.model.features import Capabilities, Capability
 from ghostball.reference_adapters.base import EngineSettings
+from ghostball.reference_adapters.capabilities import ByConfiguration, capabilities_beside
 from ghostball.reference_adapters.dart.settings import FASTEST_REBOUND, DartSettings
 from ghostball.reference_adapters.stepping.laws import fastest
-from ghostball.reference_adapters.stepping.plane_engine import (
-    naive_capabilities,
-    tuned_capabilities,
-)
 from ghostball.reference_adapters.stepping.space import OwnClothEngine
-
-_IMPACTS = Capability(
-    "approximate",
-    "rebounds slower than 0.1 unit/s are left out, but what overlaps is pushed apart by up to as "
-    "much: 1 cm/s with `scale` = 10; constraint force mixing of 1e-5, which nobody can set, takes "
-    "1e-5 of each impulse",
-)
-_RUBS = Capability(
-    "approximate",
-    "DART's own friction at the contact, a pyramid: along each of two directions, one of them "
-    "upright, it has the whole coefficient, so that slip along both gets up to 41 % too much; the "
-    "adapter keeps the balls in the plane",
-)
-_PARTS = Capability(
-    "approximate",
-    "upright boxes 2 nm thick, and spheres",
-)
-_MULTIPLIED = Capability(
-    "approximate",
-    "rebounds slower than 0.1 m/s are left out, and DART multiplies the restitutions of the two",
-)
 
 
 class DartEngine(OwnClothEngine):
@@ -54,13 +29,7 @@ class DartEngine(OwnClothEngine):
     PACKAGE: ClassVar[str] = "dartpy"
     Settings: ClassVar[type[EngineSettings]] = DartSettings
     TITLE: ClassVar[str] = "DART"
-    FLIES: ClassVar[Capability] = Capability(
-        "approximate",
-        "in space, one ball on a cloth without cushions; a landing is seen up to a step late, and "
-        "one slower than 0.1 unit/s doesn't bounce",
-    )
-    TUNED: ClassVar[Capabilities] = tuned_capabilities("DART", _IMPACTS, _RUBS, _PARTS)
-    NAIVE: ClassVar[Capabilities] = naive_capabilities(TUNED, "DART", _MULTIPLIED)
+    CAPABILITIES: ClassVar[ByConfiguration] = capabilities_beside(__file__, "dart")
 
     def _lacking(self, scene: Scene) -> Iterator[str]:
         yield from super()._lacking(scene)

@@ -21,16 +21,12 @@ import numpy as np
 from pydantic import Field
 
 from ghostball.model import Record, Result, Scene, Status
-from ghostball.model.features import Capabilities, Capability
 from ghostball.reference_adapters.base import EngineSettings
+from ghostball.reference_adapters.capabilities import ByConfiguration, capabilities_beside
 from ghostball.reference_adapters.javascript.packages import DRIVER, NODE, folder, why_not
 from ghostball.reference_adapters.stepping.ending import ending_of
 from ghostball.reference_adapters.stepping.ends import ExactSteps
-from ghostball.reference_adapters.stepping.plane_engine import (
-    PlaneEngine,
-    frictionless_capabilities,
-    naive_capabilities,
-)
+from ghostball.reference_adapters.stepping.plane_engine import PlaneEngine
 from ghostball.reference_adapters.stepping.settings import SteppingSettings
 from ghostball.reference_adapters.stepping.sides import reach_beyond
 from ghostball.reference_adapters.workers.engine import run_of
@@ -123,36 +119,13 @@ class JavascriptEngine(PlaneEngine):
         return why_not(cls.PACKAGE)
 
 
-_RECTANGLES = Capability("none", "what drives engines in JavaScript builds rectangles alone")
-
-
-def _of_springs(title: str) -> tuple[Capabilities, Capabilities]:
-    """Return what an engine represents whose contacts are springs, tuned and naive."""
-    stiff = "its contacts are springs with a damper, as stiff as the adapter can have them"
-    soft = "contacts give, and take some of the speed: they are springs with a damper"
-    tuned = frictionless_capabilities(title, Capability("approximate", stiff), _RECTANGLES)
-    return tuned, naive_capabilities(tuned, title, Capability("approximate", soft))
-
-
 class PlanckEngine(JavascriptEngine):
     """planck.js: Box2D 2.3 in JavaScript, in double precision."""
 
     name: ClassVar[str] = "planck"
     PACKAGE: ClassVar[str] = "planck"
     Settings: ClassVar[type[EngineSettings]] = PlanckSettings
-    TUNED: ClassVar[Capabilities] = frictionless_capabilities(
-        "planck.js",
-        Capability("approximate", "restitution is set for each contact"),
-        _RECTANGLES,
-    )
-    NAIVE: ClassVar[Capabilities] = naive_capabilities(
-        TUNED,
-        "planck.js",
-        Capability(
-            "approximate",
-            "impacts slower than 1 m/s are inelastic, and it takes the larger of two restitutions",
-        ),
-    )
+    CAPABILITIES: ClassVar[ByConfiguration] = capabilities_beside(__file__, "planck")
     BULLET: ClassVar[float] = 3e-7
     """How far bullets overlap where they meet [m]: three of its slops."""
 
@@ -173,20 +146,7 @@ class MatterEngine(JavascriptEngine):
     name: ClassVar[str] = "matter-js"
     PACKAGE: ClassVar[str] = "matter-js"
     Settings: ClassVar[type[EngineSettings]] = MatterSettings
-    TUNED: ClassVar[Capabilities] = frictionless_capabilities(
-        "matter.js",
-        Capability("approximate", "balls are polygons: a contact's line is one of their sides'"),
-        _RECTANGLES,
-    )
-    NAIVE: ClassVar[Capabilities] = naive_capabilities(
-        TUNED,
-        "matter.js",
-        Capability(
-            "approximate",
-            "balls are polygons of at most 25 sides; impacts slower than 2 pixels in 1/60 s are "
-            "inelastic (0.4 m/s on a table of 762 pixels)",
-        ),
-    )
+    CAPABILITIES: ClassVar[ByConfiguration] = capabilities_beside(__file__, "matter-js")
     EXACT_STEPS: ClassVar[ExactSteps] = ExactSteps(gap=1e-6)
 
     def resolution(self, scene: Scene) -> float:
@@ -202,4 +162,4 @@ class CannonEngine(JavascriptEngine):
 
     name: ClassVar[str] = "cannon-es"
     PACKAGE: ClassVar[str] = "cannon-es"
-    TUNED, NAIVE = _of_springs("cannon-es")
+    CAPABILITIES: ClassVar[ByConfiguration] = capabilities_beside(__file__, "cannon-es")

@@ -52,9 +52,10 @@ import numpy as np
 from pydantic import Field
 
 from ghostball.model import EventKind, Record, Result, Scene
-from ghostball.model.features import EXACT, Capabilities
+from ghostball.model.features import Capabilities
 from ghostball.reference_adapters.base import EngineBase, EngineSettings, resolution_of_step
-from ghostball.reference_adapters.paper.model import PaperRun, Stop, paper_capabilities
+from ghostball.reference_adapters.capabilities import ByConfiguration, capabilities_beside
+from ghostball.reference_adapters.paper.model import PaperRun, Stop
 
 
 class PaperContinuousSettings(EngineSettings):
@@ -85,14 +86,13 @@ class PaperContinuousEngine(EngineBase):
 
     name: ClassVar[str] = "paper-continuous"
     Settings: ClassVar[type[EngineSettings]] = PaperContinuousSettings
+    CAPABILITIES: ClassVar[ByConfiguration] = capabilities_beside(__file__, "paper-continuous")
 
     @property
     def capabilities(self) -> Capabilities:
         """How each feature of a scene is represented with these settings."""
-        late = "seen after the ball has passed it by up to v `frame`; mirrored there, not put back"
-        searched = "found on a straight line at constant speed within each frame, then mirrored"
-        cushion = searched if self.settings.cushions == "searched" else late
-        return paper_capabilities("frame", cushion, EXACT)
+        searched = self.settings.cushions == "searched"
+        return self.CAPABILITIES["searched" if searched else "late"]
 
     def resolution(self, scene: Scene) -> float:
         """Return how far off a contact is seen [m].

@@ -31,9 +31,10 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field
 
 from ghostball.model import EventKind, Record, Result, Scene
-from ghostball.model.features import Capabilities, Capability
+from ghostball.model.features import Capabilities
 from ghostball.reference_adapters.base import EngineBase, EngineSettings, resolution_of_step
-from ghostball.reference_adapters.paper.model import PaperRun, Stop, paper_capabilities
+from ghostball.reference_adapters.capabilities import ByConfiguration, capabilities_beside
+from ghostball.reference_adapters.paper.model import PaperRun, Stop
 
 
 class PaperDiscreteSettings(EngineSettings):
@@ -56,19 +57,12 @@ class PaperDiscreteEngine(EngineBase):
 
     name: ClassVar[str] = "paper-discrete"
     Settings: ClassVar[type[EngineSettings]] = PaperDiscreteSettings
+    CAPABILITIES: ClassVar[ByConfiguration] = capabilities_beside(__file__, "paper-discrete")
 
     @property
     def capabilities(self) -> Capabilities:
         """How each feature of a scene is represented with these settings."""
-        return paper_capabilities(
-            "dt",
-            "seen after the ball has passed it by up to v `dt`; put back to touch, then mirrored",
-            Capability(
-                "approximate",
-                "the collision formula has the masses, but overlapping balls are pulled apart by "
-                "half the overlap each, whatever their masses",
-            ),
-        )
+        return self.CAPABILITIES["always"]
 
     def resolution(self, scene: Scene) -> float:
         """Return how far a ball goes in a step [m]."""

@@ -28,7 +28,6 @@ from ghostball.model import (
     Status,
     rolling_angular_velocity,
 )
-from ghostball.model.features import EXACT, Capability, Feature
 from ghostball.reference_adapters.recording import Recorder
 
 Stop = Literal["reversal", "never"]
@@ -247,47 +246,3 @@ class PaperRun(ABC):
         if self.limit_reached:
             return Status.EVENT_LIMIT, self.limit_reached
         return Status.STEP_LIMIT, f"balls still move at `max_time` = {self._max_time} s"
-
-
-def paper_capabilities(step: str, cushion: str, masses: Capability) -> dict[Feature, Capability]:
-    """Return what the paper's model represents.
-
-    `step`: name of the setting that is the time step.
-    `cushion`: how a ball meets a cushion.
-    `masses`: of unequal masses.
-    """
-    rolling = (
-        f"semi-implicit Euler: velocities exact, a roll ends about v `{step}` / 2 short; a ball "
-        "that friction would turn round within a step is stopped (as printed it never rests)"
-    )
-    missing = {
-        Feature.SLIDING: "balls always roll without slipping, section 6.2",
-        Feature.VERTICAL_SPIN: "balls do not spin about the z axis, section 5.2",
-        Feature.BALL_RESTITUTION: "collisions are perfectly elastic, section 4.2",
-        Feature.BALL_FRICTION: "balls exchange no spin, section 1",
-        Feature.SPEED_DEPENDENT_FRICTION: "balls exchange no spin, section 1",
-        Feature.MATHAVAN_BALL: "balls exchange no spin, section 1",
-        Feature.PER_BALL_FRICTION: "all balls roll with one coefficient, section 5.2",
-        Feature.POLYGON: "the table is a rectangle, section 4.1",
-        Feature.POCKETS: "the table has no pockets, section 6",
-        Feature.POSTS: "cushions are the four sides of the table, section 4.1",
-        Feature.CUSHION_RESTITUTION: "cushions return all the speed, sections 4.2 and 6.3",
-        Feature.FALLING_RESTITUTION: "cushions return all the speed, sections 4.2 and 6.3",
-        Feature.CUSHION_TANGENTIAL: "cushions return all the speed, sections 4.2 and 6.3",
-        Feature.FRICTIONAL_CUSHION: "cushions only mirror, section 4.2",
-        Feature.HAN_CUSHION: "cushions only mirror, section 4.2",
-        Feature.MATHAVAN_CUSHION: "cushions only mirror, section 4.2",
-        Feature.AIR_DRAG: "there is no air, section 6.3",
-        Feature.QUADRATIC_ROLLING: "friction is mu m g at any speed, section 5.2",
-        Feature.FLIGHT: "there is no z axis, section 6.4",
-    }
-    return {
-        Feature.ROLLING: Capability("approximate", rolling),
-        Feature.FRICTIONLESS_CLOTH: EXACT,
-        Feature.UNEQUAL_MASSES: masses,
-        Feature.UNEQUAL_RADII: EXACT,
-        Feature.UNBOUNDED_CLOTH: EXACT,
-        Feature.OPEN_SIDES: EXACT,
-        Feature.MIRROR_CUSHION: Capability("approximate", cushion),
-        **{feature: Capability("none", why) for feature, why in missing.items()},
-    }

@@ -12,33 +12,11 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from ghostball.model.features import Capabilities, Capability
 from ghostball.reference_adapters.base import EngineSettings
+from ghostball.reference_adapters.capabilities import ByConfiguration, capabilities_beside
 from ghostball.reference_adapters.physx.settings import PhysxSettings
 from ghostball.reference_adapters.stepping.ends import IN_SINGLE_PRECISION, ExactSteps
-from ghostball.reference_adapters.stepping.plane_engine import (
-    naive_capabilities,
-    tuned_capabilities,
-)
 from ghostball.reference_adapters.stepping.space import OwnClothEngine
-
-_IMPACTS = Capability(
-    "approximate", "in single precision: impacts at 5 mm/s lose up to 8 % of their speed"
-)
-_RUBS = Capability(
-    "approximate",
-    "PhysX's own friction at the contact, a pyramid: along each of two directions it has the whole "
-    "coefficient, so that slip along both gets up to 41 % too much; the adapter keeps the balls in "
-    "the plane",
-)
-_PARTS = Capability(
-    "approximate",
-    "upright boxes 2 um thick, and spheres, in single precision",
-)
-_INELASTIC = Capability(
-    "approximate",
-    "impacts slower than 2 m/s are inelastic, and the temporal solver changes the energy of others",
-)
 
 
 class PhysxEngine(OwnClothEngine):
@@ -49,12 +27,5 @@ class PhysxEngine(OwnClothEngine):
     PACKAGE: ClassVar[str] = "sapien"
     Settings: ClassVar[type[EngineSettings]] = PhysxSettings
     TITLE: ClassVar[str] = "PhysX"
-    FLIES: ClassVar[Capability] = Capability(
-        "approximate",
-        "in space, on a cloth without cushions; a landing is seen up to a step late, and what "
-        "falls at less than (1 + 1 / (1 - e)) g dt doesn't bounce: balls that lie on the table "
-        "would tremble",
-    )
-    TUNED: ClassVar[Capabilities] = tuned_capabilities("PhysX", _IMPACTS, _RUBS, _PARTS)
-    NAIVE: ClassVar[Capabilities] = naive_capabilities(TUNED, "PhysX", _INELASTIC)
+    CAPABILITIES: ClassVar[ByConfiguration] = capabilities_beside(__file__, "physx")
     EXACT_STEPS: ClassVar[ExactSteps] = IN_SINGLE_PRECISION

@@ -20,8 +20,9 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ghostball.model import Record, Result, Scene
-from ghostball.model.features import EXACT, Capabilities, Capability, Feature
-from ghostball.reference_adapters.base import EngineSettings, lacking_sequence, none
+from ghostball.model.features import Capabilities
+from ghostball.reference_adapters.base import EngineSettings, lacking_sequence
+from ghostball.reference_adapters.capabilities import ByConfiguration, capabilities_beside
 from ghostball.reference_adapters.pybullet import loading
 from ghostball.reference_adapters.pybullet.rolling import Rolling
 from ghostball.reference_adapters.pybullet.settings import (
@@ -34,117 +35,7 @@ from ghostball.reference_adapters.stepping.ending import end_of
 from ghostball.reference_adapters.stepping.ends import Ends, ExactSteps
 from ghostball.reference_adapters.stepping.laws import largest_momenta
 from ghostball.reference_adapters.stepping.plane import Stepper, run
-from ghostball.reference_adapters.stepping.plane_engine import pocketed
 from ghostball.reference_adapters.stepping.space import SpaceEngine
-
-_ROLLING = Capability(
-    "exact",
-    "planar, without gravity; mu g is applied around Bullet's steps, in closed form between them",
-)
-_FLAT_CUSHION = none("Bullet's cushion is a vertical plane: it has no nose above the ball's centre")
-_PARTS = Capability(
-    "approximate",
-    "lines and spheres at the height of the balls' centres: right for balls that roll, in the "
-    "plane; one that slides, and that friction has lifted, meets them lower, and is lifted a "
-    "little more; a ball that goes farther than its radius in a step can pass through a line",
-)
-_LIFTED = (
-    "in space: a ball that friction lifts bounces, and has no cloth until it lands; one that it "
-    "pushes down is rubbed by the cloth, and slowed as it rolls, in the same instant"
-)
-
-CAPABILITIES: Capabilities = {
-    Feature.ROLLING: _ROLLING,
-    Feature.SLIDING: Capability("exact", "in space, on a table; Bullet's own Coulomb friction"),
-    Feature.FRICTIONLESS_CLOTH: EXACT,
-    Feature.VERTICAL_SPIN: Capability("exact", "Bullet's spinning friction as a length"),
-    Feature.BALL_RESTITUTION: EXACT,
-    Feature.BALL_FRICTION: Capability(
-        "approximate",
-        f"{_LIFTED}. An impact without follow or draw is exact; a rolling one, or one with as much "
-        "draw, changes the balls' velocities once they roll by up to 0.5 % of the cue ball's speed "
-        "with mu = 0.05, and 5 % with 0.2",
-    ),
-    Feature.SPEED_DEPENDENT_FRICTION: none(
-        "Bullet's friction is one number for two bodies, whatever their slip"
-    ),
-    Feature.MATHAVAN_BALL: Capability(
-        "approximate",
-        "Bullet solves the friction of balls and cloth together, as the law does, but with one "
-        "direction of each slip for the whole impact; and a ball that it lifts bounces. On "
-        "Mathavan's own tables within 0.1 % of the speeds and 0.05 degrees",
-    ),
-    Feature.UNEQUAL_MASSES: EXACT,
-    Feature.UNEQUAL_RADII: Capability("exact", "where balls roll: planar, centres at one height"),
-    Feature.PER_BALL_FRICTION: Capability(
-        "exact", "where they slide by different coefficients, each ball has a table of its own"
-    ),
-    Feature.UNBOUNDED_CLOTH: EXACT,
-    Feature.OPEN_SIDES: EXACT,
-    Feature.POLYGON: _PARTS,
-    Feature.POCKETS: pocketed(_PARTS),
-    Feature.POSTS: _PARTS,
-    Feature.MIRROR_CUSHION: EXACT,
-    Feature.CUSHION_RESTITUTION: EXACT,
-    Feature.FALLING_RESTITUTION: none("Bullet's restitution is one number at any speed"),
-    Feature.CUSHION_TANGENTIAL: none("along a contact Bullet has Coulomb friction, no restitution"),
-    Feature.FRICTIONAL_CUSHION: Capability(
-        "approximate",
-        f"{_LIFTED}. A ball that rolls or doesn't turn leaves as the law says; its bounce takes it "
-        "a few millimetres farther; one with as much backspin differs, once it rolls, by up to 4 % "
-        "of its speed with mu = 0.2, and 9 % with 0.4",
-    ),
-    Feature.HAN_CUSHION: _FLAT_CUSHION,
-    Feature.MATHAVAN_CUSHION: _FLAT_CUSHION,
-    Feature.AIR_DRAG: none("Bullet's damping, k (1 + |v|) v, can't be quadratic alone"),
-    Feature.QUADRATIC_ROLLING: none("Bullet's rolling friction is one torque, whatever the speed"),
-    Feature.FLIGHT: Capability(
-        "approximate",
-        "in space, with the table's restitution and cushions that are thin lines; a landing is "
-        "seen up to a step late, and what falls at less than (1 + 1 / (1 - e)) g dt doesn't "
-        "bounce: balls that lie on the table would tremble",
-    ),
-}
-
-_DAMPED = (
-    "pybullet's own damping, 0.04 (1 + |v|) v a second; impacts below 0.2 m/s are inelastic, "
-    "others gain some per cent of energy as overlapping balls are pushed apart"
-)
-_STOPPED_SHORT = Capability(
-    "approximate",
-    "pybullet stops a ball at the cushion in the step before it gets there: what it has left of "
-    "the step is taken from its restitution",
-)
-
-_NAIVE: Capabilities = {
-    **CAPABILITIES,
-    Feature.ROLLING: Capability("approximate", _DAMPED),
-    Feature.SLIDING: Capability(
-        "approximate",
-        f"{_DAMPED}; rolling friction also acts while a ball slides; no spin exceeds 100 rad/s",
-    ),
-    Feature.FRICTIONLESS_CLOTH: Capability("approximate", _DAMPED),
-    Feature.VERTICAL_SPIN: Capability(
-        "approximate",
-        "pybullet's own damping of spin, 0.04 (1 + |w|) w a second: at 50 rad/s ten times what the "
-        "cloth takes",
-    ),
-    Feature.MIRROR_CUSHION: _STOPPED_SHORT,
-    Feature.CUSHION_RESTITUTION: _STOPPED_SHORT,
-}
-"""With `config` = naive; see `pybullet.world.World`."""
-
-_OF_SLIDING = (
-    Feature.SLIDING,
-    Feature.VERTICAL_SPIN,
-    Feature.BALL_FRICTION,
-    Feature.MATHAVAN_BALL,
-    Feature.FRICTIONAL_CUSHION,
-    Feature.FLIGHT,
-)
-"""What only balls that may slide have."""
-
-_NO_EXACT_STEPS = none("Bullet's table contact needs steady steps. Use `contact_steps` = fixed")
 
 
 class PybulletEngine(SpaceEngine):
@@ -153,16 +44,14 @@ class PybulletEngine(SpaceEngine):
     name: ClassVar[str] = "pybullet"
     WORLD: ClassVar[str] = "ghostball.reference_adapters.pybullet.world:World"
     Settings: ClassVar[type[EngineSettings]] = PybulletSettings
-    TUNED: ClassVar[Capabilities] = CAPABILITIES
-    NAIVE: ClassVar[Capabilities] = _NAIVE
+    CAPABILITIES: ClassVar[ByConfiguration] = capabilities_beside(__file__, "pybullet")
     EXACT_STEPS: ClassVar[ExactSteps] = ExactSteps(shortest=SHORTEST_STEP)
 
     @property
     def capabilities(self) -> Capabilities:
         """How each feature is represented; some depend on the scene, see `lacks`."""
-        if self.settings.contact_steps == "fixed":
-            return super().capabilities
-        return {**CAPABILITIES, **dict.fromkeys(_OF_SLIDING, _NO_EXACT_STEPS)}
+        exact = self.settings.contact_steps == "exact"
+        return self.CAPABILITIES["exact-steps"] if exact else super().capabilities
 
     @classmethod
     def unavailable(cls) -> str | None:

@@ -13,16 +13,12 @@ import importlib.util
 from typing import Any, ClassVar
 
 from ghostball.model import Scene
-from ghostball.model.features import EXACT, Capabilities, Capability, Feature
-from ghostball.reference_adapters.base import EngineSettings, none
+from ghostball.reference_adapters.base import EngineSettings
+from ghostball.reference_adapters.capabilities import ByConfiguration, capabilities_beside
 from ghostball.reference_adapters.pymunk.steppers import NativeRolling
 from ghostball.reference_adapters.stepping.ending import end_of
 from ghostball.reference_adapters.stepping.plane import Stepper
-from ghostball.reference_adapters.stepping.plane_engine import (
-    PlaneEngine,
-    disc_capabilities,
-    naive_capabilities,
-)
+from ghostball.reference_adapters.stepping.plane_engine import PlaneEngine
 from ghostball.reference_adapters.stepping.settings import SteppingSettings
 
 
@@ -34,42 +30,13 @@ class PymunkSettings(SteppingSettings):
     """
 
 
-_RUBS = (
-    "Chipmunk's own friction along the contact, with the share of the coefficient that belongs to "
-    "it; the adapter turns the balls by the share up or down, of which Chipmunk's plane knows "
-    "nothing. A single impact is exact; where several meet, the share is that before them all"
-)
-_MULTIPLIED = Capability(
-    "approximate", "elasticities set as a newcomer does: Chipmunk multiplies those of the two"
-)
-_PARTS = Capability(
-    "exact",
-    "segments without thickness, whose ends are points, and circles; a ball that goes farther than "
-    "its radius in a step can pass through a segment",
-)
-
-_TUNED: Capabilities = {
-    **disc_capabilities("Pymunk", EXACT, Capability("approximate", _RUBS), _PARTS),
-    Feature.SPEED_DEPENDENT_FRICTION: Capability(
-        "approximate", f"the coefficient of the slip before the impact, as in the law. {_RUBS}"
-    ),
-    Feature.AIR_DRAG: none("Pymunk damps in proportion to speed, not to its square"),
-}
-
-_NAIVE: Capabilities = {
-    **naive_capabilities(_TUNED, "Pymunk", _MULTIPLIED),
-    Feature.OPEN_SIDES: Capability("approximate", "cushions end at the table's corners"),
-}
-
-
 class PymunkEngine(PlaneEngine):
     """Pymunk behind the protocol; see the module."""
 
     name: ClassVar[str] = "pymunk"
     WORLD: ClassVar[str] = "ghostball.reference_adapters.pymunk.world:World"
     Settings: ClassVar[type[EngineSettings]] = PymunkSettings
-    TUNED: ClassVar[Capabilities] = _TUNED
-    NAIVE: ClassVar[Capabilities] = _NAIVE
+    CAPABILITIES: ClassVar[ByConfiguration] = capabilities_beside(__file__, "pymunk")
 
     @classmethod
     def unavailable(cls) -> str | None:

@@ -12,14 +12,10 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from ghostball.model.features import Capabilities, Capability
 from ghostball.reference_adapters.base import EngineSettings
+from ghostball.reference_adapters.capabilities import ByConfiguration, capabilities_beside
 from ghostball.reference_adapters.stepping.ends import IN_SINGLE_PRECISION, ExactSteps
-from ghostball.reference_adapters.stepping.plane_engine import (
-    PlaneEngine,
-    frictionless_capabilities,
-    naive_capabilities,
-)
+from ghostball.reference_adapters.stepping.plane_engine import PlaneEngine
 from ghostball.reference_adapters.stepping.settings import SteppingSettings
 
 
@@ -33,18 +29,6 @@ class RapierSettings(SteppingSettings):
     EXACT_IF_NAIVE: ClassVar[bool] = False
 
 
-_IMPACTS = Capability(
-    "approximate", "in single precision; contacts that share a ball make or take energy"
-)
-_PARTS = Capability(
-    "approximate", "segments, whose ends are points, and spheres, in single precision"
-)
-_PREDICTED = Capability(
-    "approximate",
-    "contacts are resolved up to 2 cm before balls touch, along the line that they have then",
-)
-
-
 class RapierEngine(PlaneEngine):
     """Rapier behind the protocol; see the module."""
 
@@ -52,6 +36,5 @@ class RapierEngine(PlaneEngine):
     WORLD: ClassVar[str] = "ghostball.reference_adapters.rapier.world:World"
     PACKAGE: ClassVar[str] = "rapier3d"
     Settings: ClassVar[type[EngineSettings]] = RapierSettings
-    TUNED: ClassVar[Capabilities] = frictionless_capabilities("Rapier", _IMPACTS, _PARTS)
-    NAIVE: ClassVar[Capabilities] = naive_capabilities(TUNED, "Rapier", _PREDICTED)
+    CAPABILITIES: ClassVar[ByConfiguration] = capabilities_beside(__file__, "rapier")
     EXACT_STEPS: ClassVar[ExactSteps] = IN_SINGLE_PRECISION

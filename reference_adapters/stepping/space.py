@@ -17,7 +17,7 @@ import numpy as np
 
 from ghostball.model import EventKind, Samples, Scene
 from ghostball.model.arrays import BoolArray, FloatArray
-from ghostball.model.features import Capabilities, Capability, Feature
+from ghostball.model.features import Capabilities
 from ghostball.reference_adapters.stepping.ending import end_of
 from ghostball.reference_adapters.stepping.ends import Clock
 from ghostball.reference_adapters.stepping.laws import slips_of
@@ -206,17 +206,13 @@ class OwnClothEngine(SpaceEngine):
     """An engine in space with `OwnClothSettings`."""
 
     TITLE: ClassVar[str]
-    FLIES: ClassVar[Capability]
-    """How balls leave its own cloth."""
+    """The engine's name as its users write it."""
 
     @property
     def capabilities(self) -> Capabilities:
         """How each feature of a scene is represented with these settings."""
-        capabilities = super().capabilities
-        if self.settings.cloth == "closed-form":
-            return capabilities
-        own = Capability("approximate", f"{self.TITLE}'s own Coulomb friction on a plane")
-        return {**capabilities, Feature.SLIDING: own, Feature.FLIGHT: self.FLIES}
+        own = self.settings.cloth == "own"
+        return self.CAPABILITIES["own-cloth"] if own else super().capabilities
 
     def _lacking(self, scene: Scene) -> Iterator[str]:
         yield from super()._lacking(scene)

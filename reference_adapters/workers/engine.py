@@ -17,8 +17,9 @@ import numpy as np
 
 from ghostball.model import Record, Result, Scene, UnsupportedSceneError
 from ghostball.model.cache_folder import cache_folder
-from ghostball.model.features import EXACT, Capabilities, Capability, Feature
-from ghostball.reference_adapters.base import EngineBase, EngineSettings, none
+from ghostball.model.features import Capabilities
+from ghostball.reference_adapters.base import EngineBase, EngineSettings
+from ghostball.reference_adapters.capabilities import ByConfiguration, capabilities_beside
 from ghostball.reference_adapters.elsewhere import Run
 from ghostball.reference_adapters.registry import EngineUnavailableError
 from ghostball.reference_adapters.workers.process import (
@@ -77,6 +78,12 @@ class WorkerEngine(EngineBase):
     """An engine that a script in `scripts/` drives in another interpreter."""
 
     MODULE: ClassVar[str]
+    CAPABILITIES: ClassVar[ByConfiguration]
+
+    @property
+    def capabilities(self) -> Capabilities:
+        """How each feature of a scene is represented."""
+        return self.CAPABILITIES["always"]
 
     @classmethod
     def unavailable(cls) -> str | None:
@@ -114,46 +121,7 @@ class PooltoolEngine(WorkerEngine):
     name: ClassVar[str] = "pooltool"
     Settings: ClassVar[type[EngineSettings]] = EngineSettings
     MODULE: ClassVar[str] = "pooltool_peer"
-
-    @property
-    def capabilities(self) -> Capabilities:
-        """How each feature of a scene is represented."""
-        moved = Capability(
-            "approximate", "exact, but that balls are moved 1 um apart at each impact"
-        )
-        lines = none("driven here with rectangles")
-        one = none("pooltool has one number of each kind for all balls here")
-        no_law = none("driven here with mirrors and Han's cushions alone")
-        return {
-            Feature.ROLLING: EXACT,
-            Feature.SLIDING: EXACT,
-            Feature.FRICTIONLESS_CLOTH: Capability(
-                "approximate", "its frictions must be more than 0: 1e-9 stands for none"
-            ),
-            Feature.VERTICAL_SPIN: EXACT,
-            Feature.BALL_RESTITUTION: moved,
-            Feature.BALL_FRICTION: moved,
-            Feature.SPEED_DEPENDENT_FRICTION: moved,
-            Feature.MATHAVAN_BALL: none("driven here with its frictional, inelastic impacts"),
-            Feature.UNEQUAL_MASSES: one,
-            Feature.UNEQUAL_RADII: one,
-            Feature.PER_BALL_FRICTION: one,
-            Feature.UNBOUNDED_CLOTH: Capability("approximate", "on a table of 1 km"),
-            Feature.OPEN_SIDES: none("its tables have all four cushions here"),
-            Feature.POLYGON: lines,
-            Feature.POCKETS: lines,
-            Feature.POSTS: lines,
-            Feature.MIRROR_CUSHION: moved,
-            Feature.CUSHION_RESTITUTION: no_law,
-            Feature.FALLING_RESTITUTION: none("pooltool's restitution is one at any speed"),
-            Feature.CUSHION_TANGENTIAL: no_law,
-            Feature.FRICTIONAL_CUSHION: no_law,
-            Feature.HAN_CUSHION: moved,
-            Feature.MATHAVAN_CUSHION: no_law,
-            Feature.AIR_DRAG: none("pooltool has no air"),
-            Feature.QUADRATIC_ROLLING: none("pooltool's rolling friction is one at any speed"),
-            Feature.FLIGHT: none("pooltool's balls never leave the cloth"),
-        }
+    CAPABILITIES: ClassVar[ByConfiguration] = capabilities_beside(__file__, "pooltool")
 
     def _lacking(self, scene: Scene) -> Iterator[str]:
         if scene.physics.motion == "rolling":
@@ -172,41 +140,7 @@ class BilliardsEngine(WorkerEngine):
     name: ClassVar[str] = "billiards"
     Settings: ClassVar[type[EngineSettings]] = EngineSettings
     MODULE: ClassVar[str] = "billiards_peer"
-
-    @property
-    def capabilities(self) -> Capabilities:
-        """How each feature of a scene is represented."""
-        elastic = none("its impacts are elastic, and without friction")
-        lines = none("driven here with rectangles")
-        cloth = none("it has no cloth: its balls are never slowed")
-        return {
-            Feature.ROLLING: Capability("approximate", "where nothing slows them"),
-            Feature.SLIDING: cloth,
-            Feature.FRICTIONLESS_CLOTH: EXACT,
-            Feature.VERTICAL_SPIN: cloth,
-            Feature.BALL_RESTITUTION: elastic,
-            Feature.BALL_FRICTION: elastic,
-            Feature.SPEED_DEPENDENT_FRICTION: elastic,
-            Feature.MATHAVAN_BALL: elastic,
-            Feature.UNEQUAL_MASSES: EXACT,
-            Feature.UNEQUAL_RADII: EXACT,
-            Feature.PER_BALL_FRICTION: cloth,
-            Feature.UNBOUNDED_CLOTH: EXACT,
-            Feature.OPEN_SIDES: EXACT,
-            Feature.POLYGON: lines,
-            Feature.POCKETS: lines,
-            Feature.POSTS: lines,
-            Feature.MIRROR_CUSHION: EXACT,
-            Feature.CUSHION_RESTITUTION: elastic,
-            Feature.FALLING_RESTITUTION: elastic,
-            Feature.CUSHION_TANGENTIAL: elastic,
-            Feature.FRICTIONAL_CUSHION: elastic,
-            Feature.HAN_CUSHION: elastic,
-            Feature.MATHAVAN_CUSHION: elastic,
-            Feature.AIR_DRAG: cloth,
-            Feature.QUADRATIC_ROLLING: cloth,
-            Feature.FLIGHT: cloth,
-        }
+    CAPABILITIES: ClassVar[ByConfiguration] = capabilities_beside(__file__, "billiards")
 
     def _lacking(self, scene: Scene) -> Iterator[str]:
         if np.any(scene.rolling_frictions != 0.0):

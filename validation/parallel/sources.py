@@ -22,6 +22,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from ghostball.model import GhostballError
+from ghostball.reference_adapters.capabilities import FILE as CAPABILITIES
 from ghostball.reference_adapters.javascript import packages as javascript
 from ghostball.reference_adapters.registry import (
     EngineUnavailableError,
@@ -34,7 +35,10 @@ OUR_PACKAGES = ("model", "engine", "reference_adapters", "validation")
 """Packages whose every line may decide a result."""
 
 CODE_ENDINGS = (".py", ".mjs", ".html", ".so", ".pyd")
-"""Files that hold code, templates too. Scenes and criteria lie beside them, and are inputs."""
+"""Files that hold code, templates too. Scenes and criteria lie beside them, and are inputs.
+
+An engine's `capabilities.toml` counts too: a scene is refused, or judged, by it.
+"""
 
 LIBRARIES = (
     *("numpy", "numba", "llvmlite", "pymunk", "cffi", "pybullet"),
@@ -94,7 +98,11 @@ def hash_sources(folders: Iterable[Path]) -> str:
 
 def code_files(folder: Path) -> list[Path]:
     """Return the files of code below a folder, in order."""
-    return sorted(path for path in folder.rglob("*") if path.suffix in CODE_ENDINGS)
+    return sorted(
+        path
+        for path in folder.rglob("*")
+        if path.suffix in CODE_ENDINGS or path.name == CAPABILITIES
+    )
 
 
 def versions() -> dict[str, str | None]:

@@ -41,6 +41,8 @@ def test_the_hash_of_sources_sees_every_change(tmp_path: Path) -> None:
     hashes.append(hash_sources(folders))
     (inner / "page.html").write_text("{{ text }}")
     hashes.append(hash_sources(folders))
+    (inner / "capabilities.toml").write_text("[p.always]")  # whether a scene is refused
+    hashes.append(hash_sources(folders))
     (tmp_path / "p" / "a.py").write_text("x = 1y")  # not distinguished by joined contents alone
     (tmp_path / "p" / "b.py").write_text(" = 2")
     hashes.append(hash_sources(folders))
@@ -57,8 +59,9 @@ def test_all_our_sources_are_hashed() -> None:
     wanted = {
         path.relative_to(ROOT).as_posix()
         for p in OUR_PACKAGES
-        for suffix in ("py", "mjs", "so")  # a wheel brings libraries of the kernels
-        for path in (ROOT / p).rglob(f"*.{suffix}")
+        # A wheel brings libraries of the kernels.
+        for name in ("*.py", "*.mjs", "*.so", "capabilities.toml")
+        for path in (ROOT / p).rglob(name)
     }
     assert hashed == wanted
     assert "model/impact_laws.py" in hashed
