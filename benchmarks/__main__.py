@@ -10,23 +10,20 @@ from typing import Annotated, TypeVar
 import typer
 
 from benchmarks.accuracy import SHOTS, measure_accuracy
+from benchmarks.board import board_of
 from benchmarks.breaks import BREAKS, measure_breaks
 from benchmarks.fits import TABLES, measure_fits
 from benchmarks.made import BREAKS as MADE, measure_made
 from benchmarks.measurements import Shown, machine_folder
-from benchmarks.pictures.gallery import committed_board, write_gallery
+from benchmarks.pictures.gallery import write_gallery
 from benchmarks.racks import PEERS, measure_racks, our_player, peer
 from benchmarks.rebounds import measure_rebounds
-from benchmarks.replays import FOLDER as REPLAYS, write_replays
 from benchmarks.skips import measure_skips
 from benchmarks.speed import chosen_workloads, measure_targets
-from benchmarks.steps import measure_steps
 from ghostball.cli.shared.options import AUTO, Jobs
 from ghostball.cli.shared.progress import counting
 from ghostball.cli.shared.terminal import command, say, stdout
-from ghostball.validation.board.board import load as load_board
 from ghostball.validation.exit_status import ExitStatus
-from ghostball.validation.results.files import BOARD
 from ghostball.validation.results.measurement import MeasurementError, make_folder
 from ghostball.validation.results.store import Results
 from ghostball.validation.scenes.gases import many_balls
@@ -158,23 +155,6 @@ def rebounds(out: Out = None, store: Store = False) -> None:
 
 @app.command()
 @command
-def steps(
-    engine: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--engine", "-e", metavar="ENGINE", help="As for `run` (default: those of the board)."
-        ),
-    ] = None,
-    jobs: Jobs = AUTO,
-    out: Out = None,
-    store: Store = False,
-) -> None:
-    """Measure each column of the board over each engine's own step: which step is worth it."""
-    measured_by(partial(measure_steps, engine or (), jobs), out, store, part=bool(engine))
-
-
-@app.command()
-@command
 def fits(
     tables: Annotated[int, typer.Option(min=1, help="How many tables.")] = TABLES,
     jobs: Jobs = AUTO,
@@ -220,26 +200,15 @@ def skips(
 
 @app.command()
 @command
-def replays(
+def board(
     results: Annotated[
-        Path, typer.Argument(metavar="DIR", help="Folder of `ghostball leaderboard`.")
+        Path, typer.Argument(metavar="DIR", help="Results of `ghostball validate board`.")
     ],
-    out: Annotated[
-        Path | None,
-        typer.Option(
-            "--out",
-            "-o",
-            metavar="DIR",
-            help="Write them there (default: replays/ in benchmarks/results/MACHINE).",
-        ),
-    ] = None,
+    out: Out = None,
+    store: Store = False,
 ) -> None:
-    """Keep the motions behind the committed board's cells, for the documentation to replay."""
-    ran, board = load_board(results / BOARD), committed_board()
-    if ran is None or board is None:
-        raise MeasurementError(f"{results}: it has no board. Write one by `ghostball leaderboard`")
-    for path in write_replays(ran, board, Results.open(results), out or machine_folder() / REPLAYS):
-        typer.echo(path)
+    """Gather how right and how fast each engine is on the board, for the documentation."""
+    measured_by(partial(board_of, Results.open(results)), out, store)
 
 
 @app.command()

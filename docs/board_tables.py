@@ -8,18 +8,17 @@ from unittest.mock import patch
 import numpy as np
 import pymunk
 
+from benchmarks.board import HEADS, BoardMeasurement
 from benchmarks.measurements import committed
-from benchmarks.pictures.gallery import committed_board
-from docs.engine_pages import cell_link
 from docs.tables import table
 from ghostball import find_scene, simulate
 from ghostball.reference_adapters.recipes import pymunk_recipe
-from ghostball.reports.board import about, cell_text, columns_of, looks_of, unit_of
 from ghostball.reports.style import format_length, format_time
-from ghostball.validation.board.board import Board
-from ghostball.validation.board.column import FAULTS
 from ghostball.validation.parallel.sources import PACKAGE_OF
 from ghostball.validation.precision.points import PrecisionMeasurement
+from ghostball.validation.scenes.library import BOARD, select
+
+UNMEASURED = "Not measured yet: `python -m benchmarks board DIR --store` does so."
 
 USES = (
     ("rules, an AI that tries many shots, a test's truth", "ghostball"),
@@ -32,51 +31,41 @@ USES = (
 )
 """What an engine is wanted for, and the label that was measured for it."""
 
-ASKED = ("cut", "exact-steps", "break", "slide")
-"""The columns of the board that decide for billiards."""
+ASKED = ("half-ball-1", "slide-to-rest", "throw")
+"""The scenes of the board that decide for billiards."""
 
 
 def board() -> str:
-    """Return the committed board of engines."""
-    stored = committed_board()
+    """Return a row for each engine that the last run measured: scenes by class, error and time."""
+    stored = committed(BoardMeasurement)
     if stored is None:
-        return "No board was measured yet: `ghostball leaderboard` does so."
-    return board_table(stored, reported=False)
-
-
-def board_table(board: Board, *, reported: bool) -> str:
-    """Return a board as a table in Markdown, with what its signs say and its columns ask."""
-    columns = columns_of(board, reported=reported)
-    rows = (
-        (
-            f"[`{row}`](engines/{row.partition(':')[0]}.md)",
-            *(cell_link(board, row, one) for one in columns),
-        )
-        for row in board.rows
+        return UNMEASURED
+    rows = ((_linked(label), *cells) for label, *cells in stored.rows())
+    earlier = ", ".join(dict.fromkeys(_linked(one) for one in stored.earlier if ":" not in one))
+    return "\n\n".join(
+        [
+            f"{len(select([BOARD]))} scenes, measured on {stored.where}:",
+            table(HEADS, rows),
+            *(
+                [
+                    f"Their pages show what earlier runs measured, with steps of 1 ms (in `half-ball-1` the "
+                    f"worst of eight starts): {earlier}."
+                ]
+                if earlier
+                else []
+            ),
+        ]
     )
-    lines = [table(("engine", *(column.title for column in columns)), rows)]
-    signs = [f"{one.sign} {one.says}" for one in looks_of(board, columns) if one.sign]
-    said = f"{'; '.join(signs)}. Lengths are how far off a run ends."
-    lines += ["", f"{said} Measured on {about(board, columns)}.", ""]
-    if not reported:
-        lines += (f"- **{one.title}**{unit_of(one)}: {one.question}." for one in columns)
-    return "\n".join(lines)
 
 
-def reported() -> str:
-    """Return what was reported of engines: each thread, its cause, its cure, and the verdicts."""
-    parts = []
-    for one in FAULTS.values():
-        assert one.thread is not None
-        where = "/".join(one.thread.split("/")[3:5])
-        thread = f"[{where} #{one.thread.rpartition('/')[2]}]({one.thread})"
-        parts.append(
-            f"- **{one.title}** ({thread}). {one.question}. *Cause:* {one.cause} *Cure:* {one.cure}"
-        )
-    stored = committed_board()
-    if stored is not None and columns_of(stored, reported=True):
-        parts += ["", board_table(stored, reported=True)]
-    return "\n".join(parts)
+def scenes() -> str:
+    """Return the scenes of the board and what each shows."""
+    rows = ((f"`{one.name}`", one.title) for one in select([BOARD]))
+    return table(("scene", "what it shows"), rows)
+
+
+def _linked(label: str) -> str:
+    return f"[`{label}`](engines/{label.partition(':')[0]}.md)"
 
 
 def choice() -> str:
@@ -129,13 +118,17 @@ def _shortened(label: str) -> str:
 
 
 def other_engines() -> str:
-    """Return what the board says of engines that the ladder of steps has not."""
-    stored = committed_board()
+    """Return what the board says of engines that the precision measurement has not."""
+    stored = committed(BoardMeasurement)
     if stored is None:
-        return "No board was measured yet: `ghostball leaderboard` does so."
-    columns = [one for one in columns_of(stored, reported=False) if one.id in ASKED]
+        return UNMEASURED
     left_out = {label.partition(":")[0] for _, label in USES}
     left_out |= {name for name, package in PACKAGE_OF.items() if package == "ghostball"}
-    chosen = [row for row in stored.rows if ":" not in row and row not in left_out]
-    rows = ((f"`{row}`", *(cell_text(stored, row, one) for one in columns)) for row in chosen)
-    return table(("engine", *(one.title for one in columns)), rows)
+    rows = []
+    for engine in (one for one in stored.labels if ":" not in one and one not in left_out):
+        found, exact = stored.of(engine), stored.of(f"{engine}:contact_steps=exact")
+        cells = [found.get(ASKED[0]), exact.get(ASKED[0]), *map(found.get, ASKED[1:])]
+        rows.append((f"`{engine}`", *("–" if one is None else one.text for one in cells)))
+    cut = f"`{ASKED[0]}`"
+    heads = (cut, f"{cut}, exact steps", *(f"`{name}`" for name in ASKED[1:]))
+    return table(("engine", *heads), rows)

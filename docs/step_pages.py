@@ -1,50 +1,46 @@
-"""What each engine's own step buys in each column of the board, as Markdown: see `steps.md`."""
+"""What each engine's time step buys in the scenes of the precision measurement, as Markdown."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 from benchmarks.measurements import committed
-from benchmarks.steps import COLUMNS, StepPoint, StepsMeasurement, error_text, knee
 from docs.tables import table
-from ghostball.validation.board.column import Column
+from ghostball.reports.precision import is_finest
+from ghostball.reports.style import format_length, format_time
+from ghostball.validation.precision.points import PrecisionMeasurement, PrecisionPoint, knee_of
 
-STEPPED = ", with steps of 1 ms"
-"""What a question of the board says of steps, which are others here."""
+HEADS = ("engine", "recommended step", "error there", "longest step", "shortest step")
 
 
 def page() -> str:
-    """Return a picture and a table for each column."""
-    measured = committed(StepsMeasurement)
+    """Return a table for each scene; errors are those of the worst phase of a step."""
+    measured = committed(PrecisionMeasurement)
     if measured is None:
-        return "Nothing was measured yet: `python -m benchmarks steps --store` does so."
+        return "Nothing was measured yet: `ghostball precision --out DIR` does so."
     parts = [f"Measured on {measured.where}; a machine's speed changes neither errors nor steps."]
-    for name, column in COLUMNS.items():
-        found = measured.of(name)
-        played = {row: points for row, points in found.items() if _plays(points)}
-        rows = [_row(column, row, points) for row, points in played.items()]
-        heads = ("engine", "worth it: dt", "error there", "at 60 steps/s", "at the most steps")
-        lacking = ", ".join(f"`{row}`" for row in found if row not in played)
-        parts += [
-            f"## {column.title}",
-            f"{column.question.partition(STEPPED)[0]}.",
-            f"![{column.title}: error against steps](pictures/steps-{name}.png)",
-            table(heads, rows),
-            *([f"Lack what is asked: {lacking}."] if lacking else []),
-        ]
+    points = [one for one in measured.points if one.step is not None]
+    for scene, title in dict.fromkeys((one.scene, one.title) for one in points):
+        mine = [one for one in points if one.scene == scene]
+        engines = dict.fromkeys(one.engine for one in mine)
+        rows = (_row([one for one in mine if one.engine == engine]) for engine in engines)
+        parts += [f"## {scene}", f"{title}.", table(HEADS, rows)]
     return "\n\n".join(parts)
 
 
-def _plays(points: Sequence[StepPoint]) -> bool:
-    return any(one.kind != "none" for one in points)
+def _row(points: Sequence[PrecisionPoint]) -> tuple[str, ...]:
+    """Return a row of the table; `points`: of one engine on one scene, the longest step first."""
+    ends = (f"{_error(one)} at {_step(one)}" for one in (points[0], points[-1]))
+    knee = knee_of(points)
+    if knee is None:
+        return f"`{points[0].engine}`", "no step", "–", *ends
+    more = " or shorter" if is_finest(knee, points) else ""
+    return f"`{points[0].engine}`", _step(knee) + more, _error(knee), *ends
 
 
-def _row(column: Column, row: str, points: Sequence[StepPoint]) -> tuple[str, ...]:
-    worth = knee(column, points)
-    ends = (points[0], points[-1])
-    cells = [error_text(column, one) for one in ends]
-    if worth is None:
-        return f"`{row}`", "no step", "–", *cells
-    finer = worth is points[-1] and len(points) > 1 and bool(worth.error)
-    said = f"1/{worth.steps}" + " or finer" * finer
-    return f"`{row}`", said, error_text(column, worth), *cells
+def _error(point: PrecisionPoint) -> str:
+    return format_length(point.error_high) if point.same_events else "wrong collisions"
+
+
+def _step(point: PrecisionPoint) -> str:
+    return format_time(point.step)

@@ -70,6 +70,14 @@ MARKS_KEY: Final = (
 """What the marks mean, in one line."""
 
 
+def size_of(found: Accuracy | None) -> float | None:
+    """Return what a column of runs is sorted by: the class, then the error; None without one."""
+    if found is None:
+        return None
+    error = found.error or 0.0
+    return list(CLASSES).index(found.kind) + error / (1.0 + error)
+
+
 def accuracy_text(case: CaseRecord | None) -> str:
     """Return how right a case is, as a cell says it: "exact", "3.67 mm", "other shot from 1.21 s".
 
@@ -156,14 +164,11 @@ class Tally:
         return sum(self.counts.values())
 
     @property
-    def middle(self) -> AccuracyKind | None:
-        """The class that half of the scenes reach or pass; None where none has a class."""
-        half, sofar = self.played / 2.0, 0
-        for kind, count in self.counts.items():
-            sofar += count
-            if sofar >= half:
-                return kind
-        return None
+    def rank(self) -> float | None:
+        """The mean of the classes, 0 for the best; None where no scene has a class."""
+        places = {kind: place for place, kind in enumerate(CLASSES)}
+        total = sum(places[kind] * count for kind, count in self.counts.items())
+        return total / self.played if self.played else None
 
 
 def tally(results: Results, label: str) -> Tally:

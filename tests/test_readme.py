@@ -16,13 +16,11 @@ from typer.testing import CliRunner
 from benchmarks.accuracy import AccuracyMeasurement
 from benchmarks.breaks import BreaksMeasurement
 from benchmarks.measurements import committed
-from benchmarks.pictures.gallery import committed_board
 from benchmarks.pictures.rebounds import best_of_each
 from benchmarks.racks import RacksMeasurement
 from benchmarks.rebounds import ReboundsMeasurement
 from benchmarks.skips import SkipsMeasurement
 from benchmarks.speed import TargetsMeasurement
-from benchmarks.steps import COLUMNS, StepsMeasurement
 from ghostball.cli import app
 from ghostball.engine import simulate
 from ghostball.engine.core.tolerances import CAPTURE_HEIGHT
@@ -212,11 +210,10 @@ def test_what_is_quoted_or_drawn_is_of_the_revision_that_is_named(kind, revision
 def test_every_picture_is_of_the_revision_that_is_named(name):
     revision = Image.open(GALLERY / name).text["Description"]
     own = {
-        "board.png": committed_board(),
         "precision.png": committed(PrecisionMeasurement),
         "racks.png": committed(RacksMeasurement),
         "rebounds.png": committed(ReboundsMeasurement),
-        **{f"steps-{name}.png": committed(StepsMeasurement) for name in COLUMNS},
+        "steps.png": committed(PrecisionMeasurement),
     }
     if name in own:
         assert revision.startswith(own[name].environment["git"]["revision"])

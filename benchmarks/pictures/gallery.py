@@ -7,7 +7,7 @@ from pathlib import Path
 from statistics import median
 from typing import TYPE_CHECKING, Any
 
-from benchmarks.measurements import committed, committed_files
+from benchmarks.measurements import committed
 from benchmarks.pictures.chaos import draw_chaos
 from benchmarks.pictures.paper import PAPER_FIGURES
 from benchmarks.pictures.physics import PHYSICS_FIGURES
@@ -15,20 +15,15 @@ from benchmarks.pictures.racks import draw_racks
 from benchmarks.pictures.rebounds import draw_rebounds
 from benchmarks.pictures.sections import SECTION_FIGURES
 from benchmarks.pictures.shots import our_shot
-from benchmarks.pictures.steps import draw_steps
 from benchmarks.racks import RacksMeasurement
 from benchmarks.rebounds import ReboundsMeasurement
-from benchmarks.steps import COLUMNS, StepsMeasurement
 from ghostball.model import GhostballError
 from ghostball.reports import style
-from ghostball.reports.board import draw_board
 from ghostball.reports.figures._table import aspect_of, view_of
 from ghostball.reports.figures.paths import WIDTH, draw_panel
-from ghostball.reports.precision import draw_against_time
+from ghostball.reports.precision import draw_against_steps, draw_against_time
 from ghostball.reports.shots import rest_error
-from ghostball.validation.board.board import Board, load as load_board
 from ghostball.validation.precision.points import PrecisionMeasurement
-from ghostball.validation.results.files import BOARD
 from ghostball.validation.results.store import CLOSED_FORM, Results
 
 if TYPE_CHECKING:
@@ -150,25 +145,16 @@ GALLERY: Mapping[str, Callable[[Results], Figure]] = {
 }
 
 
-def committed_board() -> Board | None:
-    """Return the committed board, which the documentation shows, too; None without any."""
-    paths = committed_files(BOARD)
-    return load_board(paths[0]) if paths else None
-
-
 def draw_committed() -> Iterator[tuple[str, Figure, str]]:
     """Draw the committed measurements that there are; each with the revision that it is of."""
     if (precision := committed(PrecisionMeasurement)) is not None:
-        yield "precision", draw_against_time(precision), revision_of(precision.environment)
+        at = revision_of(precision.environment)
+        yield "precision", draw_against_time(precision), at
+        yield "steps", draw_against_steps(precision), at
     if (racks := committed(RacksMeasurement)) is not None:
         yield "racks", draw_racks(racks), revision_of(racks.environment)
     if (rebounds := committed(ReboundsMeasurement)) is not None:
         yield "rebounds", draw_rebounds(rebounds), revision_of(rebounds.environment)
-    if (board := committed_board()) is not None:
-        yield "board", draw_board(board), revision_of(board.environment)
-    if (steps := committed(StepsMeasurement)) is not None:
-        for name, column in COLUMNS.items():
-            yield f"steps-{name}", draw_steps(steps, column), revision_of(steps.environment)
 
 
 def revision_of(environment: Mapping[str, Any]) -> str:

@@ -16,6 +16,7 @@ from ghostball.reports.accuracy import (
     accuracy_text,
     kinds_of,
     meaning_text,
+    size_of,
 )
 from ghostball.reports.outcome import CHANGES, of_comparison
 from ghostball.reports.page.changed import has_part
@@ -97,7 +98,7 @@ def why_text(case: CaseRecord | None) -> str:
     return f"{said}; {verdict.words}{checks}{stopped}" if said else f"{verdict.words}{stopped}"
 
 
-def _cell(case: CaseRecord | None, scene: str, label: str) -> dict[str, str]:
+def _cell(case: CaseRecord | None, scene: str, label: str) -> dict[str, Any]:
     verdict = verdict_of(case)
     found = None if case is None else case.accuracy
     kind = "" if found is None else f"acc-{CLASSES[found.kind].slug}"
@@ -107,6 +108,7 @@ def _cell(case: CaseRecord | None, scene: str, label: str) -> dict[str, str]:
         "text": accuracy_text(case) or verdict.symbol or "not run",
         "mark": MARKS.get(verdict, ""),
         "kind": kind,
+        "size": size_of(found),
         "why": why_text(case),
         "link": scene_link(scene, found.at if found else None, (OURS, label)),
     }

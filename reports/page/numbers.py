@@ -151,9 +151,9 @@ def timing_html(results: Results) -> Markup:
         (
             scene,
             [
-                "–"
+                ("–", None)
                 if (case := results.case(scene, label)) is None
-                else run_time_text(case, dated=case.reused)
+                else (run_time_text(case, dated=case.reused), case.wall_time)
                 for label in results.labels
             ],
         )

@@ -10,7 +10,6 @@ from markupsafe import Markup
 from ghostball.reports.guarded import FailedPart, attempt, failed_text
 from ghostball.reports.outcome import overall
 from ghostball.reports.page.about import environment_html, truth_html
-from ghostball.reports.page.board import board_html
 from ghostball.reports.page.changed import changed_html
 from ghostball.reports.page.colours import engine_css
 from ghostball.reports.page.failures import failures_html
@@ -114,12 +113,6 @@ def page_text(
             ),
             Part(lambda: hashes_html(results, scenes, regression), "hashes", "Determinism"),
             Part(lambda: timing_html(results), "timing", "Run times"),
-        ),
-        section(
-            "board",
-            "Board",
-            "Engines on the questions that distinguish them",
-            Part(lambda: board_html(results.path)),
         ),
         section(
             "real-tables",

@@ -66,28 +66,28 @@ def test_a_cell_leads_to_its_engine_beside_ours(open_page):
     assert viewed(page, 0) == ["ghostball", "paper-discrete"]
 
 
-def test_a_cell_of_the_board_opens_its_shot_with_its_engine_beside_ours(open_page):
+def test_tables_sort_by_accuracy_by_run_time_and_by_name(open_page):
     page = open_page()
-    shot, replay = page.locator("#board-cut"), page.locator("[data-replay='replay-board-cut']")
-    assert replay.is_hidden()
-    page.locator("a[href='#board-cut'][data-row='pymunk']").click()
-    shot_is = "document.querySelector(\"[data-replay='replay-board-cut']\").ghostball"
-    page.wait_for_function(f"{shot_is}?.view?.engines.length === 2")
-    assert page.evaluate(f"{shot_is}.view.engines") == ["ghostball", "pymunk"]
-    page.locator("a[href='#board-cut'][data-row='ghostball']").click()
-    page.wait_for_function(f"{shot_is}.view.engines.length === 1")
-    shot.locator("summary").click()
-    page.wait_for_function(f"{shot_is} === undefined")
-    shot.locator("summary").click()
-    page.wait_for_function(f"{shot_is}?.view?.engines.length === 2")
-    assert page.evaluate(f"{shot_is}.positions('pymunk')[1].slice(0, 2)") == [1.0, 0.5]
 
+    def column(table, k):
+        cells = page.locator(f"{table} tbody tr > :nth-child({k})")
+        return cells.evaluate_all("found => found.map(one => one.dataset.value)")
 
-def test_a_link_to_a_shot_of_the_board_opens_it(open_page, page_url):
-    page = open_page()
-    page.goto("about:blank")
-    page.goto(f"{page_url}#board-line")
-    page.wait_for_function("document.querySelector('#board-line').open")
+    def press(table, k):
+        page.locator(f"{table} thead th:nth-child({k}) button").click()
+
+    engines, matrix = "table.engines", "#matrix table"
+    for k in (2, 3, 4):
+        press(engines, k)
+        sizes = [float(one or "inf") for one in column(engines, k)]
+        assert sizes == sorted(sizes)
+    press(matrix, 3)
+    sizes = [float(one or "inf") for one in column(matrix, 3)]
+    assert sizes == sorted(sizes)
+    assert len(set(sizes)) > 2
+    press(matrix, 1)
+    names = page.locator(f"{matrix} tbody th").all_inner_texts()
+    assert names == sorted(names)
 
 
 def test_what_scenes_are_called_never_runs(open_page):

@@ -22,12 +22,8 @@ from stored_results import store_findings
 
 from ghostball.validation.baselines.baseline import load_baseline
 from ghostball.validation.baselines.regression import Regression, SceneChange
-from ghostball.validation.board.board import Board, load
-from ghostball.validation.board.cell import Cell
-from ghostball.validation.board.column import QUESTIONS
 from ghostball.validation.checks.criteria import Criteria
 from ghostball.validation.results.database import DATABASE, transaction, writing
-from ghostball.validation.results.files import BOARD
 from ghostball.validation.results.store import Results
 from ghostball.validation.stress.findings import Finding, StressRun
 
@@ -47,7 +43,7 @@ def dumped(one):
 
 @pytest.fixture(scope="module")
 def valid(tmp_path_factory):
-    """A results folder with a record of each kind; a stress run and a board lie in it."""
+    """A results folder with a record of each kind; a stress run lies in it."""
     folder = tmp_path_factory.mktemp("valid")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("ghostball.validation.parallel.pool.limit_of", lambda _: None)
@@ -198,20 +194,6 @@ def test_what_is_graded_may_be_nested_as_deeply_as_one_likes(tmp_path, text):
     assert status == 1
     assert output.startswith(f"did not finish {tmp_path / 'runs.json'}")
     assert "Traceback" not in output
-
-
-def test_a_board_of_another_shape_is_refused(tmp_path):
-    cell = Cell(row="pymunk", column="cut", kind="millimetres", value=0.1)
-    columns = (QUESTIONS["cut"],)
-    board = Board(environment={"cpu": "a processor"}, columns=columns, cells=(cell,))
-    board = board.model_dump_json()
-    assert reads(load, tmp_path / BOARD, board)
-    every = list(texts(board))
-    assert 0 < sum(reads(load, tmp_path / BOARD, text) for text in every) < len(every) / 2
-    (tmp_path / "board").mkdir()
-    (tmp_path / "board" / BOARD).write_text(DEEP)
-    status, output = run("leaderboard", "--only", "--out", tmp_path / "board", "-e", "pymunk")
-    assert (status, output.count("error: ")) == (2, 1)
 
 
 BASELINE = Path(__file__).parents[2] / "benchmarks/baselines/ghostball/stop.toml"

@@ -22,7 +22,6 @@ from ghostball.model import SampledTrajectory
 from ghostball.model.cache_folder import cache_folder
 from ghostball.reference_adapters import make_engine
 from ghostball.reference_adapters.base import resolution_of, stated_error
-from ghostball.validation.results.store import Results
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.stress import StressFolder
 
@@ -123,16 +122,6 @@ def by_stress(way: str, *options: object) -> tuple[int, frozenset[str]]:
     return status, broken_in("\n".join(fault for one in found for fault in one.faults))
 
 
-def by_leaderboard(way: str, *options: object) -> tuple[int, frozenset[str]]:
-    """Play shots of the board; what it says is in its folder, in the suite's records."""
-    columns = ("--column", "cut", "--column", "mm")
-    engine = ("--only", "-e", label(way))
-    status, _ = run("leaderboard", *engine, *columns, "--out", "board", *options)
-    cases = Results.open(Path("board")).cases
-    failed = [check.sentence for case in cases for check in case.checks if check.passed is False]
-    return status, broken_in("\n".join(failed))
-
-
 def by_all(pytester, way: str) -> Said:
     """Ask every command."""
     scenes, engine = ROWS[way].scenes, ("-e", label(way))
@@ -191,14 +180,6 @@ def test_an_engine_of_which_nothing_can_be_judged_passes_with_no_command(here, w
     assert not list(Path("baselines").glob("**/*.toml"))
 
 
-@pytest.mark.compiled
-@pytest.mark.usefixtures("in_this_process")
-@pytest.mark.parametrize("way", ["energy", "stops-at-once-of-a-step", "right"])
-def test_the_leaderboard_says_the_same_of_other_shots(here, way):
-    status, found = by_leaderboard(way)
-    assert (status, bool(found)) == (ROWS[way].status, way != "right")
-
-
 @pytest.mark.usefixtures("in_this_process")
 def test_who_insists_on_a_wrong_engine_keeps_the_reason_and_fails_all_the_same(here):
     scenes, engine = ROWS["friction"].scenes, ("-e", label("friction"))
@@ -223,8 +204,6 @@ def test_why_nothing_was_judged_is_said_by_every_command(here):
     assert (status, unjudged in said) == (4, True), said
     assert "No outcome judged" in run("report", "out", "--format=markdown")[1]
     assert f'"{unjudged}' in run("report", "out", "--format=junit")[1]
-    status, said = run("leaderboard", "--only", *asked, "--column", "mm", "--out", "board")
-    assert (status, unjudged in said) == (4, True), said
     status, said = run("stress", f"shipped/{scene}", *asked, "--full", "--out", "stress")
     assert (status, "no shot of lazy was judged by its final positions" in said) == (4, True), said
     run("regress", scene, *asked)
@@ -268,7 +247,6 @@ def test_an_engine_that_crashes_or_hangs_did_not_finish_whatever_the_command(her
         "regress": run("regress", *scenes, *engine, *limit),
         "accept": run("accept", *engine, "--reason", "It is wrong."),
         "stress": run("stress", *stress, *engine, *limit),
-        "leaderboard": run("leaderboard", "--only", *engine, "--column", "cut", *limit),
     }
     why = "it took longer than 3 s" if way == "hang" else "exit code 7"
     assert [command for command, (_, text) in said.items() if why not in text] == []

@@ -6,8 +6,6 @@ from pathlib import Path
 import numpy as np
 
 from ghostball.model import Ball, Scene, Table
-from ghostball.validation.board.board import run_board
-from ghostball.validation.board.column import QUESTIONS
 from ghostball.validation.results.store import Results, ResultsWriter
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.suite.suite import run_suite
@@ -37,10 +35,7 @@ def hostile_scene() -> Scene:
 
 
 def small_run(within: Path) -> Path:
-    """Five scenes on three engines; in the first, a fourth one whose ball is lost midway.
-
-    Beside them a board of two engines and two questions.
-    """
+    """Five scenes on three engines; in the first, a fourth one whose ball is lost midway."""
     first, folder = within / "first", within / "page"
     names = ("half-ball-cut", "draw-shot", "three-ball-chain", "flight-jump")
     scenes = [*map(find_scene, names), hostile_scene()]
@@ -59,6 +54,4 @@ def small_run(within: Path) -> Path:
             blown_up = replace(case, label=BROKEN, rest_positions=rest)
             writer.write((blown_up, replace(motion, positions=positions)))
     writer.finish("complete")
-    columns = [QUESTIONS[name] for name in ("cut", "line")]
-    run_board(["ghostball", "pymunk"], folder / "board", columns=columns)
     return folder

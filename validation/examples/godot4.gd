@@ -1,7 +1,7 @@
 # Godot 4 plays elastic shots that `ghostball scenes --export` wrote, for `ghostball grade` to judge:
 # what thread godotengine/godot#29639 asks (balls with bounce 1 that gain energy), and 52550, 38732.
 #
-#     ghostball scenes validation/board/scenes/godot-29639.toml --export scenes
+#     ghostball scenes godot-29639 --export scenes
 #     GHOSTBALL_SCENES="scenes/godot-29639.json" GHOSTBALL_RUNS=runs.jsonl \
 #         godot --headless --script godot4.gd --fixed-fps 60
 #     ghostball grade runs.jsonl

@@ -14,9 +14,6 @@ from pydantic_core import ErrorDetails
 
 from ghostball.model import GhostballError
 
-BOARD = "board.json"
-"""The file that keeps a board of engines, in a folder of its own or beside results."""
-
 
 class ResultsError(GhostballError):
     """A results folder that can't be read, written or replaced."""

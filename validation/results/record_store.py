@@ -35,7 +35,7 @@ from ghostball.validation.results.database import (
     transaction,
     writing,
 )
-from ghostball.validation.results.files import BOARD, ResultsError, cannot_write
+from ghostball.validation.results.files import ResultsError, cannot_write
 
 W = TypeVar("W")
 R = TypeVar("R")
@@ -270,11 +270,9 @@ class RecordStore(Generic[W, R]):
 def _is_ours(path: Path) -> bool:
     """Whether a path in a results folder is one of its files, or results of another command.
 
-    Such as out/against/REVISION in out, or out/board.
+    Such as out/against/REVISION in out.
     """
     if not path.is_dir():
-        return path.name.startswith((LOCK, DATABASE, BOARD))
+        return path.name.startswith((LOCK, DATABASE))
     inside = list(path.iterdir())
-    if [one.name for one in inside] == [BOARD]:
-        return True
     return has_database(path) or (bool(inside) and all(map(has_database, inside)))

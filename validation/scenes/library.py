@@ -19,23 +19,36 @@ CRITERIA_SUFFIX = ".expect.toml"
 """Ending of a criteria file's name: `break-16.toml` has its criteria in `break-16.expect.toml`."""
 
 FULL = "full"
-"""What stands for all shipped scenes, where names and tags do."""
+"""What stands for all shipped scenes but those of the board, where names and tags do."""
+
+BOARD = "board"
+"""The tag, and the folder in `FOLDER`, of scenes that show how engines differ."""
 
 
 @cache  # hundreds of look-ups of a run ask
 def shipped_scenes() -> tuple[Path, ...]:
-    """Return the files of the shipped scenes, in order of name."""
-    return tuple(
-        sorted(
-            (path for path in FOLDER.glob("*.toml") if not path.name.endswith(CRITERIA_SUFFIX)),
-            key=lambda path: path.stem,
-        )
-    )
+    """Return the files of the shipped scenes, in order of name; those of the board come last."""
+    return (*_scenes_in(FOLDER), *_scenes_in(FOLDER / BOARD))
+
+
+def _scenes_in(folder: Path) -> list[Path]:
+    paths = (path for path in folder.glob("*.toml") if not path.name.endswith(CRITERIA_SUFFIX))
+    return sorted(paths, key=lambda path: path.stem)
+
+
+@cache
+def _by_name() -> dict[str, Path]:
+    return {path.stem: path for path in shipped_scenes()}
 
 
 def scene_names() -> tuple[str, ...]:
     """Return the names of the shipped scenes, in order."""
-    return tuple(path.stem for path in shipped_scenes())
+    return tuple(_by_name())
+
+
+def scene_path(name: str) -> Path:
+    """Return the file of a shipped scene."""
+    return _by_name()[name]
 
 
 def find_scene(name_or_path: str | Path) -> Scene:
@@ -61,7 +74,8 @@ def select(wanted: Sequence[str] = ()) -> list[Scene]:
     """Return the scenes that a run is about, each once.
 
     `wanted`: names of shipped scenes, tags, paths, or patterns of names and paths, such as
-    "break-*" and "mine/*.toml", in the order wanted; "full", or nothing, is all that are shipped.
+    "break-*" and "mine/*.toml", in the order wanted; "full", or nothing, is all that are shipped
+    but those of the board.
 
     Raises `SceneError` where one of them is neither a name, nor a tag, nor a path, nor a pattern of
     any.
@@ -71,7 +85,7 @@ def select(wanted: Sequence[str] = ()) -> list[Scene]:
     chosen: dict[str, Scene] = {}
     for one in expand(wanted or [FULL]):
         if one == FULL:
-            found = shipped
+            found = [scene for scene in shipped if BOARD not in scene.tags]
         elif one in scene_names() or paths_among([one]):
             found = [find_scene(one)]
         elif one in tags:
@@ -126,7 +140,7 @@ def paths_among(wanted: Sequence[str]) -> tuple[str, ...]:
 
 @cache
 def _shipped(name: str) -> Scene:
-    return Scene.load(FOLDER / f"{name}.toml")
+    return Scene.load(scene_path(name))
 
 
 def _unknown(what: str, text: str, known: Sequence[str]) -> str:

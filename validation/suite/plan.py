@@ -30,7 +30,7 @@ from ghostball.validation.results.record_store import Name
 from ghostball.validation.results.records import CaseRecord
 from ghostball.validation.runs.playing import first_played
 from ghostball.validation.runs.runner import check_each_once
-from ghostball.validation.scenes.library import FOLDER, find_scene, paths_among, scene_names
+from ghostball.validation.scenes.library import find_scene, paths_among, scene_names, scene_path
 from ghostball.validation.suite.unchanged import inputs_hash, measured_between
 from ghostball.validation.suite.varied import Ensemble
 from ghostball.validation.truth.scene_truth import check_truth
@@ -148,7 +148,7 @@ def shipped_criteria(scene: Scene) -> Criteria:
     """
     if scene.name not in scene_names() or find_scene(scene.name) != scene:
         return Criteria()
-    return criteria_beside(FOLDER / f"{scene.name}.toml")
+    return criteria_beside(scene_path(scene.name))
 
 
 def criteria_beside_paths(names_or_tags: Sequence[str]) -> dict[str, Criteria]:

@@ -300,46 +300,6 @@ def stress(
 
 
 @app.command()
-@runs("measure.leaderboard")
-def leaderboard(
-    engine: Annotated[
-        list[str] | None,
-        engines_option("none but the rows that are shipped; it adds a row"),
-    ] = None,
-    only: Annotated[
-        bool, typer.Option("--only", help="Have no other rows than those of --engine.")
-    ] = False,
-    column: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="NAME",
-            help="Column; give it once for each (default: all but those of --reported).",
-        ),
-    ] = None,
-    reported: Annotated[
-        bool, typer.Option("--reported", help="Show the columns of faults that people reported.")
-    ] = False,
-    sort: Annotated[
-        str | None, typer.Option(metavar="NAME", help="Sort the rows by a column.")
-    ] = None,
-    out: Annotated[
-        Path, typer.Option("--out", "-o", metavar="DIR", help="Folder that keeps what is measured.")
-    ] = Path("out/board"),
-    jobs: Jobs = AUTO,
-    rerun: Rerun = False,
-    time_limit: TimeLimit = 120.0,
-    plot: Annotated[Path | None, plot_option("Draw the board")] = None,
-    form: PlainFormat = Plain.TEXT,
-) -> None:
-    """Compare the accuracy and the speed of engines, and their agreement with real tables.
-
-    Cases that earlier runs measured with the same code are reused. Exit statuses are those of
-    `validate`, but one judged shot suffices for an engine, with any step that a column gives it. An
-    engine that crashes or hangs loses only its own cells.
-    """
-
-
-@app.command()
 @runs("measure.precision")
 def precision(
     scenes: Annotated[

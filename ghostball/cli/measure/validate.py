@@ -59,7 +59,7 @@ from ghostball.validation.results.records import (
 from ghostball.validation.results.store import CaseRecord, Results, has_results
 from ghostball.validation.runs.runner import Reuse
 from ghostball.validation.scenes import commands
-from ghostball.validation.scenes.library import CRITERIA_SUFFIX, FULL, scene_names, select
+from ghostball.validation.scenes.library import BOARD, CRITERIA_SUFFIX, FULL, scene_names, select
 from ghostball.validation.suite.plan import criteria_beside_paths
 from ghostball.validation.suite.real_tables import measure_likenesses
 from ghostball.validation.suite.suite import DEFAULT_ENGINES, Outcome, run_suite
@@ -77,7 +77,7 @@ class _Request:
     engines: tuple[str, ...]
     asked: tuple[str, ...]  # without the one that shows the true shots
     named: bool  # whether the user or the project names the engines
-    whole: bool  # whether all that is shipped is asked
+    whole: bool  # whether all that is shipped is asked, or the board
     gates: list[Gate]
     fail_on: FailOn
     metrics: Sequence[str] | None
@@ -202,7 +202,7 @@ def _plan(
         (*specs, *(drawn if named else ())),
         specs,
         bool(named),
-        not metrics and (not names or FULL in names),
+        not metrics and (not names or not {FULL, BOARD}.isdisjoint(names)),
         gates,
         config.fail_on,
         metrics or None,

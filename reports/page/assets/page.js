@@ -189,30 +189,7 @@
   follow();
   unfold();
 
-  // What a cell of the board leads to opens, and its replay shows that row beside ours.
-  const shots = new Map();
-  const openShot = (shot, view) => {
-    const element = shot.querySelector("[data-replay]");
-    shot.open = true;
-    if (!element || !window.Ghostball?.mountReplay) return;
-    if (!shots.has(shot)) shots.set(shot, replayIn(element, view, {}));
-    else if (view.engines) shots.get(shot).look(view);
-  };
-  for (const shot of document.querySelectorAll("details[id^=board-]")) {
-    shot.addEventListener("toggle", () => {
-      if (shot.open) return openShot(shot, {});
-      shots.get(shot)?.close();
-      shots.delete(shot);
-    });
-    if (location.hash === `#${shot.id}`) openShot(shot, {});
-  }
-  for (const link of document.querySelectorAll("a[data-row]")) {
-    link.addEventListener("click", () => {
-      openShot(document.querySelector(link.hash), { engines: ["ghostball", link.dataset.row] });
-    });
-  }
-
-  // Tables that sort: by size, the least first, and what has no value last.
+  // Tables that sort: by size, the least first, and what has no value last; else by their text.
   for (const table of document.querySelectorAll("table.sortable")) {
     const body = table.tBodies[0];
     [...table.tHead.rows[0].cells].forEach((head, column) => {
@@ -220,12 +197,13 @@
       if (!button) return;
       button.hidden = false;
       const size = (row) => {
-        const { value } = row.cells[column].dataset;
+        const { textContent, dataset: { value } } = row.cells[column];
+        if (value === undefined) return textContent;
         return value === "" ? Infinity : Number(value);
       };
       button.addEventListener("click", () => {
         const rows = [...body.rows].map((row) => [size(row), row]);
-        rows.sort(([one], [other]) => (one === other ? 0 : one - other));
+        rows.sort(([one], [other]) => (one > other) - (one < other));
         body.append(...rows.map(([, row]) => row));
         for (const other of table.tHead.rows[0].cells) other.removeAttribute("aria-sort");
         head.setAttribute("aria-sort", "ascending");

@@ -1,6 +1,5 @@
 import numpy as np
 import pytest
-from step_points import points
 
 from benchmarks.pictures import gallery
 from benchmarks.pictures.chaos import SIZES, neighbours_of
@@ -8,9 +7,7 @@ from benchmarks.pictures.gallery import write_gallery
 from benchmarks.pictures.paper import PAPER_FIGURES, overlaps
 from benchmarks.pictures.racks import draw_racks
 from benchmarks.pictures.shots import our_shot
-from benchmarks.pictures.steps import draw_steps
 from benchmarks.racks import RacksMeasurement, RackTimes
-from benchmarks.steps import COLUMNS, STEPS, StepsMeasurement
 from ghostball.model import GhostballError
 from ghostball.reports import style
 from ghostball.reports.shots import load_shot
@@ -50,7 +47,7 @@ def test_the_gallery_is_complete(results_folder, tmp_path, monkeypatch):
     assert {path.suffix for path in written} == {".png"}
     assert all(path.read_text().startswith("Figure(") for path in written)
     assert {"hero", "paper-figure-2"} <= names
-    assert {"physics-deflection", "physics-throw", "precision", "racks", "board"} <= names
+    assert {"physics-deflection", "physics-throw", "precision", "racks", "steps"} <= names
 
 
 def test_a_gallery_without_its_scenes_is_an_error(small_folder, tmp_path):
@@ -151,21 +148,3 @@ def test_our_run_is_found_and_its_lack_is_named(small_folder):
     for lacking, name in ((results, "break-7"), (others, "stop")):
         with pytest.raises(GhostballError, match=f'our engine\'s motion in scene "{name}"'):
             our_shot(lacking, name)
-
-
-# Breaks where a picture of steps has a line too many, or the wrong step ringed
-
-
-def test_engines_with_the_same_errors_share_a_line_and_knees_are_ringed():
-    ladder = dict(zip(STEPS, (0.1, 5e-2, 2.5e-2, 1.2e-2, 6e-3, 3e-3, 1.5e-3), strict=True))
-    same = [one for row in ("pymunk", "pybullet") for one in points("cut", row, ladder)]
-    other = points("cut", "mujoco", ladder | {60: None, 120: 1e-3, 240: 1e-3})
-    with style.drawing():
-        figure = draw_steps(StepsMeasurement(points=(*same, *other), absent={}), COLUMNS["cut"])
-    (axes,) = figure.axes
-    names = axes.get_legend_handles_labels()[1]
-    assert names == ["pymunk, pybullet", "mujoco"]
-    rings = [line for line in axes.lines if line.get_fillstyle() == "none"]
-    assert [line.get_xdata()[0] for line in rings] == [3840, 3840]
-    crosses = [line for line in axes.lines if line.get_marker() == "x"]
-    assert [list(line.get_xdata()) for line in crosses] == [[], [60]]

@@ -15,7 +15,9 @@ def results(results_folder):
 
 def test_every_scene_of_an_engine_is_in_its_bar(results):
     html = str(engines_html(results))
-    rows = re.findall(r'<tr><th scope="row">(.*?)<td class="bars">(.*?)</div>', html, re.DOTALL)
+    rows = re.findall(
+        r'<tr><th scope="row">(.*?)<td class="bars"[^>]*>(.*?)</div>', html, re.DOTALL
+    )
     assert len(rows) == len(results.labels)
     for label, (_, bar) in zip(results.labels, rows, strict=True):
         assert sum(map(int, re.findall(r"flex-grow:(\d+)", bar))) == len(results.scene_names), label

@@ -17,8 +17,8 @@ from ghostball.reports import PAGE, write_report
 # The page needs no figure.
 pytestmark = pytest.mark.usefixtures("without_run_figures")
 
-SECTIONS = ["verdict", "matrix", "scenes", "failures", "numbers", "board", "stress", "run"]
-ALWAYS = [name for name in SECTIONS if name not in ("board", "stress")]
+SECTIONS = ["verdict", "matrix", "scenes", "failures", "numbers", "stress", "run"]
+ALWAYS = [name for name in SECTIONS if name != "stress"]
 """Those that are there whatever lies beside the results."""
 
 EVIL = "</script><script>alert(1)</script><img src=x onerror=alert(1)>"

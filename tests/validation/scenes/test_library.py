@@ -14,18 +14,21 @@ from ghostball.model.scene import json_schema
 from ghostball.reference_adapters.registry import engine_names
 from ghostball.validation.checks.criteria import criteria_beside, shared_criteria
 from ghostball.validation.scenes.library import (
+    BOARD,
     CRITERIA_SUFFIX,
     FOLDER,
     find_scene,
     scene_names,
+    scene_path,
     select,
     shipped_scenes,
 )
 from ghostball.validation.truth.closed_forms import FORMS, has_closed_form
 from ghostball.validation.truth.proof import proof_of
 
-NAMES = scene_names()
-SCHEMA_LINE = "#:schema ./scene.schema.json"
+NAMES = tuple(scene.name for scene in select())
+ON_BOARD = [path for path in shipped_scenes() if path.parent.name == BOARD]
+OF_SUITE = [path for path in shipped_scenes() if path not in ON_BOARD]
 
 RESTING_CONTACT = {"push", "wedged"}
 """Scenes with a closed form in which balls stay in contact under a force."""
@@ -48,11 +51,12 @@ def test_scene_file(path: Path, tmp_path: Path) -> None:
     scene = Scene.load(path)
     assert scene.name == path.stem
     assert scene.title
-    assert path.read_text(encoding="utf-8").startswith(SCHEMA_LINE + "\n#")
+    where = ".." if path in ON_BOARD else "."
+    assert path.read_text("utf-8").startswith(f"#:schema {where}/scene.schema.json\n")
     # Saved and read again it is the same scene, to the last bit.
     scene.save(tmp_path / "copy.toml")
     assert Scene.load(tmp_path / "copy.toml") == scene
-    assert ("closed-form" in scene.tags) == has_closed_form(scene)
+    assert ("closed-form" in scene.tags) == (has_closed_form(scene) and path in OF_SUITE)
     assert ("break" in scene.tags) == (len(scene.balls) >= 7 and "rack gap" in scene.title)
 
 
@@ -82,7 +86,7 @@ def test_half_ball_cut_aims_at_the_edge() -> None:
 # --- criteria
 
 
-@pytest.mark.parametrize("path", shipped_scenes(), ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", OF_SUITE, ids=lambda path: path.stem)
 def test_every_scene_has_criteria(path: Path) -> None:
     # Criteria.load refuses unknown metrics and empty reasons; check_engines unknown engines.
     criteria = criteria_beside(path)
@@ -141,8 +145,19 @@ def test_unknown_name_offers_near_ones() -> None:
         find_scene("qqqq")
 
 
+def test_the_board_is_asked_for_by_its_tag_alone() -> None:
+    board = select([BOARD])
+    assert [scene.name for scene in board] == [path.stem for path in ON_BOARD]
+    assert not {scene.name for scene in board} & set(NAMES)
+    reported = select(["reported"])
+    assert 0 < len(reported) < len(board)
+    for scene in reported:
+        assert "\n# Reported: https://github.com/" in scene_path(scene.name).read_text("utf-8")
+    assert scene_names() == (*NAMES, *(scene.name for scene in board))
+
+
 def test_select_suites() -> None:
-    assert [scene.name for scene in select()] == list(NAMES)
+    assert select(["full"]) == select()
     smoke = select(["smoke"])
     assert 0 < len(smoke) < len(NAMES)
     assert all("smoke" in scene.tags for scene in smoke)

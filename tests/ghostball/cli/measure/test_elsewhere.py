@@ -206,7 +206,7 @@ def test_the_example_in_gdscript_plays(tmp_path: Path) -> None:
     godot = shutil.which("godot3-server") or shutil.which("godot4") or shutil.which("godot")
     if godot is None:
         pytest.skip("there is no Godot")
-    scene = EXAMPLES.parent / "board" / "scenes" / "p2-156.toml"
+    scene = EXAMPLES.parent / "scenes/board/p2-156.toml"
     CliRunner().invoke(app, ["scenes", str(scene), "--export", str(tmp_path)])
     script = "godot3.gd" if godot.endswith("godot3-server") else "godot4.gd"
     runs = tmp_path / "runs.jsonl"

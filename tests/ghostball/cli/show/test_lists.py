@@ -4,15 +4,16 @@ import importlib.metadata
 
 from ghostball.cli.show.lists import _Described, _version
 from ghostball.reference_adapters import engine_class
-from ghostball.validation import scene_names
+from ghostball.validation.scenes.library import select
 
 
 def test_scenes_lists_every_shipped_scene_with_its_tags(cli):
-    result = cli("scenes")
-    assert result.exit_code == 0
-    for name in scene_names():
-        assert f" {name} " in result.stdout
-    assert "closed-form" in result.stdout
+    for tag in ("full", "board"):
+        result = cli("scenes", tag)
+        assert result.exit_code == 0
+        for scene in select([tag]):
+            assert f" {scene.name} " in result.stdout
+    assert "reported" in result.stdout
 
 
 def test_engines_are_a_table_with_a_line_of_each(cli):

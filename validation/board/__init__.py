@@ -1,1 +1,0 @@
-"""The board: every engine and configuration on the questions that distinguish engines."""
