@@ -41,27 +41,16 @@ def board() -> str:
     if stored is None:
         return UNMEASURED
     rows = ((_linked(label), *cells) for label, *cells in stored.rows())
-    earlier = ", ".join(dict.fromkeys(_linked(one) for one in stored.earlier if ":" not in one))
-    return "\n\n".join(
-        [
-            f"{len(select([BOARD]))} scenes, measured on {stored.where}:",
-            table(HEADS, rows),
-            *(
-                [
-                    f"Their pages show what earlier runs measured, with steps of 1 ms (in `half-ball-1` the "
-                    f"worst of eight starts): {earlier}."
-                ]
-                if earlier
-                else []
-            ),
-        ]
-    )
-
-
-def scenes() -> str:
-    """Return the scenes of the board and what each shows."""
-    rows = ((f"`{one.name}`", one.title) for one in select([BOARD]))
-    return table(("scene", "what it shows"), rows)
+    said = [
+        f"{len(select([BOARD]))} scenes, measured on {stored.where}:",
+        table(HEADS, rows),
+    ]
+    if earlier := dict.fromkeys(_linked(one) for one in stored.earlier if ":" not in one):
+        said.append(
+            "Earlier runs measured other engines, with steps of 1 ms (in `half-ball-1` the worst "
+            f"of eight starts); their pages show that: {', '.join(earlier)}."
+        )
+    return "\n\n".join(said)
 
 
 def _linked(label: str) -> str:

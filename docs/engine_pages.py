@@ -52,7 +52,8 @@ def _on_board(name: str) -> Iterator[str]:
         (f"`{scene}`", *(cases[scene].text if scene in cases else "" for cases in found))
         for scene in scenes
     )
-    where = dict.fromkeys(stored.earlier.get(label, stored.where) for label in labels)
+    said = "; ".join(stored.earlier.get(label, stored.where) for label in labels)
+    where = dict.fromkeys(said.split("; "))
     heads = ("scene", *(f"`{label}`" for label in labels))
     yield (
         "## On the board\n\nRest error, or accuracy class, and run time in each scene of "
