@@ -45,7 +45,6 @@ PARTS = {
     "ledgers_html": "Where the energy went",
     "hashes_html": "Determinism",
     "timing_html": "Run times",
-    "board_html": "Engines on the questions that distinguish them",
     "stress_html": "Stress survival",
     "truth_html": "What is true here",
     "environment_html": "Environment",
