@@ -17,7 +17,7 @@ from pathlib import Path
 
 import flint
 
-from ghostball.model import GhostballError
+from ghostball.model import GhostballError, rounding
 from ghostball.model.cache_folder import cache_folder
 from ghostball.reference_adapters.certified.certificate import Certificate
 from ghostball.reference_adapters.certified.problem import Problem
@@ -49,9 +49,9 @@ def key_of(
 
 @cache
 def code_hash() -> str:
-    """Hash of the sources of this package and of the versions of the library."""
+    """Hash of the sources of this package, of what counts as touching, and of the library."""
     digest = hashlib.sha256()
-    for path in sorted(Path(__file__).parent.glob("*.py")):
+    for path in [*sorted(Path(__file__).parent.glob("*.py")), Path(rounding.__file__)]:
         digest.update(path.name.encode() + b"\0" + path.read_bytes())
     digest.update(repr((flint.__version__, flint.__FLINT_VERSION__)).encode())
     return digest.hexdigest()

@@ -9,7 +9,6 @@ from itertools import count
 
 from flint import arb
 
-from ghostball.model import EventKind
 from ghostball.reference_adapters.certified.certificate import Choice
 from ghostball.reference_adapters.certified.meetings import Meeting, meeting
 from ghostball.reference_adapters.certified.motion import Body
@@ -92,8 +91,7 @@ class Candidate:
     @property
     def balls(self) -> tuple[int, ...]:
         """Indices of its balls."""
-        c = self.choice
-        return (c.a, c.b) if c.kind is EventKind.BALL_BALL else (c.a,)
+        return self.choice.balls
 
     def is_void(self, bodies: list[Body]) -> bool:
         """Return True if one of its bodies is no longer the ball's, in `bodies` of all balls."""

@@ -130,6 +130,11 @@ class Choice:
     a: int
     b: int
 
+    @property
+    def balls(self) -> tuple[int, ...]:
+        """Indices of its balls."""
+        return (self.a, self.b) if self.kind is EventKind.BALL_BALL else (self.a,)
+
     def describe(self, ids: tuple[str, ...]) -> str:
         """Return the event with the names of its balls."""
         first = f'"{ids[self.a]}"'
@@ -147,7 +152,8 @@ class CertifiedEvent:
     `a`, `b`: as in an event of a `Result`.
     `t` [s].
     `tie`: whether its place among the events next to it is a convention: an event without a ball in
-        common with it may come at the very same instant, and either order has the same outcome.
+        common with it may come at the very same instant, and either order has the same outcome; or
+        they act at once.
     """
 
     kind: EventKind

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import NamedTuple
+
 from flint import arb
 
 from ghostball.model import EventKind
 from ghostball.reference_adapters.certified.arithmetic import ZERO, Vector
 from ghostball.reference_adapters.certified.candidates import Candidate
+from ghostball.reference_adapters.certified.certificate import Choice
 from ghostball.reference_adapters.certified.contacts import Contacts
 from ghostball.reference_adapters.certified.gaps import PairGap
 from ghostball.reference_adapters.certified.laws import (
@@ -26,6 +30,13 @@ from ghostball.reference_adapters.certified.obstacles import Straight
 from ghostball.reference_adapters.certified.problem import Problem
 
 
+class Together(NamedTuple):
+    """What impacts that act at once do: the balls after them, by index, and their events."""
+
+    bodies: dict[int, Body]
+    choices: tuple[Choice, ...]
+
+
 class Impacts:
     """What impacts do in one run.
 
@@ -39,6 +50,15 @@ class Impacts:
         self._laws = Laws(problem)
         self._contacts = contacts
         self.still = False
+
+    @property
+    def act_at_once(self) -> bool:
+        """Whether impacts of one instant act at once; else one after another, in an order."""
+        return False
+
+    def together(self, group: Sequence[Candidate], order: int) -> Together:
+        """Return what impacts of one instant do that share balls, where they act at once."""
+        raise NotImplementedError
 
     def overlapping(self, chosen: Candidate) -> bool:
         """Whether an impact begins in an overlap, by the rounding of the scene's numbers."""

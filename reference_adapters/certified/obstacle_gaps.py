@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 from flint import arb
 
-from ghostball.model import EventKind
+from ghostball.model import EventKind, Phase
 from ghostball.reference_adapters.certified.arithmetic import Direction, exactly, minus
 from ghostball.reference_adapters.certified.certificate import Choice
 from ghostball.reference_adapters.certified.gaps import (
@@ -130,6 +130,16 @@ class StraightGap:
     def is_behind(self) -> bool:
         """Whether the ball's centre is surely behind the line, at first: no rounding does that."""
         return bool(self.piece.away((self._body.x, self._body.y)) < 0)
+
+    @property
+    def slowing(self) -> arb:
+        """Component, across the line, of the velocity or slip that friction acts against, at first.
+
+        The line's own share of what slows the ball is in proportion to it.
+        """
+        body = self._body
+        slides = body.phase is Phase.SLIDING
+        return self.piece.across((body.ux, body.uy) if slides else (body.vx, body.vy))
 
     def is_on_face(self, s: arb) -> bool | None:
         """Whether the ball is in front of the face after a time s; None: that isn't decided."""

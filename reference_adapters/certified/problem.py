@@ -43,6 +43,7 @@ class Problem:
     t_max: float | None
     gravity: float
     slides: bool
+    simultaneous: bool  # impacts of one instant act at once
     ball_restitution: float
     ball_friction: float | None  # None: Alciatore's curve
     cushion: str
@@ -96,6 +97,7 @@ def problem_of(scene: Scene) -> Problem:
         t_max=scene.t_max,
         gravity=physics.gravity,
         slides=physics.motion == "sliding",
+        simultaneous=physics.impacts == "simultaneous",
         ball_restitution=physics.ball_restitution,
         ball_friction=None if friction == "alciatore" else float(friction),
         cushion=physics.cushion,

@@ -12,31 +12,24 @@ import time
 
 from flint import arb
 
-from ghostball.model import EventKind, Phase
-from ghostball.model.rounding import position_rounding
+from ghostball.model import COLLISION_KINDS, EventKind, Phase
 from ghostball.reference_adapters.certified.arithmetic import (
     ZERO,
     SustainedContactError,
     UndecidedError,
-    Vector,
 )
 from ghostball.reference_adapters.certified.candidates import Agenda, Candidate
 from ghostball.reference_adapters.certified.certificate import Choice, Ending
-from ghostball.reference_adapters.certified.contacts import TOUCHING, Contacts
+from ghostball.reference_adapters.certified.contacts import Contacts
 from ghostball.reference_adapters.certified.flight import (
     FlyingBody,
     body_in_space_at_start,
     gone,
 )
-from ghostball.reference_adapters.certified.gaps import (
-    DistanceGap,
-    PairGap,
-    error_in_doubles,
-    level_reach,
-    motion_in_doubles,
-)
+from ghostball.reference_adapters.certified.gaps import PairGap, level_reach
 from ghostball.reference_adapters.certified.impacts import Impacts
 from ghostball.reference_adapters.certified.impacts_in_space import ImpactsInSpace
+from ghostball.reference_adapters.certified.joint_impacts import JointImpacts
 from ghostball.reference_adapters.certified.meetings import Meeting, meeting_again
 from ghostball.reference_adapters.certified.motion import Body, body_at_start
 from ghostball.reference_adapters.certified.obstacle_gaps import (
@@ -48,6 +41,7 @@ from ghostball.reference_adapters.certified.obstacle_gaps import (
     reach_to_nose,
 )
 from ghostball.reference_adapters.certified.obstacles import Round, Straight, obstacles_met
+from ghostball.reference_adapters.certified.order import Order
 from ghostball.reference_adapters.certified.over_obstacles import (
     Nearness,
     hole_below,
@@ -55,30 +49,7 @@ from ghostball.reference_adapters.certified.over_obstacles import (
     past_hole,
 )
 from ghostball.reference_adapters.certified.problem import Problem
-
-TIE_BITS = 100
-"""Events of different balls that are within 2^-100 s count as simultaneous.
-
-Either order then has the same outcome, which is proved; some are at one instant by the laws, as
-when a rolling ball meets a resting one and both slides end together.
-"""
-
-
-def largest_speeds(problem: Problem) -> list[float]:
-    """Return a speed that each ball never exceeds [m/s]: with all energy of the start in it.
-
-    No law, and no cloth, makes energy: m v^2 / 2 is at most the sum of m v^2 / 2 + m R^2 w^2 / 5,
-    and of m g z where balls begin at a height z above the cloth.
-    """
-    twice = ZERO
-    for ball in problem.balls:
-        moves = arb(ball.vx) ** 2 + arb(ball.vy) ** 2
-        turns = arb(ball.wx) ** 2 + arb(ball.wy) ** 2 + arb(ball.wz) ** 2
-        twice += ball.mass * (moves + 2 * arb(ball.radius) ** 2 * turns / 5)
-        if problem.airborne:
-            falls = 2 * arb(problem.gravity) * (arb(ball.z) - ball.radius)
-            twice += ball.mass * (arb(ball.vz) ** 2 + falls)
-    return [float((twice / ball.mass).upper().sqrt().upper()) for ball in problem.balls]
+from ghostball.reference_adapters.certified.ties import sharing_balls
 
 
 class Run:
@@ -100,15 +71,16 @@ class Run:
         self.airborne = problem.airborne
         self._problem = problem
         self._t_max = None if problem.t_max is None else arb(problem.t_max)
-        self._speeds = largest_speeds(problem)
         self._agenda = Agenda(bits)
         self._pieces = obstacles_met(problem)
         self._contacts = Contacts(problem, self._pieces)
-        law = ImpactsInSpace if problem.airborne else Impacts
-        self._impacts = law(problem, self._contacts)
+        law = ImpactsInSpace if problem.airborne else JointImpacts
+        self._impacts: Impacts = law(problem, self._contacts)
         start = body_in_space_at_start if problem.airborne else body_at_start
         self.bodies = [start(ball, problem) for ball in problem.balls]
         self.segments = list(enumerate(self.bodies))
+        at_once = self._impacts.act_at_once
+        self._order = Order(problem, self._agenda, self.bodies, act_at_once=at_once)
 
     def go(self, max_events: int, deadline: float) -> Ending:
         """Run until the end, `max_events` events, or `deadline` of `time.perf_counter`.
@@ -124,16 +96,17 @@ class Run:
                 return "event limit"
             if time.perf_counter() > deadline:
                 return "time limit"
-            chosen, tie = self._next()
-            if chosen is None:
+            chosen, tie = self._order.take()
+            if not chosen:
                 self.ended = True
                 self.rested = all(body.resting for body in self.bodies)
                 return "proved"
-            self._resolve(chosen)
-            self.events.append((chosen.choice, self.now, tie))
-            for k in chosen.balls:
-                self.segments.append((k, self.bodies[k]))
-            self._predict_touched(chosen.balls)
+            for group in sharing_balls(chosen):
+                for choice in self._resolve(group):
+                    self.events.append((choice, self.now, tie))
+                    for k in choice.balls:
+                        self.segments.append((k, self.bodies[k]))
+            self._predict_touched({k for one in chosen for k in one.balls})
 
     # -- what may come next ----------------------------------------------------------------------
 
@@ -250,140 +223,55 @@ class Run:
             end = min(end, self._problem.t_max)
         return max(end - float(later.t.lower()), 0.0) * (1.0 + 2.0**-20) + 2.0**-30
 
-    # -- which comes next ------------------------------------------------------------------------
-
-    def _next(self) -> tuple[Candidate | None, bool]:
-        """Return the next event, and whether its place is a convention; None is the end."""
-        group = self._agenda.take_first(self.bodies)
-        if not group:
-            return None, False
-        first = group[0]
-        for c in group[1:]:
-            earlier, later = c.instant.mid(), first.instant.mid()
-            if earlier < later or (earlier == later and c.rank < first.rank):
-                first = c
-        t = first.instant
-        if self._t_max is not None:
-            if all(c.instant > self._t_max for c in group):
-                return None, False
-            if not t <= self._t_max:
-                raise UndecidedError("whether it comes before `t_max`", (first.choice,), t)
-        rivals = [c for c in group if c is not first and not c.instant > t]
-        # By rank: which of a tie's middles is the first changes with the precision.
-        ranked = sorted((first, *rivals), key=lambda c: c.rank)
-        choices = tuple(c.choice for c in ranked)
-        if not first.known:
-            what = "whether they touch" if len(choices) == 1 else "what comes first"
-            raise UndecidedError(what, choices, t)
-        if rivals:
-            self._check_tie(first, rivals, choices)
-        for c in group:
-            if c is not first:
-                self._agenda.add(c)
-        self._check_order(first)
-        return first, bool(rivals)
-
-    def _check_order(self, first: Candidate) -> None:
-        """Raise where another contact of a ball closes too, within what counts as touching.
-
-        No engine in doubles can say then which of both comes first.
-        """
-        if first.gap is None:
-            return
-        now = float(first.instant)
-        for other in self._agenda.sharing(first, self.bodies):
-            if other.gap is None or _far_apart(other, now):
-                continue
-            choices = tuple(c.choice for c in sorted((first, other), key=lambda c: c.rank))
-            s = first.instant - other.gap.t
-            room, rate = other.gap.value(s), other.gap.slope(s)
-            least = self._touching(other)
-            if room > least or rate > 0:
-                continue
-            surely = bool(room <= least and rate < 0)
-            raise UndecidedError("what comes first", choices, first.instant, exact=surely)
-
-    def _touching(self, candidate: Candidate) -> arb:
-        """Return the value of a candidate's gap below which it counts as closed."""
-        assert candidate.gap is not None
-        bodies = candidate.bodies
-        diameter = sum((body.constants.radius for body in bodies), ZERO) * (2 // len(bodies))
-        rounding = position_rounding(*(body.doubles.place for body in bodies))
-        least = TOUCHING * diameter + rounding
-        if isinstance(candidate.gap, DistanceGap):  # the difference of two squares
-            return least * (2 * candidate.gap.reach)
-        return least
-
-    def _check_tie(
-        self, first: Candidate, rivals: list[Candidate], choices: tuple[Choice, ...]
-    ) -> None:
-        """Let events pass that can't be ordered but needn't be; raise for the others."""
-        t = first.instant
-        for c in rivals:
-            if not c.known or set(c.balls) & set(first.balls):
-                exact = c.known and c.instant is first.instant
-                raise UndecidedError("what comes first", choices, first.instant, exact=exact)
-            t = t.union(c.instant)
-        width = float(t.rad().upper()) * 2.0
-        if not width <= 2.0**-TIE_BITS:
-            raise UndecidedError("what comes first", choices, t)
-        if not all(self._isolated(c, t, width) for c in (first, *rivals)):
-            raise UndecidedError("whether the order matters", choices, t)
-
-    def _isolated(self, candidate: Candidate, t: arb, width: float) -> bool:
-        """Whether no other ball is near enough to a candidate's to feel it within `width` [s]."""
-        for k in candidate.balls:
-            x, y = self._place(k, t)
-            for m, body in enumerate(self.bodies):
-                if m in candidate.balls:
-                    continue
-                ox, oy = self._place(m, t)
-                reach = 2.0 * (self._speeds[k] + self._speeds[m]) * width + 1e-12
-                least = self.bodies[k].constants.radius + body.constants.radius + reach
-                dx, dy = x - ox, y - oy
-                if not dx * dx + dy * dy > least * least:
-                    return False
-        return True
-
-    def _place(self, k: int, t: arb) -> Vector:
-        body = self.bodies[k]
-        return (body.x, body.y) if body.resting else body.position_after(t - body.t)
-
     # -- what it does ----------------------------------------------------------------------------
 
-    def _resolve(self, chosen: Candidate) -> None:
-        """Move the clock to an event, and its balls on from there.
+    def _resolve(self, group: list[Candidate]) -> tuple[Choice, ...]:
+        """Move the clock to an event, or impacts that act at once, and their balls on from there.
 
-        Nothing is changed where the outcome can't be decided.
+        Return the events. Nothing is changed where the outcome can't be decided.
         """
-        choice, t = chosen.choice, chosen.instant
+        first, t = group[0], group[0].instant
         same = t is self.now
         order = self.order if same else self.order + 1
-        overlapping = False
+        overlapping = []
         try:
-            if choice.kind is EventKind.BALL_BALL:
-                overlapping = self._impacts.overlapping(chosen)
-                bodies = self._impacts.collided(chosen, order)
-            elif choice.kind is EventKind.BALL_CUSHION:
-                overlapping = self._impacts.overlapping(chosen)
-                bodies = (self._impacts.bounced(chosen, order),)
-            elif choice.kind in (EventKind.LEAVES_TABLE, EventKind.POCKETED):
-                bodies = (gone(chosen.bodies[0], chosen.age, t, order),)
+            for one in group:
+                collides = one.choice.kind in COLLISION_KINDS
+                overlapping.append(collides and self._impacts.overlapping(one))
+            if len(group) > 1:
+                after, choices = self._impacts.together(group, order)
             else:
-                bodies = (chosen.bodies[0].after_phase(t, order),)
+                bodies, choices = self._outcome(first, order), (first.choice,)
+                after = dict(zip(first.balls, bodies, strict=True))
         except UndecidedError as error:
-            raise UndecidedError(error.what, (choice,), t, exact=error.exact) from None
-        if same:
+            named = tuple(one.choice for one in group)
+            raise UndecidedError(error.what, named, t, exact=error.exact) from None
+        for choice in choices if same else ():
             self._contacts.same_instant(choice, t)
-        else:
+        if not same:
             self._contacts.start_instant(self.bodies)
             self.now, self.order = t, order
-        for k, body in zip(chosen.balls, bodies, strict=True):
+        for k, body in after.items():
             self.bodies[k] = body
-        self._contacts.note(chosen, bodies, overlapping, still=self._impacts.still)
+        for one, overlaps in zip(group, overlapping, strict=True):
+            bodies = tuple(after[k] for k in one.balls)
+            self._contacts.note(one, bodies, overlaps, still=self._impacts.still)
+        return choices
 
-    def _predict_touched(self, balls: tuple[int, ...]) -> None:
-        for k in balls:
+    def _outcome(self, chosen: Candidate, order: int) -> tuple[Body, ...]:
+        """Return the balls of an event after it."""
+        kind = chosen.choice.kind
+        if kind is EventKind.BALL_BALL:
+            return self._impacts.collided(chosen, order)
+        if kind is EventKind.BALL_CUSHION:
+            return (self._impacts.bounced(chosen, order),)
+        body, t = chosen.bodies[0], chosen.instant
+        if kind in (EventKind.LEAVES_TABLE, EventKind.POCKETED):
+            return (gone(body, chosen.age, t, order),)
+        return (body.after_phase(t, order),)
+
+    def _predict_touched(self, balls: set[int]) -> None:
+        for k in sorted(balls):
             self._predict_alone(k)
             for m in range(len(self.bodies)):
                 if m != k and not (m in balls and m > k):
@@ -410,24 +298,6 @@ class Run:
             self.rested = False
             return self._t_max
         return t
-
-
-def _far_apart(candidate: Candidate, t: float) -> bool:
-    """Whether two balls are surely apart at an instant [s], by doubles; False where they can't say.
-
-    By a thousandth of their radii, far more than doubles err.
-    """
-    if len(candidate.bodies) == 1:
-        return False
-    places, reach, error = [], 0.0, 0.0
-    for body in candidate.bodies:
-        q, s = body.doubles, 0.0 if body.resting else t - float(body.t)
-        if body.curved or not q.exact_enough:
-            return False
-        places.append(motion_in_doubles(body, s, in_space=False)[0])
-        reach += float(body.constants.radius)
-        error += error_in_doubles(q.place, q.speed, q.pull, s)
-    return math.dist(*places) > 1.001 * reach + error
 
 
 def _latest(s: arb) -> float:

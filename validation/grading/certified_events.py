@@ -66,13 +66,15 @@ class EventChange(NamedTuple):
 def event_changes(
     scene: Scene, certificate: Certificate, balls: tuple[ProvedBall, ...]
 ) -> Iterator[EventChange]:
-    """Yield what each event does; nothing is known from a ball's second collision at an instant.
+    """Yield what each event does; nothing is known of a ball's second collision at an instant.
 
     And nothing at all where balls may fly.
     """
     laws = Laws(problem_of(scene))
     at = [0] * len(balls)
     events = proved_events(certificate)
+    here: Counter[tuple[int, float]] = Counter()
+    tied = [proved.tie for proved in certificate.events]
     collisions = (event for event in events if event.kind in COLLISION_KINDS)
     due = Counter((ball, event.t) for event in collisions for ball in event.balls)
     for event in events:
@@ -82,7 +84,11 @@ def event_changes(
         for i in involved:
             at[i] += 1
         after = tuple(balls[i].starts[at[i]] for i in involved)
-        twice = event.kind in COLLISION_KINDS and any(due[i, t] > 1 for i in involved)
+        twice = False
+        if event.kind in COLLISION_KINDS:
+            # Of those that tie with others of the ball none is the first.
+            twice = any(here[i, t] or (tied[event.index] and due[i, t] > 1) for i in involved)
+            here.update((i, t) for i in involved)
         if twice or certificate.lifts:
             nothing = (None, None, None, None, 0.0, None, 0.0, ())
             yield EventChange(event.kind, t, involved, after, *nothing)

@@ -17,8 +17,8 @@ from numpy.typing import ArrayLike
 from ghostball.model import Scene, first_energy
 from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.certified import Certificate, Enclosure
+from ghostball.reference_adapters.certified.order import largest_speeds
 from ghostball.reference_adapters.certified.problem import problem_of
-from ghostball.reference_adapters.certified.run import largest_speeds
 from ghostball.validation.grading.certified_growth import Rounding, places_between
 from ghostball.validation.grading.event_logs import proved_events
 from ghostball.validation.grading.tolerances import UNIT_ROUNDOFF

@@ -5,8 +5,6 @@ A shot whose collisions no engine in doubles can tell apart is compared with its
 
 from __future__ import annotations
 
-from fnmatch import fnmatchcase
-
 import numpy as np
 import pytest
 from right_shots import judged, stress_scenes
@@ -57,7 +55,8 @@ def test_a_turned_rack_whose_balls_all_but_touch_passes(preset, turn):
     """Breaks where a gap of a rounding decides what comes first."""
     found = judged(turned_rack(preset, turn))
     assert found.faults == ()
-    assert found.reference == "ambiguous"
+    # At 0.7 all balls overlap by a rounding: then all contacts are closed at once.
+    assert found.reference == ("whole" if turn == 0.7 else "ambiguous")
 
 
 RANDOM = {
@@ -105,22 +104,18 @@ def test_what_extreme_numbers_found_is_gone(trial):
     assert found.reference == "whole"
 
 
-TIES = (
-    "touching/corner-*-slanting-gap-0/*",
-    "touching/bisector-*",
-    "touching/line-of-*",
-    "touching/triangle-*",
-    "touching/wedged-*",
-    "tunnelling/energy-of-elastic-break/*",
-    "pockets/into-the-jaws-*",
+AMBIGUOUS = (
+    "touching/wedged-corner-elastic-gap-0/0",
+    "touching/wedged-corner-rolling-gap-0/0",
+    "tunnelling/energy-of-elastic-break/0",
 )
-"""Stress shots with two contacts of a ball at one instant, whose order no proof says.
+"""Stress shots whose proof ends where it can't tell contacts apart.
 
-A ball that goes along a bisector, or straight at a rack or a frozen line: it is so by symmetry.
+Balls at rest by symmetry, which no number says, and a rack whose gaps are roundings.
 """
 
 MOST_AMBIGUOUS = 0.02
-"""Share of other shots that have a reference in which that can't tell contacts apart."""
+"""Largest share of the shots with a reference in which that can't tell contacts apart."""
 
 
 def broken_and_ambiguous(family: str, every: int) -> tuple[dict[str, tuple[str, ...]], list[str]]:
@@ -136,10 +131,6 @@ def has_reference(name: str) -> bool:
     return not name.startswith(("storms/", "long-runs/", "reversal/gas"))
 
 
-def is_tied(name: str) -> bool:
-    return any(fnmatchcase(name, pattern) for pattern in TIES)
-
-
 FAMILIES = ("grazing", "touching", "extremes", "long-runs", "reversal", "pockets", "tunnelling")
 
 
@@ -147,7 +138,7 @@ FAMILIES = ("grazing", "touching", "extremes", "long-runs", "reversal", "pockets
 def test_some_stress_shots_are_right_by_the_law(family):
     broken, ambiguous = broken_and_ambiguous(family, 11)
     assert broken == {}
-    assert [name for name in ambiguous if not is_tied(name)] == []
+    assert set(ambiguous) <= set(AMBIGUOUS)
 
 
 @pytest.mark.compiled
@@ -156,8 +147,14 @@ def test_some_stress_shots_are_right_by_the_law(family):
 def test_all_stress_shots_are_right_by_the_law(family):
     broken, ambiguous = broken_and_ambiguous(family, 1)
     assert broken == {}
-    others = [name for name in ambiguous if not is_tied(name)]
-    assert len(others) <= MOST_AMBIGUOUS * len(list(stress_scenes("quick", family)))
+    assert ambiguous == [name for name in AMBIGUOUS if name.startswith(f"{family}/")]
+
+
+def test_hardly_any_stress_shot_is_ambiguous():
+    shots = [name for family in FAMILIES for name, _ in stress_scenes("quick", family)]
+    referenced = [name for name in shots if has_reference(name)]
+    assert set(AMBIGUOUS) <= set(referenced)
+    assert len(AMBIGUOUS) <= MOST_AMBIGUOUS * len(referenced)
 
 
 @pytest.mark.compiled
