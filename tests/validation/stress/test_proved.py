@@ -121,8 +121,8 @@ def test_a_ball_that_nothing_moves_must_stay():
 
 
 def test_a_proof_that_says_nothing_is_no_pass():
-    """Two cushions at one instant: nothing is proved, and so nothing would be judged."""
-    name = "corner-elastic-slanting-gap-0"
+    """A ball that stops by symmetry: nothing is proved, and so nothing would be judged."""
+    name = "wedged-corner-elastic-gap-0"
     (scene,) = (one.scene for one in touching.FAMILY.trials("quick") if one.name == name)
     with pytest.raises(GhostballError, match="nothing is proved of scene"):
         MatchesProof()(simulate(scene, record="trajectory"))
