@@ -24,8 +24,7 @@ from ghostball.reports.figures._table import (
     draw_table,
     view_of,
 )
-from ghostball.reports.motions import motion_of_run
-from ghostball.reports.shots import Run, Shot
+from ghostball.reports.shots import Run, Shot, motion_of_run
 from ghostball.validation.results.store import Motion, Results
 
 if TYPE_CHECKING:

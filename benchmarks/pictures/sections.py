@@ -19,8 +19,7 @@ from ghostball.reference_adapters.paper.rotation import turned_by_frames
 from ghostball.reports import style
 from ghostball.reports.accuracy import accuracy_text
 from ghostball.reports.figures.heights import draw_side, part_in_flight
-from ghostball.reports.motions import motion_of_run
-from ghostball.reports.shots import Run, Shot
+from ghostball.reports.shots import Run, Shot, motion_of_run
 from ghostball.validation.results.store import Motion, Results
 
 if TYPE_CHECKING:

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from ghostball.model.arrays import FloatArray
 from ghostball.reports import style
-from ghostball.reports.motions import motion_of_run
-from ghostball.reports.shots import Run, Shot
+from ghostball.reports.shots import Run, Shot, motion_of_run
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

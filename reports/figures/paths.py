@@ -1,18 +1,19 @@
-"""Paths of balls: what every picture of a shot shares, and the panel of one engine."""
+"""Paths of balls, which differ where a ball slides: what every picture of a shot shares."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from ghostball.model import Phase
 from ghostball.model.arrays import FloatArray
 from ghostball.reports import style
-from ghostball.reports.figures._phases import draw_motion
 from ghostball.reports.figures._table import View, draw_ball, draw_table, view_of
-from ghostball.reports.motions import motion_of_run
-from ghostball.reports.shots import Run, Shot, rest_error_text
+from ghostball.reports.shots import Run, Shot, motion_of_run, rest_error_text
 from ghostball.validation.checks.verdict import RestError
 
 if TYPE_CHECKING:
@@ -30,6 +31,13 @@ LABEL_SIZE = 8.0
 
 LETTER_WIDTH = 0.62
 """Mean width of a letter over the size of the font."""
+
+
+SLIDING_WIDER = 1.2
+"""Added to a line's width where the ball slides [pt]."""
+
+SLIDING_DARKER = 1.5
+"""Factor on a line's opacity where the ball slides."""
 
 
 def draw_against_time(axes: Axes, shot: Shot, colours: Sequence[str] | None = None) -> None:
@@ -190,3 +198,67 @@ def view_shown(shot: Shot, collinear: bool) -> View:
 def median_end(shot: Shot) -> float:
     """Return when the middle one of the runs ends [s]: one that never rests squeezes no other."""
     return float(np.median([motion_of_run(run).times[-1] for run in shot.drawn])) or 1.0
+
+
+def draw_motion(
+    axes: Axes,
+    run: Run,
+    *,
+    against_time: bool = False,
+    colours: Sequence[str] | None = None,
+    **look: Any,
+) -> None:
+    """Draw the paths of all balls of a run; where they slide, as `sliding_look` says.
+
+    `run`: with a motion.
+    `against_time`: draw x against time rather than y against x.
+    `colours`: of the balls' paths, instead of one for all in `look`.
+    `**look`: goes to matplotlib's `plot`; `linewidth` and `alpha` must be in it.
+    """
+    motion = run.motion
+    assert motion is not None
+    for ball in range(motion.positions.shape[1]):
+        if colours is not None:
+            look["color"] = colours[ball]
+        x, y = motion.positions[:, ball, 0], motion.positions[:, ball, 1]
+        line = np.column_stack((motion.times, x) if against_time else (x, y))
+        if motion.phases is None:
+            axes.plot(*line.T, **look)
+            continue
+        for slides, part in parts_of(line, motion.phases[:, ball] == Phase.SLIDING):
+            # Rounded ends of two parts would overlap and show through each other.
+            ends = {"solid_capstyle": "butt"}
+            axes.plot(*part.T, **(look | ends | (sliding_look(look) if slides else {})))
+
+
+def sliding_look(look: dict[str, Any]) -> dict[str, Any]:
+    """Return what of a line's look differs where the ball slides.
+
+    Wider and darker: that prints, and everyone sees it. Dashes would hide a slide of a few
+    centimetres, and the colour says whose line it is.
+    """
+    return {
+        "linewidth": look["linewidth"] + SLIDING_WIDER,
+        "alpha": min(SLIDING_DARKER * look["alpha"], 1.0),
+    }
+
+
+def parts_of(line: FloatArray, slides: NDArray[np.bool_]) -> Iterator[tuple[bool, FloatArray]]:
+    """Yield whether a part slides, and its points, (m, 2), for the rolling and the sliding part.
+
+    `line` (k, 2) float64.
+    `slides` (k,) bool: whether the ball slides from each point on.
+
+    Stretches of the same part are joined by NaN, where matplotlib lifts the pen: one line however
+    often the phase changes. Neighbouring stretches share a point, so that no gap opens.
+    """
+    changes = np.flatnonzero(np.diff(slides[:-1])) + 1
+    bounds = [0, *changes.tolist(), len(line) - 1]
+    for wanted in (False, True):
+        stretches = [
+            np.vstack((line[start : end + 1], np.full((1, line.shape[1]), np.nan)))
+            for start, end in pairwise(bounds)
+            if slides[start] == wanted
+        ]
+        if stretches:
+            yield wanted, np.concatenate(stretches)[:-1]

@@ -14,26 +14,28 @@ import numpy as np
 
 from ghostball.reports import style
 from ghostball.reports.accuracy import cell_text
-from ghostball.reports.figures._phases import draw_motion
 from ghostball.reports.figures._table import View, draw_discs, draw_scale_bar, draw_table
 from ghostball.reports.figures.heights import draw_heights, flying
 from ghostball.reports.figures.paths import (
     draw_against_time,
+    draw_motion,
     is_collinear,
     label_balls,
     line_of,
     median_end,
     view_shown,
 )
-from ghostball.reports.motions import (
+from ghostball.reports.shots import (
     ERROR_FLOOR,
+    Run,
+    Shot,
     collision_times,
     distance_from,
     energy_scale,
     largest,
+    legend_text,
     motion_of_run,
 )
-from ghostball.reports.shots import Run, Shot, legend_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

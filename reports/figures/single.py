@@ -9,12 +9,12 @@ import numpy as np
 from ghostball.model import Scene
 from ghostball.model.arrays import FloatArray
 from ghostball.reports import style
-from ghostball.reports.figures._phases import draw_motion
 from ghostball.reports.figures._table import View, aspect_of, draw_ball, draw_table
 from ghostball.reports.figures.heights import draw_heights, flying
 from ghostball.reports.figures.paths import (
     WIDTH,
     draw_against_time,
+    draw_motion,
     is_collinear,
     label_balls,
     scale_of,

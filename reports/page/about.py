@@ -8,8 +8,8 @@ from typing import Any
 
 from markupsafe import Markup
 
-from ghostball.reports.counted import counted_rows
 from ghostball.reports.page.rendering import render
+from ghostball.reports.page.scene_numbers import counted_rows
 from ghostball.validation.results.store import Results
 
 UNAVAILABLE = "unavailable here"

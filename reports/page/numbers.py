@@ -12,8 +12,8 @@ from ghostball.reports import style
 from ghostball.reports.page.chart import Series, draw, log_axis
 from ghostball.reports.page.rendering import render
 from ghostball.reports.page.scenes import ScenePart
+from ghostball.reports.shared_tables import SPREAD_HEADS, SPREAD_KEY, spread_remarks, spread_rows
 from ghostball.reports.shots import rest_error
-from ghostball.reports.spread_text import HEADER, KEY, remarks_of, rows_of
 from ghostball.reports.words import metric_of, run_time_text
 from ghostball.validation.baselines import Regression
 from ghostball.validation.checks.verdict import RestError, rest_error_standing
@@ -119,8 +119,8 @@ def ensembles_html(results: Results) -> Markup:
     """Return how much the ends of varied starts vary; "" where none were played."""
     if not results.varied:
         return Markup()
-    rows, remarks = list(rows_of(results)), list(remarks_of(results))
-    return render("ensembles.html", key=KEY, header=HEADER, rows=rows, remarks=remarks)
+    rows, remarks = list(spread_rows(results)), list(spread_remarks(results))
+    return render("ensembles.html", key=SPREAD_KEY, header=SPREAD_HEADS, rows=rows, remarks=remarks)
 
 
 def ledgers_html(ledgers: Mapping[str, EnergyLedger]) -> Markup:

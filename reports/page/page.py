@@ -11,7 +11,6 @@ from ghostball.reports.guarded import FailedPart, attempt, failed_text
 from ghostball.reports.outcome import overall
 from ghostball.reports.page.about import environment_html, truth_html
 from ghostball.reports.page.changed import changed_html
-from ghostball.reports.page.colours import engine_css
 from ghostball.reports.page.failures import failures_html
 from ghostball.reports.page.matrix import changes_html, matrix_html
 from ghostball.reports.page.numbers import (
@@ -24,7 +23,7 @@ from ghostball.reports.page.numbers import (
     timing_html,
 )
 from ghostball.reports.page.real_tables import real_tables_html
-from ghostball.reports.page.rendering import asset, render, replay_script
+from ghostball.reports.page.rendering import asset, engine_css, render, replay_script
 from ghostball.reports.page.scenes import ScenePart
 from ghostball.reports.page.stress import stress_html
 from ghostball.reports.page.verdict import verdict_html

@@ -10,7 +10,7 @@ from __future__ import annotations
 import base64
 import math
 import zlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any, Final
 
 import numpy as np
@@ -28,7 +28,6 @@ from ghostball.reports.page.replay_tracks import (
     packed_motion,
 )
 from ghostball.reports.shots import Run, Shot
-from ghostball.validation.results.records import Motion
 
 SCHEMA: Final = 2
 """Version of the data; the script refuses another one."""
@@ -51,24 +50,7 @@ def scene_data(shot: Shot, *, horizon: float | None = None) -> dict[str, Any]:
 
     Returns plain values: no nan, no inf.
     """
-    truth = shot.truth_positions
-    return _data(
-        shot.scene,
-        shot.runs,
-        horizon=horizon,
-        truth=None if truth is None else {"kind": shot.truth, "rest": _points(truth)},
-    )
-
-
-def motions_data(scene: Scene, motions: Mapping[str, Motion]) -> dict[str, Any]:
-    """Return what the replay of several engines' motions shows, by label."""
-    runs = tuple(Run(label, None, motion) for label, motion in motions.items())
-    return _data(scene, runs, horizon=None, truth=None)
-
-
-def _data(
-    scene: Scene, runs: Sequence[Run], *, horizon: float | None, truth: dict[str, Any] | None
-) -> dict[str, Any]:
+    scene, runs, truth = shot.scene, shot.runs, shot.truth_positions
     parts: list[bytes] = []
     engines = [_engine(run, scene.radii, parts) for run in runs]
     table = scene.table
@@ -96,7 +78,7 @@ def _data(
         "nose": scene.physics.cushion_height if scene.physics.airborne else None,
         # One at the start says that nothing is known of how errors grow, as in flight.
         "horizon": _finite(horizon or None),
-        "truth": truth,
+        "truth": None if truth is None else {"kind": shot.truth, "rest": _points(truth)},
         "engines": engines,
         "packed": _compressed(b"".join(parts)),
     }

@@ -1,4 +1,4 @@
-"""What was measured of one scene, engine by engine: collisions, a table of numbers, remarks."""
+"""What was measured and counted of one scene, engine by engine: collisions, numbers, remarks."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from ghostball.reports import style
-from ghostball.reports.counted import counted_text
 from ghostball.reports.shots import rest_error_text, standing_text
 from ghostball.reports.words import metric_of, run_time_text
 from ghostball.validation.checks.verdict import (
@@ -15,9 +14,28 @@ from ghostball.validation.checks.verdict import (
     rest_error_standing,
     verdict_of,
 )
-from ghostball.validation.results.store import CLOSED_FORM, INDEPENDENT, CaseRecord, Check
+from ghostball.validation.results.store import CLOSED_FORM, INDEPENDENT, CaseRecord, Check, Results
 
 COMPARISONS = {"at_most": "at most", "at_least": "at least", "equals": "exactly"}
+
+
+COUNTED = {
+    "joint_impacts": "impacts of one instant, resolved together",
+    "unsolved_joint_impacts": "of those, impacts whose impulses were not found",
+    "contact_steps": "steps of balls in resting contact",
+    "contact_pieces": "further pieces of the motion over such steps",
+    "unsolved_contact_steps": "steps of balls in resting contact whose forces were not found",
+    "pulls": "overlapping balls pulled apart",
+    "put_backs": "balls put back from beyond a cushion",
+    "coincident_pairs": "balls at one and the same place",
+    "overlaps": "overlaps that the search for collisions left alone",
+}
+"""Counters of `Result.work` that stand for an approximation or a repair, in words."""
+
+UNSOLVED = ("unsolved_joint_impacts", "unsolved_contact_steps")
+
+SCENES_SHOWN = 8
+"""More scenes than this in a cell of a table are no longer read."""
 
 
 @dataclass(frozen=True)
@@ -120,3 +138,37 @@ def remarks(cases: Sequence[CaseRecord]) -> Iterator[Remark]:
             yield Remark(case, f"approximates: {'; '.join(case.approximations)}")
         if counted := counted_text(case):
             yield Remark(case, f"counted {counted}")
+
+
+def counted_text(case: CaseRecord) -> str:
+    """Return what a run counted beyond exact events, in words; "" where there was nothing."""
+    return ", ".join(f"{case.work[name]} {words}" for name, words in _present(case))
+
+
+def work_text(case: CaseRecord) -> str:
+    """Return every counter of a run, by its name in `Result.work`."""
+    return ", ".join(f"{name.replace('_', ' ')} {count}" for name, count in case.work.items())
+
+
+def counted_rows(
+    results: Results,
+) -> Iterator[tuple[str, str, int, list[tuple[str, int]], int]]:
+    """Yield engine, what it counted, how often in all, where most, and in how many scenes more."""
+    for label in results.labels:
+        cases = [case for case in results.cases if case.label == label]
+        for name, words in COUNTED.items():
+            found = {case.scene: case.work[name] for case in cases if case.work.get(name)}
+            if not found:
+                continue
+            most = sorted(found, key=lambda scene: (-found[scene], scene))
+            shown = [(scene, found[scene]) for scene in most[:SCENES_SHOWN]]
+            yield label, words, sum(found.values()), shown, len(most) - len(shown)
+
+
+def unsolved(results: Results) -> int:
+    """Return how many joint impacts and contact steps of all runs were left without a solution."""
+    return sum(case.work.get(name, 0) for case in results.cases for name in UNSOLVED)
+
+
+def _present(case: CaseRecord) -> Iterator[tuple[str, str]]:
+    return ((name, words) for name, words in COUNTED.items() if case.work.get(name))

@@ -6,10 +6,10 @@ from collections import Counter
 
 from markupsafe import Markup
 
-from ghostball.reports.counted import unsolved
 from ghostball.reports.outcome import bad_cases, kind_text, overall
 from ghostball.reports.page.first_screen import engines_html
 from ghostball.reports.page.rendering import render
+from ghostball.reports.page.scene_numbers import unsolved
 from ghostball.reports.words import many, reused_text
 from ghostball.validation.baselines import Regression
 from ghostball.validation.checks.metric_table import METRICS

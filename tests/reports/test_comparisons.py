@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from ghostball.reports.comparisons import HEADS, comparison_cells
+from ghostball.reports.shared_tables import COMPARISON_HEADS, comparison_cells
 from ghostball.reports.shots import rest_error_text
 from ghostball.validation.results.store import Results
 
@@ -25,7 +25,7 @@ def test_each_run_has_a_cell_for_each_heading(results_folder):
             assert cells is None
             continue
         rest, _, *counts, _, _ = cells
-        assert len(cells) == len(HEADS)
+        assert len(cells) == len(COMPARISON_HEADS)
         assert rest == ("the reference" if case.is_own_measure else rest_error_text(case))
         for kind, text in zip(("ball-ball", "ball-cushion"), counts, strict=True):
             found, true = case.collision_counts.get(kind, 0), case.truth_counts.get(kind, 0)

@@ -1,6 +1,6 @@
 """Fails where an approximation or a repair stays in the results unseen."""
 
-from ghostball.reports.counted import counted_rows
+from ghostball.reports.page.scene_numbers import counted_rows
 from ghostball.validation.results.store import Results
 
 

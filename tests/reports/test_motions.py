@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ghostball.engine import simulate
-from ghostball.reports.motions import distance_from
+from ghostball.reports.shots import distance_from
 from ghostball.validation.results.store import Motion
 from ghostball.validation.runs.sampling import motion_of
 from ghostball.validation.scenes.library import find_scene

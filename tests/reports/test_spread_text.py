@@ -3,7 +3,7 @@
 import pytest
 
 from ghostball.reports import spread_text
-from ghostball.reports.spread_text import HEADER, remarks_of, rows_of
+from ghostball.reports.shared_tables import SPREAD_HEADS, spread_remarks, spread_rows
 from ghostball.validation.suite.spread import QUANTITIES, SceneSpread, Spread
 
 OURS, NEAR, FAR = Spread(3.0, 0.5), Spread(3.1, 0.5, 1.0), Spread(9.0, 0.5, 12.0)
@@ -28,8 +28,8 @@ def shown(monkeypatch):
 
 @pytest.mark.usefixtures("shown")
 def test_a_row_has_a_cell_under_each_heading_and_a_scene_is_named_once():
-    rows = list(rows_of(None))
-    assert {len(row) for row in rows} == {len(HEADER)}
+    rows = list(spread_rows(None))
+    assert {len(row) for row in rows} == {len(SPREAD_HEADS)}
     assert [row[0] for row in rows] == ["break", "", "", ""]
     assert [row[-1] for row in rows] == ["3 ± 0.5", "3.1 ± 0.5 (+1.0)", "≠ 9 ± 0.5 (+12.0)", "–"]
     assert [row[2:4] for row in rows[::3]] == [["5 of 5", "12 mm"], ["1 of 5", "–"]]
@@ -37,7 +37,7 @@ def test_a_row_has_a_cell_under_each_heading_and_a_scene_is_named_once():
 
 @pytest.mark.usefixtures("shown")
 def test_what_is_wrong_is_said():
-    assert list(remarks_of(None)) == [
+    assert list(spread_remarks(None)) == [
         "break on near: 2 starts that end break a limit of every engine",
         "break on gone: 4 starts without an end: it hung",
     ]

@@ -22,8 +22,15 @@ from ghostball.reports.accuracy import (
     tally,
     wrong_text,
 )
-from ghostball.reports.comparisons import HEADS, KEY, comparison_cells
-from ghostball.reports.spread_text import HEADER, KEY as SPREAD_KEY, remarks_of, rows_of
+from ghostball.reports.shared_tables import (
+    COMPARISON_HEADS,
+    COMPARISON_KEY,
+    SPREAD_HEADS,
+    SPREAD_KEY,
+    comparison_cells,
+    spread_remarks,
+    spread_rows,
+)
 from ghostball.reports.words import LIKENESS_KEY, likeness_cell
 from ghostball.validation.checks.verdict import Verdict, unfinished_text, verdict_of
 from ghostball.validation.measured.likeness import Likeness
@@ -75,13 +82,15 @@ def _key(results: Results) -> str:
 
 def details_table(results: Results) -> RenderableType:
     """Return rest positions, collisions and energy compared with the reference, by case."""
-    heads = ("scene", "engine", *map(_stacked, HEADS))
+    heads = ("scene", "engine", *map(_stacked, COMPARISON_HEADS))
     rows = (
         (escape(case.scene), escape(case.label), *map(escape, cells))
         for case in _by_scene(results)
         if (cells := comparison_cells(case))
     )
-    return Group(table_of(heads, rows, right=heads[2:], whole=heads), f"[dim]{escape(KEY)}[/]\n")
+    return Group(
+        table_of(heads, rows, right=heads[2:], whole=heads), f"[dim]{escape(COMPARISON_KEY)}[/]\n"
+    )
 
 
 def _by_scene(results: Results) -> Iterable[CaseRecord]:
@@ -91,11 +100,11 @@ def _by_scene(results: Results) -> Iterable[CaseRecord]:
 
 def spread_table(results: Results, size: Size) -> RenderableType:
     """Return how the ends of varied starts vary, of this size at most."""
-    heads = [escape(head) for head in HEADER]
-    rows = (tuple(map(escape, row)) for row in rows_of(results))
+    heads = [escape(head) for head in SPREAD_HEADS]
+    rows = (tuple(map(escape, row)) for row in spread_rows(results))
     table = table_of(heads, rows, right=heads[2:], whole=heads)
     key = f"[dim]Starts varied by {escape(str(size))} at most. {escape(SPREAD_KEY)}[/]"
-    return Group(table, key, *map(escape, remarks_of(results)))
+    return Group(table, key, *map(escape, spread_remarks(results)))
 
 
 def colour_of(case: CaseRecord) -> str:

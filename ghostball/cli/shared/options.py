@@ -246,8 +246,7 @@ def plot_option(what: str) -> typer.models.OptionInfo:
 
 def check_plot(path: Path, *, films: bool = False) -> None:
     """Refuse a picture that can't be made, before the run; `films` says whether it may move."""
-    from ghostball.reports.film import FILMS  # noqa: PLC0415
-    from ghostball.reports.plot import ENDINGS  # noqa: PLC0415
+    from ghostball.reports.plot import ENDINGS, FILMS  # noqa: PLC0415
 
     endings = ENDINGS + FILMS if films else ENDINGS
     if path.suffix.lower() not in endings:

@@ -7,7 +7,7 @@ import pytest
 
 from ghostball.reports import style
 from ghostball.reports.accuracy import CLASSES
-from ghostball.reports.page.colours import (
+from ghostball.reports.page.rendering import (
     DARK_INK,
     DARK_PAPER,
     LEAST_LINE,

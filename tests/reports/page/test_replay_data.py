@@ -9,9 +9,9 @@ from replay_decoder import decoded, place_at
 
 from ghostball.engine import simulate
 from ghostball.model import EVENT_DTYPE, Ball, Scene, Table
-from ghostball.reports.page.replay_data import MAX_EVENTS, motions_data, scene_data
+from ghostball.reports.page.replay_data import MAX_EVENTS, scene_data
 from ghostball.reports.page.replay_tracks import FARTHEST, TOLERANCE
-from ghostball.reports.shots import load_shot
+from ghostball.reports.shots import Run, Shot, load_shot
 from ghostball.validation.results.records import Motion
 from ghostball.validation.results.store import Results
 from ghostball.validation.runs.sampling import motion_of
@@ -19,7 +19,7 @@ from ghostball.validation.scenes.library import find_scene
 
 
 def motion_data(scene, motion, label="ghostball"):
-    return motions_data(scene, {label: motion})
+    return scene_data(Shot(scene, (Run(label, None, motion),)))
 
 
 def motion_of_path(times, xy, events=()) -> Motion:

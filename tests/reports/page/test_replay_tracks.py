@@ -6,14 +6,15 @@ from replay_decoder import Packed, decoded, place_at, turned_by
 
 from ghostball.engine import simulate
 from ghostball.model import Phase
-from ghostball.reports.page.replay_data import motions_data
+from ghostball.reports.page.replay_data import scene_data
 from ghostball.reports.page.replay_tracks import TOLERANCE, packed, tick_of, track_of
+from ghostball.reports.shots import Run, Shot
 from ghostball.validation.runs.sampling import motion_of
 from ghostball.validation.scenes.library import find_scene
 
 
 def motion_data(scene, motion):
-    return motions_data(scene, {"ghostball": motion})
+    return scene_data(Shot(scene, (Run("ghostball", None, motion),)))
 
 
 @pytest.mark.parametrize("name", ["half-ball-cut", "draw-shot", "masse", "break-8", "flight-jump"])

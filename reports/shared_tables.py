@@ -1,0 +1,98 @@
+"""Tables that the terminal and the page share: comparisons with the reference, and spreads."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from ghostball.reference_adapters.registry import OURS
+from ghostball.reports import style
+from ghostball.reports.shots import standing_text
+from ghostball.reports.words import many, number_text
+from ghostball.validation.results.comparisons import comparisons_of
+from ghostball.validation.results.store import CaseRecord, Results
+from ghostball.validation.suite.spread import DIFFERS, QUANTITIES, SceneSpread, Spread, spreads_of
+
+COMPARISON_HEADS = (
+    "largest rest error",
+    "of ball",
+    "ball-ball / reference",
+    "ball-cushion / reference",
+    "largest energy difference",
+    "at",
+)
+"""Headings of `comparison_cells`."""
+
+COMPARISON_KEY = (
+    "Rest positions: the largest rest error of a ball; in brackets if no limit judges it. "
+    "Collisions: number in the run / number in the reference. Energy: the largest deviation from "
+    "the reference energy, divided by the initial energy, and its time."
+)
+"""What the columns mean."""
+
+
+SPREAD_HEADS = ("scene", "engine", "ended", "rest positions", *QUANTITIES)
+
+SPREAD_KEY = (
+    "Each scene from starts varied at random, the same for every engine; touching balls are varied "
+    "by opening gaps alone. Rest positions: how far a ball rests from where it does on average, "
+    "root mean square. Else the mean ± the standard deviation of one shot, and how many standard "
+    f"errors the mean is from that on `{OURS}`: ≠ where it is more than {DIFFERS:g}. That "
+    "compares engines, none with truth."
+)
+
+
+def comparison_cells(case: CaseRecord) -> tuple[str, ...] | None:
+    """Return the cells of one run, as `COMPARISON_HEADS` says, or None where it didn't run."""
+    found = comparisons_of(case)
+    if found is None:
+        return None
+    rest = standing_text(case, style.format_length(found.rest_error))
+    counts = []
+    for count, true in found.counts.values():
+        differs = "" if true is None or count == true else " ≠"
+        counts.append(f"{count} / {'–' if true is None else true}{differs}")
+    when = found.energy_time
+    return (
+        "the reference" if case.is_own_measure else rest or "–",
+        found.rest_ball or "–",
+        *counts,
+        number_text(found.energy_difference),
+        "–" if when is None else f"{when:.4g} s",
+    )
+
+
+def spread_rows(results: Results) -> Iterator[list[str]]:
+    """Yield a row for each scene and engine that varied starts were played on."""
+    last = ""
+    for one in spreads_of(results):
+        scene, last = "" if one.scene == last else one.scene, one.scene
+        position_spread = (
+            "–" if one.position_spread is None else style.format_length(one.position_spread)
+        )
+        cells = [_spread_cell(one.quantities.get(name)) for name in QUANTITIES]
+        yield [scene, one.label, f"{one.ended} of {one.planned}", position_spread, *cells]
+
+
+def spread_remarks(results: Results) -> Iterator[str]:
+    """Yield what is wrong with varied starts, a sentence for each scene and engine."""
+    for one in spreads_of(results):
+        if said := _wrong(one):
+            yield f"{one.scene} on {one.label}: {said}"
+
+
+def _spread_cell(found: Spread | None) -> str:
+    if found is None:
+        return "–"
+    text = f"{found.mean:.4g} ± {found.deviation:.2g}"
+    if found.standard_errors is None:
+        return text
+    return f"{'≠ ' * found.differs}{text} ({found.standard_errors:+.1f})"
+
+
+def _wrong(one: SceneSpread) -> str:
+    said = []
+    if one.reasons:
+        said.append(f"{many(one.planned - one.ended, 'start')} without an end: {one.reasons[0]}")
+    if one.broken:
+        said.append(f"{many(one.broken, 'start')} that end break a limit of every engine")
+    return "; ".join(said)
