@@ -2,12 +2,24 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
+from ghostball.engine import simulate
 from ghostball.model import GhostballError
-from ghostball.reports.shots import CHAOTIC, Run, Shot, legend_text, load_shot, rest_error_text
+from ghostball.reports.shots import (
+    CHAOTIC,
+    Run,
+    Shot,
+    distance_from,
+    legend_text,
+    load_shot,
+    rest_error_text,
+)
 from ghostball.validation.checks.verdict import Verdict
-from ghostball.validation.results.store import Results
+from ghostball.validation.results.store import Motion, Results
+from ghostball.validation.runs.sampling import motion_of
+from ghostball.validation.scenes.library import find_scene
 
 
 @pytest.fixture(scope="module")
@@ -47,3 +59,32 @@ def test_an_error_that_nothing_judges_is_in_brackets_and_one_past_prediction_is_
 def test_signs_are_explained_once_each():
     said = legend_text([Verdict.PASS, Verdict.FAIL, Verdict.PASS, Verdict.MISSING])
     assert said == f"✓ {Verdict.PASS.words}; ✗ {Verdict.FAIL.words}"
+
+
+def sampled(result, times):
+    times = np.asarray(times, dtype=np.float64)
+    zeros = np.zeros(len(times))
+    return Motion(result.events, times, *result.sample(times), zeros, zeros, zeros)
+
+
+@pytest.mark.parametrize("name", ["half-ball-cut", "draw-shot", "around-the-table", "break-7"])
+def test_a_motion_is_at_no_distance_from_itself_between_its_samples(name):
+    result = simulate(find_scene(name), record="trajectory")
+    reference = motion_of(result)
+    between = np.linspace(0.0, result.rest_time, 3001)
+    assert np.max(distance_from(reference, sampled(result, between))) < 1e-12
+
+
+def test_a_shift_is_its_distance_and_past_the_end_the_balls_stay():
+    result = simulate(find_scene("stop"), record="trajectory")
+    reference = motion_of(result)
+    other = sampled(result, [0.0, 1.0, result.rest_time, result.rest_time + 5.0])
+    other.positions[:, 0, 1] += 0.25
+    assert distance_from(reference, other) == pytest.approx(0.25)
+
+
+def test_height_is_left_out():
+    result = simulate(find_scene("stop"), record="trajectory")
+    other = sampled(result, [0.0, 1.0])
+    other.positions[:, 0, 2] += 1.0
+    assert np.max(distance_from(motion_of(result), other)) < 1e-12

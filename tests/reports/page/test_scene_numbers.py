@@ -3,7 +3,13 @@
 import pytest
 from stored_results import edit_records
 
-from ghostball.reports.page.scene_numbers import collisions_of, number_heads, number_row, remarks
+from ghostball.reports.page.scene_numbers import (
+    collisions_of,
+    counted_rows,
+    number_heads,
+    number_row,
+    remarks,
+)
 from ghostball.validation.results.store import Results
 
 
@@ -53,3 +59,13 @@ def test_a_row_has_a_number_for_each_heading(results):
     assert {len(number_row(case)) for case in cases} == {len(number_heads(cases))}
     by = {case.label: number_row(case) for case in cases}
     assert by["paper-discrete"][0] == "✗"
+
+
+def test_what_engines_counted_is_summed_over_the_scenes(module_folder):
+    joint = "impacts of one instant, resolved together"
+    pulls = "overlapping balls pulled apart"
+    where = [(scene, 3) for scene in ("break-7", "head-on", "stop")]
+    assert list(counted_rows(Results.open(module_folder))) == [
+        ("ghostball", joint, 2, [("break-7", 2)], 0),
+        ("paper-discrete", pulls, 9, where, 0),
+    ]
