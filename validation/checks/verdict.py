@@ -127,6 +127,19 @@ def unjudged_engines(cases: Collection[CaseRecord]) -> tuple[str, ...]:
     return tuple(label for label in labels if label in free - chosen - judged)
 
 
+def few_ends_judged(cases: Collection[CaseRecord]) -> str:
+    """Say in how many scenes the end of the shot was judged; "" if it was in all.
+
+    `cases`: of one engine. One scene is enough for a pass, so the reader must know how many there
+    are. Nothing is said of an engine that is excused, or of which only some metrics were asked.
+    """
+    ran = [case for case in cases if case.outcome == "ran" and not case.varied_from]
+    judged = sum(is_own_measure(case) or is_outcome_judged(case) for case in ran)
+    if judged == len(ran) or any(case.excused or case.left_out for case in ran):
+        return ""
+    return f"the end of the shot was judged in {judged} of {len(ran)} scenes"
+
+
 def not_judged(cases: Collection[CaseRecord]) -> str:
     """Say what keeps a run in which nothing failed from being a pass; "" where nothing does."""
     if is_nothing_judged(cases):

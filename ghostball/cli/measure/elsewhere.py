@@ -18,7 +18,7 @@ from ghostball.reference_adapters.elsewhere import Run, recorded_engine
 from ghostball.reference_adapters.registry import engine_names
 from ghostball.reports.accuracy import cell_text
 from ghostball.validation.checks.law import asked_of
-from ghostball.validation.checks.verdict import not_judged
+from ghostball.validation.checks.verdict import few_ends_judged, not_judged
 from ghostball.validation.exit_status import ExitStatus, worst
 from ghostball.validation.results.files import write_all_whole
 from ghostball.validation.results.records import CaseRecord
@@ -92,6 +92,9 @@ def grade(files: Sequence[Path]) -> int:
         stdout().print(table_of(heads, rows))
     for line in (*failures(cases), *(f"[bold red]did not finish[/] {escape(one)}" for one in lost)):
         stdout().print(line, soft_wrap=True)
+    for label in dict.fromkeys(case.label for case in cases):
+        if said := few_ends_judged([case for case in cases if case.label == label]):
+            stdout().print(f"{escape(label)}: {said}", soft_wrap=True)
     if refused:  # last, when the others are judged
         raise EngineError("\n".join(refused))
     if lost:

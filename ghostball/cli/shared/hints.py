@@ -7,7 +7,12 @@ from collections.abc import Iterator, Sequence
 from rich.markup import escape
 
 from ghostball.reference_adapters import EngineError, make_engine, names_class
-from ghostball.validation.checks.verdict import Verdict, is_unfinished, verdict_of
+from ghostball.validation.checks.verdict import (
+    Verdict,
+    few_ends_judged,
+    is_unfinished,
+    verdict_of,
+)
 from ghostball.validation.results.records import CaseRecord
 from ghostball.validation.scenes import commands
 from ghostball.validation.suite.hints import lacked, shared, simplest, tried_by, untried
@@ -20,6 +25,8 @@ def hints(cases: Sequence[CaseRecord], labels: Sequence[str]) -> Iterator[str]:
     """Yield lines on each engine that was named: what its failures share, and what to do next."""
     for label in labels:
         own = [case for case in cases if case.label == label]
+        if said := few_ends_judged(own):
+            yield f"{escape(label)}: {said}"
         yield from _failures(own, label)
         if names_class(label):  # of an engine that somebody is writing
             yield from coverage(own, label)

@@ -10,6 +10,7 @@ from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.checks.verdict import (
     RestError,
     Verdict,
+    few_ends_judged,
     is_nothing_judged,
     is_outcome_judged,
     is_own_measure,
@@ -150,6 +151,20 @@ def test_an_engine_that_says_too_little_is_not_judged_by_energy_alone() -> None:
     assert unjudged_engines([replace(silent, excused="a default")]) == ()
     assert unjudged_engines([replace(silent, left_out=("accuracy",))]) == ()
     assert unjudged_engines([replace(silent, outcome="not-representable"), ours]) == ()
+
+
+def test_how_many_ends_were_judged_is_said_unless_all_were() -> None:
+    judged, free = case(check("rest_error_max")), case(check("energy_rise"))
+    assert few_ends_judged([judged, judged]) == ""
+    said = "the end of the shot was judged in 1 of 3 scenes"
+    assert few_ends_judged([judged, free, free]) == said
+    # A shot that fails was judged; one that the engine can't play wasn't run.
+    failed = case(check("rest_error_max", False))
+    unable = replace(free, outcome="not-representable")
+    assert few_ends_judged([failed, free, free, unable]) == said
+    assert few_ends_judged([judged, replace(free, excused="a default")]) == ""
+    assert few_ends_judged([judged, replace(free, left_out=("rest_error_max",))]) == ""
+    assert few_ends_judged([judged, replace(free, varied_from="stop")]) == ""
 
 
 def test_a_limit_wider_than_a_ball_is_none() -> None:

@@ -40,6 +40,36 @@ def test_a_run_that_never_tried_it_says_so(twice):
     assert "can't play 1 of these scenes (–), for it lacks sliding" in found.stdout
 
 
+WIDE_BUT_FOR_ONE = """
+from dataclasses import replace
+
+from ghostball import Feature, simulate
+from ghostball.reference_adapters import EngineBase
+from ghostball.model.features import EXACT
+
+
+class Wide(EngineBase):
+    name = "wide"
+    capabilities = dict.fromkeys(Feature, EXACT)
+
+    def resolution(self, scene):
+        return 0.0 if scene.name == "stop" else 1.0
+
+    def simulate(self, scene, *, record="rest"):
+        return replace(simulate(scene, record=record), engine="wide", settings={})
+"""
+
+
+def test_a_run_says_in_how_many_scenes_it_judged_the_end(tmp_path, monkeypatch, in_this_process):
+    (tmp_path / "wide.py").write_text(WIDE_BUT_FOR_ONE, "utf-8")
+    monkeypatch.chdir(tmp_path)
+    found = validate("head-on", "stop", "half-ball-cut", "-e", "wide:Wide")
+    assert found.exit_code == 0, found.output
+    assert "wide:Wide: the end of the shot was judged in 1 of 3 scenes" in found.stdout
+    assert "the end of the shot" not in validate("stop", "-e", "wide:Wide").stdout
+    sys.modules.pop("wide", None)
+
+
 def test_what_no_scene_tries_that_it_can_play_is_said(tmp_path, monkeypatch, in_this_process):
     # Each scene with this law of balls has a cushion, friction between balls, or a loss too.
     lines = inspect.getsource(first_engine).splitlines(keepends=True)
