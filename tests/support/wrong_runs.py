@@ -90,15 +90,13 @@ def collisions_of(result: Result) -> NDArray[np.intp]:
 # --- events, times and counts
 
 
-def late(by: float, *, collisions_only: bool = False) -> Play:
-    """Report events late [s]; the motion is right."""
+def late(by: float, *kinds: EventKind) -> Play:
+    """Report events of some kinds late [s], or all; the motion is right."""
 
     def play(scene: Scene) -> Result:
-        result = with_late_events(
-            right(scene), by, COLLISION_KINDS if collisions_only else EventKind
-        )
+        result = with_late_events(right(scene), by, kinds or EventKind)
         end = max(result.rest_time, float(np.max(events_in(result)["t"])))
-        return _resting_at(result, end)
+        return resting_at(result, end)
 
     return play
 
@@ -117,12 +115,25 @@ def rests_late(by: float) -> Play:
 
     def play(scene: Scene) -> Result:
         result = right(scene)
-        return _resting_at(result, result.rest_time + by)
+        return resting_at(result, result.rest_time + by)
 
     return play
 
 
-def _resting_at(result: Result, end: float) -> Result:
+def rests_late_but_the_last(by: float) -> Play:
+    """Report that balls come to rest late [s], but none later than the last one does."""
+
+    def play(scene: Scene) -> Result:
+        result = right(scene)
+        events = events_in(result).copy()
+        rests = events["kind"] == EventKind.ROLL_TO_REST
+        events["t"][rests] = np.minimum(events["t"][rests] + by, result.rest_time)
+        return with_events(result, events)
+
+    return play
+
+
+def resting_at(result: Result, end: float) -> Result:
     """Return a run with another rest time [s], to which its last sample is moved."""
     frames = frames_of(result)
     motion = replace(frames, times=np.append(frames.times[:-1], end))

@@ -143,6 +143,14 @@ METRICS: dict[str, Metric] = {
             "proof",
         ),
         Metric(
+            "phase_time_error",
+            "s",
+            "largest time error of the ends of slides and rolls, of an engine that steps and "
+            "reports them, up to its horizon; a missing one is taken to be at its ball's nearest "
+            "collision",
+            "proof",
+        ),
+        Metric(
             "event_time_error_ulps",
             "1",
             "largest error of an event's time up to there, in spacings of doubles at that time",

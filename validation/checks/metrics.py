@@ -25,6 +25,7 @@ from ghostball.validation.checks.proof_metrics import (
     differences_of,
     event_time_error,
     known,
+    phase_time_error,
     require_end,
 )
 from ghostball.validation.grading.event_logs import Agreement, compare_collisions
@@ -290,6 +291,7 @@ def _computes(horizon: float, resolution: Resolution) -> dict[str, Compute]:
         "energy_difference_max": partial(_energy_difference_max, horizon=horizon),
         "energy_difference_time": partial(_energy_difference_time, horizon=horizon),
         "event_time_error": partial(event_time_error, horizon=horizon),
+        "phase_time_error": partial(phase_time_error, horizon=horizon, resolution=resolution),
     }
 
 

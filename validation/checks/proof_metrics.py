@@ -12,13 +12,16 @@ import numpy as np
 
 from ghostball.model import ExactTrajectory, Result, Samples
 from ghostball.model.arrays import FloatArray
+from ghostball.reference_adapters.base import Resolution, stated_error
 from ghostball.reference_adapters.certified import Certificate
 from ghostball.validation.checks.energy_curve import compared_instants, energy_differences
+from ghostball.validation.grading.event_logs import ALL_KINDS, events_in, proved_events
 from ghostball.validation.grading.gradable import Gradable
 from ghostball.validation.grading.grading import Grade, grade
 from ghostball.validation.grading.horizon import extent_of
+from ghostball.validation.grading.phase_ends import phase_ends
 from ghostball.validation.grading.tolerances import LEAST_DOUBLE, UNIT_ROUNDOFF
-from ghostball.validation.runs.sampling import times_gone
+from ghostball.validation.runs.sampling import events_of, times_gone
 from ghostball.validation.truth.scene_truth import Truth, TruthPart
 
 Compute = Callable[[Result, Truth], int | float]
@@ -117,6 +120,24 @@ def event_time_error(result: Result, truth: Truth, horizon: float) -> float:
     if not len(errors):
         raise NotMeasuredError(_NO_PAIR)
     return float(np.max(errors))
+
+
+def phase_time_error(result: Result, truth: Truth, horizon: float, resolution: Resolution) -> float:
+    """Return the largest error of the end of a slide or a roll [s], of an engine that steps.
+
+    `horizon` [s]: until when the engine can be expected to play this shot.
+    `resolution` [m]: of the engine: `reference_adapters.base.resolution_of`.
+    """
+    certificate = known(truth.certificate, truth, "proof")
+    if stated_error(resolution) == 0.0:
+        raise NotMeasuredError("all events of this engine are compared, in `event_time_error`")
+    until = min(horizon, _graded(result, truth).until)
+    found = events_in(events_of(result), ALL_KINDS)
+    ends = phase_ends(proved_events(certificate), found, result.rest_time)
+    errors = [one.late_by for one in ends if one.true.t < until]
+    if not errors:
+        raise NotMeasuredError("the run reports no end of a slide or a roll that is proved")
+    return max(errors)
 
 
 def _event_time_factor(result: Result, truth: Truth) -> float:

@@ -24,21 +24,24 @@ The same sums say when things happen, and how much energy there is (`Lateness`).
 event moves later ones by their derivative; an event adds its own delay:
 
     |event time error| <= P sum_k max_j |dt_j / d delay_k| delay_k + max_k delay_k,
+    |phase end error|  <= P max_i sum_k |dT_i / d delay_k| delay_k + dt,
     |rest time error|  <= P sum_k |dT / d delay_k| delay_k + dt,
     |energy error|     <= P sum_k |dE / d delay_k| delay_k + r F,
     |path error|       <= P sum_k max_t |dx(t) / d delay_k| delay_k + r,
 
-P the product above, t_j the times of the collisions, T when the last ball rests, which is seen at
-the end of a step. What a collision takes is no error of the energy until it is seen
-(`energy_curve`); dE is what is left of a delay after that: friction has worked for longer on the
-balls as they were, and they part along another line. Solvers let balls collide with the velocities
-that they had before the step, as if friction hadn't slowed them in it, with the surface speeds of
-then, or with both; so each sum is that of the delay, of velocities and of surface speeds that are
-as old. An engine that drifts meets a collision late, or early, by v dt over
-the speed of approach. F is the most that friction takes from all balls while the fastest one
-goes a metre: a rolling ball loses 7/5 mu_r m g; a sliding one mu_s m g over what it slips. The slip
-is the velocity of a ball less that of its surface: no more than the fastest ball goes, and as much
-again, or what the fastest surface turns by at first if that is more, as with draw or spin alone.
+P the product above, t_j the times of the collisions, T_i when a slide or a roll ends, T when the
+last ball rests; the latter two are seen at the end of a step. Of the T_i the bound isn't to first
+order alone: a slip that a delay changes by more than it is ends sooner or later by all of that.
+What a collision takes is no error of the energy until it is seen (`energy_curve`); dE is what is
+left of a delay after that: friction has worked for longer on the balls as they were, and they part
+along another line. Solvers let balls collide with the velocities that they had before the step, as
+if friction hadn't slowed them in it, with the surface speeds of then, or with both; so each sum is
+that of the delay, of velocities and of surface speeds that are as old. An engine that drifts meets
+a collision late, or early, by v dt over the speed of approach. F is the most that friction takes
+from all balls while the fastest one goes a metre: a rolling ball loses 7/5 mu_r m g; a sliding one
+mu_s m g over what it slips. The slip is the velocity of a ball less that of its surface: no more
+than the fastest ball goes, and as much again, or what the fastest surface turns by at first if that
+is more, as with draw or spin alone.
 
 An engine that is worse than this breaks a law, or steps more coarsely than it says.
 
@@ -56,12 +59,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ghostball.model import COLLISION_KINDS, EventKind, Scene, first_energy
-from ghostball.model.arrays import FloatArray
 from ghostball.model.rounding import CONTACT_TOLERANCE, FLIGHT_CONTACT_TOLERANCE
 from ghostball.reference_adapters.base import (
     ReferenceEngine,
@@ -70,9 +71,19 @@ from ghostball.reference_adapters.base import (
     stated_error,
 )
 from ghostball.validation.checks.criterion import Criterion, Selector, StepRule
-from ghostball.validation.grading.certified_growth import Lateness
+from ghostball.validation.checks.step_delays import (
+    LateEvents,
+    between_contacts,
+    delays_of_falls,
+    falls_alone,
+    first_sure,
+    late_events,
+    separate_collisions,
+)
 from ghostball.validation.grading.horizon import extent_of
-from ghostball.validation.grading.tolerances import EPS, TIE
+from ghostball.validation.grading.lateness import Lateness
+from ghostball.validation.grading.phase_ends import PHASE_ENDS
+from ghostball.validation.grading.tolerances import EPS
 from ghostball.validation.runs.steps import step_of
 from ghostball.validation.truth.scene_truth import Truth
 
@@ -86,6 +97,7 @@ STEP_METRICS = frozenset(
         "events_invented",
         "event_time_error",
         "rest_time_error",
+        "phase_time_error",
         "path_error",
         "energy_difference_max",
         "energy_rise",
@@ -113,27 +125,6 @@ _TOUCHING_ROUNDINGS = 1024.0
 _CLOCK_ROUNDINGS = 4.0
 """Roundings of an instant in which balls may go on into each other."""
 
-_BRANCH = 16.0
-"""By how much more than to first order earlier delays are taken to move what the beginning holds.
-
-A delay may take an impact from slip to stick, and so to another branch of its law with another
-derivative. In a random shot balls were 14 times as far off as to first order by that.
-"""
-
-
-@dataclass(frozen=True)
-class _Step:
-    """How late an engine sees the events of a shot.
-
-    `resolution` [m].
-    `longest` [s]: the step; inf for an engine that states none.
-    `delays` (events,) float64 [s].
-    """
-
-    resolution: float
-    longest: float
-    delays: FloatArray
-
 
 def step_criteria(
     rule: StepRule, engine: ReferenceEngine, scene: Scene, truth: Truth
@@ -150,7 +141,14 @@ def step_criteria(
     longest = math.inf if step is None else step
     selector = Selector(engine=engine.name)
     return tuple(
-        Criterion(engines=(selector,), metric=metric, reason=reason, **limit)
+        Criterion(
+            engines=(selector,),
+            metric=metric,
+            reason=reason,
+            # Not every engine says when a slide or a roll ends.
+            if_measured=metric == "phase_time_error",
+            **limit,
+        )
         for metric, limit, reason in (
             *(
                 tuple(_outcome(rule, scene, truth, resolution, longest))
@@ -176,19 +174,19 @@ def _outcome(
         return
     if truth.horizon_of(resolution) < truth.rest_time:
         return
-    step = _step_of(rule, scene, lateness, resolution, longest)
+    step = late_events(rule, scene, lateness, resolution, longest)
     smallest = float(np.min(scene.radii))
-    separate = _separate(lateness, step, smallest)
+    separate = separate_collisions(lateness, step, smallest)
     if separate is None:
         return
     own, all_separate = separate
-    between, drift = _between_contacts(rule, scene, step)
+    between, drift = between_contacts(rule, scene, step)
     if lateness.margins is None:
         return
     more = lateness.margins.amplified(step.delays, len(scene.balls), drift)
     if more is None:
         return
-    late = _spoken(step)
+    late = step.words
     moved = float(np.max(more * (step.delays @ lateness.places)))
     if math.isfinite(moved):
         if between + moved > smallest:
@@ -205,7 +203,7 @@ def _outcome(
         reason = f"{late}: this can't make a collision of this shot vanish or come twice."
         yield "ball_ball_count_error", {"equals": 0}, reason
         yield "ball_cushion_count_error", {"equals": 0}, reason
-    if own and scene.table is not None and scene.table.holes and _falls_alone(lateness, step):
+    if own and scene.table is not None and scene.table.holes and falls_alone(lateness, step):
         reason = f"{late}: this can't send a ball of this shot into another pocket, or into none."
         yield "events_missing", {"equals": 0}, reason
         yield "events_invented", {"equals": 0}, reason
@@ -221,83 +219,28 @@ def _beginning(
     lateness = truth.lateness
     if lateness is None or truth.collisions is None:
         return
-    step = _step_of(rule, scene, lateness, resolution, longest)
-    first = _first_sure(rule, scene, truth, lateness, step)
+    step = late_events(rule, scene, lateness, resolution, longest)
+    first = first_sure(rule, scene, truth, lateness, step)
     if first > 0:
         reason = (
-            f"{_spoken(step)}: the first {first} collisions of this shot are found all the same, "
+            f"{step.words}: the first {first} collisions of this shot are found all the same, "
             "in their order."
         )
         yield "matching_events", {"at_least": min(first, len(truth.collisions))}, reason
 
 
-def _first_sure(rule: StepRule, scene: Scene, truth: Truth, lateness: Lateness, step: _Step) -> int:
-    """Return how many collisions come before anything that a step may change.
-
-    An event is sure where all other paths that are within reach begin later, by more than their
-    instants are uncertain; or follow from it, and so come after it.
-    """
-    margins, smallest = lateness.margins, float(np.min(scene.radii))
-    if margins is None or step.resolution >= smallest:
-        return 0
-    many = margins.moved.shape[1]
-    own = margins.times[:, np.newaxis] == lateness.times[:many]
-    moved = np.where(own, margins.moved, _BRANCH * margins.moved)
-    margins = replace(margins, moved=moved)
-    delays = step.delays[:many]
-    _, drift = _between_contacts(rule, scene, step)
-    _, within_reach, factors = margins.followed(delays, len(scene.balls), drift)
-    begins = [(float(margins.since[k]), margins.pasts[k]) for k in within_reach]
-    assert truth.certificate is not None  # lateness is of its motion
-    end, horizon = float(truth.certificate.t_end), truth.horizon_of(step.resolution)
-    if not truth.certificate.proved:
-        # What can't be proved follows from what comes at that very instant.
-        last = [k for k in range(many) if end - float(lateness.times[k]) <= TIE * end]
-        begins.append((end, sum(1 << k for k in last)))
-    pasts = [0] * len(scene.balls)
-    before: dict[int, int] = {}
-    for k in range(min(many + 1, len(lateness.times))):
-        balls, t = lateness.balls[k], float(lateness.times[k])
-        past = 0
-        for ball in balls:
-            past |= pasts[ball]
-        if t >= horizon or k == many:
-            # Errors decide what comes of this one, or it is the second of a ball at one instant.
-            begins.append((t, past))
-            break
-        if lateness.kinds[k] in COLLISION_KINDS:
-            for one in {before[ball] for ball in balls if ball in before}:
-                if t - float(lateness.times[one]) <= max(float(delays[k]), float(delays[one])):
-                    begins.append((float(lateness.times[one]), past))
-            before |= dict.fromkeys(balls, k)
-        pasts = [past | 1 << k if i in balls else old for i, old in enumerate(pasts)]
-    sure, latest = 0, 0.0
-    for k in range(many):
-        t = float(lateness.times[k])
-        row = int(np.searchsorted(margins.times, t, side="right"))
-        factor = float(factors[row - 1]) if row else 1.0
-        with np.errstate(invalid="ignore", over="ignore"):
-            shifted = _BRANCH * factor * float(lateness.comes[k, :many] @ delays)
-        latest = max(latest, float(delays[k]))
-        by_then = t + 2.0 * (latest + shifted)
-        if not all(past >> k & 1 or by_then < begin for begin, past in begins):
-            break
-        sure += lateness.kinds[k] in COLLISION_KINDS
-    return sure
-
-
 def _on_the_way(
-    rule: StepRule, scene: Scene, lateness: Lateness, step: _Step, between: float, more: float
+    rule: StepRule, scene: Scene, lateness: Lateness, step: LateEvents, between: float, more: float
 ) -> Iterator[_Limit]:
     """Yield what judges when things happen, and the energy meanwhile; see the module."""
-    late = _spoken(step)
+    late = step.words
     collides, delays = np.isin(lateness.kinds, COLLISION_KINDS), step.delays.copy()
     if rule.drifts:
         with np.errstate(divide="ignore"):
             delays[collides] = np.maximum(delays[collides], between / lateness.approach[collides])
     falls = np.array([kind is EventKind.POCKETED for kind in lateness.kinds], dtype=bool)
-    own = np.append(delays[collides], _delays_of_falls(lateness, step, between)[falls])
-    comes = np.max(lateness.comes, axis=0, initial=0.0)
+    own = np.append(delays[collides], delays_of_falls(lateness, step, between)[falls])
+    comes = np.max(lateness.comes[collides | falls], axis=0, initial=0.0)
     shifted = more * float(delays @ comes) + float(np.max(own, initial=0.0))
     if len(own) and math.isfinite(shifted):
         what = "an event" if falls.any() else "a collision"
@@ -310,7 +253,15 @@ def _on_the_way(
     fastest = resolution_of_step(1.0, scene)
     if fastest == 0.0:
         return
-    last = step.longest if math.isfinite(step.longest) else step.resolution / fastest
+    last = step.last(scene)
+    ends = np.isin(lateness.kinds, PHASE_ENDS)
+    shifted = more * float(np.max(lateness.comes[ends] @ delays, initial=0.0))
+    if ends.any() and math.isfinite(shifted):
+        reason = (
+            f"{late}, which shifts the end of a slide or of a roll of this shot by at most "
+            f"{shifted:.3g} s; {last:.3g} s to see it."
+        )
+        yield "phase_time_error", {"at_most": LEAST + shifted + last}, reason
     shifted = more * float(delays @ lateness.rests)
     if math.isfinite(shifted):
         reason = (
@@ -372,83 +323,6 @@ def touching(scene: Scene, truth: Truth) -> float:
     return part * diameter + _TOUCHING_ROUNDINGS * EPS * extent_of(scene) + clock
 
 
-def _step_of(
-    rule: StepRule, scene: Scene, lateness: Lateness, resolution: float, longest: float
-) -> _Step:
-    fastest = resolution_of_step(1.0, scene)
-    least = 2.0 * resolution / fastest if fastest > 0.0 else 0.0
-    with np.errstate(divide="ignore"):
-        delays = np.maximum(2.0 * resolution / lateness.approach, least)
-    collides = np.isin(lateness.kinds, COLLISION_KINDS)
-    delays = np.minimum(np.where(collides, delays, least), longest)
-    seen_late = np.isin(lateness.kinds, rule.kinds)
-    return _Step(resolution, longest, np.where(seen_late, delays, 0.0))
-
-
-def _between_contacts(rule: StepRule, scene: Scene, step: _Step) -> tuple[float, float]:
-    """Return the position error of the motion between contacts, and the part that is drift [m]."""
-    if not rule.drifts or not math.isfinite(step.longest):
-        return step.resolution, 0.0
-    drift = resolution_of_step(step.longest, scene)
-    return drift, drift
-
-
-def _separate(lateness: Lateness, step: _Step, smallest: float) -> tuple[bool, bool] | None:
-    """Return whether a ball's collisions, and whether all collisions, come one at a time.
-
-    None where a step may hold what makes another shot of it: a second collision of a ball that
-    follows from the first, the whole of an overlap, or more than the `smallest` radius [m].
-    """
-    meet = np.array([kind is EventKind.BALL_BALL for kind in lateness.kinds], dtype=bool)
-    if np.any(step.delays[meet] > 0.0) and step.resolution >= smallest:
-        return None
-    own, all_separate = True, True
-    before: dict[int, int] = {}
-    last: int | None = None
-    for k in np.flatnonzero(np.isin(lateness.kinds, COLLISION_KINDS)).tolist():
-        t, delay = float(lateness.times[k]), float(step.delays[k])
-        previous = {before[ball] for ball in lateness.balls[k] if ball in before}
-        for one in previous:
-            between = t - float(lateness.times[one])
-            if between <= TIE * t:
-                own = False
-            elif between <= max(delay, float(step.delays[one])) and not (
-                lateness.kinds[k] is lateness.kinds[one] is EventKind.BALL_CUSHION
-            ):
-                return None
-        if last is not None and t - float(lateness.times[last]) <= delay and last not in previous:
-            all_separate = False
-        before |= dict.fromkeys(lateness.balls[k], k)
-        last = k
-    return own, own and all_separate
-
-
-def _delays_of_falls(lateness: Lateness, step: _Step, between: float) -> FloatArray:
-    """Return how late each event comes, if it is a fall into a pocket, (events,) [s].
-
-    Whatever the engine does in time, it may look for balls over pockets at the ends of its steps.
-    """
-    with np.errstate(divide="ignore"):
-        seen = np.minimum(2.0 * step.resolution / lateness.approach, step.longest)
-        delays: FloatArray = np.maximum(seen, between / lateness.approach)
-    return delays
-
-
-def _falls_alone(lateness: Lateness, step: _Step) -> bool:
-    """Return whether no ball falls into a pocket within a step of its collision before."""
-    late = _delays_of_falls(lateness, step, step.resolution)
-    before: dict[int, float] = {}
-    for k, kind in enumerate(lateness.kinds):
-        t = float(lateness.times[k])
-        if kind is EventKind.POCKETED:
-            (ball,) = lateness.balls[k]
-            if t - before.get(ball, -math.inf) <= late[k]:
-                return False
-        elif kind in COLLISION_KINDS:
-            before |= dict.fromkeys(lateness.balls[k], t + float(step.delays[k]))
-    return True
-
-
 def _closing(scene: Scene) -> float:
     """Return the speed at which two balls approach at most [m/s].
 
@@ -461,12 +335,3 @@ def _closing(scene: Scene) -> float:
         return sum(speeds)
     lightest = np.sort(scene.masses)[:2]
     return math.sqrt(float(np.sum(scene.masses * np.square(speeds))) * float(np.sum(1 / lightest)))
-
-
-def _spoken(step: _Step) -> str:
-    late = float(np.max(step.delays, initial=0.0))
-    if late == 0.0:
-        return "Contacts are found in time"
-    if late < step.longest:
-        return f"Steps end within {step.resolution:.3g} m of touching"
-    return f"Contacts are seen up to a step of {1e3 * step.longest:.3g} ms late"

@@ -290,6 +290,20 @@ class ProvedBall:
         # What is across the way doesn't count, and without air what is along it stays as it is.
         return flow, later if self._form(last) == "parabola" else later @ flow
 
+    def end_shifted(self, k: int, changes: FloatArray) -> FloatArray:
+        """Return by how much changes of a start shift the end of its phase, at most (..., m) [s].
+
+        `changes` (..., 7, m) float64: of the state at the start.
+
+        A slip u ends after |u| / (7/2 mu_s g), and |u + du| differs from |u| by no more than |du|,
+        also where u is the smaller one. So it is with the speed of a ball that rolls, which air
+        only stops sooner.
+        """
+        slides = self.slides(k)
+        part, slowing = (SLIP, SLIP_RATE * self.slides_by) if slides else (VELOCITY, self.rolls_by)
+        shifted: FloatArray = np.linalg.norm(changes[..., part, :], axis=-2) / slowing
+        return shifted
+
     def displacement(self, times: FloatArray) -> tuple[NDArray[np.intp], FloatArray]:
         """Return the segment of each instant, and the derivative of the place there.
 

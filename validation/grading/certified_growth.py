@@ -27,64 +27,24 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ghostball.model import (
-    COLLISION_KINDS,
-    EventKind,
-    ExactTrajectory,
     Scene,
     first_energy,
 )
 from ghostball.model.arrays import FloatArray
-from ghostball.model.trajectory.segment import WZ
 from ghostball.reference_adapters.certified import Certificate
 from ghostball.validation.grading.certified_events import EventChange, event_changes
 from ghostball.validation.grading.certified_flow import (
     PARTS,
-    PLACE,
     SLIP,
     SPIN,
     VELOCITY,
     ProvedBall,
     rows_of,
 )
-from ghostball.validation.grading.other_paths import MOST_EVENTS, Margins, margins_along
 from ghostball.validation.grading.tolerances import EPS
 
 _CANCELLED = 16.0 * EPS
 """Largest remainder of variance terms that cancel, in units of their sizes."""
-
-
-@dataclass(frozen=True, eq=False)
-class Lateness:
-    """The effects of seeing one event of a shot late, per second of delay.
-
-    `times` (events,) float64 [s].
-    `balls`: the balls of each.
-    `approach` (events,) float64 [m/s]: at which speed what collides meets; 0 for events that are no
-        collision.
-    `places` (events, n) float64 [m/s]: how far each ball ends from where it should; NaN where no
-        derivative exists.
-    `comes` (events, events) float64 [1]: by how much each collision, or fall into a pocket, comes
-        later or sooner for each event before it, at most; 0 for what is neither.
-    `rests` (events,) float64 [1]: by how much the last ball rests later or sooner.
-    `energies` (events,) float64 [W]: by how much the energy of all balls differs, at most.
-    `strays` (events,) float64 [m/s]: how far a ball is beside its path at any time, at most.
-    `margins`: where it may lead the shot onto another path; None where nothing says it.
-
-    `rests`, `energies` and `strays` are not a number where no derivative exists, and in shots of
-    more than `MOST_EVENTS`; nor is `comes`, from the first event on that has none. They allow for a
-    solver that lets balls collide with the speeds which they had before its step.
-    """
-
-    kinds: tuple[EventKind, ...]
-    times: FloatArray
-    balls: tuple[tuple[int, ...], ...]
-    approach: FloatArray
-    places: FloatArray
-    comes: FloatArray
-    rests: FloatArray
-    energies: FloatArray
-    strays: FloatArray
-    margins: Margins | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -236,101 +196,6 @@ class CertifiedGrowth:
             if ball.spins_by > 0.0 and np.isfinite(kept[-1, SPIN, SPIN])
         ]
         return self.t_end + max(spins, default=0.0)
-
-    def lateness(self, scene: Scene, motion: ExactTrajectory) -> Lateness:
-        """Return what it changes of this scene's shot to see each of its events late.
-
-        `motion`: as it is proved.
-
-        Of its end, backwards along the shot: how the end depends on the balls as each event leaves
-        them, times what a second of delay changes there. Of what comes between, forwards: see
-        `_followed`.
-        """
-        n, size = len(self.balls), PARTS * len(self.balls)
-        end = np.zeros((2 * n, size))
-        for i, ball in enumerate(self.balls):
-            _, flow = ball.displacement(np.array([self.t_end]))
-            end[2 * i : 2 * i + 2, PARTS * i : PARTS * (i + 1)] = flow[0]
-        moved = np.full((len(self.events), 2 * n), np.nan)
-        with np.errstate(over="ignore", invalid="ignore"):
-            for e in reversed(range(len(self.events))):
-                event, rows = self.events[e], rows_of(self.events[e].balls)
-                if event.matrix is None or event.late is None:
-                    break  # what comes before it has no derivative at the end
-                moved[e] = end[:, rows] @ event.late
-                end[:, rows] = end[:, rows] @ event.matrix
-        places = np.hypot(moved[:, ::2], moved[:, 1::2])
-        return Lateness(
-            tuple(event.kind for event in self.events),
-            np.array([event.t for event in self.events]),
-            tuple(event.balls for event in self.events),
-            np.array([event.approach for event in self.events]),
-            places,
-            *self._followed(scene),
-            margins_along(scene, motion, self.balls, self.events),
-        )
-
-    def _followed(self, scene: Scene) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Return `comes`, `rests`, `energies` and `strays` of `Lateness`.
-
-        What a second of delay at each event so far has made of each ball is carried along, and what
-        velocities, or surface speeds, that are a second old have; at each event they say how much
-        later that comes, and how much more energy its balls leave it with.
-        Energies of balls are added without their signs. Between events they change as said in
-        `rounding`: the largest at a ball's events bounds them.
-        """
-        many = min(len(self.events), MOST_EVENTS)
-        changes = np.zeros((3, PARTS * len(self.balls), many))
-        comes, rests, strays = np.zeros((many, many)), np.zeros(many), np.zeros(many)
-        energies = np.zeros((len(self.balls), many))
-        slopes = [
-            energy_slopes(ball, float(mass))
-            for ball, mass in zip(self.balls, scene.masses, strict=True)
-        ]
-        with np.errstate(over="ignore", invalid="ignore"):
-            for e, event in enumerate(self.events[:many]):
-                rows, matrix, later = rows_of(event.balls), event.matrix, event.later
-                if matrix is None or later is None or event.stale is None:
-                    comes[e:] = rests[:] = energies[:] = strays[:] = np.nan
-                    break
-                moved = np.sum(np.abs(later @ changes[:, rows]), axis=0)
-                if event.kind in COLLISION_KINDS or event.kind is EventKind.POCKETED:
-                    comes[e] = moved
-                if event.t == self.t_end:
-                    rests = np.maximum(rests, moved)
-                for i in event.balls:
-                    strays = np.maximum(strays, self._strayed(i, changes, event.t))
-                changes[:, rows] = matrix @ changes[:, rows]
-                changes[0, rows, e] += event.late
-                changes[1:, rows, e] += event.stale
-                for i, k in zip(event.balls, event.segments, strict=True):
-                    own = changes[:, PARTS * i : PARTS * (i + 1)]
-                    beside = np.sum(np.linalg.norm(own[:, PLACE], axis=1), axis=0)
-                    strays = np.maximum(strays, beside)
-                    more = np.sum(np.abs(slopes[i][k] @ own), axis=0)
-                    energies[i] = np.maximum(energies[i], more)
-        if not many or self.events[-1].t < self.t_end:  # a ball that spins on its place is the last
-            for i, ball in enumerate(self.balls):
-                if ball.spins_by > 0.0 and ball.segments[-1, WZ] != 0.0:
-                    spins = np.sum(np.abs(changes[:, PARTS * i + SPIN]), axis=0)
-                    rests = np.maximum(rests, spins / ball.spins_by)
-        if many < len(self.events):
-            unknown = np.full(len(self.events), np.nan)
-            return comes, unknown, unknown, unknown
-        for i in range(len(self.balls)):
-            strays = np.maximum(strays, self._strayed(i, changes, self.t_end))
-        return comes, rests, np.sum(energies, axis=0), strays
-
-    def _strayed(self, i: int, changes: FloatArray, t: float) -> FloatArray:
-        """Return how far changes of ball i's state have taken it just before t [s], (events,).
-
-        Between two of its events that is a convex function of the time.
-        """
-        _, (flow,) = self.balls[i].displacement(np.array([max(np.nextafter(t, 0.0), 0.0)]))
-        with np.errstate(over="ignore", invalid="ignore"):
-            moved = flow @ changes[:, PARTS * i : PARTS * (i + 1)]
-            strayed: FloatArray = np.sum(np.linalg.norm(moved, axis=1), axis=0)
-        return strayed
 
 
 @lru_cache(maxsize=4)  # by identity: a case that comes from another process has its own

@@ -13,46 +13,21 @@ first. The displacement is that of the tangent map of the proved motion, to firs
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
-from ghostball.model import EventKind, ExactTrajectory, Hole, Scene
+from ghostball.model import ExactTrajectory, Scene
 from ghostball.model.arrays import BoolArray, FloatArray
-from ghostball.model.scene.obstacles import Obstacle, facing, gap_to
-from ghostball.model.scene.sides import Side
 from ghostball.validation.grading.certified_events import EventChange
 from ghostball.validation.grading.certified_flow import PARTS, PLACE, VELOCITY, ProvedBall, rows_of
-from ghostball.validation.grading.tolerances import EPS
+from ghostball.validation.grading.near_misses import Gaps, NearMiss, looks_along, pairs_of
 
 MOST_EVENTS = 600
 """Largest number of events for which the effect of each late event on later ones is computed.
 
 It takes time and memory that grow with the square of them: 0.2 s, 30 MB.
 """
-
-_PART = 0.25
-"""Longest path of a ball between two checks of the gaps, in units of the smallest radius."""
-
-_MOST_NUMBERS = 30_000_000
-"""Most numbers that are held for one shot, 240 MB. A shot that needs more is not examined.
-
-Nine for the state of each ball, and one for each gap, at each look: 40 000 looks of 16 balls on a
-table with pockets.
-"""
-
-_TOUCHES = 2.0**-25
-"""Gap below which a ball touches the obstacle of an event, in units of the smallest radius."""
-
-_ALONG = 1e-9
-"""Two normals count as equal up to this; the value is half the square of their angle."""
-
-_LEVEL = 256.0
-"""Change of a gap between two checks that rounding explains, in roundings of a coordinate."""
-
-_Other = int | Side | Obstacle
-"""Anything that a ball may hit: a ball (by index), a side of the table, or an obstacle."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,12 +122,12 @@ def margins_along(
     known = min(known, MOST_EVENTS)
     until = events[known].t if known < len(events) else math.inf
     events = events[:known]
-    pairs = _pairs_of(scene)
-    times = _looks(scene, motion, events, len(pairs), min(until, motion.t_end))
+    pairs = pairs_of(scene)
+    times = looks_along(scene, motion, events, len(pairs), min(until, motion.t_end))
     if times is None:
         return None
     lateness, rows = _Late(balls, len(events)), _Rows(scene, motion)
-    places = _Gaps(scene, motion, events, pairs, times)
+    places = Gaps(scene, motion, events, pairs, times)
     near = places.near_misses()
     last = 0
     for e, event in enumerate(events):
@@ -167,19 +142,6 @@ def margins_along(
     for one in near[last:]:
         rows.pass_by(one, lateness)
     return rows.margins(len(events), until)
-
-
-@dataclass(frozen=True)
-class _Near:
-    """A ball beside something that it doesn't meet there; `normal` points from the ball to it."""
-
-    t: float
-    gap: float
-    normal: FloatArray
-    ball: int
-    other: int | None  # the ball that it is, else None
-    closing: float = 0.0  # [m/s] at which the gap closes just before
-    since: float = 0.0  # [s] when it came near
 
 
 class _Late:
@@ -229,7 +191,7 @@ class _Rows:
             tuple[float, float, FloatArray, bool, bool, tuple[int, ...], float, int]
         ] = []
 
-    def pass_by(self, near: _Near, late: _Late, e: int | None = None) -> None:
+    def pass_by(self, near: NearMiss, late: _Late, e: int | None = None) -> None:
         """Add what a ball passes; `e`: as it has an event, until which it goes on as before."""
         balls = (near.ball,) if near.other is None else (near.ball, near.other)
         moves = min(self._moves[i] for i in balls)
@@ -296,174 +258,3 @@ class _Rows:
             pasts,
             until,
         )
-
-
-def _pairs_of(scene: Scene) -> list[tuple[int, _Other]]:
-    """Return all pairs of balls, and all pairs of a ball and an obstacle on the table."""
-    n, table = len(scene.balls), scene.table
-    things: list[_Other] = [] if table is None else [*table.sides, *table.obstacles]
-    pairs: list[tuple[int, _Other]] = [(i, j) for i in range(n) for j in range(i + 1, n)]
-    return pairs + [(i, thing) for i in range(n) for thing in things]
-
-
-def _looks(
-    scene: Scene,
-    motion: ExactTrajectory,
-    events: tuple[EventChange, ...],
-    pairs: int,
-    until: float,
-) -> FloatArray | None:
-    """Return the events and as many instants between them as balls go fast, (k,) [s].
-
-    None where their gaps would be more than `_MOST_NUMBERS`: looks that are farther apart would
-    miss some. Between two events the speed of a ball has no maximum: it is largest at one of them.
-    """
-    marks = np.unique([0.0, *(one.t for one in events), until])
-    speeds = [
-        np.max(np.linalg.norm(motion.sample(times).velocities[:, :, :2], axis=2), axis=1)
-        for times in (marks[:-1], np.nextafter(marks[1:], 0.0))
-    ]
-    farthest = np.diff(marks) * np.maximum(*speeds)
-    counts = np.ceil(farthest / (_PART * float(np.min(scene.radii)))) + 4.0
-    if float(np.sum(counts)) * (9 * len(scene.balls) + pairs) > _MOST_NUMBERS:
-        return None
-    inner = [
-        np.linspace(start, stop, int(count), endpoint=False)
-        for start, stop, count in zip(marks[:-1], marks[1:], counts, strict=True)
-    ]
-    return np.unique(np.concatenate([*inner, marks]))
-
-
-class _Gaps:
-    """Gaps along a proved motion, of each two balls, and of each ball to each thing that stands."""
-
-    def __init__(
-        self,
-        scene: Scene,
-        motion: ExactTrajectory,
-        events: tuple[EventChange, ...],
-        pairs: list[tuple[int, _Other]],
-        times: FloatArray,
-    ) -> None:
-        self._scene, self._motion = scene, motion
-        self._pairs, self._times = pairs, times
-        self._smallest = float(np.min(scene.radii))
-        centres = motion.sample(times).positions[:, :, :2]
-        self._level = _LEVEL * EPS * float(np.max(np.abs(centres)) + np.max(scene.radii))
-        self._touches = _TOUCHES * self._smallest + self._level
-        self._gaps = np.zeros((len(pairs), len(times)))
-        for p, pair in enumerate(pairs):
-            self._gaps[p] = self._gaps_of(*pair, centres)
-        for event in events:
-            if event.kind is EventKind.POCKETED:
-                gone = np.array([event.balls[0] in pair for pair in self._pairs], dtype=bool)
-                self._gaps[np.ix_(gone, self._times > event.t)] = math.nan
-        # What is met, by pair: the looks at which it is.
-        self._met: dict[int, list[int]] = {}
-        self._partners_of = [self._partners(event) for event in events]
-        for event, partners in zip(events, self._partners_of, strict=True):
-            for p in partners:
-                self._met.setdefault(p, []).append(self._look(event.t))
-
-    def near_misses(self) -> list[_Near]:
-        """Return where gaps are smallest between two events, and those left at the end."""
-        found = []
-        before, here, after = self._gaps[:, :-2], self._gaps[:, 1:-1], self._gaps[:, 2:]
-        lowest = (here < before - self._level) & (here <= after) & (here < self._smallest)
-        for p, look in zip(*np.nonzero(lowest), strict=True):
-            if look + 1 not in self._met.get(int(p), ()):
-                found.append(self._closest(int(p), int(look) + 1))
-        last = len(self._times) - 1
-        for p in np.flatnonzero(self._gaps[:, last] < self._smallest).tolist():
-            if math.isfinite(self._gaps[p, last]) and not self._leaves(p, last):
-                found.append(self._near(p, float(self._times[last]), last))
-        return sorted(found, key=lambda one: one.t)
-
-    def beside(self, event: EventChange, e: int) -> Iterator[_Near]:
-        """Yield what the balls of a collision, or a fall, are beside without meeting it there.
-
-        `e`: the index of the event.
-        """
-        if event.meets is None:
-            return
-        look = self._look(event.t)
-        for p in np.flatnonzero(self._gaps[:, look] < self._smallest).tolist():
-            ball, other = self._pairs[p]
-            concerned = ball in event.balls or other in event.balls
-            there = math.isfinite(self._gaps[p, look])
-            if concerned and there and p not in self._partners_of[e] and not self._leaves(p, look):
-                yield self._near(p, event.t, look)
-
-    def _look(self, t: float) -> int:
-        return int(np.searchsorted(self._times, t))
-
-    def _gaps_of(self, ball: int, other: _Other, centres: FloatArray) -> FloatArray:
-        """Return a ball's gap to something, for centres (k, n, 2): (k,) [m]."""
-        x, y = centres[:, ball].T
-        radius = float(self._scene.radii[ball])
-        if isinstance(other, int):
-            away: FloatArray = np.hypot(*(centres[:, other] - centres[:, ball]).T)
-            return away - radius - float(self._scene.radii[other])
-        if isinstance(other, Side):
-            inside: FloatArray = other.distance(x, y)
-            return inside - radius
-        return gap_to(other, x, y) - (0.0 if isinstance(other, Hole) else radius)
-
-    def _partners(self, event: EventChange) -> list[int]:
-        """Return the pairs that an event is of: of a corner both sides, whose point is met."""
-        if event.meets is None:
-            return []
-        if event.kind is EventKind.BALL_BALL:
-            pair = (min(event.balls), max(event.balls))
-            return [self._pairs.index(pair)]
-        found, look = [], self._look(event.t)
-        for p, (ball, other) in enumerate(self._pairs):
-            if ball != event.balls[0] or isinstance(other, int):
-                continue
-            if isinstance(other, Hole) != (event.kind is EventKind.POCKETED):
-                continue
-            if abs(self._gaps[p, look]) < self._touches:
-                normal = self._near(p, event.t, look).normal
-                if float(normal @ event.meets.normal) > 1.0 - _ALONG:
-                    found.append(p)
-        return found
-
-    def _leaves(self, p: int, look: int) -> bool:
-        """Whether a pair has only separated since it last met."""
-        met = [one for one in self._met.get(p, ()) if one <= look]
-        if not met:
-            return False
-        return bool(np.all(np.diff(self._gaps[p, met[-1] : look + 1]) >= -self._level))
-
-    def _closest(self, p: int, look: int) -> _Near:
-        """Return where a gap is smallest near a check."""
-        low, high = float(self._times[look - 1]), float(self._times[look + 1])
-        for _ in range(2):
-            times = np.linspace(low, high, 17)
-            gaps = self._gaps_of(*self._pairs[p], self._motion.sample(times).positions[:, :, :2])
-            row = int(np.argmin(gaps))
-            low, high = float(times[max(row - 1, 0)]), float(times[min(row + 1, 16)])
-        return self._near(p, float(times[row]), look)
-
-    def _since(self, p: int, look: int) -> float:
-        """Return when a pair came near that is near at a look [s]: 0 where it is from the start."""
-        far = np.flatnonzero(self._gaps[p, :look] >= self._smallest)
-        met = [one for one in self._met.get(p, ()) if one < look]
-        last = max([*met, *far[-1:].tolist()], default=0)
-        return float(self._times[last])
-
-    def _near(self, p: int, t: float, look: int) -> _Near:
-        """Return how a pair is at an instant, of a look; velocities are those just before."""
-        since = self._since(p, look)
-        ball, other = self._pairs[p]
-        centres = self._motion.sample(np.array([t])).positions[0, :, :2]
-        before = self._motion.sample(np.array([np.nextafter(t, 0.0)])).velocities[0, :, :2]
-        gap = float(self._gaps_of(ball, other, centres[np.newaxis])[0])
-        if isinstance(other, int):
-            way = centres[other] - centres[ball]
-            normal = way / np.hypot(*way)
-            closing = -float(normal @ (before[other] - before[ball]))
-            return _Near(t, gap, normal, ball, other, closing, since)
-        inward = other.normal if isinstance(other, Side) else facing(other, *centres[ball])[0]
-        normal = -np.array(inward)
-        return _Near(t, gap, normal, ball, None, float(normal @ before[ball]), since)

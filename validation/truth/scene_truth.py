@@ -30,7 +30,7 @@ from ghostball.reference_adapters.base import Resolution, stated_error
 from ghostball.reference_adapters.certified import Certificate, CertifiedSettings
 from ghostball.reference_adapters.certified.engine import result_of
 from ghostball.reference_adapters.registry import OURS
-from ghostball.validation.grading.certified_growth import Lateness, Rounding, growth_of_proof
+from ghostball.validation.grading.certified_growth import Rounding, growth_of_proof
 from ghostball.validation.grading.certified_widths import is_differentiated
 from ghostball.validation.grading.event_logs import Key, collisions_of, lower_first
 from ghostball.validation.grading.gradable import Gradable, gradable, proved_motion
@@ -41,6 +41,7 @@ from ghostball.validation.grading.horizon import (
     horizon,
     meetings_of,
 )
+from ghostball.validation.grading.lateness import Lateness, lateness_of
 from ghostball.validation.grading.tolerances import ROUNDINGS, TOLERANCE, UNIT_ROUNDOFF
 from ghostball.validation.results.records import CERTIFIED, CLOSED_FORM, OUR_ENGINE
 from ghostball.validation.runs.playing import run_ours
@@ -230,7 +231,7 @@ def truth_of(
         until = math.inf if proved is None else predictable
         if is_differentiated(scene):
             motion = proved_motion(scene, proof)
-            lateness = growth_of_proof(scene, proof).lateness(scene, motion)
+            lateness = lateness_of(growth_of_proof(scene, proof), scene, motion)
         rounding = growth_along_proof(scene, proof).rounding(scene)
         graded = gradable(scene, proof)
         graded_steps = gradable(scene, proof, exact=False, until=until)

@@ -19,6 +19,7 @@ from ghostball.reference_adapters.certified.certificate import segment_columns
 from ghostball.validation.grading.certified_growth import CertifiedGrowth, growth_of_proof
 from ghostball.validation.grading.gradable import proved_motion
 from ghostball.validation.grading.horizon import horizon
+from ghostball.validation.grading.lateness import lateness_of
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.scenes.random_scenes import PROVABLE, random_scene
 from ghostball.validation.stress.proved import self_reported_growth
@@ -246,7 +247,7 @@ def test_of_flight_nothing_is_said() -> None:
     assert growth.derivative_ends == 0.0
     assert np.isinf(growth.sizes([0.0, 0.5])).all()
     assert rounding_horizon(growth) == math.inf
-    assert np.isnan(growth.lateness(scene, proved_motion(scene, flies)).places).all()
+    assert np.isnan(lateness_of(growth, scene, proved_motion(scene, flies)).places).all()
     directions = np.ones((1, 2, 7))
     assert np.isnan(carried(growth, directions, np.array([0.5]))).all()
 

@@ -249,7 +249,7 @@ def test_what_a_ball_passes_while_its_spin_speeds_it_up_is_seen() -> None:
 def test_a_shot_that_is_too_long_to_look_at_has_no_margins(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("ghostball.validation.grading.other_paths._MOST_NUMBERS", 1000)
+    monkeypatch.setattr("ghostball.validation.grading.near_misses._MOST_NUMBERS", 1000)
     lateness = truth_of(spun(100.0, ball("b", 0.28, 0.1))).lateness
     assert lateness is not None
     assert lateness.margins is None
@@ -258,7 +258,7 @@ def test_a_shot_that_is_too_long_to_look_at_has_no_margins(
 def test_of_a_shot_of_too_many_events_the_first_are_looked_at(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    for module in ("other_paths", "certified_growth"):
+    for module in ("other_paths", "lateness"):
         monkeypatch.setattr(f"ghostball.validation.grading.{module}.MOST_EVENTS", 1)
     scene = spun(100.0, ball("b", 0.28, 0.0))
     truth = truth_of(scene)

@@ -1,0 +1,57 @@
+"""Which events a step may delay, and which of them come whatever it does."""
+
+from __future__ import annotations
+
+import pytest
+from step_rules import criteria_of_step
+
+from ghostball.model import Ball, Physics, Scene
+from ghostball.reference_adapters import make_engine
+from ghostball.validation.scenes.library import find_scene
+
+pytest.importorskip("pymunk")
+
+
+def test_collisions_of_different_balls_within_a_step_have_no_order() -> None:
+    scene = find_scene("throw-by-angle")
+    fixed = {one.metric for one in criteria_of_step(scene, make_engine("pymunk:dt=5e-4"))}
+    assert "ball_ball_count_error" in fixed
+    assert "matching_events" not in fixed
+    exact = criteria_of_step(scene, make_engine("pymunk:contact_steps=exact"))
+    assert "matching_events" in {one.metric for one in exact}
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "break-7",  # a ball hits the next one within the step
+        "break-16",  # errors of a step grow to a radius at once
+        "frozen-triangle",  # the proof ends where balls that touch are hit
+    ],
+)
+def test_the_first_collision_is_asked_where_the_end_cannot_be_judged(name: str) -> None:
+    scene = find_scene(name)
+    for label in ("pymunk", "pymunk:dt=1e-4"):
+        (first,) = (
+            one
+            for one in criteria_of_step(scene, make_engine(label))
+            if one.metric == "matching_events"
+        )
+        assert (first.limit_kind, first.limit) == ("at_least", 1), label
+
+
+def test_the_collisions_before_a_tie_are_asked_in_their_order() -> None:
+    # "b" meets "c" at 0.3 s; only a second later "d" and "e" are hit at one instant.
+    balls = [
+        Ball(id="a", position=(0.0, 0.0), velocity=(1.0, 0.0)),
+        Ball(id="d", position=(1.0, 0.03)),
+        Ball(id="e", position=(1.0, -0.03)),
+        Ball(id="b", position=(0.0, 0.7), velocity=(1.0, 0.0)),
+        Ball(id="c", position=(0.3, 0.7)),
+    ]
+    physics = Physics(preset="paper", rolling_friction=0.0)
+    scene = Scene(name="tie", physics=physics, balls=balls, t_max=3.0)
+    found = criteria_of_step(scene, make_engine("pymunk:dt=1e-3"))
+    limits = [(one.limit_kind, one.limit) for one in found if one.metric == "matching_events"]
+    assert limits == [("at_least", 1)]
+    assert "rest_error_max" not in {one.metric for one in found}

@@ -1,0 +1,169 @@
+"""What seeing the events of a shot late, by up to a step, changes of the shot: to first order.
+
+    >>> lateness = lateness_of(growth_of_proof(scene, proof), scene, motion)
+    >>> lateness.places.T @ delays      # how far each ball ends from its place, (n,) [m]
+
+The derivatives are those of the proved motion (`certified_growth`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ghostball.model import EventKind, ExactTrajectory, Scene
+from ghostball.model.arrays import FloatArray
+from ghostball.model.trajectory.segment import WZ
+from ghostball.validation.grading.certified_flow import PARTS, PLACE, SPIN, ProvedBall, rows_of
+from ghostball.validation.grading.certified_growth import CertifiedGrowth, energy_slopes
+from ghostball.validation.grading.other_paths import MOST_EVENTS, Margins, margins_along
+from ghostball.validation.grading.phase_ends import PHASE_ENDS
+
+
+@dataclass(frozen=True, eq=False)
+class Lateness:
+    """The effects of seeing one event of a shot late, per second of delay.
+
+    `times` (events,) float64 [s].
+    `balls`: the balls of each.
+    `approach` (events,) float64 [m/s]: at which speed what collides meets; 0 for events that are no
+        collision.
+    `places` (events, n) float64 [m/s]: how far each ball ends from where it should; NaN where no
+        derivative exists.
+    `comes` (events, events) float64 [1]: by how much each event comes later or sooner for each
+        event before it, at most.
+    `rests` (events,) float64 [1]: by how much the last ball rests later or sooner.
+    `energies` (events,) float64 [W]: by how much the energy of all balls differs, at most.
+    `strays` (events,) float64 [m/s]: how far a ball is beside its path at any time, at most.
+    `margins`: where it may lead the shot onto another path; None where nothing says it.
+
+    `rests`, `energies` and `strays` are not a number where no derivative exists, and in shots of
+    more than `MOST_EVENTS`; nor is `comes`, from the first event on that has none. They allow for a
+    solver that lets balls collide with the speeds which they had before its step.
+    """
+
+    kinds: tuple[EventKind, ...]
+    times: FloatArray
+    balls: tuple[tuple[int, ...], ...]
+    approach: FloatArray
+    places: FloatArray
+    comes: FloatArray
+    rests: FloatArray
+    energies: FloatArray
+    strays: FloatArray
+    margins: Margins | None
+
+
+def lateness_of(growth: CertifiedGrowth, scene: Scene, motion: ExactTrajectory) -> Lateness:
+    """Return what it changes of this scene's shot to see each of its events late.
+
+    `motion`: as it is proved.
+
+    Of its end, backwards along the shot: how the end depends on the balls as each event leaves
+    them, times what a second of delay changes there. Of what comes between, forwards: see
+    `_followed`.
+    """
+    n, size = len(growth.balls), PARTS * len(growth.balls)
+    end = np.zeros((2 * n, size))
+    for i, ball in enumerate(growth.balls):
+        _, flow = ball.displacement(np.array([growth.t_end]))
+        end[2 * i : 2 * i + 2, PARTS * i : PARTS * (i + 1)] = flow[0]
+    moved = np.full((len(growth.events), 2 * n), np.nan)
+    with np.errstate(over="ignore", invalid="ignore"):
+        for e in reversed(range(len(growth.events))):
+            event, rows = growth.events[e], rows_of(growth.events[e].balls)
+            if event.matrix is None or event.late is None:
+                break  # what comes before it has no derivative at the end
+            moved[e] = end[:, rows] @ event.late
+            end[:, rows] = end[:, rows] @ event.matrix
+    places = np.hypot(moved[:, ::2], moved[:, 1::2])
+    return Lateness(
+        tuple(event.kind for event in growth.events),
+        np.array([event.t for event in growth.events]),
+        tuple(event.balls for event in growth.events),
+        np.array([event.approach for event in growth.events]),
+        places,
+        *_followed(growth, scene),
+        margins_along(scene, motion, growth.balls, growth.events),
+    )
+
+
+def _followed(
+    growth: CertifiedGrowth, scene: Scene
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Return `comes`, `rests`, `energies` and `strays` of `Lateness`.
+
+    What a second of delay at each event so far has made of each ball is carried along, and what
+    velocities, or surface speeds, that are a second old have; at each event they say how much
+    later that comes, and how much more energy its balls leave it with.
+    Energies of balls are added without their signs. Between events they change as said in
+    `CertifiedGrowth.rounding`: the largest at a ball's events bounds them.
+
+    The end of a phase is shifted by no more than `ProvedBall.end_shifted` says, which holds also
+    where a change is as large as the slip that it changes; a roll, by what shifts the slide before
+    it besides.
+    """
+    many = min(len(growth.events), MOST_EVENTS)
+    changes = np.zeros((3, PARTS * len(growth.balls), many))
+    comes, rests, strays = np.zeros((many, many)), np.zeros(many), np.zeros(many)
+    energies = np.zeros((len(growth.balls), many))
+    starts, slides = [ball.starts[0] for ball in growth.balls], np.zeros_like(energies)
+    slopes = [
+        energy_slopes(ball, float(mass))
+        for ball, mass in zip(growth.balls, scene.masses, strict=True)
+    ]
+    with np.errstate(over="ignore", invalid="ignore"):
+        for e, event in enumerate(growth.events[:many]):
+            rows, matrix, later = rows_of(event.balls), event.matrix, event.later
+            if matrix is None or later is None or event.stale is None:
+                comes[e:] = rests[:] = energies[:] = strays[:] = np.nan
+                break
+            moved = np.sum(np.abs(later @ changes[:, rows]), axis=0)
+            if event.t == growth.t_end:
+                rests = np.maximum(rests, moved)
+            slid = slides[event.balls[0]].copy()
+            slides[list(event.balls)] = 0.0
+            if event.kind in PHASE_ENDS:
+                (i,) = event.balls
+                own = changes[:, PARTS * i : PARTS * (i + 1)]
+                shifted = np.sum(growth.balls[i].end_shifted(starts[i], own), axis=0)
+                moved = np.maximum(moved, shifted) + slid
+                if event.kind is EventKind.SLIDE_TO_ROLL:
+                    slides[i] = moved
+            comes[e] = moved
+            for i in event.balls:
+                strays = np.maximum(strays, _strayed(growth.balls[i], i, changes, event.t))
+            changes[:, rows] = matrix @ changes[:, rows]
+            changes[0, rows, e] += event.late
+            changes[1:, rows, e] += event.stale
+            for i, k in zip(event.balls, event.segments, strict=True):
+                starts[i] = k
+                own = changes[:, PARTS * i : PARTS * (i + 1)]
+                beside = np.sum(np.linalg.norm(own[:, PLACE], axis=1), axis=0)
+                strays = np.maximum(strays, beside)
+                more = np.sum(np.abs(slopes[i][k] @ own), axis=0)
+                energies[i] = np.maximum(energies[i], more)
+    if not many or growth.events[-1].t < growth.t_end:  # a ball that spins on its place is the last
+        for i, ball in enumerate(growth.balls):
+            if ball.spins_by > 0.0 and ball.segments[-1, WZ] != 0.0:
+                spins = np.sum(np.abs(changes[:, PARTS * i + SPIN]), axis=0)
+                rests = np.maximum(rests, spins / ball.spins_by)
+    if many < len(growth.events):
+        unknown = np.full(len(growth.events), np.nan)
+        return comes, unknown, unknown, unknown
+    for i in range(len(growth.balls)):
+        strays = np.maximum(strays, _strayed(growth.balls[i], i, changes, growth.t_end))
+    return comes, rests, np.sum(energies, axis=0), strays
+
+
+def _strayed(ball: ProvedBall, i: int, changes: FloatArray, t: float) -> FloatArray:
+    """Return how far changes of ball i's state have taken it just before t [s], (events,).
+
+    Between two of its events that is a convex function of the time.
+    """
+    _, (flow,) = ball.displacement(np.array([max(np.nextafter(t, 0.0), 0.0)]))
+    with np.errstate(over="ignore", invalid="ignore"):
+        moved = flow @ changes[:, PARTS * i : PARTS * (i + 1)]
+        strayed: FloatArray = np.sum(np.linalg.norm(moved, axis=1), axis=0)
+    return strayed
