@@ -216,6 +216,8 @@ def _broken_text(found: Accuracy) -> str:
         return f"energy +{100.0 * made:.2g} %" if made < 100.0 else "makes energy"
     if found.cause == "overlap":
         return f"balls {style.format_length(found.amount)} inside each other"
+    if found.cause == "jump":
+        return "velocities jump"
     return "gave up early" if found.cause == "stopped" else "not finite"
 
 

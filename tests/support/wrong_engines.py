@@ -14,6 +14,7 @@ import wrong_physics as physics
 import wrong_runs as runs
 
 from ghostball.model import (
+    COLLISION_KINDS,
     EVENT_DTYPE,
     EventKind,
     Record,
@@ -30,7 +31,7 @@ from ghostball.reference_adapters.base import resolution_of_step
 from ghostball.validation.examples.stepper import Stepper
 
 CUT, BOUNCE, HEAD_ON = "half-ball-cut", "wall-bounce", "restitution-head-on"
-SLIDING, BREAK = "draw-shot", "break-7"
+SLIDING, BREAK, FROZEN = "draw-shot", "break-7", "frozen-triangle"
 
 
 @dataclass(frozen=True)
@@ -87,11 +88,11 @@ def by_formula(scene: Scene) -> Result:
 WRONG: Mapping[str, Row] = {
     # Events, times, counts.
     "late-collisions": Row(
-        "Each collision is reported 50 ms late.", runs.late(0.05, collisions_only=True), (CUT,)
+        "Each collision is reported 50 ms late.", runs.late(0.05, *COLLISION_KINDS), (CUT,)
     ),
     "late-collisions-exact": Row(
         "Each collision is reported 50 ms late; it claims to be exact and states no resolution.",
-        runs.late(0.05, collisions_only=True),
+        runs.late(0.05, *COLLISION_KINDS),
         (BOUNCE,),
         states=None,
     ),
@@ -131,6 +132,14 @@ WRONG: Mapping[str, Row] = {
     "asleep": Row("Balls stop when they are slower than 5 cm/s.", runs.falls_asleep, ("stop",)),
     "ends-early": Row("The run ends after half its time.", runs.ends_early, (CUT,)),
     "stops-late": Row("All balls stop dead at 60 % of the shot.", runs.stops_late, (BREAK,)),
+    "stops-past-the-proof": Row(
+        "All balls stop dead at 60 % of a shot of which the first event alone is proved.",
+        runs.stops_late,
+        (FROZEN,),
+    ),
+    "stops-past-the-proof-of-a-step": Row(
+        "The same; it states steps of 1 ms.", runs.stops_late, (FROZEN,), step=1e-3
+    ),
     "stops-at-once-of-a-step": Row(
         "All balls stop dead after 20 ms; it states steps of 1 ms.",
         runs.stops_at_once,
@@ -232,7 +241,7 @@ WRONG: Mapping[str, Row] = {
     ),
     "late-collisions-of-a-step": Row(
         "Each collision is reported 50 ms late; it states steps of 1 ms.",
-        runs.late(0.05, collisions_only=True),
+        runs.late(0.05, *COLLISION_KINDS),
         (CUT,),
         step=1e-3,
     ),
@@ -241,6 +250,18 @@ WRONG: Mapping[str, Row] = {
         runs.rests_late(0.5),
         (CUT,),
         step=1e-3,
+    ),
+    "late-rests-of-a-step": Row(
+        "A ball is reported to rest 0.2 s late, the last one in time; it states steps of 1 ms.",
+        runs.rests_late_but_the_last(0.2),
+        (CUT,),
+        step=1e-3,
+    ),
+    "late-slides-of-a-step": Row(
+        "Each slide is reported to end 0.1 s late; it states steps of 0.1 ms.",
+        runs.late(0.1, EventKind.SLIDE_TO_ROLL),
+        (SLIDING,),
+        step=1e-4,
     ),
     "slow-samples-of-a-step": Row(
         "Sampled velocities are up to 30 % too low halfway; it states steps of 1 ms.",

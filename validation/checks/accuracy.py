@@ -21,6 +21,7 @@ from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.base import Resolution
 from ghostball.validation.checks.energy_gain import largest_gain
 from ghostball.validation.checks.metrics import ball_errors
+from ghostball.validation.checks.velocity_jumps import largest_jump
 from ghostball.validation.grading.event_logs import compare_collisions
 from ghostball.validation.grading.gradable import Gradable
 from ghostball.validation.grading.grading import position_errors
@@ -47,7 +48,7 @@ BROKEN_SHARE: Final = 1e-2
 """Share of its first energy that a shot may gain before it counts as broken.
 
 A ball with 1 % more energy rolls 1 % farther, which shows in where it rests; more is made of
-nothing.
+nothing. As much is the share of changes of velocity that nothing explains.
 """
 
 THROUGH: Final = 1.0
@@ -145,4 +146,7 @@ def _broken(result: Result, resolution: Resolution) -> tuple[BrokenBy, float | N
         overlap = largest_overlap(result)
         if overlap > THROUGH * float(np.min(result.scene.radii)):
             return "overlap", overlap
+    jump = largest_jump(result, resolution, share=BROKEN_SHARE * first)
+    if jump > 0.0:
+        return "jump", jump / first if first > 0.0 else math.inf
     return None

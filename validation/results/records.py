@@ -52,8 +52,9 @@ AccuracyKind = Literal[
 ACCURACY_KINDS: Final[tuple[str, ...]] = get_args(AccuracyKind)
 """The classes in this order: the value of the metric `accuracy` is an index into it."""
 
-BrokenBy = Literal["stopped", "not finite", "energy", "overlap"]
-"""What makes a run broken: it gave up, isn't finite, made energy, or let balls through balls."""
+BrokenBy = Literal["stopped", "not finite", "energy", "overlap", "jump"]
+"""What makes a run broken: it gave up, isn't finite, made energy, let balls through balls, or
+changed velocities at once although nothing touched the balls."""
 
 _SIGNS: Final[Mapping[LimitKind, str]] = {"at_most": "<=", "at_least": ">=", "equals": "=="}
 
@@ -141,7 +142,8 @@ class Accuracy:
         missing has no known time. Else when the balls were compared, where that is not at the end,
         since rounding alone would make another shot of what comes later.
     `agree`, `of`: another shot: how many collisions agree, of how many true ones.
-    `amount`: by how much: energy made over the first energy, or the largest overlap [m].
+    `amount`: by how much: energy made, or in jumps of velocity, over the first energy; or the
+        largest overlap [m].
     """
 
     kind: AccuracyKind
@@ -158,7 +160,8 @@ class Accuracy:
         at = "" if self.at is None else f" at {number_with_unit(self.at, 's')}"
         if self.kind == "broken":
             much = "" if self.amount is None else f" ({self.amount:.3g})"
-            return f"broken: {self.cause}{much}"
+            cause = "velocities jump without a contact" if self.cause == "jump" else self.cause
+            return f"broken: {cause}{much}"
         if self.kind == "another shot":
             return f"another shot: {self.agree} of {self.of} collisions agree; the first other{at}"
         return f"{self.kind}: {number_with_unit(self.error, 'm')} off{at}"

@@ -1,0 +1,80 @@
+"""Only what touches a ball changes its velocity at once."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from wrong_runs import events_in, frames_of, right, stops_late, with_events, with_frames
+
+from ghostball.model import EventKind, Result, first_energy
+from ghostball.reference_adapters import make_engine
+from ghostball.reference_adapters.base import resolution_of
+from ghostball.validation.checks.accuracy import BROKEN_SHARE, accuracy_of
+from ghostball.validation.checks.velocity_jumps import largest_jump
+from ghostball.validation.runs.playing import run_ours
+from ghostball.validation.scenes.library import find_scene
+from ghostball.validation.truth.scene_truth import truth_of
+
+
+def share_of(result: Result, resolution: float = 0.0) -> float:
+    """Return the energy in jumps over the first energy."""
+    return largest_jump(result, resolution) / first_energy(result.scene)
+
+
+@pytest.mark.parametrize(
+    "name", ["half-ball-cut", "draw-shot", "frozen-triangle", "wedged", "pocket-bank", "rail-along"]
+)
+def test_a_right_motion_has_no_jump(name: str) -> None:
+    scene = find_scene(name)
+    assert share_of(run_ours(scene)) < 1e-20
+    assert share_of(right(scene)) < 1e-20
+    for label in ("pymunk", "pymunk:dt=1e-2", "pymunk:contact_steps=exact"):
+        engine = pytest.importorskip("pymunk") and make_engine(label)
+        run = engine.simulate(scene, record="trajectory")
+        assert share_of(run, resolution_of(engine, scene)) < 1e-3 * BROKEN_SHARE, label
+
+
+@pytest.mark.parametrize("resolution", [0.0, 2e-3])
+@pytest.mark.parametrize("name", ["half-ball-cut", "frozen-triangle", "push-line"])
+def test_balls_that_stop_dead_with_nothing_near_them_jump(name: str, resolution: float) -> None:
+    scene = find_scene(name)
+    stopped = stops_late(scene)
+    assert share_of(stopped, resolution) > BROKEN_SHARE
+    # So it is where the motion goes on to its last sample, and the run only says that it rests.
+    frames = frames_of(stopped)
+    velocities = frames.velocities.copy()
+    velocities[-1] = velocities[-2]
+    assert share_of(with_frames(stopped, velocities=velocities), resolution) > BROKEN_SHARE
+    found = accuracy_of(stopped, truth_of(scene), resolution=resolution)
+    assert found is not None
+    assert (found.kind, found.cause) == ("broken", "jump")
+    assert found.sentence.startswith("broken: velocities jump without a contact (0.")
+
+
+def test_a_ball_may_stop_where_it_touches_something_or_says_so() -> None:
+    scene = find_scene("half-ball-cut")
+    stopped = stops_late(scene)
+    end = stopped.rest_time
+    hit = np.array([(end, EventKind.BALL_BALL, 0, 1)], dtype=events_in(stopped).dtype)
+    said = with_events(stopped, np.concatenate([events_in(stopped), hit]))
+    assert share_of(said) < 1e-20
+    rest = hit.copy()
+    rest["kind"], rest["b"] = EventKind.ROLL_TO_REST, -1
+    assert share_of(with_events(stopped, np.concatenate([events_in(stopped), rest]))) > BROKEN_SHARE
+    positions = frames_of(stopped).positions.copy()
+    way = positions[-1, 1] - positions[-1, 0]
+    positions[-1, 1] = positions[-1, 0] + 2.0 * scene.balls[0].radius * way / np.linalg.norm(way)
+    assert share_of(with_frames(stopped, positions=positions)) < 1e-20
+
+
+def test_a_run_that_ends_as_balls_move_stops_none() -> None:
+    run = right(find_scene("half-ball-cut"))
+    frames = frames_of(run)
+    half = len(frames.times) // 2
+    parts = (frames.positions, frames.velocities, frames.angular_velocities)
+    motion = type(frames)(frames.times[:half], *(part[:half] for part in parts))
+    ended = replace(run, trajectory=motion, rest_time=motion.t_end)
+    assert share_of(ended) > BROKEN_SHARE
+    assert share_of(replace(ended, status=type(run.status).T_MAX)) < 1e-20

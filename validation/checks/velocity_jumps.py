@@ -1,0 +1,103 @@
+"""How much energy is in changes of velocity that neither a contact nor the cloth explains.
+
+The cloth changes the velocity of a ball by mu_s g a second while it slides, and by mu_r g while it
+rolls; air by k v^2. Only what touches a ball does more at once. So a run in which balls stop dead,
+or turn, away from everything plays no physics, whatever its shot is compared with.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ghostball.model import EventKind, Events, Result, SampledTrajectory, Scene, Status
+from ghostball.model.arrays import FloatArray
+from ghostball.reference_adapters.base import Resolution, resolution_of_step, stated_error
+from ghostball.validation.grading.near_misses import gaps_of, things_of
+from ghostball.validation.grading.phase_ends import PHASE_ENDS
+from ghostball.validation.runs.sampling import energy_times, events_of, times_gone
+
+_NEAR = 1e-3
+"""Gap at which a ball counts as touching what is there, in units of the smallest radius."""
+
+
+def largest_jump(result: Result, resolution: Resolution = 0.0, *, share: float = 0.0) -> float:
+    """Return the most energy of unexplained changes of velocity between two instants [J].
+
+    The sum of m dv^2 / 2 over the balls, dv by how much more a velocity changes than the cloth and
+    the air let it; 0 where balls may fly, whose landings are contacts with the cloth.
+
+    `resolution` [m]: of the engine: `reference_adapters.base.resolution_of`. One that steps may
+    report a contact a step sooner or later than its motion shows it.
+    `share` [J]: no more than that needs no explanation, and is returned as 0.
+
+    A run that ends by "rest" has all velocities 0 at its end.
+    """
+    scene = result.scene
+    if scene.physics.airborne:
+        return 0.0
+    times, positions, velocities = _states(result)
+    late = stated_error(resolution)
+    fastest = resolution_of_step(1.0, scene)
+    step = 2.0 * late / fastest if fastest > 0.0 else 0.0
+    speeds = np.linalg.norm(velocities[..., :2], axis=2)
+    changes = np.linalg.norm(np.diff(velocities[..., :2], axis=0), axis=2)
+    lasts = (np.diff(times) + step)[:, np.newaxis]
+    beyond = changes - lasts * _slowed(scene, np.maximum(speeds[:-1], speeds[1:]))
+    beyond[times[1:, np.newaxis] >= times_gone(result)] = 0.0
+    energies = 0.5 * scene.masses * np.maximum(beyond, 0.0) ** 2
+    # An engine that states nothing may step from one instant to the next.
+    ends = np.concatenate([times[:1], times, times[-1:]])
+    since, until = ends[:-3] - step, ends[3:] + step
+    for ball in range(len(scene.balls)):
+        contacts = _contacts_of(ball, events_of(result))
+        reported = np.searchsorted(contacts, until, "right") > np.searchsorted(contacts, since)
+        energies[reported, ball] = 0.0
+    for k in np.flatnonzero(np.sum(energies, axis=1) > share).tolist():
+        # What two balls may cover of the gap between them from one instant to the next.
+        near = 2.0 * (late + float(np.max(speeds[k : k + 2])) * float(times[k + 1] - times[k]))
+        for ball in np.flatnonzero(energies[k]).tolist():
+            if _touches(scene, ball, positions[k : k + 2], near):
+                energies[k, ball] = 0.0
+    largest = float(np.max(np.sum(energies, axis=1), initial=0.0))
+    return largest if largest > share else 0.0
+
+
+def _states(result: Result) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return instants (k,) [s], with the places and velocities then, (k, n, 3) each."""
+    frames = result.trajectory
+    if isinstance(frames, SampledTrajectory):
+        times, positions, velocities = frames.times, frames.positions, frames.velocities
+    else:
+        times = energy_times(result)
+        positions, velocities, _ = result.sample(times)
+    if result.status is Status.REST:
+        times = np.append(times, max(float(result.rest_time), float(times[-1])))
+        positions = np.concatenate([positions, positions[-1:]])
+        velocities = np.concatenate([velocities, np.zeros_like(velocities[-1:])])
+    return times, positions, velocities
+
+
+def _slowed(scene: Scene, speeds: FloatArray) -> FloatArray:
+    """Return the largest deceleration of balls of these speeds, (k, n) [m/s], on the cloth."""
+    physics = scene.physics
+    friction = scene.rolling_frictions
+    if physics.motion == "sliding":
+        friction = np.maximum(friction, scene.sliding_frictions)
+    drag = physics.air_drag + physics.rolling_friction_quadratic
+    slowed: FloatArray = physics.gravity * friction + drag * speeds**2
+    return slowed
+
+
+def _contacts_of(ball: int, events: Events) -> FloatArray:
+    """Return when something touches a ball, or it leaves the table, (m,) [s], increasing."""
+    mine = (events["a"] == ball) | ((events["kind"] == EventKind.BALL_BALL) & (events["b"] == ball))
+    contacts: FloatArray = np.sort(events["t"][mine & ~np.isin(events["kind"], PHASE_ENDS)])
+    return contacts
+
+
+def _touches(scene: Scene, ball: int, positions: FloatArray, near: float) -> bool:
+    """Return whether a ball may touch something at some places, (k, n, 3), or so near them [m]."""
+    reach = _NEAR * float(np.min(scene.radii)) + near
+    others = [other for other in range(len(scene.balls)) if other != ball]
+    things = [*others, *things_of(scene)]
+    return any(bool(np.any(gaps_of(scene, ball, one, positions) <= reach)) for one in things)
