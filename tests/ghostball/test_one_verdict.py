@@ -195,9 +195,9 @@ def test_who_insists_on_a_wrong_engine_keeps_the_reason_and_fails_all_the_same(h
 
 @pytest.mark.usefixtures("in_this_process")
 def test_why_nothing_was_judged_is_said_by_every_command(here):
-    # Breaks where an engine that moves nothing is called passed, for nothing limits its shots.
-    (scene,), asked = ROWS["lazy"].scenes, ("-e", label("lazy"))
-    unjudged = "no shot of silent_engine:lazy was judged by its final positions: give it `dt`"
+    # Breaks where an engine that is wrong is called passed, for nothing limits its shots.
+    (scene,), asked = ROWS["braked"].scenes, ("-e", label("braked"))
+    unjudged = "no shot of silent_engine:braked was judged by its final positions: give it `dt`"
     status, said = run("validate", scene, *asked, "--no-report")
     assert (status, said.strip().splitlines()[-1].startswith(unjudged)) == (4, True), said
     status, said = run("validate", scene, *asked, "-e", label("right"), "--no-report")
@@ -205,18 +205,20 @@ def test_why_nothing_was_judged_is_said_by_every_command(here):
     assert "No outcome judged" in run("report", "out", "--format=markdown")[1]
     assert f'"{unjudged}' in run("report", "out", "--format=junit")[1]
     status, said = run("stress", f"shipped/{scene}", *asked, "--full", "--out", "stress")
-    assert (status, "no shot of lazy was judged by its final positions" in said) == (4, True), said
+    assert (status, "no shot of braked was judged by its final positions" in said) == (4, True), (
+        said
+    )
     run("regress", scene, *asked)
-    status, said = run("accept", *asked, "--reason", "It moves nothing.")
+    status, said = run("accept", *asked, "--reason", "Balls roll half as far.")
     assert (status, unjudged in said) == (4, True), said
-    insists = ("--reason", "It moves nothing.", "--even-though-limits-fail")
+    insists = ("--reason", "Balls roll half as far.", "--even-though-limits-fail")
     assert run("accept", *asked, *insists)[0] == 0
     status, said = run("regress", scene, *asked)  # what moved is judged, and what isn't is said
     assert (status, unjudged in said) == (0, True), said
     status, said = run("regress", scene, *asked, "--fail-on=limits")
     assert (status, unjudged in said) == (4, True), said
     options = ("-pno:cacheprovider", "-pno:hypothesispytest", "--ghostball-time-limit=inf")
-    engine = f"--ghostball-engine={label('lazy')}"
+    engine = f"--ghostball-engine={label('braked')}"
     done = here.runpytest_inprocess(*options, f"ghostball::{scene}", engine)
     assert (int(done.ret), unjudged in done.stdout.str()) == (4, True)
     # One that states its step is held to it.

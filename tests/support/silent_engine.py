@@ -1,10 +1,14 @@
-"""Functions as engines that say nothing of how exact they are, and a shot that moves nothing."""
+"""Functions as engines that say nothing of how exact they are; their shots are wrong."""
 
 from __future__ import annotations
 
-from ghostball.model import Scene
+import numpy as np
+
+from ghostball.model import EventKind, Scene
 from ghostball.model.features import Feature
 from ghostball.reference_adapters import plays
+from ghostball.validation.runs.playing import run_ours
+from ghostball.validation.runs.sampling import events_of
 
 PLAYED = (Feature.ROLLING, Feature.MIRROR_CUSHION, Feature.BALL_RESTITUTION)
 
@@ -13,6 +17,21 @@ PLAYED = (Feature.ROLLING, Feature.MIRROR_CUSHION, Feature.BALL_RESTITUTION)
 def lazy(scene: Scene) -> dict[str, object]:
     """Move nothing, and state no step."""
     return _unmoved(scene)
+
+
+@plays(*PLAYED)
+def braked(scene: Scene) -> dict[str, object]:
+    """Let balls roll half as far, and state no step."""
+    friction = 2.0 * scene.physics.rolling_friction
+    physics = scene.physics.model_copy(update={"rolling_friction": friction})
+    run = run_ours(scene.model_copy(update={"physics": physics}))
+    times = np.linspace(0.0, run.rest_time, 200)
+    samples = [(float(t), *(part[0] for part in run.sample([t]))) for t in times]
+    return {
+        "rest_positions": run.rest_positions,
+        "events": [(e["t"], EventKind(e["kind"]).label, e["a"], e["b"]) for e in events_of(run)],
+        "samples": samples,
+    }
 
 
 @plays(*PLAYED)

@@ -147,6 +147,13 @@ WRONG: Mapping[str, Row] = {
         step=1e-3,
     ),
     "moves-at-rest": Row("A ball still moves when all rest.", runs.moves_at_rest, ("stop",)),
+    "lazy": Row(
+        "Nothing moves, and it states nothing.",
+        None,
+        (CUT,),
+        states=None,
+        label="silent_engine:lazy",
+    ),
     "no-motion": Row("Nothing moves.", runs.without_motion, (CUT,)),
     # The motion between.
     "slow-samples": Row(
@@ -294,13 +301,13 @@ UNJUDGED: Mapping[str, Row] = {
         step=10.0,
         status=4,
     ),
-    "lazy": Row(
-        "Nothing moves, and it states nothing.",
+    "braked": Row(
+        "Balls roll half as far, and it states nothing.",
         None,
         (CUT,),
         states=None,
         status=4,
-        label="silent_engine:lazy",
+        label="silent_engine:braked",
     ),
 }
 """Engines that state so little that nothing can be judged, so that no command passes them."""
