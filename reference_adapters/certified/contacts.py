@@ -7,11 +7,12 @@ doubles and of what just collided, and kept as long as nothing moves.
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Sequence
 
 from flint import arb, fmpq
 
-from ghostball.model import EventKind, Phase
+from ghostball.model import COLLISION_KINDS, EventKind, Phase
 from ghostball.reference_adapters.certified.arithmetic import (
     ZERO,
     SustainedContactError,
@@ -47,8 +48,12 @@ So it goes where friction pushes only in between: a ball that rolls up to a rest
 again and again, since the one that it met stops at once.
 """
 
-AT_ONE_INSTANT = 10_000
-"""Impacts at one instant after which they are taken for an endless series."""
+AT_ONE_INSTANT = {"elastic": 10_000, "slowed": 128, "not slowed": 24}
+"""Impacts of a ball at one instant after which they are taken for an endless series.
+
+Where they lose energy, by whether anything slows the ball: from then on the model that is certified
+lets its impacts end all approach (`docs/physics.md`).
+"""
 
 
 class Contacts:
@@ -59,7 +64,18 @@ class Contacts:
         self._obstacles: set[tuple[int, int]] = set()
         self._still: dict[tuple[int, int], tuple[Body, ...]] = {}
         self._low_bounces: dict[Choice, tuple[float, float, int]] = {}
-        self._impacts = 0
+        self._impacts: Counter[int] = Counter()  # at this instant, by ball
+        self._losing = {
+            EventKind.BALL_BALL: problem.ball_restitution < 1.0,
+            EventKind.BALL_CUSHION: problem.cushion_restitution < 1.0 or problem.cushion_loss > 0.0,
+        }
+        in_air = problem.air_drag > 0.0 or problem.rolling_quadratic > 0.0
+        self._slowed = [
+            in_air
+            or ball.rolling_friction > 0.0
+            or (problem.slides and ball.sliding_friction > 0.0)
+            for ball in problem.balls
+        ]
         self._pieces = {piece.row: piece for piece in pieces}
         self._in_line = {
             piece.row: [other.row for other in pieces if piece is other or _in_line(piece, other)]
@@ -101,17 +117,22 @@ class Contacts:
 
     def start_instant(self, bodies: list[Body]) -> None:
         """Forget, at a new instant, the contacts of what moved until then."""
-        self._impacts = 0
+        self._impacts.clear()
         self._balls = {(i, j) for i, j in self._balls if bodies[i].resting and bodies[j].resting}
         self._obstacles = {
             (i, row) for i, row in self._obstacles if _keeps_to(bodies[i], self._pieces[row])
         }
 
-    def same_instant(self, choice: Choice, t: arb) -> None:
-        """Count an event at the instant of the last one; raise where they don't end."""
-        self._impacts += 1
-        if self._impacts > AT_ONE_INSTANT:
-            raise SustainedContactError("impacts without end at one instant", (choice,), t)
+    def count(self, choice: Choice, t: arb) -> None:
+        """Count an impact at the instant of the others; raise where they don't end."""
+        if choice.kind not in COLLISION_KINDS:
+            return
+        for k in choice.balls:
+            kind = "slowed" if self._slowed[k] else "not slowed"
+            most = AT_ONE_INSTANT[kind if self._losing.get(choice.kind) else "elastic"]
+            if self._impacts[k] >= most:
+                raise SustainedContactError("impacts without end at one instant", (choice,), t)
+        self._impacts.update(choice.balls)
 
     def note(
         self, chosen: Candidate, bodies: tuple[Body, ...], overlapping: bool, *, still: bool
@@ -149,7 +170,7 @@ class Contacts:
 
     def _count_bounce(self, chosen: Candidate, speed: float, height: float) -> None:
         """Count low bounces in a row; in doubles, since where to stop is a choice."""
-        if all(body.constants.rolling.is_zero() for body in chosen.bodies):
+        if not any(self._slowed[k] for k in chosen.balls):
             return
         choice, now = chosen.choice, float(chosen.instant)
         before, was, bounces = self._low_bounces.get(choice, (-math.inf, 0.0, 0))

@@ -22,6 +22,7 @@ from ghostball.reference_adapters.certified.arithmetic import (
     UndecidedError,
     Vector,
     dot,
+    exactly,
     length,
     minus,
 )
@@ -52,7 +53,10 @@ class _Contact(NamedTuple):
 
 
 class _Ball:
-    """A ball of a joint impact, whose motion is changed; a ball's surface moves with v - slip."""
+    """A ball of a joint impact, whose motion is changed.
+
+    Masses, and with them impulses, are in units of one ball's: [1] and [m/s].
+    """
 
     def __init__(self, body: Body, dt: arb, mass: arb) -> None:
         moved = ZERO if body.resting else dt
@@ -62,13 +66,13 @@ class _Ball:
         self.wz = body.spin_after(dt)
 
     def push(self, impulse: Vector) -> None:
-        """Give it an impulse through its centre [N s]: its surface goes on as before."""
+        """Give it an impulse through its centre: its surface goes on as before."""
         x, y = (part / self.mass for part in impulse)
         self.velocity = (self.velocity[0] + x, self.velocity[1] + y)
         self.slip = (self.slip[0] + x, self.slip[1] + y)
 
     def rub(self, n: Vector, along: arb, up: arb) -> None:
-        """Turn it by the friction of a contact: its parts along t = z x n, and up [N s]."""
+        """Turn it by the friction of a contact: its parts along t = z x n, and up."""
         by = 5 * up / (2 * self.mass)
         self.slip = (self.slip[0] - by * n[0], self.slip[1] - by * n[1])
         self.wz -= 5 * along / (2 * self.mass * self.body.constants.radius)
@@ -100,13 +104,14 @@ class JointImpacts(Impacts):
     def _collided_together(self, group: Sequence[Candidate], order: int) -> Together:
         balls: dict[int, _Ball] = {}
         contacts: list[_Contact] = []
+        first = group[0].choice.a
         for one in group:
             assert isinstance(one.gap, PairGap)
             n = self._checked_normal(one, one.gap)
             a, b = one.balls
             for k, body in zip((a, b), one.bodies, strict=True):
                 if k not in balls:
-                    balls[k] = _Ball(body, age_of(body, one), body.constants.mass)
+                    balls[k] = _Ball(body, age_of(body, one), self._relative_mass(k, first))
                 balls[k].contacts += 1
             contacts.append(_Contact(a, b, n, -_opening(balls[a], balls[b], n)))
         restitution = arb(self._problem.ball_restitution)
@@ -133,6 +138,11 @@ class JointImpacts(Impacts):
                 velocity, slip, wz = _on_axis(group[0], group[1], velocity, slip, wz)
             after[k] = Body(ball.body.constants, ball.place, velocity, slip, wz, t, order)
         return Together(after, tuple(one.choice for one in group))
+
+    def _relative_mass(self, k: int, first: int) -> arb:
+        """Return the mass of a ball over another one's: exactly 1 for equal balls."""
+        own, other = (exactly(self._problem.balls[m].mass) for m in (k, first))
+        return arb(own / other)
 
     def _rub(
         self, contacts: Sequence[_Contact], balls: dict[int, _Ball], forces: Sequence[arb]
@@ -242,7 +252,7 @@ def _opening(a: _Ball, b: _Ball, n: Vector) -> arb:
 def _impulses(
     contacts: Sequence[_Contact], balls: dict[int, _Ball], gains: Sequence[arb]
 ) -> list[arb]:
-    """Return the normal impulses that change the rates of all gaps by so much [N s].
+    """Return the normal impulses that change the rates of all gaps by so much.
 
     Raises `UndecidedError` where one may have to pull: then another choice of contacts acts.
     """

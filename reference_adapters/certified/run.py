@@ -246,11 +246,11 @@ class Run:
         except UndecidedError as error:
             named = tuple(one.choice for one in group)
             raise UndecidedError(error.what, named, t, exact=error.exact) from None
-        for choice in choices if same else ():
-            self._contacts.same_instant(choice, t)
         if not same:
             self._contacts.start_instant(self.bodies)
-            self.now, self.order = t, order
+        for choice in choices:
+            self._contacts.count(choice, t)
+        self.now, self.order = t, order
         for k, body in after.items():
             self.bodies[k] = body
         for one, overlaps in zip(group, overlapping, strict=True):

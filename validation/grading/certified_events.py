@@ -176,7 +176,7 @@ class _Passage:
         gap = normal @ (self.change[PARTS : PARTS + 2] - self.change[PLACE])
         self.approach = -opening
         distance = float(np.hypot(*between))
-        self.rounded = distance / self.approach
+        self.rounded = float(np.divide(distance, self.approach))
         pull = self._rates[1][VELOCITY] - self._rates[0][VELOCITY]
         self.meets = _meets(normal, parting, distance, pull)
         self._come_later(-gap / opening)
@@ -225,7 +225,7 @@ class _Passage:
         velocity = self.states[0][VELOCITY]
         opening = float(inward @ velocity)
         self.approach = -opening
-        self.rounded = distance / self.approach
+        self.rounded = float(np.divide(distance, self.approach))
         self.meets = _meets(-inward, -velocity, reach, -self._rates[0][VELOCITY])
         self._come_later(-(inward @ self.change[PLACE]) / opening)
 

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from proofs import keys, proved, widest
+import math
+from collections import Counter
+
+from proofs import engine_keys, keys, proved, widest
 from shots import R, ball, scene_of
 
 from ghostball.model import COLLISION_KINDS, CUSHIONS, EventKind, Table
@@ -64,3 +67,46 @@ def test_bounces_under_topspin_end_in_sustained_contact():
     collisions = [e for e in certificate.events if e.kind is BALL_BALL]
     assert len(collisions) > 2
     assert widest(certificate) <= CertifiedSettings().width
+
+
+def test_impacts_without_end_at_one_instant_are_certified_up_to_where_the_model_ends_them():
+    """Breaks where a proof follows thousands of impacts that our engine doesn't."""
+    radius = 2.0**-5
+    places = [(radius * (2 * k + 1), 0.5) for k in range(3)]
+    scene = scene_of(
+        ball(places[0], radius=radius),
+        ball(places[1], radius=radius),
+        ball(places[2], (-1.0, 0.0), radius=radius),
+        table=Table(length=1.0, width=1.0),
+        t_max=0.1,
+        cushion="restitution",
+        cushion_restitution=0.5,
+        ball_restitution=0.1,
+        rolling_friction=0.0,
+    )
+    proof = certify(scene, cached=False)
+    assert proof.ending == "sustained contact"
+    assert proof.reason.startswith("impacts without end at one instant")
+    pairs = [{e.a, e.b} if e.kind is BALL_BALL else {e.a} for e in proof.events]
+    assert max(Counter(k for pair in pairs for k in pair).values()) == 24
+    assert keys(proof) == engine_keys(scene)[: len(proof.events)]
+
+
+def test_bounces_under_sliding_friction_end_in_sustained_contact_too():
+    """Breaks where a proof follows bounces lower than doubles can tell: nothing slows a roll."""
+    radius = 2.0**-5
+    x = 0.5 + radius * math.sqrt(3.0)
+    resting = [ball(place, radius=radius) for place in ((0.5, 0.0), (x, radius), (x, -radius))]
+    spin = (0.0, 17.4, 0.0)
+    scene = scene_of(
+        ball((0.3, 0.0), (2.3, 0.0), radius=radius, angular_velocity=spin),
+        *resting,
+        t_max=0.6,
+        motion="sliding",
+        ball_friction="alciatore",
+        ball_restitution=0.3,
+        rolling_friction=0.0,
+    )
+    proof = certify(scene, cached=False)
+    assert proof.ending == "sustained contact"
+    assert proof.reason.startswith("bounces that get ever lower")

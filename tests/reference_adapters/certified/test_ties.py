@@ -56,12 +56,19 @@ def column(**physics) -> Scene:
     return scene_of(*balls, table=BOX, t_max=0.2, **physics)
 
 
+def square(**physics) -> Scene:
+    """Return a ball that touches two others at a right angle, and goes between them."""
+    balls = [small((0.0, 0.0), (1.0, 0.5)), small((2.0 * R, 0.0)), small((0.0, 2.0 * R))]
+    return scene_of(*balls, t_max=0.2, **physics)
+
+
 ROLLING = {"rolling_friction": 0.02, "ball_restitution": 0.9}
 
 AT_ONCE = {
     "two balls": pair_of_two(**ROLLING),
     "two balls, with friction": pair_of_two(**FRICTION),
     "two balls, friction by the slip": pair_of_two(**{**FRICTION, "ball_friction": "alciatore"}),
+    "two balls at a right angle, elastic": square(),
     "triangle": triangle(**ROLLING),
     "triangle, with friction": triangle(**FRICTION),
     "corner": cornered(start=0.25, **ROLLING),
