@@ -82,7 +82,7 @@ def test_a_cap_leaves_what_was_proved_until_then(settings: dict[str, Any]) -> No
 
 
 def test_where_nothing_is_proved_nothing_is_graded() -> None:
-    made = grade(*run_and_proof("corner-exact", amplification=0.0))
+    made = grade(*run_and_proof("push", amplification=0.0))
     assert (made.extent, made.events, made.until) == ("proved part", 0, 0.0)
     assert made.quality_factor is None
 
