@@ -9,27 +9,36 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Final
 
 from ghostball.reference_adapters.registry import OURS
 from ghostball.reports.accuracy import wrong_text
 from ghostball.reports.words import many
-from ghostball.validation.baselines.regression import LENIENT, UNCOMPARED, Regression, SceneChange
-from ghostball.validation.checks.difference import FAILING
-from ghostball.validation.checks.verdict import Verdict, not_judged, verdict_of
+from ghostball.validation.baselines.regression import (
+    LENIENT,
+    UNCOMPARED,
+    Change,
+    Regression,
+    SceneChange,
+)
+from ghostball.validation.checks.verdict import FAILING, Verdict, not_judged, verdict_of
 from ghostball.validation.results.store import CaseRecord, Results
 from ghostball.validation.scenes import commands
 
-CHANGES = {
-    "worse": ("✗", "worse than what was accepted"),
+CHANGES: Final[dict[Change, tuple[str, str]]] = {
     "not-deterministic": ("✗", "other bits each time that the engine plays the shot"),
-    "results-changed": ("△", "results changed, and truth can't say which is right"),
-    "better": ("▲", "better: nearer to the truth"),
-    "rounding-only": ("≈", "changed by rounding only"),
-    "identical": ("=", "identical to the bit"),
-    "no-baseline": ("?", "no baseline"),
+    "wrong collisions": ("✗", "wrong collisions"),
+    "worse": ("✗", "worse: farther from the reference result"),
+    "changed": ("△", "changed, and neither better nor worse"),
+    "better": ("▲", "better: closer to the reference result"),
+    "rounding": ("≈", "changed by rounding only"),
     "not-comparable": ("–", "can't be compared"),
+    "no-baseline": ("?", "no baseline"),
+    "unchanged": ("=", "unchanged, to the bit"),
 }
-"""Classes of changes, the gravest first: sign, and what it means."""
+"""What may become of a scene, the gravest first: sign, and what it means."""
+
+_COLOURS = {"✗": "bold red", "△": "bold red", "▲": "cyan", "=": "green"}
 
 _SIGNS = ("✗", "!", "?", "○", "✓")
 _KINDS = {"✗": "fail", "!": "fail", "?": "holds", "○": "holds", "✓": "pass"}
@@ -123,7 +132,7 @@ def of_comparison(regression: Regression) -> Answer:
     rest = [one for one in regression.scenes if not one.failed]
     uncompared = [one for one in rest if one.change in UNCOMPARED]
     moved = [one for one in rest if one not in uncompared]
-    moved = [one for one in moved if one.change != "identical" or one.left_band]
+    moved = [one for one in moved if one.moved]
     said = []
     if failed:
         verb = "fails" if len(failed) == 1 else "fail"
@@ -150,18 +159,15 @@ def of_comparison(regression: Regression) -> Answer:
     return Answer("✓", "the gate passes", f"{why}.")
 
 
-def kind_text(change: SceneChange) -> str:
-    """Return the class of a change; the same bits may fail too, and then it says for what."""
-    if change.change != "identical" or not (change.failed or change.left_band):
-        return change.change
-    other_work = any(not count.within for count in change.counters)
-    return f"same bits, {'other work' if other_work else 'limits broken'}"
+def coloured(change: SceneChange) -> str:
+    """Return what became of a scene, in rich's markup."""
+    return f"[{_COLOURS.get(CHANGES[change.change][0], 'yellow')}]{change.words}[/]"
 
 
 def kinds_text(changes: Sequence[SceneChange]) -> str:
-    """Count changes by class, the gravest first: "1 worse, 2 rounding-only"."""
+    """Count changes by class, the gravest first: "1 worse, 2 rounding"."""
     order = sorted(changes, key=lambda one: [*CHANGES].index(one.change))
-    return ", ".join(f"{n} {kind}" for kind, n in Counter(map(kind_text, order)).items())
+    return ", ".join(f"{n} {kind}" for kind, n in Counter(one.words for one in order).items())
 
 
 def bad_cases(results: Results) -> list[CaseRecord]:

@@ -1,4 +1,4 @@
-"""How far shots ended off the truth before and now, drawn in text.
+"""How far shots ended from the reference result, before and now, drawn in text.
 
 On the page of a CI no other picture can be shown that isn't on the web already.
 
@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from ghostball.reports import style
 from ghostball.validation.baselines.regression import Regression, SceneChange
@@ -24,74 +23,57 @@ SHOTS = 12
 _BEFORE, _NOW, _BOTH = "○", "●", "◉"
 
 
-@dataclass(frozen=True)
-class Shift:
-    """How far a shot ended off its true end [m], before and now."""
-
-    scene: str
-    before: float
-    now: float
-
-    @classmethod
-    def of(cls, change: SceneChange) -> Shift | None:
-        """Return that of a scene, moved or not; None where either is not known."""
-        one = change.rest_error
-        if one is None or one.base is None or one.head is None:
-            return None
-        return cls(change.scene, float(one.base), float(one.head))
-
-    @property
-    def words(self) -> str:
-        """Say it in words: "3.4 mm -> 28 mm", or "28 mm" where both read the same."""
-        before, now = style.format_length(self.before), style.format_length(self.now)
-        return now if before == now else f"{before} -> {now}"
-
-    @property
-    def size(self) -> float:
-        """By which factor it moved, as a logarithm; positive where it got worse."""
-        return _log(self.now) - _log(self.before)
+def error_text(change: SceneChange) -> str:
+    """Return the rest error: "3.4 mm -> 28 mm", or "28 mm" if both read the same; "" if unknown."""
+    if change.base_error is None or change.head_error is None:
+        return ""
+    before, now = (style.format_length(one) for one in (change.base_error, change.head_error))
+    return now if before == now else f"{before} -> {now}"
 
 
-def shifts_of(regression: Regression) -> list[Shift]:
-    """Return the shots whose distance from the truth moved, those first that got worse by most."""
-    found = [shift for change in regression.scenes if (shift := shift_of(change)) is not None]
-    return sorted(found, key=lambda one: -one.size)
+def is_shifted(change: SceneChange) -> bool:
+    """Whether the rest error is known on both sides, and differs."""
+    return None not in (change.base_error, change.head_error) and (
+        change.base_error != change.head_error
+    )
 
 
-def shift_of(change: SceneChange) -> Shift | None:
-    """Return how far a shot ended off the truth; None where that is not known, or did not move."""
-    shift = Shift.of(change)
-    return None if shift is None or shift.before == shift.now else shift
+def growth(change: SceneChange) -> float:
+    """Return by which factor the rest error grew, as a logarithm; 0 where that isn't known."""
+    if not is_shifted(change):
+        return 0.0
+    return _log(change.head_error or 0.0) - _log(change.base_error or 0.0)
 
 
-def drawn(shifts: Sequence[Shift]) -> str:
-    """Return the picture; "" where there is nothing to draw."""
-    shown = list(shifts[:SHOTS])
+def shifted(regression: Regression) -> list[SceneChange]:
+    """Return the scenes whose rest error differs, those first whose error grew by most."""
+    return sorted(filter(is_shifted, regression.scenes), key=lambda one: -growth(one))
+
+
+def drawn(changes: Sequence[SceneChange]) -> str:
+    """Return the picture of scenes whose rest errors differ; "" where there is nothing to draw."""
+    shown = [(one, _log(one.base_error or 0.0), _log(one.head_error or 0.0)) for one in changes]
+    shown = shown[:SHOTS]
     if not shown:
         return ""
-    logs = [_log(value) for one in shown for value in (one.before, one.now)]
-    first = math.floor(min(logs))
-    decades = max(1, math.ceil(max(logs)) - first)
-    names = max(len(one.scene) for one in shown)
-
-    def at(value: float) -> int:
-        return round((_log(value) - first) / decades * (WIDTH - 1))
-
+    first = math.floor(min(min(before, now) for _, before, now in shown))
+    decades = max(1, math.ceil(max(max(before, now) for _, before, now in shown)) - first)
+    names = max(len(one.scene) for one, _, _ in shown)
     lines = []
-    for one in shown:
-        before, now = at(one.before), at(one.now)
+    for one, *logs in shown:
+        before, now = (round((log - first) / decades * (WIDTH - 1)) for log in logs)
         axis = ["·"] * WIDTH
         for k in range(min(before, now), max(before, now)):
             axis[k] = "━"
         axis[before], axis[now] = _BEFORE, _NOW
         if before == now:
             axis[now] = _BOTH
-        lines.append(f"{one.scene:<{names}}  {''.join(axis)}  {one.words}")
+        lines.append(f"{one.scene:<{names}}  {''.join(axis)}  {error_text(one)}")
     ends = style.format_length(10.0**first), style.format_length(10.0 ** (first + decades))
     gap = " " * max(1, WIDTH - len(ends[0]) - len(ends[1]))
     lines.append(f"{'':<{names}}  {ends[0]}{gap}{ends[1]}")
-    key = f"{_BEFORE} before, {_NOW} now: distance from the true end, the farthest ball's"
-    more = f"; {len(shifts) - SHOTS} more moved less" if len(shifts) > SHOTS else ""
+    key = f"{_BEFORE} before, {_NOW} now: the largest rest error"
+    more = f"; {len(changes) - SHOTS} more moved less" if len(changes) > SHOTS else ""
     return "\n".join([*lines, "", key + more])
 
 

@@ -25,7 +25,7 @@ from ghostball.cli.shared.terminal import command
 from ghostball.model import GhostballError
 from ghostball.reports.ci.github import note
 from ghostball.reports.outcome import CHANGES, bad_cases
-from ghostball.reports.shift import shifts_of
+from ghostball.reports.shift import growth
 from ghostball.validation.baselines import Regression, load_regressions
 from ghostball.validation.exit_status import ExitStatus, worst
 from ghostball.validation.results.store import Results
@@ -123,14 +123,11 @@ def changed_scenes(compared: Sequence[Regression]) -> list[str]:
 def worst_scene(results: Results, compared: Sequence[Regression]) -> str:
     """Return the scene that is to be looked at first; "" where none moved, and none fails."""
     order = list(CHANGES)
-    sizes = {shift.scene: shift.size for one in compared for shift in shifts_of(one)}
     changes = [
         change for one in compared for change in one.scenes if change.failed or change.base_hash
     ]
     changes = [one for one in changes if one.failed or one.moved]
-    changes.sort(
-        key=lambda one: (not one.failed, order.index(one.change), -sizes.get(one.scene, 0))
-    )
+    changes.sort(key=lambda one: (not one.failed, order.index(one.change), -growth(one)))
     scenes = [one.scene for one in changes] + [case.scene for case in bad_cases(results)]
     return scenes[0] if scenes else ""
 

@@ -22,12 +22,7 @@ from ghostball.reference_adapters import ReferenceEngine
 from ghostball.reference_adapters.output import harmless
 from ghostball.reference_adapters.registry import OURS
 from ghostball.reports.style import format_length
-from ghostball.validation.baselines.gate import check_baselines, compare_case
-from ghostball.validation.baselines.places import (
-    baseline_path,
-    engine_folder,
-    engine_key,
-)
+from ghostball.validation.baselines import Gate, Played, compare_case
 from ghostball.validation.baselines.regression import UNCOMPARED, FailOn
 from ghostball.validation.checks.criteria import Criteria
 from ghostball.validation.checks.law import Asked
@@ -153,7 +148,7 @@ class _Plan:
     for_all: Criteria | None
     options: tuple[str, ...]  # of the command that runs one of these tests again
     time_limit: float | None  # of a scene [s]; None: none, and in this process
-    baselines: Path  # of this engine
+    gate: Gate
     fail_on: FailOn
     process: ExitStack = field(default_factory=ExitStack)
     printed: list[str] = field(default_factory=list)
@@ -164,9 +159,9 @@ class _Plan:
         spec = option.ghostball_engine or _only_engine(project.engines)
         engine = engine_under_test(spec, option.ghostball_as)
         names = _asked_scenes(option.ghostball_scenes, project.scenes, picked)
-        scenes, beside, key = select(names), criteria_beside_paths(names), engine_key(spec)
-        baselines = engine_folder(Path(option.ghostball_baselines or project.baselines), key)
-        check_baselines(baselines, [scene.name for scene in scenes], key)
+        scenes, beside = select(names), criteria_beside_paths(names)
+        gate = Gate.of(spec, Path(option.ghostball_baselines or project.baselines))
+        gate.check([scene.name for scene in scenes])
         own = {
             scene.name: beside[scene.name] if scene.name in beside else shipped_criteria(scene)
             for scene in scenes
@@ -196,9 +191,7 @@ class _Plan:
         }
         options = [word for pair in again.items() if pair[1] is not None for word in pair]
         fail_on = project.fail_on
-        return cls(
-            engine, tuple(scenes), own, for_all, tuple(options), time_limit, baselines, fail_on
-        )
+        return cls(engine, tuple(scenes), own, for_all, tuple(options), time_limit, gate, fail_on)
 
     def asked(self, scene: Scene) -> Asked:
         return asked_of(self.engine, self.own[scene.name], self.for_all)
@@ -271,7 +264,7 @@ class _SceneNode(_Node):
         self.plan, self.scene = plan, scene
         self.asked = plan.asked(scene)
         self.metrics = what_is_asked(plan.engine, scene, self.asked)
-        if baseline_path(plan.baselines, scene.name).exists():
+        if plan.gate.guards(scene.name):
             self.metrics += (BASELINE,)
         self.failure_reported = False  # of the engine in this scene, which all its tests have
 
@@ -317,14 +310,8 @@ class MetricItem(pytest.Item):
         if outcome.motion is None:
             pytest.skip(harmless(f"there is nothing to compare: {outcome.record.reason}"))
         plan = self.parent.plan
-        change = compare_case(
-            outcome.record,
-            outcome.motion,
-            plan.baselines,
-            plan.engine.spec,
-            time_limit=plan.time_limit,
-            fail_on=plan.fail_on,
-        )
+        played = Played.of(outcome.record, outcome.motion)
+        change = compare_case(played, plan.gate, time_limit=plan.time_limit, fail_on=plan.fail_on)
         words = f"{change.change}: {change.summary}"
         if change.change in UNCOMPARED:
             pytest.skip(harmless(words))

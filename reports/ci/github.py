@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from ghostball.reports.outcome import bad_cases, kind_text
-from ghostball.reports.shift import shift_of
+from ghostball.reports.outcome import bad_cases
+from ghostball.reports.shift import error_text, is_shifted
 from ghostball.validation.baselines.regression import (
     UNCOMPARED,
     Regression,
@@ -114,14 +114,14 @@ def _of_regression(
     regression: Regression, lost: set[tuple[str, str]], places: Places
 ) -> Iterator[Finding]:
     for change in regression.scenes:
-        shown = change.failed or change.change not in ("identical", "rounding-only")
+        shown = change.failed or change.change not in ("unchanged", "rounding")
         if change.change in UNCOMPARED or not shown:
             continue
         if (change.scene, regression.label) in lost or not (change.moved or not change.broken):
             continue  # what it did is said of its run
         yield Finding(
             "error" if change.failed else "warning",
-            f"{change.scene}: {kind_text(change)}",
+            f"{change.scene}: {change.words}",
             "\n".join(_lines(regression, change)),
             places.baseline(regression.engine, change.scene, _first_moved(change)),
         )
@@ -138,9 +138,8 @@ def _of_regression(
 
 
 def _lines(regression: Regression, change: SceneChange) -> Iterator[str]:
-    shift = shift_of(change)
-    off = "" if shift is None else f", {shift.words} off the truth"
-    yield f"{change.scene} on {regression.label}: {kind_text(change)}{off}"
+    off = f", rest error {error_text(change)}" if is_shifted(change) else ""
+    yield f"{change.scene} on {regression.label}: {change.words}{off}"
     yield change.summary
     if change.command:
         yield f"Again: {change.command}"
@@ -150,8 +149,7 @@ def _first_moved(change: SceneChange) -> str:
     """Return which line of the baseline says other than what is."""
     if change.base_hash != change.head_hash:
         return HASH
-    moved = [one.name for one in (*change.metrics, *change.counters) if not one.within]
-    return moved[0] if moved else HASH
+    return change.counters[0].name if change.counters else HASH
 
 
 def relative_to_root(path: Path, root: Path) -> str | None:

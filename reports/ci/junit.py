@@ -23,7 +23,6 @@ from ghostball.validation.baselines.regression import (
     UNCOMPARED,
     Regression,
     SceneChange,
-    moved_text,
 )
 from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.checks.verdict import (
@@ -114,12 +113,10 @@ def _of_change(label: str, change: SceneChange) -> Element:
     It fails for what moved; limits that are broken have test cases of their own.
     """
     name, words = f"{label}: baseline", f"{change.change}: {change.summary}"
-    left = [one for one in (*change.metrics, *change.counters) if not one.within]
     first = change.first_difference
     lines = [
         *([] if first is None else [f"first difference: {first.words}"]),
-        *(f"{moved_text(one)} ({one.why})" for one in left if one.level == "error"),
-        *(f"warning: {moved_text(one)} ({one.why})" for one in left if one.level == "warn"),
+        *(one.words for one in (*change.counters, *change.metrics)),
         *([change.command] if change.command else []),
     ]
     if change.failed and change.moved:

@@ -21,21 +21,18 @@ from ghostball.reports.accuracy import CLASSES, CLASSES_KEY, cell_text, kinds_of
 from ghostball.reports.outcome import (
     CHANGES,
     bad_cases,
-    kind_text,
     kinds_text,
     of_comparison,
     of_limits,
     overall,
 )
-from ghostball.reports.shift import drawn, shift_of, shifts_of
+from ghostball.reports.shift import drawn, error_text, is_shifted, shifted
 from ghostball.reports.shots import legend_text
 from ghostball.reports.words import many
 from ghostball.validation.baselines.regression import (
     UNCOMPARED,
-    Quantity,
     Regression,
     SceneChange,
-    moved_text,
 )
 from ghostball.validation.checks.verdict import Verdict, unfinished_text, verdict_of
 from ghostball.validation.results.records import AccuracyKind
@@ -48,7 +45,7 @@ ROWS = 250
 CELL = 400
 """Characters of a cell: an error message may be a whole page."""
 
-_UNMOVED = ("identical", "rounding-only")
+_UNMOVED = ("unchanged", "rounding")
 
 
 def summary_markdown(results: Results | None, *regressions: Regression) -> str:
@@ -61,7 +58,7 @@ def summary_markdown(results: Results | None, *regressions: Regression) -> str:
     for regression in regressions:
         shown = [_change_cells(one) for one in _in_order(regression.scenes) if _is_shown(one)]
         before = [one for one in regression.scenes if not _is_shown(one)]
-        changes.append((regression, shown, before, drawn(shifts_of(regression))))
+        changes.append((regression, shown, before, drawn(shifted(regression))))
     given: dict[str, Any] = {"failures": [], "results": results}
     if results is not None:
         kinds, labels = kinds_of(results.cases), [_code(label) for label in results.labels]
@@ -162,17 +159,11 @@ def _in_order(changes: Sequence[SceneChange]) -> list[SceneChange]:
 
 def _change_cells(change: SceneChange) -> list[str]:
     sign = "✗" if change.failed else CHANGES[change.change][0]
-    shift = shift_of(change)
-    words = [*([] if shift is None else [f"{shift.words} off the truth"]), change.summary]
+    words = [f"rest error {error_text(change)}"] * is_shifted(change) + [change.summary]
     first = "" if change.first_difference is None else change.first_difference.words
     command = _code(change.command)
-    kind = f"{sign} {kind_text(change)}"
+    kind = f"{sign} {change.words}"
     return [_cell(change.scene), kind, _cell("; ".join(words)), _cell(first), command]
-
-
-def _left_band(change: SceneChange, level: str = "error") -> list[Quantity]:
-    quantities = (*change.metrics, *change.counters)
-    return [one for one in quantities if not one.within and one.level == level]
 
 
 def _failure_cells(case: CaseRecord) -> Iterator[list[str]]:
@@ -223,15 +214,11 @@ def _change_lines(regression: Regression) -> Iterator[tuple[str, str, str]]:
         if _is_shown(change):
             uncompared = change.change in UNCOMPARED
             level = "error" if change.failed or uncompared else "warning"
-            yield change.scene, level, f"{kind_text(change)}: {change.summary} {again}"
+            yield change.scene, level, f"{change.words}: {change.summary} {again}"
         if change.failed and change.first_difference is not None:
             yield change.scene, "note", f"first difference: {change.first_difference.words}"
-        for asked, level in (
-            ("error", "error" if change.failed else "warning"),
-            ("warn", "warning"),
-        ):
-            for quantity in _left_band(change, asked):
-                yield change.scene, level, f"{moved_text(quantity)} ({quantity.why})"
+        for quantity in change.counters:
+            yield change.scene, "error" if change.failed else "warning", quantity.words
     for warning in regression.warnings:
         yield "regression", "warning", warning
     for scene in regression.stale:

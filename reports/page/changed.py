@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,28 +10,14 @@ from markupsafe import Markup
 
 from ghostball.reports import style
 from ghostball.reports.figures._table import view_of
-from ghostball.reports.outcome import kind_text
 from ghostball.reports.page.rendering import render
 from ghostball.reports.words import quantity_text
 from ghostball.validation.baselines import Regression
 from ghostball.validation.baselines.regression import Quantity, SceneChange
 from ghostball.validation.results.store import CaseRecord, Results
 
-MOVED = ("worse", "results-changed", "better")
+MOVED = ("wrong collisions", "worse", "changed", "better")
 """Changes that get a view of their own; of the others, what fails has one."""
-
-
-@dataclass(frozen=True)
-class Moved:
-    """A number on both sides: what was expected, what is there, by how much they differ."""
-
-    name: str
-    base: str
-    head: str
-    difference: str
-    band: str = ""
-    sign: str = ""
-    why: str = ""
 
 
 def changed_html(results: Results, regression: Regression | None) -> Markup:
@@ -49,17 +34,13 @@ def has_part(change: SceneChange) -> bool:
 
 def _changed(results: Results, change: SceneChange) -> Markup:
     case = next((one for one in results.cases if one.scene == change.scene), None)
-    quantities = [*change.metrics, *change.counters]
-    moved = [_moved(one) for one in quantities if one.base != one.head or not one.within]
     return render(
         "changed.html",
         change=change,
-        kind=kind_text(change),
         in_page=case is not None,
         rests=_rests(case, change),
         ends=None if case is None else _ends(case, change),
-        moved=moved,
-        still=len(quantities) - len(moved),
+        moved=[_moved(one) for one in (*change.metrics, *change.counters)],
     )
 
 
@@ -78,20 +59,17 @@ def _ends(case: CaseRecord, change: SceneChange) -> dict[str, Any] | None:
     }
 
 
-def _rests(case: CaseRecord | None, change: SceneChange) -> list[Moved]:
+def _rests(case: CaseRecord | None, change: SceneChange) -> list[tuple[str, ...]]:
+    """Return each ball, where it rests on both sides, and how far apart that is."""
     if change.rest_base is None or change.rest_head is None:
         return []
     names = [str(k) for k in range(len(change.rest_head))]
     if case is not None:
         names = [str(ball["id"]) for ball in case.definition["balls"]]
+    places = zip(names, change.rest_base, change.rest_head, strict=True)
     return [
-        Moved(
-            f"ball {name}",
-            _place(base),
-            _place(head),
-            style.format_length(math.dist(base, head)),
-        )
-        for name, base, head in zip(names, change.rest_base, change.rest_head, strict=True)
+        (f"ball {name}", _place(one), _place(two), style.format_length(math.dist(one, two)))
+        for name, one, two in places
     ]
 
 
@@ -99,25 +77,13 @@ def _place(position: tuple[float, float, float]) -> str:
     return f"({position[0]!r}, {position[1]!r}) m"
 
 
-def _moved(one: Quantity) -> Moved:
-    difference = "–"
-    if one.base is not None and one.head is not None:
-        signed = one.head - one.base
-        difference = ("+" if signed >= 0 else "−") + quantity_text(abs(signed), one.unit)
-    low = "" if one.low is None else f"from {quantity_text(one.low, one.unit)}"
-    high = "" if one.high is None else f"to {quantity_text(one.high, one.unit)}"
-    band = " ".join(part for part in (low, high) if part)
-    sign = "✓" if one.within else {"error": "✗", "warn": "!", "off": "○"}[one.level]
-    return Moved(
-        one.name,
-        _value(one.base, one.unit),
-        _value(one.head, one.unit),
-        difference,
-        band,
-        sign,
-        one.why,
+def _moved(one: Quantity) -> tuple[str, ...]:
+    """Return a quantity, what it is on both sides, and the difference."""
+    base, head = (
+        "–" if value is None else quantity_text(value, one.unit) for value in (one.base, one.head)
     )
-
-
-def _value(value: float | None, unit: str) -> str:
-    return "–" if value is None else quantity_text(value, unit)
+    if one.base is None or one.head is None:
+        return one.name, base, head, "–"
+    signed = one.head - one.base
+    size = quantity_text(abs(signed), one.unit)
+    return one.name, base, head, f"{'+' if signed >= 0 else '−'}{size}"

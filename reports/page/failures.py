@@ -11,13 +11,12 @@ from typing import Any
 from markupsafe import Markup
 
 from ghostball.reference_adapters.registry import OURS
-from ghostball.reports.outcome import bad_cases, kind_text
+from ghostball.reports.outcome import bad_cases
 from ghostball.reports.page.rendering import render
 from ghostball.reports.page.scene_numbers import COMPARISONS
 from ghostball.reports.page.scenes import ScenePart
 from ghostball.reports.words import number_text, quantity_text
 from ghostball.validation.baselines import Regression
-from ghostball.validation.baselines.regression import Quantity, SceneChange, moved_text
 from ghostball.validation.checks.verdict import is_unfinished, unfinished_text
 from ghostball.validation.results.store import CaseRecord, Check, Results
 from ghostball.validation.scenes import commands
@@ -33,10 +32,8 @@ def failures_html(
     return render(
         "failures.html",
         failures=list(_failures(results, scenes)),
-        changes=[(change, list(_moved(change))) for change in changes],
+        changes=changes,
         ours=OURS,
-        kind_text=kind_text,
-        moved_text=moved_text,
         own=[name for name in results.scene_names if name not in shipped],
     )
 
@@ -56,11 +53,6 @@ def _failures(results: Results, scenes: Mapping[str, ScenePart]) -> Iterator[dic
                 "rests": list(_rests(case)),
                 "bits": scenes[case.scene].hashes.get(case.label, ""),
             }
-
-
-def _moved(change: SceneChange) -> Iterator[Quantity]:
-    quantities = (*change.metrics, *change.counters)
-    return (one for one in quantities if not one.within and one.level == "error")
 
 
 def _limit(check: Check) -> str:

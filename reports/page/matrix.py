@@ -29,7 +29,7 @@ from ghostball.validation.checks.verdict import (
 )
 from ghostball.validation.results.store import CaseRecord, Results
 
-FAILING = {"identical": "identical to the bit, but not in work, run time or the limits it keeps"}
+FAILING = {"unchanged": "unchanged to the bit, but not in work or in the limits that hold"}
 """What a class of changes means where it fails, if that is something else."""
 
 
@@ -57,7 +57,7 @@ def _groups(regression: Regression) -> Iterator[dict[str, Any]]:
                     "sign": "✗" if failing else sign,
                     "words": FAILING.get(name, words) if failing else words,
                     "fails": failing,
-                    "quiet": not failing and name in ("identical", "rounding-only"),
+                    "quiet": not failing and name in ("unchanged", "rounding"),
                     "found": found,
                 }
 

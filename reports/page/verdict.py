@@ -6,7 +6,7 @@ from collections import Counter
 
 from markupsafe import Markup
 
-from ghostball.reports.outcome import bad_cases, kind_text, overall
+from ghostball.reports.outcome import bad_cases, overall
 from ghostball.reports.page.first_screen import engines_html
 from ghostball.reports.page.rendering import render
 from ghostball.reports.page.scene_numbers import unsolved
@@ -57,7 +57,6 @@ def verdict_html(results: Results, regression: Regression | None) -> Markup:
             for case in bad_cases(results)
         ],
         beyond=[] if regression is None else [one for one in regression.scenes if one.failed],
-        kind_text=kind_text,
     )
 
 

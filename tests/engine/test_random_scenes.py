@@ -13,6 +13,7 @@ import os
 from dataclasses import replace
 from pathlib import Path
 
+import gate
 import numpy as np
 import pytest
 from same import CHECKS, OFTEN, SELDOM, differences, images, motion, plays, stored
@@ -22,7 +23,7 @@ from ghostball.engine.core.kernel import COMPILED
 from ghostball.engine.running.skips import Skip
 from ghostball.model import Ball, EventKind, ExactTrajectory, Physics, Result, Scene, Status, Table
 from ghostball.validation.baselines.baseline import Accepted, Baseline, baseline_of
-from ghostball.validation.baselines.observed import Observed
+from ghostball.validation.baselines.compare import Log, Played
 from ghostball.validation.scenes.random_scenes import ASPECTS, random_scene
 
 FOUND = {
@@ -247,13 +248,13 @@ def test_a_baseline_of_a_random_scene_reads_back_the_same():
     for number in range(20):
         scene = random_scene(number, count="few", air="no", flight="no")
         result = plays.play(scene, "events")
-        observed = Observed.of_result(result)
-        path = Path(f"{result.scene.name}.toml")
-        read = baseline_of(Baseline.of(observed, accepted).text(), path).observed
-        for name in ("scene_hash", "status", "rest_time", "bits", "sequence", "work"):
-            assert getattr(read, name) == getattr(observed, name), (number, name)
-        assert read.rest_positions.tobytes() == observed.rest_positions.tobytes()
-        assert read.events.tobytes() == observed.events[: len(read.events)].tobytes()
+        record, log = gate.record_of(result, result.scene), Log.of(result.events)
+        path = Path(f"{record.scene}.json")
+        read = baseline_of(Baseline.of(Played(record, lambda log=log: log), accepted).text, path)
+        for name in ("definition", "status", "rest_time", "bits", "work"):
+            assert getattr(read.record, name) == getattr(record, name), (number, name)
+        assert read.record.rest_positions.tobytes() == record.rest_positions.tobytes()
+        assert read.events.log.sequence == log.sequence
 
 
 def test_a_result_of_balls_that_continue_spinning_is_at_rest():

@@ -156,7 +156,7 @@ def test_a_wrong_engine_fails_with_every_command(here, way):
     else:
         assert limits == dict.fromkeys(said, limits["validate"])
         assert bool(limits["validate"]) == (way not in REFUSED)
-    assert not list(Path("baselines").glob("**/*.toml"))
+    assert not list(Path("baselines").glob("**/*.json"))
 
 
 @pytest.mark.compiled
@@ -177,7 +177,7 @@ def test_a_right_engine_passes_with_every_command(here, way):
 def test_an_engine_of_which_nothing_can_be_judged_passes_with_no_command(here, way):
     said = by_all(here, way)
     assert statuses(said) == dict.fromkeys(said, 4), ROWS[way].fault
-    assert not list(Path("baselines").glob("**/*.toml"))
+    assert not list(Path("baselines").glob("**/*.json"))
 
 
 @pytest.mark.usefixtures("in_this_process")
@@ -256,7 +256,7 @@ def test_an_engine_that_crashes_or_hangs_did_not_finish_whatever_the_command(her
     found["pytest"] = by_pytest(here, way, f"--ghostball-time-limit={limit[1]}")
     found["grade"] = by_grade("right", status="failed", reason=why)
     assert found == dict.fromkeys(found, (1, frozenset()))
-    assert not list(Path("baselines").glob("**/*.toml"))
+    assert not list(Path("baselines").glob("**/*.json"))
 
 
 @pytest.mark.parametrize("left", LEFT_BEHIND)

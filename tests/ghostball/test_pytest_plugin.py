@@ -4,6 +4,7 @@ import inspect
 import re
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -13,6 +14,8 @@ from typer.testing import CliRunner
 
 from ghostball.cli import app
 from ghostball.model.cache_folder import cache_folder
+from ghostball.validation.baselines import Played, load_baseline
+from ghostball.validation.baselines.baseline import Baseline
 from ghostball.validation.examples import stepper
 
 pytest_plugins = ["pytester"]
@@ -283,9 +286,11 @@ def test_a_projects_baselines_are_compared_with(pytester):
         CliRunner().invoke(app, command)
     result = run(pytester, "--ghostball")
     assert outcomes(result)["stop::baseline"] == "PASSED"
-    (path,) = pytester.path.glob("baselines/*/stop.toml")
-    work = re.sub(r"(\[end\]\nstatus = .*\nrest_time = )", r"\g<1>1", path.read_text("utf-8"))
-    path.write_text(work, "utf-8")
+    (path,) = pytester.path.glob("baselines/*/stop.json")
+    old = load_baseline(path, path.parent.name)
+    late = replace(old.record, rest_time=old.record.rest_time + 1.0)
+    moved = Baseline.of(Played(late, old.played.log), old.accepted, old.engine)
+    path.write_text(moved.text, "utf-8")
     result = run(pytester, "--ghostball")
-    result.stdout.fnmatch_lines(["results-changed: it ended at *", "*ghostball regress stop -*"])
+    result.stdout.fnmatch_lines(["changed: *it ended at *", "*ghostball regress stop -*"])
     assert outcomes(result)["stop::baseline"] == "FAILED"

@@ -1,23 +1,24 @@
 """A run has one verdict: the word names both answers, and the sign is the worse one's."""
 
 from dataclasses import replace
+from typing import get_args
 
 import pytest
-from regressions import identical, quantity, regression, uncompared, worse
+from regressions import quantity, regression, unchanged, uncompared, worse
 
 from ghostball.reports.outcome import (
     CHANGES,
     bad_cases,
-    kind_text,
     kinds_text,
     of_comparison,
     of_limits,
     overall,
 )
+from ghostball.validation.baselines.regression import Change
 from ghostball.validation.results.store import Results
 
-PASSED = regression(identical(), outcome="passed")
-FAILED = regression(worse(), identical())
+PASSED = regression(unchanged(), outcome="passed")
+FAILED = regression(worse(), unchanged())
 
 
 def with_cases(results, cases, **environment):
@@ -61,8 +62,9 @@ def test_what_did_not_end_or_was_not_judged_is_no_pass(results):
 
 
 def test_changes_are_counted_by_class_the_gravest_first():
-    left = identical(failed=True, counters=(quantity("events", within=False),))
-    changes = [identical(), left, worse(), identical(change="rounding-only")]
-    assert kinds_text(changes) == ("1 worse, 1 rounding-only, 1 identical, 1 same bits, other work")
-    assert kind_text(identical(failed=True)) == "same bits, limits broken"
-    assert all(kind_text(identical(change=name)) == name for name in CHANGES)
+    left = unchanged(failed=True, counters=(quantity(),))
+    changes = [unchanged(), left, worse(), unchanged(change="rounding")]
+    assert kinds_text(changes) == "1 worse, 1 rounding, 1 unchanged, 1 same bits, other work"
+    assert unchanged(failed=True).words == "same bits, limits broken"
+    assert all(unchanged(change=name).words == name for name in CHANGES)
+    assert {*CHANGES} == {*get_args(Change)}

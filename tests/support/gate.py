@@ -10,20 +10,19 @@ from typing import Any
 import numpy as np
 
 from ghostball.engine import simulate
-from ghostball.model import EVENT_DTYPE, Ball, EventKind, Events, Scene, Table
+from ghostball.model import EVENT_DTYPE, Ball, EventKind, Events, Result, Scene, Table
 from ghostball.model.hashes import bits_hash, sequence_hash
-from ghostball.validation.baselines.bands import Bands, band_of_counter, band_of_metric
-from ghostball.validation.baselines.baseline import Accepted
-from ghostball.validation.baselines.classify import classify
-from ghostball.validation.baselines.observed import KEPT_EVENTS, Observed, judged
+from ghostball.reference_adapters.registry import OURS
+from ghostball.validation.baselines.baseline import KEPT_EVENTS, Accepted
+from ghostball.validation.baselines.compare import Log, Played, compare
 from ghostball.validation.baselines.regression import Regression, SceneChange
 from ghostball.validation.baselines.rounding import Allowance, allowance_of
+from ghostball.validation.results.records import Accuracy, CaseRecord, status_name
+from ghostball.validation.runs.sampling import events_of
 
 ACCEPTED = Accepted(
     date="2026-01-02", revision="0123456789ab", platform="a machine", reason="It is right."
 )
-METRICS = {"rest_error_max": 1e-12, "rest_error_ulps": 3.0, "matching_events": 2}
-"""Some that a shot might have had."""
 
 
 def cut_shot(speed: float = 1.0, name: str = "cut") -> Scene:
@@ -45,26 +44,48 @@ def roll_shot(speed: float = 1.0, name: str = "roll") -> Scene:
     return Scene(name=name, title=f"One ball, {name}", balls=[cue])
 
 
-def observed(scene: Scene, *, like: Scene | None = None, **changes: Any) -> Observed:
-    """Return what our engine does in a scene; as if it were in that scene `like`."""
-    run = Observed.of_result(simulate(scene, record="events"))
-    run = replace(run, metrics=judged(METRICS, "certified"), truth="certified")
-    if like is not None:
-        run = replace(run, scene_hash=observed(like).scene_hash)
-    return replace(run, **changes)
-
-
-def bands_of(base: Observed) -> Bands:
-    """Return the bands that accepting a run would give it."""
-    return Bands(
-        {name: band_of_metric(name, base.metrics) for name in base.metrics},
-        {name: band_of_counter(count) for name, count in base.work.items()},
+def record_of(result: Result, scene: Scene, **changes: Any) -> CaseRecord:
+    """Return the record of a run, as if it were in a scene; it is right to 1e-12 m."""
+    record = CaseRecord(
+        scene=scene.name,
+        title=scene.title,
+        tags=(),
+        definition=scene.model_dump(mode="json", by_alias=True),
+        label=OURS,
+        engine=OURS,
+        outcome="ran",
+        status=status_name(result.status),
+        accuracy=Accuracy("nanometres", error=1e-12),
+        truth="certified",
+        rest_positions=result.rest_positions,
+        rest_time=float(result.rest_time),
+        bits=bits_hash(events_of(result), result.rest_positions),
+        work={name: int(count) for name, count in result.work.items()},
+        metrics={"rest_error_max": 1e-12, "matching_events": 2},
     )
+    return replace(record, **changes)
 
 
-def compared(base: Observed, head: Observed, scene: Scene) -> SceneChange:
-    """Compare two runs with the bands of the first, and what rounding explains in a scene."""
-    return classify(base, head, bands_of(base), lambda: allowance_of(scene))
+def played(scene: Scene, *, like: Scene | None = None, **changes: Any) -> Played:
+    """Return what our engine does in a scene; as if it were in that scene `like`."""
+    result = simulate(scene, record="events")
+    log = Log.of(events_of(result))
+    return Played(record_of(result, like or scene, **changes), lambda: log)
+
+
+def having(run: Played, **changes: Any) -> Played:
+    """Return a run whose record has other values."""
+    return Played(replace(run.record, **changes), run.log)
+
+
+def off(run: Played, error: float, kind: Any = "millimetres") -> Played:
+    """Return a run that is so far from the reference result [m]."""
+    return having(run, accuracy=Accuracy(kind, error=error))
+
+
+def compared(base: Played, head: Played, scene: Scene) -> SceneChange:
+    """Compare two runs with what rounding explains in a scene."""
+    return compare(base, head, lambda: allowance_of(scene))
 
 
 def log(*rows: tuple[float, EventKind, int, int]) -> Events:
@@ -73,30 +94,28 @@ def log(*rows: tuple[float, EventKind, int, int]) -> Events:
 
 
 def long_log(count: int) -> Events:
-    """Return so many collisions, one a second, of balls 0 and 1, 1 and 2 alternately."""
-    return log(*((k + 1.0, EventKind.BALL_BALL, k % 2, k % 2 + 1) for k in range(count)))
+    """Return so many collisions, one a second, of balls 0 and 1."""
+    return log(*((k + 1.0, EventKind.BALL_BALL, 0, 1) for k in range(count)))
 
 
-def with_events(base: Observed, events: Events, *, kept: int | None = None) -> Observed:
-    """Return a run with other events and their hashes; of a baseline where only some are kept."""
-    return replace(
-        base,
-        events=events[:kept],
-        event_count=len(events),
-        bits=bits_hash(events, base.rest_positions),
-        sequence=sequence_hash(events),
-    )
+def with_events(run: Played, events: Events) -> Played:
+    """Return a run with other events and their hashes."""
+    assert run.record.rest_positions is not None
+    bits = bits_hash(events, run.record.rest_positions)
+    return Played(replace(run.record, bits=bits), lambda: Log.of(events))
 
 
-def at_rest(base: Observed, positions: Sequence[Sequence[float]]) -> Observed:
+def as_accepted(run: Played) -> Played:
+    """Return a run as a baseline holds it: the first events only."""
+    events = run.log().events
+    kept = Log(events[:KEPT_EVENTS], len(events), sequence_hash(events))
+    return Played(run.record, lambda: kept)
+
+
+def at_rest(run: Played, positions: Sequence[Sequence[float]]) -> Played:
     """Return a run that ends at other places [m]."""
     places = np.array(positions, dtype=np.float64)
-    return replace(base, rest_positions=places, bits=bits_hash(base.events, places))
-
-
-def as_accepted(run: Observed) -> Observed:
-    """Return a run as a baseline holds it: the first events only."""
-    return replace(run, events=run.events[:KEPT_EVENTS])
+    return having(run, rest_positions=places, bits=bits_hash(run.log().events, places))
 
 
 def allowance(

@@ -1,8 +1,11 @@
-"""The gate: what a change of an engine changed, against accepted baselines.
+"""One comparison of two runs, and the gate: what a change of an engine changed.
 
->>> results = Results.open("out")                  # runs of an engine
->>> regression = compare_results(results, Path("baselines/ghostball"), whole=True)
+>>> gate = Gate.of("ghostball", Path("baselines"))
+>>> regression = compare_results(Results.open("out"), gate, whole=True)
 >>> regression.outcome, [one.scene for one in regression.scenes if one.failed]
+
+`compare` says of two records of a scene how they differ, by three rules; `baseline` holds an
+accepted record; `gate` compares a run with the accepted records, and `accept` replaces them.
 """
 
 from __future__ import annotations
@@ -10,16 +13,13 @@ from __future__ import annotations
 from ghostball.validation.baselines.accept import (
     Acceptance,
     AcceptError,
-    LimitsBrokenError,
-    NotDeterministicError,
-    NotFinishedError,
     NothingToAcceptError,
-    UnjudgedError,
+    RefusedError,
     accept,
-    can_be_accepted,
 )
 from ghostball.validation.baselines.baseline import load_baseline
-from ghostball.validation.baselines.gate import check_baselines, compare_results
+from ghostball.validation.baselines.compare import Played, compare
+from ghostball.validation.baselines.gate import Gate, compare_case, compare_results
 from ghostball.validation.baselines.regression import (
     FirstDifference,
     Quantity,
@@ -35,18 +35,17 @@ __all__ = [
     "AcceptError",
     "Acceptance",
     "FirstDifference",
-    "LimitsBrokenError",
-    "NotDeterministicError",
-    "NotFinishedError",
+    "Gate",
     "NothingToAcceptError",
+    "Played",
     "Quantity",
+    "RefusedError",
     "Regression",
     "RevisionError",
     "SceneChange",
-    "UnjudgedError",
     "accept",
-    "can_be_accepted",
-    "check_baselines",
+    "compare",
+    "compare_case",
     "compare_results",
     "load_baseline",
     "load_regression",

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Container, Iterator, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from ghostball.model import Scene
-from ghostball.reference_adapters.registry import OURS, engine_class, make_engine, parse_spec
+from ghostball.model.hashes import bits_hash
+from ghostball.reference_adapters.registry import OURS, engine_class, parse_spec
 from ghostball.reference_adapters.returned import check_result
 from ghostball.validation.baselines.baseline import (
     Accepted,
@@ -18,9 +23,13 @@ from ghostball.validation.baselines.baseline import (
     BaselineSchemaError,
     load_baseline,
 )
-from ghostball.validation.baselines.classify import classify
-from ghostball.validation.baselines.observed import Observed
-from ghostball.validation.baselines.places import baseline_names, baseline_path, engine_key
+from ghostball.validation.baselines.compare import Log, Played, compare
+from ghostball.validation.baselines.places import (
+    baseline_names,
+    baseline_path,
+    engine_folder,
+    engine_key,
+)
 from ghostball.validation.baselines.regression import (
     UNCOMPARED,
     Change,
@@ -28,9 +37,9 @@ from ghostball.validation.baselines.regression import (
     Regression,
     SceneChange,
 )
-from ghostball.validation.baselines.replay import PlayAgain, not_deterministic, playing_again
+from ghostball.validation.baselines.replay import PlayAgain, playing_again
 from ghostball.validation.baselines.revision import checkout_of
-from ghostball.validation.baselines.rounding import Allowance, allowance_of, allowance_of_other
+from ghostball.validation.baselines.rounding import allowance
 from ghostball.validation.checks.verdict import not_judged
 from ghostball.validation.parallel.sources import (
     SourcesError,
@@ -41,10 +50,10 @@ from ghostball.validation.parallel.sources import (
     source_folders,
 )
 from ghostball.validation.results.environment import describe_environment, git_state
-from ghostball.validation.results.records import CaseRecord, Motion
+from ghostball.validation.results.records import CaseRecord, status_name
 from ghostball.validation.results.store import Results
 from ghostball.validation.runs.playing import run_ours
-from ghostball.validation.runs.steps import step_of
+from ghostball.validation.runs.sampling import events_of
 from ghostball.validation.scenes import commands
 from ghostball.validation.scenes.gases import many_balls
 from ghostball.validation.suite.case import blank_record, failed
@@ -56,24 +65,42 @@ PENDING = "not accepted yet"
 NOT_FINITE = "its numbers are not finite, so they can't be compared or accepted"
 
 
-def check_baselines(folder: Path, scenes: Sequence[str], engine: str = OURS) -> None:
-    """Read an engine's baselines of some scenes: what is nonsense is refused before anything runs.
+@dataclass(frozen=True)
+class Gate:
+    """An engine that is guarded: as it is asked for, what its baselines call it, their folder."""
 
-    One of another schema version is passed over here, and reported with its scene.
+    label: str
+    engine: str
+    folder: Path
 
-    Raises `BaselineError` where one can't be read, or is nonsense.
-    """
-    for name in scenes:
-        path = baseline_path(folder, name)
-        if path.exists():
+    @classmethod
+    def of(cls, label: str, baselines: Path) -> Gate:
+        """Return the gate of an engine, in the folder of all baselines.
+
+        Raises `BaselineError` where that is no folder.
+        """
+        engine = engine_key(label)
+        return cls(label, engine, engine_folder(baselines, engine))
+
+    def guards(self, scene: str) -> bool:
+        """Whether a scene has a baseline."""
+        return baseline_path(self.folder, scene).exists()
+
+    def check(self, scenes: Sequence[str]) -> None:
+        """Read the baselines of some scenes: nonsense is refused before anything runs.
+
+        One of another schema version is passed over here, and reported with its scene.
+
+        Raises `BaselineError` where one can't be read, or is nonsense.
+        """
+        for name in filter(self.guards, scenes):
             with suppress(BaselineSchemaError):
-                load_baseline(path, engine)
+                load_baseline(baseline_path(self.folder, name), self.engine)
 
 
 def compare_results(
     results: Results,
-    folder: Path,
-    label: str = OURS,
+    gate: Gate,
     *,
     whole: bool,
     only: Container[str] | None = None,
@@ -82,8 +109,6 @@ def compare_results(
 ) -> Regression:
     """Compare the runs of an engine in a results folder with their baselines.
 
-    `folder`: of the baselines of this engine.
-    `label`: the engine, as it was asked for.
     `whole`: whether all scenes that it is guarded by were run: then baselines of others are
         `stale`, and our engine runs the shots of many balls too.
     `only`: names of the scenes that are compared; all that were run where it is left out.
@@ -93,74 +118,48 @@ def compare_results(
 
     Raises `GhostballError` where a baseline is nonsense, or a motion can't be read.
     """
-    names = baseline_names(folder)
-    environment, engine = head_of(label), engine_key(label)
+    environment = head_of(gate.label)
     changes: list[SceneChange] = []
-    accepted: dict[str, Any] = {}
-    scenes: list[str] = []
-    with playing_again(label, time_limit) as play_again:
-        for scene, found in _observed(results, label, whole):
-            if only is not None and scene.name not in only:
+    warnings: list[str] = []
+    cases: list[CaseRecord] = []
+    with playing_again(gate.label, time_limit) as play_again:
+        for played in _played(results, gate.label, whole=whole):
+            case = played.record
+            never = case.outcome not in ("ran", "failed") and not gate.guards(case.scene)
+            if never or (only is not None and case.scene not in only):
                 continue
-            never = isinstance(found, CaseRecord) and found.outcome != "failed"
-            if never and scene.name not in names:
-                continue  # it never could
-            scenes.append(scene.name)
-            if isinstance(found, CaseRecord):
-                why = f"the engine did not run it: {found.reason}"
-                changes.append(_worse(found.scene, found.title, found.label, why))
-                continue
-            if not found.is_finite:
-                changes.append(_worse(scene.name, scene.title, label, NOT_FINITE))
-                continue
-            change, candidate, before = _compare(
-                scene, found, folder, environment, label, play_again
-            )
-            change = _within_limits(change, results.case(scene.name, label))
-            if candidate is not None:
-                change = change.model_copy(update={"candidate": candidate.text()})
-            changes.append(change)
-            accepted = before or accepted
-    changes = [change.judged(fail_on) for change in changes]
-    cases = [case for name in scenes if (case := results.case(name, label)) is not None]
-    stale = tuple(name for name in names if name not in scenes) if whole else ()
+            change, warning = _compare(played, gate, environment, play_again)
+            changes.append(_within_limits(change, case).judged(fail_on))
+            warnings += warning
+            cases.append(case)
+    compared = {one.scene for one in changes}
+    stale = tuple(one for one in baseline_names(gate.folder) if whole and one not in compared)
+    if stale:
+        warnings.append(f"baselines of scenes that are no more: {', '.join(stale)}")
     return Regression(
-        label=label,
-        engine=engine,
-        base=accepted,
+        label=gate.label,
+        engine=gate.engine,
         head=environment,
         fail_on=fail_on,
         outcome=outcome_of(changes, fail_on),
         scenes=tuple(changes),
         stale=stale,
         unjudged=not_judged(cases),
-        warnings=tuple(_warnings(changes, stale)),
+        warnings=tuple(warnings),
     )
 
 
 def compare_case(
-    case: CaseRecord,
-    motion: Motion,
-    folder: Path,
-    label: str,
-    *,
-    time_limit: float | None = None,
-    fail_on: FailOn = "changed",
+    played: Played, gate: Gate, *, time_limit: float | None = None, fail_on: FailOn = "changed"
 ) -> SceneChange:
-    """Compare one case of an engine that ran with its baseline.
+    """Compare one run of an engine with its baseline.
 
-    `folder`: of the baselines of this engine.
-    `label`: the engine, as it was asked for.
     `time_limit` [s], `fail_on`: as of `compare_results`.
 
     Raises `BaselineError` where the baseline is nonsense.
     """
-    scene, found = case.load_scene(), Observed.of_case(case, motion)
-    if not found.is_finite:
-        return _worse(scene.name, scene.title, label, NOT_FINITE)
-    with playing_again(label, time_limit) as play_again:
-        change = _compare(scene, found, folder, head_of(label), label, play_again)[0]
-    return change.judged(fail_on)
+    with playing_again(gate.label, time_limit) as play_again:
+        return _compare(played, gate, head_of(gate.label), play_again)[0].judged(fail_on)
 
 
 def head_of(label: str) -> dict[str, Any]:
@@ -181,38 +180,39 @@ def outcome_of(changes: Sequence[SceneChange], fail_on: FailOn = "changed") -> A
     return "no-baseline" if incomparable or not changes else "passed"
 
 
-def _observed(
-    results: Results, label: str, whole: bool
-) -> Iterator[tuple[Scene, Observed | CaseRecord]]:
-    """Yield each scene with what the engine did there, or with the case that did not run."""
+def _played(results: Results, label: str, *, whole: bool) -> Iterator[Played]:
+    """Yield what an engine did in each scene."""
     for name in results.scene_names:
-        case = results.case(name, label)
-        if case is None:
-            continue
-        motion = results.motion(case)
-        yield (
-            case.load_scene(),
-            case if motion is None else Observed.of_case(case, motion),
-        )
+        if (case := results.case(name, label)) is not None:
+            yield Played.stored(results, case)
     for scene in many_balls() if whole and label == OURS else ():
-        yield scene, _many_ball_run(scene)
+        yield _many_ball_run(scene)
 
 
-def _many_ball_run(scene: Scene) -> Observed | CaseRecord:
+def _many_ball_run(scene: Scene) -> Played:
     """Return what our engine did in a shot of many balls, or that it failed."""
+    record = blank_record(Case(scene, OURS, TruthFailure("", "")))
     try:
         result = run_ours(scene, "events")
         check_result(result, scene, OURS, "events")
     except Exception as error:  # reported with its scene, as a fault of any other shot
-        case = Case(scene, OURS, TruthFailure("", ""))
-        return failed(blank_record(case), f"{type(error).__name__}: {error}")
-    return Observed.of_result(result)
+        return Played.of(failed(record, f"{type(error).__name__}: {error}"), None)
+    events = events_of(result)
+    record = replace(
+        record,
+        outcome="ran",
+        status=status_name(result.status),
+        rest_time=float(result.rest_time),
+        rest_positions=result.rest_positions,
+        bits=bits_hash(events, result.rest_positions),
+        work={name: int(count) for name, count in result.work.items()},
+    )
+    return Played(record, lambda: Log.of(events))
 
 
-def _within_limits(change: SceneChange, case: CaseRecord | None) -> SceneChange:
-    """Return a change that fails also where the scene's limits are broken."""
-    checks = () if case is None else case.checks
-    broken = tuple(check.sentence for check in checks if check.passed is False)
+def _within_limits(change: SceneChange, case: CaseRecord) -> SceneChange:
+    """Return a change that fails also where the scene's limits fail."""
+    broken = tuple(check.sentence for check in case.checks if check.passed is False)
     if not broken:
         return change
     summary = f"{change.summary}; breaks its limits: {'; '.join(broken)}"
@@ -220,102 +220,75 @@ def _within_limits(change: SceneChange, case: CaseRecord | None) -> SceneChange:
 
 
 def _compare(
-    scene: Scene,
-    head: Observed,
-    folder: Path,
-    environment: Mapping[str, Any],
-    label: str,
-    play_again: PlayAgain,
-) -> tuple[SceneChange, Baseline | None, dict[str, Any]]:
-    """Return what became of a scene, the baseline to accept where one moved, and who accepted."""
-    path, engine = baseline_path(folder, scene.name), engine_key(label)
-    pending = Accepted(
-        date=datetime.now(UTC).date().isoformat(),
-        revision=revision_of(environment),
-        platform=platform_of(environment),
-        reason=PENDING,
-    )
-    common: dict[str, Any] = {
-        "scene": scene.name,
-        "title": scene.title,
-        # The shots of many balls are no files: they run with all others.
-        "command": commands.regress(None if scene in many_balls() else scene.name, engine=label),
-        "head_hash": head.bits,
-    }
-
+    played: Played, gate: Gate, environment: Mapping[str, Any], play_again: PlayAgain
+) -> tuple[SceneChange, list[str]]:
+    """Return what became of a scene, with the baseline to accept where it moved, and warnings."""
+    record, path = played.record, baseline_path(gate.folder, played.record.scene)
+    facts: dict[str, Any] = {"scene": record.scene, "title": record.title}
+    if record.outcome != "ran" or not _is_finite(played):
+        why = NOT_FINITE
+        if record.outcome != "ran":
+            why = f"the engine did not run it: {record.reason}"
+        command = commands.simulate(record.scene, gate.label)
+        return SceneChange(**facts, change="worse", failed=True, summary=why, command=command), []
+    scene = record.load_scene()
+    # The shots of many balls are no files: they run with all others.
+    named = None if scene in many_balls() else scene.name
+    facts |= {"command": commands.regress(named, engine=gate.label), "head_hash": record.bits}
     baseline: Baseline | None = None
     uncompared: tuple[Change, str] = ("no-baseline", "there is no baseline to compare with")
     if path.exists():
         try:
-            baseline = load_baseline(path, engine)
+            baseline = load_baseline(path, gate.engine)
         except BaselineSchemaError as error:
             uncompared = ("not-comparable", str(error))
-    accepted = {} if baseline is None else baseline.accepted.model_dump()
-    # Whoever switches the hash off says that the bits are others each time.
-    if baseline is None or baseline.hash.level != "off":
-        bits = "" if baseline is None else baseline.hash.bits
-        unsteady = not_deterministic(head, bits, play_again, scene, common["command"])
-        if unsteady is not None:
-            return unsteady, None, accepted
-    if baseline is None:
-        kind, why = uncompared
-        change = SceneChange(**common, change=kind, failed=False, summary=why)
-        return change, Baseline.of(head, pending, engine=engine), {}
-    change = classify(
-        baseline.observed,
-        head,
-        baseline.bands,
-        lambda: allowance(scene, head, label),
-        common["command"],
-    )
-    if change.failed and baseline.accepted.platform != pending.platform:
-        change = change.model_copy(
-            update={
-                "summary": f"{change.summary} (accepted on {baseline.accepted.platform}"
-                + "; our engine promises the same bits on every platform" * (engine == OURS)
-                + ")"
-            }
+    facts["base_hash"] = "" if baseline is None else baseline.record.bits
+    # What was accepted isn't played again: the engine did so twice.
+    if record.bits != facts["base_hash"] and (again := play_again(scene)) != record.bits:
+        how = again if again.startswith("it failed") else "it gave other bits"
+        why = (
+            f"played a second time, {how}, so that nothing can be compared or accepted. Seed what "
+            "is random, and read nothing before it is written"
         )
-    # Sums that only measure may differ in a last bit from machine to machine: no reason to write.
-    affected = change.base_hash != change.head_hash or change.change == "not-comparable"
-    affected |= any(not one.within for one in (*change.metrics, *change.counters))
-    # The bands of another shot say nothing of this one.
-    earlier = None if change.change == "not-comparable" else baseline
-    candidate = Baseline.of(head, pending, earlier, engine) if affected else None
-    return change, candidate, accepted
-
-
-def allowance(scene: Scene, head: Observed, label: str) -> Allowance:
-    """Return what rounding explains in a shot that an engine, ours or another, played."""
-    if label == OURS:
-        return allowance_of(scene)
-    return allowance_of_other(scene, head, _steps(label, head))
-
-
-def _steps(label: str, head: Observed) -> float:
-    """Return how many time steps an engine makes in a shot by its setting; 0 without a step.
-
-    An engine's own count of its steps would widen its allowance without bound.
-    """
-    step = step_of(make_engine(label))
-    return 0.0 if step is None else head.rest_time / step
-
-
-def _worse(scene: str, title: str, label: str, why: str) -> SceneChange:
-    """Return that there is nothing that could be compared."""
-    command = commands.simulate(scene, label)
-    return SceneChange(
-        scene=scene, title=title, change="worse", failed=True, summary=why, command=command
+        return SceneChange(**facts, change="not-deterministic", failed=True, summary=why), []
+    pending = accepted_now(environment, PENDING)
+    if baseline is None:
+        change, why = uncompared
+        candidate = Baseline.of(played, pending, gate.engine).text
+        return SceneChange(**facts, change=change, summary=why, candidate=candidate), []
+    found = compare(
+        baseline.played,
+        played,
+        lambda: allowance(scene, gate.label, played.log().events, record.rest_time or 0.0),
+        facts["command"],
     )
+    # Our engine promises its bits, so that rounding fails too until somebody accepts it.
+    passing = ("unchanged", "not-comparable", *(() if gate.label == OURS else ("rounding",)))
+    fails = found.change not in passing or bool(found.counters)
+    update: dict[str, Any] = {"failed": fails}
+    if found.moved:
+        update["candidate"] = Baseline.of(played, pending, gate.engine).text
+    if fails and baseline.accepted.platform != pending.platform:
+        promise = "; our engine promises the same bits on every platform" * (gate.label == OURS)
+        on = f"accepted on {baseline.accepted.platform}{promise}"
+        update["summary"] = f"{found.summary} ({on})"
+    warnings = []
+    if baseline.record.truth != record.truth:
+        warnings.append(
+            f"{scene.name}: errors can't be compared: the truth was {baseline.record.truth}, and "
+            f"is {record.truth} now"
+        )
+    return found.model_copy(update=update), warnings
 
 
-def _warnings(changes: Sequence[SceneChange], stale: Sequence[str]) -> Iterator[str]:
-    for change in changes:
-        for one in (*change.metrics, *change.counters):
-            if one.level == "warn" and not one.within:
-                yield f"{change.scene}: `{one.name}` {one.base} -> {one.head}: {one.why}"
-    if stale:
-        yield f"baselines of scenes that are no more: {', '.join(stale)}"
+def _is_finite(played: Played) -> bool:
+    """Whether all numbers of a run are: else nothing can be compared with them."""
+    record = played.record
+    numbers = (record.rest_time, *record.metrics.values())
+    arrays = (record.rest_positions, played.log().events["t"])
+    return all(math.isfinite(one) for one in numbers if one is not None) and all(
+        np.isfinite(one).all() for one in arrays if one is not None
+    )
 
 
 def sources_hash(label: str) -> str:
@@ -337,7 +310,17 @@ def source_of(label: str) -> Path:
     raise SourcesError(f"engine `{label}`: module `{module}` is no file, so its code is not known")
 
 
-def revision_of(environment: Mapping[str, Any]) -> str:
+def accepted_now(environment: Mapping[str, Any], reason: str) -> Accepted:
+    """Return the note of an acceptance of today."""
+    return Accepted(
+        date=datetime.now(UTC).date().isoformat(),
+        revision=_revision_of(environment),
+        platform=_platform_of(environment),
+        reason=" ".join(reason.split()),
+    )
+
+
+def _revision_of(environment: Mapping[str, Any]) -> str:
     """Return the revision of an environment, and whether files differ from it."""
     git = environment.get("git")
     if not git:
@@ -345,7 +328,7 @@ def revision_of(environment: Mapping[str, Any]) -> str:
     return str(git["revision"])[:12] + (" with changes" if git["dirty"] else "")
 
 
-def platform_of(environment: Mapping[str, Any]) -> str:
+def _platform_of(environment: Mapping[str, Any]) -> str:
     """Return what of an environment might decide a bit, though it must not."""
     versions = environment["versions"]
     return (

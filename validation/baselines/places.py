@@ -8,7 +8,7 @@ from pathlib import Path
 from ghostball.model import GhostballError
 from ghostball.reference_adapters.registry import engine_name, parse_spec, spec_of
 
-ENDING = ".toml"
+ENDING = ".json"
 
 
 class BaselineError(GhostballError, ValueError):

@@ -23,38 +23,25 @@ from ghostball.validation.results.database import (
 )
 from ghostball.validation.results.fields import EnvironmentValues
 
-SCHEMA: Final = 9
+SCHEMA: Final = 10
 """Version of a stored comparison."""
 
-Change = Literal[
-    "identical",
-    "rounding-only",
-    "better",
-    "results-changed",
-    "worse",
-    "no-baseline",
-    "not-comparable",
-    "not-deterministic",
-]
-"""What became of a scene, from the mildest on.
+Answer = Literal["unchanged", "rounding", "better", "changed", "worse", "wrong collisions"]
+"""What `compare.compare` says of two records of one scene."""
 
-"identical": the same bits. "rounding-only": the same events up to the predictability horizon, and
-no state there differs by more than rounding explains. "results-changed": something else moved, and
-truth can't say which is right, or says that both are. "better", "worse": it moved, and towards the
-truth, or away from it beyond the band that was accepted. "not-deterministic": the engine does
-something else each time that it plays the shot.
-"""
+Change = Literal[Answer, "no-baseline", "not-comparable", "not-deterministic"]
+"""What became of a scene: an answer, or why there is none."""
 
-Level = Literal["off", "warn", "error"]
+UNCOMPARED: Final = ("no-baseline", "not-comparable")
+"""Changes that say that there was nothing to compare with."""
 
 FailOn = Literal["changed", "worse", "limits"]
 """What of a comparison fails its gate, the strictest first.
 
-"changed": whatever moved out of its band. "worse": of that, only what moved away from the truth,
-breaks its limits, or is another shot each time. "limits": only broken limits of truth, and shots
-that the engine didn't play; then no baseline is needed either.
+"changed": every change. "worse": of these only a larger error, wrong collisions, failed limits, and
+an engine that isn't deterministic. "limits": only failed limits, and shots that the engine did not
+finish; then no baseline is needed either.
 """
-
 
 LENIENT: Final[dict[FailOn, str]] = {
     "worse": "of what moved, only what is worse fails",
@@ -79,65 +66,32 @@ class FirstDifference(Model):
 
 
 class Quantity(Model):
-    """A metric or a work counter on both sides, and the band in which it is accepted.
-
-    `level` says what leaving the band means; `why` where the band comes from. A bound that is None
-    isn't there; a value that is None could not be measured.
-    """
+    """A metric or a work counter that differs; None on a side where it has no value."""
 
     name: str
     unit: str
     base: int | float | None
     head: int | float | None
-    low: int | float | None = None
-    high: int | float | None = None
-    level: Level
-    within: bool
-    why: str
 
-
-UNCOMPARED: Final = ("no-baseline", "not-comparable")
-"""Changes that say that there was nothing to compare with."""
-
-
-def moved_text(quantity: Quantity) -> str:
-    """Say in one sentence where a quantity was, where it is, and where it may be."""
-    base, head, low, high = (
-        _number(quantity, value)
-        for value in (quantity.base, quantity.head, quantity.low, quantity.high)
-    )
-    band = {
-        (True, True): f"within [{low}, {high}]",
-        (True, False): f"at least {low}",
-        (False, True): f"at most {high}",
-        (False, False): f"{base}, as it was",
-    }[quantity.low is not None, quantity.high is not None]
-    return f"{quantity.name} must be {band}, got {head} (before: {base})"
-
-
-def _number(quantity: Quantity, value: float | int | None) -> str:
-    """Return a value of a quantity with its unit, to all digits, for it may differ in the last."""
-    number = "nothing" if value is None else repr(value)
-    return number if quantity.unit == "1" else f"{number} {quantity.unit}"
-
-
-def rest_error_in(metrics: Sequence[Quantity]) -> Quantity | None:
-    """Return how far off the truth the worst ball ended, and ends, of a scene's metrics."""
-    return next((one for one in metrics if one.name == "rest_error_max"), None)
+    @property
+    def words(self) -> str:
+        """Both values with their unit, to all digits, because they may differ in the last."""
+        base, head = ("none" if one is None else repr(one) for one in (self.base, self.head))
+        return f"{self.name} {base} -> {head}" + ("" if self.unit == "1" else f" {self.unit}")
 
 
 class SceneChange(Model):
     """What became of one scene.
 
-    `summary`: one sentence: what moved and by how much.
-    `broken`: the limits of truth that the head breaks, one sentence each.
+    `summary`: one sentence: what changed and by how much.
+    `broken`: the limits that the head fails, one sentence each.
     `horizon` [s]: until when both sides can be compared; None: to the end.
-    `first_difference`: None where all events are alike, instants included.
-    `metrics`, `counters`: all of them, moved or not.
+    `first_difference`: None if all events are the same, instants included.
+    `base_error`, `head_error` [m]: largest rest error; None where it isn't known.
+    `metrics`: those that differ, run times apart; `counters`: the work counters that differ.
     `base_hash`, `head_hash`: of events and rest positions, to the bit; "" where there is none.
-    `rest_base`, `rest_head` ((x, y, z), ...) [m] or None: where the balls come to rest, in the
-        scene's order.
-    `candidate`: the baseline that accepting it would write, as TOML; "" where there is nothing to
+    `rest_base`, `rest_head` ((x, y, z), ...) [m] or None: rest positions, in the scene's order.
+    `candidate`: text of the baseline that accepting it would write; "" if there is nothing to
         accept.
     `command`: what shows the difference, or the scene, again.
     """
@@ -145,11 +99,13 @@ class SceneChange(Model):
     scene: SceneName
     title: str
     change: Change
-    failed: bool
+    failed: bool = False
     summary: str
     broken: tuple[str, ...] = ()
     horizon: float | None = None
     first_difference: FirstDifference | None = None
+    base_error: float | None = None
+    head_error: float | None = None
     metrics: tuple[Quantity, ...] = ()
     counters: tuple[Quantity, ...] = ()
     base_hash: str = ""
@@ -163,25 +119,21 @@ class SceneChange(Model):
         """Return the same as a gate judges it that is no stricter than `fail_on`."""
         lost = self.change == "worse" and not self.head_hash  # it didn't run, or to no numbers
         fails = bool(self.broken) or lost or fail_on == "changed"
-        fails |= fail_on == "worse" and self.change in ("worse", "not-deterministic")
+        graver = ("worse", "wrong collisions", "not-deterministic")
+        fails |= fail_on == "worse" and self.change in graver
         return self if fails or not self.failed else self.model_copy(update={"failed": False})
 
     @property
-    def rest_error(self) -> Quantity | None:
-        """How far off the truth the worst ball ended, and ends; None where it wasn't asked for."""
-        return rest_error_in(self.metrics)
-
-    @property
-    def left_band(self) -> bool:
-        """Whether a number that may not move did."""
-        quantities = (*self.metrics, *self.counters)
-        return any(one.level == "error" and not one.within for one in quantities)
+    def words(self) -> str:
+        """What became of it; the same bits may fail too, and then it says for what."""
+        if self.change == "unchanged" and (self.counters or self.failed):
+            return f"same bits, {'other work' if self.counters else 'limits broken'}"
+        return self.change
 
     @property
     def moved(self) -> bool:
-        """Whether something is other than its baseline says: broken limits alone are not."""
-        quantities = (*self.metrics, *self.counters)
-        return self.change != "identical" or any(not one.within for one in quantities)
+        """Whether the engine did something else than its baseline says, or at another cost."""
+        return self.change != "unchanged" or bool(self.counters)
 
 
 class Regression(Model):
@@ -189,19 +141,18 @@ class Regression(Model):
 
     `label`: which engine, as it was asked for.
     `engine`: what its baselines call it.
-    `base`, `head`: what is kept of the environment that the baselines were accepted in, and the
-        environment now (`validation.results.environment.describe_environment`).
-    `outcome`: the last where nothing failed, but some scene could not be compared: that is no pass.
+    `head`: the environment of the comparison (`validation.results.environment`).
+    `outcome`: "no-baseline" if nothing failed, but some scene could not be compared: that is no
+        pass.
     `stale`: baselines of scenes that are no more.
     `unjudged`: why no limit judges any of the runs; "" where one does.
     `warnings`: what doesn't fail the gate but should be known, one sentence each.
     """
 
-    schema_version: Literal[9] = Field(default=SCHEMA, alias="schema")
+    schema_version: Literal[10] = Field(default=SCHEMA, alias="schema")
     kind: Literal["regression"] = "regression"
     label: str = "ghostball"
     engine: str = "ghostball"
-    base: EnvironmentValues
     head: EnvironmentValues
     fail_on: FailOn = "changed"
     outcome: Literal["passed", "failed", "no-baseline"]
@@ -217,7 +168,7 @@ class Regression(Model):
 
     @property
     def broken(self) -> tuple[SceneChange, ...]:
-        """The scenes in which limits of truth are broken: these are wrong, not only other."""
+        """The scenes in which limits fail: these are wrong, not only different."""
         return tuple(change for change in self.scenes if change.broken)
 
     def scene(self, name: str) -> SceneChange | None:

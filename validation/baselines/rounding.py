@@ -12,9 +12,9 @@ from typing import Literal
 
 import numpy as np
 
-from ghostball.model import Scene, UnsupportedSceneError
+from ghostball.model import Events, Scene, UnsupportedSceneError
 from ghostball.model.arrays import FloatArray
-from ghostball.validation.baselines.observed import Observed
+from ghostball.reference_adapters.registry import OURS, make_engine
 from ghostball.validation.grading.certified_growth import growth_of_proof
 from ghostball.validation.grading.certified_widths import is_differentiated
 from ghostball.validation.grading.event_logs import ALL_KINDS, compare_logs, events_in
@@ -22,10 +22,19 @@ from ghostball.validation.grading.horizon import Growth, RunGrowth, extent_of, h
 from ghostball.validation.grading.tolerances import OFF_BY, ROUNDINGS, TOLERANCE, UNIT_ROUNDOFF
 from ghostball.validation.runs.playing import run_ours
 from ghostball.validation.runs.sampling import events_of
+from ghostball.validation.runs.steps import step_of
 from ghostball.validation.truth.proof import proof_of
 
 UNAMPLIFIED = 64.0 * 2.0 * UNIT_ROUNDOFF
 """Relative difference that needs no tangent map to be called rounding: some sums of a few terms."""
+
+
+_SOURCES = {
+    "proof": "the proof of the shot",
+    "engine": "our engine's own account, for no proof says how errors grow up to the end",
+    "nothing": "no account: roundings that are never amplified",
+}
+"""Who says what rounding explains."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,6 +61,24 @@ class Allowance:
     rest: FloatArray | None
     source: Literal["proof", "engine", "nothing"] = "engine"
     roundings: float = ROUNDINGS
+
+    @property
+    def account(self) -> str:
+        """Who says what rounding explains, in a sentence."""
+        return f"what rounding explains is by {_SOURCES[self.source]}"
+
+
+def allowance(scene: Scene, label: str, events: Events, rest_time: float) -> Allowance:
+    """Return what rounding explains in a shot that an engine, ours or another, played.
+
+    `label`: the engine, as it was asked for.
+    `events`, `rest_time` [s]: of its run.
+    """
+    if label == OURS:
+        return allowance_of(scene)
+    step = step_of(make_engine(label))
+    # Its own count of its steps would widen its allowance without bound.
+    return allowance_of_other(scene, events, 0.0 if step is None else rest_time / step)
 
 
 def allowance_of(scene: Scene, roundings: float = ROUNDINGS) -> Allowance:
@@ -99,9 +126,10 @@ def allowance_of(scene: Scene, roundings: float = ROUNDINGS) -> Allowance:
     )
 
 
-def allowance_of_other(scene: Scene, head: Observed, steps: float = 0.0) -> Allowance:
+def allowance_of_other(scene: Scene, events: Events, steps: float = 0.0) -> Allowance:
     """Return what rounding explains in a shot that another engine than ours played.
 
+    `events`: of its run.
     `steps`: how many time steps the engine made. Each of them rounds the state once; at the worst
     all of them the same way.
 
@@ -111,16 +139,16 @@ def allowance_of_other(scene: Scene, head: Observed, steps: float = 0.0) -> Allo
     """
     roundings = max(ROUNDINGS, steps)
     unamplified = UNAMPLIFIED * roundings / ROUNDINGS
-    times = head.events["t"].astype(np.float64)
+    times = events["t"].astype(np.float64)
     smallest = unamplified * extent_of(scene)
     allowed = np.maximum(unamplified * times, smallest)
     try:
         ours = allowance_of(scene, roundings)
-        events = events_of(run_ours(scene))
+        true = events_of(run_ours(scene))
     except UnsupportedSceneError:
         rest = np.full(len(scene.balls), smallest)
         return Allowance(math.inf, math.inf, allowed, rest, "nothing", roundings)
-    compared = compare_logs(events_in(events, ALL_KINDS), events_in(head.events, ALL_KINDS))
+    compared = compare_logs(events_in(true, ALL_KINDS), events_in(events, ALL_KINDS))
     for i, j in compared.index_pairs:
         allowed[j] = max(allowed[j], ours.event_times[i])
     return replace(ours, event_times=allowed)

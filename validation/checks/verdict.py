@@ -44,6 +44,9 @@ class Verdict(enum.Enum):
         return self.value[1]
 
 
+FAILING = (Verdict.FAIL, Verdict.CRASHED)
+"""Verdicts that make a run fail."""
+
 NOTHING_JUDGED = "nothing was judged: no limit covers what was run"
 """What is said of a run without a verdict; commands end with exit status 4 then."""
 

@@ -194,6 +194,7 @@ class CaseRecord:
     `rest_positions` (n, 3) float64 [m] or None: nan where the engine returned no finite number.
     `ball_errors` (n,) float64 [m] or None: distance of each ball from `truth_positions`.
     `rest_time` [s].
+    `bits`: hash of its events and rest positions, to the bit; "" where it did not run.
     `collision_counts`: by kind: "ball-ball", "ball-cushion".
     `energy_initial`, `energy_final` [J].
     `work`: machine-independent counters.
@@ -235,6 +236,7 @@ class CaseRecord:
     rest_positions: StoredArray | None = None
     ball_errors: StoredArray | None = None
     rest_time: float | None = None
+    bits: str = ""
     collision_counts: dict[str, int] = field(default_factory=dict)
     energy_initial: float | None = None
     energy_final: float | None = None

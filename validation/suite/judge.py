@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ghostball.model import Result, Scene, energy_of, first_energy
+from ghostball.model.hashes import bits_hash
 from ghostball.reference_adapters.base import ReferenceEngine, Resolution, resolution_of
 from ghostball.validation.checks.accuracy import accuracy_of
 from ghostball.validation.checks.criterion import Criterion
@@ -16,7 +17,7 @@ from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.checks.metrics import Measured, measure
 from ghostball.validation.results.records import Accuracy, CaseRecord, Check, status_name
 from ghostball.validation.results.store import Finished
-from ghostball.validation.runs.sampling import first_not_finite, motion_of
+from ghostball.validation.runs.sampling import events_of, first_not_finite, motion_of
 from ghostball.validation.truth.scene_truth import Truth
 
 
@@ -89,6 +90,7 @@ def judge(
         rest_positions=result.rest_positions,
         ball_errors=measured.ball_errors,
         rest_time=float(result.rest_time),
+        bits=bits_hash(events_of(result), result.rest_positions),
         collision_counts=_integers(result.collision_counts),
         energy_initial=first_energy(result.scene),
         energy_final=float(end.total[0]),

@@ -7,17 +7,14 @@ from pathlib import Path
 
 from rich.markup import escape
 
-from ghostball.cli.gate.regress import gates_of, labels_of
+from ghostball.cli.gate.regress import labels_of
 from ghostball.cli.shared.config import load_config
 from ghostball.cli.shared.terminal import say, stdout
 from ghostball.validation.baselines import (
     Acceptance,
-    AcceptError,
-    LimitsBrokenError,
-    NotDeterministicError,
-    NotFinishedError,
+    Gate,
     NothingToAcceptError,
-    UnjudgedError,
+    RefusedError,
     accept,
 )
 from ghostball.validation.exit_status import ExitStatus, worst
@@ -34,36 +31,27 @@ def run(
     """Accept, say what was written, and return the exit status."""
     config = load_config()
     folder = config.baselines if baselines is None else baselines
-    gates = gates_of(labels_of(engine or (), config), folder)
     statuses: list[ExitStatus] = []
-    nothing: list[AcceptError] = []
-    for gate in gates:
+    nothing: NothingToAcceptError | None = None
+    for label in labels_of(engine or (), config):
         try:
             done = accept(
                 config.out if out is None else out,
                 reason,
+                Gate.of(label, folder),
                 only=scenes or ["*"],
-                folder=gate.folder,
-                engine=gate.engine,
                 even_though_limits_fail=even_though_limits_fail,
             )
-        except LimitsBrokenError as error:
-            say(f"[bold red]error:[/] {escape(str(error))}, or use --even-though-limits-fail")
-            statuses.append(ExitStatus.CHECK_FAILED)
-        except UnjudgedError as error:
-            say(f"[bold yellow]error:[/] {escape(str(error))}, or use --even-though-limits-fail")
-            statuses.append(ExitStatus.NOT_JUDGED)
-        except (NotDeterministicError, NotFinishedError) as error:
+        except RefusedError as error:
             say(f"[bold red]error:[/] {escape(str(error))}")
-            statuses.append(ExitStatus.CHECK_FAILED)
-        except NothingToAcceptError as error:
-            nothing.append(error)
+            statuses.append(error.status)
+        except NothingToAcceptError as error:  # of another engine there may be something
+            nothing = error
         else:
             _say_accepted(done)
-            left_out = bool(done.unfinished)
-            statuses.append(ExitStatus.CHECK_FAILED if left_out else ExitStatus.PASSED)
-    if len(nothing) == len(gates):
-        raise nothing[0]
+            statuses.append(ExitStatus.CHECK_FAILED if done.unfinished else ExitStatus.PASSED)
+    if not statuses and nothing is not None:
+        raise nothing
     return worst(*statuses)
 
 

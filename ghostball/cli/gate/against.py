@@ -1,4 +1,4 @@
-"""What `ghostball regress --against` does: run another revision, run this one, say what differs."""
+"""What `ghostball regress --against` does: run another revision, run this one, compare them."""
 
 from __future__ import annotations
 
@@ -8,13 +8,18 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from rich.markup import escape
+
 from ghostball.cli.gate import diff
+from ghostball.cli.gate.diff import Difference
 from ghostball.cli.shared.config import load_config
 from ghostball.cli.shared.options import Format, Plain
 from ghostball.cli.shared.terminal import say
 from ghostball.model import GhostballError
+from ghostball.reports.words import many
 from ghostball.validation.baselines.gate import source_of
 from ghostball.validation.baselines.revision import checked_out, repository, resolve
+from ghostball.validation.baselines.run_times import Revision, run_time_ratios
 from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.results.store import Results
 from ghostball.validation.scenes.library import select
@@ -71,15 +76,31 @@ def run_both(
         status = _validate([*files, *options], base, there)
         if status not in JUDGED:
             return status
+        try:
+            before = Results.open(base)
+        except GhostballError as error:
+            say(f"[bold red]error:[/] revision {commit[:12]} can't be compared with: {error}")
+            return ExitStatus.NOT_JUDGED
+        status = _validate([*files, *options], head, here)
+        if status not in JUDGED:
+            return status
+        found = diff.differences(before, Results.open(head), {})
+        ratios = _ratios(there, here, found, time_limit)
+    shown = Plain.JSON if form is Format.JSON else Plain.TEXT
+    return diff.show(str(base), str(head), found, ratios, shown)
+
+
+def _ratios(there: Path, here: Path, found: Sequence[Difference], time_limit: float) -> list[float]:
+    """Return run times over those of the other revision; they decide nothing."""
+    pairs = [(one.base, one.head) for one in found if one.change is not None]
+    cases = [head for base, head in pairs if base and head and base.bits and head.bits]
+    say(f"measuring run times of both revisions by turns, in {many(len(cases), 'shot')}")
     try:
-        Results.open(base)
+        base, head = (Revision(place, _environment(place)) for place in (there, here))
+        return run_time_ratios(base, head, cases, time_limit)
     except GhostballError as error:
-        say(f"[bold red]error:[/] revision {commit[:12]} can't be compared with: {error}")
-        return ExitStatus.NOT_JUDGED
-    status = _validate([*files, *options], head, here)
-    if status not in JUDGED:
-        return status
-    return diff.run(str(base), str(head), None, Plain.JSON if form is Format.JSON else Plain.TEXT)
+        say(f"[yellow]no run times:[/] {escape(str(error))}")
+        return []
 
 
 def _environment(there: Path) -> dict[str, str]:

@@ -38,7 +38,8 @@ def regress(
         typer.Option(
             metavar="REV",
             help="Validate at another revision too, and say what differs, instead of comparing "
-            "with baselines. Its results lie in OUT/against.",
+            "with baselines. Its results lie in OUT/against. Run times of both are measured by "
+            "turns; they decide nothing.",
         ),
     ] = None,
     baselines: BaselineFolder = None,
@@ -46,9 +47,10 @@ def regress(
         FailOnChoice | None,
         typer.Option(
             metavar="|".join(FailOnChoice),
-            help="What fails: whatever moved; of that only what moved away from the truth; or only "
-            "broken limits, and shots that the engine didn't play, for which no baseline is needed "
-            "(default: that of [tool.ghostball] in pyproject.toml, else changed).",
+            help="What fails: whatever changed; of that only larger errors and wrong collisions; "
+            "or only failed limits, and shots that the engine did not finish, for which no "
+            "baseline is needed (default: that of [tool.ghostball] in pyproject.toml, else "
+            "changed).",
         ),
     ] = None,
     out: Annotated[Path | None, out_option("out")] = None,
@@ -59,12 +61,12 @@ def regress(
 ) -> None:
     """Say what changed in an engine since its baselines were accepted.
 
-    The same run as `validate`, in the same folder, that asks for a baseline of each scene. Each
-    scene is identical, rounding only (within what its conditioning explains, up to its horizon),
-    changed, or better or worse against truth; named are the first event that differs and what
-    moved. Exit status 1 where a deterministic number moved: an event, a bit, a counter, an error
-    against truth, unless `--fail-on` asks for less; 4 where a scene can't be compared, such as one
-    that has no baseline.
+    The same run as `validate`, in the same folder, that asks for a baseline of each scene. A scene
+    is unchanged, moved by rounding only, better or worse than it was, has wrong collisions, or
+    changed in a way that no reference result judges. The first event that differs is named. Exit
+    status 1 if a scene changed, or a work counter did, unless `--fail-on` asks for less; rounding
+    fails only of Ghostball's own engine. Exit status 4 if a scene can't be compared, such as one
+    without a baseline.
     """
 
 
@@ -114,7 +116,8 @@ def diff(
     ] = None,
     form: PlainFormat = Plain.TEXT,
 ) -> None:
-    """Say what moved between two runs, or between two engines.
+    """Compare two runs, or two engines, scene by scene.
 
-    Exit status 1 where a case of B is less right by a class, or fails where A does not.
+    Each scene has the answer that `regress` would give. Exit status 1 if a case of B is less
+    accurate by a class, or fails where A does not.
     """

@@ -6,7 +6,7 @@ import shlex
 import time
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import typer
@@ -25,21 +25,16 @@ from ghostball.cli.shared.terminal import say, tables
 from ghostball.model import Scene
 from ghostball.reference_adapters import make_engine, names_class
 from ghostball.reference_adapters.registry import OURS
-from ghostball.reports.shift import Shift
+from ghostball.reports.outcome import CHANGES, coloured
+from ghostball.reports.shift import error_text
 from ghostball.validation.baselines import (
+    Gate,
     Regression,
     SceneChange,
-    can_be_accepted,
-    check_baselines,
     compare_results,
     save_regressions,
 )
-from ghostball.validation.baselines.places import (
-    baseline_names,
-    engine_folder,
-    engine_key,
-)
-from ghostball.validation.baselines.regression import LENIENT, Change, FailOn
+from ghostball.validation.baselines.regression import LENIENT, FailOn
 from ghostball.validation.checks.verdict import is_unfinished, not_judged
 from ghostball.validation.exit_status import ExitStatus, worst
 from ghostball.validation.results.records import COMPLETE_STATUSES, CaseRecord
@@ -50,43 +45,12 @@ from ghostball.validation.suite.hints import shared
 from ghostball.validation.suite.plan import criteria_beside_paths
 from ghostball.validation.suite.suite import Outcome, run_suite
 
-_WORDS: dict[Change, tuple[str, str]] = {
-    "identical": ("identical", "green"),
-    "rounding-only": ("rounding only", "yellow"),
-    "better": ("better against truth", "cyan"),
-    "results-changed": ("results changed", "bold red"),
-    "worse": ("worse against truth", "bold red"),
-    "no-baseline": ("no baseline", "yellow"),
-    "not-comparable": ("not comparable", "yellow"),
-    "not-deterministic": ("not deterministic", "bold red"),
-}
-"""Of each class of changes, what it is called, and its colour."""
-
 _VERDICTS = {
     ExitStatus.PASSED: "[green]passed[/]",
     ExitStatus.CHECK_FAILED: "[bold red]failed[/]",
     ExitStatus.HARNESS_FAILED: "[bold red]failed[/]",
     ExitStatus.NOT_JUDGED: "[bold yellow]no baseline[/]",
 }
-
-
-@dataclass(frozen=True)
-class Gate:
-    """An engine that is guarded: as it is asked for, what its baselines call it, their folder."""
-
-    label: str
-    engine: str
-    folder: Path
-
-    def guarded(self, scenes: Sequence[Scene]) -> frozenset[str]:
-        """Return which of the scenes have a baseline."""
-        return frozenset(baseline_names(self.folder)) & {scene.name for scene in scenes}
-
-
-def gates_of(labels: Sequence[str], baselines: Path) -> list[Gate]:
-    """Return what is guarded of some engines, in the folder of all baselines."""
-    keys = {label: engine_key(label) for label in dict.fromkeys(labels)}
-    return [Gate(label, key, engine_folder(baselines, key)) for label, key in keys.items()]
 
 
 def run(
@@ -122,12 +86,12 @@ def run(
             f"No engine is named, so `{OURS}` itself is compared, in {len(chosen)} scenes. "
             "`ghostball init` sets up your own"
         )
-    gates = gates_of(labels, kept_in)
+    gates = [Gate.of(label, kept_in) for label in labels]
     ran = {scene.name for scene in chosen}
     whole = not scenes or ran >= {scene.name for scene in select(config.scenes)}
     for gate in gates:
         made = many_balls() if gate.label == OURS and whole else ()
-        check_baselines(gate.folder, [scene.name for scene in (*chosen, *made)], gate.engine)
+        gate.check([scene.name for scene in (*chosen, *made)])
     with Steps(COMPILING, "running").bar() as step:
         count = step("running")
 
@@ -154,13 +118,7 @@ def run(
     only = ran | {scene.name for scene in many_balls()}
     found = [
         compare_results(
-            results,
-            gate.folder,
-            gate.label,
-            whole=whole,
-            only=only,
-            time_limit=time_limit,
-            fail_on=policy,
+            results, gate, whole=whole, only=only, time_limit=time_limit, fail_on=policy
         )
         for gate in gates
     ]
@@ -204,16 +162,10 @@ def compare_guarded(
             for case in results.cases
             if case.label == gate.label and case.status in COMPLETE_STATUSES
         }
-        if only := gate.guarded(scenes) & ended:
+        if only := {scene.name for scene in scenes if gate.guards(scene.name)} & ended:
             found.append(
                 compare_results(
-                    results,
-                    gate.folder,
-                    gate.label,
-                    whole=False,
-                    only=only,
-                    time_limit=time_limit,
-                    fail_on=fail_on,
+                    results, gate, whole=False, only=only, time_limit=time_limit, fail_on=fail_on
                 )
             )
     if found:
@@ -246,7 +198,7 @@ def _show(
     changed = [
         one
         for one in regression.scenes
-        if one.failed or one.change not in ("identical", "no-baseline")
+        if one.failed or one.change not in ("unchanged", "no-baseline")
     ]
     if changed:
         console.print(_table(changed))
@@ -268,7 +220,8 @@ def _show(
         )
         say(f"To keep what they did, and see what changes: `{escape(advice)}`")
         return
-    parts = [f"{counts[name]} {words}" for name, (words, _) in _WORDS.items() if counts[name]]
+    found = [name for name in reversed(CHANGES) if counts[name]]
+    parts = [f"{counts[name]} {name.replace('-', ' ')}" for name in found]
     if unfinished:
         parts.append(f"{unfinished} did not finish")
     if broken:
@@ -311,30 +264,19 @@ def say_what_next(regression: Regression, advice: str) -> None:
     if regression.broken:
         names = ", ".join(one.scene for one in regression.broken)
         say(f"Limits of truth are broken, so this is to be mended, not accepted: {escape(names)}")
-    elif any(map(can_be_accepted, regression.scenes)) or regression.stale:
+    elif any(one.candidate for one in regression.scenes) or regression.stale:
         say(f"Where it is right: `{escape(advice)}`")
 
 
 def _table(changes: Sequence[SceneChange]) -> Table:
     rows = []
     for one in sorted(changes, key=_severity):
-        words, colour = _WORDS[one.change]
-        if one.change == "identical":
-            other = any(not count.within for count in one.counters)
-            words = "same bits" + ", other work" * other
-        change = f"[{colour}]{words}[/]"
         # The first says what moved most; page and summary have all.
         moved = one.summary if len(changes) == 1 else one.summary.partition("; ")[0]
-        rows.append((escape(one.scene), change, _off_truth(one), escape(moved)))
-    return table_of(("scene", "change", "off the truth", "what moved"), rows, whole=("scene",))
+        rows.append((escape(one.scene), coloured(one), error_text(one), escape(moved)))
+    return table_of(("scene", "change", "error", "what changed"), rows, whole=("scene",))
 
 
 def _severity(change: SceneChange) -> tuple[bool, int, float]:
     """Return what changes are sorted by: what fails first, then what is worse, then by how much."""
-    off = 0.0 if change.rest_error is None else change.rest_error.head or 0.0
-    return not change.failed, -list(_WORDS).index(change.change), -off
-
-
-def _off_truth(change: SceneChange) -> str:
-    shift = Shift.of(change)
-    return "" if shift is None else shift.words
+    return not change.failed, [*CHANGES].index(change.change), -(change.head_error or 0.0)

@@ -11,7 +11,7 @@ import typer
 from rich.console import Console
 from rich.markup import escape
 
-from ghostball.cli.gate.regress import Gate, compare_guarded, gates_of
+from ghostball.cli.gate.regress import compare_guarded
 from ghostball.cli.measure.verdicts import (
     colour_of,
     details_table,
@@ -38,7 +38,7 @@ from ghostball.reference_adapters import (
 )
 from ghostball.reference_adapters.registry import OURS
 from ghostball.reports.words import many
-from ghostball.validation.baselines import Regression, check_baselines
+from ghostball.validation.baselines import Gate, Regression
 from ghostball.validation.baselines.regression import UNCOMPARED, FailOn
 from ghostball.validation.checks.criteria import Criteria
 from ghostball.validation.checks.verdict import (
@@ -190,9 +190,9 @@ def _plan(
         # Who names an engine wants its verdict; of the default ones, those that are here will do.
         make_engine(spec)
     names, specs = wanted or config.scenes, named or DEFAULT_ENGINES
-    scenes, gates = select(names), gates_of(specs, config.baselines)
+    scenes, gates = select(names), [Gate.of(spec, config.baselines) for spec in specs]
     for gate in gates:
-        check_baselines(gate.folder, sorted(gate.guarded(scenes)), gate.engine)
+        gate.check(sorted(scene.name for scene in scenes))
     starts = None
     if ensemble is not None:
         starts = Ensemble(ensemble, Size.parse(ensemble_size) if ensemble_size else Size())

@@ -72,4 +72,4 @@ def _line_of(path: Path, says: str) -> int:
         lines = read_text(path).splitlines()
     except (OSError, UnicodeDecodeError):
         return 1
-    return next((k for k, line in enumerate(lines, 1) if line.startswith(f"{says} = ")), 1)
+    return next((k for k, line in enumerate(lines, 1) if line.startswith(f'"{says}": ')), 1)

@@ -204,7 +204,7 @@ class TestInARepository:
         errors = [note for note in ended.notes if note.startswith("::error")]
         (first,) = (one for one in errors if "title=Ghostball%3A half-ball-cut" in one)
         file, line = re.search(r"file=([^,]+),line=(\d+)", first).groups()
-        assert file == "baselines/my_engine/half-ball-cut.toml"
+        assert file == "baselines/my_engine/half-ball-cut.json"
         text = (repository / file).read_text("utf-8").splitlines()[int(line) - 1]
         assert text.startswith("bits = ")
         assert "● now" in ended.summary

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import pytest
-from regressions import identical, regression, uncompared, worse
+from regressions import regression, unchanged, uncompared, worse
 
 from ghostball.reports.ci.github import SHOWN, Finding, Place, Places, findings, note, notes
 from ghostball.validation.results.store import Results
 
 
 def place_of_baseline(engine: str, scene: str, says: str) -> Place:
-    return Place(f"baselines/{engine}/{scene}.toml:{says}", 7)
+    return Place(f"baselines/{engine}/{scene}.json:{says}", 7)
 
 
 PLACES = Places(lambda label, _trace: Place(f"{label.partition(':')[0]}.py", 3), place_of_baseline)
@@ -39,16 +39,16 @@ def test_a_broken_limit_is_at_the_engine_and_says_how_to_see_it(results):
 
 
 def test_what_moved_is_at_its_baseline_and_says_by_how_much(passed):
-    shown = worse(), identical("stop"), identical("cut", change="better", head_hash="c" * 64)
+    shown = worse(), unchanged("stop"), unchanged("cut", change="better", head_hash="c" * 64)
     error, warning = findings(passed, [regression(*shown)], PLACES)
     assert (error.level, error.title) == ("error", "break-7: worse")
-    assert error.place == Place("baselines/ghostball/break-7.toml:bits", 7)
-    assert error.message.startswith("break-7 on ghostball: worse, 7 fm -> 3 mm off the truth\n")
+    assert error.place == Place("baselines/ghostball/break-7.json:bits", 7)
+    assert error.message.startswith("break-7 on ghostball: worse, rest error 7 fm -> 3 mm\n")
     assert (warning.level, warning.title) == ("warning", "cut: better")
 
 
 def test_limits_alone_are_said_once(passed):
-    broken = identical("stop", failed=True, broken=("energy_rise must be <= 0, got 1",))
+    broken = unchanged("stop", failed=True, broken=("energy_rise must be <= 0, got 1",))
     assert findings(passed, [regression(broken)], PLACES) == []
 
 

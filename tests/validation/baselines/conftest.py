@@ -12,7 +12,7 @@ import ghostball.validation.runs.playing
 from ghostball.engine import simulate
 from ghostball.validation.baselines import gate as gate_module
 from ghostball.validation.baselines.accept import accept
-from ghostball.validation.baselines.gate import compare_results
+from ghostball.validation.baselines.gate import Gate, compare_results
 from ghostball.validation.baselines.regression import Regression, load_regression, save_regressions
 from ghostball.validation.checks.criteria import Criteria
 from ghostball.validation.results.store import Results
@@ -26,6 +26,7 @@ class Workshop:
 
     def __init__(self, place, monkeypatch):
         self.out, self.baselines = place / "out", place / "accepted"
+        self.gate = Gate("ghostball", "ghostball", self.baselines)
         self._monkeypatch = monkeypatch
 
     def compare(self, *, scenes=SCENES, **options) -> Regression:
@@ -34,14 +35,14 @@ class Workshop:
         criteria = {scene.name: ours for scene in scenes}
         run_suite(scenes, ["ghostball"], self.out, criteria=criteria)
         options = {"whole": False, **options}
-        found = compare_results(Results.open(self.out), self.baselines, **options)
+        found = compare_results(Results.open(self.out), self.gate, **options)
         save_regressions([found], self.out)
         return found
 
     def accept(self, reason="It is right.", **options):
         # What is planted breaks limits of truth, which is what acceptance is mostly not about.
         options = {"even_though_limits_fail": True, **options}
-        return accept(self.out, reason, folder=self.baselines, **options)
+        return accept(self.out, reason, self.gate, **options)
 
     def plant(self, speeds):
         """Make our engine play the named scenes at another speed of the cue ball."""

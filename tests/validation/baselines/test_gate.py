@@ -11,11 +11,14 @@ import pytest
 import ghostball.reference_adapters.ghostball
 import ghostball.validation.runs.playing
 from ghostball.engine import simulate
-from ghostball.model import UnsupportedSceneError
-from ghostball.validation.baselines.accept import CHANGES_FILE, AcceptError, NotDeterministicError
-from ghostball.validation.baselines.baseline import load_baseline
-from ghostball.validation.baselines.gate import check_baselines, outcome_of
+from ghostball.model import EngineFailedError, UnsupportedSceneError
+from ghostball.validation.baselines import replay
+from ghostball.validation.baselines.accept import CHANGES_FILE, AcceptError, RefusedError
+from ghostball.validation.baselines.baseline import Baseline, load_baseline
+from ghostball.validation.baselines.compare import Played
+from ghostball.validation.baselines.gate import outcome_of
 from ghostball.validation.baselines.places import BaselineError, baseline_names, baseline_path
+from ghostball.validation.baselines.replay import playing_again
 
 SCENES = [gate.cut_shot(), gate.roll_shot()]
 
@@ -32,19 +35,11 @@ def test_no_baseline_is_no_pass_until_it_is_accepted(shop):
     assert baseline.accepted.reason == "The first of all."
     second = shop.compare()
     assert second.outcome == "passed"
-    assert gate.changes(second) == {"cut": "identical", "roll": "identical"}
+    assert gate.changes(second) == {"cut": "unchanged", "roll": "unchanged"}
     assert shop.candidates == ()
-    assert second.base["reason"] == "The first of all."
 
 
-def test_a_metric_that_only_warns_passes_with_a_warning(accepted, monkeypatch):
-    path = baseline_path(accepted.baselines, "roll")
-    baseline = load_baseline(path)
-    work = {
-        name: value.model_copy(update={"level": "warn"}) for name, value in baseline.work.items()
-    }
-    path.write_text(baseline.model_copy(update={"work": work}).text(), encoding="utf-8")
-
+def test_another_cost_of_the_same_bits_fails_until_it_is_accepted(accepted, monkeypatch):
     def busier(scene, **options):
         result = simulate(scene, **options)
         more = {"events": result.work["events"] + (scene.name == "roll")}
@@ -52,19 +47,32 @@ def test_a_metric_that_only_warns_passes_with_a_warning(accepted, monkeypatch):
 
     monkeypatch.setattr(ghostball.reference_adapters.ghostball, "simulate", busier)
     found = accepted.compare()
+    roll = found.scene("roll")
+    assert (roll.change, roll.failed, found.outcome) == ("unchanged", True, "failed")
+    assert roll.summary == "the same bits; events 1 -> 2"
+    accepted.accept("Counts one more.")
+    assert "| roll | same bits, other work | the same bits; events 1 -> 2 |" in (
+        accepted.baselines / CHANGES_FILE
+    ).read_text("utf-8")
+    assert accepted.compare().outcome == "passed"
+
+
+def test_another_reference_is_a_warning(accepted):
+    path = baseline_path(accepted.baselines, "roll")
+    old = load_baseline(path)
+    record = replace(old.record, truth="certified")
+    moved = Baseline.of(Played(record, lambda: old.events.log), old.accepted)
+    path.write_text(moved.text, encoding="utf-8")
+    found = accepted.compare()
     assert found.outcome == "passed"
     (warning,) = found.warnings
-    assert warning.startswith("roll: `events` 1 -> 2")
-    # ... and keeps its level when that is accepted.
-    accepted.accept("Counts one more.")
-    assert load_baseline(path).work["events"].level == "warn"
-    assert load_baseline(path).work["events"].value == 2
+    assert "roll: errors can't be compared: the truth was certified, and is our engine" in warning
 
 
 def test_another_scene_of_the_same_name_is_not_comparable(accepted):
     changed = gate.cut_shot(1.5)
     found = accepted.compare(scenes=[changed, SCENES[1]])
-    assert gate.changes(found) == {"cut": "not-comparable", "roll": "identical"}
+    assert gate.changes(found) == {"cut": "not-comparable", "roll": "unchanged"}
     assert found.outcome == "no-baseline"
     accepted.accept("Another shot.")
     assert accepted.compare(scenes=[changed, SCENES[1]]).outcome == "passed"
@@ -72,12 +80,12 @@ def test_another_scene_of_the_same_name_is_not_comparable(accepted):
 
 def test_a_baseline_of_another_version_is_not_comparable_and_not_overwritten(accepted):
     path = baseline_path(accepted.baselines, "cut")
-    path.write_text(path.read_text("utf-8").replace("schema = 3", "schema = 2"), "utf-8")
-    check_baselines(accepted.baselines, ["cut"])
+    path.write_text(path.read_text("utf-8").replace('"schema": 4', '"schema": 3', 1), "utf-8")
+    accepted.gate.check(["cut"])
     before = accepted.contents()
     found = accepted.compare()
     assert found.outcome == "no-baseline"
-    assert "`schema` must be 3, got 2" in found.scene("cut").summary
+    assert "`schema` must be 4, got 3" in found.scene("cut").summary
     assert accepted.contents() == before
     accepted.accept("Of this version.")
     assert accepted.compare().outcome == "passed"
@@ -146,10 +154,10 @@ def test_a_baseline_of_a_scene_that_is_no_more_is_reported_and_removed_when_acce
 
 def test_nonsense_is_refused_before_anything_runs(accepted):
     path = baseline_path(accepted.baselines, "cut")
-    path.write_text(path.read_text("utf-8").replace('"error"', '"fatal"', 1), "utf-8")
+    path.write_text(path.read_text("utf-8").replace('"roll-to-rest"', '"naps"', 1), "utf-8")
     with pytest.raises(BaselineError, match=re.escape(str(path))):
-        check_baselines(accepted.baselines, ["roll", "cut"])
-    check_baselines(accepted.baselines, ["roll", "none"])
+        accepted.gate.check(["roll", "cut"])
+    accepted.gate.check(["roll", "none"])
 
 
 @pytest.fixture
@@ -174,8 +182,20 @@ def test_an_engine_that_gives_other_bits_each_time_is_reported(accepted, unstead
     assert [(one.change, one.candidate) for one in found.scenes] == [("not-deterministic", "")] * 2
     assert "played a second time, it gave other bits" in found.scenes[0].summary
     differs = "a different result each time it simulates"
-    with pytest.raises(NotDeterministicError, match=f"{differs} cut, roll"):
+    with pytest.raises(RefusedError, match=f"{differs} cut, roll"):
         accepted.accept()
-    with pytest.raises(NotDeterministicError, match=f"{differs} roll,"):
+    with pytest.raises(RefusedError, match=f"{differs} roll,"):
         accepted.accept(only=["roll"])
     assert {path: path.read_bytes() for path in accepted.baselines.iterdir()} == before
+
+
+def test_a_shot_is_played_to_its_bits_or_to_why_there_are_none(monkeypatch):
+    run = gate.played(SCENES[0])
+    with playing_again("ghostball") as again:
+        assert again(SCENES[0]) == run.record.bits
+
+        def fails(*_):
+            raise EngineFailedError("ghostball", "gone")
+
+        monkeypatch.setattr(replay, "run_engine", fails)
+        assert again(SCENES[0]).startswith("it failed: ")

@@ -18,11 +18,10 @@ from ghostball.validation.results.files import ResultsError
 from ghostball.validation.results.frames import rows_of
 
 SHOT = gate.cut_shot()
-BASE = gate.observed(SHOT)
+BASE = gate.played(SHOT)
 OTHER = gate.cut_shot(1.01)
-CHANGE = gate.compared(BASE, gate.observed(OTHER, like=SHOT), OTHER)
+CHANGE = gate.compared(BASE, gate.played(OTHER, like=SHOT), OTHER)
 REGRESSION = Regression(
-    base={"date": "2026-01-02"},
     head={"git": None, "versions": {"numba": "1"}},
     outcome="failed",
     scenes=(
@@ -38,7 +37,7 @@ def test_a_comparison_reads_back_equal(tmp_path):
     save_regressions([REGRESSION], tmp_path)
     assert load_regression(tmp_path) == REGRESSION
     printed = json.loads(REGRESSION.model_dump_json(by_alias=True))
-    assert (printed["schema"], printed["kind"]) == (9, "regression")
+    assert (printed["schema"], printed["kind"]) == (10, "regression")
     assert [row["scene"] for row in rows_of(tmp_path, "changes")] == ["cut", "cut"]
     assert CHANGE.first_difference is not None
 
@@ -65,6 +64,6 @@ def test_no_comparison_is_none(tmp_path):
 
 def test_what_somebody_edited_is_refused(tmp_path):
     with writing(tmp_path) as database, transaction(database):
-        put_document(database, "regression", '[{"schema": 9, "outcome": 3}]')
-    with pytest.raises(ResultsError, match=r"its comparison is damaged: `\[0\]\.base` is missing"):
+        put_document(database, "regression", '[{"schema": 10, "outcome": 3}]')
+    with pytest.raises(ResultsError, match=r"its comparison is damaged: `\[0\]\.head` is missing"):
         load_regression(tmp_path)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import gate
 import numpy as np
@@ -15,9 +14,15 @@ from ghostball.engine import simulate
 from ghostball.engine.sensitivity import TangentMap
 from ghostball.model import Scene
 from ghostball.reference_adapters.function import engine_of
-from ghostball.validation.baselines.classify import classify
-from ghostball.validation.baselines.observed import Observed
-from ghostball.validation.baselines.rounding import UNAMPLIFIED, allowance_of, allowance_of_other
+from ghostball.validation.baselines.compare import Log, Played, compare
+from ghostball.validation.baselines.rounding import (
+    UNAMPLIFIED,
+    allowance,
+    allowance_of,
+    allowance_of_other,
+)
+from ghostball.validation.results.records import Accuracy
+from ghostball.validation.runs.sampling import events_of
 from ghostball.validation.scenes.library import find_scene
 
 
@@ -48,12 +53,12 @@ def test_an_ulp_of_the_input_is_rounding_and_1e7th_is_not(seed):
         faster(scene, lambda v: math.nextafter(v, 9.0)),
         faster(scene, lambda v: v * 1.0000001),
     )
-    base = gate.observed(scene)
-    close = gate.observed(near, like=scene)
-    assume(close.bits != base.bits)
+    base = gate.played(scene)
+    close = gate.played(near, like=scene)
+    assume(close.record.bits != base.record.bits)
     change = gate.compared(base, close, near)
-    assert change.change == "rounding-only", change.summary
-    assert gate.compared(base, gate.observed(far, like=scene), far).change == "results-changed"
+    assert change.change == "rounding", change.summary
+    assert gate.compared(base, gate.played(far, like=scene), far).change == "changed"
 
 
 def test_the_allowance_is_of_the_run_as_it_is():
@@ -88,13 +93,13 @@ def test_a_tangent_map_that_is_wrong_explains_nothing(monkeypatch):
 
 def test_a_wrong_tangent_map_does_not_make_a_changed_result_rounding(monkeypatch):
     scene = gate.cut_shot()
-    base, far = gate.observed(scene), faster(scene, lambda v: v * (1.0 + 1e-12))
-    head = gate.observed(far, like=scene)
-    assert gate.compared(base, head, far).change == "results-changed"
+    base, far = gate.played(scene), faster(scene, lambda v: v * (1.0 + 1e-12))
+    head = gate.played(far, like=scene)
+    assert gate.compared(base, head, far).change == "changed"
     growth = TangentMap.growth
     monkeypatch.setattr(TangentMap, "growth", lambda self, t: 1000.0 * growth(self, t))
     change = gate.compared(base, head, far)
-    assert change.change == "results-changed", change.summary
+    assert change.change == "changed", change.summary
     assert "by the proof of the shot" in change.summary
 
 
@@ -134,10 +139,13 @@ def test_in_air_the_proof_says_how_far_the_end_may_move():
 
 def test_a_time_stepping_engine_may_round_in_every_step():
     scene = gate.cut_shot()
-    head = gate.observed(scene)
-    exact = allowance_of_other(scene, head)
+    events = gate.played(scene).log().events
+    exact = allowance_of_other(scene, events)
+    assert np.array_equal(allowance(scene, "ghostball", events, 1.0).rest, exact.rest)
     for steps, times in ((10, 1.0), (3200, 100.0)):
-        found = allowance_of_other(scene, head, steps)
+        found = allowance_of_other(scene, events, steps)
+        again = allowance(scene, f"pymunk:dt={1.0 / steps!r}", events, 1.0)
+        assert again.rest == pytest.approx(found.rest)
         assert found.event_times == pytest.approx(times * exact.event_times)
         assert found.rest == pytest.approx(times * exact.rest)
 
@@ -156,7 +164,7 @@ def steps(scene, dt=1e-3, noise=0.0, factor=1.0):
 
 @pytest.mark.parametrize(
     ("noise", "factor", "change"),
-    [(2.0**-52, 1.0, "rounding-only"), (1e-10, 1.0, "results-changed"), (0.0, 0.99, "worse")],
+    [(2.0**-52, 1.0, "rounding"), (1e-10, 1.0, "changed"), (0.0, 0.99, "worse")],
 )
 def test_an_ulp_in_every_step_is_rounding_and_another_friction_is_worse(noise, factor, change):
     scene = gate.roll_shot()
@@ -165,13 +173,15 @@ def test_an_ulp_in_every_step_is_rounding_and_another_friction_is_worse(noise, f
     def ran(**settings):
         run = engine_of(steps, "test_rounding:steps")
         engine = run(run.Settings(**settings))
-        seen = Observed.of_result(engine.simulate(scene, record="events"))
-        error = float(np.max(np.linalg.norm(seen.rest_positions - truth, axis=1)))
-        return replace(seen, metrics={"rest_error_max": error}, truth="certified")
+        result = engine.simulate(scene, record="events")
+        error = float(np.max(np.linalg.norm(result.rest_positions - truth, axis=1)))
+        record = gate.record_of(result, scene, accuracy=Accuracy("millimetres", error=error))
+        return Played(record, lambda: Log.of(events_of(result)))
 
     base, head = ran(), ran(noise=noise, factor=factor)
-    assert base.metrics["rest_error_max"] > 1e-4
-    assert head.bits != base.bits
-    explained = allowance_of_other(scene, head, head.rest_time / 1e-3)
-    found = classify(base, head, gate.bands_of(base), lambda: explained)
+    assert base.record.accuracy.error > 1e-4
+    assert head.record.bits != base.record.bits
+    steps_made = head.record.rest_time / 1e-3
+    explained = allowance_of_other(scene, head.log().events, steps_made)
+    found = compare(base, head, lambda: explained)
     assert found.change == change, found.summary

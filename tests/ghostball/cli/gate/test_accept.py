@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
 from commands import refused
 from gate_commands import accept, cli, contents, edit_engine, regress
 
-from ghostball.validation.baselines import (
-    load_baseline,
-    load_regression,
-)
+from ghostball.validation.baselines import Played, load_baseline, load_regression
+from ghostball.validation.baselines.baseline import Baseline
 from ghostball.validation.baselines.places import (
     baseline_path,
 )
@@ -46,11 +45,11 @@ def test_the_gate_of_an_engine_of_ones_own_from_none_to_a_change_and_its_accepta
     first = cli("regress")
     assert first.exit_code == 4, first.output
     assert cli("accept", "--reason", "The first.").exit_code == 0
-    baseline = load_baseline(project / "baselines/my_engine/stop.toml", "my_engine")
-    assert baseline.hash.level == "warn"
+    baseline = load_baseline(project / "baselines/my_engine/stop.json", "my_engine")
+    assert baseline.record.engine == "my_engine"
     second = cli("regress")
     assert second.exit_code == 0, second.output
-    assert "passed: 2 identical" in second.stdout
+    assert "passed: 2 unchanged" in second.stdout
     edit_engine("1e-3", "2e-3")
     assert refused(cli("accept", "--reason", "Unseen."), "the code changed since that comparison")
     third = cli("regress")
@@ -65,12 +64,13 @@ def test_what_validate_found_can_be_accepted(here):
     assert cli("regress", "cut.toml").exit_code == 4
     assert cli("accept", "--reason", "The first.").exit_code == 0
     path = baseline_path(here / "baselines" / "ghostball", "cut")
-    text = path.read_text("utf-8")
-    path.write_text(re.sub(r"\nbounds = \d+", "\nbounds = 1", text), "utf-8")
+    whole = load_baseline(path)
+    record = replace(whole.record, work={**whole.record.work, "bounds": 1})
+    path.write_text(Baseline.of(Played(record, whole.played.log), whole.accepted).text, "utf-8")
     options = ("cut.toml", "-e", "ghostball", "--no-report")
     assert cli("validate", *options).exit_code == 1
     assert cli("accept", "--reason", "As it was.").exit_code == 0
-    assert "\nbounds = 1\n" not in path.read_text("utf-8")
+    assert '"bounds": 1,' not in path.read_text("utf-8")
     assert cli("validate", *options).exit_code == 0
 
 
@@ -82,4 +82,4 @@ def test_a_scene_that_did_not_finish_is_named_and_is_no_success(project):
     assert done.exit_code == 1
     assert done.stdout.startswith("accepted: stop\n")
     assert "not accepted: head-on: the engine did not run it: RuntimeError: lost it" in done.stderr
-    assert [path.name for path in (project / "baselines/my_engine").glob("*.toml")] == ["stop.toml"]
+    assert [path.name for path in (project / "baselines/my_engine").glob("*.json")] == ["stop.json"]

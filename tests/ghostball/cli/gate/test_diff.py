@@ -40,13 +40,13 @@ def here(runs, monkeypatch):
 def test_the_same_run_twice_is_alike(here):
     result = cli("diff", "a", "a")
     assert result.exit_code == 0, result.output
-    assert result.stdout.startswith("6 of 6 cases are alike: a -> a\n")
+    assert result.stdout.startswith("6 of 6 cases alike: a -> a\n")
 
 
 def test_what_is_only_on_one_side_is_described(here):
     result = cli("diff", "a", "b")
     assert result.exit_code == 0, result.output
-    assert "3 of 6 cases are alike" in result.stdout
+    assert "3 of 6 cases alike" in result.stdout
     assert "head-on" in result.stdout
     assert "not there" in result.stdout
     assert "not there -> " in cli("diff", "b", "a").stdout

@@ -36,15 +36,17 @@ def test_no_baseline_then_accepted_then_passed(here):
     assert CHANGES_FILE in done.stdout
     second = regress()
     assert second.exit_code == 0, second.output
-    assert "passed: 2 identical" in second.stdout
+    assert "passed: 2 unchanged" in second.stdout
     assert "accept" not in second.stderr
 
 
 def test_what_moved_is_reported_and_fails(accepted, planted):
     result = regress("--rerun")
     assert result.exit_code == 1, result.output
-    assert re.search(r"cut +worse against truth +.*rests 1\.\d+e-09 m", result.stdout)
-    assert result.stdout.splitlines()[-1].startswith("failed: 1 identical, 1 worse against truth")
+    assert re.search(
+        r"cut +worse +\S+ fm -> 1\.\d+ nm +exact: .* -> nanometres: 1\.\d+e-09 m off", result.stdout
+    )
+    assert result.stdout.splitlines()[-1].startswith("failed: 1 unchanged, 1 worse")
     assert "`ghostball report out` shows it" in result.stderr
     compared = load_regression(accepted / "out").scenes
     assert [one.scene for one in compared if one.candidate] == ["cut"]
@@ -65,10 +67,10 @@ def test_json_is_one_object_and_all_else_is_on_stderr(accepted, planted):
 
 def test_a_baseline_that_is_nonsense_is_refused_before_anything_runs(accepted):
     path = baseline_path(accepted / "accepted" / "ghostball", "cut")
-    path.write_text(path.read_text("utf-8").replace('"error"', '"fatal"', 1), "utf-8")
+    path.write_text(path.read_text("utf-8").replace('"roll-to-rest"', '"fatal"', 1), "utf-8")
     before = contents(accepted / "accepted" / "ghostball")
     in_database(accepted / "out", "DELETE FROM documents WHERE name = 'regression'")
-    assert refused(regress("--rerun"), "accepted/ghostball/cut.toml", "'fatal'", "git checkout")
+    assert refused(regress("--rerun"), "accepted/ghostball/cut.json", "'fatal'", "git checkout")
     assert contents(accepted / "accepted" / "ghostball") == before
     assert load_regression(accepted / "out") is None
 
@@ -132,7 +134,7 @@ def test_validate_compares_with_the_projects_baselines(ours):
     assert result.exit_code == 0, result.output
     assert "moved since" not in result.output
     found = load_regression(here / "out")
-    assert found.scene("stop").change == "identical"
+    assert found.scene("stop").change == "unchanged"
     assert refused(cli("accept", "--reason", "None.", "--out", "out"), "nothing to accept")
 
 

@@ -23,7 +23,7 @@ class Mine(Stepper):
 def project(tmp_path, monkeypatch):
     (tmp_path / "engine_of_a_project.py").write_text(ENGINE, "utf-8")
     (tmp_path / "kept/mine").mkdir(parents=True)
-    (tmp_path / "kept/mine/stop.toml").write_text('a = 1\n[hash]\nbits = "0"\n', "utf-8")
+    (tmp_path / "kept/mine/stop.json").write_text('{\n"a": 1,\n"bits": "0"\n}', "utf-8")
     monkeypatch.setenv("GITHUB_WORKSPACE", str(tmp_path))
     monkeypatch.syspath_prepend(tmp_path)
     yield tmp_path
@@ -55,7 +55,7 @@ def test_a_failure_is_at_the_innermost_line_of_the_project(project):
 
 def test_a_baseline_is_at_the_line_that_says_it(project):
     baseline = places_in(project / "kept").baseline
-    assert baseline("mine", "stop", "bits") == Place("kept/mine/stop.toml", 3)
-    assert baseline("mine", "stop", "nothing") == Place("kept/mine/stop.toml", 1)
-    assert baseline("mine", "lost", "bits") == Place("kept/mine/lost.toml", 1)
+    assert baseline("mine", "stop", "bits") == Place("kept/mine/stop.json", 3)
+    assert baseline("mine", "stop", "nothing") == Place("kept/mine/stop.json", 1)
+    assert baseline("mine", "lost", "bits") == Place("kept/mine/lost.json", 1)
     assert places_in(project.parent / "elsewhere").baseline("mine", "stop", "bits") is None

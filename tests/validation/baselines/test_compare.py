@@ -1,0 +1,304 @@
+"""The one comparison: three rules and their answers, one part of a small run replaced at a time."""
+
+from __future__ import annotations
+
+import math
+from typing import get_args
+
+import gate
+import numpy as np
+import pytest
+from hypothesis import given, settings, strategies as st
+
+from ghostball.model import Ball, EventKind
+from ghostball.validation.baselines.baseline import KEPT_EVENTS
+from ghostball.validation.baselines.compare import NEGLIGIBLE, compare
+from ghostball.validation.baselines.regression import Answer
+from ghostball.validation.results.records import Accuracy
+from ghostball.validation.scenes.library import find_scene
+
+SHOT = gate.cut_shot()
+BASE = gate.played(SHOT)
+ULP = 2.0**-52
+
+
+def of(head, base=BASE, **explained):
+    """Compare with so much explained by rounding as `explained` says, else 1e-12 of everything."""
+    allowed = gate.allowance(len(head.log().events), **explained)
+    return compare(base, head, lambda: allowed)
+
+
+def shifted(run, index, by):
+    """Return a run whose event comes later by so much [s]."""
+    events = run.log().events.copy()
+    events["t"][index] += by
+    return gate.with_events(run, events)
+
+
+# --- the first rule: hash ---------------------------------------------------------------------
+
+
+def test_the_same_hash_is_unchanged_and_costs_no_other_run():
+    def never():
+        raise AssertionError("read or played, and nothing differs")
+
+    change = compare(
+        gate.Played(BASE.record, never), gate.Played(BASE.record, never), never, "ghostball ..."
+    )
+    assert (change.change, change.summary, change.moved) == ("unchanged", "the same bits", False)
+    assert change.first_difference is None
+    assert change.base_hash == change.head_hash == BASE.record.bits
+
+
+def test_the_same_hash_is_unchanged_however_it_is_measured_now():
+    head = gate.having(BASE, metrics={"rest_error_max": 1.0}, accuracy=Accuracy("exact", 0.0))
+    change = of(head)
+    assert (change.change, change.moved) == ("unchanged", False)
+    assert [one.words for one in change.metrics] == [
+        "rest_error_max 1e-12 -> 1.0 m",
+        "matching_events 2 -> none",
+    ]
+
+
+def test_another_end_with_the_same_hash_is_a_change():
+    assert of(gate.having(BASE, rest_time=9.0)).change == "changed"
+    stopped = of(gate.having(BASE, status="t-max"))
+    assert stopped.change == "changed"
+    assert 'it ended as "t-max", where that was "rest"' in stopped.summary
+
+
+def test_counters_that_differ_are_named_and_new_ones_are_not():
+    work = {**BASE.record.work, "events": 99, "rocks": 3}
+    change = of(gate.having(BASE, work=work))
+    assert (change.change, change.moved, change.words) == (
+        "unchanged",
+        True,
+        "same bits, other work",
+    )
+    (one,) = change.counters
+    assert one.words == f"events {BASE.record.work['events']} -> 99"
+    assert one.words in change.summary
+    gone = {name: count for name, count in BASE.record.work.items() if name != "events"}
+    assert of(gate.having(BASE, work=gone)).counters[0].words.endswith("-> none")
+
+
+# --- the second rule: rounding ----------------------------------------------------------------
+
+
+def test_another_last_bit_is_rounding():
+    change = of(shifted(BASE, 0, ULP))
+    assert change.change == "rounding"
+    assert change.first_difference.index == 0
+    assert "2.22e-16 s later" in change.first_difference.words
+
+
+def test_a_speed_changed_by_1e9th_is_no_rounding():
+    # Would be called rounding if the allowance were 10^5 times too wide.
+    faster = gate.cut_shot(1.0 + 1e-9)
+    change = gate.compared(BASE, gate.off(gate.played(faster, like=SHOT), 1e-9), faster)
+    assert change.change == "worse"
+    first = change.first_difference
+    assert (first.index, first.before_horizon) == (0, True)
+    assert first.words.startswith('event 0: "cue" hits "object" at ')
+    assert first.words.endswith("s sooner")
+    assert first.words in change.summary
+
+
+def test_an_end_that_moved_alone_is_reported_without_an_event():
+    places = BASE.record.rest_positions + np.array([[0.0, 0.0, 0.0], [1e-6, 0.0, 0.0]])
+    change = of(gate.at_rest(BASE, places))
+    assert (change.change, change.first_difference) == ("changed", None)
+    assert "object rests 1e-06 m from where it did" in change.summary
+    assert of(gate.at_rest(BASE, BASE.record.rest_positions + ULP)).change == "rounding"
+
+
+def test_an_event_that_is_no_more_or_new_is_named():
+    fewer = of(gate.with_events(BASE, np.delete(BASE.log().events, 1)))
+    assert (fewer.change, fewer.first_difference.index) == ("changed", 1)
+    assert fewer.first_difference.words.endswith("is no more")
+    extra = gate.log((0.9, EventKind.BALL_CUSHION, 1, 0))
+    events = np.concatenate([BASE.log().events, extra])
+    more = of(gate.with_events(BASE, events[np.argsort(events["t"])]))
+    assert '"object" hits the left cushion at 0.9 s was not there' in more.first_difference.words
+
+
+def test_the_order_of_events_of_one_instant_is_a_convention():
+    more = [Ball(id=str(k), position=(1.0 + 0.2 * k, 1.0)) for k in range(2)]
+    four = gate.played(SHOT.model_copy(update={"balls": (*SHOT.balls, *more)}), accuracy=None)
+
+    def ordered(*pairs):
+        rows = [(1.0, EventKind.BALL_BALL, *pair) for pair in pairs]
+        return gate.with_events(four, gate.log(*rows))
+
+    def of(head, base):
+        return compare(base, head, lambda: gate.allowance(2, balls=4))
+
+    assert of(ordered((2, 3), (0, 1)), ordered((0, 1), (2, 3))).change == "rounding"
+    # ... not if they share a ball.
+    assert of(ordered((1, 2), (0, 1)), ordered((0, 1), (1, 2))).change != "rounding"
+
+
+def test_past_the_horizon_nothing_is_compared():
+    head = shifted(BASE, 2, 0.01)
+    instant = float(BASE.log().events["t"][2])
+    before, after = (of(head, horizon=instant + by, rest=None) for by in (-0.005, 0.005))
+    assert (before.change, after.change) == ("rounding", "changed")
+    assert "nothing is compared past the horizon" in before.summary
+    assert before.horizon == instant - 0.005
+    assert not before.first_difference.before_horizon
+    assert after.first_difference.before_horizon
+
+
+@pytest.mark.parametrize("name", ["chaos-a", "chaos-b"])
+def test_an_ulp_of_a_chaotic_shot_is_rounding_up_to_its_horizon(name):
+    scene = find_scene(name)
+    cue, *others = scene.balls
+    vx, vy, _ = cue.velocity
+    moved = cue.model_copy(update={"velocity": (math.nextafter(vx, 9.0), vy, 0.0)})
+    near = scene.model_copy(update={"balls": (moved, *others)})
+    base, head = gate.played(scene), gate.played(near, like=scene)
+    change = gate.compared(base, head, near)
+    assert change.change == "rounding", change.summary
+    assert change.horizon is not None
+    assert np.max(np.abs(base.record.rest_positions - head.record.rest_positions)) > 1e-6
+    # 1e-7 of the speed is seen even there.
+    moved = cue.model_copy(update={"velocity": (vx * (1 + 1e-7), vy, 0.0)})
+    far = scene.model_copy(update={"balls": (moved, *others)})
+    change = gate.compared(base, gate.played(far, like=scene), far)
+    assert change.change == "changed"
+    assert change.first_difference.before_horizon
+
+
+LONG = 5 * KEPT_EVENTS
+
+
+@pytest.mark.parametrize("index", [KEPT_EVENTS, 2 * KEPT_EVENTS, LONG - 1])
+def test_another_event_beyond_what_a_baseline_keeps_is_no_rounding(index):
+    run = gate.with_events(BASE, gate.long_log(LONG))
+    events = gate.long_log(LONG)
+    assert of(gate.with_events(run, events), gate.as_accepted(run)).change == "unchanged"
+    events["t"][index] += ULP * LONG
+    assert of(gate.with_events(run, events), gate.as_accepted(run)).change == "rounding"
+    events["b"][index] = 5
+    assert of(gate.with_events(run, events), gate.as_accepted(run)).change == "changed"
+
+
+# --- the third rule: error --------------------------------------------------------------------
+
+MOVED = gate.at_rest(BASE, BASE.record.rest_positions + 0.03)
+OTHER = Accuracy("another shot", at=0.5, agree=3, of=9)
+BROKEN = Accuracy("broken", cause="energy", amount=1.0)
+
+
+def right(error, kind="millimetres"):
+    return Accuracy(kind, error=error)
+
+
+@pytest.mark.parametrize(
+    ("before", "now", "answer"),
+    [
+        (right(0.162), right(0.191), "worse"),
+        (right(0.162), right(0.150), "better"),
+        (right(0.162), right(0.162 * (1.0 + NEGLIGIBLE / 2.0)), "changed"),
+        (right(0.162), right(0.162 * (1.0 - NEGLIGIBLE / 2.0)), "changed"),
+        (right(1e-3), right(1.01e-3), "worse"),
+        (right(1e-14, "exact"), right(5e-14, "exact"), "changed"),
+        (right(1e-14, "exact"), right(1e-9, "nanometres"), "worse"),
+        (right(0.162), OTHER, "wrong collisions"),
+        (right(0.162), BROKEN, "worse"),
+        (OTHER, right(0.2), "better"),
+        (BROKEN, OTHER, "better"),
+        (BROKEN, right(0.2), "better"),
+        (BROKEN, BROKEN, "changed"),
+        (OTHER, OTHER, "changed"),
+        (OTHER, Accuracy("another shot", at=0.4, agree=2, of=9), "wrong collisions"),
+        (OTHER, Accuracy("another shot", at=0.6, agree=4, of=9), "better"),
+        (None, right(0.2), "changed"),
+        (right(0.2), None, "changed"),
+    ],
+)
+def test_the_error_says_which_is_better(before, now, answer):
+    change = of(gate.having(MOVED, accuracy=now), gate.having(BASE, accuracy=before))
+    assert change.change == answer
+    assert change.change in get_args(Answer)
+    if before is not None and now is not None:
+        assert change.summary.startswith(f"{before.sentence} -> {now.sentence}; ")
+
+
+@given(st.floats(1e-9, 1e-1), st.floats(-2.0, 2.0))
+@settings(max_examples=25)
+def test_what_is_worse_one_way_is_better_the_other_way(error, octaves):
+    one, two = gate.off(BASE, error), gate.off(MOVED, error * 2.0**octaves)
+    there, back = of(two, one).change, of(one, two).change
+    opposite = {"worse": "better", "better": "worse", "changed": "changed"}
+    if 0.9 < abs(2.0**octaves - 1.0) / NEGLIGIBLE < 1.1:
+        return  # a tiny part of the one may be a little more of the other
+    assert back == opposite[there]
+
+
+def test_what_rounding_explains_makes_nothing_worse():
+    # A ball along a rail ends 166 fm off; on another processor 900 fm, after 5000 steps.
+    base = gate.off(BASE, 1.66e-13, "nanometres")
+    head = gate.off(gate.at_rest(BASE, BASE.record.rest_positions + 5e-12), 9e-13, "nanometres")
+    assert of(head, base, rest=4e-12).change == "changed"
+    assert of(head, base, rest=1e-13).change == "worse"
+    # Past the horizon rounding may move a ball by as much as a millimetre.
+    late = shifted(head, 0, 1e-3)
+    assert of(gate.off(late, 9e-4), base, rest=None).change == "changed"
+    assert of(gate.off(late, 2e-3), base, rest=None).change == "worse"
+
+
+def test_errors_against_another_reference_are_not_compared():
+    other = gate.having(gate.off(MOVED, 1.0), truth="closed form")
+    change = of(other, gate.off(BASE, 1e-3))
+    assert (change.change, change.base_error, change.head_error) == ("changed", None, None)
+    assert of(gate.off(MOVED, 1.0), BASE).base_error == 1e-12
+
+
+def test_without_a_reference_other_collisions_than_before_are_wrong():
+    base = gate.having(BASE, accuracy=None)
+    extra = gate.log((0.9, EventKind.BALL_CUSHION, 1, 0))
+    events = np.concatenate([BASE.log().events, extra])
+    head = gate.with_events(base, events[np.argsort(events["t"])])
+    assert of(head, base).change == "wrong collisions"
+    assert of(head, base, horizon=0.8, rest=None).change == "rounding"
+    assert of(shifted(base, 0, 1e-6), base).change == "changed"
+
+
+def test_without_a_reference_the_proved_part_decides():
+    def proved(run, factor):
+        return gate.having(run, accuracy=None, metrics={"quality_factor": factor})
+
+    assert of(proved(MOVED, 1e6), proved(BASE, 0.5)).change == "worse"
+    assert of(proved(MOVED, 0.5), proved(BASE, 1e6)).change == "better"
+    assert of(proved(MOVED, 31.0), proved(BASE, 0.5)).change == "changed"
+
+
+def test_two_engines_are_compared_by_their_errors_and_collisions_alone():
+    assert compare(BASE, gate.off(MOVED, 1e-3)).change == "worse"
+    late = compare(BASE, gate.off(shifted(BASE, 0, 1e-3), 1e-3))
+    assert (late.change, late.first_difference) == ("worse", None)
+    fewer = gate.having(BASE, accuracy=OTHER)
+    fewer = gate.with_events(fewer, np.delete(BASE.log().events, 0))
+    change = compare(BASE, fewer)
+    assert change.change == "wrong collisions"
+    assert change.first_difference.words.startswith('event 0: "cue" hits "object" at ')
+
+
+# --- no answer, or no run ---------------------------------------------------------------------
+
+
+def test_another_scene_is_not_comparable():
+    change = compare(BASE, gate.played(gate.cut_shot(1.5)))
+    assert (change.change, change.metrics) == ("not-comparable", ())
+    assert "the scene itself was changed" in change.summary
+
+
+def test_a_shot_that_is_not_finished_is_worse_than_one_that_is():
+    lost = gate.having(BASE, outcome="failed", reason="planted", bits="")
+    assert compare(BASE, lost).change == "worse"
+    assert "did not run it: planted" in compare(BASE, lost).summary
+    assert compare(lost, BASE).change == "better"
+    assert compare(lost, lost).change == "unchanged"
+    unable = gate.having(BASE, outcome="not-representable", bits="")
+    assert compare(lost, unable).change == "changed"

@@ -1,0 +1,385 @@
+"""The one comparison of two records of a scene: which answer, by which rule.
+
+`regress`, `accept` and the pytest plugin compare a run with its baseline, `diff` and `--against`
+the runs of two folders or engines; all of them, and every report, have their answer from `compare`:
+
+| answer | meaning |
+|---|---|
+| unchanged | the same result, to the bit |
+| rounding | another result, by no more than rounding explains |
+| better | the result is closer to the reference result than it was |
+| worse | it is farther from the reference result, is unphysical, or there is none |
+| wrong collisions | fewer collisions agree with the reference result; without one, with before |
+| changed | more than rounding, and neither better nor worse by the third rule |
+
+Three rules give it, tried in this order:
+
+1. *Hash.* The same hash of events and rest positions, the same status and the same rest time:
+   unchanged. How the engine was measured since doesn't matter: limits judge that.
+2. *Rounding.* Up to the predictability horizon both have the same events, each within what rounding
+   explains of its time, and, if the shot can be predicted to its end, each ball rests within what
+   rounding explains: rounding. `rounding.allowance` says how much that is. A time-stepping engine
+   is allowed a rounding in each of its steps, of which there are as many as the rest time holds of
+   the step in its settings: its own count would widen what it is allowed without bound. Two
+   different engines differ by more than rounding, so this rule isn't asked of them.
+3. *Error.* The accuracy of both records against the same reference result: wrong collisions, or
+   what is unphysical, are worse than any error; a smaller error is better, a larger one worse. A
+   move within rounding, or by less than `NEGLIGIBLE` of the error itself, is neither. If there is
+   no reference result, the part of the shot that is proved decides (`quality_factor`), else
+   collisions are compared with those before.
+
+Records of different scenes can't be compared: "not-comparable", with the reason. A baseline of
+another engine, or of other settings, is refused when it is read (`baseline.load_baseline`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ghostball.model import Events, GhostballError, Scene
+from ghostball.model.hashes import sequence_hash
+from ghostball.validation.baselines.regression import (
+    Answer,
+    FirstDifference,
+    Quantity,
+    SceneChange,
+)
+from ghostball.validation.baselines.rounding import Allowance
+from ghostball.validation.checks.metric_table import METRICS
+from ghostball.validation.grading.event_logs import ALL_KINDS, Event, compare_logs, events_in
+from ghostball.validation.grading.tolerances import ROUNDINGS, TOLERANCE
+from ghostball.validation.results.records import CaseRecord, Motion
+from ghostball.validation.results.store import Results
+
+NEGLIGIBLE = 1e-3
+"""Part of an error by which it may grow without being worse: reports show three digits of it."""
+
+NOT_COMPARED = ("wall_time", "accuracy")
+"""Metrics that aren't listed: the time is the machine's, and the class is made of the error."""
+
+Pair = tuple[Event | None, Event | None]
+"""An event of the base and of the head that differ; None where a log has none there."""
+
+
+@dataclass(frozen=True, eq=False)
+class Log:
+    """The events of a shot.
+
+    `events`, a structured array (`EVENT_DTYPE`): all, or the first of `count`, as a baseline keeps
+        them.
+    `sequence`: hash of the order of all events, without times.
+    """
+
+    events: Events
+    count: int
+    sequence: str
+
+    @classmethod
+    def of(cls, events: Events) -> Log:
+        """Return a log of all events."""
+        return cls(events, len(events), sequence_hash(events))
+
+    @property
+    def until(self) -> float:
+        """Before which time no event is left out [s]; inf: none is."""
+        return math.inf if len(self.events) == self.count else float(self.events["t"][-1])
+
+
+@dataclass(frozen=True, eq=False)
+class Played:
+    """A record, and what returns its events: they are read only if the hashes differ."""
+
+    record: CaseRecord
+    log: Callable[[], Log]
+
+    @classmethod
+    def of(cls, record: CaseRecord, motion: Motion | None) -> Played:
+        """Return a record with the motion that was kept of it."""
+        return cls(record, lambda: _log_in(record, motion))
+
+    @classmethod
+    def stored(cls, results: Results, record: CaseRecord) -> Played:
+        """Return a record of a results folder."""
+        return cls(record, lambda: _log_in(record, results.motion(record)))
+
+
+def _log_in(record: CaseRecord, motion: Motion | None) -> Log:
+    if motion is None:
+        raise GhostballError(
+            f'scene "{record.scene}" on `{record.label}`: its motion was not kept, so its events '
+            "can't be compared. Run it again"
+        )
+    return Log.of(motion.events)
+
+
+def compare(
+    base: Played,
+    head: Played,
+    allowance: Callable[[], Allowance] | None = None,
+    command: str = "",
+) -> SceneChange:
+    """Compare what an engine did in a scene with what it, or another one, did before.
+
+    `allowance`: returns what rounding explains in `head`; called only if the hashes differ. None:
+        two engines are compared.
+    `command`: what shows the scene again, for the record.
+    """
+    one, two = base.record, head.record
+    common: dict[str, Any] = {"scene": two.scene, "title": two.title, "command": command}
+    common |= {"base_hash": one.bits, "head_hash": two.bits}
+    if one.definition != two.definition:
+        why = "the scene itself was changed since: what was accepted is of another shot"
+        return SceneChange(**common, change="not-comparable", summary=why)
+    if two.outcome != "ran":
+        why = f"the engine did not run it: {two.reason or two.outcome}"
+        lost: Answer = "worse" if one.outcome == "ran" else "changed"
+        same = one.outcome == two.outcome
+        return SceneChange(**common, change="unchanged" if same else lost, summary=why)
+    if one.outcome != "ran":
+        why = f"it runs, and did not before: {one.reason or one.outcome}"
+        return SceneChange(**common, change="better", summary=why)
+    common |= _numbers(one, two)
+    if one.bits == two.bits != "" and _end_of(one) == _end_of(two):
+        return SceneChange(**common, change="unchanged", summary=_said(["the same bits"], common))
+    explained = None if allowance is None else allowance()
+    before, after = base.log(), head.log()
+    pair = _apart(before, after, explained)
+    horizon = two.shot_horizon if explained is None else _finite(explained.horizon)
+    until = math.inf if horizon is None else horizon
+    answer = _by_error(one, two, explained) or _by_collisions(before, after, until)
+    words = [] if one.status == two.status and one.bits != two.bits else [_end_words(one, two)]
+    words.append(_distance_words(one, two))
+    if (
+        explained is not None
+        and pair is None
+        and one.bits != two.bits
+        and not _end_moved(one, before, two, after, explained)
+    ):
+        answer, pair = "rounding", _first_bits(before, after)
+    if explained is not None and answer == "rounding":
+        words.append(explained.account)
+    elif explained is not None and math.isfinite(explained.map_end):
+        words.append(f"{explained.account}, up to {explained.map_end:.3g} s only, because {_WHY}")
+    if answer != "rounding" and one.accuracy is not None and two.accuracy is not None:
+        words.insert(0, f"{one.accuracy.sentence} -> {two.accuracy.sentence}")
+    first = None if pair is None else _difference(pair, two, until)
+    if first is not None:
+        words.append(first.words)
+    if answer == "rounding" and horizon is not None:
+        words.append(f"nothing is compared past the horizon, {horizon:.3g} s")
+    return SceneChange(
+        **common,
+        change=answer,
+        summary=_said(words, common),
+        horizon=horizon,
+        first_difference=first,
+    )
+
+
+_WHY = "collisions tie, balls are in resting contact, or the account isn't that of the proof"
+
+
+def _by_error(one: CaseRecord, two: CaseRecord, explained: Allowance | None) -> Answer | None:
+    """Return the answer of the third rule; None if no reference result gives one."""
+    before, after = one.accuracy, two.accuracy
+    if before is None or after is None or one.truth != two.truth:
+        return _by_proved_part(one, two)
+    if after.kind == "broken":
+        return "changed" if before.kind == "broken" else "worse"
+    if after.kind == "another shot":
+        if before.kind == "broken":
+            return "better"
+        if before.kind != "another shot":
+            return "wrong collisions"
+        more = (after.agree or 0) - (before.agree or 0)
+        return "better" if more > 0 else "wrong collisions" if more < 0 else "changed"
+    if before.error is None or after.error is None:
+        return "better"
+    if before.kind == after.kind == "exact":
+        return "changed"
+    rounding = 0.0
+    if explained is not None:  # past the horizon it may move a ball by as much as defines that
+        rounding = TOLERANCE if explained.rest is None else float(np.max(explained.rest))
+    return _by_size(before.error, after.error, rounding)
+
+
+def _by_proved_part(one: CaseRecord, two: CaseRecord) -> Answer | None:
+    """Return the answer of the part that is proved of a shot without a reference result."""
+    before, after = (case.metrics.get("quality_factor") for case in (one, two))
+    if before is None or after is None or max(before, after) <= ROUNDINGS:
+        return None
+    answer = _by_size(before, after, ROUNDINGS)
+    return None if answer == "changed" else answer
+
+
+def _by_size(before: float, after: float, rounding: float) -> Answer:
+    """Return the answer of two errors, of which rounding explains a part of the difference."""
+    if not abs(after - before) > max(rounding, NEGLIGIBLE * before):
+        return "changed"
+    return "worse" if after > before else "better"
+
+
+def _numbers(one: CaseRecord, two: CaseRecord) -> dict[str, Any]:
+    """Return the numbers of both sides that a report shows."""
+    names = [name for name in METRICS if name not in NOT_COMPARED]
+    metrics = [(name, METRICS[name].unit, one.metrics, two.metrics) for name in names]
+    # A counter that is new has nothing to be compared with.
+    counters = [(name, "1", one.work, two.work) for name in one.work]
+    errors: list[float | None] = [None, None]
+    if one.truth == two.truth:
+        errors = [
+            None if case.is_own_measure else case.metrics.get("rest_error_max")
+            for case in (one, two)
+        ]
+    return {
+        "metrics": tuple(found for row in metrics if (found := _moved(*row)) is not None),
+        "counters": tuple(found for row in counters if (found := _moved(*row)) is not None),
+        "base_error": errors[0],
+        "head_error": errors[1],
+        "rest_base": _places(one),
+        "rest_head": _places(two),
+    }
+
+
+def _moved(name: str, unit: str, base: Any, head: Any) -> Quantity | None:
+    """Return a quantity if it differs, where nan is one value."""
+    before, after = base.get(name), head.get(name)
+    if before == after or (
+        None not in (before, after) and math.isnan(before) and math.isnan(after)
+    ):
+        return None
+    return Quantity(name=name, unit=unit, base=before, head=after)
+
+
+def _places(case: CaseRecord) -> tuple[tuple[float, ...], ...] | None:
+    positions = case.rest_positions
+    return None if positions is None else tuple(map(tuple, positions.tolist()))
+
+
+def _apart(before: Log, after: Log, explained: Allowance | None) -> Pair | None:
+    """Return the first event, up to the horizon, that rounding doesn't explain.
+
+    Between two engines the first collision that only one of them has: times always differ.
+    """
+    until = min(before.until, after.until)
+    if explained is None:
+        parting = compare_logs(events_in(before.events), events_in(after.events)).parting
+        if parting is None or parting.t >= until:
+            return None
+        first = parting.first
+        return (first, None) if first is parting.true else (None, first)
+    base, head = (events_in(one.events, ALL_KINDS) for one in (before, after))
+    compared = compare_logs(base, head, strict=True)
+    apart: list[Pair] = [
+        *((base[i], None) for i in compared.missing),
+        *((None, head[j]) for j in compared.invented),
+        *(
+            (base[i], head[j])
+            for i, j in compared.index_pairs
+            if abs(base[i].t - head[j].t) > explained.event_times[j]
+        ),
+    ]
+    apart = [one for one in apart if _time_of(one) <= explained.horizon and _time_of(one) < until]
+    return min(apart, key=_time_of, default=None)
+
+
+def _time_of(pair: Pair) -> float:
+    return min(one.t for one in pair if one is not None)
+
+
+def _by_collisions(before: Log, after: Log, horizon: float) -> Answer:
+    """Return the answer without a reference result: whether collisions part before the horizon."""
+    parting = compare_logs(events_in(before.events), events_in(after.events)).parting
+    until = min(before.until, after.until)
+    if parting is None or parting.t > horizon or parting.t >= until:
+        return "changed"
+    return "wrong collisions"
+
+
+def _end_moved(
+    one: CaseRecord, before: Log, two: CaseRecord, after: Log, explained: Allowance
+) -> bool:
+    """Whether the end differs by more than rounding explains; past the horizon no place does."""
+    if one.status != two.status:
+        return True
+    if explained.rest is None:
+        return False
+    if min(before.until, after.until) < math.inf:  # of what isn't kept, order and end are known
+        late = abs((one.rest_time or 0.0) - (two.rest_time or 0.0))
+        if before.sequence != after.sequence or not late <= explained.event_times[-1]:
+            return True
+    return bool(np.any(~(_distances(one, two) <= explained.rest)))
+
+
+def _first_bits(before: Log, after: Log) -> Pair | None:
+    """Return the first event that differs in any bit; None where only what isn't kept does."""
+    base, head = (events_in(one.events, ALL_KINDS) for one in (before, after))
+    for k in range(max(len(base), len(head))):
+        pair = (base[k] if k < len(base) else None, head[k] if k < len(head) else None)
+        if None in pair:
+            return None if min(before.until, after.until) < math.inf else pair
+        if pair[0] != pair[1]:
+            return pair
+    return None
+
+
+def _difference(pair: Pair, case: CaseRecord, horizon: float) -> FirstDifference:
+    """Describe an event that differs."""
+    scene, (before, after) = case.load_scene(), pair
+    if before is None:
+        assert after is not None
+        words = f"{_event_words(after, scene)} was not there before"
+    elif after is None:
+        words = f"{_event_words(before, scene)} is no more"
+    elif before.key != after.key:
+        words = f"{_event_words(after, scene)}, where it was {_event_words(before, scene)}"
+    else:
+        late = "later" if after.t > before.t else "sooner"
+        words = f"{_event_words(after, scene)} comes {abs(after.t - before.t):.3g} s {late}"
+    index = min(one.index for one in pair if one is not None)
+    return FirstDifference(
+        index=index, before_horizon=_time_of(pair) <= horizon, words=f"event {index}: {words}"
+    )
+
+
+def _event_words(event: Event, scene: Scene) -> str:
+    return f"{event.describe(scene)} at {event.t:.9g} s"
+
+
+def _end_of(case: CaseRecord) -> tuple[str | None, float | None]:
+    return case.status, case.rest_time
+
+
+def _end_words(one: CaseRecord, two: CaseRecord) -> str:
+    if one.status != two.status:
+        return f'it ended as "{two.status}", where that was "{one.status}"'
+    return f"it ended at {two.rest_time!r} s, where that was {one.rest_time!r} s"
+
+
+def _distances(one: CaseRecord, two: CaseRecord) -> Any:
+    """Return how far each ball rests from where it did, (n,) float64 [m]."""
+    assert one.rest_positions is not None
+    assert two.rest_positions is not None
+    return np.linalg.norm(one.rest_positions - two.rest_positions, axis=1)
+
+
+def _distance_words(one: CaseRecord, two: CaseRecord) -> str:
+    moved = _distances(one, two)
+    if not np.any(moved > 0.0):
+        return "all balls rest where they did, to the bit"
+    ball = int(np.argmax(moved))
+    return f"{two.definition['balls'][ball]['id']} rests {moved[ball]:.3g} m from where it did"
+
+
+def _said(words: list[str], numbers: dict[str, Any]) -> str:
+    """Return a summary: what is known of it, and the counters that moved."""
+    return "; ".join([*words, *(one.words for one in numbers["counters"])])
+
+
+def _finite(time: float) -> float | None:
+    return time if math.isfinite(time) else None
