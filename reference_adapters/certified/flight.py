@@ -41,6 +41,12 @@ from ghostball.reference_adapters.certified.problem import BallNumbers, Problem
 LOWEST_BOUNCE = 2.0**-24
 """Height of a bounce, in diameters, from which on bounces are one motion: 3e-9 m for pool balls."""
 
+HEIGHT_ROUNDING = 2.0**-37
+"""Difference, in units of `LOWEST_BOUNCE`, at which no engine in doubles tells two heights apart.
+
+A table that returns half of the speed brings a ball to exactly that height that falls its diameter.
+"""
+
 
 class State(NamedTuple):
     """A ball at an instant, with its height; slip and spin as in `motion.Body`."""
@@ -236,6 +242,8 @@ def answered_by_table(constants: Constants, state: State, t: arb, order: int) ->
         raise UndecidedError("whether it is pushed onto the table")
     square = state.up * state.up
     lowest = 4 * constants.gravity * LOWEST_BOUNCE * constants.radius
+    if abs(square - lowest) <= HEIGHT_ROUNDING * lowest:
+        raise UndecidedError("whether its bounce is high enough to be followed", exact=True)
     if square > lowest:
         return FlyingBody(constants, state, t, order)
     if not square <= lowest:

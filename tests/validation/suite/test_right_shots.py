@@ -89,6 +89,14 @@ def test_the_bounces_of_a_ball_that_goes_along_a_post_are_those_of_the_proof():
     assert found.record.metrics["graded_events"] == 8
 
 
+def test_a_bounce_at_the_very_height_from_which_bounces_are_one_motion_is_not_judged():
+    """Broken by a ball that falls its diameter: twelve halvings of its speed, or thirteen?"""
+    found = judged(random_scene(329, **PROVABLE))
+    assert found.faults == ()
+    assert found.reference == "ambiguous"
+    assert "whether its bounce is high enough" in found.why
+
+
 @pytest.mark.parametrize(
     "trial",
     [
