@@ -23,7 +23,7 @@ from ghostball.cli.shared.options import AUTO, FailOnChoice, FigureChoice, Forma
 from ghostball.cli.shared.summary import printed
 from ghostball.cli.shared.terminal import command
 from ghostball.model import GhostballError
-from ghostball.reports.ci.github import note
+from ghostball.reports.ci.findings import note
 from ghostball.reports.outcome import CHANGES, bad_cases
 from ghostball.reports.shift import growth
 from ghostball.validation.baselines import Regression, load_regressions

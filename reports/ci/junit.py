@@ -19,6 +19,7 @@ from typing import Literal
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
+from ghostball.reports.ci.findings import change_lines
 from ghostball.validation.baselines.regression import (
     UNCOMPARED,
     Regression,
@@ -113,12 +114,7 @@ def _of_change(label: str, change: SceneChange) -> Element:
     It fails for what moved; limits that are broken have test cases of their own.
     """
     name, words = f"{label}: baseline", f"{change.change}: {change.summary}"
-    first = change.first_difference
-    lines = [
-        *([] if first is None else [f"first difference: {first.words}"]),
-        *(one.words for one in (*change.counters, *change.metrics)),
-        *([change.command] if change.command else []),
-    ]
+    lines = [*change_lines(change), *([change.command] if change.command else [])]
     if change.failed and change.moved:
         return _test_case(change.scene, name, "failure", words, "\n".join(lines))
     if change.change in UNCOMPARED:

@@ -18,6 +18,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from ghostball.reference_adapters.output import harmless
 from ghostball.reports import style
 from ghostball.reports.accuracy import CLASSES, CLASSES_KEY, cell_text, kinds_of, tally
+from ghostball.reports.ci.findings import findings
 from ghostball.reports.outcome import (
     CHANGES,
     bad_cases,
@@ -102,13 +103,14 @@ def _templates() -> Environment:
 
 
 def summary_text(results: Results | None, *regressions: Regression) -> str:
-    """Return the summary as lines `SCENE: LEVEL: MESSAGE`, errors and warnings first.
+    """Return the summary as lines `ABOUT: LEVEL: MESSAGE`, errors first, then warnings.
 
     The level is "error", "warning" or "note"; the last lines, of `ghostball`, are the verdicts.
     """
-    lines = [] if results is None else list(_case_lines(results))
-    for regression in regressions:
-        lines += _change_lines(regression)
+    lines: list[tuple[str, str, str]] = [
+        (one.about, one.level, one.message.replace("\n", "; "))
+        for one in findings(results, regressions)
+    ]
     lines += [
         ("ghostball", "note" if sign == "✓" else "error", words)
         for sign, words in _verdicts(results, *regressions)
@@ -190,39 +192,6 @@ def _engine_cells(results: Results, label: str, kinds: Sequence[AccuracyKind]) -
     counts = [str(found.counts.get(kind, 0)) for kind in kinds]
     typical = (style.format_length(found.typical), style.format_time(found.seconds))
     return [_code(label), *counts, *typical]
-
-
-def _case_lines(results: Results) -> Iterator[tuple[str, str, str]]:
-    for case in bad_cases(results):
-        again = f"[{_command(case)}]"
-        if why := unfinished_text(case):
-            yield case.scene, "error", f"{case.label}: did not finish: {why} {again}"
-        for check in case.checks:
-            if check.passed is False:
-                reason = f"({check.reason})"
-                yield case.scene, "error", f"{case.label}: {check.sentence} {reason} {again}"
-    for case in results.cases:
-        if case.outcome == "unavailable":
-            yield case.scene, "warning", f"{case.label}: unavailable: {case.reason}"
-    if results.state != "complete":
-        yield str(results.path), "error", f"the run is not complete: {results.state}"
-
-
-def _change_lines(regression: Regression) -> Iterator[tuple[str, str, str]]:
-    for change in _in_order(regression.scenes):
-        again = f"[{change.command}]" if change.command else ""
-        if _is_shown(change):
-            uncompared = change.change in UNCOMPARED
-            level = "error" if change.failed or uncompared else "warning"
-            yield change.scene, level, f"{change.words}: {change.summary} {again}"
-        if change.failed and change.first_difference is not None:
-            yield change.scene, "note", f"first difference: {change.first_difference.words}"
-        for quantity in change.counters:
-            yield change.scene, "error" if change.failed else "warning", quantity.words
-    for warning in regression.warnings:
-        yield "regression", "warning", warning
-    for scene in regression.stale:
-        yield scene, "warning", "baseline of a scene that is no more"
 
 
 def _cell(text: str) -> str:

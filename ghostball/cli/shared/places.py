@@ -13,7 +13,7 @@ from typing import Any
 from ghostball.model.text_files import read_text
 from ghostball.reference_adapters.base import EngineError
 from ghostball.reference_adapters.registry import engine_class, parse_spec
-from ghostball.reports.ci.github import Place, Places, relative_to_root
+from ghostball.reports.ci.findings import Place, Places, relative_to_root
 from ghostball.validation.baselines.places import baseline_path, engine_folder
 
 _FRAME = re.compile(r'^\s*File "(.+)", line (\d+)', re.MULTILINE)

@@ -10,7 +10,7 @@ from ghostball.cli.shared.config import load_config
 from ghostball.cli.shared.options import Format
 from ghostball.cli.shared.places import places_in
 from ghostball.reports import summary_markdown, summary_text
-from ghostball.reports.ci.github import findings, notes
+from ghostball.reports.ci.findings import findings, notes
 from ghostball.reports.ci.junit import junit_xml
 from ghostball.validation.baselines import load_regressions
 from ghostball.validation.measured.likeness import Likeness

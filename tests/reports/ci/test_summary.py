@@ -94,13 +94,15 @@ def test_plain_text_is_a_line_for_each_thing(results):
     assert all(LINE.fullmatch(line) for line in lines)
     assert (
         "stop: error: paper-discrete: rest_error_max must be <= 0.005 m, got 0.03 m "
-        "(a tenth of a ball) [ghostball validate stop --engine paper-discrete --out out/again]"
+        "(a tenth of a ball); Again: ghostball explain stop --engine paper-discrete"
     ) in lines
-    assert (
-        "head-on: error: no-baseline: no baseline was accepted [ghostball regress head-on]" in lines
+    assert any(
+        line.startswith("baselines: error: ghostball can't be compared with a baseline in head-on.")
+        for line in lines
     )
-    assert "break-7: error: roots 10 -> 12" in lines
-    assert "regression: warning: slow" in lines
+    (moved,) = (line for line in lines if line.startswith("break-7: error: ghostball: worse"))
+    assert "; roots 10 -> 12; " in moved
+    assert "baselines: warning: slow" in lines
     assert [line.split(": ")[0] for line in lines[-2:]] == ["ghostball", "ghostball"]
 
 

@@ -7,7 +7,7 @@ import sys
 import pytest
 
 from ghostball.cli.shared.places import places_in
-from ghostball.reports.ci.github import Place
+from ghostball.reports.ci.findings import Place
 from ghostball.validation.examples.stepper import Stepper
 
 ENGINE = """\

@@ -27,7 +27,7 @@ def test_the_command_prints_and_writes_no_report(small_folder):
     assert "### What changed" in invoke(small_folder, "--format", "markdown").stdout
     done = invoke(small_folder, "--format", "text")
     assert done.exit_code == 0
-    assert done.stdout.startswith("break-7: error: worse: ")
+    assert done.stdout.startswith("break-7: error: ghostball: worse, ")
     assert not (small_folder / "report.html").exists()
 
 

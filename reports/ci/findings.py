@@ -1,8 +1,7 @@
-"""What fails in a run, as notes that GitHub shows beside the lines of a pull request.
+"""What fails in a run, or moved and may, for the lines of any CI and for the notes of GitHub.
 
-The notes are workflow commands: lines that a step prints, of the form
-`::error file=NAME,line=N,title=TITLE::MESSAGE`. Each names the place in the project's files that it
-is about.
+GitHub shows notes beside the lines of a pull request. They are workflow commands, lines that a step
+prints, of the form `::error file=NAME,line=N,title=TITLE::MESSAGE`.
 """
 
 from __future__ import annotations
@@ -44,12 +43,13 @@ class Place:
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing that fails, or that moved and may."""
+    """One thing that fails, or that moved and may; `about` names its scene, or what else it is."""
 
     level: Literal["error", "warning"]
+    about: str
     title: str
     message: str
-    place: Place | None
+    place: Place | None = None
 
 
 @dataclass(frozen=True)
@@ -64,12 +64,20 @@ class Places:
     baseline: Callable[[str, str, str], Place | None]
 
 
-def findings(results: Results, regressions: Sequence[Regression], places: Places) -> list[Finding]:
-    """Return what fails, then what moved and may."""
+NOWHERE = Places(lambda _label, _trace: None, lambda _engine, _scene, _says: None)
+"""For programs that show no places."""
+
+
+def findings(
+    results: Results | None, regressions: Sequence[Regression], places: Places = NOWHERE
+) -> list[Finding]:
+    """Return what fails, then what moved and may; `results`: None for a comparison alone."""
     found: list[Finding] = []
-    bad = bad_cases(results)
+    bad = [] if results is None else bad_cases(results)
     for case in bad:
         found += _of_case(case, places)
+    if results is not None:
+        found += _of_run(results)
     lost = {(case.scene, case.label) for case in bad if unfinished_text(case)}
     for regression in regressions:
         found += _of_regression(regression, lost, places)
@@ -96,18 +104,26 @@ def note(level: str, title: str, message: str, place: str = "") -> str:
 
 
 def _of_case(case: CaseRecord, places: Places) -> Iterator[Finding]:
-    where = f"{case.scene} on {case.label}"
     again = f"Again: {commands.explain(case.scene, case.label)}"
     place = places.engine(case.label, case.traceback)
     if why := unfinished_text(case):
         again = f"Again: {commands.simulate(case.scene, case.label)}"
-        message = f"{where} did not finish: {why}\n{again}"
-        yield Finding("error", f"{case.scene} did not finish", message, place)
+        message = f"{case.label} did not finish: {why}\n{again}"
+        yield Finding("error", case.scene, f"{case.scene} did not finish", message, place)
     for check in case.checks:
         if check.passed is False:
-            message = f"{where}: {check.sentence} ({check.reason})\n{again}"
-            title = f"{case.scene} breaks a limit"
-            yield Finding("error", title, message, place)
+            message = f"{case.label}: {check.sentence} ({check.reason})\n{again}"
+            yield Finding("error", case.scene, f"{case.scene} breaks a limit", message, place)
+
+
+def _of_run(results: Results) -> Iterator[Finding]:
+    """Yield which engines could not be tried, and whether the run is whole."""
+    missing = {one.label: one.reason for one in results.cases if one.outcome == "unavailable"}
+    for label, reason in missing.items():
+        yield Finding("warning", label, f"{label} is unavailable", reason)
+    if results.state != "complete":
+        said = f"the run is not complete: {results.state}"
+        yield Finding("error", str(results.path), "not complete", said)
 
 
 def _of_regression(
@@ -121,6 +137,7 @@ def _of_regression(
             continue  # what it did is said of its run
         yield Finding(
             "error" if change.failed else "warning",
+            change.scene,
             f"{change.scene}: {change.words}",
             "\n".join(_lines(regression, change)),
             places.baseline(regression.engine, change.scene, _first_moved(change)),
@@ -134,15 +151,28 @@ def _of_regression(
             "look at what it did, keep it by `ghostball accept`, and commit the folder of baselines"
         )
         place = places.engine(regression.label, "")
-        yield Finding("error", "no baseline", message, place)
+        yield Finding("error", "baselines", "no baseline", message, place)
+    for warning in regression.warnings:
+        yield Finding("warning", "baselines", "comparison with baselines", warning)
+    for scene in regression.stale:
+        title = f"{scene}: baseline without a scene"
+        yield Finding("warning", scene, title, "its baseline is of a scene that is no more")
 
 
 def _lines(regression: Regression, change: SceneChange) -> Iterator[str]:
     off = f", rest error {error_text(change)}" if is_shifted(change) else ""
-    yield f"{change.scene} on {regression.label}: {change.words}{off}"
+    yield f"{regression.label}: {change.words}{off}"
     yield change.summary
+    yield from change_lines(change)
     if change.command:
         yield f"Again: {change.command}"
+
+
+def change_lines(change: SceneChange) -> Iterator[str]:
+    """Yield where a shot first differs from its baseline, and each number that differs."""
+    if change.first_difference is not None:
+        yield f"first difference: {change.first_difference.words}"
+    yield from (one.words for one in (*change.counters, *change.metrics))
 
 
 def _first_moved(change: SceneChange) -> str:

@@ -1,11 +1,13 @@
-"""What fails, with its place, as notes of GitHub: one line each, and the rest counted."""
+"""What fails, with its place; as notes of GitHub: one line each, and the rest counted."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import pytest
 from regressions import regression, unchanged, uncompared, worse
 
-from ghostball.reports.ci.github import SHOWN, Finding, Place, Places, findings, note, notes
+from ghostball.reports.ci.findings import SHOWN, Finding, Place, Places, findings, note, notes
 from ghostball.validation.results.store import Results
 
 
@@ -35,7 +37,7 @@ def test_a_broken_limit_is_at_the_engine_and_says_how_to_see_it(results):
     assert "rest_error_max must be <= 0.005 m, got 0.03 m (a tenth of a ball)" in one.message
     assert one.message.endswith("Again: ghostball explain stop --engine paper-discrete")
     (lost,) = (f for f in found if f.title == "head-on did not finish")
-    assert "head-on on newcomer:dt=1e-3 did not finish: division by zero" in lost.message
+    assert "newcomer:dt=1e-3 did not finish: division by zero" in lost.message
 
 
 def test_what_moved_is_at_its_baseline_and_says_by_how_much(passed):
@@ -43,7 +45,8 @@ def test_what_moved_is_at_its_baseline_and_says_by_how_much(passed):
     error, warning = findings(passed, [regression(*shown)], PLACES)
     assert (error.level, error.title) == ("error", "break-7: worse")
     assert error.place == Place("baselines/ghostball/break-7.json:bits", 7)
-    assert error.message.startswith("break-7 on ghostball: worse, rest error 7 fm -> 3 mm\n")
+    assert "which is missing now" in error.message
+    assert error.message.startswith("ghostball: worse, rest error 7 fm -> 3 mm\n")
     assert (warning.level, warning.title) == ("warning", "cut: better")
 
 
@@ -63,7 +66,7 @@ def test_missing_baselines_are_one_finding_unless_limits_alone_are_asked(passed)
 
 
 def test_a_note_is_one_line_that_ends_no_property_early():
-    one = Finding("error", "a: b, c", "100 %\nnext", Place("my,file:x.py", 12))
+    one = Finding("error", "a", "a: b, c", "100 %\nnext", Place("my,file:x.py", 12))
     assert notes([one]) == (
         "::error file=my%2Cfile%3Ax.py,line=12,title=Ghostball%3A a%3A b%2C c::100 %25%0Anext\n"
     )
@@ -72,8 +75,23 @@ def test_a_note_is_one_line_that_ends_no_property_early():
 
 def test_more_than_github_shows_are_counted():
     def some(level, count):
-        return [Finding(level, f"{level}-{k}", "x", None) for k in range(count)]
+        return [Finding(level, "a", f"{level}-{k}", "x") for k in range(count)]
 
     lines = notes([*some("error", SHOWN + 3), *some("warning", SHOWN)]).splitlines()
     assert len(lines) == 2 * SHOWN
     assert lines[SHOWN - 1].startswith("::error title=Ghostball%3A 4 more::error-9, error-10")
+
+
+def test_what_was_not_tried_and_an_unfinished_run_are_said_once(results):
+    case = replace(results.cases[0], label="mine", outcome="unavailable", reason="no wheel")
+    cases = [replace(case, scene=name) for name in ("stop", "cut")]
+    run = Results(results.path, cases, results.environment | {"state": "running"})
+    compared = regression(unchanged(), warnings=("slow",), stale=("gone",))
+    found = findings(run, [compared], PLACES)
+    said = [(one.level, one.title, one.message) for one in found]
+    assert said == [
+        ("error", "not complete", "the run is not complete: running"),
+        ("warning", "mine is unavailable", "no wheel"),
+        ("warning", "comparison with baselines", "slow"),
+        ("warning", "gone: baseline without a scene", "its baseline is of a scene that is no more"),
+    ]
