@@ -1,23 +1,35 @@
-"""The first lines of the page: what became of all cases, and which of them are not right."""
+"""The first lines of the page: what became of all cases, and how right and fast each engine is."""
 
 from __future__ import annotations
 
 from collections import Counter
+from typing import Any
 
 from markupsafe import Markup
 
+from ghostball.reports import style
+from ghostball.reports.accuracy import CLASSES, Tally, accuracy_text, kinds_of, tally
 from ghostball.reports.outcome import bad_cases, overall
-from ghostball.reports.page.first_screen import engines_html
 from ghostball.reports.page.rendering import render
 from ghostball.reports.page.scene_numbers import unsolved
 from ghostball.reports.words import many, reused_text
 from ghostball.validation.baselines import Regression
 from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.checks.verdict import Verdict, unfinished_text, verdict_of
-from ghostball.validation.results.store import Results
+from ghostball.validation.results.store import CaseRecord, Results
 
 STATES = {"running": "it is still running, or was killed"}
 """What became of a run that isn't complete, where its state alone doesn't say it."""
+
+
+VARIANTS = {
+    "contact_steps=exact": (
+        "exact steps",
+        "its steps are made to end where balls touch, so that only its solver can err",
+    ),
+    "config=naive": ("naive", "with the settings that a newcomer types, 60 steps per second"),
+}
+"""What is said of the settings in an engine's name."""
 
 
 def verdict_html(results: Results, regression: Regression | None) -> Markup:
@@ -67,3 +79,66 @@ def _engines_text(results: Results) -> str:
     if len(labels) == len(engines):
         return text
     return f"{text} in {many(len(labels), 'configuration')}"
+
+
+def engines_html(results: Results) -> Markup:
+    """Return a bar for each engine of how right it is, its typical error and its run time."""
+    tallies = [tally(results, label) for label in results.labels]
+    labels = " ".join(results.labels)
+    return render(
+        "engines.html",
+        scenes=many(len(results.scene_names), "scene"),
+        rows=[(one, style.engine_name(one.label), _parts(results, one)) for one in tallies],
+        legend=[CLASSES[kind] for kind in kinds_of(results.cases)],
+        own=any(one.compared_with for one in tallies),
+        crashed=any(one.crashed for one in tallies),
+        unplayed=any(one.unable for one in tallies),
+        judged=any(one.expected or one.worse for one in tallies),
+        length=style.format_length,
+        excused=_excused(results),
+        variants=[said for setting, said in VARIANTS.items() if setting in labels],
+    )
+
+
+def _excused(results: Results) -> list[tuple[str, str, int, str]]:
+    """Return of whom the common law is not asked: label, metrics, number of scenes, reason."""
+    found: dict[tuple[str, str], list[CaseRecord]] = {}
+    for case in results.cases:
+        if case.excused:
+            found.setdefault((case.label, case.excused), []).append(case)
+    return [
+        (
+            label,
+            ", ".join(name for name in METRICS if any(name in one.not_asked for one in cases)),
+            len(cases),
+            why,
+        )
+        for (label, why), cases in found.items()
+    ]
+
+
+def _parts(results: Results, one: Tally) -> list[dict[str, Any]]:
+    """Return each part of an engine's bar: scenes of one class, and what is written on it."""
+    alone = ""
+    if len(results.scene_names) == 1:  # what became of it says more than that it is one
+        alone = accuracy_text(results.case(results.scene_names[0], one.label))
+    counted = [
+        (look.slug, one.counts[kind], look.meaning)
+        for kind, look in CLASSES.items()
+        if kind in one.counts
+    ]
+    if one.compared_with:
+        counted.append(("own", one.compared_with, "without a truth, others are compared with it"))
+    if one.crashed:
+        counted.append(("crashed", one.crashed, "did not finish"))
+    if one.unable:
+        counted.append(("unplayed", one.unable, "not played"))
+    return [
+        {
+            "slug": slug,
+            "count": count,
+            "words": f"{many(count, 'scene')}: {meaning}",
+            "text": alone or str(count),
+        }
+        for slug, count, meaning in counted
+    ]

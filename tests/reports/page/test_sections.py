@@ -6,8 +6,7 @@ import pytest
 from page_texts import folded, section
 from stored_results import edit_document, edit_records, in_database
 
-from ghostball.reports.page.first_screen import engines_html
-from ghostball.reports.page.verdict import verdict_html
+from ghostball.reports.page.verdict import engines_html, verdict_html
 from ghostball.validation.results.store import Results
 
 
