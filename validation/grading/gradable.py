@@ -21,6 +21,7 @@ from ghostball.model import COLLISION_KINDS, EventKind, ExactTrajectory, Ghostba
 from ghostball.model.arrays import FloatArray
 from ghostball.model.scene.obstacles import FIRST_POST
 from ghostball.reference_adapters.certified import Certificate
+from ghostball.validation.grading.certified_growth import CertifiedGrowth
 from ghostball.validation.grading.certified_widths import FlightGrowth, width_sizes
 from ghostball.validation.grading.event_logs import proved_events
 from ghostball.validation.grading.horizon import Growth, growth_along_proof, horizon
@@ -87,11 +88,14 @@ def gradable(
     low_bounce = _first_low_bounce(scene, certificate)
     extent, why, last = _extent(certificate, until, low_bounce)
     narrow = _is_narrow(certificate)
+    ends_early = extent == "proved part" and narrow
     # Balls may meet at the instant at which a proof ends; in the run, one rounding earlier.
-    at_last = last * (1.0 - TIE) if extent == "proved part" and narrow else last
+    at_last = last * (1.0 - TIE) if ends_early else last
     if not exact:
         return Gradable(extent, why, last, at_last, None)
     assert growth is not None
+    if ends_early and isinstance(growth, CertifiedGrowth):
+        at_last = max(min(at_last, last - _uncertainty_at(growth, scene, last)), 0.0)
     if isinstance(growth, FlightGrowth):
         sizes = width_sizes(certificate)
         if last < float(certificate.t_end):
@@ -103,6 +107,13 @@ def gradable(
         # The proof is wider than a rounding, so errors can't be counted in roundings.
         sizes[:] = math.inf
     return Gradable(extent, why, last, compared_at, sizes)
+
+
+def _uncertainty_at(growth: CertifiedGrowth, scene: Scene, t: float) -> float:
+    """Return how far `ROUNDINGS` roundings move the events at an instant [s], the most of them."""
+    moved = growth.rounding(scene).events[[event.t == t for event in growth.events]]
+    known = moved[np.isfinite(moved)]
+    return ROUNDINGS * UNIT_ROUNDOFF * float(np.max(known, initial=0.0))
 
 
 def check_proof(scene: Scene, certificate: Certificate) -> None:

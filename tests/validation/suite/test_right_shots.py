@@ -83,10 +83,17 @@ def test_the_energy_of_a_ball_that_hardly_rises_is_held_to_the_rounding_of_its_h
 
 
 def test_the_bounces_of_a_ball_that_goes_along_a_post_are_those_of_the_proof():
-    shapes = {**PROVABLE, "table": ("polygon", "pockets", "posts")}
-    found = judged(random_scene(356, **shapes))
+    found = judged(random_scene(356, **SHAPES))
     assert found.faults == ()
     assert found.record.metrics["graded_events"] == 8
+
+
+def test_a_run_is_compared_before_it_may_have_the_collision_that_ends_the_proof():
+    """Broken by one that comes 1e-11 s sooner than proved, by the roundings of the shot."""
+    found = judged(random_scene(432, **SHAPES))
+    assert found.faults == ()
+    assert found.reference == "part"
+    assert found.record.metrics["quality_factor"] < 32
 
 
 def test_a_bounce_at_the_very_height_from_which_bounces_are_one_motion_is_not_judged():
