@@ -1,7 +1,7 @@
 """What `action.yml` runs for a project that is guarded on GitHub: `python -m ghostball.cli.action`.
 
-It is `ghostball regress`, of which it says what GitHub asks for: notes beside the lines of a pull
-request, a summary of the step, a page to be kept, and outputs for the steps that follow. Inputs are
+It is `ghostball regress`, of which it says what GitHub asks for: notes in the run of the workflow,
+a summary of the step, a page to be kept, and outputs for the steps that follow. Inputs are
 environment variables, `INPUT_ENGINE` and so on; where outputs and summary go is in GitHub's own.
 """
 

@@ -1,14 +1,12 @@
 """What fails in a run, or moved and may, for the lines of any CI and for the notes of GitHub.
 
-GitHub shows notes beside the lines of a pull request. They are workflow commands, lines that a step
-prints, of the form `::error file=NAME,line=N,title=TITLE::MESSAGE`.
+Notes are workflow commands: lines `::error title=TITLE::MESSAGE` that a step prints.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Literal
 
 from ghostball.reports.outcome import bad_cases
@@ -29,17 +27,6 @@ SHOWN = 10
 NAMED = 6
 """More scenes than this are counted, not named."""
 
-HASH = "bits"
-"""The line of a baseline that holds the hash of events and rest positions."""
-
-
-@dataclass(frozen=True)
-class Place:
-    """A line of a file; the file's path is relative to the project's root."""
-
-    file: str
-    line: int
-
 
 @dataclass(frozen=True)
 class Finding:
@@ -49,38 +36,19 @@ class Finding:
     about: str
     title: str
     message: str
-    place: Place | None = None
 
 
-@dataclass(frozen=True)
-class Places:
-    """Says where in the project's files a thing is; None where it is in none of them.
-
-    `engine`: of an engine, as it was asked for, and the traceback of its failure ("" for none).
-    `baseline`: of an engine as its baselines call it, a scene, and what its baseline says.
-    """
-
-    engine: Callable[[str, str], Place | None]
-    baseline: Callable[[str, str, str], Place | None]
-
-
-NOWHERE = Places(lambda _label, _trace: None, lambda _engine, _scene, _says: None)
-"""For programs that show no places."""
-
-
-def findings(
-    results: Results | None, regressions: Sequence[Regression], places: Places = NOWHERE
-) -> list[Finding]:
+def findings(results: Results | None, regressions: Sequence[Regression]) -> list[Finding]:
     """Return what fails, then what moved and may; `results`: None for a comparison alone."""
     found: list[Finding] = []
     bad = [] if results is None else bad_cases(results)
     for case in bad:
-        found += _of_case(case, places)
+        found += _of_case(case)
     if results is not None:
         found += _of_run(results)
     lost = {(case.scene, case.label) for case in bad if unfinished_text(case)}
     for regression in regressions:
-        found += _of_regression(regression, lost, places)
+        found += _of_regression(regression, lost)
     return sorted(found, key=lambda one: one.level)
 
 
@@ -90,30 +58,31 @@ def notes(found: Sequence[Finding]) -> str:
     for level in ("error", "warning"):
         these = [one for one in found if one.level == level]
         few = these if len(these) <= SHOWN else these[: SHOWN - 1]
-        lines += [_command(one) for one in few]
+        lines += [note(level, one.title, one.message) for one in few]
         if rest := these[len(few) :]:
-            titles = ", ".join(one.title for one in rest)
-            lines.append(note(level, f"{len(rest)} more", titles))
+            lines.append(note(level, f"{len(rest)} more", ", ".join(one.title for one in rest)))
     return "".join(f"{line}\n" for line in lines)
 
 
-def note(level: str, title: str, message: str, place: str = "") -> str:
-    """Return one note; `place` is "file=NAME,line=N", escaped, or ""."""
-    properties = ",".join(filter(None, (place, f"title={_property(f'Ghostball: {title}')}")))
-    return f"::{level} {properties}::{_data(message)}"
+def note(level: str, title: str, message: str) -> str:
+    """Return one note, escaped so that neither its title nor its message ends early."""
+    texts = f"Ghostball: {title}", message
+    title, message = (
+        text.replace("%", "%25").replace("\r", "%0D").replace("\n", "%0A") for text in texts
+    )
+    return f"::{level} title={title.replace(':', '%3A').replace(',', '%2C')}::{message}"
 
 
-def _of_case(case: CaseRecord, places: Places) -> Iterator[Finding]:
+def _of_case(case: CaseRecord) -> Iterator[Finding]:
     again = f"Again: {commands.explain(case.scene, case.label)}"
-    place = places.engine(case.label, case.traceback)
     if why := unfinished_text(case):
         again = f"Again: {commands.simulate(case.scene, case.label)}"
         message = f"{case.label} did not finish: {why}\n{again}"
-        yield Finding("error", case.scene, f"{case.scene} did not finish", message, place)
+        yield Finding("error", case.scene, f"{case.scene} did not finish", message)
     for check in case.checks:
         if check.passed is False:
             message = f"{case.label}: {check.sentence} ({check.reason})\n{again}"
-            yield Finding("error", case.scene, f"{case.scene} breaks a limit", message, place)
+            yield Finding("error", case.scene, f"{case.scene} breaks a limit", message)
 
 
 def _of_run(results: Results) -> Iterator[Finding]:
@@ -126,9 +95,7 @@ def _of_run(results: Results) -> Iterator[Finding]:
         yield Finding("error", str(results.path), "not complete", said)
 
 
-def _of_regression(
-    regression: Regression, lost: set[tuple[str, str]], places: Places
-) -> Iterator[Finding]:
+def _of_regression(regression: Regression, lost: set[tuple[str, str]]) -> Iterator[Finding]:
     for change in regression.scenes:
         shown = change.failed or change.change not in ("unchanged", "rounding")
         if change.change in UNCOMPARED or not shown:
@@ -140,7 +107,6 @@ def _of_regression(
             change.scene,
             f"{change.scene}: {change.words}",
             "\n".join(_lines(regression, change)),
-            places.baseline(regression.engine, change.scene, _first_moved(change)),
         )
     missing = [one.scene for one in regression.scenes if one.change in UNCOMPARED]
     if missing and regression.fail_on != "limits":
@@ -150,8 +116,7 @@ def _of_regression(
             f"{regression.label} can't be compared with a baseline in {which}. Run `{command}`, "
             "look at what it did, keep it by `ghostball accept`, and commit the folder of baselines"
         )
-        place = places.engine(regression.label, "")
-        yield Finding("error", "baselines", "no baseline", message, place)
+        yield Finding("error", "baselines", "no baseline", message)
     for warning in regression.warnings:
         yield Finding("warning", "baselines", "comparison with baselines", warning)
     for scene in regression.stale:
@@ -173,30 +138,3 @@ def change_lines(change: SceneChange) -> Iterator[str]:
     if change.first_difference is not None:
         yield f"first difference: {change.first_difference.words}"
     yield from (one.words for one in (*change.counters, *change.metrics))
-
-
-def _first_moved(change: SceneChange) -> str:
-    """Return which line of the baseline says other than what is."""
-    if change.base_hash != change.head_hash:
-        return HASH
-    return change.counters[0].name if change.counters else HASH
-
-
-def relative_to_root(path: Path, root: Path) -> str | None:
-    """Return a file's path as the project says it, with slashes; None where it lies elsewhere."""
-    resolved = path.resolve()
-    return resolved.relative_to(root).as_posix() if resolved.is_relative_to(root) else None
-
-
-def _command(one: Finding) -> str:
-    place = one.place
-    where = "" if place is None else f"file={_property(place.file)},line={place.line}"
-    return note(one.level, one.title, one.message, where)
-
-
-def _data(text: str) -> str:
-    return text.replace("%", "%25").replace("\r", "%0D").replace("\n", "%0A")
-
-
-def _property(text: str) -> str:
-    return _data(text).replace(":", "%3A").replace(",", "%2C")

@@ -128,7 +128,7 @@ def run(
     for regression in found:
         _show(regression, outcome, place, tables(form), seconds, advice)
     if form is not Format.TEXT:
-        print(printed(place, form, kept_in), end="")
+        print(printed(place, form), end="")
     return worst(*(_status(regression, outcome) for regression in found))
 
 

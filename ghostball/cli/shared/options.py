@@ -171,7 +171,7 @@ FormatOption = Annotated[
         metavar=FORMATS,
         help="What is printed on stdout: tables, one JSON object, comparisons with the truth as "
         'CSV, JUnit XML, Markdown such as for "$GITHUB_STEP_SUMMARY", or notes that GitHub '
-        "shows beside the lines of a pull request. Where it isn't text, the tables go to stderr.",
+        "shows with a workflow's run. Where it isn't text, the tables go to stderr.",
     ),
 ]
 

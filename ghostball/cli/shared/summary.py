@@ -6,9 +6,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from ghostball.cli.shared.config import load_config
 from ghostball.cli.shared.options import Format
-from ghostball.cli.shared.places import places_in
 from ghostball.reports import summary_markdown, summary_text
 from ghostball.reports.ci.findings import findings, notes
 from ghostball.reports.ci.junit import junit_xml
@@ -19,17 +17,13 @@ from ghostball.validation.results.store import Results
 from ghostball.validation.suite.real_tables import load_likenesses
 
 
-def printed(folder: Path, form: Format, baselines: Path | None = None) -> str:
-    """Return what stored results came to, with what changed where the folder holds a comparison.
-
-    `baselines`: the folder of all that it was compared with (default: the project's).
-    """
+def printed(folder: Path, form: Format) -> str:
+    """Return what stored results came to, with what changed if the folder holds a comparison."""
     results, regressions = Results.open(folder), load_regressions(folder)
     if form is Format.MARKDOWN:
         return summary_markdown(results, *regressions)
     if form is Format.GITHUB:
-        kept_in = load_config().baselines if baselines is None else baselines
-        return notes(findings(results, regressions, places_in(kept_in)))
+        return notes(findings(results, regressions))
     if form is Format.TEXT:
         return summary_text(results, *regressions)
     if form is Format.JUNIT:

@@ -196,39 +196,29 @@ class TestInARepository:
         assert (passed.status, passed.outputs["verdict"]) == (0, "passed"), passed.log
         assert {note.partition(" ")[0] for note in passed.notes} == {"::warning"}
 
-    def test_one_that_gets_worse_fails_at_the_line_of_its_baseline(self, repository, tmp_path):
+    def test_one_that_gets_worse_fails_with_its_scene(self, repository, tmp_path):
         worse(repository)
         ended = run_action(repository, tmp_path / "t", scenes=SCENES, fail_on="worse")
         assert (ended.status, ended.outputs["verdict"]) == (1, "failed"), ended.log
         assert ended.outputs["worst"] in ended.outputs["changed"].split()
         errors = [note for note in ended.notes if note.startswith("::error")]
-        (first,) = (one for one in errors if "title=Ghostball%3A half-ball-cut" in one)
-        file, line = re.search(r"file=([^,]+),line=(\d+)", first).groups()
-        assert file == "baselines/my_engine/half-ball-cut.json"
-        text = (repository / file).read_text("utf-8").splitlines()[int(line) - 1]
-        assert text.startswith("bits = ")
+        assert sum("title=Ghostball%3A half-ball-cut" in one for one in errors) == 1
         assert "● now" in ended.summary
         assert re.search(r"half-ball-cut +[·━○●]+ +[\d.]+ mm -> [\d.]+ mm", ended.summary)
         lenient = run_action(repository, tmp_path / "t", scenes=SCENES, fail_on="limits")
         assert (lenient.status, lenient.outputs["verdict"]) == (0, "passed"), lenient.log
 
-    def test_one_that_makes_energy_breaks_limits_at_its_function(self, repository, tmp_path):
+    def test_one_that_makes_energy_breaks_limits(self, repository, tmp_path):
         wrong(repository)
         ended = run_action(repository, tmp_path / "t", scenes=SCENES, fail_on="limits")
         assert (ended.status, ended.outputs["verdict"]) == (1, "failed"), ended.log
-        (first, *_) = (note for note in ended.notes if "breaks a limit" in note)
-        line = int(re.search(r"::error file=my_engine.py,line=(\d+),", first)[1])
-        text = (repository / "my_engine.py").read_text("utf-8").splitlines()[line - 1]
-        assert text.startswith(("@plays", "def simulate"))
+        assert any("breaks a limit" in note for note in ended.notes)
 
-    def test_one_that_raises_fails_at_the_line_that_does(self, repository, tmp_path):
+    def test_one_that_raises_fails_and_says_what_it_raised(self, repository, tmp_path):
         broken(repository)
         ended = run_action(repository, tmp_path / "t", scenes=SCENES, fail_on="limits")
         assert (ended.status, ended.outputs["verdict"]) == (1, "failed"), ended.log
         (first, *_) = (note for note in ended.notes if "did not finish" in note)
-        line = int(re.search(r"::error file=my_engine.py,line=(\d+),", first)[1])
-        text = (repository / "my_engine.py").read_text("utf-8").splitlines()[line - 1]
-        assert text.strip() == "nothing = {}['cue']"
         assert "KeyError" in first
         assert ended.kept
 
@@ -239,7 +229,7 @@ class TestInARepository:
         ended = run_action(repository, tmp_path / "t", scenes=SCENES)
         assert (ended.status, ended.outputs["verdict"]) == (4, "not-judged"), ended.log
         (only,) = ended.notes
-        assert only.startswith("::error file=my_engine.py,line=")
+        assert only.startswith("::error title=")
         assert "ghostball accept" in only
         # From what was kept, the baselines can be made elsewhere.
         done = ghostball(repository, "accept", "--reason", "x", "--out", str(ended.kept[1].parent))

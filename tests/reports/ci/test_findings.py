@@ -1,4 +1,4 @@
-"""What fails, with its place; as notes of GitHub: one line each, and the rest counted."""
+"""What fails; as notes of GitHub: one line each, and the rest counted."""
 
 from __future__ import annotations
 
@@ -7,15 +7,8 @@ from dataclasses import replace
 import pytest
 from regressions import regression, unchanged, uncompared, worse
 
-from ghostball.reports.ci.findings import SHOWN, Finding, Place, Places, findings, note, notes
+from ghostball.reports.ci.findings import SHOWN, Finding, findings, note, notes
 from ghostball.validation.results.store import Results
-
-
-def place_of_baseline(engine: str, scene: str, says: str) -> Place:
-    return Place(f"baselines/{engine}/{scene}.json:{says}", 7)
-
-
-PLACES = Places(lambda label, _trace: Place(f"{label.partition(':')[0]}.py", 3), place_of_baseline)
 
 
 @pytest.fixture(scope="module")
@@ -29,22 +22,20 @@ def passed(results):
     return Results(results.path, [], results.environment)
 
 
-def test_a_broken_limit_is_at_the_engine_and_says_how_to_see_it(results):
-    found = findings(results, [], PLACES)
+def test_a_broken_limit_says_how_to_see_it(results):
+    found = findings(results, [])
     (one,) = (f for f in found if f.title == "stop breaks a limit" and "discrete" in f.message)
     assert one.level == "error"
-    assert one.place == Place("paper-discrete.py", 3)
     assert "rest_error_max must be <= 0.005 m, got 0.03 m (a tenth of a ball)" in one.message
     assert one.message.endswith("Again: ghostball explain stop --engine paper-discrete")
     (lost,) = (f for f in found if f.title == "head-on did not finish")
     assert "newcomer:dt=1e-3 did not finish: division by zero" in lost.message
 
 
-def test_what_moved_is_at_its_baseline_and_says_by_how_much(passed):
+def test_what_moved_says_by_how_much(passed):
     shown = worse(), unchanged("stop"), unchanged("cut", change="better", head_hash="c" * 64)
-    error, warning = findings(passed, [regression(*shown)], PLACES)
+    error, warning = findings(passed, [regression(*shown)])
     assert (error.level, error.title) == ("error", "break-7: worse")
-    assert error.place == Place("baselines/ghostball/break-7.json:bits", 7)
     assert "which is missing now" in error.message
     assert error.message.startswith("ghostball: worse, rest error 7 fm -> 3 mm\n")
     assert (warning.level, warning.title) == ("warning", "cut: better")
@@ -52,24 +43,22 @@ def test_what_moved_is_at_its_baseline_and_says_by_how_much(passed):
 
 def test_limits_alone_are_said_once(passed):
     broken = unchanged("stop", failed=True, broken=("energy_rise must be <= 0, got 1",))
-    assert findings(passed, [regression(broken)], PLACES) == []
+    assert findings(passed, [regression(broken)]) == []
 
 
 def test_missing_baselines_are_one_finding_unless_limits_alone_are_asked(passed):
     many = [uncompared(f"shot-{k}") for k in range(9)]
-    (one,) = findings(passed, [regression(*many, outcome="no-baseline")], PLACES)
+    (one,) = findings(passed, [regression(*many, outcome="no-baseline")])
     assert (one.level, one.title) == ("error", "no baseline")
     assert "in 9 scenes. Run `ghostball regress`" in one.message
-    (few,) = findings(passed, [regression(many[0], outcome="no-baseline")], PLACES)
+    (few,) = findings(passed, [regression(many[0], outcome="no-baseline")])
     assert "in shot-0. Run" in few.message
-    assert findings(passed, [regression(*many, outcome="passed", fail_on="limits")], PLACES) == []
+    assert findings(passed, [regression(*many, outcome="passed", fail_on="limits")]) == []
 
 
 def test_a_note_is_one_line_that_ends_no_property_early():
-    one = Finding("error", "a", "a: b, c", "100 %\nnext", Place("my,file:x.py", 12))
-    assert notes([one]) == (
-        "::error file=my%2Cfile%3Ax.py,line=12,title=Ghostball%3A a%3A b%2C c::100 %25%0Anext\n"
-    )
+    one = Finding("error", "a", "a: b, c", "100 %\nnext")
+    assert notes([one]) == ("::error title=Ghostball%3A a%3A b%2C c::100 %25%0Anext\n")
     assert note("error", "x", "y") == "::error title=Ghostball%3A x::y"
 
 
@@ -87,7 +76,7 @@ def test_what_was_not_tried_and_an_unfinished_run_are_said_once(results):
     cases = [replace(case, scene=name) for name in ("stop", "cut")]
     run = Results(results.path, cases, results.environment | {"state": "running"})
     compared = regression(unchanged(), warnings=("slow",), stale=("gone",))
-    found = findings(run, [compared], PLACES)
+    found = findings(run, [compared])
     said = [(one.level, one.title, one.message) for one in found]
     assert said == [
         ("error", "not complete", "the run is not complete: running"),
