@@ -31,7 +31,7 @@ from ghostball.reference_adapters.base import resolution_of_step
 from ghostball.validation.examples.stepper import Stepper
 
 CUT, BOUNCE, HEAD_ON = "half-ball-cut", "wall-bounce", "restitution-head-on"
-SLIDING, BREAK, FROZEN = "draw-shot", "break-7", "frozen-triangle"
+SLIDING, BREAK, FROZEN, FLIGHT = "draw-shot", "break-7", "frozen-triangle", "flight-lands"
 
 
 @dataclass(frozen=True)
@@ -133,7 +133,7 @@ WRONG: Mapping[str, Row] = {
     "ends-early": Row("The run ends after half its time.", runs.ends_early, (CUT,)),
     "stops-late": Row("All balls stop dead at 60 % of the shot.", runs.stops_late, (BREAK,)),
     "stops-past-the-proof": Row(
-        "All balls stop dead at 60 % of a shot of which the first event alone is proved.",
+        "All balls stop dead at 60 % of a shot of which the first instant alone is proved.",
         runs.stops_late,
         (FROZEN,),
     ),
@@ -244,6 +244,12 @@ WRONG: Mapping[str, Row] = {
         "Rolling friction is 5/7 of what it should be; it states steps of 1 ms.",
         physics.with_physics(rolling_friction=lambda friction: 5.0 / 7.0 * friction),
         ("stop",),
+        step=1e-3,
+    ),
+    "gravity-of-a-step": Row(
+        "Gravity is 8.8 m/s^2, not 9.81, as balls fly; it states steps of 1 ms.",
+        physics.with_physics(gravity=lambda _: 8.8),
+        (FLIGHT,),
         step=1e-3,
     ),
     "late-collisions-of-a-step": Row(

@@ -188,6 +188,12 @@ METRICS: dict[str, Metric] = {
             "proof",
         ),
         Metric(
+            "early_path_error",
+            "m",
+            "largest position error before the first contact of the shot, of an engine that steps",
+            "proof",
+        ),
+        Metric(
             "path_factor",
             "1",
             "largest error of a ball's position, velocity or spin up to the horizon, in units of "

@@ -23,6 +23,7 @@ from ghostball.validation.checks.proof_metrics import (
     NotMeasuredError,
     RunIncompleteError,
     differences_of,
+    early_path_error,
     event_time_error,
     known,
     phase_time_error,
@@ -291,6 +292,7 @@ def _computes(horizon: float, resolution: Resolution) -> dict[str, Compute]:
         "energy_difference_max": partial(_energy_difference_max, horizon=horizon),
         "energy_difference_time": partial(_energy_difference_time, horizon=horizon),
         "event_time_error": partial(event_time_error, horizon=horizon),
+        "early_path_error": partial(early_path_error, resolution=resolution),
         "phase_time_error": partial(phase_time_error, horizon=horizon, resolution=resolution),
     }
 

@@ -10,18 +10,18 @@ from typing import Final, TypeVar
 
 import numpy as np
 
-from ghostball.model import ExactTrajectory, Result, Samples
+from ghostball.model import ExactTrajectory, Result, SampledTrajectory, Samples
 from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.base import Resolution, stated_error
 from ghostball.reference_adapters.certified import Certificate
 from ghostball.validation.checks.energy_curve import compared_instants, energy_differences
 from ghostball.validation.grading.event_logs import ALL_KINDS, events_in, proved_events
-from ghostball.validation.grading.gradable import Gradable
+from ghostball.validation.grading.gradable import Gradable, proved_motion
 from ghostball.validation.grading.grading import Grade, grade
 from ghostball.validation.grading.horizon import extent_of
-from ghostball.validation.grading.phase_ends import phase_ends
+from ghostball.validation.grading.phase_ends import first_contact, phase_ends
 from ghostball.validation.grading.tolerances import LEAST_DOUBLE, UNIT_ROUNDOFF
-from ghostball.validation.runs.sampling import events_of, times_gone
+from ghostball.validation.runs.sampling import UNIFORM_TIMES, events_of, times_gone
 from ghostball.validation.truth.scene_truth import Truth, TruthPart
 
 Compute = Callable[[Result, Truth], int | float]
@@ -138,6 +138,33 @@ def phase_time_error(result: Result, truth: Truth, horizon: float, resolution: R
     if not errors:
         raise NotMeasuredError("the run reports no end of a slide or a roll that is proved")
     return max(errors)
+
+
+def early_path_error(result: Result, truth: Truth, resolution: Resolution) -> float:
+    """Return the largest position error before the first contact [m], of an engine that steps.
+
+    Of the proved contacts and those of the run, the first. In space where balls may fly, else in
+    the plane.
+
+    `resolution` [m]: of the engine: `reference_adapters.base.resolution_of`.
+    """
+    certificate = known(truth.certificate, truth, "proof")
+    require_end(result)
+    if stated_error(resolution) == 0.0:
+        raise NotMeasuredError("the whole path of this engine is compared, in `path_factor`")
+    found = first_contact(events_in(events_of(result), ALL_KINDS), result.rest_time)
+    until = min(first_contact(proved_events(certificate), float(certificate.t_end)), found)
+    frames = result.trajectory
+    times = np.linspace(0.0, until, UNIFORM_TIMES)
+    if isinstance(frames, SampledTrajectory):
+        times = frames.times
+    times = times[times < until]
+    if not len(times) or times[-1] == 0.0:
+        raise NotMeasuredError("the run shows no motion before its first contact")
+    true = proved_motion(result.scene, certificate).sample(times).positions
+    axes = slice(3 if result.scene.physics.airborne else 2)
+    errors = np.linalg.norm((result.sample(times).positions - true)[..., axes], axis=2)
+    return float(np.max(np.where(np.isfinite(errors), errors, np.inf)))
 
 
 def _event_time_factor(result: Result, truth: Truth) -> float:

@@ -52,7 +52,8 @@ where balls may pass through each other between two steps, or go more than a rad
 ties, which have no derivative; past the horizon of the engine, where its errors may have led the
 shot onto another path; and where the shot isn't proved to its end. Nor where a ball may end more
 than a radius from its place: a limit so wide is none. There the first collisions are judged, those
-that come before any of this: they must be found, in their order.
+that come before any of this: they must be found, in their order. And so is the path of each ball
+before the first contact, be it a landing.
 """
 
 from __future__ import annotations
@@ -80,9 +81,10 @@ from ghostball.validation.checks.step_delays import (
     late_events,
     separate_collisions,
 )
+from ghostball.validation.grading.event_logs import proved_events
 from ghostball.validation.grading.horizon import extent_of
 from ghostball.validation.grading.lateness import Lateness
-from ghostball.validation.grading.phase_ends import PHASE_ENDS
+from ghostball.validation.grading.phase_ends import PHASE_ENDS, first_contact
 from ghostball.validation.grading.tolerances import EPS
 from ghostball.validation.runs.steps import step_of
 from ghostball.validation.truth.scene_truth import Truth
@@ -99,6 +101,7 @@ STEP_METRICS = frozenset(
         "rest_time_error",
         "phase_time_error",
         "path_error",
+        "early_path_error",
         "energy_difference_max",
         "energy_rise",
         "overlap_max",
@@ -145,8 +148,8 @@ def step_criteria(
             engines=(selector,),
             metric=metric,
             reason=reason,
-            # Not every engine says when a slide or a roll ends.
-            if_measured=metric == "phase_time_error",
+            # Not every engine says when a slide or a roll ends, or shows how a shot begins.
+            if_measured=metric in ("phase_time_error", "early_path_error"),
             **limit,
         )
         for metric, limit, reason in (
@@ -216,6 +219,7 @@ def _beginning(
     rule: StepRule, scene: Scene, truth: Truth, resolution: float, longest: float
 ) -> Iterator[_Limit]:
     """Yield what judges how the shot begins, where its end can't be judged."""
+    yield from _before_contacts(rule, scene, truth, resolution, longest)
     lateness = truth.lateness
     if lateness is None or truth.collisions is None:
         return
@@ -227,6 +231,35 @@ def _beginning(
             "in their order."
         )
         yield "matching_events", {"at_least": min(first, len(truth.collisions))}, reason
+
+
+def _before_contacts(
+    rule: StepRule, scene: Scene, truth: Truth, resolution: float, longest: float
+) -> Iterator[_Limit]:
+    """Yield what judges the motion before the first contact, in flights too.
+
+    Until then nothing but the engine's own motion displaces a ball: by the resolution, or by v dt;
+    by what the cloth changes of its velocity in a step, where a slide ends that much late, for the
+    time that is left; and by what gravity does, where balls may fly.
+    """
+    fastest = resolution_of_step(1.0, scene)
+    if truth.certificate is None or fastest == 0.0:
+        return
+    step = LateEvents(resolution, longest, np.empty(0))
+    dt, (off, _) = step.last(scene), between_contacts(rule, scene, step)
+    until = first_contact(proved_events(truth.certificate), float(truth.certificate.t_end))
+    physics = scene.physics
+    if physics.motion == "sliding" and EventKind.SLIDE_TO_ROLL in rule.kinds:
+        friction = scene.sliding_frictions + scene.rolling_frictions
+        off += physics.gravity * float(np.max(friction)) * dt * until
+    if physics.airborne:
+        off += physics.gravity * dt * until
+    if off < float(np.min(scene.radii)):
+        reason = (
+            f"Nothing touches a ball before t = {until:.3g} s; until then the steps of this engine "
+            f"take a ball at most {off:.3g} m off its path."
+        )
+        yield "early_path_error", {"at_most": LEAST + off}, reason
 
 
 def _on_the_way(

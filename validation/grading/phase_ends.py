@@ -73,6 +73,11 @@ def phase_ends(proved: Sequence[Event], found: Sequence[Event], end: float) -> l
     return ends
 
 
+def first_contact(events: Sequence[Event], end: float) -> float:
+    """Return when something first touches a ball, or it leaves the table [s]; else `end` [s]."""
+    return next((one.t for one in events if one.kind not in PHASE_ENDS), end)
+
+
 def _times(leg: _Leg, true: Event, found: Sequence[Event]) -> Collection[float]:
     """Return when a run may have the end of a phase [s]: at one of these times."""
     kinds = PHASE_ENDS[PHASE_ENDS.index(true.kind) :]

@@ -3,13 +3,32 @@
 from __future__ import annotations
 
 import pytest
-from step_rules import criteria_of_step
+from engine_facts import needs
+from step_rules import criteria_of_step, limit_of_step
 
 from ghostball.model import Ball, Physics, Scene
 from ghostball.reference_adapters import make_engine
 from ghostball.validation.scenes.library import find_scene
 
 pytest.importorskip("pymunk")
+
+
+@pytest.mark.parametrize(
+    ("name", "label", "why"),
+    [
+        ("galperin-2", "pymunk", "a step holds many collisions of a ball"),
+        ("unbounded-cut", "paper-discrete", "in a step balls go more than a radius"),
+        ("break-7", "pymunk", "the engine's errors lead the shot onto another path"),
+        ("three-ball-symmetric", "pymunk", "two collisions of one instant have no derivative"),
+        pytest.param(
+            "push", "pybullet", "a contact that lasts isn't proved", marks=needs("pybullet")
+        ),
+    ],
+)
+def test_nothing_is_said_of_the_end_where_the_sum_is_not_the_whole_story(
+    name: str, label: str, why: str
+) -> None:
+    assert limit_of_step(find_scene(name), label) is None, why
 
 
 def test_collisions_of_different_balls_within_a_step_have_no_order() -> None:
