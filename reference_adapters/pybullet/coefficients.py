@@ -32,11 +32,10 @@ class Coefficients:
 
     `ball_restitution`, `cushion_restitution`, `ball_friction`, `cushion_friction`: factors [1].
     `table_restitution`: factor of the table [1]: 0 where balls stay on the cloth.
-    `own_cloths`: whether each ball has a plane of its own for a table; see `of`.
-    `table_friction` (n,) float64: factor of the table under each ball [1].
-    `rolling_friction`, `spinning_friction` (n,) float64: lengths [m] of each ball, or of the table
-        under it where it has one of its own: Bullet's moment is length x friction of the other body
-        x normal force.
+    `table_friction` (n,) float64: factor of the table under each ball [1]. Where they differ, each
+        ball lies on a table of its own.
+    `rolling_friction`, `spinning_friction` (n,) float64: lengths [m] of each ball, for Bullet's own
+        resistance: its moment is length x friction of the table x normal force.
     """
 
     ball_restitution: float
@@ -44,7 +43,6 @@ class Coefficients:
     ball_friction: float
     cushion_friction: float
     table_restitution: float
-    own_cloths: bool
     table_friction: FloatArray
     rolling_friction: FloatArray
     spinning_friction: FloatArray
@@ -56,34 +54,26 @@ class Coefficients:
         A ball that rolls without slip under a moment M about its contact decelerates by
         M R / (I + m R^2) = M / (7/5 m R): for mu_r g the length is (7/5) mu_r R / table friction.
         One that spins decelerates by M / I: for a rate s it is (2/5) R^2 s / (g table friction).
-
-        Balls that rub would also resist each other's rolling, each with its length times the
-        other's friction: by 2.8 mu_r / mu_s, 14 % on a pool table, of what their friction turns
-        them by. So there the lengths are the table's, over the balls' friction; and since each ball
-        has lengths of its own, and while it slides none, each lies on a table of its own. So it
-        does where balls slide differently, which no factors of one table and of balls that rub
-        alike can say.
         """
         physics = scene.physics
         restitution, cushion = multiplied_restitutions(physics)
         none = np.zeros(len(scene.balls))
         if planar:
-            return cls(restitution, cushion, 0.0, 0.0, 0.0, False, none, none, none)
-        between_balls = ball_friction(scene)
-        friction = math.sqrt(max(between_balls, SMALLEST_FRICTION))
-        along_cushions = cushion_friction(physics)
+            return cls(restitution, cushion, 0.0, 0.0, 0.0, none, none, none)
+        friction = math.sqrt(max(ball_friction(scene), SMALLEST_FRICTION))
         table = scene.sliding_frictions / friction
-        rubbing = between_balls > 0.0 or along_cushions > 0.0
-        own_cloths = rubbing or bool(np.any(table != table[0]))
-        other = np.full_like(table, friction) if own_cloths else table
         return cls(
             restitution,
             cushion,
             friction,
-            along_cushions / friction,
+            cushion_friction(physics) / friction,
             physics.table_restitution / restitution if physics.airborne else 0.0,
-            own_cloths,
             table,
-            1.4 * scene.rolling_frictions * scene.radii / other,
-            0.4 * scene.spinning_friction_rates * scene.radii**2 / (physics.gravity * other),
+            1.4 * scene.rolling_frictions * scene.radii / table,
+            0.4 * scene.spinning_friction_rates * scene.radii**2 / (physics.gravity * table),
         )
+
+    @property
+    def own_tables(self) -> bool:
+        """Whether each ball lies on a table of its own."""
+        return bool(np.any(self.table_friction != self.table_friction[0]))

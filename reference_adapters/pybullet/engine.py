@@ -2,8 +2,10 @@
 
 Two models, chosen by the scene's `motion`:
 
-- "rolling", the paper's: Bullet in the plane, without gravity; see `pybullet.rolling`.
-- "sliding": Bullet in space, on a table under gravity; see `pybullet.sliding`.
+- "rolling", the paper's: Bullet in the plane, without gravity; the adapter applies the cloth
+  between its steps.
+- "sliding": Bullet in space, on a table under gravity; its friction ends a slide, and the adapter
+  slows balls that roll.
 
 `contact_steps` = fixed steps by `dt` and lets Bullet detect contacts, as its users do; exact steps
 to each contact by the closed-form time to it and lets Bullet resolve it, which isolates its solver.
@@ -24,18 +26,16 @@ from ghostball.model.features import Capabilities
 from ghostball.reference_adapters.base import EngineSettings, lacking_sequence
 from ghostball.reference_adapters.capabilities import ByConfiguration, capabilities_beside
 from ghostball.reference_adapters.pybullet import loading
-from ghostball.reference_adapters.pybullet.rolling import Rolling
 from ghostball.reference_adapters.pybullet.settings import (
     MOST_IMPULSE,
     SHORTEST_STEP,
     PybulletSettings,
 )
-from ghostball.reference_adapters.pybullet.sliding import Sliding
 from ghostball.reference_adapters.stepping.ending import end_of
-from ghostball.reference_adapters.stepping.ends import Ends, ExactSteps
+from ghostball.reference_adapters.stepping.ends import ExactSteps
 from ghostball.reference_adapters.stepping.laws import largest_momenta
 from ghostball.reference_adapters.stepping.plane import Stepper, run
-from ghostball.reference_adapters.stepping.space import SpaceEngine
+from ghostball.reference_adapters.stepping.space import OnItsOwnCloth, SpaceEngine
 
 
 class PybulletEngine(SpaceEngine):
@@ -89,19 +89,13 @@ class PybulletEngine(SpaceEngine):
         """Whether balls lie on a plane of Bullet's: all that may slide do."""
         return scene.physics.motion == "sliding"
 
-    def in_plane(self, scene: Scene, world: Any, ends: Ends) -> Stepper:
-        """Return what moves balls on that roll, in the plane."""
-        return Rolling(scene, world, ends)
-
     def on_cloth(self, scene: Scene, world: Any) -> Stepper:
-        """Return what moves balls on that may slide, on a plane under gravity."""
-        return Sliding(scene, world, self.settings, end_of(scene, self.settings))
+        """Return what moves balls on that may slide; naive, Bullet slows those that roll."""
+        t_end, tuned = end_of(scene, self.settings), self.settings.config == "tuned"
+        return OnItsOwnCloth(scene, world, self.step(scene), t_end, slows=tuned)
 
     def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
-        """Run the scene; see `ReferenceEngine.simulate`.
-
-        A rolling ball rests when its velocity is exactly 0; for a sliding one see `rest_speed`.
-        """
+        """Run the scene; see `ReferenceEngine.simulate`."""
         self.check(scene)
         world: Any = self.world(scene)
         with world:

@@ -21,15 +21,9 @@ class PybulletSettings(SteppingSettings):
 
     `dt` is 1e-3 s tuned, pybullet's own 1/240 s naive, 0.02 s in exact steps; `iterations`
     pybullet's own 50.
-
-    `rest_speed` [m/s]: in sliding scenes, the speed of centre and surface below which a ball rests.
-    Bullet's friction leaves about 1e-11 m/s; at 1e-6 m/s a ball on mu = 0.01 has 5e-12 m to go. In
-    rolling scenes a ball rests at exactly 0.
     """
 
     NAIVE_DT: ClassVar[float] = 1.0 / 240.0
-    CLOTH_BETWEEN_STEPS: ClassVar[bool] = False
     EXACT_IF_NAIVE: ClassVar[bool] = False
 
     iterations: Annotated[int, Field(ge=1)] = 50
-    rest_speed: Annotated[float, Field(gt=0.0)] = 1e-6

@@ -1,9 +1,8 @@
 """One scene built in one Bullet world: the client, its bodies, its parameters, its contacts.
 
-Everything that is set in pybullet is here; what drives it is in `pybullet.rolling` (balls that
-roll, in the plane) and `pybullet.sliding` (balls that slide, in space).
-
-The coefficients of its bodies are in `pybullet.coefficients`.
+Everything that is set in pybullet is here, but for the coefficients of its bodies, which are in
+`pybullet.coefficients`. What drives it is in `stepping.plane` (balls that roll, in the plane) and
+`stepping.space` (balls that slide, in space).
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ from ghostball.reference_adapters.pybullet.coefficients import Coefficients
 from ghostball.reference_adapters.pybullet.loading import load
 from ghostball.reference_adapters.pybullet.settings import PybulletSettings
 from ghostball.reference_adapters.stepping.contact_world import ContactWorld, Part, collision_of
-from ghostball.reference_adapters.stepping.plane import Collision
+from ghostball.reference_adapters.stepping.plane import Collision, untouched
 from ghostball.reference_adapters.stepping.sides import parts_of, sides_of
 from ghostball.reference_adapters.stepping.space import slowest_bounce
 
@@ -55,14 +54,12 @@ class World(ContactWorld):
     the scene's.
 
     `on_cloth`: as `SpaceWorld` has it, where balls may fly; else no ball lands.
-    `pushed`: balls that others or cushions pushed in the last step.
     """
 
     def __init__(self, scene: Scene, settings: PybulletSettings, *, own_cloth: bool) -> None:
         super().__init__(scene, noise=0.0, rubs=False)
         self.iterations = settings.iterations
         self.on_cloth: set[int] = set()
-        self.pushed: set[int] = set()
         self._config = settings.config
         self._tuned = settings.config == "tuned"
         self._bullet = load()
@@ -71,8 +68,8 @@ class World(ContactWorld):
         self._parts: dict[int, Part] = {}
         self._cloths: list[int] = []
         self._flies = scene.physics.airborne
-        # What the bodies of balls in the plane have, as long as it is so.
-        self._in_plane = [[0.0, 0.0] for _ in scene.balls]
+        # What Bullet has of balls in the plane, so that it isn't asked for those that lie still.
+        self._in_plane = np.zeros((len(scene.balls), 2))
         self.coefficients = Coefficients.of(scene, planar=not own_cloth)
         idle = _IDLE[self._config]
         self._client: int = idle.pop() if idle else self._bullet.connect(self._bullet.DIRECT)
@@ -110,10 +107,9 @@ class World(ContactWorld):
 
     def start(self, velocities: FloatArray, _: FloatArray | None) -> FloatArray:
         """Give the balls velocities, (n, 2) [m/s], for a step in the plane, where none turns."""
-        for i, velocity in enumerate(velocities.tolist()):
-            if velocity != self._in_plane[i]:
-                self._set(i, [*velocity, 0.0], [0.0] * 3)
-            self._in_plane[i] = velocity
+        for i in np.flatnonzero(np.any(velocities != self._in_plane, axis=1)).tolist():
+            self._set(i, [*velocities[i].tolist(), 0.0], [0.0] * 3)
+        self._given = self._in_plane = velocities
         return velocities
 
     def step(self, dt: float) -> None:
@@ -133,27 +129,22 @@ class World(ContactWorld):
             elif (ball := a or b) and self._flies:
                 self.on_cloth.add(ball[0])
         self._note(pushing)
-        self.pushed = {ball for contact in pushing for ball in contact.balls}
-        self.contacts_solved += len(self.on_cloth)
 
     def positions(self) -> FloatArray:
         """Return all centres, (n, 3) float64 [m]; a fresh array."""
         get = self._bullet.getBasePositionAndOrientation
         return np.array([get(body, physicsClientId=self._client)[0] for body in self._balls])
 
-    def velocities(self) -> list[list[float]]:
-        """Return the velocities in the plane, two components for each ball [m/s]; a fresh list.
-
-        Bullet isn't asked for those of balls that had none and that nothing pushed.
-        """
-        for i, (x, y) in enumerate(self._in_plane):
-            if x or y or i in self.pushed:
-                self._in_plane[i] = list(self._velocity(i)[0][:2])
-        return list(self._in_plane)
-
     def positions_and_velocities(self) -> tuple[FloatArray, FloatArray]:
         """Return the centres [m] and velocities [m/s] in the plane, two arrays (n, 2) float64."""
-        return self.positions()[:, :2], np.array(self.velocities())
+        changed = ~untouched(len(self._balls), self._pushing)
+        if not self._tuned:  # what moves, Bullet damps
+            changed |= np.any(self._in_plane != 0.0, axis=1)
+        velocities = self._in_plane.copy()
+        for i in np.flatnonzero(changed).tolist():
+            velocities[i] = self._velocity(i)[0][:2]
+        self._in_plane = velocities
+        return self.positions()[:, :2], velocities.copy()
 
     def motion(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return centres [m], velocities [m/s] and spins [rad/s], three arrays (n, 3)."""
@@ -165,15 +156,9 @@ class World(ContactWorld):
         for i, motion in enumerate(zip(velocities.tolist(), spins.tolist(), strict=True)):
             self._set(i, *motion)
 
-    def set_rolling_friction(self, ball: int, on: bool) -> None:
-        """Switch the rolling resistance of a ball on or off."""
-        body = self._cloths[ball] if self.coefficients.own_cloths else self._balls[ball]
-        length = float(self.coefficients.rolling_friction[ball]) if on else 0.0
-        self._change(body, rollingFriction=length)
-
     def remove(self, ball: int) -> None:
         """Take a ball out of the world: it stays where it is, and nothing meets it."""
-        body, self._in_plane[ball] = self._balls[ball], [0.0, 0.0]
+        body, self._in_plane[ball] = self._balls[ball], 0.0
         self._set(ball, [0.0] * 3, [0.0] * 3)
         self._change(body, mass=0.0)
         self._bullet.setCollisionFilterGroupMask(body, -1, 0, 0, physicsClientId=self._client)
@@ -220,7 +205,7 @@ class World(ContactWorld):
         self._bullet.setGravity(0.0, 0.0, gravity, physicsClientId=self._client)
         origin, up = (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)
         if not planar:
-            for i in range(len(scene.balls) if factors.own_cloths else 1):
+            for i in range(len(scene.balls) if factors.own_tables else 1):
                 laws = factors.table_restitution, float(factors.table_friction[i])
                 cloth = self._fixed(self._plane(up), origin, laws, bounces=self._flies)
                 self._cloths.append(cloth)
@@ -236,7 +221,7 @@ class World(ContactWorld):
             self._parts[body] = part.obstacle, True
         for i in range(len(scene.balls)):
             self._ball(i, planar)
-        if factors.own_cloths:
+        if factors.own_tables:
             self._part_cloths()
 
     def _part_cloths(self) -> None:
@@ -262,13 +247,14 @@ class World(ContactWorld):
             restitution=factors.ball_restitution,
             lateralFriction=factors.ball_friction,
         )
-        self._change(
-            self._cloths[i] if factors.own_cloths else body,
-            rollingFriction=float(factors.rolling_friction[i]),
-            spinningFriction=float(factors.spinning_friction[i]),
-        )
         if self._tuned:
             self._change(body, linearDamping=0.0, angularDamping=0.0, maxJointVelocity=FASTEST)
+        else:  # it would act while a ball slides, too: tuned, the adapter slows balls that roll
+            self._change(
+                body,
+                rollingFriction=float(factors.rolling_friction[i]),
+                spinningFriction=float(factors.spinning_friction[i]),
+            )
 
     def _part(self, part: Segment | Disc, height: float, laws: tuple[float, float]) -> int:
         """Add a part of a cushion at the height of the balls' centres [m]: a line, or a sphere.

@@ -7,6 +7,7 @@ applied from here, between the steps.
 
 from __future__ import annotations
 
+from copy import copy
 from functools import cache
 
 import numpy as np
@@ -59,6 +60,14 @@ class ClosedFormCloth:
         spins = (self._angular_velocities[:, 2] != 0.0) & (self._spins_by > 0.0)
         resting: BoolArray = still & ~spins
         return resting
+
+    def copy(self) -> ClosedFormCloth:
+        """Return a cloth with the same motion, which goes on by itself."""
+        other = copy(self)
+        other.velocities = self.velocities.copy()
+        other._angular_velocities = self._angular_velocities.copy()
+        other.rolling = self.rolling.copy()
+        return other
 
     def accelerations(self) -> FloatArray:
         """Return the accelerations, (n, 2) [m/s^2], constant until `time_to_change`."""

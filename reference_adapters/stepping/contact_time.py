@@ -17,7 +17,6 @@ from ghostball.engine.core.kernel import kernel
 from ghostball.engine.library.entry import Needed
 from ghostball.model import Hole, Segment, Table
 from ghostball.model.arrays import FloatArray
-from ghostball.reference_adapters.stepping.slowing import slow, stop
 
 Motion = tuple[float, float, float, float, float, float]
 """A place, a velocity and an acceleration [m], [m/s], [m/s^2]."""
@@ -118,30 +117,6 @@ def _cushions_of(table: Table) -> tuple[list[tuple[int, float, float]], FloatArr
     return lines, rows
 
 
-def rolling_accelerations(velocities: FloatArray, decelerations: FloatArray) -> FloatArray:
-    """Return the accelerations of rolling balls, against their motion; 0 for a ball at rest.
-
-    `velocities` (n, 2) float64 [m/s].
-    `decelerations` (n,) float64 [m/s^2]: mu g of each ball, not negative.
-
-    Returns (n, 2) float64 [m/s^2].
-    """
-    v = np.ascontiguousarray(velocities)
-    accelerations = np.empty_like(v)
-    slow(v, decelerations, accelerations)
-    return accelerations
-
-
-def time_to_rest(velocities: FloatArray, decelerations: FloatArray) -> FloatArray:
-    """Return how long each ball rolls, (n,) float64 [s]; inf where it never stops.
-
-    Parameters are those of `rolling_accelerations`: a ball at v rolls for |v| / (mu g).
-    """
-    times = np.empty(len(velocities))
-    stop(np.ascontiguousarray(velocities), decelerations, times)
-    return times
-
-
 @cache
 def warm_up() -> None:
     """Load all that is compiled here, once in a process: no run's time should hold it."""
@@ -154,8 +129,6 @@ def needed() -> tuple[Needed, ...]:
     name, numbers, vectors = "contact times", np.ones(1), np.zeros((1, 2))
     motion = (vectors, vectors, vectors, numbers)
     return (
-        Needed(slow, (vectors, numbers, vectors), f"{name}: accelerations"),
-        Needed(stop, (vectors, numbers, numbers), f"{name}: durations"),
         Needed(_to_cushion, (*motion, 0, 1.0, 0.0, CONTACT_GAP), f"{name}: cushions"),
         Needed(
             _to_obstacle,

@@ -57,6 +57,10 @@ class Collision(NamedTuple):
         return [self.a] if self.cushion else [self.a, self.b]
 
 
+Change = tuple[EventKind, int] | tuple[EventKind, int, int]
+"""A kind of event, a ball and, if the ball left over a cushion, the index of the cushion."""
+
+
 class PlaneWorld(Protocol):
     """A foreign engine's world, as far as a stepper needs it.
 
@@ -132,7 +136,7 @@ class Stepper(ABC):
     `t`: now [s].
     `seen_at`: when the engine saw the collisions of the last step [s].
     `collisions`: of the last step, a corner once, by the name of the side that ends there.
-    `changes`: which balls began to roll or came to rest in the last step.
+    `changes`: what else happened in the last step, and to which ball; and where, if it left.
     `falls`: which balls fell into pockets in the last step, in order of time.
     `moving`: the state as that step would have ended without these, arrays (1, n, 3); else None.
     `states_at_falls`: the states just before and just after each of these.
@@ -140,20 +144,14 @@ class Stepper(ABC):
     `keep_frame`: whether the state now belongs in a recorded trajectory whatever its spacing.
     """
 
-    CONTACTS: ClassVar[str] = "contacts_solved"
-    """What `Result.work` calls the contacts that the solver has worked on."""
-
     ROLLS: ClassVar[bool] = False
     """Whether balls only roll, so that their places and velocities say the rest of a state."""
-
-    KEEPS_START: ClassVar[bool] = True
-    """Whether `tell` needs the state in which a step began."""
 
     def __init__(self, scene: Scene) -> None:
         self.t = 0.0
         self.seen_at = 0.0
         self.collisions: list[Collision] = []
-        self.changes: list[tuple[EventKind, int]] = []
+        self.changes: list[Change] = []
         self.falls: list[Fall] = []
         self.moving: Samples | None = None
         self.states_at_falls: list[tuple[Fall, Samples]] = []
@@ -175,11 +173,6 @@ class Stepper(ABC):
     def step(self) -> None:
         """Make one step."""
 
-    @property
-    def rest_time(self) -> float:
-        """When the last ball came to rest, where all are [s]: as seen, at the end of a step."""
-        return self.t
-
     def tell(self, recorder: Recorder, started: float, before: Samples | None) -> None:
         """Hand what happened in the last step to a recorder.
 
@@ -188,26 +181,24 @@ class Stepper(ABC):
             ball within the step after the one in which it turned; or None.
         """
         if before is not None and self.collisions:
-            after = self.state() if self.moving is None else self.moving
+            after = self._just_after(before)
             self.keep(recorder, self.seen_at, before)
             self.keep(recorder, self.seen_at, after._replace(positions=before.positions))
-        self._tell_of_falls(recorder, started)
-        self._tell_of_collisions(recorder)
-        for changed, ball in self.changes:
-            recorder.event(self.t, changed, ball)
-        self.record(recorder, force=self.keep_frame)
-
-    def _tell_of_falls(self, recorder: Recorder, started: float) -> None:
         for fall, state in self.states_at_falls if self.falls else ():
             self.keep(recorder, instant_of(fall, started, self.t), state)
         for fall in self.falls:
             t = instant_of(fall, started, self.t)
             recorder.event(t, EventKind.POCKETED, fall.ball, fall.pocket)
-
-    def _tell_of_collisions(self, recorder: Recorder) -> None:
         for a, b, cushion in self.collisions:
             kind = EventKind.BALL_CUSHION if cushion else EventKind.BALL_BALL
             recorder.event(self.seen_at, kind, a, b)
+        for change in self.changes:
+            recorder.event(self.t, *change)
+        self.record(recorder, force=self.keep_frame)
+
+    def _just_after(self, before: Samples) -> Samples:  # noqa: ARG002
+        """Return the motion just after the collisions of a step that began in a state `before`."""
+        return self.state() if self.moving is None else self.moving
 
     def record(self, recorder: Recorder, *, force: bool = False) -> None:
         """Hand the state now to a recorder, where a frame is due or `force` says so."""
@@ -242,38 +233,23 @@ class Stepper(ABC):
             recorder.frame(t, state, force=True)
 
 
-class InPlane(Stepper):
-    """Steps of balls in the plane, which end as `ends` says."""
+class ClosedForm(Stepper):
+    """Steps in which the engine moves the balls as the closed form says; see the module.
 
-    def __init__(self, scene: Scene, ends: Ends) -> None:
-        super().__init__(scene)
-        self._ends = ends
-
-    def step(self) -> None:
-        """Make one step."""
-        dt, t, self.keep_frame = self._ends.next(self.t, self._motion)
-        self._advance(dt, t)
-
-    @abstractmethod
-    def _motion(self) -> Motion:
-        """Return how the balls on the table move now."""
-
-    @abstractmethod
-    def _advance(self, dt: float, t: float) -> None:
-        """Step by `dt` [s], to the instant `t` [s]."""
-
-
-class ClosedForm(InPlane):
-    """Steps in which the engine moves the balls as the closed form says; see the module."""
+    They end as `ends` says.
+    """
 
     def __init__(self, scene: Scene, world: PlaneWorld, ends: Ends) -> None:
-        super().__init__(scene, ends)
+        super().__init__(scene)
         cloth.warm_up()
+        self._ends = ends
         self._world = world
         self._positions, _ = world.positions_and_velocities()
         self._cloth = ClosedFormCloth(scene)
         self._along = tangential_restitution(scene.physics)
         self._normals = Normals(scene)
+        # As the last contacts left it, and the balls whose velocities they changed.
+        self._parted, self._kicked = self._cloth, np.zeros(len(scene.balls), dtype=np.bool_)
 
     @property
     def at_rest(self) -> bool:
@@ -284,7 +260,13 @@ class ClosedForm(InPlane):
         """Return the state now, arrays (1, n, 3)."""
         return self._cloth.state(self._positions)
 
+    def step(self) -> None:
+        """Make one step."""
+        dt, t, self.keep_frame = self._ends.next(self.t, self._motion)
+        self._advance(dt, t)
+
     def _motion(self) -> Motion:
+        """Return how the balls on the table move now."""
         cloth, here = self._cloth, self._pocketing.here
         return Motion(
             self._positions[here],
@@ -295,8 +277,11 @@ class ClosedForm(InPlane):
         )
 
     def _advance(self, dt: float, t: float) -> None:
+        """Step by `dt` [s], to the instant `t` [s]."""
         world, before = self._world, self._positions
-        displacements, self.changes = self._cloth.advance(dt)
+        start = self._cloth.copy() if world.collides_first else None
+        displacements, changes = self._cloth.advance(dt)
+        self.changes = list(changes)
         if self._pocketing and not world.collides_first:
             # It goes that way before it can collide: so what has fallen collides no more.
             self._let_fall(before, before + displacements)
@@ -309,13 +294,32 @@ class ClosedForm(InPlane):
         self._take_collisions(world.collisions, met_at)
         if self._along != 1.0:
             scale_along_cushions(velocities, met_at, self.collisions, self._normals, self._along)
-        self._cloth.kick(velocities - given, world.turns() if world.rubs else None, dt)
+        kicks, turns = velocities - given, world.turns() if world.rubs else None
+        if start is not None and kicks.any():
+            # Half of what the cloth does in the step acts on the motion that the contacts leave.
+            self._cloth = start
+            _, first = start.advance(0.5 * dt)
+            start.kick(kicks, turns, dt)
+            self._parted, self._kicked = start.copy(), np.any(kicks != 0.0, axis=1)
+            _, second = start.advance(0.5 * dt)
+            self.changes = [*first, *second]
+        else:
+            self._cloth.kick(kicks, turns, dt)
         if self._pocketing:
             if world.collides_first:
                 self._let_fall(before, self._positions)
             self._pocketing.keep(self._positions)
         self.seen_at = self.t if world.collides_first else t
         self.t = t
+
+    def _just_after(self, before: Samples) -> Samples:
+        if self.moving is not None:
+            return self.moving
+        parted = self._parted.state(self._positions)
+        velocities, spins = before.velocities.copy(), before.angular_velocities.copy()
+        velocities[0, self._kicked] = parted.velocities[0, self._kicked]
+        spins[0, self._kicked] = parted.angular_velocities[0, self._kicked]
+        return Samples(before.positions, velocities, spins)
 
     def _let_fall(self, before: FloatArray, after: FloatArray) -> None:
         """Take out the balls that fall on their way in this step, (n, 2) [m] each."""
@@ -325,7 +329,7 @@ class ClosedForm(InPlane):
         for ball in fallen:
             self._world.remove(ball)
             self._cloth.stop(ball)
-        self.changes = [(kind, ball) for kind, ball in self.changes if ball not in fallen]
+        self.changes = [change for change in self.changes if change[1] not in fallen]
 
 
 def run(
@@ -344,7 +348,7 @@ def run(
     recorder = Recorder(scene, record)
     steps = 0
     stepper.recorded = record == "trajectory"
-    jumps = stepper.recorded and world.collides_first and stepper.KEEPS_START
+    jumps = stepper.recorded and world.collides_first
 
     recorder.start()
     stepper.record(recorder)
@@ -354,15 +358,14 @@ def run(
         steps += 1
         stepper.tell(recorder, started, before)
     state = stepper.state()
-    at_rest = stepper.at_rest
-    status, reason = ending_of(scene, settings, stepper.t, state, at_rest=at_rest)
+    status, reason = ending_of(scene, settings, stepper.t, state, at_rest=stepper.at_rest)
     return recorder.result(
         engine=engine,
         settings=settings_as_used(settings, world),
         status=status,
         final_state=state,
-        rest_time=stepper.rest_time if at_rest else stepper.t,
-        work={"steps": steps, stepper.CONTACTS: world.contacts_solved},
+        rest_time=stepper.t,
+        work={"steps": steps, "contacts_solved": world.contacts_solved},
         reason=reason,
     )
 

@@ -70,10 +70,6 @@ class PlaneEngine(EngineBase):
         ends: Ends = Clock(dt, t_end)
         if self.settings.contact_steps == "exact":
             ends = StepsToContacts(scene, self.EXACT_STEPS, dt, t_end)
-        return self.in_plane(scene, world, ends)
-
-    def in_plane(self, scene: Scene, world: Any, ends: Ends) -> Stepper:
-        """Return what moves balls on in the plane, in steps that end as `ends` says."""
         return ClosedForm(scene, world, ends)
 
     def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:

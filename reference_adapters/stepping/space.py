@@ -1,7 +1,7 @@
 """Balls of a foreign engine on its own cloth: a plane under gravity, with the engine's friction.
 
 The engine has Coulomb friction, which turns sliding into rolling, but neither rolling resistance
-nor any of a spin about the vertical: these the adapter applies after each step, in closed form, to
+nor any of a spin about the vertical: these the adapter applies around each step, in closed form, to
 the balls that roll.
 """
 
@@ -21,8 +21,9 @@ from ghostball.model.features import Capabilities
 from ghostball.reference_adapters.stepping.ending import end_of
 from ghostball.reference_adapters.stepping.ends import Clock
 from ghostball.reference_adapters.stepping.laws import slips_of
-from ghostball.reference_adapters.stepping.plane import PlaneWorld, Stepper
+from ghostball.reference_adapters.stepping.plane import Change, PlaneWorld, Stepper
 from ghostball.reference_adapters.stepping.plane_engine import PlaneEngine
+from ghostball.reference_adapters.stepping.sides import sides_of
 
 REST_SPEED = 1e-5
 """Speed of centre and surface below which a ball rests [m/s]."""
@@ -48,20 +49,33 @@ class SpaceWorld(PlaneWorld, Protocol):
 class OnItsOwnCloth(Stepper):
     """Fixed steps of an engine whose balls lie on a plane under gravity, or fly over it.
 
+    `slows`: whether the adapter slows balls that roll, and spins; else the engine does.
+
     What falls slowly doesn't bounce, see `slowest_bounce`: so a ball flies that is higher than it
     could then bounce, or that moves up or down faster.
     """
 
-    def __init__(self, scene: Scene, world: SpaceWorld, dt: float, t_end: float) -> None:
+    def __init__(
+        self, scene: Scene, world: SpaceWorld, dt: float, t_end: float, *, slows: bool = True
+    ) -> None:
         super().__init__(scene)
         self._world = world
+        self._slows = slows and bool(
+            np.any(scene.rolling_frictions) or np.any(scene.spinning_friction_rates)
+        )
         self._clock = Clock(dt, t_end)
-        self._slows_by = scene.rolling_frictions * scene.physics.gravity * self._clock.dt
+        # In each of two halves, before and after the engine's step, so that a roll is exact.
+        half = 0.5 * self._clock.dt
+        self._slows_by = scene.rolling_frictions * scene.physics.gravity * half
         # Slip that a step's friction would more than end: what is left of it is the solver's.
         self._no_slip = scene.sliding_frictions * scene.physics.gravity * self._clock.dt
-        self._spins_by = scene.spinning_friction_rates * self._clock.dt
-        self._slowest_fall = slowest_bounce(scene, self._clock.dt)
-        self._lowest_bounce = self._slowest_fall * self._clock.dt
+        self._spins_by = scene.spinning_friction_rates * half
+        # Of the step that is set, as the world has it, not of the one that ends at `t_end`.
+        self._slowest_fall = slowest_bounce(scene, dt)
+        self._lowest_bounce = self._slowest_fall * dt
+        self._noses = sides_of(scene) if scene.physics.airborne else ()
+        self._nose_height = scene.physics.cushion_height
+        self._left = np.zeros(len(scene.balls), dtype=np.bool_)
         self._touching: set[int] = set()
         world.set_motion(scene.velocities, scene.angular_velocities)
         self._centres, self._velocities, self._spins = world.motion()
@@ -91,19 +105,24 @@ class OnItsOwnCloth(Stepper):
         )
 
     def step(self) -> None:
-        """Let the engine step by dt; then slow the balls that roll."""
+        """Let the engine step by dt; slow the balls that roll, half before and half after it."""
         rested, before = self.resting, self._centres[:, :2]
+        if self._slows:
+            self._slow(self._rolling)
         lands = self._step_and_land()
+        left = self._take_out_what_left()
         rolling = self._rolls()
-        self._slow(rolling)
+        if self._slows:
+            self._slow(rolling)
         rests = self.resting
         starts_rolling = rolling & ~self._rolling & ~rests
         self.changes = [(EventKind.BALL_CLOTH, i) for i in lands]
         self.changes += [
             (EventKind.SLIDE_TO_ROLL, i) for i in np.flatnonzero(starts_rolling).tolist()
         ]
-        stops = np.flatnonzero(rests & ~rested).tolist()
+        stops = np.flatnonzero(rests & ~rested & ~self._left).tolist()
         self.changes += [(EventKind.ROLL_TO_REST, i) for i in stops]
+        self.changes += left
         self._rolling = rolling
         if self._pocketing:
             self._let_fall(before)
@@ -131,23 +150,36 @@ class OnItsOwnCloth(Stepper):
             self._rolling[ball] = True
         if fallen:
             self._world.set_motion(self._velocities, self._spins)
-            self.changes = [(kind, ball) for kind, ball in self.changes if ball not in fallen]
+            self.changes = [change for change in self.changes if change[1] not in fallen]
         self._pocketing.keep(self._centres)
 
+    def _take_out_what_left(self) -> list[Change]:
+        """Take out the balls whose centres have come over a nose that is below them."""
+        changes: list[Change] = []
+        for side in self._noses:
+            away = (self._centres[:, :2] - side.point) @ side.normal
+            out = (away < 0.0) & (self._centres[:, 2] > self._nose_height) & ~self._left
+            for i in np.flatnonzero(out).tolist():
+                changes.append((EventKind.LEAVES_TABLE, i, side.cushion))
+                self._world.remove(i)
+                self._left[i] = True
+                self._velocities[i] = self._spins[i] = 0.0
+        return changes
+
     def _slow(self, rolling: BoolArray) -> None:
-        if np.any(self._slows_by) or np.any(self._spins_by):
-            speeds = np.linalg.norm(self._velocities[:, :2], axis=1)
-            factors = np.where(
-                speeds > self._slows_by, 1.0 - self._slows_by / np.maximum(speeds, 1e-300), 0.0
-            )
-            vertical = self._spins[:, 2]
-            slower = np.sign(vertical) * np.maximum(np.abs(vertical) - self._spins_by, 0.0)
-            lies = self._lies()
-            # Both, so that a ball that rolls rolls on.
-            self._velocities[rolling, :2] *= factors[rolling, np.newaxis]
-            self._spins[rolling, :2] *= factors[rolling, np.newaxis]
-            self._spins[lies, 2] = slower[lies]
-            self._world.set_motion(self._velocities, self._spins)
+        speeds = np.linalg.norm(self._velocities[:, :2], axis=1)
+        factors = np.where(
+            speeds > self._slows_by, 1.0 - self._slows_by / np.maximum(speeds, 1e-300), 0.0
+        )
+        vertical = self._spins[:, 2]
+        slower = np.sign(vertical) * np.maximum(np.abs(vertical) - self._spins_by, 0.0)
+        lies = self._lies()
+        # Copies: who has asked for a state keeps it. Both, so that a ball that rolls rolls on.
+        self._velocities, self._spins = self._velocities.copy(), self._spins.copy()
+        self._velocities[rolling, :2] *= factors[rolling, np.newaxis]
+        self._spins[rolling, :2] *= factors[rolling, np.newaxis]
+        self._spins[lies, 2] = slower[lies]
+        self._world.set_motion(self._velocities, self._spins)
 
     def _rolls(self) -> BoolArray:
         """Whether each ball's lowest point rests on the cloth."""
@@ -156,14 +188,14 @@ class OnItsOwnCloth(Stepper):
         return rolls
 
     def _lies(self) -> BoolArray:
-        """Whether each ball is on the cloth; all are, where none may leave it."""
+        """Whether each ball is on the cloth, or has left it; all are, where none may leave it."""
         if self._slowest_fall == math.inf:
             return np.ones(len(self._radii), dtype=np.bool_)
         heights = self._centres[:, 2] - self._radii
         lies: BoolArray = (heights <= self._lowest_bounce) & (
             np.abs(self._velocities[:, 2]) <= self._slowest_fall
         )
-        return lies
+        return lies | self._left
 
 
 def slowest_bounce(scene: Scene, dt: float) -> float:

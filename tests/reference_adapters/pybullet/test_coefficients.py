@@ -37,19 +37,20 @@ def test_pairs_multiply_to_what_the_scene_says(restitution, friction):
 
 @pytest.mark.parametrize("friction", [0.0, 0.06])
 def test_moments_slow_a_ball_that_rolls_and_one_that_spins_as_the_scene_says(friction):
-    """Bullet's moment is a length times the other body's friction times the weight."""
+    """Bullet's moment is a length times the table's friction times the weight."""
     cloth = {name: LAWS[name] for name in list(LAWS)[:5]}
-    one = Coefficients.of(
-        scene_of(ball((0.0, 0.0)), ball((1.0, 0.0)), ball_friction=friction, **cloth), planar=False
-    )
-    assert one.own_cloths == (friction > 0.0)
-    other = one.ball_friction if one.own_cloths else one.table_friction
-    slowed = one.rolling_friction * other * G / (1.4 * R)  # of a mass of 1
+    scene = scene_of(ball((0.0, 0.0)), ball((1.0, 0.0)), ball_friction=friction, **cloth)
+    one = Coefficients.of(scene, planar=False)
+    slowed = one.rolling_friction * one.table_friction * G / (1.4 * R)  # of a mass of 1
     assert slowed == pytest.approx(ROLLING * G)
-    assert one.spinning_friction * other * G / (0.4 * R * R) == pytest.approx(SPINNING)
+    spin = one.spinning_friction * one.table_friction * G / (0.4 * R * R)
+    assert spin == pytest.approx(SPINNING)
+    assert not one.own_tables
+    other = scene_of(ball((0.0, 0.0)), ball((1.0, 0.0), sliding_friction=0.3), **cloth)
+    assert Coefficients.of(other, planar=False).own_tables
 
 
 def test_balls_in_the_plane_have_no_friction():
     one = Coefficients.of(scene_of(ball((0.0, 0.0)), rolling_friction=0.5), planar=True)
-    assert (one.ball_friction, one.cushion_friction, one.own_cloths) == (0.0, 0.0, False)
+    assert (one.ball_friction, one.cushion_friction, one.own_tables) == (0.0, 0.0, False)
     assert not one.rolling_friction.any()

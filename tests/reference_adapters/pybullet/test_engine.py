@@ -1,6 +1,6 @@
 """The pybullet adapter: what it refuses, its settings, and its manners.
 
-What it computes is tested in `test_pybullet_planar` and `test_pybullet_sliding`. On a Python
+What it computes is tested in `test_rolling` and `test_sliding`. On a Python
 without pybullet the tests that run it are skipped with the adapter's own reason; the others run.
 """
 
@@ -63,6 +63,24 @@ def test_refuses_what_bullet_lacks_and_says_why(name: str) -> None:
         PybulletEngine().simulate(scene)
     assert len(caught.value.features) == 1
     assert reason in caught.value.features[0]
+
+
+@pytest.mark.parametrize(
+    ("settings", "step", "kernels"),
+    [
+        ({}, 1e-3, ()),
+        ({"config": "naive"}, 1.0 / 240.0, ()),
+        ({"contact_steps": "exact"}, 0.02, ("contact times",)),
+        ({"config": "naive", "dt": 0.01}, 0.01, ()),
+    ],
+)
+def test_steps_and_kernels_by_configuration(
+    settings: dict[str, Any], step: float, kernels: tuple[str, ...]
+) -> None:
+    """Fails where pybullet's own step is another."""
+    chosen = PybulletSettings(**settings)
+    assert (chosen.step, chosen.iterations) == (step, 50)
+    assert chosen.kernels == (*kernels, "cloth between steps")
 
 
 def test_exact_steps_refuse_sliding_and_fixed_ones_play_it() -> None:

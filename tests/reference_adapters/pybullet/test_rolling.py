@@ -46,12 +46,13 @@ def log(result: Result) -> list[tuple[str, int, int]]:
 
 @pytest.mark.parametrize("dt", [1e-3, 7e-3, 0.5])
 def test_a_ball_stops_where_the_closed_form_says_at_any_step(dt: float) -> None:
-    # A missing half kick is off by v dt/2; a threshold for rest by its own distance.
+    # A missing half kick is off by v dt/2; a threshold for rest by its own distance. That it rests
+    # is seen as the step ends.
     result = run(shot({"position": (0, 0), "velocity": (0.6, 0.8)}), dt=dt)
     deceleration = 0.1 * G
     distance = 1.0 / (2.0 * deceleration)
     assert result.rest_positions[0] == pytest.approx([0.6 * distance, 0.8 * distance, R], abs=1e-11)
-    assert result.rest_time == pytest.approx(1.0 / deceleration, abs=1e-11)
+    assert 0.0 <= result.rest_time - 1.0 / deceleration <= dt
     assert not np.any(result.final_state.velocities)
     assert log(result) == [("roll-to-rest", 0, -1)]
     assert result.status is Status.REST
@@ -100,7 +101,7 @@ def test_exact_steps_at_speeds_that_close_a_gap_sooner_than_bullet_steps(speed: 
     )
     result = run(scene, contact_steps="exact", max_steps=100)
     assert result.status is Status.T_MAX
-    assert log(result) == [("ball-ball", 0, 1), ("roll-to-rest", 0, -1)]
+    assert log(result) == [("ball-ball", 0, 1)]  # which stops one of them, not the cloth
     resolution = PybulletEngine(PybulletSettings(contact_steps="exact")).resolution(scene)
     assert resolution == max(1e-10, speed * 2.0**-52)
     contact = 0.3 - 2.0 * R

@@ -5,16 +5,13 @@ from __future__ import annotations
 import hashlib
 from functools import partial
 
-import numpy as np
 import pytest
 
 from ghostball.model import Result
 from ghostball.reference_adapters.pybullet import loading, world as pybullet_world
-from ghostball.reference_adapters.pybullet.engine import PybulletEngine
 from ghostball.reference_adapters.pybullet.settings import PybulletSettings
 from ghostball.reference_adapters.pybullet.world import World
 from ghostball.reference_adapters.registry import make_engine
-from ghostball.reference_adapters.stepping.plane import ClosedForm
 from ghostball.validation.scenes.library import find_scene
 
 pytestmark = pytest.mark.skipif(
@@ -65,24 +62,6 @@ def test_worlds_at_once_have_a_client_each():
     make = partial(World, scene, PybulletSettings(), own_cloth=False)
     with make() as one, make() as other:
         assert one._client != other._client
-
-
-@pytest.mark.parametrize("name", ["half-ball-cut", "rail-into", "unequal-balls"])
-@pytest.mark.parametrize(("steps", "off"), [("fixed", 1e-3), ("exact", 1e-6)])
-def test_what_plays_other_worlds_in_the_plane_plays_this_one(name, steps, off):
-    """Fails where a world gives or takes velocities otherwise than `PlaneWorld` says.
-
-    In the step of a collision, which is late, the cloth is applied otherwise: `off` [m].
-    """
-
-    class Closed(PybulletEngine):
-        def in_plane(self, scene, world, ends):
-            return ClosedForm(scene, world, ends)
-
-    scene, own = find_scene(name), PybulletEngine(PybulletSettings(contact_steps=steps))
-    result, wanted = (one.simulate(scene, record="events") for one in (Closed(own.settings), own))
-    assert result.collision_counts == wanted.collision_counts
-    np.testing.assert_allclose(result.rest_positions, wanted.rest_positions, rtol=0, atol=off)
 
 
 def test_closes_its_client_also_when_a_run_fails(monkeypatch: pytest.MonkeyPatch) -> None:

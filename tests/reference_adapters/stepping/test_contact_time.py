@@ -8,12 +8,8 @@ from shots import R
 
 from ghostball.model import Hole, Table
 from ghostball.model.scene.obstacles import gap_to, is_inside
-from ghostball.reference_adapters.stepping.contact_time import (
-    CONTACT_GAP,
-    rolling_accelerations,
-    time_to_contact,
-    time_to_rest,
-)
+from ghostball.reference_adapters.stepping.contact_time import CONTACT_GAP, time_to_contact
+from ghostball.reference_adapters.stepping.slowing import slow, stop
 
 ROUNDING = 1e-14  # of a gap between coordinates of about 1 m
 
@@ -30,6 +26,18 @@ def gaps_at(positions, radii, table):
         sides = {"left": x, "right": table.length - x, "bottom": y, "top": table.width - y}
         gaps += [sides[name] - radii[i] for name in table.cushions]
     return np.array(gaps)
+
+
+def rolling_accelerations(v, decelerations):
+    accelerations = np.empty_like(v)
+    slow(np.ascontiguousarray(v), decelerations, accelerations)
+    return accelerations
+
+
+def time_to_rest(v, decelerations):
+    times = np.empty(len(v))
+    stop(np.ascontiguousarray(v), decelerations, times)
+    return times
 
 
 def random_motion(rng):
