@@ -83,6 +83,7 @@ class Quantity(Model):
 class SceneChange(Model):
     """What became of one scene.
 
+    `label`: the engine, or both; "" where the comparison is of one engine.
     `summary`: one sentence: what changed and by how much.
     `broken`: the limits that the head fails, one sentence each.
     `horizon` [s]: until when both sides can be compared; None: to the end.
@@ -98,6 +99,7 @@ class SceneChange(Model):
 
     scene: SceneName
     title: str
+    label: str = ""
     change: Change
     failed: bool = False
     summary: str

@@ -11,7 +11,6 @@ from pathlib import Path
 from rich.markup import escape
 
 from ghostball.cli.gate import diff
-from ghostball.cli.gate.diff import Difference
 from ghostball.cli.shared.config import load_config
 from ghostball.cli.shared.options import Format, Plain
 from ghostball.cli.shared.terminal import say
@@ -84,15 +83,16 @@ def run_both(
         status = _validate([*files, *options], head, here)
         if status not in JUDGED:
             return status
-        found = diff.differences(before, Results.open(head), {})
-        ratios = _ratios(there, here, found, time_limit)
+        after = Results.open(head)
+        pairs = diff.paired(before, after, {})
+        ratios = _ratios(there, here, pairs, time_limit)
+    found = diff.changes_of(before, after, pairs)
     shown = Plain.JSON if form is Format.JSON else Plain.TEXT
     return diff.show(str(base), str(head), found, ratios, shown)
 
 
-def _ratios(there: Path, here: Path, found: Sequence[Difference], time_limit: float) -> list[float]:
+def _ratios(there: Path, here: Path, pairs: Sequence[diff.Pair], time_limit: float) -> list[float]:
     """Return run times over those of the other revision; they decide nothing."""
-    pairs = [(one.base, one.head) for one in found if one.change is not None]
     cases = [head for base, head in pairs if base and head and base.bits and head.bits]
     say(f"measuring run times of both revisions by turns, in {many(len(cases), 'shot')}")
     try:

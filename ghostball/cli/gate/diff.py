@@ -5,96 +5,38 @@ from __future__ import annotations
 import json
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
-from typing import Any
 
 from rich.markup import escape
+from rich.table import Table
 
 from ghostball.cli.shared.config import load_config
 from ghostball.cli.shared.options import Plain
 from ghostball.cli.shared.tables import table_of
 from ghostball.cli.shared.terminal import stdout
 from ghostball.model import GhostballError
-from ghostball.reports.accuracy import cell_text
-from ghostball.reports.outcome import coloured
+from ghostball.reports.outcome import CHANGES, coloured
+from ghostball.reports.shift import error_text
 from ghostball.reports.words import many
 from ghostball.validation.baselines import Played, SceneChange, compare
 from ghostball.validation.baselines.rounding import allowance
-from ghostball.validation.checks.verdict import FAILING, verdict_of
+from ghostball.validation.checks.verdict import FAILING, unfinished_text, verdict_of
 from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.results.records import ACCURACY_KINDS
 from ghostball.validation.results.store import CaseRecord, Results, has_results
 
-
-@dataclass(frozen=True)
-class Difference:
-    """A scene of both runs, and how it differs; a run may have no case of it."""
-
-    base: CaseRecord | None
-    head: CaseRecord | None
-    change: SceneChange | None
-
-    @property
-    def verdicts(self) -> tuple[str, str]:
-        """What limits say of both, in words."""
-        base, head = (
-            "not there" if case is None else verdict_of(case).words
-            for case in (self.base, self.head)
-        )
-        return base, head
-
-    @property
-    def differs(self) -> bool:
-        """Whether anything does: the result, a metric, a verdict, or that it is there."""
-        change = self.change
-        alike = change is not None and change.change == "unchanged" and not change.metrics
-        return not alike or self.verdicts[0] != self.verdicts[1]
-
-    @property
-    def fails(self) -> bool:
-        """Whether the head drops an accuracy class, or fails where the base does not."""
-        base, head = self.base, self.head
-        if base is None or head is None or base.definition != head.definition:
-            return False
-        if verdict_of(head) in FAILING and verdict_of(base) not in FAILING:
-            return True
-        classes = [None if one.accuracy is None else one.accuracy.kind for one in (base, head)]
-        if None in classes:
-            return False
-        before, after = (ACCURACY_KINDS.index(str(one)) for one in classes)
-        return after > before
-
-    @property
-    def plain(self) -> dict[str, Any]:
-        """All of it as plain values."""
-        change = self.change
-        return {
-            "scene": next(one.scene for one in (self.base, self.head) if one is not None),
-            "base": _side(self.base),
-            "head": _side(self.head),
-            "change": None if change is None else change.change,
-            "summary": "" if change is None else change.summary,
-            "differs": self.differs,
-            "fails": self.fails,
-            "metrics": [] if change is None else [one.model_dump() for one in change.metrics],
-        }
+Pair = tuple[CaseRecord | None, CaseRecord | None]
+"""A scene's case of the base and of the head; None where a run has none."""
 
 
 def run(first: str, second: str, out: Path | None, form: Plain) -> ExitStatus:
     """Compare two results folders, or two engines of one; print what differs."""
     base, head, labels = _sides(first, second, load_config().out if out is None else out)
-    found = differences(base, head, labels)
-    ratios = [
-        one.head.wall_time / one.base.wall_time
-        for one in found
-        if one.base is not None
-        and one.head is not None
-        and one.base.wall_time
-        and one.head.wall_time
-    ]
-    return show(first, second, found, ratios, form)
+    found = paired(base, head, labels)
+    times = [(one.wall_time, two.wall_time) for one, two in found if one and two]
+    ratios = [after / before for before, after in times if before and after]
+    return show(first, second, changes_of(base, head, found), ratios, form)
 
 
 def _sides(first: str, second: str, folder: Path) -> tuple[Results, Results, Mapping[str, str]]:
@@ -120,8 +62,8 @@ def _sides(first: str, second: str, folder: Path) -> tuple[Results, Results, Map
     return results, results, {first: second}
 
 
-def differences(base: Results, head: Results, labels: Mapping[str, str]) -> list[Difference]:
-    """Compare two runs scene by scene: in the order of the base, then what only the head has.
+def paired(base: Results, head: Results, labels: Mapping[str, str]) -> list[Pair]:
+    """Return the cases of two runs in the order of the base; then what only the head has.
 
     `labels`: which engine of the head each engine of the base is compared with, by label; {}
         compares each with itself.
@@ -132,26 +74,59 @@ def differences(base: Results, head: Results, labels: Mapping[str, str]) -> list
         for case in head.cases
         if not labels or case.label in labels.values()
     }
+    pairs: list[Pair] = [
+        (case, after.pop((case.scene, labels.get(case.label, case.label)), None)) for case in chosen
+    ]
+    return pairs + [(None, case) for case in after.values()]
+
+
+def changes_of(base: Results, head: Results, pairs: Sequence[Pair]) -> list[SceneChange]:
+    """Compare the cases of two runs.
+
+    A change fails if the head drops an accuracy class, or fails where the base does not.
+    """
     found = []
-    for case in chosen:
-        other = after.pop((case.scene, labels.get(case.label, case.label)), None)
-        change = None if other is None else _change(base, case, head, other)
-        found.append(Difference(case, other, change))
-    return found + [Difference(None, case, None) for case in after.values()]
+    for one, two in pairs:
+        if one is None or two is None:
+            case, where = (two, base) if one is None else (one, head)
+            assert case is not None
+            why = f"not there: {where.path} has no such case"
+            change = SceneChange(
+                scene=case.scene, title=case.title, change="not-comparable", summary=why
+            )
+            found.append(change.model_copy(update={"label": case.label}))
+        else:
+            found.append(_change(base, one, head, two))
+    return found
 
 
 def _change(base: Results, one: CaseRecord, head: Results, two: CaseRecord) -> SceneChange:
     before, after = Played.stored(base, one), Played.stored(head, two)
-    if one.label != two.label:
-        return compare(before, after)
-    explained = lambda: allowance(  # noqa: E731
-        two.load_scene(), two.label, after.log().events, two.rest_time or 0.0
+    if one.label == two.label:
+        found = compare(
+            before,
+            after,
+            lambda: allowance(
+                two.load_scene(), two.label, after.log().events, two.rest_time or 0.0
+            ),
+        )
+    else:
+        found = compare(before, after)
+    label = " -> ".join(dict.fromkeys([one.label, two.label]))
+    if found.change == "not-comparable":
+        return found.model_copy(update={"label": label})
+    fails = verdict_of(two) in FAILING and verdict_of(one) not in FAILING
+    broken = [check.sentence for check in two.checks if check.passed is False] if fails else []
+    broken += [why] if fails and (why := unfinished_text(two)) else []
+    kinds = [case.accuracy.kind for case in (one, two) if case.accuracy is not None]
+    drops = len(kinds) == 2 and ACCURACY_KINDS.index(kinds[0]) < ACCURACY_KINDS.index(kinds[1])
+    return found.model_copy(
+        update={"label": label, "failed": fails or drops, "broken": tuple(broken)}
     )
-    return compare(before, after, explained)
 
 
 def show(
-    first: str, second: str, found: Sequence[Difference], ratios: Sequence[float], form: Plain
+    first: str, second: str, found: Sequence[SceneChange], ratios: Sequence[float], form: Plain
 ) -> ExitStatus:
     """Print what differs, and return the exit status.
 
@@ -159,52 +134,44 @@ def show(
     """
     if not found:
         raise GhostballError(f"{first} and {second} have no scene, so there is nothing to compare")
-    failed = any(one.fails for one in found)
-    status = ExitStatus.CHECK_FAILED if failed else ExitStatus.PASSED
+    status = ExitStatus.CHECK_FAILED if any(one.failed for one in found) else ExitStatus.PASSED
     if form is Plain.JSON:
         ratio = median(ratios) if ratios else None
-        sides = {"base": first, "head": second, "run_time_ratio": ratio}
-        print(json.dumps(sides | {"cases": [one.plain for one in found]}))
+        cases = [one.model_dump(mode="json") for one in found]
+        sides = {"base": first, "head": second, "run_time_ratio": ratio, "cases": cases}
+        print(json.dumps(sides))
         return status
-    console, moved = stdout(), [one for one in found if one.differs]
-    moved.sort(key=lambda one: (not one.fails, one.change is None))
+    console = stdout()
+    moved = [one for one in found if one.moved or one.metrics or one.broken]
     if moved:
-        heads = ("scene", "engine", "how right", "change", "what differs")
-        console.print(table_of(heads, map(_row, moved)))
-    counts = Counter(one.change.change for one in moved if one.change is not None)
+        console.print(changes_table(moved))
+    counts = Counter(one.words for one in moved)
     parts = [f"{len(found) - len(moved)} of {many(len(found), 'case')} alike"]
-    parts += [f"{count} {answer}" for answer, count in counts.items()]
-    fail = sum(one.fails for one in found)
-    parts += [f"[bold red]{fail} fail: a class lower, or a limit[/]"] * bool(fail)
+    parts += [f"{count} {words}" for words, count in counts.items()]
+    if fail := sum(one.failed for one in found):
+        parts.append(f"[bold red]{fail} fail: a class lower, or a limit[/]")
     console.print(f"{', '.join(parts)}: {escape(first)} -> {escape(second)}", soft_wrap=True)
     if ratios:
-        spread = f"{min(ratios):.2f} to {max(ratios):.2f}"
         console.print(
             f"run time, {escape(second)} over {escape(first)}: {median(ratios):.2f} in the median "
-            f"of {many(len(ratios), 'shot')}, {spread}",
+            f"of {many(len(ratios), 'shot')}, {min(ratios):.2f} to {max(ratios):.2f}",
             soft_wrap=True,
         )
     return status
 
 
-def _row(one: Difference) -> tuple[str, ...]:
-    cases = [case for case in (one.base, one.head) if case is not None]
-    base, head = (
-        one.verdicts[side] if case is None else cell_text(case)
-        for side, case in enumerate((one.base, one.head))
-    )
-    right = escape(head if base == head else f"{base} -> {head}")
-    labels = " -> ".join(dict.fromkeys(case.label for case in cases))
-    right = f"[bold red]{right}[/]" if one.fails else right
-    if one.change is None:
-        return cases[0].scene, escape(labels), right, "", ""
-    what = [one.change.summary] if one.change.change != "unchanged" else []
-    what += [f"{len(one.change.metrics)} metrics"] * bool(one.change.metrics)
-    return cases[0].scene, escape(labels), right, coloured(one.change), escape("; ".join(what))
-
-
-def _side(case: CaseRecord | None) -> dict[str, Any] | None:
-    if case is None:
-        return None
-    kind = None if case.accuracy is None else case.accuracy.kind
-    return {"engine": case.label, "class": kind, "verdict": verdict_of(case).words}
+def changes_table(changes: Sequence[SceneChange]) -> Table:
+    """Return a row for each change: what fails first, then the gravest, then the largest error."""
+    order = [*CHANGES]
+    rows = []
+    for one in sorted(
+        changes,
+        key=lambda one: (not one.failed, order.index(one.change), -(one.head_error or 0.0)),
+    ):
+        # The first says what moved most; page and summary have all.
+        said = one.summary if len(changes) == 1 else one.summary.partition("; ")[0]
+        label = (escape(one.label),) if one.label else ()
+        rows.append((escape(one.scene), *label, coloured(one), error_text(one), escape(said)))
+    engine = ("engine",) if any(one.label for one in changes) else ()
+    heads = ("scene", *engine, "change", "error", "what changed")
+    return table_of(heads, rows, whole=("scene",))

@@ -12,25 +12,22 @@ from pathlib import Path
 import typer
 from rich.console import Console
 from rich.markup import escape
-from rich.table import Table
 
 from ghostball.cli.gate.against import run_both
+from ghostball.cli.gate.diff import changes_table
 from ghostball.cli.shared.config import Config, load_config
 from ghostball.cli.shared.hints import coverage
 from ghostball.cli.shared.options import FailOnChoice, Format
 from ghostball.cli.shared.progress import COMPILING, Steps
 from ghostball.cli.shared.summary import printed
-from ghostball.cli.shared.tables import table_of
 from ghostball.cli.shared.terminal import say, tables
 from ghostball.model import Scene
 from ghostball.reference_adapters import make_engine, names_class
 from ghostball.reference_adapters.registry import OURS
-from ghostball.reports.outcome import CHANGES, coloured
-from ghostball.reports.shift import error_text
+from ghostball.reports.outcome import CHANGES
 from ghostball.validation.baselines import (
     Gate,
     Regression,
-    SceneChange,
     compare_results,
     save_regressions,
 )
@@ -201,7 +198,7 @@ def _show(
         if one.failed or one.change not in ("unchanged", "no-baseline")
     ]
     if changed:
-        console.print(_table(changed))
+        console.print(changes_table(changed))
     if new:
         console.print(f"without a baseline: {escape(', '.join(new))}", soft_wrap=True)
     for warning in regression.warnings:
@@ -266,17 +263,3 @@ def say_what_next(regression: Regression, advice: str) -> None:
         say(f"Limits of truth are broken, so this is to be mended, not accepted: {escape(names)}")
     elif any(one.candidate for one in regression.scenes) or regression.stale:
         say(f"Where it is right: `{escape(advice)}`")
-
-
-def _table(changes: Sequence[SceneChange]) -> Table:
-    rows = []
-    for one in sorted(changes, key=_severity):
-        # The first says what moved most; page and summary have all.
-        moved = one.summary if len(changes) == 1 else one.summary.partition("; ")[0]
-        rows.append((escape(one.scene), coloured(one), error_text(one), escape(moved)))
-    return table_of(("scene", "change", "error", "what changed"), rows, whole=("scene",))
-
-
-def _severity(change: SceneChange) -> tuple[bool, int, float]:
-    """Return what changes are sorted by: what fails first, then what is worse, then by how much."""
-    return not change.failed, [*CHANGES].index(change.change), -(change.head_error or 0.0)

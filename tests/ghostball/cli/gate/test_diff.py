@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import replace
 
 import pytest
 from commands import refused
@@ -11,6 +12,9 @@ from stored_results import cut_short
 from typer.testing import CliRunner
 
 from ghostball.cli import app
+from ghostball.cli.gate.diff import changes_of
+from ghostball.validation.results.records import Accuracy, Check
+from ghostball.validation.results.store import Results
 
 
 def cli(*arguments):
@@ -48,8 +52,8 @@ def test_what_is_only_on_one_side_is_described(here):
     assert result.exit_code == 0, result.output
     assert "3 of 6 cases alike" in result.stdout
     assert "head-on" in result.stdout
-    assert "not there" in result.stdout
-    assert "not there -> " in cli("diff", "b", "a").stdout
+    assert "not there: b has no such case" in result.stdout
+    assert "not there: b has no such case" in cli("diff", "b", "a").stdout
 
 
 def test_two_engines_of_one_folder_are_compared_scene_by_scene(here):
@@ -57,11 +61,10 @@ def test_two_engines_of_one_folder_are_compared_scene_by_scene(here):
     result = cli("diff", *engines, "--out", "a")
     assert result.exit_code == 0, result.output
     assert "paper-discrete:dt=1e-3 -> paper-discrete:dt=2e-3" in result.stdout
-    assert re.search(r"head-on +paper\S+ -> \S+ +[\d.]+ µm ✓ -> [\d.]+ µm ✓ ", result.stdout)
-    assert "ulps" not in result.stdout
+    assert re.search(r"head-on +paper\S+ -> \S+ +worse +[\d.]+ µm -> [\d.]+ µm ", result.stdout)
     plain = json.loads(cli("diff", *engines, "--out", "a", "--format", "json").stdout)
     head_on = next(one for one in plain["cases"] if one["scene"] == "head-on")
-    assert head_on["differs"]
+    assert (head_on["change"], head_on["failed"]) == ("worse", False)
     assert "rest_error_max" in {one["name"] for one in head_on["metrics"]}
     assert "wall_time" not in {one["name"] for one in head_on["metrics"]}
 
@@ -85,3 +88,21 @@ def test_damaged_results_are_refused(runs, tmp_path):
     cli("validate", "stop", "-e", "ghostball", "--no-report", "--out", tmp_path)
     cut_short(tmp_path)
     assert refused(cli("diff", runs / "a", tmp_path), "is cut short or damaged")
+
+
+def test_what_drops_a_class_or_fails_in_the_second_alone_fails(here):
+    results = Results.open(here / "a")
+    case = results.case("stop", "ghostball")
+    held = Check("rest_error_max", 1e-16, "at_most", 1e-12, "m", passed=True, reason="by hand")
+    right = replace(case, checks=(held,), accuracy=Accuracy("exact", error=1e-16))
+    wrong = replace(right, checks=(replace(held, value=1.0, passed=False),))
+    lower = replace(right, accuracy=Accuracy("millimetres", error=2e-3))
+    crashed = replace(right, outcome="failed", reason="planted", checks=(), accuracy=None)
+    other = replace(right, definition={**right.definition, "t_max": 1.0}, accuracy=lower.accuracy)
+    for worse in (wrong, lower, crashed, other):
+        fails = [
+            changes_of(results, results, [pair])[0].failed
+            for pair in ((right, worse), (worse, right), (worse, worse))
+        ]
+        assert fails == [worse is not other, False, False]
+    assert "got 1 m" in changes_of(results, results, [(right, wrong)])[0].broken[0]
