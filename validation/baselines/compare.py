@@ -37,6 +37,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -105,7 +106,7 @@ class Played:
     @classmethod
     def stored(cls, results: Results, record: CaseRecord) -> Played:
         """Return a record of a results folder."""
-        return cls(record, lambda: _log_in(record, results.motion(record)))
+        return cls(record, cache(lambda: _log_in(record, results.motion(record))))
 
 
 def _log_in(record: CaseRecord, motion: Motion | None) -> Log:

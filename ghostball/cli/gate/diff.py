@@ -137,7 +137,7 @@ def show(
     status = ExitStatus.CHECK_FAILED if any(one.failed for one in found) else ExitStatus.PASSED
     if form is Plain.JSON:
         ratio = median(ratios) if ratios else None
-        cases = [one.model_dump(mode="json") for one in found]
+        cases = [json.loads(one.model_dump_json()) for one in found]  # null where it is not finite
         sides = {"base": first, "head": second, "run_time_ratio": ratio, "cases": cases}
         print(json.dumps(sides))
         return status
