@@ -64,7 +64,7 @@ validate: $(READY)  ## run every scene on the default engines, write the report,
 	$(BIN)/ghostball validate $(SCENES) --jobs $(JOBS) --out $(OUT) --figures $(FIGURES)
 
 stress: all-kernels  ## try to break the default engines: what CI has time for
-	$(BIN)/ghostball stress --jobs $(JOBS) --out $(OUT)/stress-quick
+	$(BIN)/ghostball stress --jobs $(JOBS) --out $(OUT)/stress
 
 regress: $(READY)  ## compare our engine with its accepted baselines
 	$(BIN)/ghostball regress --jobs $(JOBS) --out $(OUT)

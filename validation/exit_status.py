@@ -1,4 +1,4 @@
-"""What the exit status of a command says: of the suite, of stress, and of each command alike."""
+"""What the exit status of a command says: of each command alike."""
 
 from __future__ import annotations
 

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from ghostball.engine import simulate
 from ghostball.model import POOL_BALL_RADIUS as RADIUS, EventKind, ExactTrajectory, Result
-from ghostball.validation.stress.gas import begun_at_end, collision_rate, gas
+from ghostball.validation.checks.relations import begun_at_end
+from ghostball.validation.stress.gas import collision_rate, gas
 
 LAYERS = 10.0 * RADIUS
 """How far from a cushion the gas is as in the middle [m]: five diameters."""

@@ -17,14 +17,11 @@ import pytest
 from damage import DEEP, VALUES, assert_refused_or_done, faults, reads, run, texts
 from likenesses import keep_likenesses, likeness
 from pydantic import TypeAdapter
-from stored_results import store_findings
 
 from ghostball.validation.baselines.baseline import load_baseline
 from ghostball.validation.baselines.regression import Regression, SceneChange
 from ghostball.validation.checks.criteria import Criteria
 from ghostball.validation.results.database import DATABASE, transaction, writing
-from ghostball.validation.results.store import Results
-from ghostball.validation.stress.findings import Finding, StressRun
 
 RECORDS = {
     "documents": "content",
@@ -42,14 +39,13 @@ def dumped(one):
 
 @pytest.fixture(scope="module")
 def valid(tmp_path_factory):
-    """A results folder with a record of each kind; a stress run lies in it."""
+    """A results folder with a record of each kind; results of generated shots lie in it."""
     folder = tmp_path_factory.mktemp("valid")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("ghostball.validation.parallel.pool.limit_of", lambda _: None)
         options = ("-e", "pymunk", "--jobs", "1", "--no-report", "--out", folder)
         status, output = run("validate", "stop", *options)
     assert status == 0, output
-    (case,) = Results.open(folder).cases
     environment = {"cpu": "a processor", "git": {"revision": "0" * 40, "dirty": False}}
     change = SceneChange(scene="stop", title="", change="unchanged", summary="the same")
     changed = Regression(head=environment, outcome="passed", scenes=(change,))
@@ -58,10 +54,11 @@ def valid(tmp_path_factory):
         database.execute("INSERT INTO documents VALUES (?, ?)", ["regression", text])
     beside = {"rebound": 1.0, "rolling": "it rolls none"}
     keep_likenesses(folder, [likeness(label, **beside) for label in ("pymunk", "my:Engine")])
-    (folder / "stress").mkdir()
-    tried = StressRun("quick", ("grazing",), ("pymunk",), environment)
-    finding = Finding("grazing", "one", "pymunk", "broken", ("it fell",), scene=case.definition)
-    store_findings(folder / "stress", tried, [finding])
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("ghostball.validation.parallel.pool.limit_of", lambda _: None)
+        beside = ("-e", "pymunk", "--jobs", "1", "--out", folder / "stress")
+        status, output = run("stress", "grazing/rolling-hit-1e-01", *beside)
+    assert status == 0, output
     return folder
 
 
@@ -163,16 +160,16 @@ def test_a_text_that_is_no_text_names_the_file_and_what_to_do(valid, tmp_path):
 
 
 @pytest.mark.parametrize("name", ["{}/pwn", "../../../pwn", "a/b", ".."])
-@pytest.mark.parametrize("kind", ["case", "varied", "finding"])
+@pytest.mark.parametrize("kind", ["case", "varied", "stress"])
 def test_no_name_in_a_record_leads_out_of_the_folder(valid, tmp_path, name, kind):
     """With such a name of a scene, a report wrote its picture wherever that led."""
     folder = tmp_path / "a" / "b" / "results"
     shutil.copytree(valid, folder)
     name = name.format(tmp_path)
-    field = {"finding": "family", "varied": "varied_from"}.get(kind, "scene")
-    part = folder / ("stress" if kind == "finding" else ".")
-    sql = f"UPDATE records SET record = json_set(record, '$.{field}', ?) WHERE kind = "
-    query(part, sql + ("'finding'" if kind == "finding" else "'case'"), [name])
+    field = "varied_from" if kind == "varied" else "scene"
+    part = folder / ("stress" if kind == "stress" else ".")
+    sql = f"UPDATE records SET record = json_set(record, '$.{field}', ?) WHERE kind = 'case'"
+    query(part, sql, [name])
     before = {path for path in tmp_path.rglob("*") if not path.is_relative_to(folder)}
     status, output = run("report", folder, "--jobs", "1", "--figures", "none")
     assert status == 2, output

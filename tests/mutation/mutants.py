@@ -1,10 +1,10 @@
-"""Copies of our packages with a bug planted in them, and what trials find there.
+"""Copies of our packages with a bug planted in them, and what shots find there.
 
     >>> with planted(mutation) as folder:
     ...     faults_on(folder, ["shipped/stop"])
 
 The package `engine`, and the one that a bug is planted in where that is another, are copied into a
-temporary folder, and one text of one file is replaced. Trials run there in a process of their own,
+temporary folder, and one text of one file is replaced. Shots run there in a process of their own,
 with interpreted kernels: the caller's engine, the checkout and the kernels that are kept on the
 disk stay as they are. That process is forked from one that has imported what others wrote, and
 nothing of ours.
@@ -32,10 +32,10 @@ START_LIMIT = 120.0
 """How long the process of a copy may take to start [s]: minutes pass on a busy machine."""
 
 TIME_LIMIT = 600.0
-"""How long a trial may take [s], where it doesn't use the processor."""
+"""How long a shot may take [s], where it doesn't use the processor."""
 
 PROCESSOR_LIMIT = 10.0
-"""Processor time [s] after which a trial is ended: four times that of the dearest without a bug."""
+"""Processor time [s] after which a shot is ended: four times that of the dearest without a bug."""
 
 OF_OTHERS = ("numba", "pydantic", "mpmath", "flint", "filelock", "lazy_loader", "pytest")
 """What takes longest to import of all that our packages and pytest need."""
@@ -59,7 +59,8 @@ class Mutation:
     what : str
         What is wrong then, one sentence.
     caught_by : str
-        The trial of the stress suite, as FAMILY/TRIAL, or the fast test that sees it.
+        The shot, as FAMILY/SHOT for `ghostball stress` or shipped/SCENE, or the fast test that
+        sees it.
     """
 
     name: str
@@ -123,18 +124,18 @@ def planted(*mutations: Mutation) -> Iterator[Path]:
 
 def faults_on(
     folder: Path,
-    trials: Sequence[str],
+    shots: Sequence[str],
     *,
     time_limit: float = TIME_LIMIT,
     processor_limit: float = PROCESSOR_LIMIT,
 ) -> dict[str, tuple[str, ...]]:
-    """Try the packages in a folder; return what each trial finds wrong, up to one that ends it.
+    """Try the packages in a folder; return what each shot finds wrong, up to one that ends it.
 
     Parameters
     ----------
     folder : Path
-    trials : sequence of str
-        Of the stress suite, as FAMILY/TRIAL.
+    shots : sequence of str
+        As FAMILY/SHOT or shipped/SCENE.
     time_limit, processor_limit : float [s]
         For each of them; the start of the process doesn't count.
 
@@ -146,7 +147,7 @@ def faults_on(
     found: dict[str, tuple[str, ...]] = {}
     context = server()
     answers, theirs = context.Pipe(duplex=False)
-    args = (str(folder), trials, processor_limit, theirs)
+    args = (str(folder), shots, processor_limit, theirs)
     process = context.Process(target=try_all, args=args, daemon=True)
     process.start()
     theirs.close()
@@ -159,17 +160,17 @@ def faults_on(
                 f"the copy can't be imported: {wrong}. Mend the mutation: it should play shots "
                 "wrongly, not break a module"
             )
-        for trial in trials:
+        for shot in shots:
             if not answers.poll(time_limit):
-                return found | {trial: (f"no answer in {time_limit:g} s",)}
-            found[trial] = answers.recv()
+                return found | {shot: (f"no answer in {time_limit:g} s",)}
+            found[shot] = answers.recv()
     except EOFError:
         process.join()
         if process.exitcode == -signal.SIGPROF:
             how = f"no end in {processor_limit:g} s of processor time"
         else:
             how = f"exit code {process.exitcode}"
-        return found | {trials[len(found)]: (how,)}
+        return found | {shots[len(found)]: (how,)}
     finally:
         process.kill()
         process.join()

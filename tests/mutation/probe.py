@@ -1,4 +1,4 @@
-"""What runs within a copy of our packages: trials of the stress suite, on what is found there."""
+"""What runs within a copy of our packages: shots, shipped and generated, on what is found there."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import importlib
 import signal
 import sys
 from collections.abc import Sequence
-from itertools import chain
 from multiprocessing.connection import Connection
 from pathlib import Path
 
@@ -16,33 +15,55 @@ MAX_EVENTS = 20_000
 """Events after which a shot of a copy is given up: a bug may make it continue for ever."""
 
 
-def try_all(
-    folder: str, trials: Sequence[str], processor_limit: float, answers: Connection
-) -> None:
+def try_all(folder: str, shots: Sequence[str], processor_limit: float, answers: Connection) -> None:
     """Send why the packages in a folder can't be imported, "" where they can; then each's faults.
 
-    A trial that takes more time of the processor than the limit [s] ends this process.
+    A shot that takes more time of the processor than the limit [s] ends this process.
 
     Nothing but the bug makes the harness fail where it doesn't in a copy without one, so that a
-    trial that can't judge has a fault too.
+    shot that can't be judged has a fault too.
     """
     sys.path.insert(0, folder)
     try:
         check_copies(Path(folder))
-        from ghostball.validation.stress.families import FAMILIES
-        from ghostball.validation.stress.run import StressTask, run_trial
+        import ghostball.validation.stress
+        import ghostball.validation.suite.case  # noqa: F401
     except Exception as error:
         answers.send(f"{type(error).__name__}: {error}")
         return
     answers.send("")
-    for path in trials:
-        family, _, name = path.partition("/")
-        suites = chain.from_iterable(map(FAMILIES[family].trials, ("quick", "full")))
-        trial = next(one for one in suites if one.name == name)
+    for path in shots:
         signal.setitimer(signal.ITIMER_PROF, processor_limit)
-        found = run_trial(StressTask(family, trial, f"ghostball:max_events={MAX_EVENTS}"))
+        found = faults_in(path)
         signal.setitimer(signal.ITIMER_PROF, 0.0)
-        answers.send(found.faults if found.outcome in ("broken", "failed") else ())
+        answers.send(found)
+
+
+def faults_in(path: str) -> tuple[str, ...]:
+    """Run a shot by its name on the engine that is found here, and judge it as a run would."""
+    from ghostball.reference_adapters.registry import make_engine
+    from ghostball.validation.checks.law import asked_of
+    from ghostball.validation.checks.verdict import unfinished_text
+    from ghostball.validation.scenes.library import find_scene
+    from ghostball.validation.stress import Size, chosen_shots
+    from ghostball.validation.suite.case import plain_settings, run_case, truth_or_failure
+    from ghostball.validation.suite.judge import Case
+    from ghostball.validation.suite.plan import shipped_criteria
+
+    if path.startswith("shipped/"):
+        scene = find_scene(path.removeprefix("shipped/"))
+        criteria = shipped_criteria(scene)
+    else:
+        (shot,) = chosen_shots(Size(), [path])
+        scene, criteria = shot.scene, shot.criteria
+    label = f"ghostball:max_events={MAX_EVENTS}"
+    engine = make_engine(label)
+    asked = asked_of([(engine.name, plain_settings(engine))], criteria)
+    truth = truth_or_failure(scene, criteria)
+    record, _ = run_case(Case(scene, label, truth, asked, keeps_motion=False))
+    broken = tuple(check.sentence for check in record.checks if check.passed is False)
+    stopped = unfinished_text(record)
+    return (stopped, *broken) if stopped else broken
 
 
 def check_copies(folder: Path) -> None:

@@ -6,7 +6,7 @@ import pytest
 from mutants import MutantError, Mutation, faults_on, planted
 
 FEW = ["shipped/head-on", "shipped/draw-shot", "shipped/stop"]
-"""Trials that take no time."""
+"""Shots that take no time."""
 
 START = "    check_request(scene, record, max_events, max_work)\n    off ="
 

@@ -12,11 +12,12 @@ from copies import INSTALLED
 from mutants import Mutation, faults_on, planted
 from mutations import MUTATIONS
 
-from ghostball.validation.stress import FAMILIES
+from ghostball.validation.scenes.library import scene_names
+from ghostball.validation.stress import Size, chosen_shots
 
 ROOT = Path(__file__).parents[2]
 
-BY_TRIALS = [one for one in MUTATIONS if not one.caught_by.startswith("tests/")]
+BY_SHOTS = [one for one in MUTATIONS if not one.caught_by.startswith("tests/")]
 BY_TESTS = [one for one in MUTATIONS if one.caught_by.startswith("tests/")]
 
 
@@ -25,12 +26,11 @@ def test_names_are_unique():
 
 
 def test_what_catches_a_bug_is_there():
-    wanted = {one.caught_by for one in BY_TRIALS}
-    for family in {FAMILIES[name.partition("/")[0]] for name in wanted}:
-        for suite in ("quick", "full"):
-            if any(name.startswith(f"{family.name}/") for name in wanted):
-                wanted -= {f"{family.name}/{trial.name}" for trial in family.trials(suite)}
-    assert wanted == set()
+    wanted = {one.caught_by for one in BY_SHOTS}
+    shipped = {name for name in wanted if name.startswith("shipped/")}
+    assert shipped <= {f"shipped/{name}" for name in scene_names()}
+    generated = sorted(wanted - shipped)
+    assert len(chosen_shots(Size(), generated)) == len(generated)
     for one in BY_TESTS:
         file, _, name = one.caught_by.partition("::")
         function = name.partition("[")[0].rpartition("::")[2]
@@ -47,18 +47,18 @@ def test_every_mutation_fits(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("mutation", BY_TRIALS, ids=lambda one: one.name)
-def test_a_bug_is_caught_by_its_trial(mutation: Mutation):
+@pytest.mark.parametrize("mutation", BY_SHOTS, ids=lambda one: one.name)
+def test_a_bug_is_caught_by_its_shot(mutation: Mutation):
     with planted(mutation) as folder:
         found = faults_on(folder, [mutation.caught_by])
     assert found[mutation.caught_by], f"survived, though {mutation.what}"
 
 
 @pytest.mark.slow
-def test_without_a_bug_no_trial_breaks():
-    trials = list(dict.fromkeys(one.caught_by for one in BY_TRIALS))
+def test_without_a_bug_no_shot_fails():
+    shots = list(dict.fromkeys(one.caught_by for one in BY_SHOTS))
     with planted() as folder:
-        assert faults_on(folder, trials) == dict.fromkeys(trials, ())
+        assert faults_on(folder, shots) == dict.fromkeys(shots, ())
 
 
 def is_interpreted(test: str) -> bool:

@@ -10,11 +10,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import ghostball.validation.parallel.pool
 from ghostball.model import Ball, Scene, Table
 from ghostball.validation.checks.criteria import Criteria
-from ghostball.validation.stress import run_stress
-from ghostball.validation.stress.families import chosen_trials, path_of
 from ghostball.validation.suite.suite import run_suite
 
 ENGINES = ("ghostball", "paper-discrete")
@@ -30,7 +27,6 @@ SCENES = [
     )
     for k in range(12)
 ]
-TRIALS = [path_of(*one) for one in chosen_trials("quick", ["grazing/rolling-*"])][:12]
 
 Key = tuple[str, ...]
 Say = Callable[[Key], None]
@@ -43,14 +39,6 @@ def suite(out: Path, say: Say) -> None:
         say((case.scene, case.label))
 
     run_suite(SCENES, ENGINES, out, criteria=criteria, reuse=True, progress=done)
-
-
-def stress(out: Path, say: Say) -> None:
-    def no_limit(_: Any) -> None:
-        """Have trials run in this process."""
-
-    ghostball.validation.parallel.pool.limit_of = no_limit
-    run_stress(["ghostball"], out, only=TRIALS, progress=lambda _, __, one: say(one.key))
 
 
 def run_until_killed(

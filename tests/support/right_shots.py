@@ -6,17 +6,18 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal
 
-from ghostball.model import Scene
+from ghostball.model import Result, Scene
+from ghostball.reference_adapters import ReferenceEngine
+from ghostball.reference_adapters.base import resolution_of
 from ghostball.reference_adapters.certified import CertifiedSettings
 from ghostball.reference_adapters.registry import make_engine
 from ghostball.validation.checks.criteria import Criteria
-from ghostball.validation.checks.law import asked_of
-from ghostball.validation.results.records import CaseRecord
-from ghostball.validation.stress.families import chosen_trials, path_of
-from ghostball.validation.stress.families.shipped import ShippedTrial
-from ghostball.validation.stress.trial import Suite
-from ghostball.validation.suite.case import plain_settings, run_case
-from ghostball.validation.suite.judge import Case
+from ghostball.validation.checks.criterion import Criterion
+from ghostball.validation.checks.law import Asked, asked_of
+from ghostball.validation.results.records import CaseRecord, Check
+from ghostball.validation.stress import Shot, Size, chosen_shots, path_of
+from ghostball.validation.suite.case import blank_record, plain_settings, run_case
+from ghostball.validation.suite.judge import Case, judge
 from ghostball.validation.truth.scene_truth import Truth, truth_of
 
 PROOF = CertifiedSettings(time_limit=5.0)
@@ -38,19 +39,41 @@ class Judged:
     why: str
 
 
-def judged(scene: Scene, *, reference: bool = True) -> Judged:
+NO_REFERENCE = Truth(None, missing="not asked for")
+
+
+def judged(scene: Scene, criteria: Criteria | None = None, *, reference: bool = True) -> Judged:
     """Play a shot with our engine, and hold it to the law as every command does.
 
+    `criteria`: what is asked of it besides.
     `reference`: whether the shot is compared with a closed form or a proof.
     """
-    truth = truth_of(scene, settings=PROOF) if reference else Truth(None, missing="not asked for")
+    truth = truth_of(scene, settings=PROOF) if reference else NO_REFERENCE
     engine = make_engine("ghostball")
-    asked = asked_of([(engine.name, plain_settings(engine))], Criteria())
-    record, _ = run_case(Case(scene, "ghostball", truth, asked))
+    asked = asked_of([(engine.name, plain_settings(engine))], criteria or Criteria())
+    record, _ = run_case(Case(scene, "ghostball", truth, asked, keeps_motion=False))
     faults = tuple(check.sentence for check in record.checks if check.passed is False)
     if record.outcome != "ran":
         faults = (f"{record.outcome}: {record.reason}",)
     return Judged(record, faults, *_reference(truth))
+
+
+def checks_on(
+    engine: ReferenceEngine, result: Result, truth: Truth, asked: Asked
+) -> tuple[Check, ...]:
+    """Return what is asked of an engine, judged on a run of it that was made already."""
+    case = Case(result.scene, engine.name, truth, asked, keeps_motion=False)
+    limits = asked.limits(engine, result.scene, truth)
+    resolution = resolution_of(engine, result.scene)
+    record, _ = judge(blank_record(case), case, truth, result, resolution, limits, engine)
+    return record.checks
+
+
+def broken(result: Result, *limits: Criterion, truth: Truth = NO_REFERENCE) -> list[str]:
+    """Return what a run of our engine breaks of the law and of some limits, one sentence each."""
+    engine = make_engine("ghostball")
+    asked = asked_of([(engine.name, plain_settings(engine))], Criteria(criteria=limits))
+    return [one.sentence for one in checks_on(engine, result, truth, asked) if one.passed is False]
 
 
 def _reference(truth: Truth) -> tuple[Literal["whole", "ambiguous", "part", "none"], str]:
@@ -62,9 +85,7 @@ def _reference(truth: Truth) -> tuple[Literal["whole", "ambiguous", "part", "non
     return ("ambiguous" if proof.ending == "ambiguous" else "part"), proof.reason
 
 
-def stress_scenes(suite: Suite, *families: str) -> Iterator[tuple[str, Scene]]:
-    """Yield the scenes of the stress trials, with the names of the trials; shipped ones apart."""
-    for family, trial in chosen_trials(suite, families):
-        if not isinstance(trial, ShippedTrial):
-            for k, scene in enumerate(trial.examples()):
-                yield f"{path_of(family, trial)}/{k}", scene
+def stress_shots(size: Size, *families: str) -> Iterator[tuple[str, Shot]]:
+    """Yield generated shots with their names."""
+    for shot in chosen_shots(size, families):
+        yield path_of(shot.scene.name), shot

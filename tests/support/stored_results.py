@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -17,14 +17,6 @@ from ghostball.validation.results.database import (
     writing,
 )
 from ghostball.validation.results.motions import motion_of_case, put_motion
-from ghostball.validation.stress.findings import (
-    RUN,
-    Finding,
-    StressFolder,
-    StressRun,
-    StressWriter,
-    save_worst,
-)
 
 
 def in_database(folder: Path, statement: str, *given: Any) -> Any:
@@ -77,14 +69,3 @@ def stored(folder: Path) -> list[tuple[Any, ...]]:
     with reading(folder) as database:
         tables = ("documents", "records", "motions", "events")
         return [row for name in tables for row in database.execute(f"SELECT * FROM {name}")]
-
-
-def store_findings(folder: Path, run: StressRun, findings: Iterable[Finding]) -> None:
-    """Store what a stress run found, as it would."""
-    writer = StressWriter(folder)
-    with writer.reserved():
-        writer.begin(RUN.dump_python(run, mode="json"))
-        for one in findings:
-            writer.write(one)
-        writer.finish("complete")
-    save_worst(StressFolder.load(folder))

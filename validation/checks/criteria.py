@@ -1,6 +1,6 @@
 """Pass criteria: what each engine must reach in a scene, beside the scene, with the reason.
 
-    truth = "closed-form"            # or "certified", "engine"; left out: the first there is
+    truth = "closed-form"   # or "certified", "engine", "none"; left out: the first there is
 
     [[criteria]]
     engines = ["ghostball"]          # "pymunk" is any; "pymunk:contact_steps=exact" only such ones

@@ -141,7 +141,9 @@ class Criterion(ForEngines):
     predict that. Limits on `accuracy` are classes, such as "nanometres".
 
     With `of` = "touching" the limit is that many times the distance within which balls of the scene
-    touch, for all that double precision can tell: `step_limits.touching`.
+    touch, for all that double precision can tell: `step_limits.touching`. With `of` = "step" it is
+    that many times what the fastest ball moves in a time step of the engine, and no more than the
+    radius of the smallest ball: `step_limits.travel`.
     """
 
     claiming: Claim | None = None
@@ -150,7 +152,7 @@ class Criterion(ForEngines):
     at_most: Number | None = None
     at_least: Number | None = None
     equals: Number | None = None
-    of: Literal["touching"] | None = None
+    of: Literal["touching", "step"] | None = None
     if_measured: Annotated[bool, Strict()] = False
     past_horizon: Annotated[bool, Strict()] = False
 

@@ -24,7 +24,12 @@ from ghostball.reference_adapters.registry import OURS
 from ghostball.validation.checks.criteria import Criteria, common_criteria
 from ghostball.validation.checks.criterion import CLAIMS, Claim, Criterion, StepRule
 from ghostball.validation.checks.metric_table import METRICS
-from ghostball.validation.checks.step_limits import STEP_METRICS, step_criteria, touching
+from ghostball.validation.checks.step_limits import (
+    STEP_METRICS,
+    step_criteria,
+    touching,
+    travel,
+)
 from ghostball.validation.grading.grading import Grade
 from ghostball.validation.truth.scene_truth import Truth
 
@@ -65,7 +70,7 @@ class Asked:
         """Return the limits that an engine is held to in a scene."""
         if self.excuse:
             stated = self.stated[claim_of(engine, scene)]
-            return tuple(_in_scene(one, scene, truth) for one in stated)
+            return tuple(_in_scene(one, engine, scene, truth) for one in stated)
         return self._all(engine, scene, truth)
 
     def not_asked(
@@ -83,7 +88,7 @@ class Asked:
         computed = () if self.rule is None else step_criteria(self.rule, engine, scene, truth)
         for others in (computed, self.law[claim]):
             found = _with_others(found, others)
-        return tuple(_in_scene(one, scene, truth) for one in found)
+        return tuple(_in_scene(one, engine, scene, truth) for one in found)
 
     def plain(self) -> dict[str, Any]:
         """Return it as plain values, for a hash."""
@@ -184,11 +189,16 @@ def approximations_of(engine: ReferenceEngine, scene: Scene) -> tuple[str, ...]:
     )
 
 
-def _in_scene(criterion: Criterion, scene: Scene, truth: Truth) -> Criterion:
+def _in_scene(
+    criterion: Criterion, engine: ReferenceEngine, scene: Scene, truth: Truth
+) -> Criterion:
     """Return a criterion with its limit in the unit of its metric."""
     if criterion.of is None:
         return criterion
-    limit = criterion.limit * touching(scene, truth)
+    unit = touching(scene, truth)
+    if criterion.of == "step":
+        unit += travel(engine, scene)
+    limit = criterion.limit * unit
     return criterion.model_copy(update={criterion.limit_kind: limit, "of": None})
 
 

@@ -31,6 +31,8 @@ class Metric:
         be right in a shot that ends wrong.
     `to_the_end`: whether it is an error of how the shot ends, which means nothing past the engine's
         horizon.
+    `on_demand`: whether it is measured only if a limit, or the user, asks for it: it concerns a
+        special kind of shot, or takes more shots.
     """
 
     name: str
@@ -39,6 +41,7 @@ class Metric:
     compares: TruthPart | None = None
     outcome: bool = False
     to_the_end: bool = False
+    on_demand: bool = False
 
 
 METRICS: dict[str, Metric] = {
@@ -228,6 +231,56 @@ METRICS: dict[str, Metric] = {
             "the initial energy; in a step with an impact, above what the cloth leaves",
         ),
         Metric("overlap_max", "m", "largest overlap of two balls in the recorded motion"),
+        Metric(
+            "cushion_overlap_max",
+            "m",
+            "largest overlap of a ball and a cushion, a jaw or a post in the recorded motion",
+            on_demand=True,
+        ),
+        Metric(
+            "momentum_drift",
+            "1",
+            "largest change of the balls' total momentum in the plane, over the largest sum of "
+            "their momenta",
+            on_demand=True,
+        ),
+        Metric(
+            "pocketed_count", "1", "balls that fall into a pocket", outcome=True, on_demand=True
+        ),
+        Metric("event_count", "1", "events of any kind", on_demand=True),
+        Metric(
+            "contact_steps",
+            "1",
+            "short steps that the engine takes along resting contacts, if it counts them",
+            on_demand=True,
+        ),
+        Metric(
+            "unsolved",
+            "1",
+            "resting contacts and simultaneous impacts that the engine says it left unsolved",
+            on_demand=True,
+        ),
+        Metric(
+            "mirror_error",
+            "m",
+            "largest difference of final positions from the same shot mirrored, x and y swapped, "
+            "with the balls in reverse order",
+            on_demand=True,
+        ),
+        Metric(
+            "reversal_error",
+            "m",
+            "distance from the start after the shot is played backwards from its end, as long as "
+            "rounding leads back",
+            on_demand=True,
+        ),
+        Metric(
+            "reversal_factor",
+            "1",
+            "that distance, in units of the error that one rounding per event would cause on the "
+            "way back",
+            on_demand=True,
+        ),
         Metric("wall_time", "s", "run time of the simulation alone, one sample"),
         Metric(
             "accuracy",
@@ -239,6 +292,9 @@ METRICS: dict[str, Metric] = {
     )
 }
 """Every metric by name, in the order of reports."""
+
+USUAL: tuple[str, ...] = tuple(name for name, metric in METRICS.items() if not metric.on_demand)
+"""The metrics that are measured of every shot."""
 
 
 def choose_metrics(patterns: Sequence[str]) -> tuple[str, ...]:

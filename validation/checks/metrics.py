@@ -14,9 +14,9 @@ import numpy as np
 
 from ghostball.model import COLLISION_KINDS, EventKind, Result, Scene, first_energy
 from ghostball.model.arrays import FloatArray
-from ghostball.reference_adapters.base import Resolution
+from ghostball.reference_adapters.base import ReferenceEngine, Resolution
 from ghostball.validation.checks.energy_gain import largest_gain
-from ghostball.validation.checks.metric_table import METRICS
+from ghostball.validation.checks.metric_table import METRICS, USUAL
 from ghostball.validation.checks.proof_metrics import (
     PROOF_METRICS,
     Compute,
@@ -29,10 +29,17 @@ from ghostball.validation.checks.proof_metrics import (
     phase_time_error,
     require_end,
 )
+from ghostball.validation.checks.relations import RELATIONS
 from ghostball.validation.grading.event_logs import Agreement, compare_collisions
 from ghostball.validation.grading.tolerances import EPS, TOLERANCE
 from ghostball.validation.results.records import ACCURACY_KINDS, Accuracy
-from ghostball.validation.runs.sampling import energy_series, events_of, largest_overlap
+from ghostball.validation.runs.sampling import (
+    energy_series,
+    events_of,
+    largest_cushion_overlap,
+    largest_overlap,
+    momentum_series,
+)
 from ghostball.validation.truth.scene_truth import Truth
 
 Value = int | float | None
@@ -95,24 +102,27 @@ def measure(
     horizon: float = math.inf,
     resolution: Resolution = 0.0,
     include_past_horizon: Collection[str] = (),
+    engine: ReferenceEngine | None = None,
 ) -> Measured:
     """Measure a run recorded with `record="trajectory"` against the truth of its scene.
 
-    `metrics`: names of those that are computed; all where it is left out.
+    `metrics`: names of those that are computed; left out: all that aren't measured on demand.
     `horizon` [s]: until when the engine can be expected to play this shot: `Truth.horizon_of`. What
         is an error of the end of a shot has no value where that lies later; energies are compared
         up to there.
     `resolution` [m]: of the engine: `reference_adapters.base.resolution_of`.
     `include_past_horizon`: metrics that have a value all the same.
+    `engine`: plays the other shots that relations need; without it they have no value.
     """
     measured = Measured()
+    wanted = frozenset(USUAL if metrics is None else metrics)
     beyond = truth.rest_time is not None and horizon < truth.rest_time
     if resolution in (0.0, "proved"):
         # An engine that errs by rounding alone is graded as exact even if it records only frames.
         truth = replace(truth, graded_steps=truth.graded)
-    computes = _computes(horizon, resolution)
+    computes = _computes(horizon, resolution, engine)
     for name in METRICS:
-        if name not in computes or (metrics is not None and name not in metrics):
+        if name not in computes or name not in wanted:
             continue
         try:
             if beyond and METRICS[name].to_the_end and name not in include_past_horizon:
@@ -260,6 +270,49 @@ def _overlap_max(result: Result, _: Truth) -> float:
     return largest_overlap(result)
 
 
+def _cushion_overlap_max(result: Result, _: Truth) -> float:
+    table = result.scene.table
+    if table is None or not table.has_cushions:
+        raise NotMeasuredError("there are no cushions")
+    return largest_cushion_overlap(result)
+
+
+def _momentum_drift(result: Result, _: Truth) -> float:
+    momenta = momentum_series(result)
+    largest = float(np.max(np.sum(np.linalg.norm(momenta, axis=2), axis=1)))
+    if largest == 0.0:
+        raise NotMeasuredError("nothing moves: there is no momentum to compare with")
+    total = np.sum(momenta, axis=1)
+    return float(np.max(np.abs(total - total[0]))) / largest
+
+
+def _unsolved(result: Result, _: Truth) -> int:
+    counts = [count for name, count in result.work.items() if name.startswith("unsolved")]
+    if not counts:
+        raise NotMeasuredError("the engine counts none")
+    return int(sum(counts))
+
+
+def _contact_steps(result: Result, _: Truth) -> int:
+    if "contact_steps" not in result.work:
+        raise NotMeasuredError("the engine counts none")
+    return int(result.work["contact_steps"])
+
+
+def _pocketed_count(result: Result, _: Truth) -> int:
+    return int(np.count_nonzero(events_of(result)["kind"] == EventKind.POCKETED))
+
+
+def _related(name: str, engine: ReferenceEngine | None) -> Compute:
+    def value(result: Result, _: Truth) -> float:
+        if engine is None:
+            raise NotMeasuredError("it needs an engine that plays another shot")
+        require_end(result)
+        return RELATIONS[name](engine, result)
+
+    return value
+
+
 _COMPUTE: dict[str, Compute] = {
     "rest_error_max": lambda result, truth: float(np.max(ball_errors(result, truth))),
     "rest_error_rms": lambda result, truth: float(
@@ -279,15 +332,24 @@ _COMPUTE: dict[str, Compute] = {
     "first_divergence_time": _first_divergence_time,
     "energy_drift": _energy_drift,
     "overlap_max": _overlap_max,
+    "cushion_overlap_max": _cushion_overlap_max,
+    "momentum_drift": _momentum_drift,
+    "pocketed_count": _pocketed_count,
+    "event_count": lambda result, _: len(events_of(result)),
+    "contact_steps": _contact_steps,
+    "unsolved": _unsolved,
     "wall_time": lambda result, _: result.wall_time,
 }
 
 
-def _computes(horizon: float, resolution: Resolution) -> dict[str, Compute]:
+def _computes(
+    horizon: float, resolution: Resolution, engine: ReferenceEngine | None
+) -> dict[str, Compute]:
     """Return what computes each metric, for an engine with this horizon [s] and resolution [m]."""
     return {
         **_COMPUTE,
         **PROOF_METRICS,
+        **{name: _related(name, engine) for name in RELATIONS},
         "energy_rise": partial(_energy_rise, resolution=resolution),
         "energy_difference_max": partial(_energy_difference_max, horizon=horizon),
         "energy_difference_time": partial(_energy_difference_time, horizon=horizon),

@@ -356,6 +356,15 @@ def touching(scene: Scene, truth: Truth) -> float:
     return part * diameter + _TOUCHING_ROUNDINGS * EPS * extent_of(scene) + clock
 
 
+def travel(engine: ReferenceEngine, scene: Scene) -> float:
+    """Return how far the fastest ball moves in a time step [m], at most the smallest radius.
+
+    The radius if the engine has no time step.
+    """
+    step, radius = step_of(engine), float(np.min(scene.radii))
+    return radius if step is None else min(resolution_of_step(step, scene), radius)
+
+
 def _closing(scene: Scene) -> float:
     """Return the speed at which two balls approach at most [m/s].
 

@@ -32,10 +32,10 @@ SCHEMA: Final = 13
 APPLICATION: Final = int.from_bytes(b"ball")
 """What tells a database of ours from anyone's: SQLite keeps it in the head of the file."""
 
-Document = Literal["suite", "stress", "regression"]
+Document = Literal["suite", "regression"]
 """What there is one of in a folder: what each kind of run was asked for, and how it ended."""
 
-Kind = Literal["case", "finding", "likeness"]
+Kind = Literal["case", "likeness"]
 """What a record is of: of which there are many, each with a name of its own."""
 
 _TABLES = """

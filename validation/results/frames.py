@@ -35,7 +35,6 @@ TABLES: Final[Mapping[str, str]] = {
         "FROM documents, json_each(content) AS engines, json_each(engines.value, '$.scenes') "
         "AS scenes WHERE name = 'regression'"
     ),
-    "findings": "SELECT record FROM records WHERE kind = 'finding' AND current ORDER BY id",
 }
 """What there is of each kind, and how it is asked for; a column `record` is many, as JSON."""
 

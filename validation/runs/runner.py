@@ -1,6 +1,6 @@
 """The one runner: tasks that have a key are done, stored as they end, and not done again.
 
-The suite and stress are tasks with a key, which is all that their result
+The cases of the suite are tasks with a key, which is all that their result
 depends on besides the code: `run` reuses what a store knows by that key, does the others in
 processes or on a cluster, and stores each as it ends.
 """

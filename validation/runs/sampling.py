@@ -17,6 +17,7 @@ from ghostball.model import (
     Events,
     ExactTrajectory,
     GhostballError,
+    Hole,
     Result,
     SampledTrajectory,
     Samples,
@@ -25,6 +26,7 @@ from ghostball.model import (
 )
 from ghostball.model.arrays import FloatArray
 from ghostball.model.events import LEAVING_KINDS
+from ghostball.model.scene.obstacles import gap_to
 from ghostball.validation.results.records import Motion
 
 UNIFORM_TIMES = 401
@@ -108,13 +110,26 @@ def energy_times(result: Result) -> FloatArray:
     return union_times(result.rest_time, events, uniform=UNIFORM_TIMES, limit=limit, before=True)
 
 
-@lru_cache(maxsize=1)  # by identity: the class of a run and its limits both ask
 def largest_overlap(result: Result) -> float:
     """Return the largest overlap of any two balls in the recorded motion [m]; 0 if never.
 
     Searched at every frame of a stepping engine, at `DENSE_TIMES` and all events of an exact one.
     """
-    frames = _frames(result)
+    return _largest_overlaps(result)[0]
+
+
+def largest_cushion_overlap(result: Result) -> float:
+    """Return the largest overlap of a ball with a cushion, a jaw or a post [m]; 0 if never.
+
+    Searched at the same instants as `largest_overlap`.
+    """
+    return _largest_overlaps(result)[1]
+
+
+@lru_cache(maxsize=1)  # by identity: the class of a run and its limits both ask
+def _largest_overlaps(result: Result) -> tuple[float, float]:
+    """Return the largest overlap of two balls, and of a ball and a cushion [m]; 0 if never."""
+    scene, frames = result.scene, _frames(result)
     if frames is None:
         times = union_times(
             result.rest_time,
@@ -124,15 +139,33 @@ def largest_overlap(result: Result) -> float:
         )
     else:
         times = frames.times
-    here = times[:, np.newaxis] < times_gone(result) if _may_go(result.scene) else None
-    largest = 0.0
+    here = times[:, np.newaxis] < times_gone(result) if _may_go(scene) else None
+    of_balls = at_cushions = 0.0
     for start in _starts(times):
         rows = slice(start, start + _CHUNK)
         places = result.sample(times[rows]).positions if frames is None else frames.positions[rows]
         there = None if here is None else here[rows]
-        deepest = overlaps_of_balls(result.scene, places, there)
-        largest = max(largest, float(np.max(deepest, initial=0.0)))
-    return largest
+        if len(scene.balls) > 1:
+            deepest = overlaps_of_balls(scene, places, there)
+            of_balls = max(of_balls, float(np.max(deepest, initial=0.0)))
+        if scene.table is not None:
+            deepest = overlaps_at_cushions(scene, places, there)
+            at_cushions = max(at_cushions, float(np.max(deepest, initial=0.0)))
+    return of_balls, at_cushions
+
+
+def momentum_series(result: Result) -> FloatArray:
+    """Return each ball's momentum in the plane over a whole run, (k, n, 2) [kg m/s].
+
+    At the instants of `energy_series`.
+    """
+    frames = _frames(result)
+    if frames is None:
+        velocities = result.sample(energy_times(result)).velocities
+    else:
+        velocities = frames.velocities
+    momenta: FloatArray = result.scene.masses[:, np.newaxis] * velocities[:, :, :2]
+    return momenta
 
 
 def times_gone(result: Result) -> FloatArray:
@@ -224,4 +257,26 @@ def overlaps_of_balls(
     if here is not None:
         overlaps[~(here[:, first] & here[:, second])] = -np.inf
     deepest: FloatArray = np.max(overlaps, axis=1, initial=-np.inf)
+    return deepest
+
+
+def overlaps_at_cushions(
+    scene: Scene, positions: FloatArray, here: NDArray[np.bool_] | None = None
+) -> FloatArray:
+    """Return the deepest overlap with a cushion at each instant, (k,) [m]; negative for none.
+
+    Jaws and posts count, holes don't. `positions` and `here` are those of `overlaps_of_balls`.
+    """
+    table = scene.table
+    deepest = np.full(len(positions), -np.inf)
+    if table is None:
+        return deepest
+    x, y = positions[:, :, 0], positions[:, :, 1]
+    gaps = [side.distance(x, y) for side in table.sides]
+    gaps += [gap_to(one, x, y) for one in table.obstacles if not isinstance(one, Hole)]
+    for gap in gaps:
+        overlaps = scene.radii - gap
+        if here is not None:
+            overlaps[~here] = -np.inf
+        np.maximum(deepest, np.max(overlaps, axis=1), out=deepest)
     return deepest

@@ -1,16 +1,17 @@
-"""The stress suite: what a table can do to an engine, and what the engine survives of it."""
+"""The stress families: generated shots that try to break an engine, judged like any other."""
 
-from ghostball.validation.stress.families import FAMILIES
-from ghostball.validation.stress.findings import Finding, StressFolder
-from ghostball.validation.stress.run import DEFAULT_ENGINES, StressOutcome, run_stress
-from ghostball.validation.stress.trial import Suite
+from ghostball.validation.stress.families import FAMILIES, chosen_shots, path_of
+from ghostball.validation.stress.run import DEFAULT_ENGINES, run_stress
+from ghostball.validation.stress.shots import Family, Shot, Size, StressError
 
 __all__ = [
     "DEFAULT_ENGINES",
     "FAMILIES",
-    "Finding",
-    "StressFolder",
-    "StressOutcome",
-    "Suite",
+    "Family",
+    "Shot",
+    "Size",
+    "StressError",
+    "chosen_shots",
+    "path_of",
     "run_stress",
 ]

@@ -18,7 +18,7 @@ from ghostball.reference_adapters.base import ReferenceEngine, resolution_of
 from ghostball.reference_adapters.registry import EngineUnavailableError, engine_name, make_engine
 from ghostball.validation.checks.criteria import Criteria
 from ghostball.validation.checks.law import Asked, approximations_of, is_unstated
-from ghostball.validation.checks.metric_table import METRICS
+from ghostball.validation.checks.metric_table import METRICS, USUAL
 from ghostball.validation.parallel.pool import Done
 from ghostball.validation.results.record_store import Name
 from ghostball.validation.results.records import CaseRecord, Fault
@@ -33,7 +33,7 @@ _NO_TRUTH = Truth(None, missing="a varied start is compared with others, not wit
 
 def cases_of(planned: Plan, pairs: Sequence[Name]) -> Iterator[Case]:
     """Yield these cases of a plan, scene by scene, each with the truth of its scene."""
-    computed = METRICS if planned.metrics is None else planned.metrics
+    computed = USUAL if planned.metrics is None else planned.metrics
     parts = frozenset(part for name in computed if (part := METRICS[name].compares) is not None)
     if "accuracy" in computed or any(planned.asked[pair].rule is not None for pair in pairs):
         parts |= {"proof"}  # limits of a step are computed along the proved motion
@@ -59,6 +59,7 @@ def cases_of(planned: Plan, pairs: Sequence[Name]) -> Iterator[Case]:
                     varied_from=origin,
                     is_here=here,
                     every_record=planned.firsts.get(pair[1]) == scene.name,
+                    keeps_motion=planned.keeps_motion,
                 )
 
 
@@ -97,7 +98,7 @@ def run_case(case: Case, make: Callable[[str], ReferenceEngine] = make_engine) -
             return failed(record, f"it says that it failed: {result.reason}"), None
         if case.every_record and (differs := differs_by_record(engine, result)):
             return failed(record, differs), None
-        return judge(record, case, truth, result, resolution, limits)
+        return judge(record, case, truth, result, resolution, limits, engine)
     except EngineUnavailableError as error:
         if case.is_here:  # then it is this process, such as a cluster's, that lacks something
             return failed(record, str(error)), None

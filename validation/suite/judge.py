@@ -9,11 +9,11 @@ import numpy as np
 
 from ghostball.model import Result, Scene, energy_of, first_energy
 from ghostball.model.hashes import bits_hash
-from ghostball.reference_adapters.base import ReferenceEngine, Resolution, resolution_of
+from ghostball.reference_adapters.base import ReferenceEngine, Resolution
 from ghostball.validation.checks.accuracy import accuracy_of
 from ghostball.validation.checks.criterion import Criterion
 from ghostball.validation.checks.law import Asked
-from ghostball.validation.checks.metric_table import METRICS
+from ghostball.validation.checks.metric_table import METRICS, USUAL
 from ghostball.validation.checks.metrics import Measured, measure
 from ghostball.validation.results.records import Accuracy, CaseRecord, Check, status_name
 from ghostball.validation.results.store import Finished
@@ -35,12 +35,14 @@ class Case:
 
     `label`: the engine with its settings, as asked for.
     `asked`: what it is asked there.
-    `metrics`: the metrics that are computed; None is all of them. Limits on others aren't judged.
+    `metrics`: the metrics that are computed; None is the usual ones, and those that a limit asks
+        for. Limits on others aren't judged.
     `judged_as`: makes another engine, whose step and claims are held against this one; None: its
         own.
     `is_here`: whether the engine can run where the run was planned.
     `every_record`: whether it is played with less recorded too, which must change nothing.
     `varied_from`: of which scene this one is a varied start; "" of none. Its motion isn't kept.
+    `keeps_motion`: whether its motion is kept.
     """
 
     scene: Scene
@@ -52,6 +54,7 @@ class Case:
     varied_from: str = ""
     is_here: bool = True
     every_record: bool = False
+    keeps_motion: bool = True
 
 
 # A motion that blew up may hold nan and infinity; the metrics say so, numpy need not.
@@ -63,15 +66,17 @@ def judge(
     result: Result,
     resolution: Resolution,
     limits: Sequence[Criterion],
+    engine: ReferenceEngine,
 ) -> Finished:
     """Return the record of a case that ran, measured and held against its limits, and the motion.
 
     `record`: what is known of the case before it ran.
+    `engine`: that ran it.
     `resolution`: what the engine states of how far off a ball may be when it collides.
     `limits`: those that hold for this engine with its settings.
     """
     asked = [one for one in limits if case.metrics is None or one.metric in case.metrics]
-    measured, accuracy = _measured(result, truth, asked, resolution, case.metrics)
+    measured, accuracy = _measured(result, truth, asked, resolution, case.metrics, engine)
     end = energy_of(result.scene, result.final_state)
     judged = replace(
         record,
@@ -101,19 +106,8 @@ def judge(
         checks=_checks(asked, measured, truth, record.engine),
         left_out=tuple(one.metric for one in limits if one not in asked and not case.varied_from),
     )
-    return judged, None if case.varied_from else motion_of(result)
-
-
-def checks_on(
-    engine: ReferenceEngine, result: Result, truth: Truth, asked: Asked
-) -> tuple[Check, ...]:
-    """Return what is asked of an engine, judged on a run of it that was made already."""
-    limits = asked.limits(engine, result.scene, truth)
-    metrics = {one.metric for one in limits}
-    with np.errstate(invalid="ignore", over="ignore"):
-        resolution = resolution_of(engine, result.scene)
-        measured, _ = _measured(result, truth, limits, resolution, metrics)
-    return _checks(limits, measured, truth, engine.name)
+    keeps_motion = case.keeps_motion and not case.varied_from
+    return judged, motion_of(result) if keeps_motion else None
 
 
 def _measured(
@@ -122,15 +116,17 @@ def _measured(
     asked: Sequence[Criterion],
     resolution: Resolution,
     metrics: Collection[str] | None,
+    engine: ReferenceEngine,
 ) -> tuple[Measured, Accuracy | None]:
     """Measure a run, and say how right it is: not of our engine, where it is the truth itself."""
     measured = measure(
         result,
         truth,
-        metrics,
+        {*USUAL, *(one.metric for one in asked)} if metrics is None else metrics,
         horizon=truth.horizon_of(resolution),
         resolution=resolution,
         include_past_horizon={criterion.metric for criterion in asked if criterion.past_horizon},
+        engine=engine,
     )
     accuracy = accuracy_of(result, truth, resolution=resolution)
     own = truth.is_own_measure(result.engine, "rest")

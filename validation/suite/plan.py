@@ -48,6 +48,7 @@ class Plan:
     metrics: tuple[str, ...] | None  # None: all
     origins: Mapping[str, str]  # of varied starts, by their names
     firsts: Mapping[str, str]  # by label, the scene that is played with less recorded too
+    keeps_motion: bool = True
 
     @property
     def size(self) -> int:
@@ -91,6 +92,7 @@ def plan(
     metrics: Sequence[str] | None,
     only: Collection[Name] | None = None,
     ensemble: Ensemble | None = None,
+    keeps_motion: bool = True,
 ) -> Plan:
     """Return what is run and what is asked of it; refuse what is wrong before anything runs.
 
@@ -135,7 +137,7 @@ def plan(
                 if values is None or label in of_others
                 else inputs_hash(scene, label, values, asked[pair], limits.truth, chosen)
             )
-    return Plan(scenes, settings, own, asked, inputs, chosen, origins, firsts)
+    return Plan(scenes, settings, own, asked, inputs, chosen, origins, firsts, keeps_motion)
 
 
 def shipped_criteria(scene: Scene) -> Criteria:

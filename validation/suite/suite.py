@@ -130,6 +130,7 @@ def run_suite(
     time_limit: float | None = None,
     only: Collection[Name] | None = None,
     ensemble: Ensemble | None = None,
+    keeps_motion: bool = True,
 ) -> Outcome:
     """Run every scene on every engine and write a results folder.
 
@@ -172,6 +173,8 @@ def run_suite(
         engine. What else the same code left in the folder then stays beside them.
     ensemble : Ensemble, optional
         Varied starts of each scene, which are cases of the run too; see `suite.spread`.
+    keeps_motion : bool
+        Whether the motion of each case is stored, which pictures and replays need.
 
     Raises
     ------
@@ -181,12 +184,13 @@ def run_suite(
 
     Notes
     -----
-    Each case is recorded with its whole motion. The truth of a scene is computed once. Interrupted
-    by Ctrl-C, the run stops, keeps what is done and says so in `Outcome.interrupted`; what earlier
-    runs found and this one has not come to is kept too, for a later run with `reuse`.
+    Each case is recorded with its whole motion, stored or not. The truth of a scene is computed
+    once. Interrupted by Ctrl-C, the run stops, keeps what is done and says so in
+    `Outcome.interrupted`; what earlier runs found and this one has not come to is kept too, for a
+    later run with `reuse`.
     """
     check_limits(jobs, time_limit)
-    planned = plan(scenes, engine_specs, criteria or {}, metrics, only, ensemble)
+    planned = plan(scenes, engine_specs, criteria or {}, metrics, only, ensemble, keeps_motion)
     code = code_hash()
     store = (ResultsWriter if only is None else PartWriter)(out, code, code_with_engines(code))
     ran = run(

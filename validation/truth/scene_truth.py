@@ -52,8 +52,8 @@ from ghostball.validation.truth.proof import proof_of, refused_features
 TruthPart = Literal["rest", "time", "events", "energy", "conditioning", "proof"]
 """What a metric may be measured against; "proof" is what is proved, be it of a part of the shot."""
 
-WantedTruth = Literal["closed-form", "certified", "engine"]
-"""What a scene's criteria may ask for."""
+WantedTruth = Literal["closed-form", "certified", "engine", "none"]
+"""What a scene's criteria may ask for; "none": no limit of the scene needs a reference."""
 
 PARTS: frozenset[TruthPart] = frozenset(get_args(TruthPart))
 
@@ -187,6 +187,8 @@ def truth_of(
     the whole shot is proved; or where less is proved than must be.
     """
     check_truth(scene, wanted)
+    if wanted == "none":
+        return Truth(None, missing="the scene's criteria ask for no reference")
     form = closed_form(scene) if wanted in ("closed-form", None) else None
     # A closed form lacks these alone.
     needed = form is None or not {"events", "energy", "proof"}.isdisjoint(parts)

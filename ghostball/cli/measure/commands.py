@@ -251,8 +251,8 @@ def stress(
     only: Annotated[
         list[str] | None,
         typer.Argument(
-            metavar="FAMILY|FAMILY/TRIAL",
-            help="Families (`ghostball stress --list` names them) or single trials, also as "
+            metavar="FAMILY|FAMILY/SHOT",
+            help="Families (`ghostball stress --list` names them) or single shots, also as "
             "patterns such as 'grazing/*-miss-*' (default: all).",
         ),
     ] = None,
@@ -263,39 +263,45 @@ def stress(
         ),
     ] = None,
     full: Annotated[
-        bool, typer.Option("--full", help="All trials, not only what a CI has time for.")
+        bool, typer.Option("--full", help="All shots, not only what a CI has time for.")
     ] = False,
+    seed: Annotated[
+        int, typer.Option(metavar="N", min=0, help="Number of the first random shot.")
+    ] = 0,
+    count: Annotated[
+        int | None,
+        typer.Option(
+            metavar="N",
+            min=1,
+            help="How many random breaks are generated (default: 100; with --full: 5000).",
+        ),
+    ] = None,
     out: Annotated[
         Path | None,
         out_option(
-            "out/stress-quick or out/stress-full",
-            "Folder of what is found. A run continues where an earlier one by the same code ended",
+            "out/stress",
+            "Folder of the results. A run continues where an earlier one by the same code ended",
         ),
     ] = None,
     jobs: Jobs = AUTO,
-    form: PlainFormat = Plain.TEXT,
+    form: FormatOption = Format.TEXT,
     rerun: Rerun = False,
     cluster: ClusterAddress = None,
-    time_limit: Annotated[
-        float | None,
-        typer.Option(
-            metavar="SECONDS",
-            help="End a trial after this time, as failed (default: a minute or more, by trial).",
-        ),
-    ] = None,
+    time_limit: TimeLimit = 120.0,
     listed: Annotated[
         bool,
         typer.Option(
             "--list",
-            help="List families and what they ask, or the trials of named families. Run nothing.",
+            help="List families and what they ask, or the shots of named families. Run nothing.",
         ),
     ] = False,
 ) -> None:
-    """Try to break engines; say what each survives.
+    """Try to break engines; say where each fails.
 
-    The worst case of each is kept as a scene, and the report's page has a section of the runs in
-    its folder: `ghostball report out`. Exit status 1 where an engine breaks that
-    `--engine` names, or ours where none is named; 4 where no engine can be asked any of it.
+    Generated shots are judged like any other: by the limits for every engine, and by what is known
+    of them. The first shot that an engine fails is saved as a scene, and the report of the folder
+    around has a section about them: `ghostball report out`. Exit status as for `validate`, for the
+    engines that `--engine` names, or for Ghostball's own if none is named.
     """
 
 

@@ -1,113 +1,85 @@
-"""What `ghostball stress` does: try to break engines, show what each survives."""
+"""What `ghostball stress` does: generate shots, run them as `validate` does, show what fails."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any
 
-from rich.console import Group, RenderableType
+from rich.console import RenderableType
 from rich.markup import escape
 
 from ghostball.cli.shared.config import load_config
-from ghostball.cli.shared.options import Plain
+from ghostball.cli.shared.options import Format
 from ghostball.cli.shared.progress import COMPILING, Steps
+from ghostball.cli.shared.summary import printed
 from ghostball.cli.shared.tables import table_of
-from ghostball.cli.shared.terminal import say, stdout
+from ghostball.cli.shared.terminal import say, say_printed, stdout, tables
 from ghostball.reference_adapters import make_engine
 from ghostball.reference_adapters.registry import OURS
+from ghostball.reports.words import many
+from ghostball.validation.checks.verdict import not_judged
 from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.parallel.cluster import cluster_at
+from ghostball.validation.results.records import CaseRecord
 from ghostball.validation.stress import (
     DEFAULT_ENGINES,
     FAMILIES,
-    Finding,
-    StressFolder,
-    StressOutcome,
-    Suite,
+    Shot,
+    Size,
+    chosen_shots,
+    path_of,
     run_stress,
 )
-from ghostball.validation.stress.families import chosen_trials, path_of
-from ghostball.validation.stress.survival import (
-    Survival,
-    all_survival,
-    scene_file,
-    tracked_numbers,
-    trying_again,
+from ghostball.validation.stress.tally import (
+    Tally,
+    again,
+    explaining,
+    sweeps,
+    tallies,
+    why_failed,
 )
-from ghostball.validation.stress.trial import Family
+from ghostball.validation.suite.suite import Outcome, exit_status_of
 
 FAULTS_SHOWN = 3
-"""How many broken trials of an engine in a family are named; the others are counted."""
-
-
-def show_list(only: Sequence[str], *, suite: Suite, as_json: bool) -> None:
-    """Print the families, or, where some are named, their trials."""
-    if only:
-        paths = [path_of(family, trial) for family, trial in chosen_trials(suite, only)]
-        if as_json:
-            print(json.dumps({"suite": suite, "trials": paths}))
-        else:
-            print(*paths, sep="\n")
-        return
-    counts = {name: _counts(family) for name, family in FAMILIES.items()}
-    if as_json:
-        families = [
-            {"name": one.name, "title": one.title, "asks": one.asks, "trials": counts[one.name]}
-            for one in FAMILIES.values()
-        ]
-        print(json.dumps({"families": families}))
-        return
-    heads = ("family", "trials, quick/full", "what an engine must do to survive")
-    rows = (
-        (one.name, "/".join(map(str, counts[one.name].values())), escape(one.asks))
-        for one in FAMILIES.values()
-    )
-    stdout().print(table_of(heads, rows, right=heads[1:2]))
-
-
-def _counts(family: Family) -> dict[str, int]:
-    suites: tuple[Suite, ...] = ("quick", "full")
-    return {suite: sum(1 for _ in family.trials(suite)) for suite in suites}
+"""How many failed shots of an engine in a family are named; the others are counted."""
 
 
 def run(
     only: Sequence[str] | None,
     engine: Sequence[str] | None,
     full: bool,
+    seed: int,
+    count: int | None,
     out: Path | None,
     jobs: int,
-    form: Plain,
+    form: Format,
     rerun: bool,
     cluster: str | None,
-    time_limit: float | None,
+    time_limit: float,
     listed: bool,
 ) -> ExitStatus:
-    """Run the suite, print what was survived, and return the exit status."""
-    suite: Suite = "full" if full else "quick"
+    """Run the shots, print where engines fail, and return the exit status."""
+    shots = chosen_shots(Size(full, seed, count), only or ())
     if listed:
-        show_list(only or (), suite=suite, as_json=form is Plain.JSON)
+        show_list(shots, named=bool(only), as_json=form is Format.JSON)
         return ExitStatus.PASSED
     config = load_config()
     named = tuple(engine or config.engines)
-    labels = named or DEFAULT_ENGINES
-    folder = config.out / f"stress-{suite}" if out is None else out
+    folder = config.out / "stress" if out is None else out
     for label in named:
         # Who names an engine wants its verdict; of the default ones, those that are here will do.
         make_engine(label)
-    with cluster_at(cluster) as there, Steps(COMPILING, "trying").bar() as step:
-        count = step("trying")
+    with cluster_at(cluster) as there, Steps(COMPILING, "running").bar() as step:
+        count_done = step("running")
 
-        def progress(done: int, planned: int, finding: Finding) -> None:
-            count(done, planned, f"{finding.family}/{finding.trial} on {finding.label}")
+        def progress(done: int, planned: int, case: CaseRecord) -> None:
+            count_done(done, planned, f"{path_of(case.scene)} on {case.label}")
 
         outcome = run_stress(
-            labels,
+            shots,
+            named or DEFAULT_ENGINES,
             folder,
-            suite=suite,
-            only=only or (),
-            must_hold=named or (OURS,),
             jobs=jobs,
             cluster=there,
             progress=progress,
@@ -115,115 +87,83 @@ def run(
             reuse=not rerun,
             time_limit=time_limit,
         )
-    if outcome.reused:
-        say(
-            f"{outcome.reused} of {outcome.folder.planned} trials are known from an "
-            "earlier run of the same code (--rerun tries them again)."
-        )
-    if form is Plain.JSON:
-        print(json.dumps(summary(outcome)))
-    else:
-        for part in _tables(outcome):
-            stdout().print(part)
+    _show(outcome, form)
+    if form is not Format.TEXT:
+        print(printed(folder, form), end="")
     if outcome.interrupted:
         say(
-            f"[bold]Interrupted:[/] {len(outcome.folder.findings)} of "
-            f"{outcome.folder.planned} trials are done and kept in {escape(str(folder))}. The "
-            "same command continues from there."
+            f"[bold]Interrupted:[/] {len(outcome.cases)} of {outcome.planned} shots are done and "
+            f"kept in {escape(str(folder))}. The same command continues from there."
         )
-    return outcome.exit_status
+        return ExitStatus.INTERRUPTED
+    # The default engines are there to be compared with: they need not pass.
+    held = [case for case in outcome.cases if case.label in (named or (OURS,))]
+    if why := not_judged(held):
+        say(f"[bold yellow]{escape(why)}.[/]")
+    return exit_status_of(held)
 
 
-def summary(outcome: StressOutcome) -> dict[str, Any]:
-    """Return what was survived as plain values."""
-    folder = outcome.folder
-    return {
-        "suite": folder.run.suite,
-        "planned": folder.planned,
-        "done": len(folder.findings),
-        "exit_status": outcome.exit_status,
-        "wall_time": outcome.wall_time,
-        "jobs": outcome.jobs,
-        "reused": outcome.reused,
-        "environment": folder.run.environment,
-        "tracked": tracked_numbers(folder),
-        "survival": [_survival(one, folder) for one in all_survival(folder)],
-    }
+def show_list(shots: Sequence[Shot], *, named: bool, as_json: bool) -> None:
+    """Print the families, or, where some are named, their shots."""
+    paths = [path_of(one.scene.name) for one in shots]
+    if as_json:
+        print(json.dumps({"families": list(FAMILIES), "shots": paths}))
+    elif named:
+        print(*paths, sep="\n")
+    else:
+        heads = ("family", "shots", "what is asked of an engine")
+        rows = (
+            (one.name, str(sum(path.startswith(f"{one.name}/") for path in paths)), one.asks)
+            for one in FAMILIES.values()
+        )
+        stdout().print(table_of(heads, rows, right=heads[1:2]))
 
 
-def _survival(one: Survival, folder: StressFolder) -> dict[str, Any]:
-    worst = one.worst
-    return {
-        "family": one.family,
-        "engine": one.label,
-        "trials": len(one.findings),
-        "survived": one.count("survived"),
-        "broken": one.count("broken"),
-        "not_representable": one.count("not-representable"),
-        "unavailable": one.count("unavailable"),
-        "not_judged": one.count("failed", "not-judged"),
-        "shots": sum(found.shots for found in one.findings),
-        "broken_shots": sum(found.broken for found in one.findings),
-        "seconds": sum(found.seconds for found in one.findings),
-        "again": one.again,
-        "worst": None
-        if worst is None
-        else {
-            "trial": worst.trial,
-            "outcome": worst.outcome,
-            "faults": list(worst.faults),
-            "severity": worst.severity,
-            "scene": str(scene_file(worst, folder.path)),
-            "command": one.command,
-        },
-    }
-
-
-def _tables(outcome: StressOutcome) -> list[RenderableType]:
-    folder = outcome.folder
-    labels = [escape(label) for label in folder.run.labels]
+def _show(outcome: Outcome, form: Format) -> None:
+    """Print how engines came through each family, where they begin to fail, and which shots."""
+    console, found = tables(form), tallies(outcome.cases)
+    labels = list(dict.fromkeys(case.label for case in outcome.cases))
+    heads = ("family", *map(escape, labels))
+    families = list(dict.fromkeys(family for family, _ in found))
     rows = (
-        (
-            FAMILIES[family].title,
-            *(_cell(Survival(folder, family, label)) for label in folder.run.labels),
-        )
-        for family in folder.run.families
+        (family, *(_cell(found.get((family, label), Tally())) for label in labels))
+        for family in families
     )
-    title = f"survived / tried, suite {folder.run.suite}"
-    parts: list[RenderableType] = [table_of(("family", *labels), rows, right=labels, title=title)]
-    for label in folder.run.labels:
-        lines = [line for family in folder.run.families for line in _faults(folder, family, label)]
-        if lines:
-            parts.append(Group(f"[bold]{escape(label)}[/]:", *lines, ""))
-    return parts
-
-
-def _cell(one: Survival) -> str:
-    if not one.count("survived", "broken", "failed", "not-judged"):
-        return f"[dim]{one.text}[/]"
-    if not one.count("survived", "broken", "failed"):
-        return f"[bold yellow]{one.text}[/]"
-    return f"[bold red]{one.text}[/]" if one.count("broken", "failed") else f"[green]{one.text}[/]"
-
-
-def _faults(folder: StressFolder, family: str, label: str) -> list[str]:
-    one = Survival(folder, family, label)
-    broken = one.of("broken")
-    lines = [
-        f"  {escape(f'{family}/{found.trial}')}: {escape(found.faults[0])}"
-        for found in broken[:FAULTS_SHOWN]
+    console.print(table_of(heads, rows, right=heads[1:], title="passed / judged"))
+    varied = [
+        (f"{one.family}: {one.parameter}", *(one.fails[label] or "–" for label in labels))
+        for one in sweeps(outcome.cases)
     ]
-    if len(broken) > FAULTS_SHOWN:
-        lines.append(f"  {family}: {len(broken) - FAULTS_SHOWN} more")
-    commands = (one.command, one.again) if broken else ()
-    lines += [f"    {escape(command)}" for command in commands if command is not None]
-    lines += [
-        f"  {escape(f'{family}/{found.trial}')} [bold]could not be judged:[/] "
-        f"{escape(found.faults[0])}\n    {escape(trying_again(found, folder))}"
-        for found in one.of("failed")
-    ]
-    lines += [
-        f"  {escape(f'{family}/{found.trial}')} [bold]was not judged:[/] {escape(found.faults[0])}"
-        for found in one.of("not-judged")[:FAULTS_SHOWN]
-    ]
-    return lines
+    if varied:
+        console.print(table_of(("varied", *heads[1:]), varied, title="where it fails"))
+    for part in _failures(found, outcome.folder):
+        console.print(part, soft_wrap=True)
+    for label in labels:
+        printed_by = [case for case in outcome.cases if case.label == label and case.printed]
+        if printed_by:
+            say_printed(label, printed_by[0].printed)
+    if reused := outcome.counts.reused:
+        say(
+            f"{many(reused, 'shot')} unchanged, reused from {escape(str(outcome.folder))} "
+            "(run again with --rerun)"
+        )
+
+
+def _cell(one: Tally) -> str:
+    if one.failed:
+        return f"[bold red]{one.text}[/]"
+    return f"[green]{one.text}[/]" if one.count("passed") else f"[dim]{one.text}[/]"
+
+
+def _failures(found: dict[tuple[str, str], Tally], folder: Path) -> Iterator[RenderableType]:
+    """Yield the first shots that each engine fails in each family, and how to see them again."""
+    for (family, label), one in found.items():
+        for case in one.failed[:FAULTS_SHOWN]:
+            where = f"{path_of(case.scene)} on {label}"
+            yield f"[bold red]failed[/]  {escape(f'{where}: {why_failed(case)}')}"
+        if one.failed:
+            first = one.failed[0]
+            more = len(one.failed) - FAULTS_SHOWN
+            rest = f"{more} more in {family}; " if more > 0 else ""
+            yield f"        {escape(f'{rest}again: {again(first)}')}"
+            yield f"        {escape(f'why: {explaining(first, folder)}')}"

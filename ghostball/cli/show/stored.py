@@ -12,7 +12,8 @@ from ghostball.cli.shared.summary import printed
 from ghostball.model import GhostballError
 from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.results import frames
-from ghostball.validation.results.database import documents_in
+from ghostball.validation.results.store import Results
+from ghostball.validation.stress.tally import are_stress
 
 
 def report(
@@ -29,7 +30,7 @@ def report(
         refuse_given(context, why, "opened", "figures", "jobs")
         typer.echo(printed(folder, form), nl=False)
         return ExitStatus.PASSED
-    if documents_in(folder) == {"stress"}:
+    if are_stress(Results.open(folder).cases):
         raise GhostballError(
             f"{folder}: holds a run of `ghostball stress`, which is a section of the report of the "
             f"folder that it lies in: `ghostball validate --out {folder.parent}`, then `ghostball "

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from right_shots import broken
 from shots import R
 
 from ghostball.engine import simulate
@@ -10,7 +11,7 @@ from ghostball.engine.motion import flight
 from ghostball.model import Scene, Table
 from ghostball.reference_adapters.certified import Certificate, certify, over_obstacles
 from ghostball.validation.scenes.random_scenes import ASPECTS, PROVABLE, random_scene
-from ghostball.validation.stress.proved import MatchesProof
+from ghostball.validation.truth.scene_truth import truth_of
 
 SIDE = next(hole for hole in Table.model_validate("wpa-9ft").holes if hole.pocket == 1)
 ALOFT = tuple(how for how in ASPECTS["flight"] if how != "no")
@@ -59,5 +60,4 @@ def test_near_a_jaw_nothing_is_decided():
 @pytest.mark.parametrize("seed", range(6))
 def test_our_engine_does_what_is_proved(kind: str, seed: int):
     scene = random_scene(seed, **{**PROVABLE, "table": kind, "flight": ALOFT})
-    verdict = MatchesProof(least=0, cached=False)(simulate(scene, record="trajectory"))
-    assert not verdict.faults
+    assert broken(simulate(scene, record="trajectory"), truth=truth_of(scene)) == []

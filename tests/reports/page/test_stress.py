@@ -1,76 +1,40 @@
-"""Fails where the page says other numbers of a stress run than were found, or hides a break."""
+"""Fails where the page says other numbers of generated shots than were found, or hides one."""
 
 from __future__ import annotations
 
 import re
 
 import pytest
-from stored_results import store_findings
 
 from ghostball.reports.page.stress import stress_html
 from ghostball.validation.results.store import Results
-from ghostball.validation.stress.findings import Finding, StressRun
+from ghostball.validation.stress import Size, chosen_shots, run_stress
 
-SCENE = {"schema": 1, "name": "x", "balls": [{"id": "a", "position": [0.0, 0.0, 0.028575]}]}
-EVIL = "</script><img src=x onerror=alert(1)>"
-
-
-def finding(family, trial, label="ghostball", outcome="survived", **fields):
-    faults = (EVIL,) if outcome in ("broken", "failed") else ()
-    return Finding(family, trial, label, outcome, faults, scene=SCENE, **fields)
+COARSE = "pymunk:dt=0.05"
+SHOTS = ["grazing/rolling-*-1e-0[14]", "tunnelling/speed-*-depth-0.1-phase-0"]
 
 
-FOUND = [
-    finding("grazing", "hit-1"),
-    finding("grazing", "hit-2", "pymunk", "broken", shots=4, broken=3, severity=2.0),
-    finding("grazing", "hit-3", "pymunk"),
-    finding("storms", "breaks"),
-    finding("tunnelling", "a", "pymunk", values={
-        "speed": 2.0, "depth": 0.1, "step": 1e-3, "largest_step": 1e-2,
-        "ladder": [{"dt": 1e-3, "missed": 0}, {"dt": 1e-2, "missed": 0}]}),
-]  # fmt: skip
+@pytest.fixture(scope="module")
+def shown(tmp_path_factory):
+    """Return the section about a run of a right and a coarse engine, without markup."""
+    folder = tmp_path_factory.mktemp("out")
+    run_stress(chosen_shots(Size(), SHOTS), ["ghostball", COARSE], folder / "stress")
+    html = str(stress_html(Results(folder, [], {})))
+    return " ".join(re.sub(r"<[^>]*>", " ", html.replace("<wbr>", "")).split())
 
 
-@pytest.fixture
-def shown(tmp_path):
-    """Return the section on what was found, as one line of text without markup."""
-
-    def show(findings, planned=0):
-        labels = tuple(dict.fromkeys(one.label for one in findings))
-        families = tuple(dict.fromkeys(one.family for one in findings))
-        missing = (("f", str(k), "ghostball") for k in range(planned - len(findings)))
-        asked = (*(one.key for one in findings), *missing)
-        run = StressRun("quick", families, labels, {"cpu": "c", "date": "2026-01-02T"}, asked=asked)
-        store_findings(tmp_path / "stress-quick", run, findings)
-        html = str(stress_html(Results(tmp_path, [], {})))
-        assert "<img" not in html
-        return " ".join(re.sub(r"<[^>]*>", " ", html.replace("<wbr>", "")).split())
-
-    return show
+def test_it_has_every_count_failure_and_command(shown):
+    assert "10 shots on 2 engines" in shown
+    assert "not complete" not in shown
+    assert re.search(r"Grazing hits and near misses 4/4 3/4", shown)
+    assert "collision_count must be == 1, got 0" in shown
+    assert f"ghostball stress grazing/rolling-hit-1e-04 -e {COARSE}" in shown
 
 
-def test_it_has_every_count_break_command_and_tracked_number(shown, tmp_path):
-    text = shown(FOUND)
-    assert "5 trials of 5 on 2 engines, c, 2026-01-02" in text
-    assert "not whole" not in text
-    assert "Grazing hits and near misses 1/1 1/2" in text
-    assert "pymunk 3 of 4 hit-2 : &lt;/script&gt;" in text
-    folder = tmp_path / "stress-quick"
-    assert f"ghostball run {folder}/worst/grazing-pymunk.toml --engine pymunk" in text
-    assert "ghostball stress grazing/hit-2 --engine pymunk --rerun --out " in text
-    assert "pymunk 1 ms at least 10 ms" in text
-    assert "Random breaks ( storms ) Whatever the break" in text
+def test_it_says_where_each_engine_begins_to_fail(shown):
+    assert re.search(r"depth \[diameters\] 0.0001, 0.1 never ≤ 0.0001", shown)
+    assert re.search(r"speed \[m/s\] 2, 160 never always", shown)
 
 
-def test_a_run_that_is_not_whole_says_so_and_one_without_breaks_too(shown):
-    text = shown(FOUND[:1], planned=9)
-    assert "1 trial of 9" in text
-    assert "not whole" in text
-    assert "Nothing broke." in text
-
-
-def test_what_could_not_be_judged_is_reported(shown):
-    text = shown([finding("grazing", "hit-9", outcome="failed")])
-    assert "0/0, 1 not judged" in text
-    assert "hit-9 : &lt;/script&gt;" in text
-    assert "ghostball stress grazing/hit-9 " in text
+def test_results_without_generated_shots_have_no_section(tmp_path):
+    assert stress_html(Results(tmp_path, [], {})) == ""

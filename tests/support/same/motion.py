@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from in_space import faults_in_space
+from in_space import faults_in_space, gap_rounding
+from right_shots import broken
 
 from ghostball.model import EventKind, ExactTrajectory, Phase, Result, Scene, Status
 from ghostball.model.rounding import CONTACT_TOLERANCE, FLIGHT_CONTACT_TOLERANCE
 from ghostball.validation.grading.tolerances import EPS
-from ghostball.validation.stress.invariants import gap_rounding
-from ghostball.validation.stress.judges import Invariants
+from ghostball.validation.stress.possible import POSSIBLE
 from same.plays import played
 
 MOST_PIECES = 4_000
@@ -67,7 +67,7 @@ def invariants(scene: Scene) -> str | None:
     result = played(scene)
     if scene.physics.airborne:
         return "; ".join(faults_in_space(result)) or None
-    return "; ".join(Invariants(random=True)(result).faults) or None
+    return "; ".join(broken(result, *POSSIBLE)) or None
 
 
 def _gap_at_events(result: Result) -> str | None:

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import pytest
+from right_shots import checks_on
 from shots import kept_scene
 from toy_engines import ToyEngine
 from wrong_runs import framed, with_late_events, with_slow_middle
@@ -14,7 +15,6 @@ from ghostball.validation.checks.law import asked_of, is_unstated
 from ghostball.validation.results.records import ACCURACY_KINDS
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.suite.case import plain_settings
-from ghostball.validation.suite.judge import checks_on
 from ghostball.validation.suite.plan import shipped_criteria
 from ghostball.validation.truth.scene_truth import truth_of
 

@@ -97,7 +97,7 @@ def still(shot: Scene | None = None, **options: Any) -> Result:
 
 def test_every_metric_of_the_table_is_computed() -> None:
     # A class is made of other metrics.
-    assert sorted([*_computes(math.inf, 0.0), "accuracy"]) == sorted(METRICS)
+    assert sorted([*_computes(math.inf, 0.0, None), "accuracy"]) == sorted(METRICS)
     measured = measure(still(), truth())
     for name, value in measured.values.items():
         assert (value is None) == bool(measured.notes.get(name)), name

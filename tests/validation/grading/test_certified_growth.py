@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from grown import self_reported_growth
 from numpy.typing import NDArray
 from shots import POOL_TABLE, R, ball, scene_of
 from tangent import carried
@@ -22,7 +23,6 @@ from ghostball.validation.grading.horizon import horizon
 from ghostball.validation.grading.lateness import lateness_of
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.scenes.random_scenes import PROVABLE, random_scene
-from ghostball.validation.stress.proved import self_reported_growth
 
 CHANGE = 1e-9
 """Largest displacement [m] that differences are taken over: the second order is 1e-9 of it."""
@@ -250,6 +250,13 @@ def test_of_flight_nothing_is_said() -> None:
     assert np.isnan(lateness_of(growth, scene, proved_motion(scene, flies)).places).all()
     directions = np.ones((1, 2, 7))
     assert np.isnan(carried(growth, directions, np.array([0.5]))).all()
+
+
+@pytest.mark.parametrize("scene", ["half-ball-cut", "throw-slip", "three-cushions"])
+def test_what_the_engine_says_of_its_growth_is_what_the_proof_says(scene: str) -> None:
+    """Breaks where the tangent map, or the horizon, is off by more than the proof leaves open."""
+    result = simulate(find_scene(scene), record="trajectory")
+    assert self_reported_growth(result, certify(result.scene, motion=True)) == []
 
 
 @pytest.mark.parametrize("factor", [30.0, 1000.0, 1.0 / 30.0])

@@ -57,9 +57,9 @@ def test_a_change_is_whole_or_not_at_all(tmp_path: Path, raised: type[BaseExcept
             database.execute("DELETE FROM documents")
             raise raised
         with transaction(database):  # the next one is free of it
-            put_document(database, "stress", "beside")
+            put_document(database, "regression", "beside")
     assert got(tmp_path) == "before"
-    assert documents_in(tmp_path) == {"suite", "stress"}
+    assert documents_in(tmp_path) == {"suite", "regression"}
 
 
 def test_who_reads_sees_one_state_while_another_writes(tmp_path: Path) -> None:

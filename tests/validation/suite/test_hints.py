@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import wrong_runs as runs
+from right_shots import checks_on
 from wrong_engines import Wrong
 from wrong_physics import with_balls, with_physics
 
@@ -17,7 +18,6 @@ from ghostball.validation.checks.law import asked_of
 from ghostball.validation.results.records import CaseRecord
 from ghostball.validation.scenes.library import select
 from ghostball.validation.suite.hints import ALONE, lacked, shared, simplest, tried_by, untried
-from ghostball.validation.suite.judge import checks_on
 from ghostball.validation.suite.plan import shipped_criteria
 from ghostball.validation.truth.scene_truth import truth_of
 

@@ -8,16 +8,13 @@ import random
 import signal
 import sys
 import time
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from killed_runs import Key, Say, run_until_killed, stress, suite
+from killed_runs import Key, run_until_killed, suite
 
 from ghostball.validation.results.database import has_database
 from ghostball.validation.results.store import Results, ResultsWriter, has_results
-from ghostball.validation.stress import StressFolder
-from ghostball.validation.stress.findings import is_stress_folder
 from ghostball.validation.suite.unchanged import code_hash
 
 pytestmark = [
@@ -38,34 +35,22 @@ def cases_in(out: Path) -> set[Key]:
     return found
 
 
-def findings_in(out: Path) -> set[Key]:
-    return {one.key for one in StressFolder.load(out).findings} if is_stress_folder(out) else set()
+PLANNED, KILLS = 24, 30
+"""Cases of a run, and how often one is killed."""
 
 
-@pytest.mark.parametrize(
-    ("run", "found", "planned", "kills"),
-    [
-        (suite, cases_in, 24, 30),
-        (stress, findings_in, 12, 10),
-    ],
-    ids=["suite", "stress"],
-)
-def test_a_kill_at_any_instant_loses_nothing_that_was_done(
-    tmp_path: Path,
-    run: Callable[[Path, Say], None],
-    found: Callable[[Path], set[Key]],
-    planned: int,
-    kills: int,
-) -> None:
+def test_a_kill_at_any_instant_loses_nothing_that_was_done(tmp_path: Path) -> None:
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload(["killed_runs", "ghostball.validation.suite.suite"])
-    rng = random.Random(kills)
+    rng = random.Random(KILLS)
     patience, killed, rounds = 0.0, 0, 0
     before: set[Key] = set()
     out = tmp_path / "0"
-    while killed < kills:
+    while killed < KILLS:
         said = tmp_path / f"said-{rounds}"
-        process = context.Process(target=run_until_killed, args=(run, out, said, dict(os.environ)))
+        process = context.Process(
+            target=run_until_killed, args=(suite, out, said, dict(os.environ))
+        )
         begun = time.monotonic()
         process.start()
         # The first is left to end, which says how long that takes here.
@@ -79,10 +64,10 @@ def test_a_kill_at_any_instant_loses_nothing_that_was_done(
             patience = time.monotonic() - begun  # how long a run takes when nobody ends it
         lines = said.read_text().splitlines(keepends=True) if said.exists() else []
         done = {tuple(line[:-1].split("\t")) for line in lines if line.endswith("\n")}
-        there = found(out)
+        there = cases_in(out)
         assert done <= there, "what was said to be done is lost"
         assert before <= there, "what an earlier run did is lost"
         before, rounds = there, rounds + 1
-        if len(there) == planned:  # from the beginning, elsewhere
+        if len(there) == PLANNED:  # from the beginning, elsewhere
             out, before = tmp_path / str(rounds), set()
-    assert rounds > kills
+    assert rounds > KILLS

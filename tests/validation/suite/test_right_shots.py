@@ -7,12 +7,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from right_shots import judged, stress_scenes
+from right_shots import judged, stress_shots
 from shots import kept_scene
 
 from ghostball.model import Scene
 from ghostball.validation.checks.verdict import Verdict, verdict_of
 from ghostball.validation.scenes.random_scenes import PROVABLE, random_scene
+from ghostball.validation.stress import Size
 
 SHAPES = {**PROVABLE, "table": ("polygon", "pockets", "posts")}
 
@@ -113,16 +114,16 @@ def test_a_bounce_at_the_very_height_from_which_bounces_are_one_motion_is_not_ju
     ],
 )
 def test_what_extreme_numbers_found_is_gone(trial):
-    ((_, scene),) = stress_scenes("full", f"extremes/{trial}")
-    found = judged(scene)
+    ((_, shot),) = stress_shots(Size(), f"extremes/{trial}")
+    found = judged(shot.scene)
     assert found.faults == ()
     assert found.reference == "whole"
 
 
 AMBIGUOUS = (
-    "touching/wedged-corner-elastic-gap-0/0",
-    "touching/wedged-corner-rolling-gap-0/0",
-    "tunnelling/energy-of-elastic-break/0",
+    "touching/wedged-corner-elastic-gap-0",
+    "touching/wedged-corner-rolling-gap-0",
+    "tunnelling/energy-of-elastic-break",
 )
 """Stress shots whose proof ends where it can't tell contacts apart.
 
@@ -135,15 +136,12 @@ MOST_AMBIGUOUS = 0.02
 
 def broken_and_ambiguous(family: str, every: int) -> tuple[dict[str, tuple[str, ...]], list[str]]:
     """Return what some stress shots of a family break, and in which the order is ambiguous."""
-    shots = list(stress_scenes("quick", family))[::every]
-    found = {name: judged(scene, reference=has_reference(name)) for name, scene in shots}
+    found = {
+        name: judged(shot.scene, shot.criteria, reference=shot.criteria.truth != "none")
+        for name, shot in list(stress_shots(Size(), family))[::every]
+    }
     broken = {name: one.faults for name, one in found.items() if one.faults}
     return broken, [name for name, one in found.items() if one.reference == "ambiguous"]
-
-
-def has_reference(name: str) -> bool:
-    """Whether a proof of a stress shot comes far in seconds: not of a gas, nor of a break."""
-    return not name.startswith(("storms/", "long-runs/", "reversal/gas"))
 
 
 FAMILIES = ("grazing", "touching", "extremes", "long-runs", "reversal", "pockets", "tunnelling")
@@ -166,8 +164,8 @@ def test_all_stress_shots_are_right_by_the_law(family):
 
 
 def test_hardly_any_stress_shot_is_ambiguous():
-    shots = [name for family in FAMILIES for name, _ in stress_scenes("quick", family)]
-    referenced = [name for name in shots if has_reference(name)]
+    shots = [one for family in FAMILIES for one in stress_shots(Size(), family)]
+    referenced = [name for name, shot in shots if shot.criteria.truth != "none"]
     assert set(AMBIGUOUS) <= set(referenced)
     assert len(AMBIGUOUS) <= MOST_AMBIGUOUS * len(referenced)
 

@@ -11,11 +11,12 @@ import numpy as np
 import pytest
 from mpmath import mp
 from numpy.typing import NDArray
-from right_shots import stress_scenes
+from right_shots import stress_shots
 
 from ghostball.model import Ball, Physics, Scene, Table
 from ghostball.reference_adapters.certified import certify
 from ghostball.validation.scenes.library import find_scene
+from ghostball.validation.stress import Size
 from ghostball.validation.truth.closed_forms import DIGITS, ClosedForm, closed_form
 from ghostball.validation.truth.scene_truth import truth_of
 
@@ -189,6 +190,6 @@ def test_there_is_none_of_a_table_that_is_no_plain_rectangle(shape: dict[str, An
 
 def test_a_shot_so_slow_that_digits_end_has_no_form() -> None:
     """Breaks where a speed of 1e-49 m/s, which arrives, is taken for a rounding of none."""
-    (scene,) = (scene for _, scene in stress_scenes("full", "extremes/limit-elastic-1e-49"))
-    assert closed_form(scene) is None
-    assert truth_of(scene).collision_counts == {"ball-ball": 1, "ball-cushion": 0}
+    ((_, shot),) = stress_shots(Size(), "extremes/limit-elastic-1e-49")
+    assert closed_form(shot.scene) is None
+    assert truth_of(shot.scene).collision_counts == {"ball-ball": 1, "ball-cushion": 0}

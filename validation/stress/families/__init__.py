@@ -1,6 +1,6 @@
-"""The families of trials, by name, in the order in which they are shown; which are asked for.
+"""The families of shots, by name, in the order in which they are shown; which are asked for.
 
-A family is a module here with a constant `FAMILY`. Its trials are a sweep, each with a right answer
+A family is a module here with a constant `FAMILY`. Its shots are a sweep, each with a right answer
 that is known beforehand, or with something that no shot may break.
 """
 
@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import fnmatch
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Final
 
 from ghostball.validation.stress.families import (
@@ -16,12 +17,11 @@ from ghostball.validation.stress.families import (
     long_runs,
     pockets,
     reversal,
-    shipped,
     storms,
     touching,
     tunnelling,
 )
-from ghostball.validation.stress.trial import Family, StressError, Suite, Trial
+from ghostball.validation.stress.shots import Family, Shot, Size, StressError
 
 _MODULES: Final = (
     grazing,
@@ -32,51 +32,56 @@ _MODULES: Final = (
     storms,
     tunnelling,
     pockets,
-    shipped,
 )
 
 FAMILIES: Final[Mapping[str, Family]] = {module.FAMILY.name: module.FAMILY for module in _MODULES}
 
 
-def chosen_trials(suite: Suite, only: Sequence[str] = ()) -> list[tuple[Family, Trial]]:
-    """Return the trials of a suite that are asked for, in order, each with its family.
+def chosen_shots(size: Size, only: Sequence[str] = ()) -> list[Shot]:
+    """Return the shots that are asked for, in order.
 
-    `only`: families, or trials as `FAMILY/TRIAL`, each of which may be a pattern such as
-    "grazing/*-miss-*"; all where it is empty.
+    `only`: families, or shots as `FAMILY/SHOT`, each of which may be a pattern such as
+    "grazing/*-miss-*"; all where it is empty. What isn't among the shots of this size is looked for
+    among all.
 
     Raises `StressError` where one of them is the name of nothing.
     """
-    chosen = []
-    unmatched = dict.fromkeys(only)
-    for family, trial in _candidates(suite, only):
-        names = [
-            pattern
-            for pattern in only
-            if fnmatch.fnmatchcase(family.name, pattern)
-            or fnmatch.fnmatchcase(path_of(family, trial), pattern)
-        ]
-        if names or not only:
-            chosen.append((family, trial))
-        for pattern in names:
-            unmatched.pop(pattern, None)
+    chosen, unmatched = _matching(size, only)
+    if unmatched and not size.full:
+        more, unmatched = _matching(replace(size, full=True), unmatched)
+        chosen += more
     for pattern in unmatched:
         raise StressError(
-            f"no family or trial of suite {suite} is called {pattern!r}. Families: "
-            f"{', '.join(FAMILIES)}; a trial is FAMILY/TRIAL, as `ghostball stress --list FAMILY` "
-            "names it"
+            f"no family or shot is called {pattern!r}. Families: {', '.join(FAMILIES)}; a shot is "
+            "FAMILY/SHOT, as `ghostball stress --list FAMILY` names it"
         )
     return chosen
 
 
-def path_of(family: Family, trial: Trial) -> str:
-    """Return the name of a trial as the command line has it: `FAMILY/TRIAL`."""
-    return f"{family.name}/{trial.name}"
+def _matching(size: Size, only: Sequence[str]) -> tuple[list[Shot], list[str]]:
+    """Return the shots that patterns name, and the patterns that name none."""
+    chosen, unmatched = [], dict.fromkeys(only)
+    for family, shot in _candidates(size, only):
+        names = (family.name, path_of(shot.scene.name))
+        matching = [
+            pattern for pattern in only if any(fnmatch.fnmatchcase(name, pattern) for name in names)
+        ]
+        if matching or not only:
+            chosen.append(shot)
+        for pattern in matching:
+            unmatched.pop(pattern, None)
+    return chosen, list(unmatched)
 
 
-def _candidates(suite: Suite, only: Sequence[str]) -> Iterator[tuple[Family, Trial]]:
-    # To make the trials of a family may take seconds: only where one may be asked for.
+def path_of(scene: str) -> str:
+    """Return how the command line calls the shot with a scene of this name: `FAMILY/SHOT`."""
+    return scene.replace(".", "/", 1)
+
+
+def _candidates(size: Size, only: Sequence[str]) -> Iterator[tuple[Family, Shot]]:
+    # To make the shots of a family may take seconds: only where one may be asked for.
     families = [pattern.partition("/")[0] for pattern in only]
     for family in FAMILIES.values():
         if not only or any(fnmatch.fnmatchcase(family.name, one) for one in families):
-            for trial in family.trials(suite):
-                yield family, trial
+            for shot in family.shots(size):
+                yield family, shot

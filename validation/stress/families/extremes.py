@@ -1,6 +1,6 @@
 """Extremes: shots of ordinary shape, with one number of them far out.
 
-Each is proved by the certified engine from its very doubles. What growing numbers do to a shot is
+Each has a closed form, or is certified from its very doubles. What growing numbers do to a shot is
 their conditioning: far from the origin a coordinate is rounded by more, and so a right answer is
 one within some roundings of the coordinates, carried along the shot; our engine may be 32 times as
 far off as one rounding at each event makes it, as everywhere (scenes/common.expect.toml).
@@ -23,8 +23,7 @@ from ghostball.model import (
     Scene,
     Table,
 )
-from ghostball.validation.stress.proved import ProvedTrial
-from ghostball.validation.stress.trial import Family, Suite, Trial
+from ghostball.validation.stress.shots import Family, Shot, Size, power_of_ten, shot
 
 WAY = 0.0625
 """Way of the cue ball to the other one [m]."""
@@ -113,29 +112,25 @@ def bank(
     )
 
 
-def _spread(suite: Suite, values: range) -> tuple[int, ...]:
-    """Return all of them, or for the quick suite both ends."""
-    return tuple(values) if suite == "full" else (values[0], values[-1])
+def _spread(size: Size, values: range) -> tuple[int, ...]:
+    """Return all of them, or for the small size both ends."""
+    return tuple(values) if size.full else (values[0], values[-1])
 
 
-def _tag(power: int) -> str:
-    return f"1e{power:+03d}"
-
-
-def _speeds(suite: Suite) -> Iterator[Trial]:
+def _speeds(size: Size) -> Iterator[Shot]:
     # What nothing slows arrives at any speed; what friction stops may rest before.
-    for power in _spread(suite, range(-9, 5)):
+    for power in _spread(size, range(-9, 5)):
         speed = 10.0**power
         for kind, fields in KINDS.items():
             scene = cut("speed", Physics(**fields), speed=speed, t_max=5.0 * WAY / speed)
-            yield ProvedTrial(f"speed-{kind}-{_tag(power)}", scene)
+            yield shot(f"speed-{kind}-{power_of_ten(power)}", scene, speed=speed)
         scene = bank("speed", ICE, speed=speed, t_max=4.0 * SIDE / speed)
-        yield ProvedTrial(f"speed-bounces-{_tag(power)}", scene)
+        yield shot(f"speed-bounces-{power_of_ten(power)}", scene, speed=speed)
 
 
-def _differences(suite: Suite) -> Iterator[Trial]:
+def _differences(size: Size) -> Iterator[Shot]:
     """Yield a ball that catches up with another one, which is almost as fast."""
-    for power in _spread(suite, range(-11, 0)):
+    for power in _spread(size, range(-11, 0)):
         slower = 10.0**power
         closes = slower * SPEED * 0.5 * T_MAX
         for kind, fields in KINDS.items():
@@ -148,21 +143,22 @@ def _differences(suite: Suite) -> Iterator[Trial]:
                 ),
             ]
             scene = Scene(name="alike", physics=Physics(**fields), t_max=T_MAX, balls=balls)
-            yield ProvedTrial(f"speed-difference-{kind}-{_tag(power)}", scene)
+            name = f"speed-difference-{kind}-{power_of_ten(power)}"
+            yield shot(name, scene, speed_difference=slower)
 
 
-def _ratios(suite: Suite) -> Iterator[Trial]:
-    for power in _spread(suite, range(-6, 7)):
+def _ratios(size: Size) -> Iterator[Shot]:
+    for power in _spread(size, range(-6, 7)):
         for kind, fields in KINDS.items():
             physics = Physics(**fields)
-            for what, scene in (
-                ("radius", cut("radii", physics, ratio=10.0**power)),
-                ("mass", cut("masses", physics, mass_ratio=10.0**power)),
-            ):
-                yield ProvedTrial(f"{what}-ratio-{kind}-{_tag(power)}", scene)
+            ratio, tag = 10.0**power, f"{kind}-{power_of_ten(power)}"
+            scene = cut("radii", physics, ratio=ratio)
+            yield shot(f"radius-ratio-{tag}", scene, radius_ratio=ratio)
+            scene = cut("masses", physics, mass_ratio=ratio)
+            yield shot(f"mass-ratio-{tag}", scene, mass_ratio=ratio)
 
 
-def _among_many(suite: Suite) -> Iterator[Trial]:
+def _among_many(size: Size) -> Iterator[Shot]:
     """Yield two large balls that meet in front of a hundred small ones, 40 and 400 times smaller.
 
     Two of those meet a little later. Who finds neighbours in cells must have cells for the largest
@@ -170,7 +166,7 @@ def _among_many(suite: Suite) -> Iterator[Trial]:
     first of the large ones would hit them, were it not for the other: who passes over pairs that
     come later than those must know how large a ball may be.
     """
-    for ratio in (40.0,) if suite == "quick" else (40.0, 400.0):
+    for ratio in (40.0, 400.0) if size.full else (40.0,):
         small = 0.25 / ratio
         step = 3.0 * small
         rest = [
@@ -186,34 +182,34 @@ def _among_many(suite: Suite) -> Iterator[Trial]:
         ]
         cue = Ball(id="cue", position=(0.0, -0.1), velocity=(SPEED, 0.0), radius=0.25)
         scene = Scene(name="among-many", physics=ICE, t_max=0.5, balls=[*others, *rest, cue])
-        yield ProvedTrial(f"among-many-{ratio:g}", scene)
+        yield shot(f"among-many-{ratio:g}", scene)
 
 
-def _tables(suite: Suite) -> Iterator[Trial]:
+def _tables(size: Size) -> Iterator[Shot]:
     rough = Physics(rolling_friction=0.5)
-    for power in _spread(suite, range(-3, 7)):
+    for power in _spread(size, range(-3, 7)):
         side = 10.0**power
         # It would go straight on for four sides until it rests.
         speed = math.sqrt(8.0 * rough.rolling_friction * rough.gravity * side)
         scene = bank("table", rough, side=side, radius=side / 40.0, speed=speed, t_max=None)
-        yield ProvedTrial(f"table-rolling-{_tag(power)}", scene)
+        yield shot(f"table-rolling-{power_of_ten(power)}", scene, table=side)
         scene = bank("table", ICE, side=side, radius=side / 40.0, speed=4.0 * side, t_max=1.0)
-        yield ProvedTrial(f"table-elastic-{_tag(power)}", scene)
+        yield shot(f"table-elastic-{power_of_ten(power)}", scene, table=side)
         if side >= 1.0:
             scene = bank("wide", ICE, side=side, speed=4.0 * side, t_max=1.0)
-            yield ProvedTrial(f"table-pool-ball-{_tag(power)}", scene)
+            yield shot(f"table-pool-ball-{power_of_ten(power)}", scene, table=side)
 
 
-def _moved(suite: Suite) -> Iterator[Trial]:
-    powers = range(7) if suite == "full" else (6,)
-    for power in powers:
+def _moved(size: Size) -> Iterator[Shot]:
+    for power in range(7) if size.full else (6,):
         away = 10.0**power
         for kind, fields in KINDS.items():
             for sign, word in ((1.0, "there"), (-1.0, "back")):
                 scene = cut("moved", Physics(**fields), at=(sign * away, -0.7 * sign * away))
-                if suite == "full" or sign > 0.0:
-                    yield ProvedTrial(f"moved-{word}-{kind}-{_tag(power)}", scene)
-        yield ProvedTrial(f"far-end-{_tag(power)}", _far_end(away))
+                if size.full or sign > 0.0:
+                    name = f"moved-{word}-{kind}-{power_of_ten(power)}"
+                    yield shot(name, scene, distance=away)
+        yield shot(f"far-end-{power_of_ten(power)}", _far_end(away), distance=away)
 
 
 def _far_end(away: float) -> Scene:
@@ -230,52 +226,54 @@ def _far_end(away: float) -> Scene:
     )
 
 
-def _frictions(suite: Suite) -> Iterator[Trial]:
+def _frictions(size: Size) -> Iterator[Shot]:
     pool = KINDS[SLIDING]
-    for friction in (10.0,) if suite == "quick" else (0.0, 1e-6, 1e-3, 0.1, 1.0, 3.0, 10.0):
+    for friction in (0.0, 1e-6, 1e-3, 0.1, 1.0, 3.0, 10.0) if size.full else (10.0,):
         scene = cut("rough", Physics(rolling_friction=friction), speed=8.0)
-        yield ProvedTrial(f"friction-rolling-{friction:g}", scene)
+        yield shot(f"friction-rolling-{friction:g}", scene, friction=friction)
         for what in ("rolling", "sliding", "ball", "cushion"):
             scene = bank("rough", Physics(**(pool | {f"{what}_friction": friction})))
-            yield ProvedTrial(f"friction-pool-{what}-{friction:g}", scene)
+            yield shot(f"friction-pool-{what}-{friction:g}", scene, friction=friction)
         physics = Physics(**(pool | {"cushion": "frictional", "cushion_friction": friction}))
-        yield ProvedTrial(f"friction-flat-cushion-{friction:g}", bank("rough", physics))
+        scene = bank("rough", physics)
+        yield shot(f"friction-flat-cushion-{friction:g}", scene, friction=friction)
 
 
-def _restitutions(suite: Suite) -> Iterator[Trial]:
-    values = (0.0,) if suite == "quick" else (0.0, 1e-12, 0.5, 1.0 - 1e-12, 1.0)
-    for restitution in values:
+def _restitutions(size: Size) -> Iterator[Shot]:
+    for restitution in (0.0, 1e-12, 0.5, 1.0 - 1e-12, 1.0) if size.full else (0.0,):
         for kind, fields in KINDS.items():
             scene = cut("e", Physics(**(fields | {"ball_restitution": restitution})))
-            yield ProvedTrial(f"restitution-balls-{kind}-{restitution:.13g}", scene)
+            name = f"restitution-balls-{kind}-{restitution:.13g}"
+            yield shot(name, scene, restitution=restitution)
             laws: dict[str, Any] = {"cushion_restitution": restitution}
             if kind != SLIDING:
                 laws["cushion"] = "restitution"
             scene = bank("e", Physics(**(fields | laws)))
             # A cushion that gives nothing back holds a ball that its spin drives on: no proof.
             least = 5 if kind == SLIDING and restitution <= 1e-12 else None
-            yield ProvedTrial(f"restitution-cushions-{kind}-{restitution:.13g}", scene, least)
+            name = f"restitution-cushions-{kind}-{restitution:.13g}"
+            yield shot(name, scene, proved=least, restitution=restitution)
 
 
-def _tiny(suite: Suite) -> Iterator[Trial]:
+def _tiny(size: Size) -> Iterator[Shot]:
     """Yield speeds whose squares vanish, down to the least double; and those at the limits."""
     values = (5e-324, 1e-310, 3e-308, 1e-200, 1e-160, 1e-100, 1e-50)
-    for speed in values if suite == "full" else values[:1]:
+    for speed in values if size.full else values[:1]:
         for kind, fields in KINDS.items():
             scene = cut("tiny", Physics(**fields), speed=speed)
-            yield ProvedTrial(f"tiny-{kind}-{speed:g}", scene)
-    for power in (-49, -30, 20, 49) if suite == "full" else (-49, 49):
+            yield shot(f"tiny-{kind}-{speed:g}", scene, speed=speed)
+    for power in (-49, -30, 20, 49) if size.full else (-49, 49):
         scene = cut("limit", ICE, speed=10.0**power, t_max=5.0 * WAY / 10.0**power)
-        yield ProvedTrial(f"limit-elastic-{_tag(power)}", scene)
+        yield shot(f"limit-elastic-{power_of_ten(power)}", scene, speed=10.0**power)
 
 
-def _trials(suite: Suite) -> Iterator[Trial]:
+def _shots(size: Size) -> Iterator[Shot]:
     parts = (
         *(_speeds, _differences, _ratios, _among_many),
         *(_tables, _moved, _frictions, _restitutions, _tiny),
     )
     for part in parts:
-        yield from part(suite)
+        yield from part(size)
 
 
 FAMILY = Family(
@@ -285,5 +283,5 @@ FAMILY = Family(
     "ratios of radii and masses to 1e6, tables from 1 mm to 1e6 m, 1e6 m from the origin, friction "
     "0 to 10, restitution 0 and 1) come out as proved: within some roundings, or, of engines that "
     "step, within what the step allows.",
-    _trials,
+    _shots,
 )

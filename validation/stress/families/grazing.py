@@ -9,12 +9,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 
-import numpy as np
-
-from ghostball.model import Ball, EventKind, Physics, Result, Scene, Table
-from ghostball.validation.stress.trial import Family, SceneTrial, Suite, Trial, Verdict
+from ghostball.model import Ball, Physics, Scene, Table
+from ghostball.validation.checks.criterion import Criterion
+from ghostball.validation.stress.shots import Family, Shot, Size, limit, shot
 
 SPEED = 1.0
 WAY = 0.1
@@ -100,41 +98,16 @@ def at_cushion(name: str, depth: float, _turn: float) -> Scene:
     )
 
 
-@dataclass(frozen=True)
-class HitOrMiss:
-    """Whether there is one collision where the path goes deep enough, and none where it doesn't.
-
-    `depth`: in diameters; negative where nothing must collide.
-    `kind`: of the collision.
-    """
-
-    depth: float
-    kind: EventKind = EventKind.BALL_BALL
-
-    def __call__(self, result: Result) -> Verdict:
-        """Judge a run."""
-        assert result.events is not None
-        collisions = int(np.count_nonzero(result.events["kind"] == self.kind))
-        faults = []
-        if self.depth > 0.0 and not collisions:
-            faults.append(f"a collision {self.depth:.2e} diameters deep is missed")
-        if self.depth < 0.0 and collisions:
-            faults.append(
-                f"a collision is seen where the path misses by {-self.depth:.2e} diameters"
-            )
-        if collisions > 1:
-            faults.append(f"{collisions} collisions where there is one")
-        # The deeper, the worse to get wrong; the shallower, the harder to get right.
-        size = -math.log10(abs(self.depth)) / (SHALLOWEST + 1)
-        severity = 2.0 - size if faults else size
-        return Verdict.of(
-            result.scene, faults, severity, {"depth": self.depth, "missed": bool(faults)}
-        )
+def hit_or_miss(depth: float, metric: str = "collision_count") -> Criterion:
+    """Return the limit on the collisions of a path that goes so deep [diameters], or misses."""
+    if depth > 0.0:
+        return limit(metric, f"The path goes {depth:.0e} diameters deep: one collision.", equals=1)
+    return limit(metric, f"The path misses by {-depth:.0e} diameters: no collision.", equals=0)
 
 
-def _trials(suite: Suite) -> Iterator[Trial]:
-    turns = (0.0, 0.7) if suite == "quick" else (0.0, 0.3, 0.7, 1.1, 2.3, 4.0)
-    powers = range(1, SHALLOWEST + 1, 3 if suite == "quick" else 1)
+def _shots(size: Size) -> Iterator[Shot]:
+    turns = (0.0, 0.3, 0.7, 1.1, 2.3, 4.0) if size.full else (0.0, 0.7)
+    powers = range(1, SHALLOWEST + 1, 1 if size.full else 3)
     sliding = Physics(preset="pool")
     kinds: dict[str, Callable[[str, float, float], Scene]] = {
         "rolling": lambda n, d, a: straight(n, Physics(), d, a),
@@ -145,14 +118,13 @@ def _trials(suite: Suite) -> Iterator[Trial]:
         "cushion": at_cushion,
     }
     for kind, make in kinds.items():
-        met = EventKind.BALL_CUSHION if kind == "cushion" else EventKind.BALL_BALL
         for power in powers:
             for turn in turns[:1] if kind == "cushion" else turns:
                 for sign, word in ((1.0, "hit"), (-1.0, "miss")):
                     name = f"{kind}-{word}-1e-{power:02d}" + (f"-turned-{turn:g}" if turn else "")
                     depth = sign * 10.0**-power
-                    judge = HitOrMiss(depth, met)
-                    yield SceneTrial(name, make(name, depth, turn), judge, "events")
+                    scene = make(name, depth, turn)
+                    yield shot(name, scene, hit_or_miss(depth), depth=abs(depth))
 
 
 FAMILY = Family(
@@ -160,5 +132,5 @@ FAMILY = Family(
     "Grazing hits and near misses",
     "A path that goes 1e-1 to 1e-13 of a diameter into a ball or a cushion gives one "
     "collision; one that stays as far away gives none.",
-    _trials,
+    _shots,
 )

@@ -4,15 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
-from ghostball.model import Ball, EventKind, Physics, Result, Scene, Table
-from ghostball.validation.stress.families.grazing import SHALLOWEST, SPEED, WAY, HitOrMiss
-from ghostball.validation.stress.proved import ProvedTrial
-from ghostball.validation.stress.trial import Family, SceneTrial, Suite, Trial, Verdict
+from ghostball.model import Ball, Physics, Scene, Table
+from ghostball.validation.checks.criterion import Criterion
+from ghostball.validation.stress.families.grazing import SHALLOWEST, SPEED, WAY, hit_or_miss
+from ghostball.validation.stress.shots import Family, Shot, Size, limit, shot
 
 _RADIUS = Ball(id="any", position=(0.0, 0.0)).radius
 _FREE = Physics(rolling_friction=0.0, cushion="mirror")
@@ -22,21 +19,6 @@ _CORNER = ((0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 1.0), (1.0, 2.0), (0.0, 2.0
 
 _POST = 0.04
 """Radius of the post that balls graze [m]."""
-
-
-@dataclass(frozen=True)
-class Meets:
-    """Whether a run has as many of an event as there must be, and none where there must be none."""
-
-    kind: EventKind
-    count: int
-
-    def __call__(self, result: Result) -> Verdict:
-        """Judge a run."""
-        assert result.events is not None
-        seen = int(np.count_nonzero(result.events["kind"] == self.kind))
-        faults = [f"{seen} events {self.kind.label}, where there must be {self.count}"]
-        return Verdict.of(result.scene, faults if seen != self.count else [])
 
 
 def passing(name: str, depth: float, turn: float, *, post: bool) -> Scene:
@@ -90,40 +72,48 @@ def wedge(name: str, angle: float) -> tuple[Scene, int]:
     return scene, math.floor(end / angle) - math.floor(start / angle)
 
 
-def shot(name: str, *balls: dict[str, Any], **fields: Any) -> Scene:
+def _on_pool(*balls: dict[str, Any], **fields: Any) -> Scene:
     """Return a shot on a pool table of 9 ft, on which nothing slows balls."""
     data = [{"id": f"b{i}", **ball} for i, ball in enumerate(balls)]
     return Scene.model_validate(
-        {"name": name, "table": _POOL, "physics": _FREE, "t_max": 2.0, "balls": data, **fields}
+        {"name": "pool", "table": _POOL, "physics": _FREE, "t_max": 2.0, "balls": data, **fields}
     )
 
 
-def _grazes(suite: Suite) -> Iterator[Trial]:
+def _falls(count: int) -> Criterion:
+    return limit("pocketed_count", "So many balls are over the edge of a hole.", equals=count)
+
+
+def _bounces(count: int) -> Criterion:
+    why = "Unfolded, its path is a straight line, which crosses so many images of the sides."
+    return limit("ball_cushion_count", why, equals=count)
+
+
+def _grazes(size: Size) -> Iterator[Shot]:
     for kind in ("post", "corner"):
-        for power in range(1, SHALLOWEST + 1, 4 if suite == "quick" else 1):
+        for power in range(1, SHALLOWEST + 1, 1 if size.full else 4):
             for sign, word in ((1.0, "hit"), (-1.0, "miss")):
-                for turn in (0.0, 0.1) if suite == "quick" else (0.0, 0.1, -0.3, 0.5):
+                for turn in (0.0, 0.1, -0.3, 0.5) if size.full else (0.0, 0.1):
                     name = f"{kind}-{word}-1e-{power:02d}" + (f"-turned-{turn:g}" if turn else "")
                     depth = sign * 10.0**-power
                     scene = passing(name, depth, turn, post=kind == "post")
-                    yield SceneTrial(name, scene, HitOrMiss(depth, EventKind.BALL_CUSHION))
+                    asked = hit_or_miss(depth, "ball_cushion_count")
+                    yield shot(name, scene, asked, depth=abs(depth))
 
 
-def _at_holes() -> Iterator[Trial]:
+def _at_holes() -> Iterator[Shot]:
     """Yield balls at the edge of a hole, frozen between jaws, and two that fall together."""
     (hole,) = (one for one in _POOL.holes if one.pocket == 1)  # of the bottom side
     x, edge = hole.centre[0], hole.centre[1] + hole.radius
     for power in (3, 6, 9, 12):
         place = (x, edge + 10.0**-power)
-        name = f"hanging-1e-{power:02d}"
-        yield SceneTrial(name, shot(name, {"position": place}), Meets(EventKind.POCKETED, 0))
-        name = f"falling-1e-{power:02d}"
+        yield shot(f"hanging-1e-{power:02d}", _on_pool({"position": place}), _falls(0))
         pushed = {"position": place, "velocity": (0.0, -1e-3 - 10.0**-power)}
-        yield SceneTrial(name, shot(name, pushed), Meets(EventKind.POCKETED, 1))
+        yield shot(f"falling-1e-{power:02d}", _on_pool(pushed), _falls(1))
     pair = [
         {"position": (x + side * 0.03, edge + 0.2), "velocity": (0.0, -1.0)} for side in (-1.0, 1.0)
     ]
-    yield SceneTrial("two-at-once", shot("two-at-once", *pair), Meets(EventKind.POCKETED, 2))
+    yield shot("two-at-once", _on_pool(*pair), _falls(2))
     # A ball too large for the mouth lies against both jaws. What strikes it comes back.
     large, jaws = 0.1, [one for one in _POOL.obstacles if getattr(one, "inward", None)]
     jaw = min(
@@ -133,40 +123,38 @@ def _at_holes() -> Iterator[Trial]:
     across = x - jaw.centre[0]  # type: ignore[union-attr]
     up = math.sqrt((large + jaw.radius) ** 2 - across**2)  # type: ignore[union-attr]
     frozen = {"position": (x, jaw.centre[1] + up), "radius": large}  # type: ignore[union-attr]
-    name = "frozen-in-the-jaws"
-    yield SceneTrial(name, shot(name, frozen), Meets(EventKind.BALL_CUSHION, 0))
+    still = limit("ball_cushion_count", "Nothing moves.", equals=0)
+    yield shot("frozen-in-the-jaws", _on_pool(frozen), still)
     for speed in (0.01, 1.0, 5.0):
-        name = f"into-the-jaws-{speed:g}"
         cue = {"position": (x, 0.635), "velocity": (0.0, -speed)}
         # Until it is on its way back to the pocket across.
-        scene = shot(name, frozen, cue, t_max=0.9 / speed)
-        yield SceneTrial(name, scene, Meets(EventKind.POCKETED, 0))
+        scene = _on_pool(frozen, cue, t_max=0.9 / speed)
+        yield shot(f"into-the-jaws-{speed:g}", scene, _falls(0), stepped=True)
 
 
-def _rattles(suite: Suite) -> Iterator[Trial]:
+def _rattles(size: Size) -> Iterator[Shot]:
     """Yield balls on their way between the jaws of a corner pocket, held to their proofs."""
-    for k in range(6 if suite == "quick" else 60):
-        y = 1.185 + 0.02 * k / (5 if suite == "quick" else 59)
-        name = f"rattle-{y:.5f}"
+    most = 59 if size.full else 5
+    for k in range(most + 1):
+        y = 1.185 + 0.02 * k / most
         ball = {"position": (1.9, y), "velocity": (2.0, 0.04)}
-        scene = shot(name, ball, physics=Physics(preset="pool"), t_max=None)
-        yield ProvedTrial(name, scene)
+        scene = _on_pool(ball, physics=Physics(preset="pool"), t_max=None)
+        yield shot(f"rattle-{y:.5f}", scene)
 
 
-def _corners(suite: Suite) -> Iterator[Trial]:
+def _corners(size: Size) -> Iterator[Shot]:
     """Yield corners that get ever sharper, down to sides that are nearly parallel."""
-    degrees = (90.5, 31.0, 7.0, 1.0) if suite == "quick" else (90.5, 31.0, 7.0, 1.0, 0.3, 0.1, 0.03)
-    for one in degrees:
-        name = f"needle-{one:g}"
-        scene, count = wedge(name, math.radians(one))
-        yield SceneTrial(name, scene, Meets(EventKind.BALL_CUSHION, count))
+    for degrees in (90.5, 31.0, 7.0, 1.0, 0.3, 0.1, 0.03) if size.full else (90.5, 31.0, 7.0, 1.0):
+        name = f"needle-{degrees:g}"
+        scene, count = wedge(name, math.radians(degrees))
+        yield shot(name, scene, _bounces(count), angle=degrees)
 
 
-def _trials(suite: Suite) -> Iterator[Trial]:
-    yield from _grazes(suite)
+def _shots(size: Size) -> Iterator[Shot]:
+    yield from _grazes(size)
     yield from _at_holes()
-    yield from _rattles(suite)
-    yield from _corners(suite)
+    yield from _rattles(size)
+    yield from _corners(size)
 
 
 FAMILY = Family(
@@ -176,5 +164,5 @@ FAMILY = Family(
     "that hangs at the edge of a hole stays, and falls where it is pushed; one too large for a "
     "mouth never falls; a rattle between jaws is the proved one; and a corner of 90 to 0.03 "
     "degrees is left after as many bounces as a straight line crosses its images.",
-    _trials,
+    _shots,
 )

@@ -3,23 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
-from typing import ClassVar, Final
+from typing import Final
 
-from ghostball.model import Scene, UnsupportedSceneError
-from ghostball.reference_adapters import ReferenceEngine
-from ghostball.reference_adapters.registry import OURS
 from ghostball.validation.scenes.random_scenes import Wanted, random_scene
-from ghostball.validation.stress.judges import Invariants
-from ghostball.validation.stress.trial import Family, Suite, Trial, Verdict, play
+from ghostball.validation.stress.possible import POSSIBLE
+from ghostball.validation.stress.shots import Family, Shot, Size, limit, shot
 
 MOST = 100_000
 """Events, and contact steps, of a break."""
-
-LOOKS = 200
-"""Instants at which each break is looked at."""
-
-JUDGE: Final = Invariants(most_events=MOST, most_steps=MOST, random=True, looks=LOOKS)
 
 BREAKS: Final[Mapping[str, Wanted]] = {
     "layout": ("rack", "loose-rack"),
@@ -33,64 +24,39 @@ BREAKS: Final[Mapping[str, Wanted]] = {
 }
 """The options of random scenes that are breaks."""
 
-FOREIGN_T_MAX = 2.0
-"""How much of a scene other engines play [s]."""
+STEPPED_T_MAX = 2.0
+"""How much of a break engines with a time step play [s]: they need seconds for a whole one."""
+
+EVERY = 50
+"""Of so many breaks in a row they play one."""
+
+COUNT, COUNT_OF_ALL = 100, 5_000
+"""How many breaks there are."""
+
+LIMITS = (
+    *POSSIBLE,
+    limit("event_count", "Eight times what the longest break needs.", at_most=MOST),
+    limit("contact_steps", "Eight times what the longest break needs.", at_most=MOST),
+)
 
 
-@dataclass(frozen=True)
-class RandomBreaks(Trial):
-    """Random breaks, of which the verdict shows the one that broke worst, or came nearest.
-
-    Our engine plays them all. Of other engines, that need seconds for one, each plays the first 2 s
-    of the first one that it can represent.
-
-    `first`, `count`: numbers of the scenes; see `random_scene`.
-    """
-
-    name: str
-    first: int
-    count: int
-    limit: ClassVar[float] = 600.0
-
-    def run(self, engine: ReferenceEngine) -> Verdict:
-        """Play the scenes and judge each.
-
-        Raises `UnsupportedSceneError` where the engine can represent none of them.
-        """
-        if engine.name == OURS:
-            return Verdict.of_all([self._judged(engine, scene) for scene in self.examples()])
-        lacks: dict[str, None] = {}
-        for scene in self.examples():
-            try:
-                return self._judged(engine, scene.model_copy(update={"t_max": FOREIGN_T_MAX}))
-            except UnsupportedSceneError as error:
-                lacks.update(dict.fromkeys(error.features))
-        raise UnsupportedSceneError(engine.name, tuple(lacks))
-
-    def examples(self) -> Iterator[Scene]:
-        """Yield the scenes: with every variant of the kernels that is needed."""
-        for number in range(self.first, self.first + self.count):
-            yield random_scene(number, **BREAKS)
-
-    def _judged(self, engine: ReferenceEngine, scene: Scene) -> Verdict:
-        result = play(engine, scene)
-        return result if isinstance(result, Verdict) else JUDGE(result)
-
-
-def _trials(suite: Suite) -> Iterator[Trial]:
-    size, parts = (250, 2) if suite == "quick" else (500, 100)
-    for first in range(0, size * parts, size):
-        yield RandomBreaks(f"racks-{first:05d}-{first + size - 1:05d}", first, size)
+def _shots(size: Size) -> Iterator[Shot]:
+    count = size.count or (COUNT_OF_ALL if size.full else COUNT)
+    for number in range(size.seed, size.seed + count):
+        scene = random_scene(number, **BREAKS)
+        yield shot(f"break-{number:05d}", scene, *LIMITS, truth="none", stepped=False)
+        if (number - size.seed) % EVERY == 0:
+            begun = scene.model_copy(update={"t_max": STEPPED_T_MAX})
+            name = f"begun-{number:05d}"
+            yield shot(name, begun, *LIMITS, truth="none", stepped=True)
 
 
 FAMILY = Family(
     "storms",
     "Random breaks",
     "Whatever the break, the laws and the frictions: it ends by itself within "
-    f"{MOST} events and contact steps, energy never rises, and no ball overlaps another or "
-    "a cushion: exact motion by no more than rounding and what a sustained contact may be off by, "
-    "that of an engine that steps by no more than the law allows its step. Each break is looked "
-    f"at at {LOOKS} instants. Other engines than "
-    f"ours play {FOREIGN_T_MAX:g} s of one break of each trial.",
-    _trials,
+    f"{MOST} events and contact steps, energy never rises, and no ball overlaps another or a "
+    "cushion by more than the law allows. Engines with a time step play "
+    f"{STEPPED_T_MAX:g} s of one break in {EVERY}. --seed and --count choose others, and more.",
+    _shots,
 )

@@ -4,13 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import replace
 from itertools import product
 
 from ghostball.model import Ball, Physics, Scene, Table
-from ghostball.validation.stress.judges import Both, Ends, Invariants
-from ghostball.validation.stress.proved import ProvedTrial
-from ghostball.validation.stress.trial import Family, SceneTrial, Suite, Trial, size
+from ghostball.validation.checks.criterion import Criterion
+from ghostball.validation.stress.families.reversal import back_within
+from ghostball.validation.stress.possible import (
+    ISOLATED,
+    POSSIBLE,
+    SKEW_OF_CONTACTS,
+    bounded,
+    symmetric,
+)
+from ghostball.validation.stress.shots import Family, Shot, Size, limit, shot, size_of
 
 RADIUS = 2.0**-5
 """Radius [m]: with it, contacts along an axis are closed to the bit, and gaps what they say."""
@@ -69,24 +75,24 @@ def resting_row(count: int, gap: float) -> list[Ball]:
     return [ball(f"b{k}", (x, 0.0)) for k, x in enumerate(places)]
 
 
-def _gaps(suite: Suite) -> tuple[float, ...]:
-    return (0.0, 1e-9) if suite == "quick" else (0.0, *(10.0**-k for k in range(15, 2, -1)))
+def _gaps(size: Size) -> tuple[float, ...]:
+    return (0.0, *(10.0**-k for k in range(15, 2, -1))) if size.full else (0.0, 1e-9)
 
 
-def _few_gaps(suite: Suite) -> tuple[float, ...]:
-    return (0.0,) if suite == "quick" else (0.0, 1e-15, 1e-12, 1e-9, 1e-6, 1e-3)
+def _few_gaps(size: Size) -> tuple[float, ...]:
+    return (0.0, 1e-15, 1e-12, 1e-9, 1e-6, 1e-3) if size.full else (0.0,)
 
 
-def _pairs(suite: Suite) -> Iterator[Trial]:
+def _pairs(size: Size) -> Iterator[Shot]:
     """Yield two balls, one of which moves, in contact along an axis or at an angle; proved."""
-    turns = (0.0, 0.7) if suite == "quick" else (0.0, 0.7, 0.5 * math.pi, 2.0, 4.0)
+    turns = (0.0, 0.7, 0.5 * math.pi, 2.0, 4.0) if size.full else (0.0, 0.7)
     for (kind, physics), gap, (word, direction), turn in product(
-        KINDS.items(), _gaps(suite), DIRECTIONS.items(), turns
+        KINDS.items(), _gaps(size), DIRECTIONS.items(), turns
     ):
         c, s = math.cos(turn), math.sin(turn)
         x, y = direction
         reach = 2.0 * RADIUS + gap
-        name = f"pair-{kind}-{word}-gap-{size(gap)}-turned-{turn:.1f}"
+        name = f"pair-{kind}-{word}-gap-{size_of(gap)}-turned-{turn:.1f}"
         scene = Scene(
             name=name,
             physics=physics,
@@ -96,29 +102,22 @@ def _pairs(suite: Suite) -> Iterator[Trial]:
                 ball("b", (c * reach, s * reach)),
             ],
         )
-        bounds = Invariants(most_events=4, most_steps=200, isolated=kind == "elastic")
-        if kind == "elastic" and word == "into" and gap == 0.0 and turn != 0.0:
-            # The first ball ends at rest or moves by a rounding: which, no proof says, so that it
-            # says nothing of the shot. Equal masses trade velocities.
-            there = (c * (reach + T_MAX), s * (reach + T_MAX))
-            traded = Ends(((0.0, 0.0), (c, s)), 1, ((0.0, 0.0), there))
-            yield SceneTrial(name, scene, Both(bounds, traded))
-        else:
-            yield ProvedTrial(name, scene, also=bounds, cached=False)
+        isolated = ISOLATED if kind == "elastic" else ()
+        yield shot(name, scene, *POSSIBLE, *bounded(4, 200), *isolated, gap=gap)
 
 
-def _on_cushions(suite: Suite) -> Iterator[Trial]:
+def _on_cushions(size: Size) -> Iterator[Shot]:
     """Yield a ball at a cushion, and in a corner; proved."""
     table = Table(length=1.0, width=1.0)
     for (kind, physics), gap, (word, direction) in product(
-        KINDS.items(), _gaps(suite), DIRECTIONS.items()
+        KINDS.items(), _gaps(size), DIRECTIONS.items()
     ):
         for place, where in (
             ((RADIUS + gap, 0.5), "cushion"),
             ((RADIUS + gap, RADIUS + gap), "corner"),
         ):
             velocity = (-direction[0], -direction[1])
-            name = f"{where}-{kind}-{word}-gap-{size(gap)}"
+            name = f"{where}-{kind}-{word}-gap-{size_of(gap)}"
             scene = Scene(
                 name=name,
                 physics=physics,
@@ -126,40 +125,33 @@ def _on_cushions(suite: Suite) -> Iterator[Trial]:
                 t_max=T_MAX,
                 balls=[ball("a", place, velocity)],
             )
-            bounds = Invariants(most_events=6, most_steps=200)
-            if where == "corner" and word == "slanting" and gap == 0.0:
-                yield SceneTrial(name, scene, _from_corner(kind, place, direction, bounds))
-            else:
-                yield ProvedTrial(name, scene, also=bounds, cached=False)
+            limits = (*POSSIBLE, *bounded(6, 200))
+            if where == "corner" and word == "slanting" and gap == 0.0 and kind != "sliding":
+                # Which cushion comes first no proof says. Mirrors send the ball back either way.
+                limits += _off_both()
+            yield shot(name, scene, *limits, gap=gap)
 
 
-def _from_corner(
-    kind: str, place: Plane, direction: Plane, bounds: Invariants
-) -> Invariants | Both:
-    """Return the judge of a ball that leaves a corner, into which it is pushed at the start.
-
-    Which of both cushions comes first no proof says, and so it says nothing of the shot. Mirrors
-    send the ball back either way, and it rolls on. What friction on the first one leaves for the
-    second depends on that order: then nothing is asked but that both are met, or it would be
-    beyond one of them.
-    """
-    if kind == "sliding":
-        return bounds
-    lost = KINDS[kind].rolling_friction * KINDS[kind].gravity * T_MAX
-    way = T_MAX * (1.0 - 0.5 * lost)  # at 1 m/s at first
-    velocity = (direction[0] * (1.0 - lost), direction[1] * (1.0 - lost))
-    there = (place[0] + direction[0] * way, place[1] + direction[1] * way)
-    return Both(bounds, Ends((velocity,), 2, (there,)))
+def _off_both() -> tuple[Criterion, ...]:
+    """Return what is asked of a ball that is pushed into a corner with sides that mirror."""
+    both = limit("ball_cushion_count", "It meets both cushions, once each.", equals=2)
+    return (both, ends(1), *symmetric(0.0))
 
 
-def _into_corners(suite: Suite) -> Iterator[Trial]:
+def ends(late: int) -> Criterion:
+    """Return the limit on the end of a shot with contacts at one instant, some of them `late`."""
+    why = "Each contact of the chain may be seen late by a time step."
+    return limit("rest_error_max", why, at_most=float(late), of="step")
+
+
+def _into_corners(size: Size) -> Iterator[Shot]:
     """Yield a ball that runs into a corner along its bisector: it comes back as it came."""
-    ways = (0.0, 0.25) if suite == "quick" else (0.0, 1e-15, 1e-6, 0.01, 0.1, 0.25, 0.37)
+    ways = (0.0, 1e-15, 1e-6, 0.01, 0.1, 0.25, 0.37) if size.full else (0.0, 0.25)
     for corner, far in product(((0, 0), (1, 0), (0, 1), (1, 1)), ways):
         start = RADIUS + far
         x, y = (start if end == 0 else 1.0 - start for end in corner)
         velocity = tuple(-1.0 if end == 0 else 1.0 for end in corner)
-        name = f"bisector-to-{corner[0]}-{corner[1]}-from-{size(far)}"
+        name = f"bisector-to-{corner[0]}-{corner[1]}-from-{size_of(far)}"
         scene = Scene(
             name=name,
             physics=KINDS["elastic"],
@@ -167,51 +159,49 @@ def _into_corners(suite: Suite) -> Iterator[Trial]:
             t_max=0.5,
             balls=[ball("a", (x, y), (velocity[0], velocity[1]))],
         )
-        back = tuple(-v for v in velocity)
-        beyond = 0.5 - 2.0 * far  # to the corner and back, and then that much
-        place = tuple(p + b * beyond for p, b in zip((x, y), back, strict=True))
-        ends = Ends(((back[0], back[1]),), collisions=2, positions=((place[0], place[1]),))
-        yield SceneTrial(name, scene, Both(Invariants(most_events=2), ends))
+        yield shot(name, scene, *POSSIBLE, *_off_both(), back_within(RADIUS))
 
 
-def _bounds(scene: Scene, kind: str) -> Invariants:
-    """Return what is asked of a row, a rack or a wedge."""
+def _limits(scene: Scene, kind: str, skew: float | None) -> tuple[Criterion, ...]:
+    """Return what is asked of a row, a rack or a wedge; `skew` [diameters]: see `symmetric`."""
     n, elastic = len(scene.balls), kind == "elastic"
-    return Invariants(
-        most_events=EVENTS_PER_BALL * n,
-        most_steps=0 if elastic else STEPS_PER_BALL * n,
-        isolated=elastic and scene.table is None,
+    alone = ISOLATED if elastic and scene.table is None else ()
+    return (
+        *POSSIBLE,
+        *bounded(EVENTS_PER_BALL * n, 0 if elastic else STEPS_PER_BALL * n),
+        *(() if skew is None else symmetric(0.0 if elastic else 2.0 * RADIUS * skew)),
+        *alone,
     )
 
 
-def _cradles(suite: Suite) -> Iterator[Trial]:
+def _cradles(size: Size) -> Iterator[Shot]:
     """Yield balls that run into a row: as many leave it, and the others stay.
 
     Equal masses trade velocities: as many collisions as passings of `k` balls through `n`.
     """
-    rows = (2, 5) if suite == "quick" else (1, 2, 3, 4, 5, 8, 15)
-    for n, k, gap in product(rows, (1, 2, 3), _few_gaps(suite)):
+    rows = (1, 2, 3, 4, 5, 8, 15) if size.full else (2, 5)
+    for n, k, gap in product(rows, (1, 2, 3), _few_gaps(size)):
         if k > n:
             continue
         first = -(2.0 * RADIUS + 2.0**-5)
         places = [first - i * (2.0 * RADIUS + 2.0**-6) for i in range(k)]
         coming = [ball(f"in{i}", (x, 0.0), (1.0, 0.0)) for i, x in enumerate(places)]
-        name = f"cradle-{k}-into-{n}-gap-{size(gap)}"
+        name = f"cradle-{k}-into-{n}-gap-{size_of(gap)}"
         balls = [*reversed(coming), *resting_row(n, gap)]
         scene = Scene(name=name, physics=KINDS["elastic"], t_max=0.125, balls=balls)
-        ends = Ends(((0.0, 0.0),) * n + ((1.0, 0.0),) * k, collisions=n * k)
-        bounds = Invariants(most_events=n * k, isolated=True, images=tuple(range(n + k)))
-        yield SceneTrial(name, scene, Both(bounds, ends))
+        count = limit("collision_count", "As many as passings of k balls through n.", equals=n * k)
+        asked = (count, ends(n), *bounded(n * k, 0), *symmetric(0.0))
+        yield shot(name, scene, *POSSIBLE, *ISOLATED, *asked, gap=gap)
 
 
-def _lines(suite: Suite) -> Iterator[Trial]:
+def _lines(size: Size) -> Iterator[Shot]:
     """Yield a ball that hits a line of frozen ones off its middle, and lines that nothing hits."""
-    numbers = (5,) if suite == "quick" else range(2, 16)
-    for (kind, physics), n, gap in product(KINDS.items(), numbers, _few_gaps(suite)):
+    numbers = range(2, 16) if size.full else (5,)
+    for (kind, physics), n, gap in product(KINDS.items(), numbers, _few_gaps(size)):
         cue = ball("cue", (-0.125, 0.25 * RADIUS), (1.5, 0.0))
-        name = f"line-of-{n}-{kind}-gap-{size(gap)}"
+        name = f"line-of-{n}-{kind}-gap-{size_of(gap)}"
         scene = Scene(name=name, physics=physics, t_max=0.1, balls=[cue, *resting_row(n, gap)])
-        yield SceneTrial(name, scene, _bounds(scene, kind))
+        yield shot(name, scene, *_limits(scene, kind, None), gap=gap)
 
 
 def triangle(rows: int, gap: float) -> list[Plane]:
@@ -224,34 +214,24 @@ def triangle(rows: int, gap: float) -> list[Plane]:
     ]
 
 
-def images_of(places: list[Plane], *, swapped: bool = False) -> tuple[int, ...]:
-    """Return each ball's mirror image in y = 0, or in x = y."""
-    return tuple(places.index((y, x) if swapped else (x, -y)) for x, y in places)
-
-
-def _triangles(suite: Suite) -> Iterator[Trial]:
+def _triangles(size: Size) -> Iterator[Shot]:
     """Yield a straight break of a frozen triangle, and one that nothing hits."""
-    numbers = (3,) if suite == "quick" else range(3, 16)
-    for (kind, physics), rows, gap in product(KINDS.items(), numbers, _few_gaps(suite)):
+    numbers = range(3, 16) if size.full else (3,)
+    for (kind, physics), rows, gap in product(KINDS.items(), numbers, _few_gaps(size)):
         places = [(-0.125, 0.0), *triangle(rows, gap)]
         balls = [ball(f"b{k}", place) for k, place in enumerate(places)]
-        name = f"triangle-of-{rows}-rows-{kind}-gap-{size(gap)}"
+        name = f"triangle-of-{rows}-rows-{kind}-gap-{size_of(gap)}"
         cue = ball("cue", places[0], (4.0, 0.0))
         scene = Scene(name=name, physics=physics, t_max=0.05, balls=[cue, *balls[1:]])
-        n = len(balls)
-        yield SceneTrial(
-            name,
-            scene,
-            replace(_bounds(scene, kind), images=images_of(places), skew=SKEW_OF_RACK),
-        )
-        still = Scene(name=f"still-{name}", physics=physics, t_max=0.01, balls=balls)
-        calm = Invariants(most_events=0, still=tuple(range(n)), images=images_of(places))
-        yield SceneTrial(still.name, still, calm)
+        yield shot(name, scene, *_limits(scene, kind, SKEW_OF_RACK), gap=gap)
+        still = Scene(name="still", physics=physics, t_max=0.01, balls=balls)
+        calm = limit("event_count", "Nothing moves.", equals=0)
+        yield shot(f"still-{name}", still, *POSSIBLE, calm, *symmetric(0.0), gap=gap)
 
 
-def _wedged(suite: Suite) -> Iterator[Trial]:
+def _wedged(size: Size) -> Iterator[Shot]:
     """Yield balls that touch each other and a cushion, or lie in a corner, and are pushed there."""
-    for (kind, physics), gap in product(KINDS.items(), _few_gaps(suite)):
+    for (kind, physics), gap in product(KINDS.items(), _few_gaps(size)):
         spacing = 2.0 * RADIUS + gap
         places = {
             "pair": [
@@ -265,7 +245,7 @@ def _wedged(suite: Suite) -> Iterator[Trial]:
             ahead = max(x for x, _ in still) + 2.0 * RADIUS
             for start, how in ((ahead, "pushed"), (ahead + 0.0625, "hit")):
                 every = [(start, 0.0), *still]
-                name = f"wedged-{word}-{how}-{kind}-gap-{size(gap)}"
+                name = f"wedged-{word}-{how}-{kind}-gap-{size_of(gap)}"
                 balls = [ball(f"b{k}", place) for k, place in enumerate(every)]
                 scene = Scene(
                     name=name,
@@ -274,10 +254,9 @@ def _wedged(suite: Suite) -> Iterator[Trial]:
                     t_max=0.125,
                     balls=[ball("cue", every[0], (-1.0, 0.0)), *balls[1:]],
                 )
-                bounds = _bounds(scene, kind)
-                yield SceneTrial(name, scene, replace(bounds, images=images_of(every)))
+                yield shot(name, scene, *_limits(scene, kind, SKEW_OF_CONTACTS), gap=gap)
         corner = [(0.25, 0.25), (RADIUS + gap, RADIUS + gap)]
-        name = f"wedged-corner-{kind}-gap-{size(gap)}"
+        name = f"wedged-corner-{kind}-gap-{size_of(gap)}"
         scene = Scene(
             name=name,
             physics=physics,
@@ -285,21 +264,17 @@ def _wedged(suite: Suite) -> Iterator[Trial]:
             t_max=0.25,
             balls=[ball("cue", corner[0], (-1.0, -1.0)), ball("b", corner[1])],
         )
-        yield SceneTrial(
-            name,
-            scene,
-            replace(_bounds(scene, kind), images=images_of(corner, swapped=True), swapped=True),
-        )
+        yield shot(name, scene, *_limits(scene, kind, SKEW_OF_CONTACTS), gap=gap)
 
 
-def _trials(suite: Suite) -> Iterator[Trial]:
-    yield from _pairs(suite)
-    yield from _on_cushions(suite)
-    yield from _into_corners(suite)
-    yield from _cradles(suite)
-    yield from _lines(suite)
-    yield from _triangles(suite)
-    yield from _wedged(suite)
+def _shots(size: Size) -> Iterator[Shot]:
+    yield from _pairs(size)
+    yield from _on_cushions(size)
+    yield from _into_corners(size)
+    yield from _cradles(size)
+    yield from _lines(size)
+    yield from _triangles(size)
+    yield from _wedged(size)
 
 
 FAMILY = Family(
@@ -309,5 +284,5 @@ FAMILY = Family(
     "it, collide as is proved; as many balls leave a cradle as run into it; racks and lines come "
     "apart without overlap or gain of energy, "
     "straight shots stay their own mirror image, and what nothing hits stays where it is.",
-    _trials,
+    _shots,
 )

@@ -10,6 +10,7 @@ from typer.testing import CliRunner
 import ghostball.cli.measure.stress
 from ghostball.cli import app
 from ghostball.reference_adapters.pybullet.engine import PybulletEngine
+from ghostball.validation.results.store import Results
 from ghostball.validation.stress import FAMILIES
 
 ONE = "grazing/rolling-hit-1e-01"
@@ -19,28 +20,23 @@ def stress(*arguments):
     return CliRunner().invoke(app, ["stress", *map(str, arguments)])
 
 
-def test_the_list_names_every_family_and_tries_nothing(tmp_path, monkeypatch):
+def test_the_list_names_families_or_shots_as_the_command_takes_them(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     result = stress("--list")
     assert result.exit_code == 0, result.output
     assert all(name in result.stdout for name in FAMILIES)
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_the_list_of_a_family_names_its_trials_as_the_command_takes_them():
     names = stress("--list", "grazing").stdout.split()
     assert ONE in names
     assert all(name.startswith("grazing/") for name in names)
     assert len(stress("--list", "grazing", "--full").stdout.split()) > len(names)
-    assert stress("--list", "grazing/*-1e-01").stdout.split() == [
-        name for name in names if name.endswith("-1e-01")
-    ]
-    assert stress("--list", "grasing").exit_code == 2
+    found = json.loads(stress("--list", "storms", "--seed=3", "--count=1", "--format=json").stdout)
+    assert found["shots"] == ["storms/break-00003", "storms/begun-00003"]
+    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.usefixtures("in_this_process")
 def test_a_run_is_a_section_of_the_report_of_the_folder_that_it_lies_in(tmp_path):
-    folder = tmp_path / "out" / "stress-quick"
+    folder = tmp_path / "out" / "stress"
     assert stress(ONE, "-e", "ghostball", "--out", folder).exit_code == 0
     alone = CliRunner().invoke(app, ["report", str(folder)])
     assert refused(alone, f"`ghostball report {folder.parent}`")
@@ -62,25 +58,28 @@ def test_an_engine_that_cannot_run_here_is_refused_where_it_is_named(tmp_path, m
     assert refused(result, why)
     assert not (tmp_path / "out").exists()
     monkeypatch.setattr(ghostball.cli.measure.stress, "DEFAULT_ENGINES", ("ghostball", "pybullet"))
-    result = stress(ONE, "--out", tmp_path / "out", "--format=json")
-    assert result.exit_code == 0
-    found = {one["engine"]: one for one in json.loads(result.stdout)["survival"]}
-    assert found["pybullet"]["unavailable"] == found["ghostball"]["survived"] == 1
+    assert stress(ONE, "--out", tmp_path / "out").exit_code == 0
+    found = {one.label: one.outcome for one in Results.open(tmp_path / "out").cases}
+    assert found == {"ghostball": "ran", "pybullet": "unavailable"}
 
 
-def test_the_command_to_try_again_gives_the_same_verdict(tmp_path):
-    name = "grazing/rolling-hit-1e-04"
-    result = stress(name, "-e", "pymunk:dt=0.05", "--out", tmp_path / "a b", "--format=json")
+@pytest.mark.usefixtures("in_this_process")
+def test_only_engines_that_are_named_must_pass_or_ours_where_none_is(tmp_path, monkeypatch):
+    # At this step a path that goes 1e-4 diameters deep is missed.
+    coarse, name = "pymunk:dt=0.05", "grazing/rolling-hit-1e-04"
+    monkeypatch.setattr(ghostball.cli.measure.stress, "DEFAULT_ENGINES", ("ghostball", coarse))
+    result = stress(name, "--out", tmp_path / "out")
+    assert (result.exit_code, "collision_count must be == 1, got 0" in result.stdout) == (0, True)
+    assert "0/1" in result.stdout
+    result = stress(name, "-e", coarse, "--out", tmp_path / "a b")
     assert result.exit_code == 1
-    first = json.loads(result.stdout)["survival"][0]
-    assert first["broken"] == 1
-    word, *arguments = shlex.split(first["again"])
+    lines = result.stdout.splitlines()
+    (again,) = (line.partition("again: ")[2] for line in lines if "again: " in line)
+    word, *arguments = shlex.split(again)
     assert word == "ghostball"
-    again = CliRunner().invoke(app, [*arguments, "--format=json"])
-    assert again.exit_code == 1
-    second = json.loads(again.stdout)["survival"][0]
-    for key in ("trial", "outcome", "faults", "severity"):
-        assert second["worst"][key] == first["worst"][key]
+    assert CliRunner().invoke(app, [*arguments, "--out", str(tmp_path / "c")]).exit_code == 1
+    (why,) = (line.partition("why: ")[2] for line in lines if "why: " in line)
+    assert CliRunner().invoke(app, shlex.split(why)[1:]).exit_code == 0
 
 
 @pytest.mark.parametrize(
@@ -90,7 +89,7 @@ def test_the_command_to_try_again_gives_the_same_verdict(tmp_path):
         ([ONE, "-e", "chess"], "chess"),
         ([ONE, "-e", "ghostball", "-e", "ghostball"], "once"),
         ([ONE, "--jobs", "0"], "--jobs"),
-        ([ONE, "--suite", "full"], "--suite"),
+        ([ONE, "--count", "0"], "--count"),
         ([ONE, "--time-limit", "0"], "`time_limit`"),
         ([ONE, "--time-limit", "soon"], "--time-limit"),
     ],
@@ -106,13 +105,13 @@ def test_a_folder_with_something_else_is_left_alone(tmp_path):
     assert [entry.name for entry in tmp_path.iterdir()] == ["thesis.tex"]
 
 
+@pytest.mark.usefixtures("in_this_process")
 def test_json_is_all_that_is_printed(tmp_path):
     arguments = (ONE, "-e", "ghostball", "--out", tmp_path)
     result = stress(*arguments, "--format=json")
     assert result.exit_code == 0, result.output
-    found = json.loads(result.stdout)
-    assert (found["planned"], found["done"], found["exit_status"]) == (1, 1, 0)
-    assert found["survival"][0]["survived"] == 1
+    (case,) = json.loads(result.stdout)["cases"]
+    assert (case["scene"], case["outcome"]) == ("grazing.rolling-hit-1e-01", "ran")
     again = stress(*arguments)
-    assert "are known" in again.stderr
+    assert "1 shot unchanged, reused" in again.stderr
     assert "1/1" in again.stdout

@@ -1,0 +1,166 @@
+"""Relations: what must hold between a shot and another shot that is made from it.
+
+    >>> RELATIONS["mirror_error"](engine, result)
+    0.0
+
+Each is a metric: a criterion on this metric has the engine play the other shot, too. Nothing needs
+to be known of how the shot ends. A relation is a function of the engine and the result of the shot;
+it returns the value, or raises `NotMeasuredError` if the relation doesn't hold for such a shot.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Final
+
+import numpy as np
+
+from ghostball.model import Ball, Result, Scene, SceneError, Table, UnsupportedSceneError
+from ghostball.reference_adapters.base import ReferenceEngine
+from ghostball.validation.checks.proof_metrics import NotMeasuredError, RunIncompleteError
+from ghostball.validation.grading.tolerances import ROUNDINGS, UNIT_ROUNDOFF
+from ghostball.validation.runs.playing import run_engine, run_ours
+
+Relation = Callable[[ReferenceEngine, Result], float]
+
+BACK = 1e-3
+"""Distance from the start, in radii of the smallest ball, up to which balls have come back."""
+
+_IMAGES: Final = {"left": "bottom", "right": "top", "bottom": "left", "top": "right"}
+
+
+def mirror_error(engine: ReferenceEngine, result: Result) -> float:
+    """Return how far the ends of the mirrored shot are from the mirrored ends of the shot [m].
+
+    The balls are also given in reverse order, so that an engine which decides by a ball's place in
+    the list is seen, too. To the bit, no term of an exact engine depends on either.
+    """
+    other = _played(engine, mirrored(result.scene))
+    ends = other.rest_positions[::-1][:, [1, 0, 2]]
+    return float(np.max(np.linalg.norm(ends - result.rest_positions, axis=1)))
+
+
+def mirrored(scene: Scene) -> Scene:
+    """Return a scene with x and y swapped and its balls in reverse order.
+
+    Raises `NotMeasuredError` if the table is no rectangle.
+    """
+    table = scene.table
+    if table is not None:
+        if table.obstacles:
+            raise NotMeasuredError("only a rectangular table has an image that is a table")
+        cushions = tuple(_IMAGES[side] for side in table.cushions)
+        table = Table(length=table.width, width=table.length, cushions=cushions)
+    balls = tuple(_image(ball) for ball in reversed(scene.balls))
+    return scene.model_copy(update={"table": table, "balls": balls})
+
+
+def _image(ball: Ball) -> Ball:
+    """Return a ball with x and y swapped; a mirror reverses its spin, which is an axial vector."""
+    ball = ball.without_strike()
+    (x, y, z), (vx, vy, vz) = ball.position, ball.velocity
+    spin = ball.angular_velocity
+    return ball.model_copy(
+        update={
+            "position": (y, x, z),
+            "velocity": (vy, vx, vz),
+            "angular_velocity": None if spin is None else (-spin[1], -spin[0], -spin[2]),
+        }
+    )
+
+
+def reversal_error(engine: ReferenceEngine, result: Result) -> float:
+    """Return how far from its start a ball is after the shot is played backwards [m].
+
+    Raises `NotMeasuredError` if energy is lost, or if rounding alone doesn't lead back.
+    """
+    return _way_back(engine, result)[0]
+
+
+def reversal_factor(engine: ReferenceEngine, result: Result) -> float:
+    """Return `reversal_error` in units of what one rounding per event leaves on the way back."""
+    error, rounding = _way_back(engine, result)
+    return error / rounding
+
+
+def _way_back(engine: ReferenceEngine, result: Result) -> tuple[float, float]:
+    """Return how far from the start a ball ends after the way back, and what rounding leaves [m].
+
+    Each collision of round balls makes errors grow some tenfold, so after some dozens for each ball
+    not even rounding leads back. When, the tangent map of Ghostball's own motion back says. What
+    the way forth got wrong, exact motion would bring back unharmed; the way back makes errors of
+    its own.
+    """
+    scene, turn = result.scene, result.rest_time
+    if turn <= 0.0:
+        raise NotMeasuredError("nothing moves")
+    rounding = rounding_of_way_back(scene, turn)
+    if ROUNDINGS * rounding > BACK * float(np.min(scene.radii)):
+        raise NotMeasuredError("rounding alone doesn't lead back to the start of this shot")
+    try:
+        back = begun_at_end(result, turn, -1.0)
+    except SceneError as error:
+        raise RunIncompleteError(f"no shot can begin where this one ends: {error}") from error
+    off = _played(engine, back).rest_positions - scene.positions
+    return float(np.max(np.linalg.norm(off[:, :2], axis=1))), rounding
+
+
+def rounding_of_way_back(scene: Scene, turn: float) -> float:
+    """Return how far from the start rounding leaves the balls that go back from an instant [m].
+
+    The root mean square of one rounding at each event, for the ball that it displaces most; at
+    least a rounding of the farthest coordinate.
+    """
+    there = run_ours(scene.model_copy(update={"t_max": turn}), "rest")
+    back = run_ours(begun_at_end(there, turn, -1.0))
+    least = float(np.max(np.abs(scene.positions)))
+    return UNIT_ROUNDOFF * max(float(np.max(back.sensitivity([turn]))), least)
+
+
+def begun_at_end(result: Result, t_max: float, sign: float = 1.0) -> Scene:
+    """Return the scene that begins where a run ended; with `sign` -1 it goes back.
+
+    For balls that only ever roll without friction: their spin follows. Every number in the plane is
+    copied to the bit.
+
+    Raises `SceneError` where the balls ended in places where none may begin.
+    """
+    positions, velocities, _ = (samples[0] for samples in result.final_state)
+    balls = [
+        ball.without_strike().model_copy(
+            update={
+                "position": (*r[:2], ball.radius),
+                "velocity": (*v[:2], 0.0),
+                "angular_velocity": None,
+            }
+        )
+        for ball, r, v in zip(
+            result.scene.balls,
+            positions.tolist(),
+            (sign * velocities + 0.0).tolist(),
+            strict=True,
+        )
+    ]
+    scene = result.scene
+    return Scene(
+        name=scene.name, t_max=t_max, physics=scene.physics, table=scene.table, balls=tuple(balls)
+    )
+
+
+def _played(engine: ReferenceEngine, scene: Scene) -> Result:
+    """Play the other shot; an engine that doesn't finish it is wrong, whatever the first was."""
+    try:
+        result = run_engine(engine, scene, "rest")
+    except UnsupportedSceneError as error:
+        raise NotMeasuredError(f"the engine doesn't support the other shot: {error}") from error
+    if not result.status.complete:
+        raise RunIncompleteError(f"the other shot stopped early ({result.status.value})")
+    return result
+
+
+RELATIONS: Final[Mapping[str, Relation]] = {
+    "mirror_error": mirror_error,
+    "reversal_error": reversal_error,
+    "reversal_factor": reversal_factor,
+}
+"""Each relation by the name of its metric."""
