@@ -173,7 +173,7 @@ def fitted_table(seed: int) -> FittedTable:
         noise=noise,
         side=side,
         events={name: len(events) for name, events in fitted.families.items()},
-        goodness=round(fitted.solution.goodness, 3),
+        goodness=round(fitted.goodness, 3),
         seconds=round(seconds, 1) if laws_alike else 0.0,
         errors_off={
             name: round((getattr(fitted.physics, name) - true[name]) / error, 3)

@@ -13,7 +13,7 @@ from ghostball.reports import style
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from ghostball.validation.measured.fit.fit import Fit
+    from ghostball.validation.measured.fit.found import Fit
 
 _TITLES = {
     "rolling": "Balls that roll: their deceleration",
@@ -28,7 +28,7 @@ _SHOWN = 6.0
 def draw_fit(fitted: Fit, path: Path) -> None:
     """Write a picture with a panel for each family of events."""
     with style.drawing():
-        families = fitted.solution.residuals
+        families = {name: one.residuals for name, one in fitted.solutions.items()}
         figure = style.new_figure(9.0, 1.2 + 2.5 * len(families))
         rows = figure.subplots(len(families), 1, squeeze=False)[:, 0]
         for axes, (name, left) in zip(rows, families.items(), strict=True):

@@ -53,11 +53,12 @@ def test_what_became_of_the_laws_is_said():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [101, 107])
+@pytest.mark.parametrize("seed", [21, 101, 107])
 def test_the_errors_hold_for_a_table_that_another_program_played(seed):
     """Its balls, its nose and its camera are none of those that the fit assumes.
 
-    Fails where an assumption that is off isn't part of the error: values were 6 errors off.
+    Fails where an assumption that is off isn't part of the error: values were 6 errors off. In
+    table 21, straight contacts just slip: near the best fit, errors were too small by seven times.
     """
     found = fitted_table(seed)
     assert found.program == "steps"

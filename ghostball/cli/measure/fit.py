@@ -26,7 +26,8 @@ from ghostball.validation.runs.playing import in_other_process
 
 try:
     from ghostball.validation.measured.fit.fields import FIELDS
-    from ghostball.validation.measured.fit.fit import Fit, NotEnoughError, fit_table
+    from ghostball.validation.measured.fit.fit import NotEnoughError, fit_table
+    from ghostball.validation.measured.fit.found import Fit
     from ghostball.validation.measured.fit.harvest import harvest
 except ImportError as error:
     missing = (error.name or "").partition(".")[0]
@@ -39,6 +40,7 @@ except ImportError as error:
 
 LARGEST_TABLE = 20.0
 """Length that no table has [m]."""
+_NOT_TOLD = "the tracks tell nothing of it"
 
 
 def run(
@@ -172,7 +174,8 @@ def physics_toml(fitted: Fit, preset: str) -> str:
     for name in type(given).model_fields:
         value, error = getattr(fitted.physics, name), fitted.errors.get(name)
         if error is not None:
-            lines.append(f"{name} = {rounded(value, error)}  # +- {error:.2g}")
+            sure = f"+- {error:.2g}" if math.isfinite(error) else _NOT_TOLD
+            lines.append(f"{name} = {rounded(value, error)}  # {sure}")
         elif name in fitted.assumed:
             known = fitted.assumed[name]
             assumed = f"assumed {known.mean:.4g} +- {known.spread:.2g}"
@@ -188,6 +191,8 @@ def _parts(fitted: Fit) -> Iterator[RenderableType]:
     for name, error in fitted.errors.items():
         value = getattr(fitted.physics, name)
         note = "at the end of what is allowed" if name in fitted.ends else ""
+        if not math.isfinite(error):
+            note = _NOT_TOLD
         rows.append((name, rounded(value, error), f"{error:.2g}", note))
     yield table_of(
         ("field", "value", "standard error", ""), rows, right=("value", "standard error")
@@ -195,7 +200,7 @@ def _parts(fitted: Fit) -> Iterator[RenderableType]:
     counts = ", ".join(f"{count} {name}" for name, count in fitted.counts.items())
     facts = {
         "events": f"{counts}; the tracker's noise is {1e3 * fitted.noise:.2g} mm",
-        "goodness": f"{fitted.solution.goodness:.2f}; 1 where only noise is left",
+        "goodness": f"{fitted.goodness:.2f}; 1 where only noise is left",
     }
     if fitted.laws:
         tried = ", ".join(f"{name} {value:.2f}" for name, value in fitted.laws.items())
@@ -208,6 +213,8 @@ def _parts(fitted: Fit) -> Iterator[RenderableType]:
         facts[f"assumed: {name}"] = (
             f"{known.mean:.4g} +- {known.spread:.2g}, as tables differ; the errors allow for it"
         )
+    for name in fitted.unsettled:
+        facts[f"not ended: {name}"] = "the search did not reach the best values; give more shots"
     for name, why in fitted.not_told.items():
         facts[f"not enough to tell {name}"] = why
     yield facts_table(facts)
@@ -217,14 +224,18 @@ def _plain(fitted: Fit, engine: str, preset: str) -> dict[str, Any]:
     """Return it as plain values; standard errors."""
     return {
         "physics": {
-            name: {"value": getattr(fitted.physics, name), "error": error}
+            name: {
+                "value": getattr(fitted.physics, name),
+                "error": error if math.isfinite(error) else None,
+            }
             for name, error in fitted.errors.items()
         },
         "law": fitted.physics.cushion,
         "laws": fitted.laws,
         "laws_not_told_apart": fitted.laws_alike,
         "events": fitted.counts,
-        "goodness": fitted.solution.goodness,
+        "goodness": fitted.goodness,
+        "unsettled": fitted.unsettled,
         "not_told_apart": [list(pair) for pair in fitted.not_told_apart],
         "not_told": fitted.not_told,
         "assumed": {

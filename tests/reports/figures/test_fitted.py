@@ -18,7 +18,7 @@ FITTED = SimpleNamespace(
         name: [SimpleNamespace(speed=0.1 + k) for k in range(len(left))]
         for name, left in LEFT.items()
     },
-    solution=SimpleNamespace(residuals=LEFT),
+    solutions={name: SimpleNamespace(residuals=left) for name, left in LEFT.items()},
 )
 
 

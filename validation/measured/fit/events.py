@@ -15,7 +15,7 @@ from typing import Self
 
 import numpy as np
 
-from ghostball.model import Ball, Physics, Scene, Table
+from ghostball.model import Ball, Physics
 from ghostball.model.arrays import FloatArray
 from ghostball.validation.measured.fit.lines import Curve
 from ghostball.validation.measured.play import rolling_deceleration
@@ -26,8 +26,8 @@ of its centre.
 """
 _GUESSES = (-1.2, -0.4, 0.0, 0.4, 1.2)
 _STEP = 0.02  # of derivatives by the side
-_SIZE = 20.0
-"""The sides of the tables on which models are played [m]: no other cushion is near."""
+SIZE = 20.0
+"""The sides of the table that each event has for itself [m]: nothing else is near."""
 
 
 @dataclass(frozen=True)
@@ -43,12 +43,14 @@ class Event(ABC):
     seen_covariance: FloatArray  # (k, k)
     times: FloatArray
     """When samples are read, from where a model begins [s]."""
+    count: int
+    """How many balls play it."""
     hides_side: bool
     """Whether the last number `given` is a side, which no tracker sees: 0, give or take `SIDE`."""
 
     @abstractmethod
-    def scene(self, physics: Physics, given: FloatArray) -> Scene:
-        """Return the scene that plays it, begun as `given`."""
+    def balls(self, physics: Physics, given: FloatArray) -> list[Ball]:
+        """Return the balls that play it, begun as `given`."""
 
     @abstractmethod
     def read(self, positions: FloatArray) -> FloatArray:
@@ -88,15 +90,15 @@ class RollingEvent(Event):
             np.array([slowing]),
             4.0 * covariance[2:3, 2:3],
             curve.times,
+            1,
             False,
             curve,
         )
 
-    def scene(self, physics: Physics, given: FloatArray) -> Scene:
+    def balls(self, physics: Physics, given: FloatArray) -> list[Ball]:
         """Return a ball that has the speed in the middle."""
         speed = _rolling_back(physics, float(given[0]), self.curve.middle)
-        ball = Ball(id="a", position=(1.0, 1.0), velocity=(speed, 0.0), radius=self.radius)
-        return _scene([ball], physics, self.times)
+        return [Ball(id="a", position=(1.0, 1.0), velocity=(speed, 0.0), radius=self.radius)]
 
     def read(self, positions: FloatArray) -> FloatArray:
         """Return the deceleration in the middle."""
@@ -137,21 +139,21 @@ class CushionEvent(Event):
             velocities[1],
             noise**2 * after.covariance[1, 1] * np.eye(2),
             after.times,
+            1,
             True,
             before,
             after,
             gap,
         )
 
-    def scene(self, physics: Physics, given: FloatArray) -> Scene:
+    def balls(self, physics: Physics, given: FloatArray) -> list[Ball]:
         """Return a ball that goes to a cushion across x."""
         meeting = self.gap / float(given[0])
         start, spin = _begun(physics, given, self.before.middle, meeting, self.radius)
-        place = (_SIZE - self.radius - self.gap, _SIZE / 2.0)
-        ball = Ball(
-            id="a", position=place, velocity=start, angular_velocity=spin, radius=self.radius
-        )
-        return _scene([ball], physics, self.times)
+        place = (SIZE - self.radius - self.gap, SIZE / 2.0)
+        return [
+            Ball(id="a", position=place, velocity=start, angular_velocity=spin, radius=self.radius)
+        ]
 
     def read(self, positions: FloatArray) -> FloatArray:
         """Return the velocities of the line after it."""
@@ -200,12 +202,13 @@ class HitEvent(Event):
             seen,
             np.block([[parts[0], zero], [zero, parts[1]]]),
             np.union1d(afters[0].times, afters[1].times),
+            2,
             True,
             before,
             (afters[0], afters[1]),
         )
 
-    def scene(self, physics: Physics, given: FloatArray) -> Scene:
+    def balls(self, physics: Physics, given: FloatArray) -> list[Ball]:
         """Return a ball that goes along x to another one."""
         place, velocity, time = given[:2], given[2:4], self.before.middle
         reach = math.sqrt(max(4.0 * self.radius**2 - float(place[1]) ** 2, 0.0))
@@ -214,19 +217,18 @@ class HitEvent(Event):
         # So that the mean of its places is that of the track's.
         slowing = (np.array(start) - velocity) / time
         way = np.array(start) * time - slowing * float(np.mean(self.before.times**2)) / 2.0
-        x, y = (_SIZE / 2.0 + place - way).tolist()
-        balls = [
+        x, y = (SIZE / 2.0 + place - way).tolist()
+        return [
             Ball(
                 id="a", position=(x, y), velocity=start, angular_velocity=spin, radius=self.radius
             ),
-            Ball(id="b", position=(_SIZE / 2.0, _SIZE / 2.0), radius=self.radius),
+            Ball(id="b", position=(SIZE / 2.0, SIZE / 2.0), radius=self.radius),
         ]
-        return _scene(balls, physics, self.times)
 
     def read(self, positions: FloatArray) -> FloatArray:
         """Return the places and velocities of both lines after it."""
         lines = [
-            after.of(positions[np.searchsorted(self.times, after.times), ball] - _SIZE / 2.0)
+            after.of(positions[np.searchsorted(self.times, after.times), ball] - SIZE / 2.0)
             for ball, after in enumerate(self.after)
         ]
         return np.concatenate([line.ravel() for line in lines])
@@ -258,10 +260,3 @@ def _begun(
 def _rolling_back(physics: Physics, speed: float, time: float) -> float:
     """Return the speed of a rolling ball `time` [s] before it has `speed` [m/s]."""
     return speed + rolling_deceleration(physics, speed) * time
-
-
-def _scene(balls: list[Ball], physics: Physics, times: FloatArray) -> Scene:
-    table = Table(length=_SIZE, width=_SIZE)
-    return Scene(
-        name="event", table=table, physics=physics, balls=balls, t_max=float(times[-1]) + 0.01
-    )

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from itertools import combinations
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
@@ -17,9 +16,14 @@ from ghostball.model.arrays import FloatArray
 from ghostball.model.features import has_feature
 from ghostball.model.impact_laws import CUSHION_LAWS, LawEntry
 from ghostball.reference_adapters import ReferenceEngine
-from ghostball.validation.measured.fit.events import Event
+from ghostball.validation.measured.fit.choices import (
+    by_name,
+    laws_alike,
+    mean_of,
+    moves_by_law,
+    pairs_alike,
+)
 from ghostball.validation.measured.fit.fields import (
-    ALL,
     BEGIN,
     CUSHION,
     DEFAULT_FIELDS,
@@ -31,57 +35,26 @@ from ghostball.validation.measured.fit.fields import (
     own_fields,
     told_by,
 )
+from ghostball.validation.measured.fit.found import Assumptions, Fit
 from ghostball.validation.measured.fit.harvest import Harvest
 from ghostball.validation.measured.fit.least_squares import (
     Assumed,
     Field,
     Problem,
     Solution,
+    goodness,
 )
+from ghostball.validation.measured.fit.playing import Player, Progress
 from ghostball.validation.measured.play import Play
 
 LEAST_EVENTS: Final = 8
 """Events of a family below which it tells nothing."""
 NORMAL: Final = 1.96
 """Standard errors within which 95 of 100 normal numbers are."""
-ALIKE: Final = 0.95
-"""Correlation from which on two values aren't told apart: one makes up for the other."""
 
 
 class NotEnoughError(GhostballError):
     """Tracks that have too few clean events to tell what is asked of them."""
-
-
-Assumptions = dict[str, Assumed]
-"""What is assumed of fields that aren't fitted, by their names."""
-
-Progress = Callable[[int, int, str], None]
-
-
-@dataclass(frozen=True)
-class Fit:
-    """What was found: the physics, and how sure each fitted value of it is."""
-
-    physics: Physics
-    errors: dict[str, float]
-    """The standard error of each fitted field."""
-    solution: Solution
-    families: dict[str, Sequence[Event]]
-    """The events that were fitted, by what they are."""
-    counts: dict[str, int]
-    """How many clean events there were of each family, those too few for a fit as well."""
-    noise: float  # of the tracks, of a coordinate of a sample [m]
-    laws: dict[str, float]
-    """The goodness of each law of cushions that was tried; none where cushions aren't fitted."""
-    laws_alike: list[str]
-    """Those of them that the tracks don't tell from the best, with it."""
-    not_told_apart: list[tuple[str, str]]
-    not_told: dict[str, str]
-    """Fields that the tracks tell nothing about, and why."""
-    assumed: Assumptions
-    """Fields that affect the events but aren't fitted. The errors allow for their spread."""
-    ends: list[str]
-    """Fields whose best value is the end of what is allowed."""
 
 
 def fit_table(
@@ -115,7 +88,11 @@ def fit_table(
 
 
 class _Fitting:
-    """One fit: what is held, what is asked of the tracks, and what they are too few for."""
+    """One fit: what is held, what is asked of the tracks, and what they are too few for.
+
+    Families are fitted one after another. What one has told counts as assumed in the next, with its
+    error.
+    """
 
     def __init__(
         self,
@@ -128,7 +105,7 @@ class _Fitting:
         nose_height: float | None,
         progress: Progress | None,
     ) -> None:
-        self._engine, self._play, self._progress = engine, play, progress
+        self._engine, self._player = engine, Player(engine, play, progress)
         self._asked, self._law = asked, law
         self._noise = found.noise
         self._families = {
@@ -140,90 +117,143 @@ class _Fitting:
             self._lacking["cushion_height"] = nose_height
         self._measured = set() if nose_height is None else {"cushion_height"}
         self._base = Physics(preset=preset, **self._lacking)
+        self._held = {} if law is None else {"cushion": law}
         self._not_told: dict[str, str] = {}
-        self._known: dict[str, Sequence[FloatArray]] = {}
-        self._played = 0
-        self._step = ""
-        self._steps_done = 0
-        self._steps = 1
+        self._assumed: Assumptions = {}  # and what former families told
+        self._values: dict[str, float] = {}
+        self._solutions: dict[str, Solution] = {}
+        self._errors: dict[str, float] = {}
 
     def run(self) -> Fit:
         """Fit, and say what came of it."""
         fields = self._told(self._asked or DEFAULT_FIELDS)
         if not fields:
-            raise NotEnoughError(f"not enough to tell anything: {self._too_few(ALL)}")
+            raise NotEnoughError(f"not enough to tell anything: {self._too_few(frozenset(_NAMES))}")
         assumed = self._assumptions(fields)
-        laws = self._laws(fields)
-        self._steps = len(laws) + 2 if laws else 1
-        values = self._begin(fields)
-        others = [one for one in fields if told_by(one) != CUSHION]
-        by_friction: dict[str, float] = {}
-        if others and (laws or self._is_friction_open(assumed)):
-            first, by_friction, assumed = self._by_friction(others, values, assumed)
-            values |= _by_name(others, first)
-            self._known |= first.known
-        if not laws:
-            held = {} if self._law is None else {"cushion": self._law}
-            solution = self._solve("all", fields, values, held, ALL, assumed)
-            return self._fit_of(fields, solution, held, assumed, {}, [], by_friction)
-        solutions = self._by_law(laws, fields, values, assumed)
-        alike = _laws_alike(solutions)
-        chosen = self._base.cushion if self._base.cushion in alike else alike[0]
-        own = own_fields(next(law for law in laws if law.name == chosen), fields)
-        values |= _by_name(own, solutions[chosen])
-        self._known |= solutions[chosen].known
-        held = {"cushion": chosen}
-        fields = [*others, *own]
-        tried = {name: one.goodness for name, one in solutions.items()}
-        moves = by_friction | _moves_by_law(laws, fields, solutions, chosen, alike)
-        solution = self._solve("all", fields, values, held, ALL, assumed)
-        return self._fit_of(fields, solution, held, assumed, tried, alike, moves)
+        self._assumed = dict(assumed)
+        self._values = self._begin(fields)
+        own = {name: [one for one in fields if told_by(one) == {name}] for name in _NAMES}
+        laws = self._laws(own["cushion"])
+        tries_frictions = bool(own["hit"]) and self._is_friction_open()
+        self._player.steps = sum(map(bool, own.values())) + tries_frictions + len(laws)
+        if own["rolling"]:
+            self._keep("rolling", own["rolling"], self._solve("rolling", own["rolling"]), {})
+        if own["hit"]:
+            self._keep("hit", own["hit"], *self._by_friction(own["hit"]))
+        tried: dict[str, Solution] = {}
+        alike: list[str] = []
+        if own["cushion"]:
+            tried = self._by_law(laws, own["cushion"])
+            alike = laws_alike(tried)
+            kept = self._base.cushion if self._base.cushion in alike else alike[0]
+            moves = moves_by_law(laws, own["cushion"], tried, kept, alike)
+            self._held = {"cushion": kept}
+            own["cushion"] = own_fields(next(one for one in laws if one.name == kept), fields)
+            best = tried[kept]
+            if self._is_height_open():
+                best = self._over_heights(own["cushion"], best)
+            self._keep("cushion", own["cushion"], best, moves)
+        return Fit(
+            self._physics(self._values, self._held),
+            self._errors,
+            self._solutions,
+            self._families,
+            self._counts,
+            self._noise,
+            {name: goodness([one]) for name, one in tried.items()},
+            alike,
+            [pair for name, one in self._solutions.items() for pair in pairs_alike(own[name], one)],
+            self._not_told,
+            {
+                name: known
+                for name, known in assumed.items()
+                if name in self._assumed and self._matters(FIELDS[name], set(own), self._held)
+            },
+            [one.name for ones in own.values() for one in ones if self._ends(one)],
+        )
 
-    def _is_friction_open(self, assumed: Assumptions) -> bool:
+    def _keep(
+        self,
+        family: str,
+        fields: Sequence[Field],
+        solution: Solution,
+        moves: Mapping[str, float],
+    ) -> None:
+        """Keep what a family told, for the fit and as what is assumed in the next families.
+
+        `moves`: how far each value may be off by what the family doesn't decide.
+        """
+        self._solutions[family] = solution
+        known = {k: one for k, one in solution.assumed.items() if k not in self._errors}
+        self._values |= by_name(fields, solution) | known
+        for one, error in zip(fields, solution.errors, strict=True):
+            wide = float(error) * self._widened(one, fields)
+            self._errors[one.name] = math.hypot(wide, moves.get(one.name, 0.0))
+            self._assumed[one.name] = Assumed(self._values[one.name], self._errors[one.name])
+
+    def _is_height_open(self) -> bool:
+        """Return True if the height of the nose is assumed, and the law uses it."""
+        one = FIELDS["cushion_height"]
+        return one.name in self._assumed and self._matters(one, CUSHION, self._held)
+
+    def _over_heights(self, fields: Sequence[Field], near: Solution) -> Solution:
+        """Return the mean of fits with several heights of the nose, each by how well it fits.
+
+        Where the height is one more field, the best fit tends to lie where straight contacts just
+        stop to slip: the misfit rises steeply on the one side of it, and is nearly flat on the
+        other. No error from near the best fit tells that: values were 7 errors off.
+        """
+        height = self._assumed.pop("cushion_height")
+        first = round((near.assumed["cushion_height"] - height.mean) / height.spread)
+        first = min(max(first, -_MOST_SPREADS), _MOST_SPREADS)
+        tried: dict[int, Solution] = {}
+        for spreads in (range(first, _MOST_SPREADS + 1), range(first - 1, -_MOST_SPREADS - 1, -1)):
+            last = tried.get(first, near)
+            for each in spreads:
+                height_there = height.mean + each * height.spread
+                self._values |= {**by_name(fields, last), "cushion_height": height_there}
+                last = tried[each] = self._solve("cushion", fields, last.befores)
+                least = min(one.misfit for one in tried.values())
+                worse = (last.misfit - least) / max(goodness([last]), 1.0)
+                if worse + each**2 > _HOPELESS:
+                    break
+        self._assumed["cushion_height"] = height
+        mean, there, best = mean_of(tried)
+        found = height.mean + there * height.spread
+        return replace(mean, assumed={**tried[best].assumed, "cushion_height": found})
+
+    def _is_friction_open(self) -> bool:
         """Return True if the hits must decide between two kinds of friction between balls."""
-        return "ball_friction" in assumed and isinstance(self._base.ball_friction, str)
+        return "ball_friction" in self._assumed and isinstance(self._base.ball_friction, str)
 
-    def _by_friction(
-        self, fields: Sequence[Field], values: dict[str, float], assumed: Assumptions
-    ) -> tuple[Solution, dict[str, float], Assumptions]:
-        """Fit the cloth and the balls, and choose the friction between balls.
+    def _by_friction(self, fields: Sequence[Field]) -> tuple[Solution, dict[str, float]]:
+        """Fit the hits, and choose the friction between balls.
 
         A preset may have a friction between balls that falls with the speed of slip. Then the hits
-        decide between it and an assumed constant one.
-
-        Returns the fit; how far the preset's friction would move each value, if the hits don't
-        decide; and what is assumed from now on.
+        decide between it and an assumed constant one. If they don't, the constant one is taken, and
+        each value may be off by how far the preset's moves it.
         """
-        step, families = "cloth and balls", ALL - CUSHION
-        constant = self._solve(step, fields, values, {}, families, assumed)
-        if not self._is_friction_open(assumed):
-            return constant, {}, assumed
-        others = {name: one for name, one in assumed.items() if name != "ball_friction"}
-        falling = self._solve(step, fields, values, {}, families, others)
-        alike = _laws_alike({"constant": constant, "falling": falling})
+        constant = self._solve("hit", fields)
+        if not self._is_friction_open():
+            return constant, {}
+        assumed = self._assumed.pop("ball_friction")
+        falling = self._solve("hit", fields)
+        alike = laws_alike({"constant": constant, "falling": falling})
         if alike == ["falling"]:
-            return falling, {}, others
+            return falling, {}
+        self._assumed["ball_friction"] = assumed
         if alike == ["constant"]:
-            return constant, {}, assumed
+            return constant, {}
         moved = np.abs(falling.values - constant.values)
-        names = [one.name for one in fields]
-        return constant, dict(zip(names, map(float, moved), strict=True)), assumed
+        return constant, dict(zip([one.name for one in fields], map(float, moved), strict=True))
 
-    def _by_law(
-        self,
-        laws: Sequence[LawEntry],
-        fields: Sequence[Field],
-        values: dict[str, float],
-        assumed: Assumptions,
-    ) -> dict[str, Solution]:
+    def _by_law(self, laws: Sequence[LawEntry], fields: Sequence[Field]) -> dict[str, Solution]:
         """Return what each law of cushions makes of the contacts."""
-        solutions = {}
-        for done, law in enumerate(laws, start=1):
-            self._steps_done = done
-            held, own = {"cushion": law.name}, own_fields(law, fields)
-            solutions[law.name] = self._solve(law.name, own, values, held, CUSHION, assumed)
-        self._steps_done = len(laws) + 1
-        return solutions
+        tried = {}
+        for law in laws:
+            self._held = {"cushion": law.name}
+            tried[law.name] = self._solve("cushion", own_fields(law, fields))
+        return tried
 
     def _assumptions(self, fields: Sequence[Field]) -> Assumptions:
         """Return what is assumed of each field that isn't fitted and that some events feel.
@@ -241,48 +271,10 @@ class _Fitting:
             and (known := assumed_of(one.name, self._base, radius)) is not None
         }
 
-    def _fit_of(
-        self,
-        fields: list[Field],
-        solution: Solution,
-        held: dict[str, Any],
-        assumed: Assumptions,
-        laws: dict[str, float],
-        laws_alike: list[str],
-        moves: dict[str, float],
-    ) -> Fit:
-        errors = {
-            one.name: math.hypot(
-                float(error) * self._widened(one, fields), moves.get(one.name, 0.0)
-            )
-            for one, error in zip(fields, solution.errors, strict=True)
-        }
-        scale = np.where(solution.errors > 0.0, solution.errors, 1.0)
-        correlation = solution.covariance / np.outer(scale, scale)
-        alike = [
-            (fields[i].name, fields[j].name)
-            for i, j in combinations(range(len(fields)), 2)
-            if abs(correlation[i, j]) >= ALIKE
-        ]
-        ends = [
-            one.name
-            for one, value in zip(fields, solution.values, strict=True)
-            if min(value - one.low, one.high - value) < one.step / 2.0
-        ]
-        return Fit(
-            self._physics({**solution.assumed, **_by_name(fields, solution)}, held),
-            errors,
-            solution,
-            self._families,
-            self._counts,
-            self._noise,
-            laws,
-            laws_alike,
-            alike,
-            self._not_told,
-            {one.name: assumed[one.name] for one in self._assumed_in(assumed, ALL, held)},
-            ends,
-        )
+    def _ends(self, one: Field) -> bool:
+        """Return True if the value found of a field is the end of what is allowed."""
+        value = self._values[one.name]
+        return min(value - one.low, one.high - value) < one.step / 2.0
 
     def _widened(self, field: Field, fields: Sequence[Field]) -> float:
         """Return by how much the error of a field is widened, since few shots tell it.
@@ -320,7 +312,7 @@ class _Fitting:
 
     def _laws(self, fields: Sequence[Field]) -> list[LawEntry]:
         """Return the laws of cushions to try: none where no field of theirs is fitted."""
-        own = {one.name for one in fields if one.felt_by == CUSHION}
+        own = {one.name for one in fields}
         if not own:
             return []
         wanted = own & set(self._asked)
@@ -345,27 +337,30 @@ class _Fitting:
 
     def _solve(
         self,
-        step: str,
+        family: str,
         fields: Sequence[Field],
-        values: dict[str, float],
-        held: dict[str, Any],
-        families: frozenset[str],
-        assumed: Assumptions,
+        befores: Sequence[FloatArray] | None = None,
     ) -> Solution:
-        """Return the best values of some fields by some families; the others stay."""
-        self._step = step
-        chosen = {name: ones for name, ones in self._families.items() if name in families}
-        beside = self._assumed_in(assumed, families, held)
-        sought = [*fields, *beside]
-        names = [one.name for one in sought]
+        """Return the best values of some fields by a family; the others stay."""
+        self._player.begin(family)
+        fitted = {one.name for one in fields}
+        beside = [
+            FIELDS[name]
+            for name, known in self._assumed.items()
+            if name not in fitted
+            and self._matters(FIELDS[name], {family}, self._held)
+            and known.spread > _HELD * FIELDS[name].step
+        ]
+        names = [one.name for one in (*fields, *beside)]
 
         def build(numbers: FloatArray) -> Physics:
-            return self._physics({**values, **dict(zip(names, numbers, strict=True))}, held)
+            values = {**self._values, **dict(zip(names, numbers, strict=True))}
+            return self._physics(values, self._held)
 
-        problem = Problem(chosen, sought, build, self._predict, assumed)
-        known = {name: self._known[name] for name in chosen if name in self._known}
-        begin = values | {one.name: assumed[one.name].mean for one in beside}
-        found = problem.solve(np.array([begin[name] for name in names]), known)
+        events = self._families[family]
+        problem = Problem(events, [*fields, *beside], build, self._player.predict, self._assumed)
+        begin = {name: one.mean for name, one in self._assumed.items()} | self._values
+        found = problem.solve(np.array([begin[name] for name in names]), befores)
         count = len(fields)  # what is assumed has done its part in the errors of these
         return replace(
             found,
@@ -374,22 +369,18 @@ class _Fitting:
             assumed=dict(zip(names[count:], map(float, found.values[count:]), strict=True)),
         )
 
-    def _assumed_in(
-        self, assumed: Assumptions, families: frozenset[str], held: dict[str, Any]
-    ) -> list[Field]:
-        """Return the fields with assumed values that affect events of these families."""
-        law = held.get("cushion", self._base.cushion)
-        uses = next(one.uses for one in CUSHION_LAWS if one.name == law)
-        return [
-            FIELDS[name]
-            for name in assumed
-            if FIELDS[name].felt_by & families & set(self._families)
-            and (FIELDS[name].felt_by != CUSHION or name in uses)
-        ]
+    def _matters(self, one: Field, families: Collection[str], held: Mapping[str, Any]) -> bool:
+        """Return True if a field affects events of some families with the law that is held."""
+        felt = one.felt_by & set(families) & set(self._families)
+        return bool(felt) and (one.felt_by != CUSHION or one.name in self._uses(held))
 
-    def _physics(self, values: dict[str, float], held: dict[str, Any]) -> Physics:
+    def _uses(self, held: Mapping[str, Any]) -> Collection[str]:
+        """Return the fields that the law of cushions uses."""
         law = held.get("cushion", self._base.cushion)
-        uses = next(one.uses for one in CUSHION_LAWS if one.name == law)
+        return next(one.uses for one in CUSHION_LAWS if one.name == law)
+
+    def _physics(self, values: Mapping[str, float], held: Mapping[str, Any]) -> Physics:
+        uses = self._uses(held)
         mine = {
             name: float(value)
             for name, value in values.items()
@@ -397,62 +388,15 @@ class _Fitting:
         }
         return Physics(preset=self._base.preset, **{**self._lacking, **held, **mine})
 
-    def _predict(self, physics: Physics, event: Event, before: FloatArray) -> FloatArray:
-        self._played += 1
-        if self._progress is not None and self._played % _TELL == 0:
-            text = f"{self._step}, {self._played} shots played"
-            self._progress(self._steps_done, self._steps, text)
-        result = self._play(event.scene(physics, before))
-        return event.read(result.sample(event.times).positions[..., :2])
 
-
-_TELL = 100
-"""Shots after which progress is told."""
 _NAMES = {
     "rolling": "windows of rolling",
     "cushion": "contacts with cushions",
     "hit": "hits of a ball at rest",
 }
-
-
-def _laws_alike(solutions: dict[str, Solution]) -> list[str]:
-    """Return the laws that the contacts don't tell apart, the best one first.
-
-    One is told from the best where it fits worse by more than twice what that varies from contact
-    to contact (Vuong 1989).
-    """
-    misfits = {name: one.misfits for name, one in solutions.items()}
-    order = sorted(misfits, key=lambda name: float(np.sum(misfits[name])))
-    best = misfits[order[0]]
-    alike = [order[0]]
-    for name in order[1:]:
-        worse = misfits[name] - best
-        if np.sum(worse) <= _TOLD_APART * np.sqrt(len(worse)) * np.std(worse):
-            alike.append(name)
-    return alike
-
-
-_TOLD_APART = 2.0
-
-
-def _moves_by_law(
-    laws: Sequence[LawEntry],
-    fields: Sequence[Field],
-    solutions: dict[str, Solution],
-    chosen: str,
-    alike: Sequence[str],
-) -> dict[str, float]:
-    """Return the largest change of each value under any other law that fits equally well."""
-    values = {
-        law.name: _by_name(own_fields(law, fields), solutions[law.name])
-        for law in laws
-        if law.name in alike
-    }
-    return {
-        name: max(abs(other[name] - value) for other in values.values() if name in other)
-        for name, value in values[chosen].items()
-    }
-
-
-def _by_name(fields: Sequence[Field], solution: Solution) -> dict[str, float]:
-    return dict(zip([one.name for one in fields], map(float, solution.values), strict=True))
+_MOST_SPREADS = 2
+"""Standard deviations from the mean within which heights of the nose are tried."""
+_HOPELESS = 5.0
+"""Squares of errors by which a height may be worse than the best one if the next is to be tried."""
+_HELD = 1.5
+"""Spread of what a family has told, in steps of differences, up to which the next ones hold it."""

@@ -1,39 +1,39 @@
 """Fields of physics fitted to events whose own measurements have errors, too.
 
 A model goes from what was measured before an event, z, to what was seen after it, y. Both have
-errors, so the best z is sought with the fields: near a first guess the model is linear in it,
-f(z') = f(z) + J (z' - z), and what is left, y - f(z) - J (z_measured - z), has the covariance
-Y + J Z J'. This is orthogonal distance regression (Boggs, Byrd and Schnabel 1987), event by event.
+errors. So for some physics the nearest z of each event is sought: that which leaves the least
+squares of y and of the measured z, in errors of measurement. What it leaves is a function of the
+fields alone, and SciPy's `least_squares` makes that small. This is orthogonal distance regression
+(Boggs, Byrd and Schnabel 1987), event by event.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import partial
 
 import numpy as np
-from scipy.linalg import cholesky, solve_triangular
 from scipy.optimize import least_squares
 
 from ghostball.model import Physics
 from ghostball.model.arrays import FloatArray
 from ghostball.validation.measured.fit.events import Event
+from ghostball.validation.measured.fit.playing import Played
 
-Predict = Callable[[Physics, Event, FloatArray], FloatArray]
-"""What a model makes of an event begun as given: what would be seen of it."""
-
-Known = Mapping[str, Sequence[FloatArray]]
+Predict = Callable[[Physics, Sequence[Played]], Sequence[FloatArray]]
+"""What a model makes of events begun as given: what would be seen of each."""
 
 HUBER = 2.5
 """Errors from which on a residual counts by its size, no longer by its square (Huber 1964)."""
-_PASSES = 8
-_GUESSING = 2
-"""Passes before which what was before an event is guessed anew."""
-_REACH = 40.0
-"""Steps of differences by which a value may move in a pass: farther, no model is linear."""
+_TRIALS = 30
+"""Steps of a search."""
+_HALVINGS = 6
+_CLOSE = 0.02
+"""What an event may be off its derivatives, in errors, where it counts as linear."""
 _SETTLED = 0.05
-"""Part of its standard error by which a value may still move when a fit counts as done."""
+"""Part of its standard error by which a value may still move when it counts as found."""
+_REACH = 40.0
+"""Steps of differences by which a value may move in a step: farther, no model is linear."""
 
 
 @dataclass(frozen=True)
@@ -61,25 +61,23 @@ class Solution:
 
     values: FloatArray
     covariance: FloatArray
-    residuals: Mapping[str, FloatArray]
-    """By family, for each event (n, k): what is left of each number, in errors of measurement."""
-    known: Known
-    """By family, what was before each event, where it and what was seen agree best."""
+    residuals: FloatArray
+    """What is left of each event's numbers, in errors of measurement (n, k)."""
+    befores: Sequence[FloatArray]
+    """What was before each event, where it and what was seen agree best."""
     free: int
     """Numbers that were seen, but for one of each event that tells a side that was not."""
+    misfit: float
+    """What the search made small: the misfit of all events and of what is assumed."""
+    settled: bool
+    """Whether the search ended where no other values are better."""
     assumed: Mapping[str, float] = field(default_factory=dict)
     """Values found for fields of which something was assumed, and that aren't among `values`."""
 
     @property
     def misfits(self) -> FloatArray:
         """The misfit of each event (n,): the squares of what is left, large ones taken for less."""
-        every = [np.sum(_huber(left), axis=1) for left in self.residuals.values()]
-        return np.concatenate([np.empty(0), *every])
-
-    @property
-    def goodness(self) -> float:
-        """The misfit for each number that was seen more than fitted: 1 where only noise is left."""
-        return float(np.sum(self.misfits)) / max(self.free - len(self.values), 1)
+        return np.asarray(np.sum(_huber(self.residuals), axis=1))
 
     @property
     def errors(self) -> FloatArray:
@@ -87,213 +85,237 @@ class Solution:
         return np.sqrt(np.diag(self.covariance))
 
 
+def goodness(solutions: Sequence[Solution]) -> float:
+    """Return the misfit for each number seen more than fitted: 1 where only noise is left."""
+    spare = sum(one.free - len(one.values) for one in solutions)
+    return float(sum(np.sum(one.misfits) for one in solutions)) / max(spare, 1)
+
+
 @dataclass(frozen=True)
-class _Linear:
-    """An event near a guess of the fields and of what was before it."""
+class _Nearest:
+    """What was before an event, z (m,), where it and what was seen agree best.
 
-    event: Event
-    at: FloatArray  # values of the fields (p,)
-    before: FloatArray  # z (m,)
-    predicted: FloatArray  # f (k,)
-    slope: FloatArray  # J (k, m)
-    fields: FloatArray  # derivatives by the fields (k, p)
-    whitening: FloatArray  # lower L with L L' = Y + J Z J'
+    `left` (k + m,): what is left of the numbers seen and of those measured before, in errors;
+    `slope` (k + m, m): its derivatives by z.
+    """
 
-    @property
-    def left(self) -> FloatArray:
-        """What is left of the prediction, in errors of measurement (k,)."""
-        shift = self.slope @ (self.event.given - self.before)
-        return self.whiten(self.event.seen - self.predicted - shift)
+    before: FloatArray
+    left: FloatArray
+    slope: FloatArray
 
-    @property
-    def slopes(self) -> FloatArray:
-        """The derivatives of what is left by the fields (k, p)."""
-        return -self.whiten(self.fields)
 
-    def left_at(self, values: FloatArray) -> FloatArray:
-        """Return what is left where the fields have other values (k,)."""
-        return self.left + self.slopes @ (values - self.at)
+Asking = Generator[Sequence[FloatArray], Sequence[FloatArray], _Nearest]
+"""A search that asks what would be seen of an event begun in several ways, and returns the best."""
 
-    def whiten(self, numbers: FloatArray) -> FloatArray:
-        """Return numbers (k,) or (k, p) as independent ones of variance 1."""
-        return np.asarray(solve_triangular(self.whitening, numbers, lower=True))
 
-    def improved(self, left: FloatArray) -> FloatArray:
-        """Return the z that fits best, where so much is left."""
-        whitened = solve_triangular(self.whitening, left, lower=True, trans="T")
-        step = self.event.given_covariance @ self.slope.T @ whitened
-        return np.asarray(self.event.given + step)
+class _Weighed:
+    """An event, and what makes its errors of measurement independent and of variance 1."""
+
+    def __init__(self, event: Event) -> None:
+        self.event = event
+        self._seen = np.linalg.inv(np.linalg.cholesky(event.seen_covariance))
+        self._given = np.linalg.inv(np.linalg.cholesky(event.given_covariance))
+
+    def nearest(self, starts: Sequence[FloatArray], known: FloatArray | None = None) -> Asking:
+        """Search what was before the event by the Gauss-Newton method, from the best start on.
+
+        `known`: the derivatives at the only start, if they are.
+        """
+        lefts = yield from self._ask(starts)
+        best = min(range(len(starts)), key=lambda k: _squares(lefts[k]))
+        before, left = starts[best], lefts[best]
+        for trial in range(_TRIALS):
+            if known is None or trial:
+                steps = self.event.steps
+                moved = yield from self._ask([before + step for step in np.diag(steps)])
+                slope = (np.column_stack(moved) - left[:, None]) / steps
+            else:
+                slope = known
+            step = np.linalg.lstsq(slope, -left, rcond=None)[0]
+            change = slope @ step
+            if _squares(change) < _CLOSE**2:
+                return _Nearest(before + step, left + change, slope)
+            for _ in range(_HALVINGS):
+                (tried,) = yield from self._ask([before + step])
+                if _squares(tried - left - change) < _CLOSE**2:
+                    return _Nearest(before + step, tried, slope)
+                if _squares(tried) < _squares(left):
+                    before, left = before + step, tried
+                    break
+                step, change = step / 2.0, change / 2.0
+            else:
+                break
+        return _Nearest(before, left, slope)
+
+    def _ask(
+        self, befores: Sequence[FloatArray]
+    ) -> Generator[Sequence[FloatArray], Sequence[FloatArray], list[FloatArray]]:
+        """Return what is left where the event began so, each (k + m,)."""
+        seen = yield befores
+        return [
+            np.concatenate(
+                [self._seen @ (self.event.seen - one), self._given @ (self.event.given - before)]
+            )
+            for one, before in zip(seen, befores, strict=True)
+        ]
+
+    def seen_left(self, near: _Nearest) -> FloatArray:
+        """Return what is left of the numbers seen alone (k,), in errors on both sides."""
+        count = len(self._seen)
+        pull = near.slope[:count] @ np.linalg.inv(near.slope[count:])
+        spread = np.linalg.cholesky(np.eye(count) + pull @ pull.T)
+        return np.asarray(np.linalg.solve(spread, near.left[:count] - pull @ near.left[count:]))
 
 
 class Problem:
     """What is fitted to what.
 
-    `families` of events; `fields` of the physics that `build` makes of their values; `predict`,
+    `events` of one family; `fields` of the physics that `build` makes of their values; `predict`,
     which plays a model; `assumed`, by field, what is assumed of its value beside the events.
     """
 
     def __init__(
         self,
-        families: Mapping[str, Sequence[Event]],
+        events: Sequence[Event],
         fields: Sequence[Field],
         build: Callable[[FloatArray], Physics],
         predict: Predict,
         assumed: Mapping[str, Assumed] | None = None,
     ) -> None:
-        self._families, self._fields = families, fields
+        self._events = [_Weighed(one) for one in events]
         self._build, self._predict = build, predict
         self._low = np.array([one.low for one in fields])
         self._high = np.array([one.high for one in fields])
+        self._steps = np.array([one.step for one in fields])
         known = [(assumed or {}).get(one.name) for one in fields]
         self._means = np.array([0.0 if one is None else one.mean for one in known])
         self._precisions = np.array([0.0 if one is None else one.spread**-2 for one in known])
 
-    def solve(self, start: FloatArray, known: Known | None = None) -> Solution:
+    def solve(self, start: FloatArray, befores: Sequence[FloatArray] | None = None) -> Solution:
         """Return the values that fit best, sought from some on.
 
-        `known`: of families that were fitted before, what was before each event.
+        `befores`: what was before each event, if the events were fitted before.
         """
-        values, told = start, set(known or ())
-        befores: Known = known or {}
-        linear: dict[str, list[_Linear]] = {}
-        moving = set(self._families)
-        for k in range(_PASSES):
-            if k < _GUESSING:
-                physics = self._build(values)
-                befores = {
-                    name: befores[name]
-                    if name in told
-                    else self._nearest(physics, name, befores.get(name))
-                    for name in self._families
-                }
-            linear |= {name: self._linear(name, values, befores[name]) for name in sorted(moving)}
-            solution = self._best(values, linear)
-            moved = np.abs(solution.values - values) > _SETTLED * solution.errors
-            values = solution.values
-            befores = solution.known if k < _GUESSING else _halfway(befores, solution.known)
-            if k >= _GUESSING - 1:
-                # One whose fields stay is still as linear as it was.
-                moving = {name for name in self._families if self._feels(name, moved.tolist())}
-            if k and not np.any(moved):
+        values = np.clip(start, self._low, self._high)
+        starts = [one.event.guesses for one in self._events]
+        if befores is not None:
+            starts = [[before, *guesses] for before, guesses in zip(befores, starts, strict=True)]
+        found: Sequence[_Nearest] = self._together(
+            values, [one.nearest(own) for one, own in zip(self._events, starts, strict=True)]
+        )
+        shots = [
+            one.event.shot for one, near in zip(self._events, found, strict=True) for _ in near.left
+        ]
+        for _ in range(_TRIALS):
+            slopes = self._slopes(values, found)
+            before = values
+            values, found, settled = self._better(values, found, slopes)
+            if np.array_equal(values, before):
                 break
-        return solution
-
-    def _feels(self, name: str, moved: Sequence[bool]) -> bool:
-        """Whether one of the fields that moved is felt by a family."""
-        return any(
-            one and name in field.felt_by for one, field in zip(moved, self._fields, strict=True)
+        return Solution(
+            values,
+            covariance_of(slopes, _left(found), shots, self._precisions),
+            np.array([one.seen_left(near) for one, near in zip(self._events, found, strict=True)]),
+            [near.before for near in found],
+            sum(len(one.event.seen) - one.event.hides_side for one in self._events),
+            self._misfit(values, found),
+            settled,
         )
 
-    def _nearest(
-        self, physics: Physics, name: str, known: Sequence[FloatArray] | None
-    ) -> list[FloatArray]:
-        """Return what was before each event of a family: the best of what is known, and of guesses.
-
-        Where a contact slips, a model has several sides that fit nearly as well.
-        """
-        nearest = []
-        for k, event in enumerate(self._families[name]):
-            guesses = event.guesses if known is None else [known[k], *event.guesses]
-            off = partial(self._off, physics, event)
-            nearest.append(guesses[0] if not event.hides_side else min(guesses, key=off))
-        return nearest
-
-    def _off(self, physics: Physics, event: Event, before: FloatArray) -> float:
-        """Return the squares of errors by which an event is off that began so."""
-        left, step = event.seen - self._predict(physics, event, before), event.given - before
-        seen = np.linalg.solve(event.seen_covariance, left)
-        given = np.linalg.solve(event.given_covariance, step)
-        return float(left @ seen + step @ given)
-
-    def _linear(
-        self, name: str, values: FloatArray, befores: Sequence[FloatArray]
-    ) -> list[_Linear]:
-        """Return the events of a family near values of the fields, and what was before them."""
-        steps = [
-            one.step if value + one.step <= one.high else -one.step
-            for one, value in zip(self._fields, values, strict=True)
-        ]
-        here = self._build(values)
-        shifted = [
-            self._build(values + step) if name in one.felt_by else None
-            for one, step in zip(self._fields, np.diag(steps), strict=True)
-        ]
-        return [
-            self._linear_near(event, before, values, here, shifted, steps)
-            for event, before in zip(self._families[name], befores, strict=True)
-        ]
-
-    def _linear_near(
+    def _better(
         self,
-        event: Event,
-        before: FloatArray,
         values: FloatArray,
-        here: Physics,
-        shifted: Sequence[Physics | None],
-        steps: Sequence[float],
-    ) -> _Linear:
-        predicted = self._predict(here, event, before)
-        slope = np.column_stack(
-            [
-                (self._predict(here, event, before + step) - predicted) / np.sum(step)
-                for step in np.diag(event.steps)
-            ]
-        )
-        fields = np.zeros((len(predicted), len(steps)))
-        for k, (physics, step) in enumerate(zip(shifted, steps, strict=True)):
-            if physics is not None:
-                fields[:, k] = (self._predict(physics, event, before) - predicted) / step
-        covariance = event.seen_covariance + slope @ event.given_covariance @ slope.T
-        whitening = np.asarray(cholesky(covariance, lower=True))
-        return _Linear(event, values, before, predicted, slope, fields, whitening)
+        found: Sequence[_Nearest],
+        slopes: FloatArray,
+    ) -> tuple[FloatArray, Sequence[_Nearest], bool]:
+        """Return better values, what was before each event then, and whether the search has ended.
 
-    def _best(self, values: FloatArray, linear: Mapping[str, list[_Linear]]) -> Solution:
-        """Return the values that fit best where all is linear near some values."""
-        every = [one for ones in linear.values() for one in ones]
-        left = np.concatenate([one.left_at(values) for one in every])
-        slopes = np.vstack([one.slopes for one in every])
-        best = values
-        # What is assumed counts like measurements of the fields themselves.
+        Those that fit best if all is linear; where it isn't, so little of the way there that the
+        misfit falls; the same if that is hardly a step.
+        """
         weights = np.sqrt(self._precisions)
-        stated = np.concatenate([left, weights * (values - self._means)])
-        all_slopes = np.vstack([slopes, np.diag(weights)])
-        if len(values):
-            reach = _REACH * np.array([one.step for one in self._fields])
-            best = least_squares(
-                lambda numbers: stated + all_slopes @ (numbers - values),
+        left = np.concatenate([_left(found), weights * (values - self._means)])
+        every = np.vstack([slopes, np.diag(weights)])
+        told = np.linalg.pinv(every.T @ every, hermitian=True)
+        errors = np.sqrt(np.maximum(np.diag(told), 0.0))
+        reach = _REACH * self._steps
+        step = (
+            least_squares(
+                lambda numbers: left + every @ (numbers - values),
                 values,
-                lambda _: all_slopes,
+                lambda _: every,
                 bounds=(
                     np.maximum(self._low, values - reach),
                     np.minimum(self._high, values + reach),
                 ),
-                x_scale=[one.step for one in self._fields],
+                x_scale=self._steps,
                 loss="huber",
                 f_scale=HUBER,
             ).x
-        move = best - values
-        shots = [one.event.shot for one in every for _ in one.predicted]
-        residuals = {
-            name: np.array([one.left_at(best) for one in ones]) for name, ones in linear.items()
-        }
-        return Solution(
-            np.asarray(best),
-            covariance_of(slopes, left + slopes @ move, shots, self._precisions),
-            residuals,
-            {
-                name: [one.improved(each) for one, each in zip(ones, residuals[name], strict=True)]
-                for name, ones in linear.items()
-            },
-            sum(len(one.predicted) - one.event.hides_side for one in every),
+            - values
         )
+        step[~np.any(every, axis=0)] = 0.0
+        for _ in range(_HALVINGS):
+            if np.all(np.abs(step) <= _SETTLED * errors):
+                return values, found, True
+            nearest = self._beside(values + step, found)
+            if self._misfit(values + step, nearest) < self._misfit(values, found):
+                return values + step, nearest, False
+            step = step / 2.0
+        return values, found, False
+
+    def _misfit(self, values: FloatArray, found: Sequence[_Nearest]) -> float:
+        """Return the misfit of all events, and of what is assumed."""
+        assumed = np.sqrt(self._precisions) * (values - self._means)
+        return float(np.sum(_huber(np.concatenate([_left(found), assumed]))))
+
+    def _slopes(self, values: FloatArray, found: Sequence[_Nearest]) -> FloatArray:
+        """Return the derivatives of what is left by the fields."""
+        room = values + self._steps <= self._high
+        moves = np.where(room, self._steps, -self._steps)
+        here = _left(self._beside(values, found))  # as near to the nearest as those beside it
+        changes = [
+            (_left(self._beside(values + move, found)) - here) / np.sum(move)
+            for move in np.diag(moves)
+        ]
+        return np.column_stack(changes)
+
+    def _beside(self, values: FloatArray, found: Sequence[_Nearest]) -> list[_Nearest]:
+        """Return what was before each event where the fields have values near those of `found`."""
+        searches = [
+            one.nearest([near.before], near.slope)
+            for one, near in zip(self._events, found, strict=True)
+        ]
+        return self._together(values, searches)
+
+    def _together(self, values: FloatArray, searches: Sequence[Asking]) -> list[_Nearest]:
+        """Return what searches find, one for each event. What they ask is played together."""
+        physics = self._build(values)
+        found: dict[int, _Nearest] = {}
+        asked = {k: next(search) for k, search in enumerate(searches)}
+        while asked:
+            played = [
+                (self._events[k].event, before)
+                for k, befores in asked.items()
+                for before in befores
+            ]
+            seen = iter(self._predict(physics, played))
+            again = {}
+            for k, befores in asked.items():
+                try:
+                    again[k] = searches[k].send([next(seen) for _ in befores])
+                except StopIteration as end:
+                    found[k] = end.value
+            asked = again
+        return [found[k] for k in range(len(searches))]
 
 
-def _halfway(old: Known, new: Known) -> Known:
-    """Return what is between two guesses: where a model bends, whole steps go to and fro."""
-    return {
-        name: [(one + other) / 2.0 for one, other in zip(old[name], new[name], strict=True)]
-        for name in new
-    }
+def _squares(numbers: FloatArray) -> float:
+    return float(numbers @ numbers)
+
+
+def _left(found: Sequence[_Nearest]) -> FloatArray:
+    return np.concatenate([near.left for near in found])
 
 
 def covariance_of(
@@ -307,7 +329,7 @@ def covariance_of(
     Events of one shot share samples, and what a model lacks of a real table. So shots are left out
     one by one, to first order (the jackknife, CR3 of Bell and McCaffrey 2002); from the errors of
     measurement come the weights alone. A value that is assumed may be off by its stated spread,
-    whatever the shots say.
+    whatever the shots say. The variance of a value that nothing tells is infinite.
 
     `slopes` (n, p), `left` (n,): of all numbers that were seen; `shots`: the shot of each.
     `precisions` (p,): one over the variance of each value that is assumed, 0 for the others.
@@ -326,7 +348,10 @@ def covariance_of(
         without = np.linalg.lstsq(np.eye(len(part)) - leverage, pull, rcond=None)[0]
         move = bread @ (own.T @ without)
         moves += np.outer(move, move)
-    return moves * (len(parts) - 1) / len(parts) + bread @ known @ bread
+    covariance = moves * (len(parts) - 1) / len(parts) + bread @ known @ bread
+    untold = np.diag((slopes.T * near) @ slopes + known) == 0.0
+    covariance[untold, untold] = np.inf
+    return np.asarray(covariance)
 
 
 def _huber(left: FloatArray) -> FloatArray:

@@ -9,6 +9,7 @@ from ghostball.engine import simulate
 from ghostball.model import EventKind, Physics
 from ghostball.validation.measured.fit.events import CushionEvent, HitEvent, RollingEvent
 from ghostball.validation.measured.fit.lines import Curve
+from ghostball.validation.measured.fit.playing import scene_of, seen_in
 
 POOL = Physics(preset="pool", spinning_friction_rate=10.0)
 RADIUS = 0.028575
@@ -16,8 +17,11 @@ BEFORE = np.arange(0.0, 0.29, 0.02)
 
 
 def played(event, given):
-    result = simulate(event.scene(POOL, given), record="trajectory")
-    return result, event.read(result.sample(event.times).positions[..., :2])
+    both = [(event, given), (event, given)]  # the second lane is that of the first
+    result = simulate(scene_of(POOL, both), record="trajectory")
+    seen, beside = seen_in(result, both)
+    assert beside == pytest.approx(seen, abs=1e-9)
+    return result, seen
 
 
 def test_a_rolling_ball_has_its_speed_in_the_middle_and_slows_by_its_friction():
@@ -39,7 +43,7 @@ def test_a_ball_meets_a_cushion_with_the_velocity_and_the_side_that_are_given(si
     velocities = given[:2], np.array([0.4, 0.2])
     event = CushionEvent.of("1", (before, after), velocities, 0.25, 1e-3, RADIUS)
     result, seen = played(event, given)
-    (impact,) = result.events["t"][result.events["kind"] == EventKind.BALL_CUSHION]
+    impact, _ = result.events["t"][result.events["kind"] == EventKind.BALL_CUSHION]
     middle = result.sample([before.middle]).velocities[0, 0]
     assert middle[:2] == pytest.approx(given[:2])
     spin = result.sample([impact - 1e-9]).angular_velocities[0, 0, 2]
@@ -55,7 +59,7 @@ def test_a_hit_begins_where_the_mean_of_the_samples_is():
     result, seen = played(event, event.given)
     places = result.sample(BEFORE).positions[:, 0, :2] - result.scene.positions[1, :2]
     assert places.mean(axis=0) == pytest.approx(given[:2])
-    assert result.collision_counts["ball-ball"] == 1
+    assert result.collision_counts["ball-ball"] == 2
     # What the one loses the other gains, but for the cloth: both go on, the other faster.
     struck, hit = seen[2:4], seen[6:8]
     assert 0.0 < struck[0] < hit[0] < 0.8

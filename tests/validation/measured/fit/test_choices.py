@@ -1,0 +1,43 @@
+"""What a fit decides by how well it fits."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from ghostball.validation.measured.fit.choices import mean_of
+from ghostball.validation.measured.fit.least_squares import Solution
+
+
+def solution(value, misfit, error=0.1):
+    """Return a solution with one value, whose events leave noise alone."""
+    left = np.ones((10, 1))
+    return Solution(np.array([value]), np.array([[error**2]]), left, [], 11, misfit, True)
+
+
+def test_solutions_that_fit_alike_are_weighed_by_what_is_assumed():
+    tried = {spreads: solution(1.0 + spreads, 50.0) for spreads in range(-4, 5)}
+    mean, there, best = mean_of(tried)
+    assert mean.values[0] == pytest.approx(1.0)
+    assert (there, best) == (pytest.approx(0.0), 0)
+    # A value per standard deviation of what is assumed: an error of 1 beside the fits' own. That
+    # any value between two neighbours may be true adds a twelfth.
+    assert mean.covariance[0, 0] == pytest.approx(1.0 + 0.1**2 + 1.0 / 12.0, rel=1e-3)
+
+
+def test_a_side_that_fits_badly_does_not_count():
+    """The misfit rises on one side alone: the mean is off the best fit, and so is its error."""
+    tried = {
+        spreads: solution(1.0 + spreads, 50.0 + 99.0 * (spreads < 0)) for spreads in (-1, 0, 1)
+    }
+    mean, there, best = mean_of(tried)
+    share = np.exp(-0.5) / (1.0 + np.exp(-0.5))
+    assert mean.values[0] == pytest.approx(1.0 + share)
+    assert (there, best) == (pytest.approx(share), 0)
+    assert mean.covariance[0, 0] == pytest.approx(share * (1.0 - share) + 0.1**2 + 1.0 / 12.0)
+
+
+def test_a_single_solution_is_its_own_mean():
+    mean, there, best = mean_of({2: solution(1.0, 50.0)})
+    assert (mean.values[0], mean.errors[0]) == pytest.approx((1.0, 0.1))
+    assert (there, best) == (2.0, 2)

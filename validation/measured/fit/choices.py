@@ -1,0 +1,98 @@
+"""What a fit decides by how well it fits: between laws, and over heights of the nose."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from itertools import combinations
+from typing import Final
+
+import numpy as np
+
+from ghostball.model.impact_laws import LawEntry
+from ghostball.validation.measured.fit.fields import own_fields
+from ghostball.validation.measured.fit.least_squares import Field, Solution, goodness
+
+ALIKE: Final = 0.95
+"""Correlation from which on two values aren't told apart: one makes up for the other."""
+_TOLD_APART = 2.0
+"""Standard deviations by which a law must fit worse to be told from the best one."""
+
+
+def mean_of(tried: Mapping[int, Solution]) -> tuple[Solution, float, int]:
+    """Return the mean of solutions for several values of something assumed.
+
+    `tried`: by how many standard deviations the value is from the mean, neighbours one apart. Each
+    counts by its probability, and any value between two neighbours may be true.
+
+    Returns the mean; how many standard deviations the value is off there; and which fits best.
+    """
+    order = sorted(tried)
+    solutions = [tried[each] for each in order]
+    misfits = np.array([one.misfit for one in solutions])
+    misfits /= max(min(goodness([one]) for one in solutions), 1.0)
+    weights = np.exp(-0.5 * (misfits - np.min(misfits) + np.array(order) ** 2))
+    weights /= np.sum(weights)
+    values = np.array([one.values for one in solutions])
+    mean = weights @ values
+    slopes = np.gradient(values, axis=0) if len(order) > 1 else np.zeros_like(values)
+    covariance = np.zeros_like(solutions[0].covariance)
+    for weight, one, off, slope in zip(weights, solutions, values - mean, slopes, strict=True):
+        between = np.outer(off, off) + np.outer(slope, slope) / 12.0
+        covariance += weight * (one.covariance + between)
+    best = int(np.argmax(weights))
+    found = replace(solutions[best], values=mean, covariance=covariance)
+    return found, float(weights @ order), order[best]
+
+
+def pairs_alike(fields: Sequence[Field], solution: Solution) -> list[tuple[str, str]]:
+    """Return the pairs of fields of which one makes up for the other."""
+    errors = solution.errors
+    scale = np.where((errors > 0.0) & np.isfinite(errors), errors, 1.0)
+    correlation = solution.covariance / np.outer(scale, scale)
+    return [
+        (fields[i].name, fields[j].name)
+        for i, j in combinations(range(len(fields)), 2)
+        if abs(correlation[i, j]) >= ALIKE
+    ]
+
+
+def laws_alike(solutions: dict[str, Solution]) -> list[str]:
+    """Return the laws that the contacts don't tell apart, the best one first.
+
+    One is told from the best where it fits worse by more than twice what that varies from contact
+    to contact (Vuong 1989).
+    """
+    misfits = {name: one.misfits for name, one in solutions.items()}
+    order = sorted(misfits, key=lambda name: float(np.sum(misfits[name])))
+    best = misfits[order[0]]
+    alike = [order[0]]
+    for name in order[1:]:
+        worse = misfits[name] - best
+        if np.sum(worse) <= _TOLD_APART * np.sqrt(len(worse)) * np.std(worse):
+            alike.append(name)
+    return alike
+
+
+def moves_by_law(
+    laws: Sequence[LawEntry],
+    fields: Sequence[Field],
+    solutions: dict[str, Solution],
+    chosen: str,
+    alike: Sequence[str],
+) -> dict[str, float]:
+    """Return the largest change of each value under any other law that fits equally well."""
+    values = {
+        law.name: by_name(own_fields(law, fields), solutions[law.name])
+        for law in laws
+        if law.name in alike
+    }
+    return {
+        name: max(abs(other[name] - value) for other in values.values() if name in other)
+        for name, value in values[chosen].items()
+    }
+
+
+def by_name(fields: Sequence[Field], solution: Solution) -> dict[str, float]:
+    """Return the values of a solution by the names of their fields."""
+    return dict(zip([one.name for one in fields], map(float, solution.values), strict=True))

@@ -1,0 +1,101 @@
+"""Events played by an engine, several in one scene where the engine allows."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from ghostball.model import Ball, Physics, Result, Scene, Table
+from ghostball.model.arrays import FloatArray
+from ghostball.reference_adapters import ReferenceEngine
+from ghostball.reference_adapters.base import resolution_of
+from ghostball.validation.measured.fit.events import SIZE, Event
+from ghostball.validation.measured.play import Play
+
+Progress = Callable[[int, int, str], None]
+"""What is told of steps done, of all steps, and of the one being done."""
+
+_DIGITS = 9
+"""Of times [s]: those of several events are mostly the same, but for rounding."""
+
+Played = tuple[Event, FloatArray]
+"""An event, and what it begins with."""
+
+
+def scene_of(physics: Physics, played: Sequence[Played]) -> Scene:
+    """Return the scene that plays events side by side, each in its own part of the table."""
+    balls = [
+        Ball(
+            id=f"{lane}{ball.id}",
+            position=(ball.position[0], ball.position[1] + lane * SIZE),
+            velocity=ball.velocity,
+            angular_velocity=ball.angular_velocity,
+            radius=ball.radius,
+        )
+        for lane, (event, given) in enumerate(played)
+        for ball in event.balls(physics, given)
+    ]
+    return Scene(
+        name="events",
+        table=Table(length=SIZE, width=SIZE * len(played)),
+        physics=physics,
+        balls=balls,
+        t_max=max(float(event.times[-1]) for event, _ in played) + 0.01,
+    )
+
+
+def seen_in(result: Result, played: Sequence[Played]) -> list[FloatArray]:
+    """Return what is seen of each event in the motion of `scene_of` them."""
+    asked = [np.round(event.times, _DIGITS) for event, _ in played]
+    times = np.unique(np.concatenate(asked))
+    positions = result.sample(times).positions[..., :2]
+    seen, first = [], 0
+    for lane, (event, _) in enumerate(played):
+        last = first + event.count
+        own = positions[np.searchsorted(times, asked[lane]), first:last]
+        seen.append(event.read(own - (0.0, lane * SIZE)))
+        first = last
+    return seen
+
+
+class Player:
+    """An engine that plays events, and counts how many for whoever watches."""
+
+    def __init__(self, engine: ReferenceEngine, play: Play, progress: Progress | None) -> None:
+        self._engine, self._play, self._progress = engine, play, progress
+        self._played, self._step, self._done = 0, "", -1
+        self.steps = 1
+
+    def begin(self, step: str) -> None:
+        """Begin the next one of `steps`."""
+        self._step, self._done = step, self._done + 1
+
+    def predict(self, physics: Physics, played: Sequence[Played]) -> list[FloatArray]:
+        """Return what would be seen of events.
+
+        An engine whose resolution is rounding plays many in one scene, in a sixth of the time. To
+        another one, a large table or many balls may make a difference.
+        """
+        seen: list[FloatArray] = []
+        at_once = 1
+        while len(seen) < len(played):
+            part = played[len(seen) : len(seen) + at_once]
+            scene = scene_of(physics, part)
+            seen += seen_in(self._play(scene), part)
+            if resolution_of(self._engine, scene) == 0.0:
+                at_once = _AT_ONCE
+            self._tell(len(part))
+        return seen
+
+    def _tell(self, played: int) -> None:
+        """Tell the progress."""
+        before, self._played = self._played, self._played + played
+        if self._progress is not None and before // _TELL < self._played // _TELL:
+            self._progress(self._done, self.steps, f"{self._step}, {self._played} shots played")
+
+
+_AT_ONCE = 16
+"""Events in one scene, at most."""
+_TELL = 100
+"""Shots after which progress is told."""
