@@ -94,8 +94,8 @@ def validate(
             "--metric",
             metavar="GLOB",
             help="Metrics that are computed and judged, such as rest_error_max or 'energy_*'; give "
-            "it once for each (default: all; `ghostball metrics` lists them). Limits on others are "
-            "left out, and counted.",
+            "it once for each (default: all; `ghostball scenes --metrics` lists them). Limits on "
+            "others are left out, and counted.",
         ),
     ] = None,
     rerun: Rerun = False,

@@ -225,7 +225,8 @@ def refuse_given(context: typer.Context, why: str, *names: str) -> None:
     for parameter in context.command.params:
         source = context.get_parameter_source(parameter.name or "")
         if parameter.name in names and source is not None and source.name == "COMMANDLINE":
-            raise typer.BadParameter(f"{why}. Leave out `{parameter.opts[0]}`")
+            what = parameter.opts[0] if parameter.param_type_name == "option" else parameter.metavar
+            raise typer.BadParameter(f"{why}. Leave out `{what}`")
 
 
 def out_option(default: str, what: str = "Folder of the results") -> typer.models.OptionInfo:

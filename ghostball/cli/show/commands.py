@@ -70,6 +70,7 @@ def export(
 @app.command()
 @runs("show.lists", "scenes")
 def scenes(
+    context: typer.Context,
     wanted: Annotated[
         list[str] | None,
         typer.Argument(
@@ -86,6 +87,12 @@ def scenes(
         Path | None,
         typer.Option(metavar="DIR", help="Write them there as JSON, for engines of any language."),
     ] = None,
+    metrics: Annotated[
+        bool,
+        typer.Option(
+            "--metrics", help="List the metrics instead, which limits of scenes and --metric name."
+        ),
+    ] = False,
     form: PlainFormat = Plain.TEXT,
 ) -> None:
     """List the shipped scenes; of a single one, show its file."""
@@ -108,12 +115,6 @@ def engines(
     ] = False,
 ) -> None:
     """List the engines; of those that are named, their settings and what each represents."""
-
-
-@app.command()
-@runs("show.lists", "metrics")
-def metrics(form: PlainFormat = Plain.TEXT) -> None:
-    """List the metrics, which limits and --metric name."""
 
 
 @app.command()

@@ -1,4 +1,4 @@
-"""What `ghostball scenes`, `engines` and `metrics` do: list what is there."""
+"""What `ghostball scenes` and `engines` do: list what is there."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from rich.markup import escape
 from rich.text import Text
 
 from ghostball.cli.measure.elsewhere import export_scenes
-from ghostball.cli.shared.options import Plain
+from ghostball.cli.shared.options import Plain, refuse_given
 from ghostball.cli.shared.tables import facts_table, table_of
 from ghostball.cli.shared.terminal import stdout
 from ghostball.model.features import Capability, Feature, has_feature, scene_features
@@ -52,9 +52,19 @@ SETTINGS_KEY = (
 
 
 def scenes(
-    wanted: Sequence[str] | None, schema: bool, export: Path | None, form: Plain
+    context: typer.Context,
+    wanted: Sequence[str] | None,
+    schema: bool,
+    export: Path | None,
+    metrics: bool,
+    form: Plain,
 ) -> int | None:
-    """List the scenes; of a single one, show its file."""
+    """List the scenes, or the metrics; of a single scene, show its file."""
+    if metrics:
+        why = "`--metrics` lists metrics, and no scenes"
+        refuse_given(context, why, "wanted", "schema", "export")
+        list_metrics(form)
+        return None
     if export is not None:
         return export_scenes(export, wanted or ())
     if schema:
@@ -75,7 +85,7 @@ def scenes(
     return None
 
 
-def metrics(form: Plain) -> None:
+def list_metrics(form: Plain) -> None:
     """List the metrics."""
     if form is Plain.JSON:
         rows = [

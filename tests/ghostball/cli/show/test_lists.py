@@ -40,12 +40,12 @@ def test_engines_lists_settings_and_capabilities(cli):
 
 
 def test_lists_are_for_programs_too(cli):
-    for command in ("scenes", "metrics"):
-        assert cli(command, "--format", "json").stdout.startswith(f'{{"{command}": ')
+    for options, key in (((), "scenes"), (("--metrics",), "metrics")):
+        assert cli("scenes", *options, "--format", "json").stdout.startswith(f'{{"{key}": ')
     assert cli("scenes", "stop").stdout.startswith("schema = 1\n")
     assert "half-ball-cut" in cli("scenes", "smoke").stdout
     assert "around-the-table" not in cli("scenes", "smoke").stdout
-    assert "rest_error_max" in cli("metrics").stdout
+    assert "rest_error_max" in cli("scenes", "--metrics").stdout
     assert "pymunk  available" in cli("engines", "pymunk").stdout
     assert "paper-discrete" not in cli("engines", "pymunk").stdout
 
