@@ -69,6 +69,7 @@ def resolve_flight(height: FloatArray | None, world: World, i: int, kind: int, t
         log.counters[st.BALL_CUSHION] += 1
         note_event(BALL_CUSHION_EVENT, i, int(laws.obstacles[nose].index), t, log)
         bounce_off_nose(height, balls, i, nose, laws)
+        balls.state[i].impacts += 1.0
         _note_held(height, world, i, t)
     else:
         return False

@@ -56,13 +56,13 @@ _UNSOLVED = 2.0**-30
 
 
 @kernel
-def end_approach(contacts: Contacts, count: int) -> bool:
+def end_approach(contacts: Contacts, count: int, noise: float) -> bool:
     """Find the impulses [N s] after which no contact approaches, and none where one parts.
 
     Or, of accelerations of gaps, the forces [N]. In FORCE is their size; `gain_of` returns
     what they give a ball. Contacts that would have to pull are left out, and come back
-    if they approach without; one whose rate is inf stays out. False where some approach is left;
-    the impulses then take energy, as far as they can.
+    if they approach without; one whose rate is inf stays out. False where some approach is left; if
+    that is more than `noise`, in units of the rates, the impulses take energy, as far as they can.
 
     Contract: the contacts are the first `count` of `contacts.ends`, with NX, NY and RATE set, and
     EFFECTIVE_MASS of each of their balls.
@@ -76,15 +76,15 @@ def end_approach(contacts: Contacts, count: int) -> bool:
         contacts.forces[c].active = 1.0 if contacts.forces[c].rate <= 0.0 else 0.0
         fastest = max(fastest, -contacts.forces[c].rate)
     for turn in range(_ROUNDS):
-        _solve_active(contacts, count, fastest)
+        _solve_active(contacts, count, fastest, noise)
         if _leave_out(contacts, count, turn):
             continue
         _apply(contacts, count, _FORCE, _PRODUCT)
-        if _take_back(contacts, count, turn, fastest):
+        if _take_back(contacts, count, turn, fastest, noise):
             continue
         approach = min(_worst_approach(contacts, count, 0.0), _worst_approach(contacts, count, 1.0))
-        if approach >= -_UNSOLVED * fastest:
-            return True
+        if approach >= -max(_UNSOLVED * fastest, noise):
+            return approach >= -_UNSOLVED * fastest
         if not _leave_out_parting(contacts, count, turn, fastest):
             break
     _take_energy(contacts, count)
@@ -132,13 +132,13 @@ def _leave_out_parting(contacts: Contacts, count: int, turn: int, fastest: float
 
 
 @kernel
-def _take_back(contacts: Contacts, count: int, turn: int, fastest: float) -> bool:
+def _take_back(contacts: Contacts, count: int, turn: int, fastest: float, noise: float) -> bool:
     """Take back contacts that approach, if any: all, or later those that do it fastest.
 
     By more than rounding, which is at least what is left of the rates that should be 0. Later by
     more than counts: to take the rest from a ball all but wedged, it would have to be stopped.
     """
-    residue = _RESIDUE * fastest if turn < _BLOCK_ROUNDS else _UNSOLVED * fastest
+    residue = max(_RESIDUE * fastest if turn < _BLOCK_ROUNDS else _UNSOLVED * fastest, noise)
     for c in range(count):
         if contacts.forces[c].active == 1.0:
             left = contacts.forces[c].rate + contacts.forces[c].product
@@ -183,12 +183,16 @@ def scale(contacts: Contacts, count: int, factor: float) -> None:
 
 
 @kernel
-def _solve_active(contacts: Contacts, count: int, fastest: float) -> None:
+def _solve_active(contacts: Contacts, count: int, fastest: float, noise: float) -> None:
     """Find in FORCE the impulses that take the RATE of just the active contacts away.
+
+    But for `noise`: no impulses take what of it is the same in each contact of a row between two
+    cushions, and those that were to take it became arbitrarily large.
 
     Conjugate gradients (Hestenes and Stiefel 1952), scaled by each contact's own mass: few steps
     whatever the masses.
     """
+    most = 0.0
     for c in range(count):
         is_active = contacts.forces[c].active == 1.0
         contacts.forces[c].force = 0.0
@@ -196,6 +200,9 @@ def _solve_active(contacts: Contacts, count: int, fastest: float) -> None:
         scaled = contacts.forces[c].own_mass * contacts.forces[c].residual
         contacts.forces[c].scaled = scaled
         contacts.forces[c].direction = scaled
+        most = max(most, abs(contacts.forces[c].residual))
+    if most <= noise:
+        return
     gain = _dot(contacts, count, _RESIDUAL, _SCALED)
     for _ in range(_STEPS_PER_CONTACT * count):
         contacts.turns[0] += 8 * count
@@ -214,7 +221,7 @@ def _solve_active(contacts: Contacts, count: int, fastest: float) -> None:
                 contacts.forces[c].force += step * contacts.forces[c].direction
                 contacts.forces[c].residual -= step * contacts.forces[c].product
                 worst = max(worst, abs(contacts.forces[c].residual))
-        if worst <= _ENDED * fastest:
+        if worst <= max(_ENDED * fastest, noise):
             return
         for c in range(count):
             mass = contacts.forces[c].own_mass

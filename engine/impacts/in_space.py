@@ -20,7 +20,7 @@ from ghostball.engine.core.tolerances import EPS, GAP_ROUNDING, GAP_ULPS
 from ghostball.engine.impacts.impact import bounce, collide_balls, has_collapsed
 from ghostball.engine.impacts.laws.falling_restitution import restitution_at
 from ghostball.engine.impacts.laws.friction_curve import friction_coefficient
-from ghostball.engine.impacts.lying_still import capture_speed
+from ghostball.engine.impacts.lying_still import bounces_on, capture_speed, hold, is_wedged, settle
 from ghostball.engine.impacts.on_table import STICKING, respond_by_table, set_free
 from ghostball.engine.impacts.slow_impacts import part_from_nose, part_slowly
 from ghostball.engine.motion.geometry import reduced_mass
@@ -43,6 +43,8 @@ def collide_in_space(height: FloatArray, world: World, i: int, j: int) -> None:
     vx, vy, vz = a.vx - b.vx, a.vy - b.vy, height[i, st.UP_SPEED] - height[j, st.UP_SPEED]
     speed = vx * nx + vy * ny + vz * nz
     slow = capture_speed(laws, 0.5 * (a.radius + b.radius))
+    if free and speed <= slow and settle(height, balls, i, j, laws):
+        return
     collapsed = laws.ball_restitution < 1.0 and (
         has_collapsed(balls, i, laws) or has_collapsed(balls, j, laws)
     )
@@ -135,6 +137,9 @@ def bounce_off_nose(height: FloatArray, balls: Balls, i: int, k: int, laws: Laws
     speed = abs(ball.vx * nx + ball.vy * ny + height[i, st.UP_SPEED] * nz)
     slow = capture_speed(laws, ball.radius)
     if free and speed <= slow:
+        if bounces_on(height, balls, i, laws) and is_wedged(height, balls, i, laws):
+            hold(height, balls, i)
+            return
         part_from_nose(height, balls, i, laws, nx, ny, nz, speed, ball.radius - distance)
         return
     returned = restitution_at(speed, cushion.restitution, cushion.loss) * speed

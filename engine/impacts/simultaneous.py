@@ -72,7 +72,7 @@ def collide_together(world: World, count: int) -> bool:
         contacts.forces[c].nx = nx
         contacts.forces[c].ny = ny
         contacts.forces[c].rate = gap_rate(world, c)
-    solved = end_approach(contacts, count)
+    solved = end_approach(contacts, count, 0.0)
     restitution = laws.ball_restitution
     scale(contacts, count, 1.0 + restitution)
     if laws.slides and (laws.speed_dependent or laws.ball_friction > 0.0):
@@ -81,7 +81,7 @@ def collide_together(world: World, count: int) -> bool:
         for c in range(count):
             before = contacts.forces[c].rate
             contacts.forces[c].rate = gap_rate(world, c) + restitution * before
-        solved = end_approach(contacts, count) and solved
+        solved = end_approach(contacts, count, 0.0) and solved
     _push(world)
     return solved
 

@@ -64,11 +64,11 @@ def stop_approach(world: World, members: int, count: int, held: bool) -> bool:
             contacts.motion[k].effective_mass = (
                 math.inf if firm else effective_mass(balls, world.laws, k)
             )
-        solved = end_approach(contacts, count)
+        solved = end_approach(contacts, count, 0.0)
         for _ in range(members):
             if not _free_pushed(world, members, count, solved):
                 break
-            solved = end_approach(contacts, count)
+            solved = end_approach(contacts, count, 0.0)
         _push(world, members)
         rubbed = False
         for c in range(count):
@@ -76,7 +76,7 @@ def stop_approach(world: World, members: int, count: int, held: bool) -> bool:
                 rubbed = _rub_cushion(world, c) or rubbed
         if rubbed and _approaches(world, count, held):
             # In a corner, what one cushion rubs drives the ball into the other.
-            solved = end_approach(contacts, count) and solved
+            solved = end_approach(contacts, count, 0.0) and solved
             _push(world, members)
     for m in range(members):
         k = contacts.member[m]

@@ -125,20 +125,46 @@ def excess(world: World, c: int, duration: float) -> float:
 
 
 @kernel
-def gaps_are_closed(world: World, count: int, duration: float) -> bool:
-    """Whether every force holds its gap as the step aims at, and no gap without force closes."""
+def permitted_error(world: World, c: int, duration: float) -> float:
+    """Return how far the gap of contact c [m] may end from what the step aims at.
+
+    The larger the overlap already is, the less it may grow: many steps must not add up.
+    """
+    balls = world.balls
+    a, b = balls_of(world.contacts, c)
+    share = 1.0 + min(0.0, max(-1.0, world.contacts.forces[c].gap / contact_tolerance(balls, a, b)))
+    return max(share * permitted_gap(balls, a, b, duration), gap_rounding(balls, a, b))
+
+
+@kernel
+def overlap_to_end(world: World, count: int, duration: float) -> tuple[float, float]:
+    """Return the most by which a step aims to end an overlap [m]; and the least permitted error."""
+    most, least = 0.0, math.inf
+    for c in range(count):
+        a, b = balls_of(world.contacts, c)
+        now = world.contacts.forces[c].gap
+        most = max(most, _aim(world.balls, a, b, now, duration) - now)
+        least = min(least, permitted_error(world, c, duration))
+    return most, least
+
+
+@kernel
+def gaps_are_closed(world: World, count: int, duration: float, jammed: float) -> bool:
+    """Whether every force holds its gap as the step aims at, and no gap without force closes.
+
+    `jammed` [m] is how much of the overlaps no forces can end.
+    """
     balls, contacts = world.balls, world.contacts
     for c in range(count):
         now = contacts.forces[c].gap
         a, b = balls_of(contacts, c)
-        tolerance = contact_tolerance(balls, a, b)
-        # The larger the overlap already is, the less it may grow: many steps must not add up.
-        share = 1.0 + min(0.0, max(-1.0, now / tolerance))
-        left = max(share * permitted_gap(balls, a, b, duration), gap_rounding(balls, a, b))
+        left = permitted_error(world, c, duration)
         over = excess(world, c, duration)
         if compliance_of(contacts, c) == 0.0 and over < 0.0:
             # An overlap between two that the cloth holds, which no force pushes apart.
             over = min(0.0, over + _aim(balls, a, b, now, duration) - now)
+        if over < 0.0:
+            over = min(0.0, over + jammed)
         if (contacts.forces[c].force > 0.0 or over < 0.0) and abs(over) > left:
             return False
     return True

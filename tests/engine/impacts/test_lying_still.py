@@ -67,6 +67,49 @@ def test_a_ball_out_of_balance_is_not_held() -> None:
     assert result.rest_positions[:, 2].tolist() == [R, R]
 
 
+def between_two(apart: float, above: float, aside: float = 0.0, **more: Any) -> tuple[Scene, float]:
+    """Return a ball dropped between two that two noses hold; and how high it may lie over them.
+
+    They are `apart` radii apart.
+    """
+    reach = math.sqrt(H * (2.0 * R - H))
+    length, lies = 2.0 * reach + apart * R, math.sqrt(4.0 - 0.25 * apart * apart) * R
+    scene = scene_of(
+        ball((reach, 0.35)),
+        ball((length - reach, 0.35)),
+        ball((0.5 * length, 0.35 + aside, R + lies + above), (0.0, 0.0, 0.0)),
+        table=Table(length=length, width=0.7),
+        **FLIES,
+        **more,
+    )
+    return scene, lies
+
+
+@pytest.mark.parametrize("above", [1e-6, 1e-4])
+@pytest.mark.parametrize("apart", [2.0, 2.8, 3.4, 3.8, 3.98])
+@pytest.mark.parametrize("restitution", [0.0, 0.95, 1.0])
+def test_a_ball_in_the_wedge_between_two_rests_in_the_middle(apart, above, restitution) -> None:
+    """Breaks where it bounces on at one instant after it has lost all its energy."""
+    scene, lies = between_two(apart, above, ball_restitution=restitution)
+    result = simulate(scene, record="trajectory", max_events=25_000)
+    assert result.status is Status.REST
+    x, y, z = result.rest_positions[2]
+    assert x == pytest.approx(0.5 * scene.table.length, abs=8.0 * CAPTURE_HEIGHT * R)
+    assert y == 0.35
+    # In a wedge so steep the balls that hold it move it by more than they move.
+    steep = apart * R / (2.0 * lies)
+    assert z == pytest.approx(R + lies, abs=8.0 * CAPTURE_HEIGHT * R * steep)
+    assert not np.any(result.final_state[1])
+    energy = energies_around_events(result)
+    assert np.diff(energy).max() <= 1e-13 * energy[0]
+
+
+def test_a_ball_out_of_balance_in_a_wedge_is_not_held_at_once() -> None:
+    """Its push leans by 1e-6."""
+    scene, _ = between_two(3.4, 1e-4, aside=1e-6 * R)
+    assert simulate(scene, max_events=2_000).status is Status.EVENT_LIMIT
+
+
 def test_one_that_is_hit_where_it_lies_wakes() -> None:
     """Another one falls on it after it has come to rest there."""
     falls = ball((0.5 + 0.6 * R, 0.7 * R, 4.0), (0.0, 0.0, 0.0))
