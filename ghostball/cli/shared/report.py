@@ -33,7 +33,8 @@ class Written:
         say(
             f"[bold red]warning:[/] the report is written, but "
             f"{escape(failed_text(self.failed))}. [bold red]ghostball itself failed there.[/] This "
-            "is a bug: please report it with the lines above and the output of `ghostball doctor`"
+            "is a bug: please report it with the lines above and the output of `ghostball engines "
+            "--check`"
         )
         return ExitStatus.HARNESS_FAILED
 

@@ -243,7 +243,7 @@ def _our_bug(trace: str, reason: str) -> ExitStatus:
         "[bold red]ghostball itself failed:[/] "
         + escape(f"{reason}. ")
         + "This is a bug: please report it with the lines above and the output of "
-        "`ghostball doctor`"
+        "`ghostball engines --check`"
     )
     return ExitStatus.HARNESS_FAILED
 

@@ -101,6 +101,7 @@ def scenes(
 @app.command()
 @runs("show.lists", "engines")
 def engines(
+    context: typer.Context,
     names: Annotated[
         list[str] | None,
         typer.Argument(metavar="ENGINE", help="Say all of these (default: a line of each)."),
@@ -111,6 +112,14 @@ def engines(
             "--recipe",
             help="Print the best settings that were found as code of that engine, ready to be "
             "pasted, with what each changes.",
+        ),
+    ] = False,
+    check: Annotated[
+        bool,
+        typer.Option(
+            "--check",
+            help="Check the whole installation instead: Python, packages, compiled kernels, "
+            "engines and scenes. Exit status 1 if something is broken.",
         ),
     ] = False,
 ) -> None:
@@ -144,9 +153,3 @@ def init(
 
     Then `ghostball regress` and `ghostball accept --reason "..."` make the first gate.
     """
-
-
-@app.command()
-@runs("show.doctor", "doctor")
-def doctor() -> None:
-    """Check the installation; exit status 1 where it is broken."""

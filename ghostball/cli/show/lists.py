@@ -19,6 +19,7 @@ from ghostball.cli.measure.elsewhere import export_scenes
 from ghostball.cli.shared.options import Plain, refuse_given
 from ghostball.cli.shared.tables import facts_table, table_of
 from ghostball.cli.shared.terminal import stdout
+from ghostball.cli.show.installation import check_installation
 from ghostball.model.features import Capability, Feature, has_feature, scene_features
 from ghostball.model.scene import json_schema
 from ghostball.model.scene.toml import dumps
@@ -101,8 +102,13 @@ def list_metrics(form: Plain) -> None:
     stdout().print(table_of(("metric", "unit", "meaning", "compared with"), lines))
 
 
-def engines(names: Sequence[str] | None, recipe: bool) -> None:
-    """List the engines, or say all of those that are named, or how to set one up."""
+def engines(
+    context: typer.Context, names: Sequence[str] | None, recipe: bool, check: bool
+) -> int | None:
+    """List the engines, or say all of those that are named, or how to set one up, or check all."""
+    if check:
+        refuse_given(context, "`--check` examines the whole installation", "names", "recipe")
+        return check_installation()
     if recipe:
         for name in names or ():
             typer.echo(recipe_of(name), nl=False)
@@ -110,9 +116,10 @@ def engines(names: Sequence[str] | None, recipe: bool) -> None:
             raise typer.BadParameter(
                 f"needs an engine: {', '.join(recipe_names())}", param_hint="--recipe"
             )
-        return
+        return None
     for block in engine_blocks(names) if names else [engines_table()]:
         stdout().print(block)
+    return None
 
 
 def engines_table() -> RenderableType:

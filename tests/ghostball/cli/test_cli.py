@@ -72,6 +72,8 @@ def test_a_bad_scene_is_refused_before_anything_is_written(
         (["validate", "stop", "--metric", ""], ["got ''", "Known: rest_error_max, "]),
         (["validate", "stop", "--format", "xml"], ["--format", "junit"]),
         (["metrics"], ["No such command"]),
+        (["doctor"], ["No such command"]),
+        (["engines", "pymunk", "--check"], ["whole installation", "Leave out `ENGINE`"]),
         (["scenes", "smoke", "--metrics"], ["lists metrics", "Leave out `NAME|TAG`"]),
         (["scenes", "--schema", "--metrics"], ["lists metrics", "Leave out `--schema`"]),
         (["report", "missing"], ["missing", "no such results folder"]),

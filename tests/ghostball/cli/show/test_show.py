@@ -21,7 +21,7 @@ def test_what_a_command_does_takes_its_options():
     assert does_what_its_options_say(app)
 
 
-# What `ghostball doctor` finds: all there, an engine that is missing, one that is broken
+# What `ghostball engines --check` finds: all there, an engine that is missing, one that is broken
 
 
 @pytest.mark.usefixtures("without_pybullet")
@@ -30,7 +30,7 @@ def test_a_missing_optional_engine_is_listed_and_breaks_nothing(cli, tmp_path, m
     assert listed.exit_code == 0
     assert "pybullet" in listed.stdout.partition("Not here: ")[2].partition(".")[0]
     assert "pybullet isn't installed" in cli("engines", "pybullet").stdout
-    examined = cli("doctor")
+    examined = cli("engines", "--check")
     assert "pip install pybullet" in " ".join(examined.stdout.split())
     assert examined.exit_code == 0, examined.output
     monkeypatch.setattr("ghostball.cli.measure.validate.DEFAULT_ENGINES", ("ghostball", "pybullet"))
@@ -56,13 +56,13 @@ def test_a_broken_foreign_engine_is_named_and_hides_no_other(cli, tmp_path, monk
     why = cli("engines", "broken", "ghostball").stdout
     assert "broken  unavailable" in why
     assert "no_such_module" in why
-    examined = cli("doctor")
+    examined = cli("engines", "--check")
     assert examined.exit_code == 1
     assert "Something is broken" in examined.stderr
 
 
-def test_doctor_names_versions_kernels_engines_and_scenes(cli):
-    result = cli("doctor")
+def test_the_check_names_versions_kernels_engines_and_scenes(cli):
+    result = cli("engines", "--check")
     assert result.exit_code == 0, result.output
     for part in ("python", "numpy", "kernels", "engine ghostball", f"{len(scene_names())} shipped"):
         assert part in result.stdout

@@ -1,4 +1,4 @@
-"""What `ghostball doctor` looks at: the installation, the compiled kernels, engines and scenes."""
+"""What `ghostball engines --check` looks at: packages, compiled kernels, engines and scenes."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class Finding(NamedTuple):
     detail: str
 
 
-def doctor() -> ExitStatus:
+def check_installation() -> ExitStatus:
     """Print a table of all findings, and return whether none is broken."""
     findings = [finding for check in CHECKS for finding in check()]
     table = Table(box=box.SIMPLE_HEAD, show_header=False)
