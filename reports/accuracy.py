@@ -39,7 +39,8 @@ CLASSES: Final[Mapping[AccuracyKind, ClassLook]] = {
     "another shot": ClassLook("other shot", "other collisions than the true ones", "other", "red"),
     "broken": ClassLook(
         "broken",
-        "energy made, balls through each other, not finite, or given up",
+        "energy made, balls through each other, balls that stop although nothing touches them, not "
+        "finite, or given up",
         "broken",
         "bold magenta",
     ),
