@@ -11,7 +11,6 @@ from __future__ import annotations
 import math
 import os
 from dataclasses import replace
-from pathlib import Path
 
 import gate
 import numpy as np
@@ -22,7 +21,7 @@ from ghostball.engine import simulate
 from ghostball.engine.core.kernel import COMPILED
 from ghostball.engine.running.skips import Skip
 from ghostball.model import Ball, EventKind, ExactTrajectory, Physics, Result, Scene, Status, Table
-from ghostball.validation.baselines.baseline import Accepted, Baseline, baseline_of
+from ghostball.validation.baselines.baseline import Accepted, Baseline, load_baseline
 from ghostball.validation.baselines.compare import Log, Played
 from ghostball.validation.scenes.random_scenes import ASPECTS, random_scene
 
@@ -243,14 +242,15 @@ def test_what_reads_back_otherwise_is_seen(monkeypatch):
     assert "rested of the proof" in stored.proof(SHOT)
 
 
-def test_a_baseline_of_a_random_scene_reads_back_the_same():
+def test_a_baseline_of_a_random_scene_reads_back_the_same(tmp_path):
     accepted = Accepted(date="2026-01-01", revision="0", platform="any", reason="test")
     for number in range(20):
         scene = random_scene(number, count="few", air="no", flight="no")
         result = plays.play(scene, "events")
         record, log = gate.record_of(result, result.scene), Log.of(result.events)
-        path = Path(f"{record.scene}.json")
-        read = baseline_of(Baseline.of(Played(record, lambda log=log: log), accepted).text, path)
+        path = tmp_path / f"{record.scene}.json"
+        path.write_text(Baseline.of(Played(record, lambda log=log: log), accepted).text, "utf-8")
+        read = load_baseline(path)
         for name in ("definition", "status", "rest_time", "bits", "work"):
             assert getattr(read.record, name) == getattr(record, name), (number, name)
         assert read.record.rest_positions.tobytes() == record.rest_positions.tobytes()

@@ -13,14 +13,14 @@ from ghostball.validation.baselines.baseline import (
     Accepted,
     Baseline,
     BaselineSchemaError,
-    baseline_of,
     load_baseline,
 )
-from ghostball.validation.baselines.gate import Gate, accepted_now, sources_hash
+from ghostball.validation.baselines.gate import Gate, accepted_now, played_in, sources_hash
 from ghostball.validation.baselines.places import baseline_path
 from ghostball.validation.baselines.regression import Regression, SceneChange, load_regression
 from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.results.files import write_all_whole
+from ghostball.validation.results.store import Results
 
 CHANGES_FILE = "CHANGES.md"
 
@@ -96,8 +96,16 @@ def accept(
             '"the root finder polishes once more"'
         )
     regression = _regression_in(results, gate)
+    accepted, run = accepted_now(regression.head, reason), Results.open(results)
+    baselines = {
+        one.scene: Baseline.of(played_in(run, gate, one.scene), accepted, gate.engine)
+        for one in regression.scenes
+        if one.can_be_accepted
+    }
     candidates = [
-        one for one in regression.scenes if one.candidate and not _was_accepted(one, gate)
+        one
+        for one in regression.scenes
+        if one.scene in baselines and not _was_accepted(one, baselines[one.scene], gate)
     ]
     chosen = [one for one in candidates if _is_any(one.scene, only)]
     there = [one for one in regression.stale if baseline_path(gate.folder, one).exists()]
@@ -122,10 +130,7 @@ def accept(
     broken = [one for one in chosen if one.broken]
     if not even_though_limits_fail:
         _refuse_unproved(broken, regression.unjudged if chosen else "")
-    accepted = accepted_now(regression.head, reason)
-    texts = {
-        baseline_path(gate.folder, one.scene): _accepted(one, gate, accepted).text for one in chosen
-    }
+    texts = {baseline_path(gate.folder, one.scene): baselines[one.scene].text for one in chosen}
     changelog = gate.folder / CHANGES_FILE
     texts[changelog] = _with_entry(changelog, _entry(accepted, chosen, stale))
     _write(texts, [baseline_path(gate.folder, name) for name in stale])
@@ -173,22 +178,15 @@ def _is_any(scene: str, patterns: Sequence[str]) -> bool:
     return any(fnmatchcase(scene, pattern) for pattern in patterns)
 
 
-def _accepted(change: SceneChange, gate: Gate, accepted: Accepted) -> Baseline:
-    """Return the baseline that a comparison proposed, with who accepted it."""
-    path = baseline_path(gate.folder, change.scene)
-    candidate = baseline_of(change.candidate, path, gate.engine)
-    return candidate.model_copy(update={"accepted": accepted})
-
-
-def _was_accepted(change: SceneChange, gate: Gate) -> bool:
-    """Whether a proposed baseline is there already, but for when and why it was accepted."""
+def _was_accepted(change: SceneChange, baseline: Baseline, gate: Gate) -> bool:
+    """Whether a baseline is there already, but for when and why it was accepted."""
     path, before = baseline_path(gate.folder, change.scene), ""
     if path.exists():
         try:
             now = load_baseline(path, gate.engine)
         except BaselineSchemaError:
             return False
-        if now.hash == baseline_of(change.candidate, path, gate.engine).hash:
+        if now.hash == baseline.hash:
             return True
         before = now.record.bits
     if change.base_hash != before:

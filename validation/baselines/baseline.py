@@ -197,11 +197,6 @@ def load_baseline(path: Path, engine: str = OURS) -> Baseline:
         text = read_text(path)
     except (OSError, UnicodeDecodeError) as error:
         raise BaselineError(f"{path}: can't read the baseline: {error}") from None
-    return baseline_of(text, path, engine)
-
-
-def baseline_of(text: str, path: Path, engine: str = OURS) -> Baseline:
-    """Read the text of a baseline, as `load_baseline`; `path` is its file, or where it would be."""
     try:
         data = json.loads(text)
     except (ValueError, RecursionError) as error:

@@ -60,8 +60,6 @@ from ghostball.validation.suite.case import blank_record, failed
 from ghostball.validation.suite.judge import Case, TruthFailure
 from ghostball.validation.suite.unchanged import hash_of
 
-PENDING = "not accepted yet"
-
 NOT_FINITE = "its numbers are not finite, so they can't be compared or accepted"
 
 
@@ -189,6 +187,14 @@ def _played(results: Results, label: str, *, whole: bool) -> Iterator[Played]:
         yield _many_ball_run(scene)
 
 
+def played_in(results: Results, gate: Gate, scene: str) -> Played:
+    """Return what an engine did in a scene that was compared; shots of many balls run again."""
+    case = results.case(scene, gate.label)
+    if case is not None:
+        return Played.stored(results, case)
+    return _many_ball_run(next(one for one in many_balls() if one.name == scene))
+
+
 def _many_ball_run(scene: Scene) -> Played:
     """Return what our engine did in a shot of many balls, or that it failed."""
     record = blank_record(Case(scene, OURS, TruthFailure("", "")))
@@ -222,7 +228,7 @@ def _within_limits(change: SceneChange, case: CaseRecord) -> SceneChange:
 def _compare(
     played: Played, gate: Gate, environment: Mapping[str, Any], play_again: PlayAgain
 ) -> tuple[SceneChange, list[str]]:
-    """Return what became of a scene, with the baseline to accept where it moved, and warnings."""
+    """Return what became of a scene, and warnings."""
     record, path = played.record, baseline_path(gate.folder, played.record.scene)
     facts: dict[str, Any] = {"scene": record.scene, "title": record.title}
     if record.outcome != "ran" or not _is_finite(played):
@@ -251,11 +257,9 @@ def _compare(
             "is random, and read nothing before it is written"
         )
         return SceneChange(**facts, change="not-deterministic", failed=True, summary=why), []
-    pending = accepted_now(environment, PENDING)
     if baseline is None:
         change, why = uncompared
-        candidate = Baseline.of(played, pending, gate.engine).text
-        return SceneChange(**facts, change=change, summary=why, candidate=candidate), []
+        return SceneChange(**facts, change=change, summary=why), []
     found = compare(
         baseline.played,
         played,
@@ -266,9 +270,7 @@ def _compare(
     passing = ("unchanged", "not-comparable", *(() if gate.label == OURS else ("rounding",)))
     fails = found.change not in passing or bool(found.counters)
     update: dict[str, Any] = {"failed": fails}
-    if found.moved:
-        update["candidate"] = Baseline.of(played, pending, gate.engine).text
-    if fails and baseline.accepted.platform != pending.platform:
+    if fails and baseline.accepted.platform != _platform_of(environment):
         promise = "; our engine promises the same bits on every platform" * (gate.label == OURS)
         on = f"accepted on {baseline.accepted.platform}{promise}"
         update["summary"] = f"{found.summary} ({on})"

@@ -92,8 +92,6 @@ class SceneChange(Model):
     `metrics`: those that differ, run times apart; `counters`: the work counters that differ.
     `base_hash`, `head_hash`: of events and rest positions, to the bit; "" where there is none.
     `rest_base`, `rest_head` ((x, y, z), ...) [m] or None: rest positions, in the scene's order.
-    `candidate`: text of the baseline that accepting it would write; "" if there is nothing to
-        accept.
     `command`: what shows the difference, or the scene, again.
     """
 
@@ -114,7 +112,6 @@ class SceneChange(Model):
     head_hash: str = ""
     rest_base: tuple[tuple[float, float, float], ...] | None = None
     rest_head: tuple[tuple[float, float, float], ...] | None = None
-    candidate: str = ""
     command: str = ""
 
     def judged(self, fail_on: FailOn) -> SceneChange:
@@ -136,6 +133,11 @@ class SceneChange(Model):
     def moved(self) -> bool:
         """Whether the engine did something else than its baseline says, or at another cost."""
         return self.change != "unchanged" or bool(self.counters)
+
+    @property
+    def can_be_accepted(self) -> bool:
+        """Whether the engine did something else than its baseline says, and would do so again."""
+        return self.moved and bool(self.head_hash) and self.change != "not-deterministic"
 
 
 class Regression(Model):

@@ -261,5 +261,5 @@ def say_what_next(regression: Regression, advice: str) -> None:
     if regression.broken:
         names = ", ".join(one.scene for one in regression.broken)
         say(f"Limits of truth are broken, so this is to be mended, not accepted: {escape(names)}")
-    elif any(one.candidate for one in regression.scenes) or regression.stale:
+    elif any(one.can_be_accepted for one in regression.scenes) or regression.stale:
         say(f"Where it is right: `{escape(advice)}`")

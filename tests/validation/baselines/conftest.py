@@ -67,7 +67,7 @@ class Workshop:
     @property
     def candidates(self):
         found = load_regression(self.out)
-        return tuple(one.scene for one in found.scenes if one.candidate)
+        return tuple(one.scene for one in found.scenes if one.can_be_accepted)
 
 
 @pytest.fixture

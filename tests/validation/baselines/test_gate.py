@@ -154,7 +154,8 @@ def test_an_engine_that_gives_other_bits_each_time_is_reported(accepted, unstead
     before = {path: path.read_bytes() for path in accepted.baselines.iterdir()}
     found = accepted.compare()
     assert found.outcome == "failed"
-    assert [(one.change, one.candidate) for one in found.scenes] == [("not-deterministic", "")] * 2
+    assert [one.change for one in found.scenes] == ["not-deterministic"] * 2
+    assert accepted.candidates == ()
     assert "played a second time, it gave other bits" in found.scenes[0].summary
     differs = "a different result each time it simulates"
     with pytest.raises(RefusedError, match=f"{differs} cut, roll"):

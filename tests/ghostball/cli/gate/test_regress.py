@@ -49,7 +49,7 @@ def test_what_moved_is_reported_and_fails(accepted, planted):
     assert result.stdout.splitlines()[-1].startswith("failed: 1 unchanged, 1 worse")
     assert "`ghostball report out` shows it" in result.stderr
     compared = load_regression(accepted / "out").scenes
-    assert [one.scene for one in compared if one.candidate] == ["cut"]
+    assert [one.scene for one in compared if one.can_be_accepted] == ["cut"]
 
 
 def test_json_is_one_object_and_all_else_is_on_stderr(accepted, planted):
