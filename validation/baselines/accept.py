@@ -13,10 +13,10 @@ from ghostball.validation.baselines.baseline import (
     Accepted,
     Baseline,
     BaselineSchemaError,
+    baseline_path,
     load_baseline,
 )
 from ghostball.validation.baselines.gate import Gate, accepted_now, played_in, sources_hash
-from ghostball.validation.baselines.places import baseline_path
 from ghostball.validation.baselines.regression import Regression, SceneChange, load_regression
 from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.results.files import write_all_whole

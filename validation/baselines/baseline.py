@@ -1,5 +1,7 @@
 """An accepted baseline: the record of a run as JSON with its hash, one file per scene.
 
+Each engine has a folder of its own.
+
 | field | what it holds |
 |---|---|
 | `schema` | version of the file |
@@ -13,6 +15,7 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import MISSING, fields, replace
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal, Self
@@ -21,12 +24,11 @@ import numpy as np
 from pydantic import Field, PlainSerializer, PlainValidator, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
 
-from ghostball.model import EVENT_DTYPE, EventKind, Events
+from ghostball.model import EVENT_DTYPE, EventKind, Events, GhostballError
 from ghostball.model.hashes import bits_hash
 from ghostball.model.text_files import read_text
-from ghostball.reference_adapters.registry import OURS
+from ghostball.reference_adapters.registry import OURS, engine_name, parse_spec, spec_of
 from ghostball.validation.baselines.compare import Log, Played
-from ghostball.validation.baselines.places import ENDING, BaselineError
 from ghostball.validation.baselines.regression import Model
 from ghostball.validation.results.files import describe_validation_error
 from ghostball.validation.results.records import CaseRecord
@@ -41,9 +43,14 @@ KEPT_EVENTS = 64
 Of later ones the hashes say that they differ, and `ghostball diff` of two runs says where.
 """
 
+ENDING = ".json"
 _RESTORE = "Restore it (git checkout), or remove it and accept anew"
 _LINES = 3
 """Levels of a file whose entries have a line each, so that git shows which of them changed."""
+
+
+class BaselineError(GhostballError, ValueError):
+    """A baseline that can't be read, or is nonsense: edited by hand, or cut short."""
 
 
 class BaselineSchemaError(BaselineError):
@@ -127,7 +134,7 @@ class Baseline(Model):
     def of(cls, played: Played, accepted: Accepted, engine: str = OURS) -> Baseline:
         """Return the baseline that accepts a run.
 
-        `engine`: see `places.engine_key`.
+        `engine`: see `engine_key`.
         """
         record, events = _kept(played.record), FirstEvents.of(played.log())
         made = cls(engine=engine, accepted=accepted, hash="", record=record, events=events)
@@ -187,8 +194,38 @@ def _hash_in(plain: dict[str, Any]) -> str:
     return hash_of([plain.get("record"), plain.get("events")])
 
 
+def engine_key(label: str) -> str:
+    """Return what baselines call an engine: its own name, with the settings that it was given.
+
+    So `games.my_engine:simulate:dt=1e-3` is `my_engine:dt=1e-3`, wherever that module may move.
+    """
+    return spec_of(engine_name(label), parse_spec(label)[1])
+
+
+def engine_folder(baselines: Path, engine: str) -> Path:
+    """Return where the baselines of one engine lie, in the folder of those of all.
+
+    Raises `BaselineError` where that is no folder.
+    """
+    folder = baselines / re.sub(r"[^\w.,=+-]+", "_", engine)
+    for place in (baselines, folder):
+        if place.exists() and not place.is_dir():
+            raise BaselineError(f"{place}: not a folder. Choose another `--baselines`")
+    return folder
+
+
+def baseline_path(folder: Path, scene: str) -> Path:
+    """Return the file of a scene's baseline."""
+    return folder / f"{scene}{ENDING}"
+
+
+def baseline_names(folder: Path) -> tuple[str, ...]:
+    """Return the scenes that have a baseline in a folder, in order; none where it isn't there."""
+    return tuple(sorted(path.name.removesuffix(ENDING) for path in folder.glob(f"*{ENDING}")))
+
+
 def load_baseline(path: Path, engine: str = OURS) -> Baseline:
-    """Read a baseline of an engine; see `places.engine_key`.
+    """Read a baseline of an engine; see `engine_key`.
 
     Raises `BaselineSchemaError` where another version of ghostball wrote it; `BaselineError` where
     it can't be read, was edited, or is of another engine.

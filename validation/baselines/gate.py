@@ -1,10 +1,14 @@
-"""Compares what an engine does now with what was accepted of it."""
+"""Compares what an engine does now with what was accepted of it.
+
+A baseline is what an engine did, to the bit, which says nothing of an engine that does something
+else each time: whatever differs from its baseline is played twice.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Container, Iterator, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from importlib import import_module
@@ -13,23 +17,27 @@ from typing import Any
 
 import numpy as np
 
-from ghostball.model import Scene
+from ghostball.model import EngineFailedError, Scene, UnsupportedSceneError
 from ghostball.model.hashes import bits_hash
-from ghostball.reference_adapters.registry import OURS, engine_class, parse_spec
+from ghostball.reference_adapters.registry import (
+    OURS,
+    EngineUnavailableError,
+    engine_class,
+    make_engine,
+    parse_spec,
+)
 from ghostball.reference_adapters.returned import check_result
 from ghostball.validation.baselines.baseline import (
     Accepted,
     Baseline,
     BaselineSchemaError,
-    load_baseline,
-)
-from ghostball.validation.baselines.compare import Log, Played, compare
-from ghostball.validation.baselines.places import (
     baseline_names,
     baseline_path,
     engine_folder,
     engine_key,
+    load_baseline,
 )
+from ghostball.validation.baselines.compare import Log, Played, compare
 from ghostball.validation.baselines.regression import (
     UNCOMPARED,
     Change,
@@ -37,7 +45,6 @@ from ghostball.validation.baselines.regression import (
     Regression,
     SceneChange,
 )
-from ghostball.validation.baselines.replay import PlayAgain, playing_again
 from ghostball.validation.baselines.revision import checkout_of
 from ghostball.validation.baselines.rounding import allowance
 from ghostball.validation.checks.verdict import not_judged
@@ -52,13 +59,16 @@ from ghostball.validation.parallel.sources import (
 from ghostball.validation.results.environment import describe_environment, git_state
 from ghostball.validation.results.records import CaseRecord, status_name
 from ghostball.validation.results.store import Results
-from ghostball.validation.runs.playing import run_ours
+from ghostball.validation.runs.playing import in_other_process, run_engine, run_ours
 from ghostball.validation.runs.sampling import events_of
 from ghostball.validation.scenes import commands
 from ghostball.validation.scenes.gases import many_balls
 from ghostball.validation.suite.case import blank_record, failed
 from ghostball.validation.suite.judge import Case, TruthFailure
 from ghostball.validation.suite.unchanged import hash_of
+
+PlayAgain = Callable[[Scene], str]
+"""Plays a shot, and returns the hash of its bits, or why there is none."""
 
 NOT_FINITE = "its numbers are not finite, so they can't be compared or accepted"
 
@@ -110,8 +120,7 @@ def compare_results(
     `whole`: whether all scenes that it is guarded by were run: then baselines of others are
         `stale`, and our engine runs the shots of many balls too.
     `only`: names of the scenes that are compared; all that were run where it is left out.
-    `time_limit` [s]: for each shot that is played again, as `run_suite` has it; see
-        `baselines.replay`.
+    `time_limit` [s]: for each shot that is played again, as `run_suite` has it.
     `fail_on`: what fails it; see `FailOn`.
 
     Raises `GhostballError` where a baseline is nonsense, or a motion can't be read.
@@ -158,6 +167,26 @@ def compare_case(
     """
     with playing_again(gate.label, time_limit) as play_again:
         return _compare(played, gate, head_of(gate.label), play_again)[0].judged(fail_on)
+
+
+@contextmanager
+def playing_again(label: str, time_limit: float | None = None) -> Iterator[PlayAgain]:
+    """Yield what plays a shot on an engine again; nothing is started before it is called.
+
+    `label`: the engine, as it was asked for.
+    `time_limit` [s]: for each shot, of an engine other than ours; see
+        `runs.playing.in_other_process`.
+    """
+    with in_other_process(make_engine(label), time_limit) as engine:
+
+        def play(scene: Scene) -> str:
+            try:
+                result = run_engine(engine, scene)
+            except (EngineFailedError, EngineUnavailableError, UnsupportedSceneError) as error:
+                return f"it failed: {error}"
+            return bits_hash(events_of(result), result.rest_positions)
+
+        yield play
 
 
 def head_of(label: str) -> dict[str, Any]:

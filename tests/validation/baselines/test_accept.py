@@ -6,7 +6,7 @@ import gate
 import pytest
 
 from ghostball.validation.baselines.accept import CHANGES_FILE, AcceptError
-from ghostball.validation.baselines.places import baseline_path
+from ghostball.validation.baselines.baseline import baseline_path
 from ghostball.validation.baselines.regression import save_regressions
 
 

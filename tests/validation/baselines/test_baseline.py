@@ -14,15 +14,13 @@ import pytest
 from ghostball.validation.baselines.baseline import (
     KEPT_EVENTS,
     Baseline,
-    BaselineSchemaError,
-    load_baseline,
-)
-from ghostball.validation.baselines.places import (
     BaselineError,
+    BaselineSchemaError,
     baseline_names,
     baseline_path,
     engine_folder,
     engine_key,
+    load_baseline,
 )
 from ghostball.validation.results.records import Check
 from ghostball.validation.suite.unchanged import hash_of

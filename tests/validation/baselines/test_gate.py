@@ -11,13 +11,16 @@ import ghostball.reference_adapters.ghostball
 import ghostball.validation.runs.playing
 from ghostball.engine import simulate
 from ghostball.model import EngineFailedError, UnsupportedSceneError
-from ghostball.validation.baselines import replay
+from ghostball.validation.baselines import gate as gate_module
 from ghostball.validation.baselines.accept import CHANGES_FILE, AcceptError, RefusedError
-from ghostball.validation.baselines.baseline import Baseline, load_baseline
+from ghostball.validation.baselines.baseline import (
+    Baseline,
+    baseline_names,
+    baseline_path,
+    load_baseline,
+)
 from ghostball.validation.baselines.compare import Played
-from ghostball.validation.baselines.gate import outcome_of
-from ghostball.validation.baselines.places import baseline_names, baseline_path
-from ghostball.validation.baselines.replay import playing_again
+from ghostball.validation.baselines.gate import outcome_of, playing_again
 
 SCENES = [gate.cut_shot(), gate.roll_shot()]
 
@@ -173,5 +176,5 @@ def test_a_shot_is_played_to_its_bits_or_to_why_there_are_none(monkeypatch):
         def fails(*_):
             raise EngineFailedError("ghostball", "gone")
 
-        monkeypatch.setattr(replay, "run_engine", fails)
+        monkeypatch.setattr(gate_module, "run_engine", fails)
         assert again(SCENES[0]).startswith("it failed: ")

@@ -9,8 +9,8 @@ from commands import refused
 from gate_commands import accept, cli, contents, edit_engine, regress
 
 from ghostball.validation.baselines import Played, load_baseline, load_regression
-from ghostball.validation.baselines.baseline import Baseline
-from ghostball.validation.baselines.places import (
+from ghostball.validation.baselines.baseline import (
+    Baseline,
     baseline_path,
 )
 

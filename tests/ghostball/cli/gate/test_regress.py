@@ -15,7 +15,7 @@ from ghostball.validation.baselines import (
     load_regression,
 )
 from ghostball.validation.baselines.accept import CHANGES_FILE
-from ghostball.validation.baselines.places import (
+from ghostball.validation.baselines.baseline import (
     baseline_path,
 )
 from ghostball.validation.baselines.regression import Regression
