@@ -106,15 +106,15 @@ def test_a_bounce_at_the_very_height_from_which_bounces_are_one_motion_is_not_ju
 
 
 @pytest.mark.parametrize(
-    "trial",
+    "name",
     [
         "limit-elastic-1e-49",  # 50 digits can't tell its speed from 0
         "speed-difference-sliding-1e-10",  # what rounding does to the balls almost cancels
         "tiny-sliding-1e-310",  # its times are a few least doubles
     ],
 )
-def test_what_extreme_numbers_found_is_gone(trial):
-    ((_, shot),) = stress_shots(Size(), f"extremes/{trial}")
+def test_what_extreme_numbers_found_is_gone(name):
+    ((_, shot),) = stress_shots(Size(), f"extremes/{name}")
     found = judged(shot.scene)
     assert found.faults == ()
     assert found.reference == "whole"
